@@ -1,0 +1,113 @@
+//! Units and dimensions: every number a person writes or reads carries its unit; inside all is SI.
+//!
+//! An angle counts as a plain number in dimension checks. `degC` stands alone (offset 273.15 K).
+//! It does not know about formulas or files.
+
+pub mod dimension;
+pub mod parse;
+
+pub use dimension::{Dimension, Exponent};
+pub use parse::parse_quantity;
+
+/// A unit: what one of it is in SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    /// As written.
+    pub symbol: String,
+    /// SI value of one unit.
+    pub factor: f64,
+    /// SI value of zero units (273.15 for degC alone).
+    pub offset: f64,
+    /// Its dimension.
+    pub dimension: Dimension,
+}
+
+impl Unit {
+    /// The unit of plain numbers, `1`.
+    pub fn one() -> Self {
+        Self { symbol: "1".into(), factor: 1.0, offset: 0.0, dimension: Dimension::NONE }
+    }
+
+    /// The coherent SI unit of a dimension.
+    pub fn coherent(dimension: Dimension) -> Self {
+        Self { symbol: dimension.to_string(), factor: 1.0, offset: 0.0, dimension }
+    }
+
+    /// The symbol under which SI values of this unit are written: itself if it is coherent (`rad`,
+    /// `m/(rad/s)^2`), `rad` for an angle, else by its dimension.
+    pub fn si_symbol(&self) -> String {
+        let angle = ["mrad", "urad", "µrad", "deg", "arcmin", "arcsec", "gon", "mgon"];
+        if self.factor == 1.0 && self.offset == 0.0 {
+            self.symbol.clone()
+        } else if angle.contains(&self.symbol.as_str()) {
+            "rad".to_owned()
+        } else {
+            self.dimension.to_string()
+        }
+    }
+
+    /// A value in this unit, in SI.
+    pub fn to_si(&self, value: f64) -> f64 {
+        value * self.factor + self.offset
+    }
+
+    /// An SI value, in this unit.
+    pub fn from_si(&self, value: f64) -> f64 {
+        (value - self.offset) / self.factor
+    }
+}
+
+/// Why a unit or a quantity could not be read; `start..end` are bytes of the text given.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{message}")]
+pub struct UnitError {
+    /// What was found and expected.
+    pub message: String,
+    /// First byte of the offending part.
+    pub start: usize,
+    /// One past its last byte.
+    pub end: usize,
+    /// What to do.
+    pub help: Option<String>,
+}
+
+/// One row of the unit table: symbol, factor to SI, exponents of m, s, kg, K.
+type Row = (&'static str, f64, [i16; 4]);
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+const GON: f64 = std::f64::consts::PI / 200.0;
+
+/// The known units. Adding a unit is adding a row.
+pub const TABLE: &[Row] = &[
+    ("1", 1.0, [0, 0, 0, 0]),
+    ("m", 1.0, [1, 0, 0, 0]),
+    ("mm", 1e-3, [1, 0, 0, 0]),
+    ("um", 1e-6, [1, 0, 0, 0]),
+    ("µm", 1e-6, [1, 0, 0, 0]),
+    ("nm", 1e-9, [1, 0, 0, 0]),
+    ("s", 1.0, [0, 1, 0, 0]),
+    ("ms", 1e-3, [0, 1, 0, 0]),
+    ("us", 1e-6, [0, 1, 0, 0]),
+    ("µs", 1e-6, [0, 1, 0, 0]),
+    ("ns", 1e-9, [0, 1, 0, 0]),
+    ("min", 60.0, [0, 1, 0, 0]),
+    ("h", 3600.0, [0, 1, 0, 0]),
+    ("rad", 1.0, [0, 0, 0, 0]),
+    ("mrad", 1e-3, [0, 0, 0, 0]),
+    ("urad", 1e-6, [0, 0, 0, 0]),
+    ("µrad", 1e-6, [0, 0, 0, 0]),
+    ("deg", DEGREE, [0, 0, 0, 0]),
+    ("arcmin", DEGREE / 60.0, [0, 0, 0, 0]),
+    ("arcsec", DEGREE / 3600.0, [0, 0, 0, 0]),
+    ("gon", GON, [0, 0, 0, 0]),
+    ("mgon", GON * 1e-3, [0, 0, 0, 0]),
+    ("Hz", 1.0, [0, -1, 0, 0]),
+    ("ppm", 1e-6, [0, 0, 0, 0]),
+    ("K", 1.0, [0, 0, 0, 1]),
+    ("hPa", 100.0, [-1, -2, 1, 0]),
+];
+
+/// The row of a symbol.
+fn row(symbol: &str) -> Option<&'static Row> {
+    TABLE.iter().find(|(known, _, _)| *known == symbol)
+}

@@ -1,0 +1,252 @@
+//! Reads units (`um/min^0.5`, `m/(rad/s^2)`) and quantities (`1.5 arcsec`).
+
+use super::{Dimension, Exponent, Unit, UnitError, row};
+use crate::units::TABLE;
+
+/// How deep parentheses may nest.
+const MAXIMUM_DEPTH: usize = 16;
+
+impl Unit {
+    /// Reads a unit: known symbols, `*`, `/`, `^` with a rational power, parentheses; `degC` alone.
+    ///
+    /// # Errors
+    /// The part that is not a unit, with the nearest known symbol.
+    pub fn parse(text: &str) -> Result<Self, UnitError> {
+        if text.trim() == "degC" {
+            return Ok(Self {
+                symbol: "degC".into(),
+                factor: 1.0,
+                offset: 273.15,
+                dimension: Dimension::TEMPERATURE,
+            });
+        }
+        let mut reader = Reader { text, at: 0, depth: 0 };
+        let (factor, dimension) = reader.product()?;
+        if let Some(rest) = reader.peek() {
+            return Err(
+                reader.fault(format!("expected `*`, `/` or the end of the unit, found `{rest}`"))
+            );
+        }
+        let in_range = factor.is_finite() && factor > 0.0;
+        if !in_range {
+            return Err(UnitError {
+                message: format!(
+                    "the unit `{}` is too large or too small to compute with",
+                    text.trim()
+                ),
+                start: 0,
+                end: text.len(),
+                help: None,
+            });
+        }
+        Ok(Self { symbol: text.trim().to_owned(), factor, offset: 0.0, dimension })
+    }
+}
+
+/// Reads a number with its unit, `1.5 arcsec` (a plain number has the unit `1`): value in SI, unit.
+///
+/// # Errors
+/// No finite number at the start, or a unit that is not one.
+pub fn parse_quantity(text: &str) -> Result<(f64, Unit), UnitError> {
+    let lead = text.len() - text.trim_start().len();
+    let rest = &text[lead..];
+    let length = number_length(rest);
+    let number: f64 = rest[..length].parse().map_err(|_| UnitError {
+        message: format!("expected a number with its unit, found `{}`", text.trim()),
+        start: lead,
+        end: text.len(),
+        help: Some("write the number first, then its unit, as in \"1.5 arcsec\"".into()),
+    })?;
+    if !number.is_finite() {
+        return Err(UnitError {
+            message: format!("`{}` is too large", &rest[..length]),
+            start: lead,
+            end: lead + length,
+            help: None,
+        });
+    }
+    let unit_text = &rest[length..];
+    let unit = if unit_text.trim().is_empty() {
+        Unit::one()
+    } else {
+        Unit::parse(unit_text).map_err(|error| UnitError {
+            start: error.start + lead + length,
+            end: error.end + lead + length,
+            ..error
+        })?
+    };
+    Ok((unit.to_si(number), unit))
+}
+
+/// Bytes of the decimal number at the start of a text.
+fn number_length(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let digits = |mut at: usize| {
+        while bytes.get(at).is_some_and(u8::is_ascii_digit) {
+            at += 1;
+        }
+        at
+    };
+    let mut at = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
+    at = digits(at);
+    if bytes.get(at) == Some(&b'.') {
+        at = digits(at + 1);
+    }
+    if matches!(bytes.get(at), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(at + 1), Some(b'+' | b'-')));
+        let end = digits(at + 1 + sign);
+        if end > at + 1 + sign {
+            at = end;
+        }
+    }
+    at
+}
+
+struct Reader<'a> {
+    text: &'a str,
+    at: usize,
+    depth: usize,
+}
+
+type Parsed = Result<(f64, Dimension), UnitError>;
+
+impl Reader<'_> {
+    fn peek(&mut self) -> Option<char> {
+        let rest = &self.text[self.at..];
+        self.at += rest.len() - rest.trim_start().len();
+        self.text[self.at..].chars().next()
+    }
+
+    fn fault(&self, message: String) -> UnitError {
+        let end = self.text[self.at..].chars().next().map_or(self.at, |c| self.at + c.len_utf8());
+        UnitError { message, start: self.at, end, help: None }
+    }
+
+    fn product(&mut self) -> Parsed {
+        let (mut factor, mut dimension) = self.power()?;
+        while let Some(operator @ ('*' | '/' | '·')) = self.peek() {
+            self.at += operator.len_utf8();
+            let (next, next_dimension) = self.power()?;
+            if operator == '/' {
+                factor /= next;
+                dimension = dimension / next_dimension;
+            } else {
+                factor *= next;
+                dimension = dimension * next_dimension;
+            }
+        }
+        Ok((factor, dimension))
+    }
+
+    fn power(&mut self) -> Parsed {
+        let (factor, dimension) = self.atom()?;
+        if self.peek() != Some('^') {
+            return Ok((factor, dimension));
+        }
+        self.at += 1;
+        self.peek();
+        let parenthesis = self.text[self.at..].starts_with('(');
+        if parenthesis {
+            self.at += 1;
+        }
+        let start = self.at;
+        let mut exponent = self.number()?;
+        if parenthesis && self.peek() == Some('/') {
+            self.at += 1;
+            self.peek();
+            exponent /= self.number()?;
+        }
+        if parenthesis {
+            if self.peek() != Some(')') {
+                return Err(self.fault("expected `)` after the exponent".into()));
+            }
+            self.at += 1;
+        }
+        let Some(fraction) = Exponent::from_decimal(exponent) else {
+            return Err(UnitError {
+                message: format!(
+                    "`{exponent}` is not a simple fraction: exponents of units are such as 2, 0.5, (1/3)"
+                ),
+                start,
+                end: self.at,
+                help: None,
+            });
+        };
+        Ok((factor.powf(fraction.value()), dimension.pow(fraction)))
+    }
+
+    fn number(&mut self) -> Result<f64, UnitError> {
+        let length = number_length(&self.text[self.at..]);
+        match self.text[self.at..self.at + length].parse() {
+            Ok(number) => {
+                self.at += length;
+                Ok(number)
+            }
+            Err(_) => Err(self.fault("expected a number as exponent".into())),
+        }
+    }
+
+    fn atom(&mut self) -> Parsed {
+        match self.peek() {
+            Some('(') => {
+                self.depth += 1;
+                if self.depth > MAXIMUM_DEPTH {
+                    return Err(self.fault(format!("parentheses nest deeper than {MAXIMUM_DEPTH}")));
+                }
+                self.at += 1;
+                let inner = self.product()?;
+                if self.peek() != Some(')') {
+                    return Err(self.fault("expected `)`".into()));
+                }
+                self.at += 1;
+                self.depth -= 1;
+                Ok(inner)
+            }
+            Some(first) if first.is_alphabetic() || first == '1' => {
+                let start = self.at;
+                let rest = &self.text[start..];
+                let end = if first == '1' {
+                    1
+                } else {
+                    rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len())
+                };
+                self.at = start + end;
+                let symbol = &rest[..end];
+                match row(symbol) {
+                    Some((_, factor, powers)) => {
+                        let exponents = powers.map(|power| {
+                            Exponent::new(i64::from(power), 1).unwrap_or(Exponent::ZERO)
+                        });
+                        Ok((*factor, Dimension { exponents }))
+                    }
+                    None => Err(unknown(symbol, start)),
+                }
+            }
+            Some(_) => Err(self.fault("expected a unit".into())),
+            None => Err(self.fault("expected a unit, found nothing".into())),
+        }
+    }
+}
+
+fn unknown(symbol: &str, start: usize) -> UnitError {
+    let near = TABLE
+        .iter()
+        .map(|(known, _, _)| (strsim::damerau_levenshtein(symbol, known), *known))
+        .filter(|(distance, known)| {
+            *distance <= 1 + known.chars().count().min(symbol.chars().count()) / 5
+        })
+        .min_by_key(|(distance, _)| *distance);
+    let help = if symbol == "degC" {
+        "degC stands alone; in products and differences write K".to_owned()
+    } else if let Some((_, known)) = near {
+        format!("did you mean `{known}`?")
+    } else {
+        "known units: m mm um nm, s ms us ns min h, rad mrad urad deg arcmin arcsec gon mgon, Hz, ppm, K degC hPa, 1, and their products, quotients and powers".to_owned()
+    };
+    UnitError {
+        message: format!("unknown unit `{symbol}`"),
+        start,
+        end: start + symbol.len(),
+        help: Some(help),
+    }
+}
