@@ -5,7 +5,13 @@
 //! | layer | rooms |
 //! |---|---|
 //! | number | [`number`], [`units`], [`quaternion`] |
+//! | language | [`diagnostic`], [`formula`], [`graph`], [`document`] |
 
 pub mod number;
 pub mod quaternion;
 pub mod units;
+
+pub mod diagnostic;
+pub mod document;
+pub mod formula;
+pub mod graph;

@@ -1,0 +1,24 @@
+//! The formula language: text to a syntax tree with spans.
+//!
+//! Answers: what was written, and where each part of it stands. It does not know what a name
+//! means; that is the graph's business.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`functions`] | the table of functions |
+//! | [`lexer`] | text to tokens |
+//! | [`parser`] | tokens to a tree: [`Formula::parse`] |
+//! | [`ast`] | the tree |
+//! | [`show`] | a tree as text and as LaTeX |
+//! | [`error`] | why a text is not a formula |
+
+pub mod ast;
+pub mod error;
+pub mod functions;
+pub mod lexer;
+pub mod parser;
+pub mod show;
+
+pub use ast::{Axis, BinaryOperator, Expression, ExpressionKind, Formula};
+pub use error::FormulaError;
+pub use functions::Function;

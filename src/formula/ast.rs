@@ -1,0 +1,72 @@
+//! The syntax tree of a formula.
+
+use crate::diagnostic::{Source, Span};
+use crate::formula::functions::Function;
+use crate::units::Unit;
+
+/// A parsed formula and where its text stands.
+#[derive(Clone, Debug)]
+pub struct Formula {
+    /// The file that holds it.
+    pub source: Source,
+    /// Byte in the file at which the formula's text starts; spans count from there.
+    pub offset: usize,
+    /// The formula's text.
+    pub text: String,
+    /// Its meaning.
+    pub root: Expression,
+}
+
+/// One node of the tree with the bytes it was read from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression {
+    /// What it is.
+    pub kind: ExpressionKind,
+    /// Where it stands in the formula's text.
+    pub span: Span,
+}
+
+/// What a node of the tree is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExpressionKind {
+    /// A number, in SI where it has a unit.
+    Number(f64, Option<Unit>),
+    /// A name, dots included where they are part of it (`horizontal.delay`).
+    Name(String),
+    /// `.x`, `.y` or `.z` of a vector.
+    Member(Box<Expression>, Axis),
+    /// `[x, y, z]`.
+    Vector(Box<[Expression; 3]>),
+    /// `-x`.
+    Negate(Box<Expression>),
+    /// `a op b`.
+    Binary(BinaryOperator, Box<Expression>, Box<Expression>),
+    /// `function(arguments)`.
+    Call(Function, Vec<Expression>),
+}
+
+/// A component of a vector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// First.
+    X,
+    /// Second.
+    Y,
+    /// Third.
+    Z,
+}
+
+/// The infix operators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BinaryOperator {
+    /// `+`
+    Add,
+    /// `-`
+    Subtract,
+    /// `*`
+    Multiply,
+    /// `/`
+    Divide,
+    /// `^`
+    Power,
+}

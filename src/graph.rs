@@ -1,0 +1,35 @@
+//! The graph of named quantities: hash-consed scalar nodes, names and their scopes, patches by
+//! effects, `rate` as a rewriting.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`node`] | what a node is and computes |
+//! | [`arena`] | the nodes of a graph: interning, folding, what an output needs |
+//! | [`algebra`] | vectors and rotations on nodes |
+//! | [`names`] | what a model and its effects declare: inputs, parameters, quantities, patches |
+//! | [`typed`] | a value with its dimension, and the words for both |
+//! | [`lower`], [`calls`] | a formula to nodes: operators; functions |
+//! | [`layers`] | sets of effects, and which of them can matter to a name |
+//! | [`context`] | what a name means at a measurand's moment under a set of effects |
+//! | [`resolve`] | the graph of every measurand: [`assemble`] |
+//! | [`rate`] | the total derivative with respect to the moment, as new nodes |
+
+pub mod algebra;
+pub mod arena;
+pub mod calls;
+pub mod context;
+pub mod layers;
+pub mod lower;
+pub mod names;
+pub mod node;
+pub mod rate;
+pub mod resolve;
+pub mod typed;
+
+pub use arena::Graph;
+pub use names::{
+    CoordinatesNames, Input, Kind, Local, Measurand, MeasurandKind, Names, Parameter, Patch,
+    PatchLayer, PatchTarget, Random, Scope,
+};
+pub use node::{Binary, Clock, Leaf, Node, NodeId, Unary, Value};
+pub use resolve::{Assembly, CoordinatesGraph, MeasurandGraph, assemble};

@@ -1,0 +1,107 @@
+//! Vectors and rotations on nodes: the seed's eqs. (2)-(7), written once for every engine.
+//!
+//! A rotation is a unit quaternion (w, x, y, z) and acts as `q v q⁻¹`. Where something could be
+//! divided by zero, it is not: the direction of a zero vector is zero, with zero derivative.
+
+use crate::graph::node::{Binary, Leaf, NodeId, Unary};
+use crate::graph::{Graph, Kind, Value};
+
+impl Graph {
+    /// The smaller or larger, the angle of a point, and the like.
+    pub fn atan2(&mut self, y: NodeId, x: NodeId) -> NodeId {
+        self.binary(Binary::Atan2, y, x)
+    }
+
+    /// Inner product.
+    pub fn dot(&mut self, a: [NodeId; 3], b: [NodeId; 3]) -> NodeId {
+        self.sum_of_products(&[(a[0], b[0]), (a[1], b[1]), (a[2], b[2])])
+    }
+
+    /// Outer product.
+    pub fn cross(&mut self, a: [NodeId; 3], b: [NodeId; 3]) -> [NodeId; 3] {
+        [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
+            let plus = self.multiply(a[i], b[j]);
+            let minus = self.multiply(a[j], b[i]);
+            self.subtract(plus, minus)
+        })
+    }
+
+    /// Length of a vector, or of a quaternion; its derivative at zero counts as zero.
+    pub fn norm<const N: usize>(&mut self, v: [NodeId; N]) -> NodeId {
+        let squares = self.sum_of_products(&v.map(|x| (x, x)));
+        self.unary(Unary::Sqrt, squares)
+    }
+
+    /// Every component times one factor.
+    pub fn scaled<const N: usize>(&mut self, factor: NodeId, v: [NodeId; N]) -> [NodeId; N] {
+        v.map(|x| self.multiply(factor, x))
+    }
+
+    /// Length one in the same direction; zero for zero.
+    pub fn normalized<const N: usize>(&mut self, v: [NodeId; N]) -> [NodeId; N] {
+        let norm = self.norm(v);
+        let reciprocal = self.unary(Unary::ReciprocalOrZero, norm);
+        self.scaled(reciprocal, v)
+    }
+
+    /// The rotation by an angle about an axis of length one.
+    pub fn rotation_about(&mut self, axis: [NodeId; 3], angle: NodeId) -> [NodeId; 4] {
+        let half = self.scale(0.5, angle);
+        let w = self.unary(Unary::Cos, half);
+        let sine = self.unary(Unary::Sin, half);
+        let [x, y, z] = self.scaled(sine, axis);
+        [w, x, y, z]
+    }
+
+    /// The rotation by a rotation vector, smooth at zero:
+    /// (c₀(|v|²/4), v/2 · c₁(|v|²/4)) with the Stumpff functions.
+    pub fn turn(&mut self, v: [NodeId; 3]) -> [NodeId; 4] {
+        let square = self.dot(v, v);
+        let quarter = self.scale(0.25, square);
+        let w = self.unary(Unary::Stumpff(0), quarter);
+        let sine = self.unary(Unary::Stumpff(1), quarter);
+        let factor = self.scale(0.5, sine);
+        let [x, y, z] = self.scaled(factor, v);
+        [w, x, y, z]
+    }
+
+    /// The quaternion product, eq. (3): first `q`, then `p`.
+    pub fn compose(&mut self, p: [NodeId; 4], q: [NodeId; 4]) -> [NodeId; 4] {
+        let ([pw, pv @ ..], [qw, qv @ ..]) = (p, q);
+        let dot = self.dot(pv, qv);
+        let ww = self.multiply(pw, qw);
+        let w = self.subtract(ww, dot);
+        let cross = self.cross(pv, qv);
+        let [x, y, z] = [0, 1, 2].map(|i| {
+            let sum = self.sum_of_products(&[(pw, qv[i]), (qw, pv[i])]);
+            self.add(sum, cross[i])
+        });
+        [w, x, y, z]
+    }
+
+    /// The inverse of a rotation.
+    pub fn inverse(&mut self, [w, x, y, z]: [NodeId; 4]) -> [NodeId; 4] {
+        [w, self.negate(x), self.negate(y), self.negate(z)]
+    }
+
+    /// A vector turned: v + w t + u × t with t = 2 u × v, which is `q v q⁻¹` for unit q = (w, u).
+    pub fn rotate(&mut self, [w, u @ ..]: [NodeId; 4], v: [NodeId; 3]) -> [NodeId; 3] {
+        let cross = self.cross(u, v);
+        let t = cross.map(|x| self.scale(2.0, x));
+        let outer = self.cross(u, t);
+        [0, 1, 2].map(|i| {
+            let wt = self.multiply(w, t[i]);
+            let sum = self.add(v[i], wt);
+            self.add(sum, outer[i])
+        })
+    }
+
+    /// A value whose components are leaves.
+    pub fn leaves(&mut self, kind: Kind, leaf: impl Fn(u8) -> Leaf) -> Value {
+        match kind {
+            Kind::Scalar => Value::Scalar(self.leaf(leaf(0))),
+            Kind::Vector => Value::Vector([0, 1, 2].map(|i| self.leaf(leaf(i)))),
+            Kind::Rotation => Value::Rotation([0, 1, 2, 3].map(|i| self.leaf(leaf(i)))),
+        }
+    }
+}
