@@ -6,6 +6,7 @@
 //! |---|---|
 //! | number | [`number`], [`units`], [`quaternion`] |
 //! | language | [`diagnostic`], [`formula`], [`graph`], [`document`] |
+//! | nouns | [`model`], [`effect`], [`library`], [`campaign`], [`system`] |
 
 pub mod number;
 pub mod quaternion;
@@ -15,3 +16,9 @@ pub mod diagnostic;
 pub mod document;
 pub mod formula;
 pub mod graph;
+
+pub mod campaign;
+pub mod effect;
+pub mod library;
+pub mod model;
+pub mod system;

@@ -1,0 +1,369 @@
+//! campaign.toml: what it says, with the place of everything, before any model is known.
+//!
+//! Reading goes in two steps, because the data are read against the model that the file names:
+//! [`CampaignFile::read`], then [`CampaignFile::load`] (see [`super::load`]).
+
+use std::path::{Path, PathBuf};
+
+use indexmap::IndexMap;
+
+use crate::campaign::entries::{Entry, Item, Quantity, Reader, Value, get};
+use crate::campaign::overrides;
+use crate::campaign::plan::{self, Leg};
+use crate::campaign::run::Role;
+use crate::campaign::{header, lines};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span};
+use crate::model::Override;
+use crate::units::Unit;
+
+pub use crate::campaign::load::{Campaign, LeftOut, LoadOptions};
+
+const KEYS: [&str; 12] = [
+    "title",
+    "model",
+    "instrument",
+    "rig",
+    "effects",
+    "metadata",
+    "parameters",
+    "inputs",
+    "measurands",
+    "runs",
+    "delay_range",
+    "truth",
+];
+const RUN_KEYS: [&str; 8] =
+    ["name", "setup", "role", "data", "signals", "columns", "inputs", "plan"];
+
+/// Something named in a file, and where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Named {
+    /// The text.
+    pub text: String,
+    /// Its bytes in the file.
+    pub span: Span,
+    /// Its place.
+    pub place: Place,
+}
+
+/// What a campaign says of an input: over what the model says.
+#[derive(Clone, Debug)]
+pub struct InputOverride {
+    /// The input's name.
+    pub name: Named,
+    /// Standard uncertainty of one value.
+    pub sigma: Option<Item>,
+    /// Time constant of the smoothing of its stream.
+    pub smooth: Option<Item>,
+    /// Period by which recorded values jump.
+    pub period: Option<Item>,
+}
+
+/// What a campaign says of a measurand.
+#[derive(Clone, Debug)]
+pub struct MeasurandOverride {
+    /// The measurand's name.
+    pub name: Named,
+    /// Standard uncertainty of one reading.
+    pub sigma: Option<Item>,
+}
+
+/// One entry of `columns`: the model's name, and what the file calls it.
+#[derive(Clone, Debug)]
+pub struct ColumnWord {
+    /// The model's name.
+    pub name: Named,
+    /// As written: `tool_x [m]`.
+    pub written: String,
+    /// Name in the file.
+    pub header: String,
+    /// Unit, if it says one.
+    pub unit: Option<Unit>,
+}
+
+/// One `[[runs]]` entry.
+#[derive(Clone, Debug)]
+pub struct RunEntry {
+    /// Its name.
+    pub name: Named,
+    /// Its setup.
+    pub setup: String,
+    /// What it is for.
+    pub role: Role,
+    /// Its data file.
+    pub data: Option<Named>,
+    /// Its streams.
+    pub signals: Vec<Named>,
+    /// What files call inputs and measurands.
+    pub columns: Vec<ColumnWord>,
+    /// Constants of the run.
+    pub inputs: Vec<(Named, Quantity)>,
+    /// How it will be measured; empty for a run with data.
+    pub plan: Vec<Leg>,
+}
+
+/// A campaign file, read and checked for form.
+#[derive(Clone, Debug)]
+pub struct CampaignFile {
+    /// Folder of the file; data paths are relative to it.
+    pub folder: PathBuf,
+    /// The file.
+    pub path: PathBuf,
+    /// `title` (empty if not said).
+    pub title: String,
+    /// `model`: a name in the library, or a path relative to [`CampaignFile::folder`].
+    pub model: Named,
+    /// `instrument`.
+    pub instrument: Option<String>,
+    /// `rig`.
+    pub rig: Option<String>,
+    /// `effects`.
+    pub effects: Vec<Named>,
+    /// `[metadata]`.
+    pub metadata: serde_json::Value,
+    /// `[parameters]`.
+    pub parameters: Vec<Override>,
+    /// `[inputs]`.
+    pub inputs: Vec<InputOverride>,
+    /// `[measurands]`.
+    pub measurands: Vec<MeasurandOverride>,
+    /// `delay_range` (s).
+    pub delay_range: Option<f64>,
+    /// `[[runs]]`.
+    pub runs: Vec<RunEntry>,
+    pub(crate) reader: Reader,
+}
+
+impl CampaignFile {
+    /// Reads `campaign.toml`, given the file or its folder.
+    ///
+    /// # Errors
+    /// Everything that is wrong with its form: not there, not TOML, unknown keys, wrong types,
+    /// units that are none, repeated runs, no run. What needs the model is checked on loading.
+    pub fn read(path: &Path) -> Result<Self, Diagnostics> {
+        let path = if path.is_dir() { path.join("campaign.toml") } else { path.to_owned() };
+        let text = lines::read_bytes(&path)
+            .and_then(|bytes| {
+                String::from_utf8(bytes).map_err(|_| format!("`{}` is not UTF-8", path.display()))
+            })
+            .map_err(|message| {
+                Diagnostic::error(message).help("name a campaign's folder, or its campaign.toml")
+            })?;
+        Self::parse(&path, &text)
+    }
+
+    /// Reads the text of a campaign file that stands (or will stand) at `path`.
+    ///
+    /// # Errors
+    /// As for [`CampaignFile::read`].
+    pub fn parse(path: &Path, text: &str) -> Result<Self, Diagnostics> {
+        let source = Source::new(path.display().to_string(), text);
+        let (mut reader, entries) = Reader::parse(source)?;
+        reader.only(&entries, &KEYS);
+        let text = |reader: &mut Reader, key| {
+            get(&entries, key).and_then(|item| reader.text(item, &format!("{key} = \"...\"")))
+        };
+        let model = get(&entries, "model").and_then(|item| named(&mut reader, item));
+        let model = model.unwrap_or_else(|| {
+            if get(&entries, "model").is_none() {
+                let help = "name a model of the library or a file: model = \"polar_one_rotation\"";
+                reader.fault(Span::default(), "the campaign names no model", help);
+            }
+            Named {
+                text: String::new(),
+                span: Span::default(),
+                place: reader.place(Span::default()),
+            }
+        });
+        let table = |reader: &mut Reader, key: &str| match get(&entries, key) {
+            Some(item) => reader.table(item, &format!("[{key}]")).to_vec(),
+            None => Vec::new(),
+        };
+        let effects = get(&entries, "effects").map(|item| {
+            let texts = reader.texts(item, "effects = [\"encoder_eccentricity\"]");
+            texts.into_iter().map(|(text, span)| place(&reader, text, span)).collect()
+        });
+        let delay_range = get(&entries, "delay_range")
+            .and_then(|item| reader.positive_of(item, "delay_range", seconds().dimension));
+        let parameters = table(&mut reader, "parameters");
+        let inputs = table(&mut reader, "inputs");
+        let measurands = table(&mut reader, "measurands");
+        let metadata = table(&mut reader, "metadata");
+        let this = Self {
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            path: path.to_owned(),
+            title: text(&mut reader, "title").unwrap_or_default(),
+            model,
+            instrument: text(&mut reader, "instrument"),
+            rig: text(&mut reader, "rig"),
+            effects: effects.unwrap_or_default(),
+            metadata: metadata
+                .iter()
+                .map(|entry| (entry.key.clone(), entry.item.to_json()))
+                .collect::<serde_json::Map<_, _>>()
+                .into(),
+            parameters: overrides::read(&mut reader, &parameters),
+            inputs: inputs.iter().map(|entry| input(&mut reader, entry)).collect(),
+            measurands: measurands.iter().map(|entry| measurand(&mut reader, entry)).collect(),
+            delay_range,
+            runs: runs(&mut reader, get(&entries, "runs")),
+            reader: reader.clone(),
+        };
+        Diagnostics(reader.faults).into_result(Self {
+            reader: Reader { source: reader.source, faults: Vec::new() },
+            ..this
+        })
+    }
+}
+
+fn seconds() -> Unit {
+    Unit { symbol: "s".into(), ..Unit::coherent(crate::units::Dimension::TIME) }
+}
+
+fn place(reader: &Reader, text: String, span: Span) -> Named {
+    Named { text, span, place: reader.place(span) }
+}
+
+fn named(reader: &mut Reader, item: &Item) -> Option<Named> {
+    let text = reader.text(item, "\"...\"")?;
+    Some(place(reader, text, item.span))
+}
+
+fn key(reader: &Reader, entry: &Entry) -> Named {
+    place(reader, entry.key.clone(), entry.span)
+}
+
+fn input(reader: &mut Reader, entry: &Entry) -> InputOverride {
+    let entries = reader.table(&entry.item, "arm_angle = { sigma = \"0.2 arcsec\" }");
+    reader.only(entries, &["sigma", "smooth", "period"]);
+    InputOverride {
+        name: key(reader, entry),
+        sigma: get(entries, "sigma").cloned(),
+        smooth: get(entries, "smooth").cloned(),
+        period: get(entries, "period").cloned(),
+    }
+}
+
+fn measurand(reader: &mut Reader, entry: &Entry) -> MeasurandOverride {
+    let entries = reader.table(&entry.item, "horizontal = { sigma = \"1.5 arcsec\" }");
+    reader.only(entries, &["sigma"]);
+    MeasurandOverride { name: key(reader, entry), sigma: get(entries, "sigma").cloned() }
+}
+
+fn runs(reader: &mut Reader, item: Option<&Item>) -> Vec<RunEntry> {
+    let Some(item) = item else {
+        reader.fault(
+            Span::default(),
+            "the campaign has no run",
+            "add one: [[runs]], then name = \"slow\" and data = \"slow.csv\" (or a plan)",
+        );
+        return Vec::new();
+    };
+    let Value::List(items) = &item.value else {
+        reader.fault(item.span, "expected a list of runs", "write each run as [[runs]]");
+        return Vec::new();
+    };
+    if items.is_empty() {
+        reader.fault(item.span, "the campaign has no run", "add one as [[runs]]");
+    }
+    let mut seen: IndexMap<String, usize> = IndexMap::new();
+    let mut found = Vec::new();
+    for item in items {
+        let Some(run) = run(reader, item) else {
+            continue;
+        };
+        let line = run.name.place.line;
+        if let Some(before) = seen.insert(run.name.text.clone(), line) {
+            let message = format!("two runs are called `{}`", run.name.text);
+            reader.fault(run.name.span, message, format!("the other is in line {before}"));
+        }
+        found.push(run);
+    }
+    found
+}
+
+fn run(reader: &mut Reader, item: &Item) -> Option<RunEntry> {
+    let entries = reader.table(item, "[[runs]]");
+    if entries.is_empty() {
+        if matches!(item.value, Value::Table(_)) {
+            reader.fault(item.span, "the run has no name", "write name = \"slow\"");
+        }
+        return None;
+    }
+    reader.only(entries, &RUN_KEYS);
+    let name = match get(entries, "name") {
+        Some(item) => named(reader, item)?,
+        None => {
+            reader.fault(item.span, "the run has no name", "write name = \"slow\"");
+            return None;
+        }
+    };
+    let role = match get(entries, "role")
+        .and_then(|item| Some((reader.text(item, "role = \"reference\"")?, item)))
+    {
+        None => Role::Kinematic,
+        Some((text, _)) if text == "kinematic" => Role::Kinematic,
+        Some((text, _)) if text == "reference" => Role::Reference,
+        Some((text, item)) => {
+            reader.unknown(item.span, "role", &text, &["reference", "kinematic"]);
+            Role::Kinematic
+        }
+    };
+    let signals = get(entries, "signals").map(|item| {
+        let texts = reader.texts(item, "signals = [\"joints.csv\"]");
+        texts.into_iter().map(|(text, span)| place(reader, text, span)).collect::<Vec<_>>()
+    });
+    let plan = get(entries, "plan").map(|item| plan::read(reader, item));
+    let data = get(entries, "data").and_then(|item| named(reader, item));
+    match (get(entries, "data"), get(entries, "plan")) {
+        (None, None) => {
+            let message = format!("run `{}` has neither data nor a plan", name.text);
+            reader.fault(name.span, message, "write data = \"slow.csv\", or plan = { ... }");
+        }
+        (Some(_), Some(plan)) => {
+            let message = format!("run `{}` has data and a plan", name.text);
+            reader.fault(plan.span, message, "a run is measured or planned: keep one");
+        }
+        _ => {}
+    }
+    if let (Some(item), Some(_)) = (get(entries, "signals"), get(entries, "plan")) {
+        reader.fault(item.span, "a planned run has no streams yet", "leave `signals` out");
+    }
+    let setup = get(entries, "setup").and_then(|item| reader.text(item, "setup = \"A\""));
+    let columns = get(entries, "columns").map(|item| columns(reader, item));
+    let inputs = get(entries, "inputs").map(|item| {
+        let entries = reader.table(item, "inputs = { temperature = \"20.1 degC\" }");
+        let read = |entry: &Entry| Some((key(reader, entry), reader.quantity(&entry.item)?));
+        entries.iter().filter_map(read).collect::<Vec<_>>()
+    });
+    Some(RunEntry {
+        name,
+        setup: setup.unwrap_or_else(|| "A".to_owned()),
+        role,
+        data,
+        signals: signals.unwrap_or_default(),
+        columns: columns.unwrap_or_default(),
+        inputs: inputs.unwrap_or_default(),
+        plan: plan.unwrap_or_default(),
+    })
+}
+
+fn columns(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
+    let mut found = Vec::new();
+    for entry in reader.table(item, "columns = { hand_x = \"tool_x [m]\" }") {
+        let Some(written) = reader.text(&entry.item, "hand_x = \"tool_x [m]\"") else {
+            continue;
+        };
+        let (header, unit) = header::split(written.trim());
+        let unit = match unit.map(|(unit, _)| Unit::parse(unit)).transpose() {
+            Ok(unit) => unit,
+            Err(error) => {
+                reader.fault(entry.item.span, error.message, error.help.unwrap_or_default());
+                continue;
+            }
+        };
+        let (header, name) = (header.to_owned(), key(reader, entry));
+        found.push(ColumnWord { name, written, header, unit });
+    }
+    found
+}

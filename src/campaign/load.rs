@@ -1,0 +1,374 @@
+//! A campaign read against its model: units settled, signals ready, every sigma known.
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+
+use crate::campaign::entries::Item;
+use crate::campaign::file::{CampaignFile, InputOverride, Named, RunEntry};
+use crate::campaign::plan;
+use crate::campaign::run::{Run, Samples};
+use crate::campaign::samples::{InputSetting, Loader, missing, reading_columns};
+use crate::campaign::signal::Track;
+use crate::campaign::spline::Smoothing;
+use crate::campaign::table::Skipped;
+use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
+use crate::formula::{Expression, ExpressionKind};
+use crate::model::{Model, Override};
+use crate::units::Dimension;
+
+/// The margin kept to the ends of a stream (s), unless stated.
+pub const DELAY_RANGE: f64 = 0.5;
+
+/// How to read the data.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// Leave bad rows out, count and list them.
+    pub skip_bad_rows: bool,
+    /// Margin to the ends of streams (s), over what the campaign says.
+    pub delay_range: Option<f64>,
+}
+
+/// Samples of a run whose readings are not used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    /// The run.
+    pub run: String,
+    /// How many samples.
+    pub samples: usize,
+    /// Why.
+    pub why: String,
+}
+
+/// A campaign, ready to be explained by its model.
+#[derive(Clone, Debug)]
+pub struct Campaign {
+    /// `title`, else the folder's name.
+    pub title: String,
+    /// Name of its folder: how it is called where several are used together.
+    pub name: String,
+    /// Its folder.
+    pub folder: PathBuf,
+    /// Its campaign.toml.
+    pub source: Source,
+    /// Name of the model, as written.
+    pub model: Named,
+    /// Name of the instrument: campaigns of the same one share its parameters.
+    pub instrument: Option<String>,
+    /// Name of the rig.
+    pub rig: Option<String>,
+    /// Effects that are part of the nominal model.
+    pub effects: Vec<Named>,
+    /// Free data, carried into every result (an object).
+    pub metadata: serde_json::Value,
+    /// Names of the setups, in order of appearance.
+    pub setups: Vec<String>,
+    /// Runs, in the order written.
+    pub runs: Vec<Run>,
+    /// What was written of each run, in the same order.
+    pub entries: Vec<RunEntry>,
+    /// Parameters as overridden; to be applied by name once effects are known.
+    pub parameters: Vec<Override>,
+    /// What was written of inputs.
+    pub inputs: Vec<InputOverride>,
+    /// Standard uncertainty (SI) of each input of the model, if known.
+    pub input_sigma: Vec<Option<f64>>,
+    /// Standard uncertainty (SI) of one reading of each measurand of the model; 1 for one that the
+    /// campaign neither states nor reads.
+    pub measurand_sigma: Vec<f64>,
+    /// Margin kept to the ends of streams (s).
+    pub delay_range: f64,
+    /// What the user should look at.
+    pub warnings: Vec<Diagnostic>,
+    /// Rows left out.
+    pub skipped: Vec<Skipped>,
+    /// Samples whose readings are not used.
+    pub left_out: Vec<LeftOut>,
+}
+
+impl CampaignFile {
+    /// Reads the data of all runs against a model.
+    ///
+    /// # Errors
+    /// Every fault found: inputs or measurands the model does not have, a sigma missing or not
+    /// positive, wrong dimensions, faults of the data files, runs that lack an input.
+    pub fn load(self, model: &Model, options: &LoadOptions) -> Result<Campaign, Diagnostics> {
+        let mut loader = Loader {
+            model,
+            folder: self.folder.clone(),
+            reader: self.reader.clone(),
+            inputs: Vec::new(),
+            delay_range: options.delay_range.or(self.delay_range).unwrap_or(DELAY_RANGE),
+            skip_bad_rows: options.skip_bad_rows,
+            warnings: Vec::new(),
+            warned: HashSet::new(),
+            skipped: Vec::new(),
+            left_out: Vec::new(),
+        };
+        let (inputs, input_sigma) = self.input_settings(model, &mut loader);
+        loader.inputs = inputs;
+        let mut measurand_sigma = self.measurand_sigmas(model, &mut loader);
+        self.check_constants(model, &mut loader);
+        let (setups, mut runs) = self.load_runs(model, &mut loader);
+        setup_times(&mut runs);
+        self.need_sigmas(model, &mut loader, &runs, &mut measurand_sigma);
+        Diagnostics(std::mem::take(&mut loader.reader.faults)).into_result(())?;
+        let name = std::path::absolute(&self.folder)
+            .ok()
+            .and_then(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))
+            .unwrap_or_else(|| "campaign".to_owned());
+        Ok(Campaign {
+            title: if self.title.is_empty() { name.clone() } else { self.title },
+            name,
+            folder: self.folder,
+            source: self.reader.source,
+            model: self.model,
+            instrument: self.instrument,
+            rig: self.rig,
+            effects: self.effects,
+            metadata: self.metadata,
+            setups,
+            runs,
+            entries: self.runs,
+            parameters: self.parameters,
+            inputs: self.inputs,
+            input_sigma,
+            measurand_sigma,
+            delay_range: loader.delay_range,
+            warnings: loader.warnings,
+            skipped: loader.skipped,
+            left_out: loader.left_out,
+        })
+    }
+
+    fn input_settings(
+        &self,
+        model: &Model,
+        loader: &mut Loader<'_>,
+    ) -> (Vec<InputSetting>, Vec<Option<f64>>) {
+        let known: Vec<&str> = model.inputs.iter().map(|input| input.name.as_str()).collect();
+        for over in &self.inputs {
+            if !known.contains(&over.name.text.as_str()) {
+                loader.reader.unknown(over.name.span, "input", &over.name.text, &known);
+            }
+        }
+        let mut settings = Vec::new();
+        let mut sigmas = Vec::new();
+        for input in &model.inputs {
+            let over = self.inputs.iter().find(|over| over.name.text == input.name);
+            let dimension = input.unit.dimension;
+            let mut say = |item: Option<&Item>, what: &str, dimension| {
+                let item = item?;
+                loader.reader.positive_of(item, &format!("{what} of `{}`", input.name), dimension)
+            };
+            let sigma =
+                say(over.and_then(|o| o.sigma.as_ref()), "sigma", dimension).or(input.sigma);
+            let smooth = say(over.and_then(|o| o.smooth.as_ref()), "smooth", Dimension::TIME)
+                .or(input.smooth);
+            let period =
+                say(over.and_then(|o| o.period.as_ref()), "period", dimension).or(input.period);
+            let smoothing = match (smooth, sigma) {
+                // `smooth` is the period of an oscillation that comes out half as large.
+                (Some(period), _) => Smoothing::TimeConstant(period / std::f64::consts::TAU),
+                (None, Some(sigma)) => Smoothing::Misfit(sigma),
+                (None, None) => Smoothing::CrossValidation,
+            };
+            settings.push(InputSetting { smoothing, period, needed: needs(model, &input.name) });
+            sigmas.push(sigma);
+        }
+        (settings, sigmas)
+    }
+
+    fn measurand_sigmas(&self, model: &Model, loader: &mut Loader<'_>) -> Vec<f64> {
+        let known: Vec<&str> = model.measurands.iter().map(|m| m.name.as_str()).collect();
+        for over in &self.measurands {
+            if !known.contains(&over.name.text.as_str()) {
+                loader.reader.unknown(over.name.span, "measurand", &over.name.text, &known);
+            }
+        }
+        let mut sigmas = Vec::new();
+        for measurand in &model.measurands {
+            let name = &measurand.name;
+            let over = self.measurands.iter().find(|over| &over.name.text == name);
+            let stated = over.and_then(|over| over.sigma.as_ref());
+            let sigma = match stated {
+                Some(item) => {
+                    let what = format!("sigma of `{name}`");
+                    loader.reader.positive_of(item, &what, measurand.unit.dimension)
+                }
+                None => measurand.sigma,
+            };
+            sigmas.push(match (sigma, stated) {
+                (None, None) => f64::NAN,
+                // A fault is noted already.
+                (None, Some(_)) => 1.0,
+                (Some(sigma), _) => sigma,
+            });
+        }
+        sigmas
+    }
+
+    /// A sigma is needed of every measurand that is read, or may be: then a fault, else 1.
+    fn need_sigmas(
+        &self,
+        model: &Model,
+        loader: &mut Loader<'_>,
+        runs: &[Run],
+        sigmas: &mut [f64],
+    ) {
+        let planned = self.runs.iter().any(|run| !run.plan.is_empty());
+        let columns = reading_columns(model);
+        for (index, (measurand, sigma)) in model.measurands.iter().zip(sigmas).enumerate() {
+            let read = |run: &Run| {
+                let own =
+                    columns.iter().zip(&run.samples.readings).filter(|((of, _), _)| *of == index);
+                own.flat_map(|(_, values)| values).any(|value| !value.is_nan())
+            };
+            if !sigma.is_nan() {
+                continue;
+            }
+            *sigma = 1.0;
+            if planned || runs.iter().any(read) {
+                let name = &measurand.name;
+                let over = self.measurands.iter().find(|over| &over.name.text == name);
+                let span = over.map_or(Span::default(), |over| over.name.span);
+                let message = format!("the standard uncertainty of `{name}` is not stated");
+                let symbol = &measurand.unit.symbol;
+                let help = format!("in [measurands] write {name} = {{ sigma = \"... {symbol}\" }}");
+                loader.reader.fault(span, message, help);
+            }
+        }
+    }
+
+    /// Constants of runs must be inputs of the model.
+    fn check_constants(&self, model: &Model, loader: &mut Loader<'_>) {
+        let known: Vec<&str> = model.inputs.iter().map(|input| input.name.as_str()).collect();
+        for (name, _) in self.runs.iter().flat_map(|run| &run.inputs) {
+            if known.contains(&name.text.as_str()) {
+                continue;
+            }
+            // A constant recorded for effects that are not in use is no fault.
+            let mut warning = Diagnostic::warning(format!(
+                "the input `{}` is not used: model `{}` does not declare it",
+                name.text, model.name
+            ))
+            .at(name.place.clone());
+            if let Some(near) = crate::diagnostic::nearest(&name.text, known.iter().copied()) {
+                warning = warning.help(format!("did you mean `{near}`?"));
+            }
+            if loader.warned.insert(name.text.clone()) {
+                loader.warnings.push(warning);
+            }
+        }
+    }
+
+    fn load_runs(&self, model: &Model, loader: &mut Loader<'_>) -> (Vec<String>, Vec<Run>) {
+        let mut setups: Vec<String> = Vec::new();
+        let mut runs: Vec<Run> = Vec::new();
+        for entry in &self.runs {
+            let setup =
+                setups.iter().position(|setup| *setup == entry.setup).unwrap_or_else(|| {
+                    setups.push(entry.setup.clone());
+                    setups.len() - 1
+                });
+            let samples = if entry.plan.is_empty() {
+                loader.run(entry)
+            } else {
+                let ended =
+                    runs.iter().rev().find(|run| run.setup == setup).map(|run| end(&run.samples));
+                planned(model, loader, entry, ended.unwrap_or(0.0))
+            };
+            if let Some(samples) = samples {
+                runs.push(Run { name: entry.name.text.clone(), setup, role: entry.role, samples });
+            }
+        }
+        (setups, runs)
+    }
+}
+
+fn planned(
+    model: &Model,
+    loader: &mut Loader<'_>,
+    entry: &RunEntry,
+    begin: f64,
+) -> Option<Samples> {
+    let before = loader.reader.faults.len();
+    let mut samples = plan::samples(&mut loader.reader, entry, model, begin);
+    for (input, track) in model.inputs.iter().zip(&mut samples.inputs) {
+        let Some((name, quantity)) = entry.inputs.iter().find(|(name, _)| name.text == input.name)
+        else {
+            continue;
+        };
+        if !matches!(track, Track::Absent) {
+            loader.reader.fault(
+                name.span,
+                format!("run `{}` has `{}` twice", entry.name.text, input.name),
+                "",
+            );
+        }
+        if quantity.unit.dimension != input.unit.dimension {
+            let message = format!("`{}` is not a unit of `{}`", quantity.unit.symbol, input.name);
+            loader.reader.fault(
+                name.span,
+                message,
+                format!("expected a unit such as `{}`", input.unit.symbol),
+            );
+        }
+        *track = Track::Constant(quantity.value);
+    }
+    for name in missing(&model.inputs, &samples.inputs, &loader.inputs) {
+        let message = format!("the plan of run `{}` does not say `{name}`", entry.name.text);
+        loader.reader.fault(
+            entry.name.span,
+            message,
+            "add it to the plan, or to `inputs` where it stands still",
+        );
+    }
+    (loader.reader.faults.len() == before).then_some(samples)
+}
+
+/// When the sample after a run's last one would come.
+fn end(samples: &Samples) -> f64 {
+    match samples.time.as_slice() {
+        [.., before, last] => last + (last - before),
+        [last] => *last,
+        [] => 0.0,
+    }
+}
+
+/// Fills `setup_time`: since the smallest time of the setup's runs.
+fn setup_times(runs: &mut [Run]) {
+    let starts: Vec<f64> = runs
+        .iter()
+        .map(|run| {
+            let same = runs.iter().filter(|other| other.setup == run.setup);
+            same.flat_map(|other| other.samples.time.first()).copied().fold(f64::INFINITY, f64::min)
+        })
+        .collect();
+    for (run, start) in runs.iter_mut().zip(starts) {
+        run.samples.setup_time = run.samples.time.iter().map(|time| time - start).collect();
+    }
+}
+
+/// Whether a formula of the model names an input.
+fn needs(model: &Model, name: &str) -> bool {
+    let coordinates = model.coordinates.iter().flat_map(|coordinates| {
+        [&coordinates.from, &coordinates.measured].into_iter().chain(coordinates.helpers.values())
+    });
+    model
+        .quantities
+        .values()
+        .chain(model.measurands.iter().map(|measurand| &measurand.formula))
+        .chain(coordinates)
+        .any(|formula| names(&formula.root, name))
+}
+
+fn names(expression: &Expression, name: &str) -> bool {
+    match &expression.kind {
+        ExpressionKind::Number(..) => false,
+        ExpressionKind::Name(found) => found == name,
+        ExpressionKind::Member(inner, _) | ExpressionKind::Negate(inner) => names(inner, name),
+        ExpressionKind::Vector(parts) => parts.iter().any(|part| names(part, name)),
+        ExpressionKind::Binary(_, left, right) => names(left, name) || names(right, name),
+        ExpressionKind::Call(_, arguments) => arguments.iter().any(|part| names(part, name)),
+    }
+}

@@ -1,0 +1,270 @@
+//! A run that is not measured yet: triggers and motions, made into samples without readings.
+//!
+//! A plan is one leg, `{ trigger = "40 Hz", duration = "43.6 s", arm_angle = { start = "0 deg",
+//! rate = "-190 deg/s", acceleration = "0 deg/s^2" } }`, or a list of legs. An input's motion is a
+//! table, a text where it stands still, or a list of tables with a `duration` each. Value and
+//! rate that a later leg does not say go on as the leg before ended; acceleration is zero unless said. A plan begins at its `start` (a time), else
+//! when the run before it in its setup ended.
+
+use crate::campaign::entries::{Item, Quantity, Reader, Value, get};
+use crate::campaign::file::{Named, RunEntry};
+use crate::campaign::run::Samples;
+use crate::campaign::samples::{self, column_count};
+use crate::campaign::signal::Track;
+use crate::diagnostic::Span;
+use crate::model::{InputDeclaration, Model};
+use crate::units::{Dimension, Exponent, Unit};
+
+/// The most samples a planned run may have.
+const MOST_SAMPLES: f64 = 2e7;
+
+/// One leg of a plan.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    /// Readings a second.
+    pub trigger: f64,
+    /// How long it takes (s).
+    pub duration: f64,
+    /// Time of its first sample (s), if said; first leg only.
+    pub start: Option<f64>,
+    /// The inputs that move, with the pieces of their motion.
+    pub motions: Vec<(Named, Vec<Piece>)>,
+}
+
+/// A stretch of constant acceleration.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// Value at its start.
+    pub start: Option<Quantity>,
+    /// Rate at its start.
+    pub rate: Option<Quantity>,
+    /// Acceleration.
+    pub acceleration: Option<Quantity>,
+    /// How long it takes (s); to the end of the leg if not said.
+    pub duration: Option<f64>,
+}
+
+/// Reads `plan`.
+pub(crate) fn read(reader: &mut Reader, item: &Item) -> Vec<Leg> {
+    match &item.value {
+        Value::List(items) => {
+            if items.is_empty() {
+                reader.fault(item.span, "the plan has no leg", "");
+            }
+            items.iter().filter_map(|item| leg(reader, item)).collect()
+        }
+        _ => leg(reader, item).into_iter().collect(),
+    }
+}
+
+fn leg(reader: &mut Reader, item: &Item) -> Option<Leg> {
+    let example =
+        "plan = { trigger = \"40 Hz\", duration = \"43.6 s\", arm_angle = { rate = \"5 deg/s\" } }";
+    let entries = reader.table(item, example);
+    let hertz = Dimension::NONE / Dimension::TIME;
+    let need = |reader: &mut Reader, key: &str, dimension| match get(entries, key) {
+        Some(item) => reader.positive_of(item, key, dimension),
+        None => {
+            reader.fault(item.span, format!("the plan has no `{key}`"), format!("as in {example}"));
+            None
+        }
+    };
+    let trigger = need(reader, "trigger", hertz);
+    let duration = need(reader, "duration", Dimension::TIME);
+    let start = get(entries, "start")
+        .and_then(|item| reader.quantity_of(item, "the start of a plan", Dimension::TIME));
+    let mut motions = Vec::new();
+    for entry in entries {
+        if ["trigger", "duration", "start"].contains(&entry.key.as_str()) {
+            continue;
+        }
+        let name =
+            Named { text: entry.key.clone(), span: entry.span, place: reader.place(entry.span) };
+        let pieces = match &entry.item.value {
+            Value::List(items) => items.iter().map(|item| piece(reader, item)).collect(),
+            Value::Text(_) => vec![Piece {
+                start: reader.quantity(&entry.item),
+                rate: None,
+                acceleration: None,
+                duration: None,
+            }],
+            _ => vec![piece(reader, &entry.item)],
+        };
+        motions.push((name, pieces));
+    }
+    let (trigger, duration) = (trigger?, duration?);
+    if trigger * duration > MOST_SAMPLES {
+        let message = format!("the plan has more than {MOST_SAMPLES:.0} samples");
+        reader.fault(item.span, message, "");
+        return None;
+    }
+    Some(Leg { trigger, duration, start, motions })
+}
+
+fn piece(reader: &mut Reader, item: &Item) -> Piece {
+    let entries = reader.table(item, "arm_angle = { start = \"0 deg\", rate = \"5 deg/s\" }");
+    reader.only(entries, &["start", "rate", "acceleration", "duration"]);
+    let quantity =
+        |reader: &mut Reader, key| get(entries, key).and_then(|item| reader.quantity(item));
+    Piece {
+        start: quantity(reader, "start"),
+        rate: quantity(reader, "rate"),
+        acceleration: quantity(reader, "acceleration"),
+        duration: get(entries, "duration")
+            .and_then(|item| reader.positive_of(item, "duration", Dimension::TIME)),
+    }
+}
+
+/// State of an input from a time on: value, rate, acceleration.
+#[derive(Clone, Copy, Debug)]
+struct State {
+    from: f64,
+    value: f64,
+    rate: f64,
+    acceleration: f64,
+}
+
+impl State {
+    fn at(&self, time: f64) -> Self {
+        let o = time - self.from;
+        Self {
+            from: time,
+            value: self.value + o * (self.rate + 0.5 * o * self.acceleration),
+            rate: self.rate + o * self.acceleration,
+            acceleration: self.acceleration,
+        }
+    }
+}
+
+/// The samples of a planned run: exact values, rates and accelerations, all readings missing.
+/// `begin` is the time of the first sample (s) where the plan does not say it.
+pub(crate) fn samples(reader: &mut Reader, entry: &RunEntry, model: &Model, begin: f64) -> Samples {
+    let begin = entry.plan.first().and_then(|leg| leg.start).unwrap_or(begin);
+    let mut time = Vec::new();
+    let mut starts = Vec::with_capacity(entry.plan.len());
+    let mut leg_begin = 0.0;
+    for leg in &entry.plan {
+        starts.push(leg_begin);
+        let count = (leg.trigger * leg.duration - 1e-9).ceil().max(1.0) as usize;
+        time.extend((0..count).map(|k| leg_begin + k as f64 / leg.trigger));
+        leg_begin += leg.duration;
+    }
+    let mut known: Vec<&str> = model.inputs.iter().map(|input| input.name.as_str()).collect();
+    known.extend(["trigger", "duration", "start"]);
+    for (name, _) in entry.plan.iter().flat_map(|leg| &leg.motions) {
+        if !model.inputs.iter().any(|input| input.name == name.text) {
+            reader.unknown(name.span, "input", &name.text, &known);
+        }
+    }
+    let inputs =
+        model.inputs.iter().map(|input| track(reader, entry, input, &starts, &time)).collect();
+    let mut samples = Samples {
+        readings: vec![vec![f64::NAN; time.len()]; column_count(model)],
+        rows: vec![entry.name.place.line; time.len()],
+        time: time.iter().map(|t| t + begin).collect(),
+        inputs,
+        ..Samples::default()
+    };
+    samples::clocks(&mut samples);
+    samples
+}
+
+/// The motion of one input over all legs.
+fn track(
+    reader: &mut Reader,
+    entry: &RunEntry,
+    input: &InputDeclaration,
+    starts: &[f64],
+    time: &[f64],
+) -> Track {
+    let mut states: Vec<State> = Vec::new();
+    let mut named = false;
+    for (leg, begin) in entry.plan.iter().zip(starts) {
+        let motion = leg.motions.iter().find(|(name, _)| name.text == input.name);
+        let Some((name, pieces)) = motion else {
+            if let Some(last) = states.last() {
+                let goes_on = State { acceleration: 0.0, ..last.at(*begin) };
+                states.push(goes_on);
+            }
+            continue;
+        };
+        named = true;
+        let mut from = *begin;
+        for piece in pieces {
+            if let Some(state) = next(reader, input, name.span, piece, from, states.last()) {
+                states.push(state);
+            }
+            from += piece.duration.unwrap_or((begin + leg.duration - from).max(0.0));
+        }
+        if from > begin + leg.duration * (1.0 + 1e-9) {
+            let message = format!("the motion of `{}` is longer than its leg", name.text);
+            reader.fault(name.span, message, "");
+        }
+    }
+    let Some(first) = states.first().copied() else {
+        return if named { Track::Constant(f64::NAN) } else { Track::Absent };
+    };
+    let mut current = 0;
+    let at: Vec<State> = time
+        .iter()
+        .map(|t| {
+            while states.get(current + 1).is_some_and(|next| next.from <= t + 1e-9) {
+                current += 1;
+            }
+            states.get(current).unwrap_or(&first).at(*t)
+        })
+        .collect();
+    if !input.signal && at.iter().all(|state| state.rate == 0.0 && state.value == first.value) {
+        return Track::Constant(first.value);
+    }
+    Track::Captured {
+        value: at.iter().map(|state| state.value).collect(),
+        rate: Some(at.iter().map(|state| state.rate).collect()),
+        acceleration: Some(at.iter().map(|state| state.acceleration).collect()),
+    }
+}
+
+fn next(
+    reader: &mut Reader,
+    input: &InputDeclaration,
+    span: Span,
+    piece: &Piece,
+    from: f64,
+    last: Option<&State>,
+) -> Option<State> {
+    let before = last.map(|state| state.at(from));
+    let mut take = |quantity: &Option<Quantity>, order: i64| {
+        let quantity = quantity.as_ref()?;
+        let per = Exponent::new(order, 1).map_or(Dimension::NONE, |e| Dimension::TIME.pow(e));
+        let dimension = input.unit.dimension / per;
+        let wrong = quantity.unit.dimension != dimension;
+        if wrong || (order > 0 && quantity.unit.offset != 0.0) {
+            let symbol = &quantity.unit.symbol;
+            let message = match order {
+                0 => format!("`{symbol}` is not a unit of `{}`", input.name),
+                1 => format!("`{symbol}` is not a unit of the rate of `{}`", input.name),
+                _ => format!("`{symbol}` is not a unit of the acceleration of `{}`", input.name),
+            };
+            let unit = Unit::coherent(dimension).symbol;
+            let diagnostic = crate::diagnostic::Diagnostic::error(message)
+                .at(quantity.place.clone())
+                .help(format!("expected a unit such as `{}`", per_time(&input.unit, &unit, order)));
+            reader.faults.push(diagnostic);
+        }
+        Some(quantity.value)
+    };
+    let value = take(&piece.start, 0).or(before.map(|state| state.value));
+    let rate = take(&piece.rate, 1).or(before.map(|state| state.rate));
+    let acceleration = take(&piece.acceleration, 2);
+    let Some(value) = value else {
+        let message = format!("the plan does not say where `{}` starts", input.name);
+        reader.fault(span, message, "write start = \"0 deg\"");
+        return None;
+    };
+    let (rate, acceleration) = (rate.unwrap_or(0.0), acceleration.unwrap_or(0.0));
+    Some(State { from, value, rate, acceleration })
+}
+
+fn per_time(unit: &Unit, coherent: &str, order: i64) -> String {
+    samples::derived_symbol(unit, order as u8).unwrap_or_else(|| coherent.to_owned())
+}

@@ -1,0 +1,374 @@
+//! One measured run: its data file and its streams made into samples.
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+
+use crate::campaign::entries::Reader;
+use crate::campaign::file::{LeftOut, Named, RunEntry};
+use crate::campaign::header::Wanted;
+use crate::campaign::run::Samples;
+use crate::campaign::signal::{Track, unwrap};
+use crate::campaign::spline::{Smoothing, Spline};
+use crate::campaign::table::{Skipped, TIME, Table, TableError};
+use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
+use crate::graph::MeasurandKind;
+use crate::model::{InputDeclaration, Model};
+use crate::units::{Dimension, Unit};
+
+/// Number of reading columns of a model.
+pub(crate) fn column_count(model: &Model) -> usize {
+    reading_columns(model).len()
+}
+
+/// The reading columns of a model in their order: index of the measurand, name.
+pub(crate) fn reading_columns(model: &Model) -> Vec<(usize, String)> {
+    let mut columns = Vec::new();
+    for (index, measurand) in model.measurands.iter().enumerate() {
+        match measurand.kind {
+            MeasurandKind::Rotation => {
+                columns.extend(
+                    ["w", "x", "y", "z"].map(|c| (index, format!("{}_{c}", measurand.name))),
+                );
+            }
+            _ => columns.push((index, measurand.name.clone())),
+        }
+    }
+    columns
+}
+
+/// How a unit's rate (order 1) or acceleration (order 2) is written, if it can be.
+pub(crate) fn derived_symbol(unit: &Unit, order: u8) -> Option<String> {
+    let base = if unit.offset != 0.0 { "K".to_owned() } else { unit.symbol.clone() };
+    let plain = base.chars().all(char::is_alphabetic);
+    let base = if plain || base == "1" { base } else { format!("({base})") };
+    let symbol = match order {
+        0 => unit.symbol.clone(),
+        1 => format!("{base}/s"),
+        _ => format!("{base}/s^2"),
+    };
+    Unit::parse(&symbol).ok().map(|unit| unit.symbol)
+}
+
+/// Fills `run_time` and `uniform_time` from `time`.
+pub(crate) fn clocks(samples: &mut Samples) {
+    let first = samples.time.first().copied().unwrap_or(0.0);
+    samples.run_time = samples.time.iter().map(|time| time - first).collect();
+    let n = samples.time.len() as f64;
+    let middle = (n - 1.0) / 2.0;
+    let mean = samples.run_time.iter().sum::<f64>() / n;
+    let (mut along, mut square) = (0.0, 0.0);
+    for (index, time) in samples.run_time.iter().enumerate() {
+        let x = index as f64 - middle;
+        along += x * (time - mean);
+        square += x * x;
+    }
+    let slope = if square > 0.0 { along / square } else { 0.0 };
+    samples.uniform_time =
+        (0..samples.time.len()).map(|index| mean + slope * (index as f64 - middle)).collect();
+}
+
+/// What is settled of an input for the whole campaign.
+#[derive(Clone, Debug)]
+pub(crate) struct InputSetting {
+    pub(crate) smoothing: Smoothing,
+    pub(crate) period: Option<f64>,
+    /// Some formula of the model needs it.
+    pub(crate) needed: bool,
+}
+
+/// Reads runs against a model and collects what was found on the way.
+pub(crate) struct Loader<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) folder: PathBuf,
+    pub(crate) reader: Reader,
+    pub(crate) inputs: Vec<InputSetting>,
+    pub(crate) delay_range: f64,
+    pub(crate) skip_bad_rows: bool,
+    pub(crate) warnings: Vec<Diagnostic>,
+    pub(crate) warned: HashSet<String>,
+    pub(crate) skipped: Vec<Skipped>,
+    pub(crate) left_out: Vec<LeftOut>,
+}
+
+impl Loader<'_> {
+    /// The samples of a run with data; `None` after a fault.
+    pub(crate) fn run(&mut self, entry: &RunEntry) -> Option<Samples> {
+        let data = entry.data.as_ref()?;
+        let (every, streamed) = (self.wanted(entry, true), self.wanted(entry, false));
+        let table = self.table(data, &every);
+        let streams: Vec<_> =
+            entry.signals.iter().map(|name| self.table(name, &streamed)).collect();
+        let table = table?;
+        let streams: Vec<Table> = streams.into_iter().collect::<Option<_>>()?;
+        self.check_columns(entry, &every, &table, &streams);
+        let before = self.reader.faults.len();
+        let mut usable = vec![true; table.lines.len()];
+        let mut inputs = Vec::with_capacity(self.model.inputs.len());
+        for index in 0..self.model.inputs.len() {
+            inputs.push(self.track(index, entry, &table, &streams, &mut usable));
+        }
+        let count = table.lines.len();
+        let time = match table.values(TIME) {
+            Some(time) => time.to_vec(),
+            None => {
+                if inputs.iter().any(Track::moves) {
+                    let message = format!("`{}` has no column `time [s]`", data.text);
+                    let help = format!("inputs move in this run; columns found: {}", table.names());
+                    self.reader.fault(data.span, message, help);
+                }
+                vec![0.0; count]
+            }
+        };
+        let readings = self.readings(data, &table);
+        if self.reader.faults.len() > before {
+            return None;
+        }
+        let mut samples =
+            Samples { time, inputs, readings, rows: table.lines.clone(), ..Samples::default() };
+        clocks(&mut samples);
+        self.leave_out(entry, &mut samples, &usable);
+        (self.reader.faults.len() == before).then_some(samples)
+    }
+
+    /// The columns a file may hold: all for the data file, else time and inputs.
+    fn wanted(&self, entry: &RunEntry, readings: bool) -> Vec<Wanted> {
+        let want = |name: String, dimension: Dimension, example: String| {
+            let word = entry.columns.iter().find(|word| word.name.text == name);
+            let header = word.map(|word| (word.header.clone(), word.unit.clone()));
+            Wanted { name, header, dimension, example }
+        };
+        let mut found = vec![want(TIME.into(), Dimension::TIME, "s".into())];
+        for input in &self.model.inputs {
+            let mut dimension = input.unit.dimension;
+            for (order, suffix) in ["", "_rate", "_acceleration"].iter().enumerate() {
+                if order == 0 || readings {
+                    let example = derived_symbol(&input.unit, order as u8);
+                    let example = example.unwrap_or_else(|| dimension.to_string());
+                    found.push(want(format!("{}{suffix}", input.name), dimension, example));
+                }
+                dimension = dimension / Dimension::TIME;
+            }
+        }
+        if readings {
+            for (index, name) in reading_columns(self.model) {
+                let measurand = &self.model.measurands[index];
+                let (dimension, example) = match measurand.kind {
+                    MeasurandKind::Rotation => (Dimension::NONE, "1".to_owned()),
+                    _ => (measurand.unit.dimension, measurand.unit.symbol.clone()),
+                };
+                found.push(want(name, dimension, example));
+            }
+        }
+        found
+    }
+
+    fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
+        if name.text.ends_with(".parquet") {
+            let help = "write the table as CSV (plain or .gz)";
+            self.reader.fault(name.span, "this program was built without Parquet", help);
+            return None;
+        }
+        match Table::read(&self.folder.join(&name.text), wanted, self.skip_bad_rows) {
+            Ok(mut table) => {
+                self.skipped.append(&mut table.skipped);
+                Some(table)
+            }
+            Err(TableError::Unreadable(message)) => {
+                self.reader.fault(name.span, message, "paths count from the campaign's folder");
+                None
+            }
+            Err(TableError::Content(Diagnostics(faults))) => {
+                self.reader.faults.extend(faults);
+                None
+            }
+        }
+    }
+
+    /// Faults names of `columns` that mean nothing and warns of columns that nothing declares.
+    fn check_columns(&mut self, entry: &RunEntry, all: &[Wanted], data: &Table, streams: &[Table]) {
+        let tables = || std::iter::once(data).chain(streams);
+        let known: Vec<&str> = all.iter().map(|want| want.name.as_str()).collect();
+        for word in &entry.columns {
+            if !known.contains(&word.name.text.as_str()) {
+                self.reader.unknown(word.name.span, "input or measurand", &word.name.text, &known);
+            } else if !tables().any(|t| t.columns.iter().any(|c| c.name == word.header)) {
+                let message =
+                    format!("no file of run `{}` has a column `{}`", entry.name.text, word.header);
+                let help = format!(
+                    "columns found: {}",
+                    tables().map(Table::names).collect::<Vec<_>>().join("; ")
+                );
+                self.reader.fault(word.name.span, message, help);
+            }
+        }
+        let missing: Vec<&str> =
+            known.into_iter().filter(|name| tables().all(|t| t.column(name).is_none())).collect();
+        for table in tables() {
+            for column in table.columns.iter().filter(|column| column.wanted.is_none()) {
+                if !self.warned.insert(column.name.clone()) {
+                    continue;
+                }
+                let mut warning = Diagnostic::warning(format!(
+                    "the column `{}` is not used: model `{}` does not declare it",
+                    column.name, self.model.name
+                ))
+                .at(table.header_place(column));
+                if let Some(near) = nearest(&column.name, missing.iter().copied()) {
+                    warning = warning.help(format!("did you mean `{near}`?"));
+                }
+                self.warnings.push(warning);
+            }
+        }
+    }
+
+    /// Where an input comes from in this run.
+    fn track(
+        &mut self,
+        index: usize,
+        entry: &RunEntry,
+        data: &Table,
+        streams: &[Table],
+        usable: &mut [bool],
+    ) -> Track {
+        let model = self.model;
+        let input = &model.inputs[index];
+        let constant = entry.inputs.iter().find(|(name, _)| name.text == input.name);
+        let streams: Vec<_> = streams.iter().filter(|t| t.column(&input.name).is_some()).collect();
+        let captured = data.values(&input.name).is_some();
+        if usize::from(constant.is_some()) + usize::from(captured) + streams.len() > 1 {
+            let message = format!("run `{}` has `{}` twice", entry.name.text, input.name);
+            let help =
+                "it is a column of the data, of one stream, or a constant of the run: keep one";
+            self.reader.fault(entry.name.span, message, help);
+            return Track::Absent;
+        }
+        if let Some((name, quantity)) = constant {
+            if quantity.unit.dimension != input.unit.dimension {
+                let message =
+                    format!("`{}` is not a unit of `{}`", quantity.unit.symbol, input.name);
+                self.reader.fault(
+                    name.span,
+                    message,
+                    format!("expected a unit such as `{}`", input.unit.symbol),
+                );
+            }
+            return Track::Constant(quantity.value);
+        }
+        if captured {
+            return self.captured(index, entry, data, usable);
+        }
+        match streams.first() {
+            Some(stream) => self.logged(index, entry, stream),
+            None => {
+                if self.inputs[index].needed {
+                    let message =
+                        format!("run `{}` has no column `{}`", entry.name.text, input.name);
+                    let symbol = &input.unit.symbol;
+                    let help = format!(
+                        "write it as `{} [{symbol}]`, as a stream in `signals`, or as a constant in `inputs`; columns found: {}",
+                        input.name,
+                        data.names()
+                    );
+                    self.reader.fault(entry.name.span, message, help);
+                }
+                Track::Absent
+            }
+        }
+    }
+
+    fn captured(
+        &mut self,
+        index: usize,
+        entry: &RunEntry,
+        data: &Table,
+        usable: &mut [bool],
+    ) -> Track {
+        let input = &self.model.inputs[index];
+        let names = ["", "_rate", "_acceleration"].map(|suffix| format!("{}{suffix}", input.name));
+        let mut columns = names.clone().map(|name| data.values(&name).map(<[f64]>::to_vec));
+        if let (None, Some(column)) = (&columns[1], data.column(&names[2])) {
+            self.reader.faults.push(
+                Diagnostic::error(format!("`{}` needs `{}` beside it", names[2], names[1]))
+                    .at(data.header_place(column)),
+            );
+        }
+        for (column, name) in columns.iter_mut().zip(&names) {
+            let Some(column) = column else { continue };
+            for (usable, value) in usable.iter_mut().zip(column.iter()) {
+                *usable &= !value.is_nan();
+            }
+            if column.iter().all(|value| value.is_nan()) {
+                let message = format!("run `{}` has no value in column `{name}`", entry.name.text);
+                self.reader.fault(entry.name.span, message, "");
+                return Track::Absent;
+            }
+        }
+        let [Some(mut value), mut rate, mut acceleration] = columns else {
+            return Track::Absent;
+        };
+        if let Some(period) = self.inputs[index].period {
+            let time = data.values(TIME);
+            unwrap(&mut value, period, |from, to| match (time, &rate) {
+                (Some(time), Some(rate)) => {
+                    let expected = 0.5 * (rate[from] + rate[to]) * (time[to] - time[from]);
+                    if expected.is_finite() { expected } else { 0.0 }
+                }
+                _ => 0.0,
+            });
+        }
+        fill_gaps(&mut value);
+        rate.as_mut().into_iter().for_each(fill_gaps);
+        acceleration.as_mut().into_iter().for_each(fill_gaps);
+        Track::Captured { value, rate, acceleration }
+    }
+
+    fn logged(&mut self, index: usize, entry: &RunEntry, stream: &Table) -> Track {
+        let input = &self.model.inputs[index];
+        let span = entry.signals.first().map_or(entry.name.span, |name| name.span);
+        let (Some(times), Some(values)) = (stream.values(TIME), stream.values(&input.name)) else {
+            let message = format!("the stream of `{}` has no column `time [s]`", input.name);
+            self.reader.fault(span, message, format!("columns found: {}", stream.names()));
+            return Track::Absent;
+        };
+        let (times, mut values): (Vec<f64>, Vec<f64>) =
+            times.iter().zip(values).filter(|(_, value)| !value.is_nan()).unzip();
+        if let Some(period) = self.inputs[index].period {
+            unwrap(&mut values, period, |_, _| 0.0);
+        }
+        match Spline::fit(&times, &values, self.inputs[index].smoothing) {
+            Ok(spline) => Track::Logged(spline),
+            Err(error) => {
+                let message = format!("the stream of `{}` cannot be smoothed: {error}", input.name);
+                self.reader.fault(span, message, "");
+                Track::Absent
+            }
+        }
+    }
+}
+
+/// Puts the nearest earlier (else later) value where one is missing. The readings of such samples
+/// are left out, but the engine still evaluates them.
+fn fill_gaps(values: &mut Vec<f64>) {
+    let mut last = values.iter().copied().find(|value| !value.is_nan()).unwrap_or(0.0);
+    for value in values {
+        if value.is_nan() {
+            *value = last;
+        }
+        last = *value;
+    }
+}
+
+/// The inputs of a plan or run whose track is missing although the model needs it.
+pub(crate) fn missing<'a>(
+    inputs: &'a [InputDeclaration],
+    tracks: &[Track],
+    settings: &[InputSetting],
+) -> Vec<&'a str> {
+    inputs
+        .iter()
+        .zip(tracks)
+        .zip(settings)
+        .filter(|((_, track), setting)| setting.needed && matches!(track, Track::Absent))
+        .map(|((input, _), _)| input.name.as_str())
+        .collect()
+}

@@ -1,0 +1,88 @@
+//! A moving input: its value and its derivatives at any offset from a sample's reference time.
+
+use crate::campaign::spline::Spline;
+use crate::number::Number;
+
+/// Where an input's values come from.
+#[derive(Clone, Debug)]
+pub enum Track {
+    /// The data do not hold it.
+    Absent,
+    /// The same all through the run.
+    Constant(f64),
+    /// Recorded with each sample; local Taylor series about the reference time.
+    Captured {
+        /// Value at the reference time.
+        value: Vec<f64>,
+        /// Rate, if recorded.
+        rate: Option<Vec<f64>>,
+        /// Acceleration, if recorded.
+        acceleration: Option<Vec<f64>>,
+    },
+    /// Logged as a stream of its own; a smoothing spline.
+    Logged(Spline),
+}
+
+impl Track {
+    /// The `order`-th time derivative at `time + offset` for sample `index`.
+    ///
+    /// Captured: `a + r o + ½ c o²` and its derivatives, a missing rate or acceleration being zero.
+    /// Logged: the spline at `time + offset`. NaN where the data do not hold the input.
+    pub fn at<N: Number>(&self, index: usize, time: f64, offset: N, order: u8) -> N {
+        let of = |column: &Option<Vec<f64>>| match column {
+            Some(column) => column.get(index).copied().unwrap_or(f64::NAN),
+            None => 0.0,
+        };
+        match self {
+            Self::Absent => N::constant(f64::NAN),
+            Self::Constant(value) => N::constant(if order == 0 { *value } else { 0.0 }),
+            Self::Captured { value, rate, acceleration } => match order {
+                0 => {
+                    let at = value.get(index).copied().unwrap_or(f64::NAN);
+                    if rate.is_none() && acceleration.is_none() {
+                        return N::constant(at);
+                    }
+                    (offset * (0.5 * of(acceleration)) + of(rate)) * offset + at
+                }
+                1 => offset * of(acceleration) + of(rate),
+                2 => N::constant(of(acceleration)),
+                _ => N::constant(0.0),
+            },
+            Self::Logged(spline) => spline.at(time, offset, order),
+        }
+    }
+
+    /// Whether it moves: it has a rate, or is a stream. Delays act only where something moves.
+    pub fn moves(&self) -> bool {
+        matches!(self, Self::Captured { rate: Some(_), .. } | Self::Logged(_))
+    }
+
+    /// Whether its acceleration is known: a column of its own, or a stream.
+    pub fn accelerates(&self) -> bool {
+        matches!(self, Self::Captured { acceleration: Some(_), .. } | Self::Logged(_))
+    }
+}
+
+/// Takes jumps by whole periods out of recorded values.
+///
+/// `expected` is the change of the value that is expected from one value to the next (from its
+/// rate), zero if nothing is known. The first value stays; a value that is not finite is passed over.
+pub fn unwrap(values: &mut [f64], period: f64, expected: impl Fn(usize, usize) -> f64) {
+    if period.is_nan() || period <= 0.0 {
+        return;
+    }
+    let mut last: Option<usize> = None;
+    for index in 0..values.len() {
+        if !values[index].is_finite() {
+            continue;
+        }
+        if let Some(before) = last {
+            let predicted = values[before] + expected(before, index);
+            let turns = ((values[index] - predicted) / period).round();
+            if turns.is_finite() {
+                values[index] -= turns * period;
+            }
+        }
+        last = Some(index);
+    }
+}

@@ -1,0 +1,374 @@
+//! Writes a campaign of the same form: campaign.toml and a CSV a run, in the model's units.
+//!
+//! Files are whole or not at all: written beside their place and then renamed. Numbers are written
+//! with the digits that give the same `f64` back. Streams are copied.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::campaign::file::{Campaign, RunEntry};
+use crate::campaign::header::{cells, split};
+use crate::campaign::lines;
+use crate::campaign::run::{Role, Run};
+use crate::campaign::samples::{derived_symbol, reading_columns};
+use crate::campaign::signal::Track;
+use crate::graph::MeasurandKind;
+use crate::model::parameter::SCOPES;
+use crate::model::{Model, Override};
+use crate::units::Unit;
+
+/// Writes a file whole or not at all.
+///
+/// # Errors
+/// The disk's.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let beside = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
+    let written = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, path));
+    if written.is_err() {
+        // What could not be finished is not left behind; a second failure adds nothing.
+        drop(fs::remove_file(&beside));
+    }
+    written
+}
+
+/// Writes a campaign with other runs (simulated ones) into a folder, which is made if need be.
+///
+/// `runs` are in the order of the campaign's own; constants of runs stay in campaign.toml, streams
+/// are copied beside it.
+///
+/// # Errors
+/// The disk's.
+pub fn write_campaign(
+    folder: &Path,
+    campaign: &Campaign,
+    model: &Model,
+    runs: &[Run],
+) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
+    copy_declarations(folder, campaign)?;
+    let files = file_names(runs);
+    for (run, file) in runs.iter().zip(&files) {
+        write_run_csv(&folder.join(file), model, run)?;
+    }
+    let mut copies: Vec<(String, String)> = Vec::new();
+    for stream in campaign.entries.iter().flat_map(|entry| &entry.signals) {
+        if copies.iter().any(|(from, _)| *from == stream.text) {
+            continue;
+        }
+        let base = Path::new(&stream.text)
+            .file_name()
+            .map_or("stream.csv".into(), |n| n.to_string_lossy());
+        let taken =
+            |name: &str| files.iter().any(|f| f == name) || copies.iter().any(|(_, to)| to == name);
+        let name = free_name(&base, taken);
+        let bytes = fs::read(campaign.folder.join(&stream.text))?;
+        write_whole(&folder.join(&name), &bytes)?;
+        copies.push((stream.text.clone(), name));
+    }
+    write_campaign_toml(&folder.join("campaign.toml"), campaign, model, runs, &files, &copies)
+}
+
+/// Writes the samples of a run: `time [s]`, captured inputs and readings in the model's units.
+/// Constants and streams are not in it.
+///
+/// # Errors
+/// The disk's.
+pub fn write_run_csv(path: &Path, model: &Model, run: &Run) -> io::Result<()> {
+    let seconds = Unit { symbol: "s".into(), ..Unit::one() };
+    let samples = &run.samples;
+    let mut columns: Vec<(String, Unit, &[f64])> = Vec::new();
+    if samples.inputs.iter().any(Track::moves) || samples.time.iter().any(|time| *time != 0.0) {
+        columns.push(("time".into(), seconds, &samples.time));
+    }
+    for (input, track) in model.inputs.iter().zip(&samples.inputs) {
+        let Track::Captured { value, rate, acceleration } = track else {
+            continue;
+        };
+        for (order, values) in
+            [Some(value), rate.as_ref(), acceleration.as_ref()].into_iter().enumerate()
+        {
+            let Some(values) = values else { continue };
+            let suffix = ["", "_rate", "_acceleration"][order];
+            let unit = match order {
+                0 => input.unit.clone(),
+                _ => derived_symbol(&input.unit, order as u8)
+                    .and_then(|symbol| Unit::parse(&symbol).ok())
+                    .unwrap_or_else(Unit::one),
+            };
+            columns.push((format!("{}{suffix}", input.name), unit, values));
+        }
+    }
+    for ((index, name), values) in reading_columns(model).into_iter().zip(&samples.readings) {
+        let measurand = &model.measurands[index];
+        let unit = match measurand.kind {
+            MeasurandKind::Rotation => Unit::one(),
+            _ => measurand.unit.clone(),
+        };
+        columns.push((name, unit, values));
+    }
+    let mut text = String::new();
+    let header: Vec<_> =
+        columns.iter().map(|(name, unit, _)| format!("{name} [{}]", unit.symbol)).collect();
+    text.push_str(&header.join(","));
+    text.push('\n');
+    for row in 0..samples.len() {
+        for (index, (_, unit, values)) in columns.iter().enumerate() {
+            if index > 0 {
+                text.push(',');
+            }
+            let value = values.get(row).copied().unwrap_or(f64::NAN);
+            if !value.is_nan() {
+                // Writing into a text cannot fail.
+                let _ = write!(text, "{:?}", unit.from_si(value));
+            }
+        }
+        text.push('\n');
+    }
+    write_whole(path, text.as_bytes())
+}
+
+/// Writes campaign.toml for runs that stand in `files`; `copies` says where streams went.
+///
+/// # Errors
+/// The disk's.
+pub fn write_campaign_toml(
+    path: &Path,
+    campaign: &Campaign,
+    model: &Model,
+    runs: &[Run],
+    files: &[String],
+    copies: &[(String, String)],
+) -> io::Result<()> {
+    let mut text = String::new();
+    let mut line = |words: String| {
+        text.push_str(&words);
+        text.push('\n');
+    };
+    line(format!("title = {}", quoted(&campaign.title)));
+    line(format!("model = {}", quoted(&model_reference(campaign))));
+    for (key, value) in [("instrument", &campaign.instrument), ("rig", &campaign.rig)] {
+        if let Some(value) = value {
+            line(format!("{key} = {}", quoted(value)));
+        }
+    }
+    if !campaign.effects.is_empty() {
+        let names: Vec<_> = campaign.effects.iter().map(|effect| quoted(&effect.text)).collect();
+        line(format!("effects = [{}]", names.join(", ")));
+    }
+    line(format!("delay_range = \"{:?} s\"", campaign.delay_range));
+    if let serde_json::Value::Object(entries) = &campaign.metadata
+        && !entries.is_empty()
+    {
+        line("\n[metadata]".into());
+        for (key, value) in entries {
+            line(format!("{} = {}", quoted(key), free(value)));
+        }
+    }
+    if !campaign.parameters.is_empty() {
+        line("\n[parameters]".into());
+        campaign.parameters.iter().for_each(|parameter| line(parameter_line(parameter)));
+    }
+    let inputs: Vec<String> = model
+        .inputs
+        .iter()
+        .zip(&campaign.input_sigma)
+        .filter_map(|(input, value)| {
+            let mut words: Vec<_> = value.iter().map(|value| sigma(&input.unit, *value)).collect();
+            let over = campaign.inputs.iter().find(|over| over.name.text == input.name);
+            for (key, item) in over
+                .into_iter()
+                .flat_map(|over| [("smooth", &over.smooth), ("period", &over.period)])
+            {
+                words
+                    .extend(item.as_ref().map(|item| format!("{key} = {}", free(&item.to_json()))));
+            }
+            (!words.is_empty()).then(|| format!("{} = {{ {} }}", input.name, words.join(", ")))
+        })
+        .collect();
+    if !inputs.is_empty() {
+        line("\n[inputs]".into());
+        inputs.into_iter().for_each(&mut line);
+    }
+    line("\n[measurands]".into());
+    for (measurand, value) in model.measurands.iter().zip(&campaign.measurand_sigma) {
+        line(format!("{} = {{ {} }}", measurand.name, sigma(&measurand.unit, *value)));
+    }
+    for ((run, file), entry) in runs.iter().zip(files).zip(&campaign.entries) {
+        line("\n[[runs]]".into());
+        line(format!("name = {}", quoted(&run.name)));
+        if let Some(setup) = campaign.setups.get(run.setup) {
+            line(format!("setup = {}", quoted(setup)));
+        }
+        if run.role == Role::Reference {
+            line("role = \"reference\"".into());
+        }
+        line(format!("data = {}", quoted(file)));
+        run_extras(campaign, entry, copies).into_iter().for_each(&mut line);
+    }
+    write_whole(path, text.as_bytes())
+}
+
+fn sigma(unit: &Unit, sigma: f64) -> String {
+    let symbol = if unit.offset == 0.0 { unit.symbol.as_str() } else { "K" };
+    format!("sigma = \"{:?} {symbol}\"", sigma / unit.factor)
+}
+
+/// Lines of a run for its streams, what they call their columns, and its constants.
+fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]) -> Vec<String> {
+    let mut found = Vec::new();
+    if !entry.signals.is_empty() {
+        let copied = |name: &str| {
+            copies
+                .iter()
+                .find(|(from, _)| from == name)
+                .map_or(name.to_owned(), |(_, to)| to.clone())
+        };
+        let names: Vec<_> = entry.signals.iter().map(|s| quoted(&copied(&s.text))).collect();
+        found.push(format!("signals = [{}]", names.join(", ")));
+        let headers: Vec<String> = entry
+            .signals
+            .iter()
+            .flat_map(|stream| header_names(&campaign.folder.join(&stream.text)))
+            .collect();
+        // The data file is written in the model's names; only streams keep their own.
+        let words: Vec<_> = entry
+            .columns
+            .iter()
+            .filter(|word| headers.contains(&word.header))
+            .map(|word| format!("{} = {}", quoted(&word.name.text), quoted(&word.written)))
+            .collect();
+        if !words.is_empty() {
+            found.push(format!("columns = {{ {} }}", words.join(", ")));
+        }
+    }
+    if !entry.inputs.is_empty() {
+        let words: Vec<_> = entry
+            .inputs
+            .iter()
+            .map(|(name, quantity)| format!("{} = {}", quoted(&name.text), quoted(&quantity.text)))
+            .collect();
+        found.push(format!("inputs = {{ {} }}", words.join(", ")));
+    }
+    found
+}
+
+fn header_names(path: &Path) -> Vec<String> {
+    let bytes = lines::read_bytes(path).unwrap_or_default();
+    let line = lines::Lines::new(&bytes).next();
+    let text = line.and_then(|(_, line)| std::str::from_utf8(line).ok()).unwrap_or("");
+    cells(text).map(|(cell, _)| split(cell).0.to_owned()).collect()
+}
+
+/// The file of a model that does not come from the library.
+fn own_model(campaign: &Campaign) -> Option<PathBuf> {
+    let path = campaign.folder.join(&campaign.model.text);
+    path.is_file().then_some(path)
+}
+
+/// The model as the written campaign names it: a library's name stays, a file is copied beside it.
+fn model_reference(campaign: &Campaign) -> String {
+    own_model(campaign)
+        .and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()))
+        .unwrap_or_else(|| campaign.model.text.clone())
+}
+
+/// Copies a model of the campaign's own and the effects beside it.
+fn copy_declarations(folder: &Path, campaign: &Campaign) -> io::Result<()> {
+    if let Some(path) = own_model(campaign) {
+        write_whole(&folder.join(model_reference(campaign)), &fs::read(path)?)?;
+    }
+    let effects = campaign.folder.join("effects");
+    if effects.is_dir() {
+        fs::create_dir_all(folder.join("effects"))?;
+        for entry in fs::read_dir(effects)? {
+            let path = entry?.path();
+            if let (Some(name), true) = (path.file_name(), path.is_file()) {
+                write_whole(&folder.join("effects").join(name), &fs::read(&path)?)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn parameter_line(parameter: &Override) -> String {
+    let mut words = Vec::new();
+    let text = |(value, unit): &(f64, Unit)| {
+        quoted(&format!("{:?} {}", unit.from_si(*value), unit.symbol))
+    };
+    let list = |quantities: &[(f64, Unit)]| {
+        let texts: Vec<_> = quantities.iter().map(text).collect();
+        if texts.len() == 1 { texts.join("") } else { format!("[{}]", texts.join(", ")) }
+    };
+    for (key, value) in [
+        ("value", &parameter.value),
+        ("sigma", &parameter.sigma),
+        ("lower", &parameter.lower),
+        ("upper", &parameter.upper),
+        ("start", &parameter.start),
+    ] {
+        words.extend(value.as_ref().map(|value| format!("{key} = {}", list(value))));
+    }
+    words.extend(parameter.plausible.as_ref().map(|one| format!("plausible = {}", text(one))));
+    words.extend(parameter.fixed.map(|fixed| format!("fixed = {fixed}")));
+    words.extend(parameter.scope.map(|scope| {
+        let word = SCOPES.iter().find(|(_, known)| *known == scope).map_or("run", |(word, _)| word);
+        format!("scope = \"{word}\"")
+    }));
+    words.extend(parameter.sum_zero.filter(|zero| *zero).map(|_| "sum = \"zero\"".to_owned()));
+    format!("{} = {{ {} }}", quoted(&parameter.name), words.join(", "))
+}
+
+/// A TOML text; JSON's escapes are TOML's.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string().replace('\u{7f}', "\\u007f")
+}
+
+fn free(value: &serde_json::Value) -> String {
+    use serde_json::Value;
+    match value {
+        Value::Null => "\"\"".into(),
+        Value::String(text) => quoted(text),
+        Value::Array(items) => {
+            format!("[{}]", items.iter().map(free).collect::<Vec<_>>().join(", "))
+        }
+        Value::Object(entries) => {
+            let words: Vec<_> = entries
+                .iter()
+                .map(|(key, value)| format!("{} = {}", quoted(key), free(value)))
+                .collect();
+            format!("{{ {} }}", words.join(", "))
+        }
+        Value::Bool(_) | Value::Number(_) => value.to_string(),
+    }
+}
+
+/// A file for each run, by its name; what a file name cannot hold becomes `_`.
+fn file_names(runs: &[Run]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for run in runs {
+        let safe: String = run
+            .name
+            .chars()
+            .map(|c| if c.is_alphanumeric() || "_-+.".contains(c) { c } else { '_' })
+            .collect();
+        let safe = safe.trim_start_matches('.');
+        let name = free_name(&format!("{safe}.csv"), |name| {
+            names.iter().any(|other| other.eq_ignore_ascii_case(name))
+        });
+        names.push(name);
+    }
+    names
+}
+
+fn free_name(wish: &str, taken: impl Fn(&str) -> bool) -> String {
+    let mut name = wish.to_owned();
+    let mut count = 1;
+    while taken(&name) {
+        count += 1;
+        name = format!("{count}_{wish}");
+    }
+    name
+}

@@ -1,0 +1,204 @@
+//! The models and effects that are there: those of the project and those of the user's folders.
+//!
+//! Answers: which model or effect a name means. A model is named by its name here, by the name of a
+//! file in `models/` beside the campaign, or by a path. Effects of a folder join the project's; one
+//! name means one effect, so a second file with a name that is taken is an error unless it is the
+//! same text: results name effects, and must mean the same thing everywhere.
+
+use std::collections::{BTreeMap, HashSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, Source, nearest};
+use crate::effect::Effect;
+use crate::model::{Model, Override};
+use crate::system::{Selected, known_names};
+
+mod template;
+
+pub use template::template;
+
+/// The files of `models/` and `models/effects/`, as text.
+pub mod embedded {
+    include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
+}
+
+/// Most files a folder of effects may hold.
+const MAXIMUM_FILES: usize = 1000;
+
+/// Every effect by name, and the models of the project.
+#[derive(Clone, Debug, Default)]
+pub struct Library {
+    effects: BTreeMap<String, Arc<Effect>>,
+}
+
+impl Library {
+    /// What the project brings along.
+    ///
+    /// # Errors
+    /// A fault in one of its files.
+    pub fn builtin() -> Result<Self, Diagnostics> {
+        let mut library = Self::default();
+        let mut faults = Vec::new();
+        for (stem, text) in embedded::EFFECTS {
+            let source = Source::new(format!("models/effects/{stem}.toml"), *text);
+            if let Err(fault) = library.add(source) {
+                faults.extend(fault.0);
+            }
+        }
+        Diagnostics(faults).into_result(library)
+    }
+
+    /// The same with every effect of a folder (`*.toml`).
+    ///
+    /// # Errors
+    /// A folder that cannot be read, every fault of its files, a name that is taken.
+    pub fn with_effects_dir(mut self, folder: &Path) -> Result<Self, Diagnostics> {
+        let failed = |error: std::io::Error| {
+            Diagnostics::from(Diagnostic::error(format!(
+                "cannot read the folder `{}`: {error}",
+                folder.display()
+            )))
+        };
+        let mut files = Vec::new();
+        for entry in std::fs::read_dir(folder).map_err(failed)? {
+            let path = entry.map_err(failed)?.path();
+            if path.extension().is_some_and(|extension| extension == "toml") {
+                files.push(path);
+            }
+        }
+        if files.len() > MAXIMUM_FILES {
+            let message = format!("`{}` holds more than {MAXIMUM_FILES} files", folder.display());
+            return Err(Diagnostic::error(message).into());
+        }
+        files.sort();
+        let mut faults = Vec::new();
+        for file in files {
+            let added = Source::read(&file).and_then(|source| self.add(source));
+            if let Err(fault) = added {
+                faults.extend(fault.0);
+            }
+        }
+        Diagnostics(faults).into_result(self)
+    }
+
+    /// The same with the effects in `effects/` of the campaign's folder, if there is such a folder.
+    ///
+    /// # Errors
+    /// As [`Self::with_effects_dir`].
+    pub fn with_effects_beside(self, base: &Path) -> Result<Self, Diagnostics> {
+        let folder = base.join("effects");
+        if folder.is_dir() { self.with_effects_dir(&folder) } else { Ok(self) }
+    }
+
+    fn add(&mut self, source: Source) -> Result<(), Diagnostics> {
+        let effect = Effect::parse(source)?;
+        if let Some(other) = self.effects.get(&effect.name) {
+            if other.source.text == effect.source.text {
+                return Ok(());
+            }
+            let message = format!(
+                "`{}`: the effect `{}` is already in `{}`",
+                effect.source.file, effect.name, other.source.file
+            );
+            return Err(Diagnostic::error(message).help("choose another name for it").into());
+        }
+        self.effects.insert(effect.name.clone(), Arc::new(effect));
+        Ok(())
+    }
+
+    /// All effects, in the order of their names.
+    pub fn effects(&self) -> impl Iterator<Item = &Arc<Effect>> {
+        self.effects.values()
+    }
+
+    /// The effect of this name.
+    ///
+    /// # Errors
+    /// No such effect, with the nearest name.
+    pub fn effect(&self, name: &str) -> Result<Arc<Effect>, Diagnostics> {
+        self.effects.get(name).cloned().ok_or_else(|| {
+            let error = Diagnostic::error(format!("there is no effect `{name}`"));
+            let known = self.effects.keys().map(String::as_str);
+            match nearest(name, known) {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None => error.help("`homepoint effects` lists them"),
+            }
+            .into()
+        })
+    }
+
+    /// The effect `NAME`, or at one head `NAME.HEAD`, with no member chosen.
+    ///
+    /// # Errors
+    /// No such effect.
+    pub fn select(&self, text: &str) -> Result<Selected, Diagnostics> {
+        let (name, head) = match text.split_once('.') {
+            Some((name, head)) => (name, Some(head.to_owned())),
+            None => (text, None),
+        };
+        Ok(Selected { effect: self.effect(name)?, head, member: BTreeMap::new() })
+    }
+
+    /// The models of the project: name and text, sorted.
+    pub fn models(&self) -> &'static [(&'static str, &'static str)] {
+        embedded::MODELS
+    }
+
+    /// A model by its name or by a path relative to `base` (the campaign's folder).
+    ///
+    /// # Errors
+    /// No such model, or every fault of its file.
+    pub fn model(&self, name: &str, base: &Path) -> Result<Model, Diagnostics> {
+        if name.ends_with(".toml") || name.contains(['/', '\\']) {
+            return Model::parse(Source::read(&base.join(name))?);
+        }
+        if let Some((_, text)) = embedded::MODELS.iter().find(|(known, _)| *known == name) {
+            return Model::parse(Source::new(format!("models/{name}.toml"), *text));
+        }
+        let beside = base.join("models").join(format!("{name}.toml"));
+        if beside.is_file() {
+            return Model::parse(Source::read(&beside)?);
+        }
+        let names = embedded::MODELS.iter().map(|(name, _)| *name);
+        let error = Diagnostic::error(format!("there is no model `{name}`"));
+        let error = match nearest(name, names.clone()) {
+            Some(near) => error.help(format!("did you mean `{near}`?")),
+            None => error.help(format!("known: {}", names.collect::<Vec<_>>().join(", "))),
+        };
+        Err(error
+            .help("a file of your own is named with its ending, as in model = \"my_model.toml\"")
+            .into())
+    }
+
+    /// Whether every override names something of the model or of an effect of this library, also of
+    /// effects that are not applied: a campaign may state their constants.
+    ///
+    /// # Errors
+    /// Every name that nothing has.
+    pub fn check_overrides(
+        &self,
+        model: &Model,
+        overrides: &[Override],
+    ) -> Result<(), Diagnostics> {
+        let known = known_names(model, self.effects());
+        let set: HashSet<&str> = known.iter().map(String::as_str).collect();
+        let unknown = overrides.iter().filter(|said| !set.contains(said.name.as_str())).take(50);
+        let faults = unknown.map(|said| unknown_parameter(said, &known)).collect();
+        Diagnostics(faults).into_result(())
+    }
+}
+
+/// The error for an override that names nothing.
+pub(crate) fn unknown_parameter(said: &Override, known: &[String]) -> Diagnostic {
+    let error = Diagnostic::error(format!("there is no parameter `{}`", said.name));
+    let error = error.at_maybe(said.place.as_ref());
+    let names = known.iter().map(String::as_str);
+    match nearest(&said.name, names.clone()) {
+        Some(near) => error.help(format!("did you mean `{near}`?")),
+        None => {
+            let first: Vec<&str> = names.take(12).collect();
+            error.help(format!("known: {}", first.join(", ")))
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! An instrument as its user declares it: one TOML file, `docs/formats.md` section 2.
+//!
+//! Answers: what the file says, with the place of everything it says. It does not evaluate.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`declaration`] | what a model declares |
+//! | [`read`] | a model file as declarations |
+//! | [`parameter`] | one line on a parameter, in a model, an effect or a campaign |
+//! | [`name`] | which words may be names |
+//! | [`apply`] | a declaration with what a campaign says of it |
+
+pub mod apply;
+pub mod declaration;
+pub mod name;
+pub mod parameter;
+pub mod read;
+
+pub use declaration::{
+    Coordinates, DelayGroup, InputDeclaration, MeasurandDeclaration, Model, Override,
+    ParameterDeclaration, Process, Setting, Shape,
+};

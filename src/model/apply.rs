@@ -1,0 +1,108 @@
+//! Lays what a campaign says of a parameter over what its declaration says.
+
+use crate::model::{Override, Setting};
+use crate::units::Unit;
+
+impl Override {
+    /// Changes a setting where this says something. Units are not looked at: see [`Self::check`].
+    ///
+    /// A stated `sigma` makes a fixed parameter free with prior knowledge, and `fixed = true` drops
+    /// prior knowledge, unless this says both, which reading refuses.
+    pub fn apply(&self, setting: &mut Setting) {
+        let set = |place: &mut Option<Vec<f64>>, said: &Option<Vec<(f64, Unit)>>| {
+            if let Some(said) = said {
+                *place = Some(said.iter().map(|(value, _)| *value).collect());
+            }
+        };
+        set(&mut setting.value, &self.value);
+        set(&mut setting.sigma, &self.sigma);
+        set(&mut setting.lower, &self.lower);
+        set(&mut setting.upper, &self.upper);
+        if self.value.is_some() {
+            // What is known now says better where to start than what was assumed before.
+            setting.start = None;
+        }
+        set(&mut setting.start, &self.start);
+        if let Some((plausible, _)) = &self.plausible {
+            setting.plausible = Some(*plausible);
+        }
+        match self.fixed {
+            Some(true) => setting.sigma = None,
+            None if self.sigma.is_some() => setting.fixed = false,
+            _ => {}
+        }
+        setting.fixed = self.fixed.unwrap_or(setting.fixed);
+        setting.scope = self.scope.unwrap_or(setting.scope);
+        setting.sum_zero = self.sum_zero.unwrap_or(setting.sum_zero);
+    }
+
+    /// What is wrong with this for a parameter of `count` components and unit `unit`: message, help.
+    pub fn check(&self, count: usize, unit: &Unit) -> Option<(String, String)> {
+        let lists = [
+            ("value", &self.value, false),
+            ("sigma", &self.sigma, true),
+            ("lower", &self.lower, false),
+            ("upper", &self.upper, false),
+            ("start", &self.start, false),
+        ];
+        let name = &self.name;
+        for (key, said, width) in lists {
+            let Some(said) = said else { continue };
+            if said.len() != count {
+                let (expected, help) = if count == 1 {
+                    (
+                        "one quantity",
+                        format!(
+                            "write {key} = \"{}\"",
+                            format!("1 {}", unit.symbol).trim_end_matches(" 1")
+                        ),
+                    )
+                } else {
+                    (
+                        "a list of three",
+                        format!("write {key} = [\"1 {0}\", \"0 {0}\", \"0 {0}\"]", unit.symbol),
+                    )
+                };
+                return Some((format!("`{key}` of `{name}` must be {expected}"), help));
+            }
+            if let Some(fault) = said.iter().find_map(|said| self.check_one(key, said, unit, width))
+            {
+                return Some(fault);
+            }
+        }
+        let plausible = self.plausible.as_ref()?;
+        self.check_one("plausible", plausible, unit, true)
+    }
+
+    fn check_one(
+        &self,
+        key: &str,
+        (value, found): &(f64, Unit),
+        unit: &Unit,
+        width: bool,
+    ) -> Option<(String, String)> {
+        let name = &self.name;
+        if found.dimension != unit.dimension {
+            let (expected, help) = if unit.symbol == "1" {
+                ("a plain number".to_owned(), "leave out the unit".to_owned())
+            } else {
+                (
+                    format!("a quantity like `{}`", unit.symbol),
+                    format!("write it in {}", unit.symbol),
+                )
+            };
+            let symbol = &found.symbol;
+            let message =
+                format!("`{key}` of `{name}` must be {expected}, found the unit `{symbol}`");
+            return Some((message, help));
+        }
+        if width && found.offset != 0.0 {
+            let message = format!("`{key}` of `{name}` is a difference of temperatures");
+            return Some((message, "write it in K".to_owned()));
+        }
+        if !value.is_finite() || (width && *value <= 0.0) {
+            return Some((format!("`{key}` of `{name}` must be greater than zero"), String::new()));
+        }
+        None
+    }
+}

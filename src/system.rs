@@ -1,0 +1,119 @@
+//! A model with effects and with what a campaign says of their parameters: names settled, graph
+//! assembled, what is known of every unknown.
+//!
+//! Answers: which parameters and random quantities there are, over which scope, with which prior
+//! knowledge, and to which effect each belongs. It does not know the data.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`needs`] | whether an effect can be applied to a model, and at which heads |
+//! | [`mod@build`] | a model and effects as one symbol table |
+//! | `place` | effects at heads, with members, in order of application |
+//! | `layer` | one effect as one layer of patches |
+//! | `unknown` | one line for every parameter and random before scopes are settled |
+//!
+//! Names of parameters: `NAME` of the model, `NAME.delay`, `EFFECT.NAME`, at a head
+//! `EFFECT.HEAD.NAME`, one for each measurand `EFFECT.NAME.MEASURAND`. An override of `EFFECT.NAME`
+//! holds for all heads and measurands for which nothing more is said.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::effect::Effect;
+use crate::graph::{Assembly, Scope};
+use crate::model::{Process, Setting, Shape};
+use crate::units::Unit;
+
+pub mod build;
+mod layer;
+pub mod needs;
+mod place;
+mod unknown;
+
+pub use needs::{candidates, known_names, testable};
+
+/// An effect that is to be applied, at one head or all, with the chosen members of its families.
+#[derive(Clone, Debug)]
+pub struct Selected {
+    /// The effect.
+    pub effect: Arc<Effect>,
+    /// One of the model's heads; `None`: at every head that the effect fits.
+    pub head: Option<String>,
+    /// Chosen members (SI) by family; the rest are as overrides say, else the family's default.
+    pub member: BTreeMap<String, f64>,
+}
+
+/// A model with its effects, ready for an engine.
+#[derive(Clone, Debug)]
+pub struct System {
+    /// Graph and names.
+    pub assembly: Assembly,
+    /// What is known of each of `assembly.names.parameters`, overrides applied; never of scope sample.
+    pub settings: Vec<Setting>,
+    /// More on each of `assembly.names.parameters`.
+    pub declared: Vec<Declared>,
+    /// What is known of each of `assembly.names.randoms`.
+    pub randoms: Vec<RandomSetting>,
+    /// The effects in order of application.
+    pub effects: Vec<EffectInstance>,
+}
+
+/// Where a parameter comes from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Declared {
+    /// Index in [`System::effects`]; `None` for the model's own.
+    pub effect: Option<usize>,
+    /// Its name in its file.
+    pub local: String,
+    /// Measurands (by index) whose delay it is.
+    pub delay_of: Vec<usize>,
+    /// The measurand (by index) for which it is, of an effect's parameter with `per = "measurand"`.
+    pub measurand: Option<usize>,
+    /// In words.
+    pub about: String,
+}
+
+/// What is known of a random quantity. Its mean is zero; estimated is its standard deviation.
+#[derive(Clone, Debug)]
+pub struct RandomSetting {
+    /// `arm_angle.error`, `timestamp_jitter.jitter`.
+    pub name: String,
+    /// Unit of its standard deviation (of a walk: per square root of time).
+    pub unit: Unit,
+    /// Stated standard deviation (SI).
+    pub sigma: Option<f64>,
+    /// Magnitude such rigs show (SI).
+    pub typical: Option<f64>,
+    /// Correlation from sample to sample.
+    pub process: Process,
+    /// Distribution.
+    pub shape: Shape,
+    /// Memory time (s) of [`Process::Memory`].
+    pub memory: Option<f64>,
+    /// The effect (as in [`EffectInstance::name`]) to which it belongs; `None` for the model's own.
+    pub effect: Option<String>,
+    /// The standard deviation is not estimated.
+    pub fixed: bool,
+    /// Always [`Scope::Sample`]: one draw a sample.
+    pub scope: Scope,
+    /// In words.
+    pub about: String,
+}
+
+/// An effect as it is applied.
+#[derive(Clone, Debug)]
+pub struct EffectInstance {
+    /// `collimation`, at a head `collimation.a`; where a family is there more than once
+    /// `encoder_high_harmonic[order=5]`.
+    pub name: String,
+    /// The effect.
+    pub effect: Arc<Effect>,
+    /// The head.
+    pub head: Option<String>,
+    /// Members in use (SI) by family.
+    pub member: BTreeMap<String, f64>,
+    /// Its parameters, by index.
+    pub parameters: Vec<usize>,
+    /// Its randoms, by index.
+    pub randoms: Vec<usize>,
+}

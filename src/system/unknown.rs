@@ -1,0 +1,214 @@
+//! One line for every parameter and random quantity, before it is settled which of the two it is.
+
+use crate::diagnostic::{Diagnostic, Place};
+use crate::graph::{Kind, Scope};
+use crate::model::parameter::component_count;
+use crate::model::{Override, ParameterDeclaration, Process, Setting, Shape};
+use crate::system::needs::is_random;
+use crate::system::{Declared, RandomSetting};
+use crate::units::{Dimension, Exponent, Unit};
+
+/// What kind of line it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Origin {
+    /// Declared in `[parameters]` of the model or an effect.
+    Declared,
+    /// A delay.
+    Delay,
+    /// The error of an input.
+    InputError,
+}
+
+/// A parameter or a random quantity.
+#[derive(Clone, Debug)]
+pub(super) struct Unknown {
+    pub(super) name: String,
+    /// `EFFECT.NAME`, by which an override means it at all heads and for all measurands.
+    pub(super) general: String,
+    pub(super) kind: Kind,
+    pub(super) unit: Unit,
+    pub(super) setting: Setting,
+    pub(super) origin: Origin,
+    pub(super) declared: Declared,
+    pub(super) process: Process,
+    pub(super) shape: Shape,
+    pub(super) memory: Option<f64>,
+    /// Where it is declared or was last overridden.
+    pub(super) place: Option<Place>,
+}
+
+impl Unknown {
+    /// A line of `[parameters]`; `name` and `general` are full names.
+    pub(super) fn of(
+        declaration: &ParameterDeclaration,
+        name: String,
+        general: String,
+        place: Place,
+    ) -> Self {
+        Self {
+            name,
+            general,
+            kind: declaration.kind,
+            unit: declaration.unit.clone(),
+            setting: declaration.setting.clone(),
+            origin: Origin::Declared,
+            declared: Declared {
+                local: declaration.name.clone(),
+                about: declaration.about.clone(),
+                ..Declared::default()
+            },
+            process: declaration.process,
+            shape: declaration.shape,
+            memory: declaration.memory,
+            place: Some(place),
+        }
+    }
+
+    /// A scalar that no file declares.
+    pub(super) fn implied(name: String, unit: Unit, setting: Setting, origin: Origin) -> Self {
+        Self {
+            general: name.clone(),
+            declared: Declared { local: name.clone(), ..Declared::default() },
+            name,
+            kind: Kind::Scalar,
+            unit,
+            setting,
+            origin,
+            process: Process::White,
+            shape: Shape::Normal,
+            memory: None,
+            place: None,
+        }
+    }
+
+    /// Lays an override over it.
+    pub(super) fn apply(&mut self, said: &Override) -> Result<(), Box<Diagnostic>> {
+        let at = |error: Diagnostic| Box::new(error.at_maybe(said.place.as_ref()));
+        if let Some((message, help)) = said.check(component_count(self.kind), &self.unit) {
+            let error = Diagnostic::error(message);
+            return Err(at(if help.is_empty() { error } else { error.help(help) }));
+        }
+        let (from, fixed) = (self.setting.scope, self.setting.fixed);
+        said.apply(&mut self.setting);
+        if self.origin == Origin::InputError {
+            // Its `sigma` is what is known of it, not a prior that sets it free.
+            self.setting.fixed = said.fixed.unwrap_or(fixed);
+        }
+        if said.place.is_some() {
+            self.place.clone_from(&said.place);
+        }
+        let name = &self.name;
+        let to = self.setting.scope;
+        let message = match self.origin {
+            Origin::InputError if to != Scope::Sample => {
+                format!(
+                    "`{name}` is an input's error, new in every sample: its scope cannot change"
+                )
+            }
+            Origin::Delay if to == Scope::Sample => {
+                format!(
+                    "the delay `{name}` cannot be random; the effect `timestamp_jitter` is what you want"
+                )
+            }
+            _ if from != to && self.process != Process::White => {
+                format!("`{name}` is a process in time: its scope cannot change")
+            }
+            _ => return Ok(()),
+        };
+        Err(at(Diagnostic::error(message)))
+    }
+
+    /// What is wrong with it now that everything is said.
+    pub(super) fn fault(&self) -> Option<Diagnostic> {
+        let (name, setting) = (&self.name, &self.setting);
+        let error = |message: String, help: &str| {
+            let error = Diagnostic::error(message);
+            let error = if help.is_empty() { error } else { error.help(help) };
+            Some(error.at_maybe(self.place.as_ref()))
+        };
+        if is_random(setting.scope) {
+            if self.kind != Kind::Scalar {
+                return error(
+                    format!("`{name}` is random (scope = \"sample\") and not a scalar"),
+                    "only scalars can be random",
+                );
+            }
+            if setting.sum_zero {
+                return error(
+                    format!("`{name}` is random: its mean is zero anyway"),
+                    "leave out `sum`",
+                );
+            }
+            if self.origin != Origin::InputError
+                && setting.value.is_some()
+                && setting.sigma.is_some()
+            {
+                return error(
+                    format!(
+                        "`{name}` is random and has one standard deviation, not `value` and `sigma`"
+                    ),
+                    "give its standard deviation as `value`",
+                );
+            }
+            if self.standard_deviation().is_some_and(|sigma| sigma < 0.0) {
+                return error(format!("`{name}`: a standard deviation cannot be negative"), "");
+            }
+            return None;
+        }
+        if setting.fixed && setting.value.is_none() {
+            let unit = if self.unit.symbol == "1" { "" } else { self.unit.symbol.as_str() };
+            let quantity = |number: u8| format!("\"{}\"", format!("{number} {unit}").trim_end());
+            let example = match self.kind {
+                Kind::Scalar => quantity(1),
+                _ => format!("[{0}, {0}, {0}]", quantity(0)),
+            };
+            let help = format!("\"{name}\" = {{ value = {example}, fixed = true }}");
+            return error(
+                format!("`{name}` is fixed, but nobody says at what: state its value"),
+                &help,
+            );
+        }
+        if setting.sigma.is_some() && setting.value.is_none() {
+            return error(
+                format!("`{name}` has a standard uncertainty, but no value"),
+                "`sigma` is the standard uncertainty of `value`",
+            );
+        }
+        if let (Some(lower), Some(upper)) = (&setting.lower, &setting.upper)
+            && lower.iter().zip(upper).any(|(lower, upper)| lower >= upper)
+        {
+            return error(format!("`{name}`: `lower` must be below `upper`"), "");
+        }
+        None
+    }
+
+    fn standard_deviation(&self) -> Option<f64> {
+        let said = self.setting.value.as_ref().or(self.setting.sigma.as_ref());
+        said.and_then(|said| said.first()).copied()
+    }
+
+    /// The dimension of one draw: a walk's unit has a root of time in its denominator.
+    pub(super) fn dimension_of_draw(&self) -> Dimension {
+        match (self.process, Exponent::new(1, 2)) {
+            (Process::Walk, Some(half)) => self.unit.dimension * Dimension::TIME.pow(half),
+            _ => self.unit.dimension,
+        }
+    }
+
+    /// As a random quantity of an effect.
+    pub(super) fn random(&self, effect: Option<String>) -> RandomSetting {
+        RandomSetting {
+            name: self.name.clone(),
+            unit: self.unit.clone(),
+            sigma: self.standard_deviation(),
+            typical: self.setting.typical,
+            process: self.process,
+            shape: self.shape,
+            memory: self.memory,
+            effect,
+            fixed: self.setting.fixed,
+            scope: Scope::Sample,
+            about: self.declared.about.clone(),
+        }
+    }
+}
