@@ -7,6 +7,7 @@
 //! | number | [`number`], [`units`], [`quaternion`] |
 //! | language | [`diagnostic`], [`formula`], [`graph`], [`document`] |
 //! | nouns | [`model`], [`effect`], [`library`], [`campaign`], [`system`] |
+//! | engine | [`engine`] |
 
 pub mod number;
 pub mod quaternion;
@@ -22,3 +23,5 @@ pub mod effect;
 pub mod library;
 pub mod model;
 pub mod system;
+
+pub mod engine;

@@ -1,0 +1,27 @@
+//! Evaluation: predictions, residuals, derivatives, Gram sums, simulated readings.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`pointwise`] | the graph at one sample, over any number: the referee |
+//! | [`layout`] | which unknowns there are, and their columns |
+//! | [`point`] | the unknowns' values; how a step moves them; prior rows |
+//! | [`problem`] | campaigns with their models, put together; residuals of one sample |
+//! | [`noise`] | the covariance of the readings of one sample, and its whitening |
+//! | [`linearise`] | whitened residuals and Jacobians, summed by run: the only maker of Jacobians |
+//! | [`gram`] | the form of those sums, and what an estimator asks of a problem |
+//! | [`open`] | from what a user names to a problem |
+//! | [`simulate`] | readings drawn from a model |
+
+pub mod gram;
+pub mod layout;
+pub mod linearise;
+pub mod noise;
+pub mod open;
+pub mod point;
+pub mod pointwise;
+pub mod problem;
+pub mod simulate;
+
+pub use layout::Layout;
+pub use point::Point;
+pub use problem::{Part, Problem};

@@ -1,0 +1,111 @@
+//! Gram sums: everything statistical is small linear algebra on sums over samples, kept by run.
+//!
+//! Unknowns come in blocks: global columns, columns of one setup, columns of one run. A reading
+//! touches the global block, its setup's and its run's, so the normal matrix is a nested arrow:
+//! runs hang on setups, setups hang on the global block.
+
+use nalgebra::DMatrix;
+
+/// How many unknowns each block has, and where its columns stand.
+///
+/// The order of columns: all global ones, then setup 0, 1, ..., then run 0, 1, ....
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Columns {
+    /// Number of global unknowns.
+    pub global: usize,
+    /// Number of unknowns of each setup.
+    pub setups: Vec<usize>,
+    /// For each run its setup and its number of unknowns.
+    pub runs: Vec<(usize, usize)>,
+}
+
+impl Columns {
+    /// Number of all unknowns.
+    pub fn len(&self) -> usize {
+        self.global
+            + self.setups.iter().sum::<usize>()
+            + self.runs.iter().map(|(_, count)| count).sum::<usize>()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// First column of a setup.
+    pub fn setup_start(&self, setup: usize) -> usize {
+        self.global + self.setups[..setup].iter().sum::<usize>()
+    }
+
+    /// First column of a run.
+    pub fn run_start(&self, run: usize) -> usize {
+        self.global
+            + self.setups.iter().sum::<usize>()
+            + self.runs[..run].iter().map(|(_, count)| count).sum::<usize>()
+    }
+
+    /// The columns a run's readings touch, in the order of its Gram matrix.
+    pub fn touched_by(&self, run: usize) -> Vec<usize> {
+        let (setup, count) = self.runs[run];
+        let (s, r) = (self.setup_start(setup), self.run_start(run));
+        (0..self.global).chain(s..s + self.setups[setup]).chain(r..r + count).collect()
+    }
+}
+
+/// Sums of products of whitened Jacobian columns and the whitened residual over one run.
+///
+/// Square, symmetric (both triangles filled), of size `columns.touched_by(run).len() + 1`; the last
+/// row and column belong to the residual `reading - prediction`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunGram {
+    /// The sums.
+    pub gram: DMatrix<f64>,
+    /// Number of readings in them.
+    pub readings: usize,
+}
+
+/// One whitened row of prior knowledge: `residual - Σ coefficient · step`, one to be squared. Its
+/// columns all lie within the global block and at most one setup and one of its runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PriorRow {
+    /// Column and coefficient.
+    pub coefficients: Vec<(usize, f64)>,
+    /// (stated value - value) / standard uncertainty.
+    pub residual: f64,
+}
+
+/// The linearised problem at a point: minimise |residual - J step|² over all runs and priors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Normal {
+    /// The blocks.
+    pub columns: Columns,
+    /// One for each run of `columns`.
+    pub runs: Vec<RunGram>,
+    /// Prior knowledge.
+    pub priors: Vec<PriorRow>,
+}
+
+/// A nonlinear least-squares problem over blocks of unknowns, on a manifold.
+pub trait LeastSquares {
+    /// The unknowns' values.
+    type Point: Clone;
+
+    /// The blocks of unknowns.
+    fn columns(&self) -> &Columns;
+
+    /// Lets the weights (input errors, noise levels) follow a point; `cost` and `normal` use them
+    /// until the next call.
+    fn reweight(&mut self, point: &Self::Point);
+
+    /// Sum of squares of all whitened residuals and priors; not finite where the model is undefined.
+    fn cost(&self, point: &Self::Point) -> f64;
+
+    /// The linearised problem at a point.
+    fn normal(&self, point: &Self::Point) -> Normal;
+
+    /// The point moved by a step in the tangent space.
+    fn moved(&self, point: &Self::Point, step: &[f64]) -> Self::Point;
+
+    /// Bounds on a step from `point`, column by column (infinite where there are none).
+    fn step_bounds(&self, point: &Self::Point) -> Vec<(f64, f64)>;
+}

@@ -1,0 +1,308 @@
+//! Which unknowns there are: every parameter's instances over its scope, and their columns.
+//!
+//! A parameter of scope setup has one instance for each setup, and so on; campaigns that name the
+//! same instrument or rig share the instances of that scope. Free instances own columns of the
+//! normal equations: one for a scalar, three for a vector or a rotation (its tangent space).
+//! Parameters whose values sum to zero over their scope share n - 1 columns of contrasts.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use crate::engine::gram::Columns;
+use crate::graph::{Kind, Leaf, Node, NodeId, Scope};
+use crate::model::Setting;
+use crate::system::System;
+use crate::units::Unit;
+
+/// One value of one parameter.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// The parameter's full name.
+    pub name: String,
+    /// Scalar, vector or rotation.
+    pub kind: Kind,
+    /// Unit it is declared in.
+    pub unit: Unit,
+    /// What is known of it.
+    pub setting: Setting,
+    /// The setup or run it holds for; `None` for rig and instrument.
+    pub of: Option<String>,
+    /// How its tangent components follow from the columns.
+    pub tangent: Tangent,
+    /// Whether it acts on noise alone: then it is a level, not an unknown of least squares.
+    pub noise_only: bool,
+}
+
+impl Instance {
+    /// Number of tangent components: 1 for a scalar, 3 for a vector or a rotation.
+    pub fn dimension(&self) -> usize {
+        match self.kind {
+            Kind::Scalar => 1,
+            Kind::Vector | Kind::Rotation => 3,
+        }
+    }
+}
+
+/// How an instance follows from the columns.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Tangent {
+    /// It does not: it is fixed.
+    Fixed,
+    /// Component `i` is column `start + i`.
+    Columns(usize),
+    /// Component `i` is `Σ_j coefficients[j] · column[start + j * dimension + i]`.
+    Contrast {
+        /// First column of the contrasts.
+        start: usize,
+        /// This instance's row of the contrast matrix.
+        coefficients: Vec<f64>,
+    },
+}
+
+/// What one campaign brings to a joint problem, as far as the layout needs it.
+#[derive(Clone, Copy, Debug)]
+pub struct Share<'a> {
+    /// Its model with effects.
+    pub system: &'a System,
+    /// Name of the instrument, if stated.
+    pub instrument: Option<&'a str>,
+    /// Name of the rig, if stated.
+    pub rig: Option<&'a str>,
+    /// Its setups.
+    pub setups: &'a [String],
+    /// For each run, its name and its setup.
+    pub runs: &'a [(String, usize)],
+    /// How the campaign is called where several are used together.
+    pub label: Option<&'a str>,
+}
+
+/// All instances, their columns, and which instance each run of each campaign uses.
+#[derive(Clone, Debug, Default)]
+pub struct Layout {
+    /// Every value of every parameter.
+    pub instances: Vec<Instance>,
+    /// The blocks of unknowns.
+    pub columns: Columns,
+    /// `[campaign][run][parameter]`: index of the instance.
+    pub used: Vec<Vec<Vec<usize>>>,
+    /// `[campaign]`: index of its first run in `columns.runs`.
+    pub first_run: Vec<usize>,
+}
+
+/// What makes two instances the same one.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Holder {
+    Named(Scope, String),
+    Campaign(Scope, usize),
+    Setup(usize, usize),
+    Run(usize, usize),
+}
+
+impl Layout {
+    /// Lays out the unknowns of one or several campaigns.
+    pub fn new(shares: &[Share<'_>]) -> Self {
+        let mut layout = Self::default();
+        let mut known: HashMap<(String, Holder), usize> = HashMap::new();
+        let mut blocks: Vec<Block> = Vec::new();
+        let mut first_setup = 0;
+        let mut first_run = 0;
+        for (number, share) in shares.iter().enumerate() {
+            let noise_only = noise_only(share.system);
+            layout.first_run.push(first_run);
+            let mut used = Vec::with_capacity(share.runs.len());
+            for (run, (run_name, setup)) in share.runs.iter().enumerate() {
+                let mut row = Vec::with_capacity(share.system.settings.len());
+                let parameters = &share.system.assembly.names.parameters;
+                for ((parameter, setting), noise_only) in
+                    parameters.iter().zip(&share.system.settings).zip(&noise_only)
+                {
+                    let (holder, of, block) = match setting.scope {
+                        Scope::Rig | Scope::Instrument => {
+                            let name = if setting.scope == Scope::Rig {
+                                share.rig
+                            } else {
+                                share.instrument
+                            };
+                            let holder = match name {
+                                Some(name) => Holder::Named(setting.scope, name.to_owned()),
+                                None => Holder::Campaign(setting.scope, number),
+                            };
+                            let of =
+                                if name.is_none() { share.label.map(str::to_owned) } else { None };
+                            (holder, of, Block::Global)
+                        }
+                        Scope::Setup => (
+                            Holder::Setup(number, *setup),
+                            Some(qualified(share.label, &share.setups[*setup])),
+                            Block::Setup(first_setup + setup),
+                        ),
+                        Scope::Run | Scope::Sample => (
+                            Holder::Run(number, run),
+                            Some(qualified(share.label, run_name)),
+                            Block::Run(first_run + run),
+                        ),
+                    };
+                    let index =
+                        *known.entry((parameter.name.clone(), holder)).or_insert_with(|| {
+                            layout.instances.push(Instance {
+                                name: parameter.name.clone(),
+                                kind: parameter.kind,
+                                unit: parameter.unit.clone(),
+                                setting: setting.clone(),
+                                of,
+                                tangent: Tangent::Fixed,
+                                noise_only: *noise_only,
+                            });
+                            blocks.push(block);
+                            layout.instances.len() - 1
+                        });
+                    row.push(index);
+                }
+                used.push(row);
+            }
+            layout.used.push(used);
+            layout
+                .columns
+                .runs
+                .extend(share.runs.iter().map(|(_, setup)| (first_setup + setup, 0)));
+            first_setup += share.setups.len();
+            first_run += share.runs.len();
+        }
+        layout.columns.setups = vec![0; first_setup];
+        layout.assign(&blocks);
+        layout
+    }
+
+    /// Gives columns to the free instances: globals first, then setups, then runs.
+    fn assign(&mut self, blocks: &[Block]) {
+        let free = |instance: &Instance| !instance.setting.fixed && !instance.noise_only;
+        for (instance, block) in self.instances.iter().zip(blocks) {
+            if free(instance) && !instance.setting.sum_zero {
+                let count = instance.dimension();
+                match *block {
+                    Block::Global => self.columns.global += count,
+                    Block::Setup(setup) => self.columns.setups[setup] += count,
+                    Block::Run(run) => self.columns.runs[run].1 += count,
+                }
+            }
+        }
+        let mut global = 0;
+        let plain_globals = self.columns.global;
+        // Contrasts couple all values of their scope, so they are global.
+        let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+        for (index, instance) in self.instances.iter().enumerate() {
+            if free(instance) && instance.setting.sum_zero {
+                match groups.iter_mut().find(|(name, _)| *name == instance.name) {
+                    Some((_, members)) => members.push(index),
+                    None => groups.push((instance.name.clone(), vec![index])),
+                }
+            }
+        }
+        let mut start = plain_globals;
+        for (_, members) in &groups {
+            let dimension = self.instances[members[0]].dimension();
+            for (row, &index) in members.iter().enumerate() {
+                let coefficients = contrast_row(row, members.len());
+                self.instances[index].tangent = Tangent::Contrast { start, coefficients };
+            }
+            start += (members.len() - 1) * dimension;
+        }
+        self.columns.global = start;
+        let mut setups: Vec<usize> =
+            (0..self.columns.setups.len()).map(|setup| self.columns.setup_start(setup)).collect();
+        let mut runs: Vec<usize> =
+            (0..self.columns.runs.len()).map(|run| self.columns.run_start(run)).collect();
+        for (instance, block) in self.instances.iter_mut().zip(blocks) {
+            if !free(instance) || instance.setting.sum_zero {
+                continue;
+            }
+            let next = match *block {
+                Block::Global => &mut global,
+                Block::Setup(setup) => &mut setups[setup],
+                Block::Run(run) => &mut runs[run],
+            };
+            instance.tangent = Tangent::Columns(*next);
+            *next += instance.dimension();
+        }
+    }
+
+    /// Whether an instance acts on noise alone.
+    pub fn is_noise_only(&self, instance: usize) -> bool {
+        self.instances[instance].noise_only
+    }
+
+    /// The instance that a parameter (by name) has in a run of a campaign.
+    pub fn instance_in(&self, campaign: usize, run: usize, parameter: usize) -> usize {
+        self.used[campaign][run][parameter]
+    }
+
+    /// The columns that move an instance's tangent component, with their coefficients.
+    pub fn columns_of(&self, instance: usize, component: usize) -> Vec<(usize, f64)> {
+        let instance = &self.instances[instance];
+        match &instance.tangent {
+            Tangent::Fixed => Vec::new(),
+            Tangent::Columns(start) => vec![(start + component, 1.0)],
+            Tangent::Contrast { start, coefficients } => coefficients
+                .iter()
+                .enumerate()
+                .map(|(j, coefficient)| {
+                    (start + j * instance.dimension() + component, *coefficient)
+                })
+                .collect(),
+        }
+    }
+
+    /// The columns of one plain free instance, as a range; empty if fixed or a contrast.
+    pub fn range_of(&self, instance: usize) -> Range<usize> {
+        match self.instances[instance].tangent {
+            Tangent::Columns(start) => start..start + self.instances[instance].dimension(),
+            Tangent::Fixed | Tangent::Contrast { .. } => 0..0,
+        }
+    }
+}
+
+/// For each parameter, whether it reaches a noise factor but no prediction.
+fn noise_only(system: &System) -> Vec<bool> {
+    let assembly = &system.assembly;
+    let reached = |outputs: &[NodeId]| {
+        let mut reached = vec![false; assembly.names.parameters.len()];
+        for id in assembly.graph.needed_by(outputs) {
+            if let Node::Leaf(Leaf::Parameter { parameter, .. }) = assembly.graph.node(id) {
+                reached[parameter as usize] = true;
+            }
+        }
+        reached
+    };
+    let values: Vec<NodeId> =
+        assembly.measurands.iter().flat_map(|one| one.value.nodes().to_vec()).collect();
+    let factors: Vec<NodeId> =
+        assembly.measurands.iter().filter_map(|one| one.sigma_factor).collect();
+    let (in_values, in_factors) = (reached(&values), reached(&factors));
+    in_factors.iter().zip(in_values).map(|(noise, value)| *noise && !value).collect()
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Block {
+    Global,
+    Setup(usize),
+    Run(usize),
+}
+
+fn qualified(label: Option<&str>, name: &str) -> String {
+    label.map_or_else(|| name.to_owned(), |label| format!("{label}/{name}"))
+}
+
+/// Row `row` of the orthonormal Helmert contrasts of `count` values: `count - 1` numbers, every
+/// column sums to zero.
+fn contrast_row(row: usize, count: usize) -> Vec<f64> {
+    (1..count)
+        .map(|k| {
+            let scale = 1.0 / ((k * (k + 1)) as f64).sqrt();
+            match row.cmp(&k) {
+                std::cmp::Ordering::Less => scale,
+                std::cmp::Ordering::Equal => -(k as f64) * scale,
+                std::cmp::Ordering::Greater => 0.0,
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,206 @@
+//! From what a user names (campaigns, effects, values) to a problem that can be evaluated.
+
+use std::path::{Path, PathBuf};
+
+use crate::campaign::file::CampaignFile;
+use crate::campaign::load::{Campaign, LoadOptions};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::engine::problem::{Part, Problem};
+use crate::library::Library;
+use crate::model::{Model, Override, Process};
+use crate::system::{Selected, System};
+use crate::units::parse_quantity;
+
+/// What a user asks for.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    /// Campaigns: folders or files.
+    pub campaigns: Vec<PathBuf>,
+    /// Effects over those that the campaigns name: `NAME`, or `NAME.HEAD`.
+    pub with: Vec<String>,
+    /// Folders with further effects.
+    pub effects: Vec<PathBuf>,
+    /// `NAME=VALUE`, a value with its unit; a vector's components separated by commas.
+    pub set: Vec<String>,
+    /// Leave bad rows of data files out.
+    pub skip_bad_rows: bool,
+}
+
+impl Request {
+    /// Just these campaigns.
+    pub fn new<P: AsRef<Path>>(campaigns: impl IntoIterator<Item = P>) -> Self {
+        let campaigns = campaigns.into_iter().map(|path| path.as_ref().to_path_buf()).collect();
+        Self { campaigns, ..Self::default() }
+    }
+}
+
+/// Campaigns with their models, ready for estimation.
+#[derive(Clone, Debug)]
+pub struct Opened {
+    /// What is to be explained.
+    pub problem: Problem,
+    /// The campaigns, in the order asked for (their runs are in the problem).
+    pub campaigns: Vec<Campaign>,
+    /// Their models.
+    pub models: Vec<Model>,
+    /// What the user should look at.
+    pub warnings: Vec<Diagnostic>,
+    /// Names of the parameters that `set` stated.
+    pub stated: Vec<String>,
+}
+
+/// Reads campaigns, models and effects, and puts them together.
+///
+/// # Errors
+/// Every fault found in what the user gave.
+pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
+    let set = request.set.iter().map(|text| stated(text)).collect::<Result<Vec<_>, _>>()?;
+    let mut parts = Vec::new();
+    let mut campaigns = Vec::new();
+    let mut models = Vec::new();
+    let mut warnings = Vec::new();
+    for path in &request.campaigns {
+        let file = CampaignFile::read(path)?;
+        let mut library = Library::builtin()?.with_effects_beside(&file.folder)?;
+        for folder in &request.effects {
+            library = library.with_effects_dir(folder)?;
+        }
+        let model = library.model(&file.model.text, &file.folder).map_err(|faults| {
+            // A fault inside the model's file has its own place; a name that means nothing has not.
+            Diagnostics(
+                faults
+                    .0
+                    .into_iter()
+                    .map(|fault| {
+                        if fault.place.is_none() {
+                            fault.at(file.model.place.clone())
+                        } else {
+                            fault
+                        }
+                    })
+                    .collect(),
+            )
+        })?;
+        let mut overrides: Vec<Override> = file.parameters.clone();
+        overrides.extend(set.iter().cloned());
+        library.check_overrides(&model, &overrides)?;
+        let selected = select(&library, &file, &request.with)?;
+        let options =
+            LoadOptions { skip_bad_rows: request.skip_bad_rows, ..LoadOptions::default() };
+        let mut campaign = file.load(&model, &options)?;
+        warnings.append(&mut campaign.warnings);
+        warnings.extend(left_out(&campaign));
+        let system = System::build(&model, &selected, &overrides, &campaign.input_sigma)?;
+        let runs = std::mem::take(&mut campaign.runs);
+        let mut part =
+            Part::new(system, campaign.setups.clone(), runs, campaign.measurand_sigma.clone());
+        part.instrument.clone_from(&campaign.instrument);
+        part.rig.clone_from(&campaign.rig);
+        part.delay_range = campaign.delay_range;
+        parts.push(part);
+        campaigns.push(campaign);
+        models.push(model);
+    }
+    if parts.len() > 1 {
+        for (part, label) in parts.iter_mut().zip(labels(&campaigns)) {
+            part.label = Some(label);
+        }
+    }
+    let stated = set.into_iter().map(|said| said.name).collect();
+    Ok(Opened { problem: Problem::new(parts), campaigns, models, warnings, stated })
+}
+
+/// Rows listed in one warning.
+const MOST_ROWS: usize = 12;
+
+/// What is not used of a campaign's data, counted and listed.
+fn left_out(campaign: &Campaign) -> Vec<Diagnostic> {
+    let mut told = Vec::new();
+    if !campaign.skipped.is_empty() {
+        let count = campaign.skipped.len();
+        let rows =
+            if count == 1 { "1 bad row is".to_owned() } else { format!("{count} bad rows are") };
+        let mut warning = Diagnostic::warning(format!("{rows} left out of `{}`", campaign.name));
+        for row in campaign.skipped.iter().take(MOST_ROWS) {
+            warning = warning.help(format!("{}:{}: {}", row.file, row.row, row.reason));
+        }
+        if count > MOST_ROWS {
+            warning = warning.help(format!("... and {} more", count - MOST_ROWS));
+        }
+        told.push(warning);
+    }
+    for one in &campaign.left_out {
+        told.push(Diagnostic::warning(format!(
+            "run `{}`: {} samples are left out: {}",
+            one.run, one.samples, one.why
+        )));
+    }
+    told
+}
+
+/// Names that tell campaigns apart: their folders' names, numbered where they are alike.
+fn labels(campaigns: &[Campaign]) -> Vec<String> {
+    campaigns
+        .iter()
+        .enumerate()
+        .map(|(index, campaign)| {
+            let alike = campaigns.iter().filter(|other| other.name == campaign.name).count() > 1;
+            if alike { format!("{}#{}", campaign.name, index + 1) } else { campaign.name.clone() }
+        })
+        .collect()
+}
+
+/// The effects a campaign names and those asked for, each once.
+fn select(
+    library: &Library,
+    file: &CampaignFile,
+    with: &[String],
+) -> Result<Vec<Selected>, Diagnostics> {
+    let mut selected: Vec<Selected> = Vec::new();
+    let mut add = |one: Selected| {
+        let known = selected
+            .iter()
+            .any(|other| other.effect.name == one.effect.name && other.head == one.head);
+        if !known {
+            selected.push(one);
+        }
+    };
+    for name in &file.effects {
+        add(library.select(&name.text).map_err(|faults| {
+            Diagnostics(faults.0.into_iter().map(|fault| fault.at(name.place.clone())).collect())
+        })?);
+    }
+    for name in with {
+        add(library.select(name)?);
+    }
+    Ok(selected)
+}
+
+/// Reads `NAME=VALUE`.
+fn stated(text: &str) -> Result<Override, Diagnostic> {
+    let fault = |message: String| {
+        Diagnostic::error(message).help("as in --set collimation.offset=\"4 arcsec\"")
+    };
+    let Some((name, value)) = text.split_once('=') else {
+        return Err(fault(format!("`--set {text}` has no `=`")));
+    };
+    let values = value
+        .split(',')
+        .map(|part| parse_quantity(part).map_err(|error| fault(format!("`--set {text}`: {error}"))))
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(Override { name: name.trim().to_owned(), value: Some(values), ..Override::default() })
+}
+
+/// Random quantities that are correlated from sample to sample; no estimator here takes account of
+/// them.
+pub fn correlated(problem: &Problem) -> Vec<String> {
+    let mut names: Vec<String> = problem
+        .parts
+        .iter()
+        .flat_map(|part| &part.system.randoms)
+        .filter(|random| random.process != Process::White)
+        .map(|random| random.name.clone())
+        .collect();
+    names.dedup();
+    names
+}

@@ -1,0 +1,170 @@
+//! A point: the value of every instance, and how a step in the tangent space moves it.
+
+use crate::engine::gram::PriorRow;
+use crate::engine::layout::Layout;
+use crate::graph::Kind;
+use crate::model::Setting;
+use crate::number::{Gradient, Number, partial, partials};
+use crate::quaternion::Quaternion;
+
+/// The value of each instance of a [`Layout`]: a scalar uses the first number, a vector three, a
+/// rotation four (w, x, y, z). SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// One for each instance.
+    pub values: Vec<[f64; 4]>,
+}
+
+impl Point {
+    /// Where iteration starts: `start`, else `value`, else zero (identity); a fixed parameter's
+    /// `value`.
+    pub fn start(layout: &Layout) -> Self {
+        Self::from(layout, |setting| match (&setting.start, &setting.value) {
+            (Some(start), _) if !setting.fixed => Some(start),
+            (start, value) => value.as_ref().or(start.as_ref()),
+        })
+    }
+
+    /// What is stated: `value`, else `start`, else zero.
+    pub fn stated(layout: &Layout) -> Self {
+        Self::from(layout, |setting| setting.value.as_ref().or(setting.start.as_ref()))
+    }
+
+    fn from(layout: &Layout, given: impl Fn(&Setting) -> Option<&Vec<f64>>) -> Self {
+        let values = layout.instances.iter().map(|instance| {
+            let components = given(&instance.setting).map_or(&[][..], Vec::as_slice);
+            from_components(instance.kind, components)
+        });
+        Self { values: values.collect() }
+    }
+
+    /// The point moved by `step` (one number a column).
+    pub fn moved(&self, layout: &Layout, step: &[f64]) -> Self {
+        let mut values = self.values.clone();
+        for (index, (instance, value)) in layout.instances.iter().zip(&mut values).enumerate() {
+            let mut tangent = [0.0; 3];
+            for (component, entry) in tangent.iter_mut().enumerate().take(instance.dimension()) {
+                for (column, coefficient) in layout.columns_of(index, component) {
+                    *entry += coefficient * step[column];
+                }
+            }
+            *value = retract(instance.kind, *value, tangent);
+        }
+        Self { values }
+    }
+
+    /// The components a person reads: a rotation as its rotation vector.
+    pub fn components(&self, layout: &Layout, instance: usize) -> Vec<f64> {
+        let value = self.values[instance];
+        match layout.instances[instance].kind {
+            Kind::Scalar => vec![value[0]],
+            Kind::Vector => value[..3].to_vec(),
+            Kind::Rotation => quaternion(value).to_rotation_vector().to_vec(),
+        }
+    }
+
+    /// Derivatives of those components with respect to the instance's tangent (rows: components).
+    pub fn component_jacobian(&self, layout: &Layout, instance: usize) -> Vec<Vec<f64>> {
+        match layout.instances[instance].kind {
+            Kind::Scalar => vec![vec![1.0]],
+            Kind::Vector => {
+                (0..3).map(|i| (0..3).map(|j| f64::from(u8::from(i == j))).collect()).collect()
+            }
+            Kind::Rotation => {
+                let moved = seeded::<3>(Kind::Rotation, self.values[instance], [0, 1, 2]);
+                let turned = Quaternion { w: moved[0], v: [moved[1], moved[2], moved[3]] };
+                turned.to_rotation_vector().iter().map(|row| partials(row).to_vec()).collect()
+            }
+        }
+    }
+
+    /// The whitened rows of prior knowledge at this point.
+    pub fn priors(&self, layout: &Layout) -> Vec<PriorRow> {
+        let mut rows = Vec::new();
+        for (index, instance) in layout.instances.iter().enumerate() {
+            let (Some(value), Some(sigma), false) =
+                (&instance.setting.value, &instance.setting.sigma, instance.setting.fixed)
+            else {
+                continue;
+            };
+            let stated = from_components(instance.kind, value);
+            let difference = difference(instance.kind, stated, self.values[index]);
+            for (component, sigma) in sigma.iter().enumerate().take(instance.dimension()) {
+                rows.push(PriorRow {
+                    coefficients: layout
+                        .columns_of(index, component)
+                        .into_iter()
+                        .map(|(column, coefficient)| (column, coefficient / sigma))
+                        .collect(),
+                    residual: difference[component] / sigma,
+                });
+            }
+        }
+        rows
+    }
+}
+
+/// A rotation's numbers as a quaternion.
+fn quaternion(value: [f64; 4]) -> Quaternion<f64> {
+    Quaternion { w: value[0], v: [value[1], value[2], value[3]] }
+}
+
+fn from_quaternion(q: Quaternion<f64>) -> [f64; 4] {
+    [q.w, q.v[0], q.v[1], q.v[2]]
+}
+
+/// The internal numbers of components as a person states them; missing ones are zero.
+pub fn from_components(kind: Kind, components: &[f64]) -> [f64; 4] {
+    let at = |i: usize| components.get(i).copied().unwrap_or(0.0);
+    match kind {
+        Kind::Scalar => [at(0), 0.0, 0.0, 0.0],
+        Kind::Vector => [at(0), at(1), at(2), 0.0],
+        Kind::Rotation => from_quaternion(Quaternion::turn([at(0), at(1), at(2)])),
+    }
+}
+
+/// The value moved along its tangent: rotations by `q turn(δ)`, so δ is seen in the frame that the
+/// rotation turns from.
+fn retract(kind: Kind, value: [f64; 4], tangent: [f64; 3]) -> [f64; 4] {
+    match kind {
+        Kind::Scalar => [value[0] + tangent[0], 0.0, 0.0, 0.0],
+        Kind::Vector => [value[0] + tangent[0], value[1] + tangent[1], value[2] + tangent[2], 0.0],
+        Kind::Rotation => {
+            from_quaternion((quaternion(value) * Quaternion::turn(tangent)).normalise())
+        }
+    }
+}
+
+/// The tangent that leads from `from` to `to` (inverse of [`retract`]).
+fn difference(kind: Kind, to: [f64; 4], from: [f64; 4]) -> [f64; 3] {
+    match kind {
+        Kind::Scalar => [to[0] - from[0], 0.0, 0.0],
+        Kind::Vector => [to[0] - from[0], to[1] - from[1], to[2] - from[2]],
+        Kind::Rotation => (quaternion(from).conjugate() * quaternion(to)).to_rotation_vector(),
+    }
+}
+
+/// An instance's numbers with its tangent components as variables `seeds[i]` of `N` (an index of N
+/// or more leaves that component constant).
+pub fn seeded<const N: usize>(kind: Kind, value: [f64; 4], seeds: [usize; 3]) -> [Gradient<N>; 4] {
+    let constant = Gradient::<N>::constant;
+    match kind {
+        Kind::Scalar => [partial(value[0], seeds[0]), constant(0.0), constant(0.0), constant(0.0)],
+        Kind::Vector => [
+            partial(value[0], seeds[0]),
+            partial(value[1], seeds[1]),
+            partial(value[2], seeds[2]),
+            constant(0.0),
+        ],
+        Kind::Rotation if seeds.iter().all(|seed| *seed >= N) => value.map(constant),
+        Kind::Rotation => {
+            let turn = Quaternion::turn(seeds.map(|seed| partial::<N>(0.0, seed)));
+            let q = Quaternion {
+                w: constant(value[0]),
+                v: [value[1], value[2], value[3]].map(constant),
+            };
+            let moved = q * turn;
+            [moved.w, moved.v[0], moved.v[1], moved.v[2]]
+        }
+    }
+}

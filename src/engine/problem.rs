@@ -1,0 +1,371 @@
+//! One or several campaigns with their models: what is to be explained, and by which unknowns.
+//!
+//! Answers: the prediction and the residual of every reading at a point. It does not estimate.
+
+use crate::campaign::Run;
+use crate::campaign::load::DELAY_RANGE;
+use crate::engine::layout::{Layout, Share};
+use crate::engine::noise::Whitening;
+use crate::engine::point::{Point, seeded};
+use crate::engine::pointwise::{Leaves, Program};
+use crate::graph::{Clock, Leaf, MeasurandKind, NodeId, Value};
+use crate::number::{Gradient, Number};
+use crate::quaternion::Quaternion;
+use crate::system::System;
+
+/// One campaign with its model, ready for evaluation.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// How the campaign is called where several are used together.
+    pub label: Option<String>,
+    /// Name of the instrument, if stated.
+    pub instrument: Option<String>,
+    /// Name of the rig, if stated.
+    pub rig: Option<String>,
+    /// The model with its effects.
+    pub system: System,
+    /// Names of the setups.
+    pub setups: Vec<String>,
+    /// The runs' data.
+    pub runs: Vec<Run>,
+    /// Stated standard uncertainty of one reading of each measurand (SI).
+    pub sigma: Vec<f64>,
+    /// Standard deviation of each random quantity (SI); 0 switches it off.
+    pub random_sigma: Vec<f64>,
+    /// Farthest delay looked for (s).
+    pub delay_range: f64,
+    program: Program,
+    readers: Vec<Program>,
+    slots: Vec<Slot>,
+    columns: Vec<usize>,
+}
+
+/// Where a measurand stands among the program's outputs, the reading columns and the residuals.
+#[derive(Clone, Debug)]
+pub struct Slot {
+    /// Plain, angle or rotation.
+    pub kind: MeasurandKind,
+    /// First output of its value.
+    pub output: usize,
+    /// Output of the factor on its standard uncertainty, if an effect patches it.
+    pub sigma_factor: Option<usize>,
+    /// First of its columns in [`crate::campaign::Samples::readings`].
+    pub column: usize,
+    /// First of its residual components.
+    pub residual: usize,
+    /// Number of residual components: 3 for a rotation, else 1.
+    pub components: usize,
+}
+
+impl Part {
+    /// Makes a campaign's model ready for evaluation.
+    pub fn new(system: System, setups: Vec<String>, runs: Vec<Run>, sigma: Vec<f64>) -> Self {
+        let assembly = &system.assembly;
+        let mut outputs: Vec<NodeId> = Vec::new();
+        let mut slots = Vec::with_capacity(assembly.measurands.len());
+        let (mut column, mut residual) = (0, 0);
+        for (measurand, graph) in assembly.names.measurands.iter().zip(&assembly.measurands) {
+            let output = outputs.len();
+            outputs.extend_from_slice(graph.value.nodes());
+            let sigma_factor = graph.sigma_factor.map(|node| {
+                outputs.push(node);
+                outputs.len() - 1
+            });
+            let (columns, components) = match graph.value {
+                Value::Scalar(_) => (1, 1),
+                Value::Vector(_) => (3, 3),
+                Value::Rotation(_) => (4, 3),
+            };
+            slots.push(Slot {
+                kind: measurand.kind,
+                output,
+                sigma_factor,
+                column,
+                residual,
+                components,
+            });
+            column += columns;
+            residual += components;
+        }
+        let program = Program::new(&assembly.graph, &outputs);
+        let readers = assembly
+            .measurands
+            .iter()
+            .map(|graph| Program::new(&assembly.graph, graph.value.nodes()))
+            .collect();
+        let random_sigma =
+            system.randoms.iter().map(|random| random.sigma.unwrap_or(0.0)).collect();
+        Self {
+            label: None,
+            instrument: None,
+            rig: None,
+            system,
+            setups,
+            runs,
+            sigma,
+            random_sigma,
+            delay_range: DELAY_RANGE,
+            program,
+            readers,
+            columns: slots.iter().map(|slot| slot.column).collect(),
+            slots,
+        }
+    }
+
+    /// Where each measurand stands.
+    pub fn slots(&self) -> &[Slot] {
+        &self.slots
+    }
+
+    /// First reading column of each measurand.
+    pub fn columns(&self) -> &[usize] {
+        &self.columns
+    }
+
+    /// Number of residual components of one sample.
+    pub fn residual_count(&self) -> usize {
+        self.slots.last().map_or(0, |slot| slot.residual + slot.components)
+    }
+
+    /// Evaluates all measurands (and noise factors) of one sample.
+    pub fn evaluate<'w, N: Number>(
+        &self,
+        leaves: &SampleLeaves<'_, N>,
+        workspace: &'w mut Vec<N>,
+    ) -> &'w [N] {
+        self.program.evaluate(leaves, workspace)
+    }
+
+    /// Evaluates one measurand of one sample: its outputs alone, from 0.
+    pub fn evaluate_one<'w, N: Number>(
+        &self,
+        measurand: usize,
+        leaves: &SampleLeaves<'_, N>,
+        workspace: &'w mut Vec<N>,
+    ) -> &'w [N] {
+        self.readers[measurand].evaluate(leaves, workspace)
+    }
+
+    /// Whether a measurand of a sample was read.
+    pub fn is_present(&self, run: usize, sample: usize, slot: &Slot) -> bool {
+        !self.runs[run].samples.readings[slot.column][sample].is_nan()
+    }
+
+    /// The residual of [`Part::evaluate_one`]'s outputs, see [`Part::residual`].
+    pub fn residual_of_one<N: Number>(
+        &self,
+        run: usize,
+        sample: usize,
+        measurand: usize,
+        outputs: &[N],
+    ) -> [N; 3] {
+        let slot = Slot { output: 0, ..self.slots[measurand].clone() };
+        self.residual(run, sample, &slot, outputs)
+    }
+
+    /// `reading - prediction` of one measurand: wrapped for an angle, a rotation vector for a
+    /// rotation (from predicted to read, in the predicted frame).
+    pub fn residual<N: Number>(
+        &self,
+        run: usize,
+        sample: usize,
+        slot: &Slot,
+        outputs: &[N],
+    ) -> [N; 3] {
+        let reading = |k: usize| self.runs[run].samples.readings[slot.column + k][sample];
+        let zero = N::constant(0.0);
+        match slot.kind {
+            MeasurandKind::Plain => [-outputs[slot.output] + reading(0), zero, zero],
+            MeasurandKind::Angle { period } => {
+                let difference = -outputs[slot.output] + reading(0);
+                [wrapped(difference, period), zero, zero]
+            }
+            MeasurandKind::Rotation => {
+                let o = &outputs[slot.output..slot.output + 4];
+                let predicted = Quaternion { w: o[0], v: [o[1], o[2], o[3]] };
+                let read = Quaternion { w: reading(0), v: [reading(1), reading(2), reading(3)] };
+                let read = Quaternion { w: N::constant(read.w), v: read.v.map(N::constant) };
+                (predicted.conjugate() * read).to_rotation_vector()
+            }
+        }
+    }
+}
+
+/// The number brought into (-period/2, period/2] by whole periods; unchanged for period 0.
+pub fn wrapped<N: Number>(difference: N, period: f64) -> N {
+    if period > 0.0 {
+        difference - period * (difference.value() / period).round()
+    } else {
+        difference
+    }
+}
+
+/// One sample as the graph's leaves.
+#[derive(Clone, Copy, Debug)]
+pub struct SampleLeaves<'a, N> {
+    /// Four numbers a parameter, in the order of the model's parameters.
+    pub parameters: &'a [[N; 4]],
+    /// One a random quantity.
+    pub randoms: &'a [N],
+    /// First reading column of each measurand.
+    pub columns: &'a [usize],
+    /// The run.
+    pub run: &'a Run,
+    /// The sample.
+    pub sample: usize,
+}
+
+impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
+    fn leaf(&self, leaf: Leaf) -> N {
+        let samples = &self.run.samples;
+        let i = self.sample;
+        match leaf {
+            Leaf::Parameter { parameter, component } => {
+                self.parameters[parameter as usize][component as usize]
+            }
+            Leaf::Random(random) => self.randoms[random as usize],
+            Leaf::Input(input) => {
+                samples.inputs[input as usize].at(i, samples.time[i], N::constant(0.0), 0)
+            }
+            Leaf::Clock(clock) => N::constant(match clock {
+                Clock::Time => samples.time[i],
+                Clock::RunTime => samples.run_time[i],
+                Clock::SetupTime => samples.setup_time[i],
+                Clock::Index => i as f64,
+                Clock::UniformTime => samples.uniform_time[i],
+            }),
+            Leaf::Reading { measurand, component } => {
+                let column = self.columns[measurand as usize] + component as usize;
+                N::constant(samples.readings[column][i])
+            }
+        }
+    }
+
+    fn signal(&self, input: u32, order: u8, offset: N) -> N {
+        let samples = &self.run.samples;
+        samples.inputs[input as usize].at(self.sample, samples.time[self.sample], offset, order)
+    }
+}
+
+/// Campaigns together with the layout of their unknowns.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// The campaigns.
+    pub parts: Vec<Part>,
+    /// The unknowns.
+    pub layout: Layout,
+    /// Frozen whitening of every sample's readings, by campaign and run.
+    pub(crate) whitening: Vec<Vec<Whitening>>,
+}
+
+impl Problem {
+    /// Puts campaigns together; the weights are those at the starting point.
+    pub fn new(parts: Vec<Part>) -> Self {
+        let runs: Vec<Vec<(String, usize)>> = parts
+            .iter()
+            .map(|part| part.runs.iter().map(|run| (run.name.clone(), run.setup)).collect())
+            .collect();
+        let shares: Vec<Share<'_>> = parts
+            .iter()
+            .zip(&runs)
+            .map(|(part, runs)| Share {
+                system: &part.system,
+                instrument: part.instrument.as_deref(),
+                rig: part.rig.as_deref(),
+                setups: &part.setups,
+                runs,
+                label: part.label.as_deref(),
+            })
+            .collect();
+        let layout = Layout::new(&shares);
+        let mut problem = Self { parts, layout, whitening: Vec::new() };
+        let start = Point::start(&problem.layout);
+        problem.refresh_weights(&start);
+        problem
+    }
+
+    /// The parameters of a run at a point, as constants.
+    pub fn parameters<N: Number>(&self, part: usize, run: usize, point: &Point) -> Vec<[N; 4]> {
+        self.layout.used[part][run]
+            .iter()
+            .map(|instance| point.values[*instance].map(N::constant))
+            .collect()
+    }
+
+    /// The tangent components that act in a run: instance and component, free ones only.
+    pub fn tangents(&self, part: usize, run: usize) -> Vec<(usize, usize)> {
+        let mut tangents = Vec::new();
+        for instance in &self.layout.used[part][run] {
+            for component in 0..self.layout.instances[*instance].dimension() {
+                if !self.layout.columns_of(*instance, component).is_empty() {
+                    tangents.push((*instance, component));
+                }
+            }
+        }
+        tangents
+    }
+
+    /// The parameters of a run at a point, with `tangents` as the variables of the gradient.
+    pub fn seeded_parameters<const N: usize>(
+        &self,
+        part: usize,
+        run: usize,
+        point: &Point,
+        tangents: &[(usize, usize)],
+    ) -> Vec<[Gradient<N>; 4]> {
+        self.layout.used[part][run]
+            .iter()
+            .map(|&instance| {
+                let seed = |component| {
+                    tangents.iter().position(|t| *t == (instance, component)).unwrap_or(usize::MAX)
+                };
+                let kind = self.layout.instances[instance].kind;
+                seeded(kind, point.values[instance], [seed(0), seed(1), seed(2)])
+            })
+            .collect()
+    }
+
+    /// Number of readings there are, a rotation counting as one.
+    pub fn reading_count(&self) -> usize {
+        self.parts
+            .iter()
+            .flat_map(|part| {
+                part.runs.iter().enumerate().flat_map(move |(run, data)| {
+                    part.slots.iter().map(move |slot| {
+                        (0..data.samples.len()).filter(|i| part.is_present(run, *i, slot)).count()
+                    })
+                })
+            })
+            .sum()
+    }
+
+    /// The first reading whose prediction is undefined at a point: campaign, run, sample, measurand.
+    pub fn first_undefined(&self, point: &Point) -> Option<(usize, usize, usize, usize)> {
+        let mut workspace = Vec::new();
+        for (p, part) in self.parts.iter().enumerate() {
+            let randoms = vec![0.0; part.random_sigma.len()];
+            for (r, run) in part.runs.iter().enumerate() {
+                let parameters = self.parameters::<f64>(p, r, point);
+                for sample in 0..run.samples.len() {
+                    let leaves = SampleLeaves {
+                        parameters: &parameters,
+                        randoms: &randoms,
+                        columns: part.columns(),
+                        run,
+                        sample,
+                    };
+                    let outputs = part.evaluate(&leaves, &mut workspace);
+                    for (m, slot) in part.slots.iter().enumerate() {
+                        if part.is_present(r, sample, slot) {
+                            let residual = part.residual(r, sample, slot, outputs);
+                            if residual.iter().any(|value| !value.is_finite()) {
+                                return Some((p, r, sample, m));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,9 @@
+//! The language: formulas to trees, trees to graphs, effects as patches, rates.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+mod bench;
+mod faults;
+mod meanings;
+mod parsing;
+mod patches;
+mod rates;
