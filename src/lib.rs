@@ -8,6 +8,7 @@
 //! | language | [`diagnostic`], [`formula`], [`graph`], [`document`] |
 //! | nouns | [`model`], [`effect`], [`library`], [`campaign`], [`system`] |
 //! | engine | [`engine`] |
+//! | estimate | [`estimate`] |
 
 pub mod number;
 pub mod quaternion;
@@ -25,3 +26,5 @@ pub mod model;
 pub mod system;
 
 pub mod engine;
+
+pub mod estimate;

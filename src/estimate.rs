@@ -1,0 +1,36 @@
+//! Numbers with uncertainties.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`align`] | Horn's closed form: the transformation between two sets of points |
+//! | [`start`] | where a joint estimate begins |
+//! | [`checks`] | whether the set-up can be as stated |
+//! | [`arrow`] | the normal equations solved by their blocks |
+//! | [`batch`] | Levenberg-Marquardt over all unknowns |
+//! | [`conic`] | a step within bounds |
+//! | [`covariance`] | what the estimate's uncertainty is |
+//! | [`observability`] | which combinations the data do not determine |
+//! | [`words`] | the same, in words, with the run that would help |
+//! | [`variance`] | levels of noise |
+//! | [`calibrate`] | all of these together |
+//! | [`newton`] | each reading's own delay |
+//! | [`delays`] | their means |
+//! | [`transformation`] | where delays take their transformation from |
+//! | [`compare`] | both ways side by side |
+
+pub mod align;
+pub mod arrow;
+pub mod batch;
+pub mod calibrate;
+pub mod checks;
+mod cholesky;
+pub mod compare;
+pub mod conic;
+pub mod covariance;
+pub mod delays;
+pub mod newton;
+pub mod observability;
+pub mod start;
+pub mod transformation;
+pub mod variance;
+pub mod words;

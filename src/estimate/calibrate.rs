@@ -1,0 +1,276 @@
+//! The joint estimate of everything: start, batch, noise levels, covariance, observability.
+
+use nalgebra::DMatrix;
+
+use crate::engine::gram::{LeastSquares, Normal};
+use crate::engine::{Point, Problem};
+use crate::estimate::align::Alignment;
+use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
+use crate::estimate::start::{Aligned, start};
+use crate::estimate::words::{Unobservable, describe};
+use crate::estimate::{covariance, observability, variance};
+use crate::graph::Scope;
+
+/// Rounds of estimating noise levels and fitting again.
+const NOISE_ROUNDS: usize = 12;
+
+/// One component of one parameter as a person reads it, SI.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// `radius`, `position.x`, `orientation.z`, `collimation.offset`.
+    pub name: String,
+    /// One value for each of these.
+    pub scope: Scope,
+    /// The setup or run.
+    pub of: Option<String>,
+    /// Estimate; `None` where the data do not determine it.
+    pub value: Option<f64>,
+    /// Standard uncertainty (k = 1), not scaled by the variance factor; 0 if fixed, `None` where the
+    /// data do not determine it.
+    pub sigma: Option<f64>,
+    /// Unit of the coherent SI value.
+    pub unit: String,
+    /// Symbol of the unit the model declares it in, for people.
+    pub declared: crate::units::Unit,
+    /// Whether it was held fixed.
+    pub fixed: bool,
+    /// Index of its instance; `None` for the level of a random quantity.
+    pub instance: Option<usize>,
+}
+
+/// The result of a joint estimate.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// What was estimated from, with its weights.
+    pub problem: Problem,
+    /// Where iteration began.
+    pub aligned: Vec<(Option<String>, Result<Alignment, String>)>,
+    /// The fit.
+    pub fit: Fit<Point>,
+    /// Covariance of all columns at the estimate (of what is determined, if not all is).
+    pub covariance: DMatrix<f64>,
+    /// What cannot be determined.
+    pub unobservable: Vec<Unobservable>,
+    /// Levels of random quantities and noise factors estimated beside.
+    pub levels: Vec<variance::Level>,
+    /// Readings and priors.
+    pub readings: usize,
+    /// rms of the residuals of each measurand, SI.
+    pub rms: Vec<(String, f64)>,
+}
+
+impl Calibration {
+    /// Whether the numbers can be used: converged, and all is determined.
+    pub fn is_sound(&self) -> bool {
+        self.unobservable.is_empty() && self.fit.outcome == Outcome::Converged
+    }
+
+    /// Number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.problem.layout.columns.len() + self.levels.len()
+    }
+
+    /// Readings and priors less unknowns.
+    pub fn degrees_of_freedom(&self) -> i64 {
+        self.readings as i64 - self.unknowns() as i64
+    }
+
+    /// chi squared over degrees of freedom; `None` without degrees of freedom.
+    pub fn variance_factor(&self) -> Option<f64> {
+        let degrees = self.degrees_of_freedom();
+        (degrees > 0).then(|| self.fit.cost / degrees as f64)
+    }
+
+    /// Every component of every parameter, in the order of the layout.
+    pub fn estimates(&self) -> Vec<Estimate> {
+        let mut estimates = Vec::new();
+        for index in 0..self.problem.layout.instances.len() {
+            estimates.extend(self.estimates_of(index));
+        }
+        for level in &self.levels {
+            estimates.push(Estimate {
+                name: level.name.clone(),
+                scope: level.scope,
+                of: level.of.clone(),
+                value: Some(level.value),
+                sigma: level.sigma,
+                unit: level.unit.si_symbol(),
+                declared: level.unit.clone(),
+                fixed: false,
+                instance: None,
+            });
+        }
+        estimates
+    }
+
+    fn estimates_of(&self, index: usize) -> Vec<Estimate> {
+        let layout = &self.problem.layout;
+        let instance = &layout.instances[index];
+        if layout.is_noise_only(index) {
+            return Vec::new();
+        }
+        let determined = !self.unobservable.iter().any(|one| one.instances.contains(&index));
+        let values = self.fit.point.components(layout, index);
+        let jacobian = self.fit.point.component_jacobian(layout, index);
+        let names: Vec<String> = if instance.dimension() == 1 {
+            vec![instance.name.clone()]
+        } else {
+            ["x", "y", "z"].map(|axis| format!("{}.{axis}", instance.name)).to_vec()
+        };
+        names
+            .into_iter()
+            .zip(values)
+            .zip(jacobian)
+            .map(|((name, value), row)| {
+                let mut sensitivity: Vec<(usize, f64)> = Vec::new();
+                for (component, derivative) in row.iter().enumerate() {
+                    for (column, coefficient) in layout.columns_of(index, component) {
+                        sensitivity.push((column, derivative * coefficient));
+                    }
+                }
+                let mut variance = 0.0;
+                for (i, a) in &sensitivity {
+                    for (j, b) in &sensitivity {
+                        variance += a * b * self.covariance[(*i, *j)];
+                    }
+                }
+                Estimate {
+                    name,
+                    scope: instance.setting.scope,
+                    of: instance.of.clone(),
+                    value: determined.then_some(value),
+                    sigma: determined.then(|| variance.max(0.0).sqrt()),
+                    unit: instance.unit.si_symbol(),
+                    declared: instance.unit.clone(),
+                    fixed: sensitivity.is_empty(),
+                    instance: Some(index),
+                }
+            })
+            .collect()
+    }
+}
+
+/// Estimates everything from a problem.
+///
+/// # Errors
+/// [`FitError`] where the problem cannot be fitted at all, say because bounds exclude each other. A poor
+/// fit is a result.
+pub fn calibrate(mut problem: Problem, options: &Options) -> Result<Calibration, FitError> {
+    let (point, aligned) = start(&problem);
+    let (fit, levels) = fit_with_levels(&mut problem, point, options)?;
+    finish(problem, fit, levels, aligned)
+}
+
+/// Fits, estimates noise levels, fits again, until the levels stand.
+fn fit_with_levels(
+    problem: &mut Problem,
+    start: Point,
+    options: &Options,
+) -> Result<(Fit<Point>, Vec<variance::Level>), FitError> {
+    let unknown = variance::unknown_levels(problem);
+    if unknown.is_empty() {
+        return Ok((fit(problem, start, options)?, Vec::new()));
+    }
+    variance::start_levels(problem, &unknown);
+    let mut best = fit(problem, start, options)?;
+    let mut iterations = best.iterations;
+    let mut levels = Vec::new();
+    for _ in 0..NOISE_ROUNDS {
+        let (found, change) = variance::estimate(problem, &mut best.point, &unknown);
+        levels = found;
+        best = fit(problem, best.point.clone(), options)?;
+        iterations += best.iterations;
+        if change < 1e-4 {
+            break;
+        }
+    }
+    best.iterations = iterations;
+    Ok((best, levels))
+}
+
+fn finish(
+    problem: Problem,
+    fit: Fit<Point>,
+    levels: Vec<variance::Level>,
+    aligned: Vec<Aligned>,
+) -> Result<Calibration, FitError> {
+    let directions = if fit.outcome == Outcome::NotFinite {
+        Vec::new()
+    } else {
+        observability::examine(&fit.normal, &plausible(&problem))?
+    };
+    let covariance = covariance::of_determined(&fit.normal, &directions);
+    let unobservable = directions
+        .iter()
+        .map(|direction| describe(&problem, &fit.point, &fit.normal, direction))
+        .collect();
+    let readings = count(&problem) + fit.normal.priors.len();
+    let rms = rms(&problem, &fit.point);
+    let aligned = aligned
+        .into_iter()
+        .map(|one| (one.of, one.result.map_err(|error| error.to_string())))
+        .collect();
+    Ok(Calibration { problem, aligned, fit, covariance, unobservable, levels, readings, rms })
+}
+
+/// Scalar readings: a rotation counts as three.
+fn count(problem: &Problem) -> usize {
+    let mut count = 0;
+    for part in &problem.parts {
+        for (r, run) in part.runs.iter().enumerate() {
+            for slot in part.slots() {
+                let present =
+                    (0..run.samples.len()).filter(|i| part.is_present(r, *i, slot)).count();
+                count += present * slot.components;
+            }
+        }
+    }
+    count
+}
+
+/// The `plausible` size of every column.
+pub fn plausible(problem: &Problem) -> Vec<Option<f64>> {
+    let mut plausible = vec![None; problem.layout.columns.len()];
+    for (index, instance) in problem.layout.instances.iter().enumerate() {
+        for component in 0..instance.dimension() {
+            for (column, _) in problem.layout.columns_of(index, component) {
+                plausible[column] = instance.setting.plausible;
+            }
+        }
+    }
+    plausible
+}
+
+/// rms of the residuals of each measurand over all campaigns, by name.
+pub fn rms(problem: &Problem, point: &Point) -> Vec<(String, f64)> {
+    let mut sums: Vec<(String, f64, usize)> = Vec::new();
+    for (p, part) in problem.parts.iter().enumerate() {
+        for r in 0..part.runs.len() {
+            for residuals in problem.residuals(p, r, point) {
+                for (measurand, slot) in
+                    part.system.assembly.names.measurands.iter().zip(part.slots())
+                {
+                    let own = &residuals[slot.residual..slot.residual + slot.components];
+                    if own.iter().any(|value| value.is_nan()) {
+                        continue;
+                    }
+                    let square: f64 = own.iter().map(|value| value * value).sum();
+                    match sums.iter_mut().find(|(name, _, _)| *name == measurand.name) {
+                        Some((_, sum, count)) => {
+                            *sum += square;
+                            *count += 1;
+                        }
+                        None => sums.push((measurand.name.clone(), square, 1)),
+                    }
+                }
+            }
+        }
+    }
+    sums.into_iter().map(|(name, sum, count)| (name, (sum / count as f64).sqrt())).collect()
+}
+
+/// Linearises at a point without fitting.
+pub fn linearised(problem: &mut Problem, point: &Point) -> Normal {
+    problem.reweight(point);
+    problem.normal(point)
+}

@@ -1,0 +1,272 @@
+//! Cheap looks at the set-up before any fit: rates that contradict their angles, and mistakes that
+//! would make the coordinates fit far better if they were undone (a swapped column, a mirrored
+//! circle, an elevation read as a zenith angle, gon read as deg, mm read as m).
+//!
+//! Each finding is a sentence; nothing is changed. A planar target path hides a mirrored instrument
+//! and a reversed arm: both are then a turn of the transformation and do no harm to the delays.
+
+use std::f64::consts::PI;
+
+use crate::campaign::{Role, Run, Track};
+use crate::diagnostic::Diagnostic;
+use crate::engine::{Part, Point, Problem};
+use crate::estimate::align::align;
+use crate::estimate::start::pairs;
+use crate::graph::MeasurandKind;
+use crate::units::Dimension;
+
+/// An alternative must fit this many times better to be mentioned.
+const FACTOR: f64 = 5.0;
+/// Samples of a run that are looked at.
+const LOOK: usize = 400;
+
+/// Looks at every campaign of a problem.
+pub fn check(problem: &Problem) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    let start = Point::start(&problem.layout);
+    for p in 0..problem.parts.len() {
+        let part = &problem.parts[p];
+        for run in &part.runs {
+            found.extend(rates(part, run));
+        }
+        found.extend(angles(part));
+        found.extend(alternatives(problem, p, &start));
+    }
+    found
+}
+
+/// Compares each recorded rate with the change of its value from sample to sample.
+fn rates(part: &Part, run: &Run) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for (input, track) in part.system.assembly.names.inputs.iter().zip(&run.samples.inputs) {
+        let Track::Captured { value, rate: Some(rate), .. } = track else { continue };
+        let turns = input.unit.dimension == Dimension::NONE;
+        let (mut products, mut squares, mut count) = (0.0, 0.0, 0);
+        for i in 1..value.len().min(LOOK) {
+            let elapsed = run.samples.time[i] - run.samples.time[i - 1];
+            let expected = 0.5 * (rate[i] + rate[i - 1]) * elapsed;
+            let mut change = value[i] - value[i - 1];
+            if turns {
+                // A wrong sign or a moderate factor shows only while a step stays well below a turn.
+                change -= 2.0 * PI * (change / (2.0 * PI)).round();
+                if expected.abs() > 0.5 || change.abs() > 0.5 {
+                    continue;
+                }
+            }
+            products += change * expected;
+            squares += expected * expected;
+            count += 1;
+        }
+        if count < 5 || squares == 0.0 {
+            continue;
+        }
+        let ratio = products / squares;
+        let name = &input.name;
+        let warning = if ratio < -0.5 {
+            format!(
+                "run `{}`: `{name}_rate` says the opposite sense of rotation to the change of `{name}` itself",
+                run.name
+            )
+        } else if !(0.5..2.0).contains(&ratio) {
+            format!(
+                "run `{}`: `{name}` changes {ratio:.4} times as fast as `{name}_rate` says{}",
+                run.name,
+                unit_guess(ratio)
+            )
+        } else {
+            continue;
+        };
+        found.push(Diagnostic::warning(warning).help(format!(
+            "check the sign and the unit of the column `{name}_rate`; delays follow from it"
+        )));
+    }
+    found
+}
+
+fn unit_guess(ratio: f64) -> String {
+    let guesses = [
+        (180.0 / PI, "deg for rad"),
+        (PI / 180.0, "rad for deg"),
+        (200.0 / PI, "gon for rad"),
+        (PI / 200.0, "rad for gon"),
+        (1000.0, "a factor 1000"),
+        (1e-3, "a factor 1000"),
+        (60.0, "minutes for seconds"),
+        (1.0 / 60.0, "minutes for seconds"),
+    ];
+    guesses
+        .iter()
+        .find(|(factor, _)| (ratio / factor - 1.0).abs() < 0.05)
+        .map_or_else(String::new, |(_, words)| format!(": {words}?"))
+}
+
+/// Angles that cannot be: beyond two turns.
+fn angles(part: &Part) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for (measurand, slot) in part.system.assembly.names.measurands.iter().zip(part.slots()) {
+        if !matches!(measurand.kind, MeasurandKind::Angle { .. }) {
+            continue;
+        }
+        for run in &part.runs {
+            let readings = &run.samples.readings[slot.column];
+            let Some(row) = readings.iter().position(|value| value.abs() > 4.0 * PI) else {
+                continue;
+            };
+            found.push(
+                Diagnostic::warning(format!(
+                    "run `{}`: `{}` reads {:.3} rad, more than two turns",
+                    run.name, measurand.name, readings[row]
+                ))
+                .help(
+                    "check the unit in the column's header: deg, gon and rad are easily confused",
+                ),
+            );
+            break;
+        }
+    }
+    found
+}
+
+/// One mistake that may have been made, undone.
+struct Alternative {
+    words: String,
+    undo: Undo,
+}
+
+/// Changes a run's readings or inputs.
+type Undo = Box<dyn Fn(&mut Run)>;
+
+fn alternatives(problem: &Problem, p: usize, start: &Point) -> Vec<Diagnostic> {
+    let part = &problem.parts[p];
+    if part.system.assembly.coordinates.is_none() {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    let mut looked_at = Vec::new();
+    for (r, run) in part.runs.iter().enumerate() {
+        let setup = run.setup;
+        let has_reference = part.runs.iter().any(|o| o.setup == setup && o.role == Role::Reference);
+        if looked_at.contains(&setup) || (has_reference && run.role != Role::Reference) {
+            continue;
+        }
+        looked_at.push(setup);
+        let parameters = problem.parameters::<f64>(p, r, start);
+        let fit = |run: &Run| {
+            align(&pairs(part, run, &parameters), false).ok().map(|alignment| alignment.rms)
+        };
+        let short = shortened(run);
+        let Some(as_given) = fit(&short) else { continue };
+        let mut best: Option<(f64, String)> = None;
+        for alternative in candidates(part) {
+            let mut changed = short.clone();
+            (alternative.undo)(&mut changed);
+            if let Some(rms) = fit(&changed)
+                && rms.is_finite()
+                && FACTOR * rms < as_given
+                && best.as_ref().is_none_or(|(known, _)| rms < *known)
+            {
+                best = Some((rms, alternative.words));
+            }
+        }
+        if let Some((rms, words)) = best {
+            found.push(
+                Diagnostic::warning(format!(
+                    "setup `{}`: the coordinates of run `{}` fit to {:.3} mm as given, but to {:.3} mm if {words}",
+                    part.setups[setup],
+                    run.name,
+                    as_given * 1e3,
+                    rms * 1e3,
+                ))
+                .help("compare the columns and their units with the instrument's conventions"),
+            );
+        }
+    }
+    found
+}
+
+/// The first samples of a run.
+fn shortened(run: &Run) -> Run {
+    let mut short = run.clone();
+    let samples = &mut short.samples;
+    let keep = samples.len().min(LOOK);
+    samples.time.truncate(keep);
+    samples.run_time.truncate(keep);
+    samples.setup_time.truncate(keep);
+    samples.uniform_time.truncate(keep);
+    samples.rows.truncate(keep);
+    for column in &mut samples.readings {
+        column.truncate(keep);
+    }
+    short
+}
+
+fn candidates(part: &Part) -> Vec<Alternative> {
+    let mut all = Vec::new();
+    let names = &part.system.assembly.names;
+    let slots = part.slots();
+    let is_angle = |m: usize| matches!(names.measurands[m].kind, MeasurandKind::Angle { .. });
+    for a in 0..slots.len() {
+        let (column, name) = (slots[a].column, names.measurands[a].name.clone());
+        let scaled = move |factor: f64, words: String| Alternative {
+            words,
+            undo: Box::new(move |run: &mut Run| {
+                run.samples.readings[column].iter_mut().for_each(|value| *value *= factor);
+            }),
+        };
+        if is_angle(a) {
+            all.push(scaled(-1.0, format!("`{name}` counted in the other sense")));
+            all.push(Alternative {
+                words: format!("`{name}` were 90 deg less its reading (zenith angle or elevation)"),
+                undo: Box::new(move |run| {
+                    run.samples.readings[column]
+                        .iter_mut()
+                        .for_each(|value| *value = PI / 2.0 - *value);
+                }),
+            });
+            for (factor, read, given) in [(0.9, "gon", "deg"), (1.0 / 0.9, "deg", "gon")] {
+                all.push(scaled(factor, format!("`{name}` were in {read}, not in {given}")));
+            }
+            for (b, other) in slots.iter().enumerate().skip(a + 1) {
+                if is_angle(b) {
+                    let (other, other_name) = (other.column, names.measurands[b].name.clone());
+                    all.push(Alternative {
+                        words: format!("the columns `{name}` and `{other_name}` were swapped"),
+                        undo: Box::new(move |run| run.samples.readings.swap(column, other)),
+                    });
+                }
+            }
+        } else if names.measurands[a].unit.dimension == Dimension::LENGTH {
+            all.push(scaled(1e-3, format!("`{name}` were in mm, not in m")));
+            all.push(scaled(1e3, format!("`{name}` were in m, not in mm")));
+            for (b, other) in slots.iter().enumerate().skip(a + 1) {
+                if names.measurands[b].unit.dimension == Dimension::LENGTH {
+                    let (other, other_name) = (other.column, names.measurands[b].name.clone());
+                    all.push(Alternative {
+                        words: format!("the columns `{name}` and `{other_name}` were swapped"),
+                        undo: Box::new(move |run| run.samples.readings.swap(column, other)),
+                    });
+                }
+            }
+        }
+    }
+    for (index, input) in names.inputs.iter().enumerate() {
+        if input.signal {
+            all.push(Alternative {
+                words: format!("`{}` counted in the other sense", input.name),
+                undo: Box::new(move |run| reverse(run, index)),
+            });
+        }
+    }
+    all
+}
+
+fn reverse(run: &mut Run, input: usize) {
+    let values = run
+        .samples
+        .time
+        .iter()
+        .enumerate()
+        .map(|(i, time)| -run.samples.inputs[input].at::<f64>(i, *time, 0.0, 0))
+        .collect();
+    run.samples.inputs[input] = Track::Captured { value: values, rate: None, acceleration: None };
+}

@@ -1,0 +1,239 @@
+//! Observability: which combinations of unknowns the readings cannot tell apart.
+//!
+//! Columns are scaled to unit length (the diagonal of `H` becomes 1), then the eigenvalues of the
+//! scaled `H` are the squares of the scaled Jacobian's singular values. A direction whose singular
+//! value lies below [`UNOBSERVABLE`] of the largest changes no reading noticeably: *exact* below
+//! [`EXACT`], where only rounding (which the square root raises from 1e-16 to 1e-8) keeps it from
+//! zero, otherwise hidden by noise. So is a parameter that is formally determined but whose standard
+//! uncertainty exceeds its plausible size.
+//!
+//! Several such directions span a space, and any basis of it is as true; the one given is sparse
+//! (reduced row echelon form with complete pivoting), so that each can be put in words. This room
+//! knows columns, not names: the report finds the words and the run that would help.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use super::arrow::{LinearError, normal_matrix};
+use crate::engine::gram::Normal;
+
+/// A scaled singular value below this part of the largest is unobservable.
+pub const UNOBSERVABLE: f64 = 1e-4;
+/// A scaled singular value below this part of the largest is zero up to rounding.
+pub const EXACT: f64 = 1e-7;
+/// Entries below this part of a direction's largest (scaled) entry are rounding and left out.
+const ROUNDING: f64 = 1e-6;
+/// Correlation beyond which two implausible parameters share one direction.
+const SAME: f64 = 0.99;
+
+/// How badly a direction is determined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Not at all: no reading changes.
+    Exact,
+    /// Formally, but noise hides it.
+    UpToNoise,
+}
+
+/// A combination of unknowns that the readings do not determine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Direction {
+    /// Column and how far it moves along the direction, in the column's own unit; scaled so that
+    /// the largest scaled entry is 1, and sorted from the largest scaled entry to the least. One
+    /// entry means that the unknown alone has no effect. An implausible parameter comes first.
+    pub weights: Vec<(usize, f64)>,
+    /// The scaled entries (weight × column length) in the same order, between -1 and 1.
+    pub shares: Vec<f64>,
+    /// Singular value along the direction over the largest.
+    pub singular_value: f64,
+    /// How badly it is determined.
+    pub kind: Kind,
+    /// Standard uncertainty of the first unknown of `weights`, own unit; `None` if it is unbounded.
+    pub standard_uncertainty: Option<f64>,
+}
+
+/// All directions that the readings and priors of an undamped problem do not determine.
+///
+/// `plausible` holds for each column the standard uncertainty beyond which the unknown counts as
+/// unobservable, in its own unit; missing entries count as `None`. Exact directions come first,
+/// columns without any effect foremost. Empty if everything is determined.
+///
+/// # Errors
+/// [`LinearError`] if the sums do not fit their blocks or are not finite.
+pub fn examine(normal: &Normal, plausible: &[Option<f64>]) -> Result<Vec<Direction>, LinearError> {
+    let (hessian, _) = normal_matrix(normal)?;
+    let n = hessian.nrows();
+    if let Some(at) = hessian.iter().position(|x| !x.is_finite()) {
+        return Err(LinearError::Singular { column: at / n });
+    }
+    let length = DVector::from_fn(n, |i, _| hessian[(i, i)].max(0.0).sqrt());
+    let (active, silent): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| length[i] > 0.0);
+    let mut found: Vec<Direction> = silent
+        .into_iter()
+        .map(|column| Direction {
+            weights: vec![(column, 1.0)],
+            shares: vec![1.0],
+            singular_value: 0.0,
+            kind: Kind::Exact,
+            standard_uncertainty: None,
+        })
+        .collect();
+    if active.is_empty() {
+        return Ok(found);
+    }
+    let view = Scaled::new(&hessian, &length, active);
+    let exact = view.basis(|ratio| ratio < EXACT);
+    let mut hidden = view.basis(|ratio| (EXACT..UNOBSERVABLE).contains(&ratio));
+    let exact = echelon(exact);
+    clear_pivots(&mut hidden, &exact);
+    let hidden = echelon(hidden);
+    found.extend(exact.iter().map(|(v, _)| view.direction(v, Kind::Exact, None)));
+    found.extend(hidden.iter().map(|(v, _)| view.direction(v, Kind::UpToNoise, None)));
+    found.extend(view.implausible(plausible));
+    Ok(found)
+}
+
+/// The problem with unit columns, without those that have no effect.
+struct Scaled {
+    /// Column of each row.
+    active: Vec<usize>,
+    length: Vec<f64>,
+    matrix: DMatrix<f64>,
+    eigen: SymmetricEigen<f64, nalgebra::Dyn>,
+    largest: f64,
+}
+
+impl Scaled {
+    fn new(hessian: &DMatrix<f64>, length: &DVector<f64>, active: Vec<usize>) -> Self {
+        let length: Vec<f64> = active.iter().map(|&i| length[i]).collect();
+        let n = active.len();
+        let matrix = DMatrix::from_fn(n, n, |i, j| {
+            hessian[(active[i], active[j])] / (length[i] * length[j])
+        });
+        let eigen = SymmetricEigen::new(matrix.clone());
+        let largest = eigen.eigenvalues.max().max(0.0).sqrt();
+        Self { active, length, matrix, eigen, largest }
+    }
+
+    /// Singular value of each eigenvector over the largest.
+    fn ratio(&self, index: usize) -> f64 {
+        self.eigen.eigenvalues[index].max(0.0).sqrt() / self.largest
+    }
+
+    /// The eigenvectors whose ratio is wanted, as rows.
+    fn basis(&self, wanted: impl Fn(f64) -> bool) -> Vec<DVector<f64>> {
+        (0..self.active.len())
+            .filter(|&i| wanted(self.ratio(i)))
+            .map(|i| self.eigen.eigenvectors.column(i).into_owned())
+            .collect()
+    }
+
+    /// Covariance of scaled unknowns over the eigenvectors above a ratio.
+    fn covariance(&self, above: f64, i: usize, j: usize) -> f64 {
+        (0..self.active.len())
+            .filter(|&k| self.ratio(k) >= above)
+            .map(|k| {
+                let v = self.eigen.eigenvectors.column(k);
+                v[i] * v[j] / self.eigen.eigenvalues[k]
+            })
+            .sum()
+    }
+
+    /// A direction in the unknowns' own units; `first` leads, else the largest entry.
+    fn direction(&self, vector: &DVector<f64>, kind: Kind, first: Option<usize>) -> Direction {
+        let largest =
+            vector.iter().copied().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        let vector = vector / largest;
+        let mut order: Vec<usize> = (0..vector.len())
+            .filter(|&i| vector[i].abs() >= ROUNDING || Some(i) == first)
+            .collect();
+        order.sort_by(|&a, &b| {
+            let leads = |i| Some(i) == first;
+            // Equal shares keep the order of columns, whatever their rounding.
+            let rounded = |i: usize| (vector[i].abs() * 1e6).round();
+            leads(b).cmp(&leads(a)).then(rounded(b).total_cmp(&rounded(a)))
+        });
+        let length =
+            (vector.dot(&(&self.matrix * &vector)).max(0.0) / vector.norm_squared()).sqrt();
+        let lead = order.first().copied().unwrap_or_default();
+        Direction {
+            weights: order.iter().map(|&i| (self.active[i], vector[i] / self.length[i])).collect(),
+            shares: order.iter().map(|&i| vector[i]).collect(),
+            singular_value: length / self.largest,
+            kind,
+            standard_uncertainty: match kind {
+                Kind::Exact => None,
+                Kind::UpToNoise => {
+                    Some(self.covariance(EXACT, lead, lead).sqrt() / self.length[lead])
+                }
+            },
+        }
+    }
+
+    /// Parameters whose uncertainty, from what is otherwise determined, is beyond plausible: each
+    /// with how the others make up for it (its column of the covariance).
+    fn implausible(&self, plausible: &[Option<f64>]) -> Vec<Direction> {
+        let sigma = |i: usize| self.covariance(UNOBSERVABLE, i, i).sqrt();
+        let mut beyond: Vec<(f64, usize)> = (0..self.active.len())
+            .filter_map(|i| {
+                let limit = plausible.get(self.active[i]).copied().flatten()?;
+                let excess = sigma(i) / self.length[i] / limit;
+                (excess > 1.0).then_some((excess, i))
+            })
+            .collect();
+        beyond.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut leaders: Vec<usize> = Vec::new();
+        for (_, i) in beyond {
+            let shared = leaders.iter().any(|&l| {
+                let correlation = self.covariance(UNOBSERVABLE, i, l) / (sigma(i) * sigma(l));
+                correlation.abs() > SAME
+            });
+            if !shared {
+                leaders.push(i);
+            }
+        }
+        leaders
+            .into_iter()
+            .map(|i| {
+                let column =
+                    DVector::from_fn(self.active.len(), |j, _| self.covariance(UNOBSERVABLE, i, j));
+                self.direction(&column, Kind::UpToNoise, Some(i))
+            })
+            .collect()
+    }
+}
+
+/// A sparse basis of the space the vectors span, each with its pivot (an entry no other one has).
+fn echelon(mut vectors: Vec<DVector<f64>>) -> Vec<(DVector<f64>, usize)> {
+    let mut done: Vec<(DVector<f64>, usize)> = Vec::with_capacity(vectors.len());
+    loop {
+        // A hair's preference for later columns makes ties, and so the words, reproducible.
+        let Some((row, pivot, _)) = vectors
+            .iter()
+            .enumerate()
+            .flat_map(|(r, v)| v.iter().enumerate().map(move |(c, x)| (r, c, x.abs())))
+            .max_by(|a, b| {
+                (a.2 * (1.0 + 1e-9 * a.1 as f64)).total_cmp(&(b.2 * (1.0 + 1e-9 * b.1 as f64)))
+            })
+        else {
+            return done;
+        };
+        let chosen = vectors.swap_remove(row);
+        let chosen = &chosen / chosen[pivot];
+        for other in vectors.iter_mut().chain(done.iter_mut().map(|(v, _)| v)) {
+            let factor = other[pivot];
+            *other -= &chosen * factor;
+            other[pivot] = 0.0;
+        }
+        done.push((chosen, pivot));
+    }
+}
+
+/// Takes the pivots of an exact basis out of other vectors: no reading notices.
+fn clear_pivots(vectors: &mut [DVector<f64>], exact: &[(DVector<f64>, usize)]) {
+    for vector in vectors {
+        for (direction, pivot) in exact {
+            let factor = vector[*pivot];
+            *vector -= direction * factor;
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Where a joint estimate starts: Horn's closed form on the target's coordinates.
+//!
+//! A model's `[coordinates]` gives the target in the rig's frame and, from one sample's readings, in
+//! the instrument's frame; the rotation and translation between them follow without iteration.
+//! Reference runs (slow or static) are used where a transformation has any. What a user stated
+//! (`start`, `value`, `fixed`) is left alone.
+
+use crate::campaign::{Role, Run};
+use crate::engine::point::{Point, from_components};
+use crate::engine::pointwise::Program;
+use crate::engine::problem::{Part, Problem, SampleLeaves};
+use crate::estimate::align::{Alignment, Degenerate, Pair, align};
+
+/// What became of one transformation's start.
+#[derive(Clone, Debug)]
+pub struct Aligned {
+    /// The setup or run it holds for, if not for all.
+    pub of: Option<String>,
+    /// Horn's result, or why there is none.
+    pub result: Result<Alignment, Degenerate>,
+}
+
+/// The coordinates of the target in every sample of a run that has all its readings.
+pub fn pairs(part: &Part, run: &Run, parameters: &[[f64; 4]]) -> Vec<Pair> {
+    let mut pairs = Vec::new();
+    let Some(coordinates) = &part.system.assembly.coordinates else { return pairs };
+    let mut outputs = coordinates.from.to_vec();
+    outputs.extend_from_slice(&coordinates.measured);
+    let program = Program::new(&part.system.assembly.graph, &outputs);
+    let randoms = vec![0.0; part.random_sigma.len()];
+    let mut workspace = Vec::new();
+    for sample in 0..run.samples.len() {
+        let leaves =
+            SampleLeaves { parameters, randoms: &randoms, columns: part.columns(), run, sample };
+        let out = program.evaluate(&leaves, &mut workspace);
+        if out.iter().all(|value| value.is_finite()) {
+            pairs.push(Pair {
+                source: [out[0], out[1], out[2]],
+                target: [out[3], out[4], out[5]],
+                weight: 1.0,
+            });
+        }
+    }
+    pairs
+}
+
+/// The starting point of a problem.
+pub fn start(problem: &Problem) -> (Point, Vec<Aligned>) {
+    let mut point = Point::start(&problem.layout);
+    let mut report = Vec::new();
+    let mut done = Vec::new();
+    for (p, part) in problem.parts.iter().enumerate() {
+        let Some(coordinates) = &part.system.assembly.coordinates else { continue };
+        for r in 0..part.runs.len() {
+            let rotation = problem.layout.instance_in(p, r, coordinates.rotation);
+            let translation = problem.layout.instance_in(p, r, coordinates.translation);
+            if done.contains(&(rotation, translation)) || stated(problem, rotation, translation) {
+                continue;
+            }
+            done.push((rotation, translation));
+            let all = gather(problem, p, (rotation, translation), &point);
+            let result = align(&all, false);
+            if let Ok(alignment) = &result {
+                let q = alignment.rotation;
+                point.values[rotation] = [q.w, q.v[0], q.v[1], q.v[2]];
+                point.values[translation] =
+                    from_components(crate::graph::Kind::Vector, &alignment.translation);
+            }
+            report.push(Aligned { of: problem.layout.instances[rotation].of.clone(), result });
+        }
+    }
+    (point, report)
+}
+
+/// Whether the user said where the transformation is.
+fn stated(problem: &Problem, rotation: usize, translation: usize) -> bool {
+    [rotation, translation].iter().any(|index| {
+        let setting = &problem.layout.instances[*index].setting;
+        setting.fixed || setting.start.is_some() || setting.value.is_some()
+    })
+}
+
+/// Pairs of all runs that share a transformation: its reference runs, else all of them.
+fn gather(
+    problem: &Problem,
+    p: usize,
+    (rotation, translation): (usize, usize),
+    point: &Point,
+) -> Vec<Pair> {
+    let part = &problem.parts[p];
+    let Some(coordinates) = &part.system.assembly.coordinates else { return Vec::new() };
+    let sharing: Vec<usize> = (0..part.runs.len())
+        .filter(|r| {
+            problem.layout.instance_in(p, *r, coordinates.rotation) == rotation
+                && problem.layout.instance_in(p, *r, coordinates.translation) == translation
+        })
+        .collect();
+    let any_reference = sharing.iter().any(|r| part.runs[*r].role == Role::Reference);
+    let mut all = Vec::new();
+    for r in sharing {
+        if any_reference && part.runs[r].role != Role::Reference {
+            continue;
+        }
+        let parameters = problem.parameters::<f64>(p, r, point);
+        all.extend(pairs(part, &part.runs[r], &parameters));
+    }
+    all
+}

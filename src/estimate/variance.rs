@@ -1,0 +1,359 @@
+//! Levels of noise: standard deviations of random quantities and factors on stated uncertainties,
+//! by maximum likelihood on the residuals of a fit.
+//!
+//! With the sample covariance `V(θ) = diag((σ f(θ))²) + Σ_k s_k² g_k g_kᵀ` the log likelihood is
+//! `-½ Σ (ln det V + c rᵀ V⁻¹ r)`, maximised by Fisher scoring over `s_k²` and θ; `c = n / (n - u)`
+//! makes up for the `u` unknowns fitted to the residuals. Quantities that are correlated from sample
+//! to sample are not estimated here.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::engine::noise::{active_randoms, covariance_of};
+use crate::engine::point::Point;
+use crate::engine::problem::{Part, Problem};
+use crate::graph::Scope;
+use crate::model::Process;
+use crate::units::Unit;
+
+/// Scoring steps of one call.
+const MAXIMUM_STEPS: usize = 40;
+
+/// A level that was estimated.
+#[derive(Clone, Debug)]
+pub struct Level {
+    /// `timestamp_jitter.jitter`, `angle_noise_level.factor`.
+    pub name: String,
+    /// Scope it is declared with.
+    pub scope: Scope,
+    /// The setup or run it holds for.
+    pub of: Option<String>,
+    /// Standard deviation of the random quantity, or the parameter's value (SI).
+    pub value: f64,
+    /// Its standard uncertainty.
+    pub sigma: Option<f64>,
+    /// Unit it is declared in.
+    pub unit: Unit,
+}
+
+/// A level to be estimated.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unknown {
+    /// Standard deviation of the random quantity of this name, in every campaign that has it.
+    Random(String),
+    /// An instance that acts on noise alone.
+    Instance(usize),
+}
+
+/// The levels a problem asks for: random quantities of effects, and parameters that act on noise
+/// alone.
+pub fn unknown_levels(problem: &Problem) -> Vec<Unknown> {
+    let mut unknown = Vec::new();
+    for part in &problem.parts {
+        for random in &part.system.randoms {
+            let wanted = Unknown::Random(random.name.clone());
+            let estimable =
+                random.effect.is_some() && !random.fixed && random.process == Process::White;
+            if estimable && !unknown.contains(&wanted) {
+                unknown.push(wanted);
+            }
+        }
+    }
+    for (index, instance) in problem.layout.instances.iter().enumerate() {
+        if problem.layout.is_noise_only(index) && !instance.setting.fixed {
+            unknown.push(Unknown::Instance(index));
+        }
+    }
+    unknown
+}
+
+/// Sets every unknown random level to its typical size.
+pub fn start_levels(problem: &mut Problem, unknown: &[Unknown]) {
+    for part in &mut problem.parts {
+        for (k, random) in part.system.randoms.iter().enumerate() {
+            if unknown.contains(&Unknown::Random(random.name.clone())) {
+                part.random_sigma[k] = random.sigma.or(random.typical).unwrap_or(1e-6);
+            }
+        }
+    }
+}
+
+/// What the likelihood of one sample needs.
+struct Sample {
+    residual: DVector<f64>,
+    /// Stated variance of each component at factor 1, and 1 where there is no reading.
+    stated: DVector<f64>,
+    /// Factor at the current point and its slopes by unknown.
+    factor: DVector<f64>,
+    slopes: DMatrix<f64>,
+    /// Derivatives by random quantity.
+    sensitivities: DMatrix<f64>,
+    /// For each column of `sensitivities`, the index of its unknown or its fixed variance.
+    source: Vec<Result<usize, f64>>,
+}
+
+/// Estimates the unknown levels from the residuals at a point; writes them into the problem and the
+/// point. Returns them and the largest relative change.
+pub fn estimate(
+    problem: &mut Problem,
+    point: &mut Point,
+    unknown: &[Unknown],
+) -> (Vec<Level>, f64) {
+    let old: Vec<f64> = unknown.iter().map(|one| current(problem, point, one)).collect();
+    let samples = gather(problem, point, unknown);
+    let readings: usize =
+        samples.iter().map(|s| s.residual.iter().filter(|r| **r != 0.0).count()).sum();
+    let unknowns = problem.layout.columns.len();
+    let correction = readings as f64 / (readings.saturating_sub(unknowns)).max(1) as f64;
+    // Random levels are scored as variances.
+    let mut theta: DVector<f64> = DVector::from_iterator(
+        unknown.len(),
+        unknown.iter().zip(&old).map(|(one, value)| match one {
+            Unknown::Random(_) => value * value,
+            Unknown::Instance(_) => *value,
+        }),
+    );
+    let origin = theta.clone();
+    let mut fisher = DMatrix::identity(unknown.len(), unknown.len());
+    for _ in 0..MAXIMUM_STEPS {
+        let (gradient, information) = score(&samples, unknown, &theta, &origin, correction);
+        fisher = information;
+        let Some(step) = fisher.clone().cholesky().map(|factor| factor.solve(&gradient)) else {
+            break;
+        };
+        let mut largest: f64 = 0.0;
+        for (i, one) in unknown.iter().enumerate() {
+            let next = match one {
+                // A variance may fall to zero, or tenfold, at a time.
+                Unknown::Random(_) => {
+                    (theta[i] + step[i]).clamp(0.0, 10.0 * theta[i] + step[i].abs())
+                }
+                Unknown::Instance(_) => theta[i] + step[i].clamp(-0.5, 0.5),
+            };
+            largest =
+                largest.max((next - theta[i]).abs() / next.abs().max(theta[i].abs()).max(1e-300));
+            theta[i] = next;
+        }
+        if largest < 1e-9 {
+            break;
+        }
+    }
+    let covariance = fisher.try_inverse();
+    let mut change: f64 = 0.0;
+    let mut levels = Vec::new();
+    for (i, one) in unknown.iter().enumerate() {
+        let spread = covariance.as_ref().map(|c| c[(i, i)].max(0.0).sqrt());
+        let (value, sigma) = match one {
+            Unknown::Random(_) => {
+                let value = theta[i].max(0.0).sqrt();
+                // Near zero the variance is what is known: σ(s) from s² + σ(s²).
+                let sigma = spread.map(|u| {
+                    if value > 0.0 { (u / (2.0 * value)).min(u.sqrt()) } else { u.sqrt() }
+                });
+                (value, sigma)
+            }
+            Unknown::Instance(_) => (theta[i], spread),
+        };
+        change = change.max((value - old[i]).abs() / value.abs().max(old[i].abs()).max(1e-300));
+        store(problem, point, one, value);
+        levels.push(level(problem, one, value, sigma));
+    }
+    problem.refresh_weights(point);
+    (levels, change)
+}
+
+fn current(problem: &Problem, point: &Point, unknown: &Unknown) -> f64 {
+    match unknown {
+        Unknown::Random(name) => problem
+            .parts
+            .iter()
+            .find_map(|part| Some(part.random_sigma[index_of(part, name)?]))
+            .unwrap_or(0.0),
+        Unknown::Instance(index) => point.values[*index][0],
+    }
+}
+
+fn index_of(part: &Part, name: &str) -> Option<usize> {
+    part.system.randoms.iter().position(|random| random.name == name)
+}
+
+fn store(problem: &mut Problem, point: &mut Point, unknown: &Unknown, value: f64) {
+    match unknown {
+        Unknown::Random(name) => {
+            for part in &mut problem.parts {
+                if let Some(k) = index_of(part, name) {
+                    part.random_sigma[k] = value;
+                }
+            }
+        }
+        Unknown::Instance(index) => point.values[*index][0] = value,
+    }
+}
+
+fn level(problem: &Problem, unknown: &Unknown, value: f64, sigma: Option<f64>) -> Level {
+    match unknown {
+        Unknown::Random(name) => {
+            let unit = problem
+                .parts
+                .iter()
+                .find_map(|part| Some(part.system.randoms[index_of(part, name)?].unit.clone()))
+                .unwrap_or_else(Unit::one);
+            Level { name: name.clone(), scope: Scope::Sample, of: None, value, sigma, unit }
+        }
+        Unknown::Instance(index) => {
+            let instance = &problem.layout.instances[*index];
+            Level {
+                name: instance.name.clone(),
+                scope: instance.setting.scope,
+                of: instance.of.clone(),
+                value,
+                sigma,
+                unit: instance.unit.clone(),
+            }
+        }
+    }
+}
+
+fn gather(problem: &Problem, point: &Point, unknown: &[Unknown]) -> Vec<Sample> {
+    let mut samples = Vec::new();
+    for (p, part) in problem.parts.iter().enumerate() {
+        // Unknown levels that stand at zero must stay visible to the score.
+        let mut visible = part.clone();
+        for (k, random) in part.system.randoms.iter().enumerate() {
+            if unknown.contains(&Unknown::Random(random.name.clone())) {
+                visible.random_sigma[k] = visible.random_sigma[k].max(f64::MIN_POSITIVE.sqrt());
+            }
+        }
+        let active = active_randoms(&visible);
+        let source: Vec<Result<usize, f64>> = active
+            .iter()
+            .map(|k| {
+                let name = &part.system.randoms[*k].name;
+                let found = unknown.iter().position(|one| *one == Unknown::Random(name.clone()));
+                found.ok_or(part.random_sigma[*k].powi(2))
+            })
+            .collect();
+        for r in 0..part.runs.len() {
+            gather_run(problem, &visible, (p, r), point, unknown, &active, &source, &mut samples);
+        }
+    }
+    samples
+}
+
+#[expect(clippy::too_many_arguments, reason = "one step of `gather`, cut out for reading")]
+fn gather_run(
+    problem: &Problem,
+    part: &Part,
+    (p, r): (usize, usize),
+    point: &Point,
+    unknown: &[Unknown],
+    active: &[usize],
+    source: &[Result<usize, f64>],
+    samples: &mut Vec<Sample>,
+) {
+    const STEP: f64 = 1e-4;
+    let parameters = problem.parameters(p, r, point);
+    let mut workspace = Vec::new();
+    let residuals = problem.residuals(p, r, point);
+    let factor_at = |point: &Point, sample: usize, workspace: &mut Vec<_>| {
+        let parameters = problem.parameters(p, r, point);
+        let made = covariance_of(part, r, sample, &parameters, &[], workspace);
+        made.covariance.diagonal()
+    };
+    for (sample, residual) in residuals.iter().enumerate() {
+        let mut stated = DVector::from_element(residual.len(), 1.0);
+        for (slot, sigma) in part.slots().iter().zip(&part.sigma) {
+            if part.is_present(r, sample, slot) {
+                stated.rows_mut(slot.residual, slot.components).fill(sigma * sigma);
+            }
+        }
+        let made = covariance_of(part, r, sample, &parameters, active, &mut workspace);
+        let factor = factor_at(point, sample, &mut workspace).component_div(&stated).map(f64::sqrt);
+        let mut slopes = DMatrix::zeros(residual.len(), unknown.len());
+        for (i, one) in unknown.iter().enumerate() {
+            if let Unknown::Instance(index) = one {
+                let mut moved = point.clone();
+                moved.values[*index][0] += STEP;
+                let there =
+                    factor_at(&moved, sample, &mut workspace).component_div(&stated).map(f64::sqrt);
+                slopes.set_column(i, &((there - &factor) / STEP));
+            }
+        }
+        samples.push(Sample {
+            residual: DVector::from_iterator(
+                residual.len(),
+                residual.iter().map(|value| if value.is_nan() { 0.0 } else { *value }),
+            ),
+            stated,
+            factor,
+            slopes,
+            sensitivities: made.sensitivities,
+            source: source.to_vec(),
+        });
+    }
+}
+
+/// Gradient of the log likelihood and its expected negative Hessian.
+fn score(
+    samples: &[Sample],
+    unknown: &[Unknown],
+    theta: &DVector<f64>,
+    origin: &DVector<f64>,
+    correction: f64,
+) -> (DVector<f64>, DMatrix<f64>) {
+    let n = unknown.len();
+    let mut gradient = DVector::zeros(n);
+    let mut information = DMatrix::zeros(n, n);
+    for sample in samples {
+        let factor = &sample.factor + &sample.slopes * (theta - origin);
+        let mut covariance =
+            DMatrix::from_diagonal(&sample.stated.component_mul(&factor).component_mul(&factor));
+        for (column, source) in sample.source.iter().enumerate() {
+            let g = sample.sensitivities.column(column);
+            let variance = match source {
+                Ok(index) => theta[*index],
+                Err(fixed) => *fixed,
+            };
+            covariance += g * g.transpose() * variance;
+        }
+        let Some(inverse) = covariance.cholesky().map(|factor| factor.inverse()) else { continue };
+        let weighted = &inverse * &sample.residual;
+        // V⁻¹ dV for every unknown.
+        let changes: Vec<DMatrix<f64>> = unknown
+            .iter()
+            .enumerate()
+            .map(|(i, one)| match one {
+                Unknown::Random(_) => {
+                    let mut change = DMatrix::zeros(factor.len(), factor.len());
+                    for (column, source) in sample.source.iter().enumerate() {
+                        if *source == Ok(i) {
+                            let g = sample.sensitivities.column(column);
+                            change += g * g.transpose();
+                        }
+                    }
+                    change
+                }
+                Unknown::Instance(_) => {
+                    let slope = sample
+                        .slopes
+                        .column(i)
+                        .component_mul(&factor)
+                        .component_mul(&sample.stated);
+                    DMatrix::from_diagonal(&(slope * 2.0))
+                }
+            })
+            .collect();
+        let scaled: Vec<DMatrix<f64>> = changes.iter().map(|change| &inverse * change).collect();
+        for i in 0..n {
+            let quadratic = (weighted.transpose() * &changes[i] * &weighted)[(0, 0)];
+            gradient[i] += 0.5 * (correction * quadratic - scaled[i].trace());
+            for j in 0..=i {
+                let value = 0.5 * (&scaled[i] * &scaled[j]).trace();
+                information[(i, j)] += value;
+                if i != j {
+                    information[(j, i)] += value;
+                }
+            }
+        }
+    }
+    (gradient, information)
+}

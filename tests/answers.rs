@@ -1,0 +1,231 @@
+//! Answers in words and across campaigns: what cannot be determined, what looks wrong, what several
+//! campaigns share. All on drawn readings of planned runs.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+use std::path::PathBuf;
+
+use homepoint::campaign::Track;
+use homepoint::engine::open::{Opened, Request, open};
+use homepoint::engine::simulate::simulate;
+use homepoint::engine::{Point, Problem};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::{Calibration, calibrate};
+use homepoint::estimate::checks::check;
+
+/// A folder of its own, gone when the test is.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("homepoint_{name}_{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+
+    fn campaign(&self, name: &str, text: &str) -> PathBuf {
+        let folder = self.0.join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("campaign.toml"), text).unwrap();
+        folder
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Nothing depends on the folder being gone.
+        drop(std::fs::remove_dir_all(&self.0));
+    }
+}
+
+const HEAD: &str = r#"
+model = "polar_one_rotation"
+[parameters]
+radius             = { value = "1.15 m", sigma = "10 um" }
+orientation        = { start = ["0.3 rad", "1.2 rad", "-0.4 rad"] }
+position           = { start = ["0.3 m", "1.6 m", "0.2 m"] }
+"horizontal.delay" = { start = "0.2 ms" }
+[inputs]
+arm_angle = { sigma = "0.2 arcsec" }
+[measurands]
+horizontal = { sigma = "6 urad" }
+vertical   = { sigma = "6 urad" }
+distance   = { sigma = "8 um" }
+"#;
+
+fn runs(rates: &[(&str, &str, f64)]) -> String {
+    rates.iter().fold(String::new(), |text, (name, setup, rate)| {
+        let duration = 2.0 * 360.0 / rate.abs();
+        text + &format!(
+            "[[runs]]\nname = \"{name}\"\nsetup = \"{setup}\"\nplan = {{ trigger = \"{} Hz\", duration = \"{duration} s\", arm_angle = {{ start = \"10 deg\", rate = \"{rate} deg/s\" }} }}\n",
+            rate.abs() / 5.0
+        )
+    })
+}
+
+fn drawn(opened: Opened, seed: u64) -> Problem {
+    let mut problem = opened.problem;
+    let truth = Point::start(&problem.layout);
+    simulate(&mut problem, &truth, seed, true);
+    Problem::new(problem.parts)
+}
+
+fn fit(problem: Problem) -> Calibration {
+    calibrate(problem, &Options::default()).unwrap()
+}
+
+fn words(result: &Calibration) -> String {
+    let all: Vec<String> = result
+        .unobservable
+        .iter()
+        .map(|one| format!("{} / remedy: {}", one.words, one.remedy))
+        .collect();
+    all.join("\n")
+}
+
+#[test]
+fn a_common_delay_and_a_turn_are_named_with_the_run_that_tells_them_apart() {
+    let scratch = Scratch::new("one_run");
+    let one = scratch.campaign("one", &(HEAD.to_owned() + &runs(&[("ccw50", "A", 50.0)])));
+    let result = fit(drawn(open(&Request::new([&one])).unwrap(), 1));
+    let said = words(&result);
+    assert!(!result.is_sound());
+    assert!(said.contains("a common delay of all measurands"), "{said}");
+    assert!(said.contains("acts as a turn of `orientation` about the arm axis"), "{said}");
+    assert!(said.contains("opposite sense"), "{said}");
+    assert!(result.unobservable.iter().all(|one| !one.direction.is_empty()));
+    // The run that was named does it.
+    let both = runs(&[("ccw50", "A", 50.0), ("cw50", "A", -50.0)]);
+    let two = scratch.campaign("two", &(HEAD.to_owned() + &both));
+    let result = fit(drawn(open(&Request::new([&two])).unwrap(), 1));
+    assert!(
+        result.is_sound(),
+        "{} {} {}",
+        words(&result),
+        result.fit.outcome,
+        result.fit.iterations
+    );
+}
+
+#[test]
+fn absorbed_effects_are_named_with_what_they_act_as() {
+    let scratch = Scratch::new("absorbed");
+    let design = runs(&[("slow", "A", 20.0), ("ccw", "A", 100.0), ("cw", "A", -100.0)]);
+    let folder = scratch.campaign("full", &(HEAD.to_owned() + &design));
+    for (effect, acts_as) in [
+        ("homepoint_offset", "orientation"),
+        ("gate_delay", "delay"),
+        ("target_axial_offset", "position"),
+        ("range_rate_error", "distance.delay"),
+    ] {
+        let mut request = Request::new([&folder]);
+        request.with = vec![effect.to_owned()];
+        let result = fit(drawn(open(&request).unwrap(), 2));
+        let said = words(&result);
+        assert!(!result.is_sound(), "{effect} was taken for determined");
+        assert!(said.contains(effect) && said.contains(acts_as), "{effect}: {said}");
+    }
+}
+
+#[test]
+fn what_has_no_effect_is_said_to_have_none() {
+    let scratch = Scratch::new("no_effect");
+    let design = runs(&[("ccw", "A", 100.0), ("cw", "A", -100.0)]);
+    let folder = scratch.campaign("one", &(HEAD.to_owned() + &design));
+    let mut problem = drawn(open(&Request::new([&folder])).unwrap(), 3);
+    for run in &mut problem.parts[0].runs {
+        run.samples.readings[2].fill(f64::NAN);
+    }
+    let result = fit(Problem::new(problem.parts));
+    let said = words(&result);
+    assert!(said.contains("`distance.delay` has no effect on any reading"), "{said}");
+    // The rest is still told.
+    let estimates = result.estimates();
+    let horizontal = estimates.iter().find(|one| one.name == "horizontal.delay").unwrap();
+    assert!((horizontal.value.unwrap() - 2e-4).abs() < 5.0 * horizontal.sigma.unwrap());
+}
+
+#[test]
+fn campaigns_share_what_they_name() {
+    let scratch = Scratch::new("shared");
+    let design = runs(&[("ccw", "A", 100.0), ("cw", "A", -100.0)]);
+    let named = "instrument = \"tracker 12\"\nrig = \"arm\"\n".to_owned() + HEAD + &design;
+    let (a, b) = (scratch.campaign("a", &named), scratch.campaign("b", &named));
+    let alone = fit(drawn(open(&Request::new([&a])).unwrap(), 4));
+    let together = fit(drawn(open(&Request::new([&a, &b])).unwrap(), 4));
+    assert!(together.is_sound());
+    let of = |result: &Calibration, name: &str| {
+        result.estimates().into_iter().filter(|one| one.name == name).collect::<Vec<_>>()
+    };
+    let delay = of(&together, "horizontal.delay");
+    assert_eq!(delay.len(), 1);
+    assert_eq!(delay[0].of, None);
+    let setups: Vec<_> = of(&together, "position.x").into_iter().map(|one| one.of).collect();
+    assert_eq!(setups, [Some("a/A".to_owned()), Some("b/A".to_owned())]);
+    // Twice the readings: √2 less uncertain.
+    let ratio = of(&alone, "horizontal.delay")[0].sigma.unwrap() / delay[0].sigma.unwrap();
+    assert!((ratio - 2_f64.sqrt()).abs() < 0.05, "{ratio}");
+    // Unnamed ones share nothing.
+    let unnamed = HEAD.to_owned() + &design;
+    let (c, d) = (scratch.campaign("c", &unnamed), scratch.campaign("d", &unnamed));
+    let apart = fit(drawn(open(&Request::new([&c, &d])).unwrap(), 4));
+    assert_eq!(of(&apart, "horizontal.delay").len(), 2);
+}
+
+#[test]
+fn a_campaign_gives_a_parameter_another_scope() {
+    let scratch = Scratch::new("scope");
+    let design =
+        runs(&[("a1", "A", 100.0), ("a2", "A", -100.0), ("b1", "B", 100.0), ("b2", "B", -100.0)]);
+    let text =
+        HEAD.replace("{ start = \"0.2 ms\" }", "{ start = \"0.2 ms\", scope = \"run\" }") + &design;
+    let folder = scratch.campaign("one", &text);
+    let result = fit(drawn(open(&Request::new([&folder])).unwrap(), 5));
+    assert!(result.is_sound(), "{}", words(&result));
+    let delays: Vec<_> =
+        result.estimates().into_iter().filter(|one| one.name == "horizontal.delay").collect();
+    let of: Vec<_> = delays.iter().map(|one| one.of.clone().unwrap()).collect();
+    assert_eq!(of, ["a1", "a2", "b1", "b2"]);
+    for delay in delays {
+        assert!((delay.value.unwrap() - 2e-4).abs() < 4.0 * delay.sigma.unwrap());
+    }
+}
+
+#[test]
+fn set_ups_that_cannot_be_are_told_before_any_fit() {
+    let scratch = Scratch::new("checks");
+    let design = runs(&[("ccw", "A", 100.0), ("cw", "A", -100.0)]);
+    let folder = scratch.campaign("one", &(HEAD.to_owned() + &design));
+    let problem = drawn(open(&Request::new([&folder])).unwrap(), 6);
+    let said = |change: &dyn Fn(&mut homepoint::campaign::Samples)| {
+        let mut problem = problem.clone();
+        for run in &mut problem.parts[0].runs {
+            change(&mut run.samples);
+        }
+        let found: Vec<String> = check(&problem).into_iter().map(|one| one.message).collect();
+        found.join("\n")
+    };
+    assert_eq!(said(&|_| ()), "");
+    let turned = said(&|samples| {
+        if let Track::Captured { rate: Some(rate), .. } = &mut samples.inputs[0] {
+            rate.iter_mut().for_each(|rate| *rate = -*rate);
+        }
+    });
+    assert!(turned.contains("opposite sense of rotation"), "{turned}");
+    let degrees = said(&|samples| {
+        if let Track::Captured { rate: Some(rate), .. } = &mut samples.inputs[0] {
+            rate.iter_mut().for_each(|rate| *rate *= std::f64::consts::PI / 180.0);
+        }
+    });
+    assert!(degrees.contains("deg for rad"), "{degrees}");
+    let swapped = said(&|samples| samples.readings.swap(0, 1));
+    assert!(swapped.contains("swapped"), "{swapped}");
+    let gon = said(&|samples| samples.readings[1].iter_mut().for_each(|angle| *angle /= 0.9));
+    assert!(gon.contains("gon"), "{gon}");
+    let elevation = said(&|samples| {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        samples.readings[1].iter_mut().for_each(|angle| *angle = quarter - *angle);
+    });
+    assert!(elevation.contains("zenith angle or elevation"), "{elevation}");
+    let millimetres = said(&|samples| samples.readings[2].iter_mut().for_each(|d| *d *= 1000.0));
+    assert!(millimetres.contains("in mm"), "{millimetres}");
+}

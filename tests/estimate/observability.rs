@@ -1,0 +1,97 @@
+//! Unobservable directions.
+
+use homepoint::engine::gram::{Columns, LeastSquares, Normal};
+use homepoint::estimate::observability::{Direction, Kind, examine};
+use nalgebra::{DMatrix, DVector};
+
+use crate::problems::linear::{Linear, constant_rate, random_arrow};
+
+fn at_zero(problem: &Linear) -> Normal {
+    problem.normal(&vec![0.0; problem.columns.len()])
+}
+
+fn single(rows: DMatrix<f64>) -> Linear {
+    let n = rows.ncols();
+    Linear {
+        columns: Columns { global: n, setups: vec![0], runs: vec![(0, 0)] },
+        runs: vec![(rows.clone(), DVector::zeros(rows.nrows()))],
+        priors: vec![],
+        bounds: vec![],
+    }
+}
+
+#[test]
+fn a_delay_that_acts_as_a_turn_is_named_with_its_rate() {
+    let found = examine(&at_zero(&constant_rate(3.0)), &[]).unwrap();
+    let [idle, turn] = &found[..] else { unreachable!("{found:?}") };
+    assert_eq!((idle.weights.clone(), idle.kind), (vec![(3, 1.0)], Kind::Exact));
+    assert_eq!((turn.kind, turn.standard_uncertainty), (Kind::Exact, None));
+    let weight = |c| turn.weights.iter().find(|w| w.0 == c).unwrap().1;
+    assert!((weight(1) / weight(0) + 3.0).abs() < 1e-7, "a delay of 1 s is a turn of -3 rad");
+    assert_eq!(turn.weights.len(), 2);
+    assert!(turn.singular_value < 1e-7 && (turn.shares[0].abs() - 1.0).abs() < 1e-15);
+}
+
+#[test]
+fn a_determined_problem_has_no_such_direction() {
+    let columns = Columns { global: 3, setups: vec![2], runs: vec![(0, 1), (0, 2)] };
+    assert_eq!(examine(&at_zero(&random_arrow(2, columns)), &[]).unwrap(), vec![]);
+    let empty = random_arrow(2, Columns { global: 0, setups: vec![0], runs: vec![(0, 0)] });
+    assert_eq!(examine(&at_zero(&empty), &[]).unwrap(), vec![]);
+}
+
+#[test]
+fn noise_can_hide_a_direction() {
+    // The second column is the first plus 1e-5 of an independent one.
+    let rows = DMatrix::from_fn(100, 2, |i, k| {
+        let x = i as f64;
+        10.0 * (x * 0.3).sin() + if k == 1 { 1e-4 * (x * 0.7).cos() } else { 0.0 }
+    });
+    let found = examine(&at_zero(&single(rows)), &[]).unwrap();
+    let [one] = &found[..] else { unreachable!("{found:?}") };
+    assert_eq!(one.kind, Kind::UpToNoise);
+    assert!((1e-6..1e-5).contains(&one.singular_value), "{one:?}");
+    let sigma = one.standard_uncertainty.unwrap();
+    // 1 / (1e-4 √50): what the independent part alone tells.
+    assert!((sigma / 1414.0 - 1.0).abs() < 0.02, "{sigma}");
+}
+
+#[test]
+fn an_implausible_uncertainty_counts_and_leads() {
+    let rows = DMatrix::from_fn(100, 3, |i, k| {
+        let x = i as f64;
+        [(x * 0.3).sin(), (x * 0.3).sin() + 0.01 * (x * 0.7).cos(), (x * 0.11).sin()][k]
+    });
+    let normal = at_zero(&single(rows));
+    assert_eq!(examine(&normal, &[None, Some(20.0), Some(1.0)]).unwrap(), vec![]);
+    let found = examine(&normal, &[None, Some(10.0), Some(1.0)]).unwrap();
+    let [one] = &found[..] else { unreachable!("{found:?}") };
+    assert_eq!((one.kind, one.weights[0].0, one.weights[1].0), (Kind::UpToNoise, 1, 0));
+    assert!((one.weights[0].1 / one.weights[1].1 + 1.0).abs() < 0.02);
+    assert!((one.standard_uncertainty.unwrap() - 14.14).abs() < 0.3);
+    // Both plausible sizes exceeded: still one direction, they move together.
+    assert_eq!(examine(&normal, &[Some(1.0), Some(1.0), None]).unwrap().len(), 1);
+}
+
+/// Two delays of two setups, each against its own orientation: two directions, not mixed.
+#[test]
+fn parallel_null_spaces_are_told_apart() {
+    let rates = [3.0, 0.7];
+    let rows = DMatrix::from_fn(60, 5, |i, k| match (i % 3, k) {
+        (s, d) if s < 2 && d == s => rates[s],
+        (s, o) if s < 2 && o == s + 2 => 1.0,
+        (2, 4) => 1.0,
+        _ => 0.0,
+    });
+    let found = examine(&at_zero(&single(rows)), &[]).unwrap();
+    let mut columns: Vec<Vec<usize>> = found
+        .iter()
+        .map(|d: &Direction| {
+            let mut columns: Vec<usize> = d.weights.iter().map(|w| w.0).collect();
+            columns.sort_unstable();
+            columns
+        })
+        .collect();
+    columns.sort();
+    assert_eq!(columns, [[0, 2], [1, 3]]);
+}
