@@ -9,6 +9,7 @@
 //! | nouns | [`model`], [`effect`], [`library`], [`campaign`], [`system`] |
 //! | engine | [`engine`] |
 //! | estimate | [`estimate`] |
+//! | faces | [`report`], `cli` |
 
 pub mod number;
 pub mod quaternion;
@@ -28,3 +29,8 @@ pub mod system;
 pub mod engine;
 
 pub mod estimate;
+
+pub mod report;
+
+#[cfg(feature = "cli")]
+pub mod cli;

@@ -1,0 +1,28 @@
+# Everything the project is checked by. `just check` is what CI runs.
+
+# All checks.
+check: format lint test documentation library-alone
+
+# Formatting.
+format:
+    cargo fmt --all -- --check
+
+# Lints, warnings as errors.
+lint:
+    cargo clippy --all-targets -- -D warnings
+
+# Tests, structural ones (layers, file sizes) among them.
+test:
+    cargo test
+
+# Documentation, warnings as errors.
+documentation:
+    RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --document-private-items
+
+# The library without the command line.
+library-alone:
+    cargo check --lib --no-default-features
+
+# New snapshots, to be looked at before they are committed.
+snapshots:
+    INSTA_UPDATE=always TRYCMD=overwrite cargo test

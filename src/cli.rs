@@ -1,0 +1,119 @@
+//! The command line: a file a command.
+//!
+//! Results go to standard output, progress and warnings to standard error. Exit status: 0 done; 2
+//! anything the user can mend in what they gave; 1 could not (disk or pipe, no convergence, no
+//! unique solution).
+
+mod arguments;
+mod calibrate;
+mod catalogue;
+mod check;
+mod compare;
+mod completions;
+mod delays;
+mod load;
+mod new;
+mod output;
+mod render;
+mod show;
+mod simulate;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+use crate::diagnostic::{Diagnostic, Diagnostics};
+
+/// Calibrates instruments in motion and finds out why simulation and reality differ.
+#[derive(Debug, Parser)]
+#[command(name = "homepoint", version, about, max_term_width = 100)]
+#[command(
+    after_help = "Start with `homepoint new`, or with a campaign that ships with the project:\n  homepoint calibrate examples/hand_eye"
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Write a model to start from, about 20 lines
+    New(new::New),
+    /// Check models, effects and campaigns without computing anything
+    Check(check::Check),
+    /// Show a model's equations, with effects if asked for
+    Show(show::Show),
+    /// List the models
+    Models(catalogue::Models),
+    /// List the effects, and which of them a model can test
+    Effects(catalogue::Effects),
+    /// Draw a campaign's readings from its model
+    Simulate(simulate::Simulate),
+    /// Solve each reading for its own delay
+    Delays(delays::DelaysCommand),
+    /// Estimate delays, transformation and all other parameters jointly
+    Calibrate(calibrate::CalibrateCommand),
+    /// Compare the readings' own delays with the joint estimate
+    Compare(compare::CompareCommand),
+    /// Print a completion script for a shell, or the manual page
+    Completions(completions::Completions),
+}
+
+/// Why a command did not end well.
+#[derive(Debug)]
+enum Failure {
+    /// Something the user can mend: exit status 2.
+    Input(Diagnostics),
+    /// It could not be done: exit status 1.
+    Could(String),
+    /// Said already, in the result itself: exit status 1.
+    Told,
+}
+
+impl From<Diagnostics> for Failure {
+    fn from(diagnostics: Diagnostics) -> Self {
+        Self::Input(diagnostics)
+    }
+}
+
+impl From<Diagnostic> for Failure {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self::Input(diagnostic.into())
+    }
+}
+
+/// Runs the program; returns its exit status.
+pub fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are not errors; the rest is usage, status 2.
+            let code = u8::try_from(error.exit_code()).unwrap_or(2);
+            return if error.print().is_ok() { ExitCode::from(code) } else { ExitCode::from(1) };
+        }
+    };
+    let done = match cli.command {
+        Command::New(command) => command.run(),
+        Command::Check(command) => command.run(),
+        Command::Show(command) => command.run(),
+        Command::Models(command) => command.run(),
+        Command::Effects(command) => command.run(),
+        Command::Simulate(command) => command.run(),
+        Command::Delays(command) => command.run(),
+        Command::Calibrate(command) => command.run(),
+        Command::Compare(command) => command.run(),
+        Command::Completions(command) => command.run(Cli::command()),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Input(diagnostics)) => {
+            render::all(&diagnostics.0);
+            ExitCode::from(2)
+        }
+        Err(Failure::Could(why)) => {
+            render::one(&Diagnostic::error(why));
+            ExitCode::from(1)
+        }
+        Err(Failure::Told) => ExitCode::from(1),
+    }
+}

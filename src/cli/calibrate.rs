@@ -1,0 +1,87 @@
+//! `homepoint calibrate`: the joint estimate.
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::arguments::{CampaignArguments, Format};
+use super::{Failure, load, output};
+use crate::engine::Problem;
+use crate::estimate::batch::Outcome;
+use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::report;
+
+#[derive(Debug, Args)]
+pub(super) struct CalibrateCommand {
+    #[command(flatten)]
+    common: CampaignArguments,
+}
+
+impl CalibrateCommand {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        let loaded = load::load(&self.common)?;
+        load::refuse_correlated(&loaded.problem)?;
+        let result = estimate(loaded.problem)?;
+        match self.common.format {
+            Format::Json => {
+                let mut value = json!({ "campaigns": loaded.about });
+                load::merge(&mut value, report::json::calibration(&result));
+                output::json(&value)?;
+            }
+            Format::Text => output::text(&report::text::calibration(&loaded.title, &result))?,
+        }
+        if let Some(folder) = &self.common.out {
+            output::file(&folder.join("parameters.csv"), &report::table::parameters(&result))?;
+            output::file(&folder.join("residuals.csv"), &report::table::residuals(&result))?;
+        }
+        verdict(&result)
+    }
+}
+
+/// Fits, or says which reading makes that impossible.
+pub(super) fn estimate(problem: Problem) -> Result<Calibration, Failure> {
+    if problem.reading_count() == 0 {
+        return Err(Failure::Could(
+            "there are no readings to estimate from: all runs are planned or empty (try `simulate`)".to_owned(),
+        ));
+    }
+    let result = calibrate(problem, &crate::estimate::batch::Options::default())
+        .map_err(|error| Failure::Could(error.to_string()))?;
+    if result.fit.outcome != Outcome::NotFinite {
+        return Ok(result);
+    }
+    let undefined = result.problem.first_undefined(&result.fit.point);
+    Err(Failure::Could(match undefined {
+        Some((p, r, sample, m)) => {
+            let part = &result.problem.parts[p];
+            format!(
+                "the model has no value for `{}` in run `{}`, row {}: the measurand is undefined at the starting point; state a better `start`, or leave the reading out",
+                part.system.assembly.names.measurands[m].name,
+                part.runs[r].name,
+                part.runs[r].samples.rows.get(sample).copied().unwrap_or(sample + 1),
+            )
+        }
+        None => "the model is undefined near the starting point".to_owned(),
+    }))
+}
+
+/// Exit status 1 where the numbers cannot be used.
+pub(super) fn verdict(result: &Calibration) -> Result<(), Failure> {
+    if result.is_sound() { Ok(()) } else { Err(Failure::Told) }
+}
+
+/// Tells why there are no delays, in the form asked for.
+pub(super) fn unsound(result: &Calibration, about: &Value, format: Format) -> Result<(), Failure> {
+    match format {
+        Format::Text => output::text(&report::text::trouble(result))?,
+        Format::Json => {
+            let whole = report::json::calibration(result);
+            output::json(&json!({
+                "campaigns": about,
+                "measurands": {},
+                "fit": whole["fit"],
+                "unobservable": whole["unobservable"],
+            }))?;
+        }
+    }
+    verdict(result)
+}

@@ -1,0 +1,100 @@
+//! `homepoint models` and `homepoint effects`: what the library holds.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::arguments::Format;
+use super::{Failure, output};
+use crate::library::Library;
+use crate::report::text::{drawn, table};
+use crate::system;
+
+#[derive(Debug, Args)]
+pub(super) struct Models {
+    /// How the list is written
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Effects {
+    /// Say of each effect whether this model (a name or a file) can test it
+    #[arg(value_name = "MODEL")]
+    model: Option<String>,
+    /// Look for effects in this folder, too (repeat for more)
+    #[arg(long = "effects", value_name = "DIR")]
+    effects: Vec<PathBuf>,
+    /// How the list is written
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+impl Models {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        let library = Library::builtin()?;
+        let models = library
+            .models()
+            .iter()
+            .map(|(name, _)| library.model(name, Path::new(".")))
+            .collect::<Result<Vec<_>, _>>()?;
+        if self.format == Format::Json {
+            let list: Vec<Value> = models
+                .iter()
+                .map(|model| json!({ "name": model.name, "title": model.title }))
+                .collect();
+            return output::json(&json!({ "models": list }));
+        }
+        let mut table = table(&["model", "what it is"]);
+        for model in &models {
+            table.add_row([model.name.as_str(), model.title.as_str()]);
+        }
+        output::text(&format!("{}\n`homepoint show MODEL` prints the equations\n", drawn(&table)))
+    }
+}
+
+impl Effects {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        let mut library = Library::builtin()?;
+        for folder in &self.effects {
+            library = library.with_effects_dir(folder)?;
+        }
+        let model =
+            self.model.as_ref().map(|name| library.model(name, Path::new("."))).transpose()?;
+        let mut rows = Vec::new();
+        for effect in library.effects() {
+            let why = match &model {
+                Some(model) => system::testable(model, effect, &[]).err(),
+                None => None,
+            };
+            rows.push((effect, why));
+        }
+        rows.sort_by(|a, b| (a.0.acts, &a.0.name).cmp(&(b.0.acts, &b.0.name)));
+        if self.format == Format::Json {
+            let list: Vec<Value> = rows
+                .iter()
+                .map(|(effect, why)| {
+                    json!({
+                        "name": effect.name,
+                        "title": effect.title,
+                        "acts": effect.acts.word(),
+                        "not_testable": why.as_ref().map(|reasons| reasons.join("; ")),
+                    })
+                })
+                .collect();
+            return output::json(&json!({ "effects": list }));
+        }
+        let mut table = table(&["effect", "acts on", "what it is"]);
+        for (effect, why) in &rows {
+            let title = match why {
+                Some(reasons) => {
+                    format!("{} (not testable here: {})", effect.title, reasons.join("; "))
+                }
+                None => effect.title.clone(),
+            };
+            table.add_row([effect.name.clone(), effect.acts.word().to_owned(), title]);
+        }
+        output::text(&drawn(&table))
+    }
+}

@@ -1,0 +1,144 @@
+//! `homepoint check`: models, effects and campaigns are read and checked; nothing is computed.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+
+use super::{Failure, output, render};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source};
+use crate::effect::Effect;
+use crate::engine::open::{Request, open};
+use crate::estimate::checks;
+use crate::library::Library;
+use crate::model::Model;
+use crate::system::{System, testable};
+
+#[derive(Debug, Args)]
+pub(super) struct Check {
+    /// Model files, effect files, campaign folders, or names in the library; nothing: the library
+    #[arg(value_name = "WHAT")]
+    what: Vec<String>,
+    /// Look for effects in this folder, too (repeat for more)
+    #[arg(long = "effects", value_name = "DIR")]
+    effects: Vec<PathBuf>,
+}
+
+impl Check {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        let mut library = Library::builtin()?;
+        for folder in &self.effects {
+            library = library.with_effects_dir(folder)?;
+        }
+        let mut faults = Vec::new();
+        let mut said = String::new();
+        let everything = library
+            .models()
+            .iter()
+            .map(|(name, _)| (*name).to_owned())
+            .chain(library.effects().map(|effect| effect.name.clone()))
+            .collect();
+        let what = if self.what.is_empty() { &everything } else { &self.what };
+        for one in what {
+            match self.one(&library, one) {
+                Ok(words) => said.push_str(&format!("{one}: {words}\n")),
+                Err(found) => faults.extend(found.0),
+            }
+        }
+        output::text(&said)?;
+        Diagnostics(faults).into_result(()).map_err(Failure::from)
+    }
+
+    fn one(&self, library: &Library, what: &str) -> Result<String, Diagnostics> {
+        let path = Path::new(what);
+        if path.is_dir() || path.file_name().is_some_and(|name| name == "campaign.toml") {
+            return self.campaign(path);
+        }
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            let source = Source::read(path)?;
+            return if is_effect(&source) {
+                effect(library, &Arc::new(Effect::parse(source)?))
+            } else {
+                model(&Model::parse(source)?)
+            };
+        }
+        if let Ok(found) = library.effect(what) {
+            return effect(library, &found);
+        }
+        model(&library.model(what, Path::new("."))?)
+    }
+
+    fn campaign(&self, path: &Path) -> Result<String, Diagnostics> {
+        let mut request = Request::new([path]);
+        request.effects.clone_from(&self.effects);
+        let opened = open(&request)?;
+        render::all(&opened.warnings);
+        render::all(&checks::check(&opened.problem));
+        let part = &opened.problem.parts[0];
+        Ok(format!(
+            "a campaign of `{}`, {} runs in {} setups, {} readings, {} unknowns",
+            opened.models[0].name,
+            part.runs.len(),
+            part.setups.len(),
+            opened.problem.reading_count(),
+            opened.problem.layout.columns.len()
+        ))
+    }
+}
+
+/// Whether a file is an effect: it patches, or acts.
+fn is_effect(source: &Source) -> bool {
+    source.text.lines().any(|line| {
+        let line = line.trim_start();
+        line.starts_with("[patch]")
+            || line.split('=').next().is_some_and(|key| key.trim() == "acts")
+    })
+}
+
+fn model(model: &Model) -> Result<String, Diagnostics> {
+    let system = System::build(model, &[], &[], &vec![None; model.inputs.len()])?;
+    Ok(format!(
+        "a model of {} measurands, {} parameters, {} nodes",
+        model.measurands.len(),
+        system.settings.len(),
+        system.assembly.graph.nodes().len()
+    ))
+}
+
+/// An effect is sound if it fits at least one model of the library.
+fn effect(library: &Library, effect: &Arc<Effect>) -> Result<String, Diagnostics> {
+    if effect.builtin {
+        return Ok("a built-in detector".to_owned());
+    }
+    let mut fits = Vec::new();
+    let mut reasons = Vec::new();
+    for (name, _) in library.models() {
+        let candidate = library.model(name, Path::new("."))?;
+        match testable(&candidate, effect, &constants(effect)) {
+            Ok(()) => fits.push(*name),
+            Err(why) => reasons.push(format!("{name}: {}", why.join("; "))),
+        }
+    }
+    if fits.is_empty() {
+        let mut fault =
+            Diagnostic::error(format!("the effect `{}` fits no model of the library", effect.name))
+                .at(effect.source.place(crate::diagnostic::Span::new(0, 0)));
+        fault.help = reasons;
+        return Err(fault.into());
+    }
+    Ok(format!("an effect for {}", fits.join(", ")))
+}
+
+/// Constants that only a campaign can state, stood in for by one unit of each.
+fn constants(effect: &Effect) -> Vec<crate::model::Override> {
+    effect
+        .parameters
+        .iter()
+        .filter(|parameter| parameter.setting.fixed && parameter.setting.value.is_none())
+        .map(|parameter| crate::model::Override {
+            name: format!("{}.{}", effect.name, parameter.name),
+            value: Some(vec![(parameter.unit.factor, parameter.unit.clone())]),
+            ..crate::model::Override::default()
+        })
+        .collect()
+}

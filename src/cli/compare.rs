@@ -1,0 +1,45 @@
+//! `homepoint compare`: each reading's own delay beside the joint estimate.
+
+use clap::Args;
+use serde_json::json;
+
+use super::arguments::{CampaignArguments, Format};
+use super::calibrate::{estimate, unsound};
+use super::delays::newton;
+use super::{Failure, load, output};
+use crate::estimate::compare::compare;
+use crate::report;
+
+#[derive(Debug, Args)]
+pub(super) struct CompareCommand {
+    #[command(flatten)]
+    common: CampaignArguments,
+}
+
+impl CompareCommand {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        let loaded = load::load(&self.common)?;
+        load::refuse_correlated(&loaded.problem)?;
+        let calibration = estimate(loaded.problem.clone())?;
+        if !calibration.is_sound() {
+            return unsound(&calibration, &loaded.about, self.common.format);
+        }
+        let mut whole = json!({ "campaigns": loaded.about });
+        let mut text = String::new();
+        for part in 0..calibration.problem.parts.len() {
+            let found = newton(&loaded.problem, &calibration, part)?;
+            let rows = compare(&calibration, part, &found.delays.measurands);
+            text.push_str(&report::text::comparison(&loaded.titles[part], &found.from, &rows));
+            load::put(
+                &mut whole,
+                &loaded.labels[part],
+                loaded.labels.len(),
+                report::json::comparison(&rows),
+            );
+        }
+        match self.common.format {
+            Format::Json => output::json(&whole),
+            Format::Text => output::text(&text),
+        }
+    }
+}

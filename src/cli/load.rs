@@ -1,0 +1,111 @@
+//! What a command works on: campaigns read, warnings told, names for the result.
+
+use serde_json::{Value, json};
+
+use super::arguments::CampaignArguments;
+use super::{Failure, render};
+use crate::campaign::load::Campaign;
+use crate::engine::Problem;
+use crate::engine::open::{Request, correlated, open};
+use crate::estimate::checks;
+use crate::model::Model;
+
+/// Campaigns, ready.
+pub(super) struct Loaded {
+    pub(super) problem: Problem,
+    pub(super) campaigns: Vec<Campaign>,
+    pub(super) models: Vec<Model>,
+    /// Name of each campaign in the result.
+    pub(super) labels: Vec<String>,
+    /// Title of each campaign.
+    pub(super) titles: Vec<String>,
+    /// One line for all of them.
+    pub(super) title: String,
+    /// What programs may want to know of them.
+    pub(super) about: Value,
+    /// Parameters that `--set` stated.
+    pub(super) stated: Vec<String>,
+}
+
+/// Reads everything and tells warnings.
+pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
+    arguments.apply_threads();
+    let mut request = Request::new(&arguments.campaigns);
+    request.with.clone_from(&arguments.with);
+    request.effects.clone_from(&arguments.effects);
+    request.set.clone_from(&arguments.set);
+    request.skip_bad_rows = arguments.skip_bad_rows;
+    let opened = open(&request)?;
+    if !arguments.quiet {
+        render::all(&opened.warnings);
+        render::all(&checks::check(&opened.problem));
+    }
+    let labels: Vec<String> = opened
+        .problem
+        .parts
+        .iter()
+        .zip(&opened.campaigns)
+        .map(|(part, campaign)| part.label.clone().unwrap_or_else(|| campaign.name.clone()))
+        .collect();
+    let titles: Vec<String> =
+        opened.campaigns.iter().map(|campaign| campaign.title.clone()).collect();
+    let about = labels
+        .iter()
+        .zip(&opened.campaigns)
+        .map(|(label, campaign)| {
+            json!({
+                "name": label,
+                "title": campaign.title,
+                "model": campaign.model.text,
+                "metadata": campaign.metadata,
+                "rows_left_out": campaign
+                    .skipped
+                    .iter()
+                    .map(|row| json!({ "file": &*row.file, "row": row.row, "why": row.reason }))
+                    .collect::<Vec<_>>(),
+            })
+        })
+        .collect();
+    Ok(Loaded {
+        title: titles.join("; "),
+        problem: opened.problem,
+        campaigns: opened.campaigns,
+        models: opened.models,
+        labels,
+        titles,
+        about,
+        stated: opened.stated,
+    })
+}
+
+/// Refuses what estimators cannot take account of.
+pub(super) fn refuse_correlated(problem: &Problem) -> Result<(), Failure> {
+    let names = correlated(problem);
+    if names.is_empty() {
+        return Ok(());
+    }
+    let names = names.join("`, `");
+    Err(crate::diagnostic::Diagnostic::error(format!(
+        "`{names}` is correlated from reading to reading, which this estimate does not take account of"
+    ))
+    .help("leave the effect out; `simulate` can put it in")
+    .into())
+}
+
+/// Adds the keys of one object to another.
+pub(super) fn merge(into: &mut Value, from: Value) {
+    if let (Value::Object(into), Value::Object(from)) = (into, from) {
+        into.extend(from);
+    }
+}
+
+/// Puts one campaign's result into the whole: at the top if it is the only one, else under
+/// `by_campaign`.
+pub(super) fn put(whole: &mut Value, label: &str, labels: usize, value: Value) {
+    if labels == 1 {
+        merge(whole, value);
+    } else if let Value::Object(map) = whole {
+        let by_campaign = map.entry("by_campaign").or_insert_with(|| json!({}));
+        merge(by_campaign, json!({ label: value }));
+    }
+}

@@ -1,0 +1,40 @@
+//! Standard output and files.
+
+use std::io::Write;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::Failure;
+use crate::campaign::write::write_whole;
+
+/// Writes text to standard output.
+pub(super) fn text(text: &str) -> Result<(), Failure> {
+    let mut out = anstream::stdout();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(broken)
+}
+
+/// Writes a JSON value to standard output.
+pub(super) fn json(value: &Value) -> Result<(), Failure> {
+    let mut whole = serde_json::to_string_pretty(value)
+        .map_err(|error| Failure::Could(format!("cannot write the result as JSON: {error}")))?;
+    whole.push('\n');
+    text(&whole)
+}
+
+/// Writes a file whole or not at all.
+pub(super) fn file(path: &Path, content: &str) -> Result<(), Failure> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder
+        .map_or(Ok(()), std::fs::create_dir_all)
+        .and_then(|()| write_whole(path, content.as_bytes()))
+        .map_err(|error| Failure::Could(format!("cannot write {}: {error}", path.display())))
+}
+
+fn broken(error: std::io::Error) -> Failure {
+    if error.kind() == std::io::ErrorKind::BrokenPipe {
+        Failure::Told
+    } else {
+        Failure::Could(format!("cannot write to standard output: {error}"))
+    }
+}

@@ -1,0 +1,151 @@
+//! `homepoint simulate`: a campaign's readings drawn from its model.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::{Map, Value, json};
+
+use super::arguments::CampaignArguments;
+use super::calibrate::{estimate, verdict};
+use super::{Failure, load, output};
+use crate::campaign::write;
+use crate::diagnostic::Diagnostic;
+use crate::engine::point::from_components;
+use crate::engine::simulate::simulate;
+use crate::engine::{Point, Problem};
+use crate::report;
+
+#[derive(Debug, Args)]
+pub(super) struct Simulate {
+    #[command(flatten)]
+    common: CampaignArguments,
+    /// Seed of the random numbers; the same seed gives the same readings
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+impl Simulate {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        let Some(folder) = &self.common.out else {
+            return Err(Diagnostic::error("`simulate` needs a folder to write to")
+                .help("say where with `--out DIR`")
+                .into());
+        };
+        let loaded = load::load(&self.common)?;
+        if loaded.labels.len() > 1 {
+            return Err(Diagnostic::error("`simulate` takes one campaign at a time").into());
+        }
+        let canonical = |path: &std::path::Path| std::fs::canonicalize(path).ok();
+        if canonical(folder).is_some_and(|out| canonical(&loaded.campaigns[0].folder) == Some(out))
+        {
+            return Err(Diagnostic::error("`--out` is the campaign's own folder")
+                .help("name another one: its recordings would be lost")
+                .into());
+        }
+        let mut problem = loaded.problem;
+        let point = truth(&mut problem, &loaded.stated)?;
+        let complete = problem.reading_count() == 0;
+        simulate(&mut problem, &point, self.seed, complete);
+        let part = &problem.parts[0];
+        write::write_campaign(folder, &loaded.campaigns[0], &loaded.models[0], &part.runs)
+            .map_err(|error| Failure::Could(error.to_string()))?;
+        let truth = truth_of(&problem, &point, self.seed, &self.common);
+        let text =
+            serde_json::to_string_pretty(&truth).map_err(|e| Failure::Could(e.to_string()))?;
+        let path: PathBuf = folder.join("truth.json");
+        output::file(&path, &(text + "\n"))?;
+        output::text(&format!("wrote {} with its truth beside it\n", folder.display()))
+    }
+}
+
+/// Parameter values: as stated. What is not stated comes from a fit of the campaign's own readings
+/// without the effects that are to be put in, or stays where iteration would start; effects act at
+/// their typical size.
+fn truth(problem: &mut Problem, set: &[String]) -> Result<Point, Failure> {
+    let stated = Point::stated(&problem.layout);
+    let effects = effect_parameters(problem);
+    let known = |index: usize| {
+        let instance = &problem.layout.instances[index];
+        instance.setting.value.is_some() || set.contains(&instance.name)
+    };
+    let open = |index: usize| {
+        let setting = &problem.layout.instances[index].setting;
+        !known(index) && !setting.fixed && setting.start.is_none() && effects[index].is_none()
+    };
+    let mut point = stated.clone();
+    if problem.reading_count() > 0 && (0..stated.values.len()).any(open) {
+        let fitted = estimate(without_effects(problem))?;
+        if !fitted.is_sound() {
+            output::text(&report::text::trouble(&fitted))?;
+            verdict(&fitted)?;
+        }
+        point = fitted.fit.point;
+    }
+    for (index, effect) in effects.iter().enumerate() {
+        if known(index) {
+            point.values[index] = stated.values[index];
+        } else if let Some(typical) = *effect {
+            let kind = problem.layout.instances[index].kind;
+            point.values[index] = from_components(kind, &[typical; 3]);
+        }
+    }
+    for part in &mut problem.parts {
+        for (k, random) in part.system.randoms.iter().enumerate() {
+            part.random_sigma[k] = random.sigma.or(random.typical).unwrap_or(0.0);
+        }
+    }
+    Ok(point)
+}
+
+/// For each instance, the typical size of an effect's parameter; `None` for the model's own.
+fn effect_parameters(problem: &Problem) -> Vec<Option<f64>> {
+    let part = &problem.parts[0];
+    let mut typical = vec![None; problem.layout.instances.len()];
+    for run in &problem.layout.used[0] {
+        for (parameter, instance) in run.iter().enumerate() {
+            if part.system.declared[parameter].effect.is_some() {
+                typical[*instance] = Some(part.system.settings[parameter].typical.unwrap_or(0.0));
+            }
+        }
+    }
+    typical
+}
+
+/// The same problem with every effect's parameters held at zero.
+fn without_effects(problem: &Problem) -> Problem {
+    let mut parts = problem.parts.clone();
+    for part in &mut parts {
+        for (setting, declared) in part.system.settings.iter_mut().zip(&part.system.declared) {
+            if declared.effect.is_some() {
+                setting.fixed = true;
+                setting.value = None;
+            }
+        }
+        for (sigma, random) in part.random_sigma.iter_mut().zip(&part.system.randoms) {
+            if random.effect.is_some() {
+                *sigma = 0.0;
+            }
+        }
+    }
+    Problem::new(parts)
+}
+
+/// What was put in, for a reader who wants to compare; no estimator reads it.
+fn truth_of(problem: &Problem, point: &Point, seed: u64, common: &CampaignArguments) -> Value {
+    let mut parameters = Vec::new();
+    for (index, instance) in problem.layout.instances.iter().enumerate() {
+        parameters.push(json!({
+            "name": instance.name,
+            "of": instance.of,
+            "value": point.components(&problem.layout, index),
+        }));
+    }
+    let randoms: Map<String, Value> = problem.parts[0]
+        .system
+        .randoms
+        .iter()
+        .zip(&problem.parts[0].random_sigma)
+        .map(|(random, sigma)| (random.name.clone(), json!(sigma)))
+        .collect();
+    json!({ "seed": seed, "effects": common.with, "parameters": parameters, "random": randoms })
+}

@@ -1,0 +1,14 @@
+//! Results for people and programs.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`figure`] | a value with its standard uncertainty as people write it |
+//! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
+//! | [`text`] | tables and sentences for the terminal |
+//! | [`table`] | results reading by reading, as CSV |
+
+pub mod figure;
+pub mod json;
+pub mod table;
+#[cfg(feature = "cli")]
+pub mod text;

@@ -1,0 +1,111 @@
+//! The keys that programs rely on (`docs/formats.md` section 6); SI units, angles in rad.
+
+use serde_json::{Map, Value, json};
+
+use crate::estimate::calibrate::Calibration;
+use crate::estimate::compare::Comparison;
+use crate::estimate::delays::Summary;
+use crate::estimate::words::Unobservable;
+use crate::graph::Scope;
+
+/// The word for a scope.
+pub fn scope_word(scope: Scope) -> &'static str {
+    match scope {
+        Scope::Rig => "rig",
+        Scope::Instrument => "instrument",
+        Scope::Setup => "setup",
+        Scope::Run => "run",
+        Scope::Sample => "sample",
+    }
+}
+
+/// A finite number, else null.
+fn number(value: Option<f64>) -> Value {
+    value.filter(|value| value.is_finite()).map_or(Value::Null, |value| json!(value))
+}
+
+/// The result of `calibrate`.
+pub fn calibration(result: &Calibration) -> Value {
+    let parameters: Vec<Value> = result
+        .estimates()
+        .into_iter()
+        .map(|one| {
+            json!({
+                "name": one.name,
+                "scope": scope_word(one.scope),
+                "of": one.of,
+                "value": number(one.value),
+                "sigma": number(one.sigma),
+                "unit": one.unit,
+            })
+        })
+        .collect();
+    let rms: Map<String, Value> =
+        result.rms.iter().map(|(name, value)| (name.clone(), number(Some(*value)))).collect();
+    json!({
+        "parameters": parameters,
+        "fit": {
+            "readings": result.readings,
+            "unknowns": result.unknowns(),
+            "degrees_of_freedom": result.degrees_of_freedom(),
+            "chi_squared": number(Some(result.fit.cost)),
+            "variance_factor": number(result.variance_factor()),
+            "iterations": result.fit.iterations,
+            "converged": result.fit.outcome == crate::estimate::batch::Outcome::Converged,
+            "rms": rms,
+        },
+        "unobservable": unobservable(&result.unobservable),
+    })
+}
+
+/// What cannot be determined.
+pub fn unobservable(list: &[Unobservable]) -> Value {
+    list.iter()
+        .map(|one| {
+            let direction: Map<String, Value> =
+                one.direction.iter().map(|(name, weight)| (name.clone(), json!(weight))).collect();
+            json!({ "words": one.words, "direction": direction, "remedy": one.remedy })
+        })
+        .collect()
+}
+
+/// The result of `delays`.
+pub fn delays(measurands: &[Summary]) -> Value {
+    let measurands: Map<String, Value> = measurands
+        .iter()
+        .map(|one| {
+            let value = json!({
+                "readings": one.readings,
+                "solved": one.solved,
+                "blind": one.blind,
+                "failed": one.failed,
+                "mean": number(one.mean),
+                "sigma_of_mean": number(one.sigma_of_mean),
+                "common_part": number(one.common),
+                "random_part": number(one.random),
+                "median_expanded_uncertainty": number(one.median_expanded_uncertainty),
+            });
+            (one.measurand.clone(), value)
+        })
+        .collect();
+    json!({ "measurands": measurands })
+}
+
+/// The result of `compare`.
+pub fn comparison(list: &[Comparison]) -> Value {
+    let measurands: Map<String, Value> = list
+        .iter()
+        .map(|one| {
+            let value = json!({
+                "newton": number(one.newton),
+                "newton_sigma": number(one.newton_sigma),
+                "batch": number(one.batch),
+                "batch_sigma": number(one.batch_sigma),
+                "difference": number(one.difference()),
+                "normalised": number(one.normalised()),
+            });
+            (one.measurand.clone(), value)
+        })
+        .collect();
+    json!({ "measurands": measurands })
+}

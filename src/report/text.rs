@@ -1,0 +1,199 @@
+//! Tables and sentences for the terminal.
+
+use comfy_table::{CellAlignment, Table, presets};
+
+use crate::estimate::batch::Outcome;
+use crate::estimate::calibrate::{Calibration, Estimate};
+use crate::estimate::compare::Comparison;
+use crate::estimate::delays::Delays;
+use crate::estimate::transformation::From;
+use crate::report::figure;
+use crate::report::json::scope_word;
+use crate::units::{Dimension, Unit};
+
+/// Most rows of setup and run parameters that are shown; the rest is in the tables.
+const MOST_ROWS: usize = 60;
+
+/// An empty table without lines.
+pub(crate) fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_header(header.iter().copied());
+    for column in table.column_iter_mut() {
+        column.set_padding((0, 2));
+    }
+    table
+}
+
+fn align_right(table: &mut Table, columns: &[usize]) {
+    for index in columns {
+        if let Some(column) = table.column_mut(*index) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+}
+
+/// The table without blanks at the ends of its lines.
+pub(crate) fn drawn(table: &Table) -> String {
+    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+    lines.join("\n") + "\n"
+}
+
+/// The result of `calibrate`.
+pub fn calibration(title: &str, result: &Calibration) -> String {
+    let mut text = format!("{title}\n\n");
+    text.push_str(&fit(result));
+    text.push_str(&trouble(result));
+    let estimates = result.estimates();
+    let mut rows = table(&["parameter", "of", "value", "u (k=1)"]);
+    let shown: Vec<&Estimate> = estimates.iter().filter(|one| !one.fixed).collect();
+    for one in shown.iter().take(MOST_ROWS) {
+        let value = one.value.map_or_else(
+            || "not determined".to_owned(),
+            |value| figure::value(value, one.sigma, &one.declared),
+        );
+        let sigma =
+            one.sigma.map_or_else(String::new, |sigma| figure::uncertainty(sigma, &one.declared));
+        let of = one.of.clone().unwrap_or_else(|| scope_word(one.scope).to_owned());
+        rows.add_row([one.name.clone(), of, value, sigma]);
+    }
+    align_right(&mut rows, &[2, 3]);
+    text.push('\n');
+    text.push_str(&drawn(&rows));
+    if shown.len() > MOST_ROWS {
+        let rest = shown.len() - MOST_ROWS;
+        text.push_str(&format!("... and {rest} more: `--out DIR` or `--format json` has all\n"));
+    }
+    text
+}
+
+fn fit(result: &Calibration) -> String {
+    let factor = result.variance_factor().map_or_else(
+        || "without degrees of freedom".to_owned(),
+        |value| format!("variance factor {value:.3}"),
+    );
+    let mut text = format!(
+        "{} readings, {} unknowns, {} iterations: {factor}\n",
+        result.readings,
+        result.unknowns(),
+        result.fit.iterations
+    );
+    let names = |name: &str| {
+        let mut all =
+            result.problem.parts.iter().flat_map(|part| &part.system.assembly.names.measurands);
+        all.find(|measurand| measurand.name == name).map_or_else(Unit::one, |m| m.unit.clone())
+    };
+    let rms: Vec<String> = result
+        .rms
+        .iter()
+        .map(|(name, value)| {
+            format!("{name} {}", figure::uncertainty(*value, &residual_unit(*value, &names(name))))
+        })
+        .collect();
+    text.push_str(&format!("residual rms: {}\n", rms.join(", ")));
+    text
+}
+
+/// Residuals of angles are small: they are read more easily in parts of a radian.
+fn residual_unit(size: f64, declared: &Unit) -> Unit {
+    if declared.dimension == Dimension::NONE && declared.symbol != "1" {
+        let part = if size < 1e-3 { "µrad" } else { "mrad" };
+        Unit::parse(part).unwrap_or_else(|_| declared.clone())
+    } else {
+        declared.clone()
+    }
+}
+
+/// What keeps the numbers from being used; empty if nothing does.
+pub fn trouble(result: &Calibration) -> String {
+    let mut text = String::new();
+    if result.fit.outcome != Outcome::Converged {
+        text.push_str(&format!("\nno result: {}\n", result.fit.outcome));
+    }
+    if !result.unobservable.is_empty() {
+        text.push_str("\nThese readings do not determine everything:\n");
+    }
+    for one in &result.unobservable {
+        text.push_str(&format!("- {}\n  remedy: {}\n", one.words, one.remedy));
+    }
+    text
+}
+
+/// The result of `delays`.
+pub fn delays(title: &str, from: &From, delays: &Delays) -> String {
+    let second = Unit::coherent(Dimension::TIME);
+    let mut text = format!("{title}\ntransformation from {}\n\n", from_words(*from));
+    let header = [
+        "measurand",
+        "readings",
+        "solved",
+        "blind",
+        "failed",
+        "mean delay",
+        "u (k=1)",
+        "median U (k=2)",
+    ];
+    let mut rows = table(&header);
+    for one in &delays.measurands {
+        rows.add_row([
+            one.measurand.clone(),
+            one.readings.to_string(),
+            one.solved.to_string(),
+            one.blind.to_string(),
+            one.failed.to_string(),
+            one.mean.map_or_else(
+                || "-".to_owned(),
+                |mean| figure::value(mean, one.sigma_of_mean, &second),
+            ),
+            one.sigma_of_mean.map_or_else(String::new, |u| figure::uncertainty(u, &second)),
+            one.median_expanded_uncertainty
+                .map_or_else(String::new, |u| figure::uncertainty(u, &second)),
+        ]);
+    }
+    align_right(&mut rows, &[1, 2, 3, 4, 5, 6, 7]);
+    text.push_str(&drawn(&rows));
+    for (name, why) in &delays.left_out {
+        text.push_str(&format!("`{name}` is left out: {why}\n"));
+    }
+    text.push('\n');
+    text
+}
+
+/// The result of `compare`.
+pub fn comparison(title: &str, from: &From, list: &[Comparison]) -> String {
+    let second = Unit::coherent(Dimension::TIME);
+    let mut text = format!(
+        "{title}\ntransformation of the readings' own delays from {}\n\n",
+        from_words(*from)
+    );
+    let mut rows =
+        table(&["measurand", "own delays", "u", "joint estimate", "u", "difference", "normalised"]);
+    let cell = |value: Option<f64>, sigma: Option<f64>| {
+        value.map_or_else(|| "-".to_owned(), |value| figure::value(value, sigma, &second))
+    };
+    let spread =
+        |sigma: Option<f64>| sigma.map_or_else(String::new, |u| figure::uncertainty(u, &second));
+    for one in list {
+        let normalised =
+            one.normalised().map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+        rows.add_row([
+            one.measurand.clone(),
+            cell(one.newton, one.newton_sigma),
+            spread(one.newton_sigma),
+            cell(one.batch, one.batch_sigma),
+            spread(one.batch_sigma),
+            cell(one.difference(), one.newton_sigma),
+            normalised,
+        ]);
+    }
+    align_right(&mut rows, &[1, 2, 3, 4, 5, 6]);
+    text.push_str(&drawn(&rows));
+    text.push('\n');
+    text
+}
+
+fn from_words(from: From) -> &'static str {
+    match from {
+        From::ReferenceRuns => "the reference runs alone",
+        From::JointFit => "the joint fit of all runs",
+    }
+}

@@ -1,0 +1,67 @@
+//! The keys that programs rely on: `docs/formats.md`, section 6.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use homepoint::engine::open::{Request, open};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::calibrate;
+use homepoint::estimate::compare::compare;
+use homepoint::estimate::transformation::delays_of;
+use homepoint::report::json;
+use serde_json::Value;
+
+/// Every path to a value with the value's type; lists and the names of measurands as `*`.
+fn paths(value: &Value, path: &str, into: &mut BTreeSet<String>) {
+    let measurands = ["horizontal", "vertical", "distance"];
+    match value {
+        Value::Object(map) => {
+            for (key, inner) in map {
+                let key = if measurands.contains(&key.as_str()) { "*" } else { key };
+                paths(inner, &format!("{path}.{key}"), into);
+            }
+        }
+        Value::Array(list) => {
+            if list.is_empty() {
+                into.insert(format!("{path}[] empty"));
+            }
+            for inner in list {
+                paths(inner, &format!("{path}[*]"), into);
+            }
+        }
+        Value::Null => drop(into.insert(format!("{path}: null"))),
+        Value::Bool(_) => drop(into.insert(format!("{path}: bool"))),
+        Value::Number(_) => drop(into.insert(format!("{path}: number"))),
+        Value::String(_) => drop(into.insert(format!("{path}: text"))),
+    }
+}
+
+#[test]
+fn results_have_the_promised_keys() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let problem = open(&Request::new([folder.join("examples/rotating_arm")])).unwrap().problem;
+    let result = calibrate(problem.clone(), &Options::default()).unwrap();
+    let (_, delays) = delays_of(&problem, &result, 0);
+    let rows = compare(&result, 0, &delays.measurands);
+    let single = open(&Request::new([folder.join("tests/cli/one_run")])).unwrap().problem;
+    let undetermined = calibrate(single, &Options::default()).unwrap();
+    let mut found = BTreeSet::new();
+    paths(&json::calibration(&result), "calibrate", &mut found);
+    paths(&json::delays(&delays.measurands), "delays", &mut found);
+    paths(&json::comparison(&rows), "compare", &mut found);
+    let told = json::calibration(&undetermined)["unobservable"].clone();
+    paths(&told, "undetermined", &mut found);
+    insta::assert_snapshot!(found.into_iter().collect::<Vec<_>>().join("\n"));
+    // A parameter is called by its components.
+    let json = json::calibration(&result);
+    let names: Vec<&str> = json["parameters"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|one| one["name"].as_str().unwrap())
+        .collect();
+    for name in ["radius", "orientation.x", "position.z", "horizontal.delay"] {
+        assert!(names.contains(&name), "{name}");
+    }
+}
