@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
     let mut text = String::new();
     for (name, folder) in [("MODELS", "models"), ("EFFECTS", "models/effects")] {
-        list(&mut text, name, &root.join(folder))?;
+        list(&mut text, name, &root, folder)?;
         writeln!(io::stdout(), "cargo::rerun-if-changed={folder}")?;
     }
     fs::write(PathBuf::from(env::var("OUT_DIR")?).join("embedded.rs"), text)?;
@@ -19,9 +19,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Writes a constant of all TOML files of a folder: stem and text, sorted.
-fn list(text: &mut String, name: &str, folder: &Path) -> Result<(), Box<dyn Error>> {
-    let mut files: Vec<PathBuf> =
-        fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<io::Result<_>>()?;
+fn list(text: &mut String, name: &str, root: &Path, folder: &str) -> Result<(), Box<dyn Error>> {
+    let mut files: Vec<PathBuf> = fs::read_dir(root.join(folder))?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<io::Result<_>>()?;
     files.retain(|file| file.extension().is_some_and(|extension| extension == "toml"));
     files.sort();
     writeln!(text, "/// Stem and text of every file of its folder, sorted.")?;
@@ -29,10 +30,11 @@ fn list(text: &mut String, name: &str, folder: &Path) -> Result<(), Box<dyn Erro
     for file in files {
         let stem =
             file.file_stem().and_then(|stem| stem.to_str()).ok_or("a file name is not UTF-8")?;
+        // Named from the manifest's folder, so that a moved checkout finds its files.
+        let place = format!("/{folder}/{stem}.toml");
         writeln!(
             text,
-            "    ({stem:?}, include_str!({:?})),",
-            file.to_str().ok_or("a path is not UTF-8")?
+            "    ({stem:?}, include_str!(concat!(env!(\"CARGO_MANIFEST_DIR\"), {place:?}))),"
         )?;
     }
     writeln!(text, "];")?;

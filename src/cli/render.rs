@@ -5,7 +5,7 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use crate::diagnostic::{Diagnostic, Severity};
 
 /// Longest piece of a line that is shown; data files may have lines without end.
-const WIDTH: usize = 160;
+const WIDTH: usize = 20_000;
 
 /// Draws messages on standard error.
 pub(super) fn all(diagnostics: &[Diagnostic]) {

@@ -48,7 +48,9 @@ impl Simulate {
         simulate(&mut problem, &point, self.seed, complete);
         let part = &problem.parts[0];
         write::write_campaign(folder, &loaded.campaigns[0], &loaded.models[0], &part.runs)
-            .map_err(|error| Failure::Could(error.to_string()))?;
+            .map_err(|error| {
+                Failure::Could(format!("cannot write into {}: {error}", folder.display()))
+            })?;
         let truth = truth_of(&problem, &point, self.seed, &self.common);
         let text =
             serde_json::to_string_pretty(&truth).map_err(|e| Failure::Could(e.to_string()))?;
