@@ -116,7 +116,14 @@ pub trait Number:
                 base = base * base;
             }
         }
-        if exponent < 0 { Self::constant(1.0) / power } else { power }
+        if exponent >= 0 {
+            power
+        } else if power.value().is_infinite() {
+            // A quotient of infinities would leave NaN as derivative.
+            Self::constant(1.0 / power.value())
+        } else {
+            Self::constant(1.0) / power
+        }
     }
     /// Power with a number as exponent, for a base of at least zero; NaN below.
     ///
@@ -130,6 +137,9 @@ pub trait Number:
         if base == 0.0 {
             let whole = power.fract() == 0.0 && (0.0..=f64::from(i32::MAX)).contains(&power);
             return if whole { self.powi(power as i32) } else { Self::constant(base.powf(power)) };
+        }
+        if base.is_infinite() || power.is_infinite() {
+            return Self::constant(base.powf(power));
         }
         // base^power exactly, times e to a power that is 0 in value.
         let ln = base.ln();

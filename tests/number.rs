@@ -294,3 +294,125 @@ fn a_gradient_beyond_its_width_is_constant() {
     assert_eq!(partials(&partial::<2>(1.0, 2)), [0.0, 0.0]);
     assert_eq!(partials(&partial::<2>(1.0, 1)), [0.0, 1.0]);
 }
+
+/// A smooth number in (-1, 1) from a counter.
+fn spread(i: u32) -> f64 {
+    2.0 * (f64::from(i) * 0.618_033_988_749_894_9).fract() - 1.0
+}
+
+#[test]
+fn tanh_has_its_digits_wherever_it_has_any() {
+    for i in 0..=4000 {
+        let x = 0.5 * f64::from(i) - 1000.0;
+        let number = variable(x).tanh();
+        assert_eq!(number.value(), x.tanh());
+        // 1 - tanh² = 4 e^(-2|x|) / (1 + e^(-2|x|))², which does not cancel.
+        let e = (-2.0 * x.abs()).exp();
+        let expected = 4.0 * e / (1.0 + e).powi(2);
+        assert!((derivative(number) - expected).abs() <= 4.0 * f64::EPSILON, "{x}");
+        let [first, second] = derivatives2(variable2(x).tanh());
+        assert!(first.is_finite() && second.is_finite(), "{x}");
+        if x.abs() >= 20.0 {
+            assert_eq!([first, second], [0.0, 0.0], "{x}");
+        }
+    }
+}
+
+/// Central differences know nothing of the rules of differentiation.
+#[test]
+fn derivatives_agree_with_central_differences() {
+    fn agrees<F: Function>(name: &str, function: &F, x: f64) {
+        let h = 1e-5;
+        let slope = (function.at(x + h) - function.at(x - h)) / (2.0 * h);
+        let exact = derivative(function.at(variable(x)));
+        let scale = 1.0_f64.max(exact.abs());
+        assert!((slope - exact).abs() < 1e-8 * scale, "{name} at {x}: {slope} {exact}");
+        let rate = |x: f64| derivative(function.at(variable(x)));
+        let slope = (rate(x + h) - rate(x - h)) / (2.0 * h);
+        let [_, exact] = derivatives2(function.at(variable2(x)));
+        let scale = 1.0_f64.max(exact.abs());
+        assert!((slope - exact).abs() < 1e-7 * scale, "{name}'' at {x}: {slope} {exact}");
+    }
+    for i in 0..200 {
+        let x = 0.9 * spread(i);
+        agrees("sin", &Sin, 4.0 * x);
+        agrees("cos", &Cos, 4.0 * x);
+        agrees("tan", &Tan, 1.2 * x);
+        agrees("asin", &Asin, x);
+        agrees("acos", &Acos, x);
+        agrees("atan", &Atan, 5.0 * x);
+        agrees("exp", &Exp, 2.0 * x);
+        agrees("tanh", &Tanh, 3.0 * x);
+        let positive = 1.5 + x;
+        agrees("sqrt", &Sqrt, positive);
+        agrees("ln", &Ln, positive);
+        agrees("power", &Power(1.7), positive);
+        agrees("negative power", &Power(-0.3), positive);
+        agrees("whole power", &PowerInteger(-3), positive);
+        agrees("square", &PowerInteger(2), x);
+        agrees("cube", &PowerInteger(3), x);
+        agrees("fourth power", &PowerInteger(4), x);
+    }
+}
+
+#[test]
+fn mixed_derivatives_of_functions_of_two() {
+    for i in 0..100 {
+        let (x, y) = (1.3 + spread(i), 2.0 * spread(i + 1000));
+        let both = |f: fn(NestedDual, NestedDual) -> NestedDual| {
+            nested_derivatives(f(nested(x, [1.0, 0.0]), nested(y, [0.0, 1.0])))
+        };
+        let [dx, dy, xy] = both(Number::pow);
+        let (power, ln) = (x.powf(y), x.ln());
+        close(dx, y * power / x, 1e-13);
+        close(dy, power * ln, 1e-13);
+        close(xy, power / x * (1.0 + y * ln), 1e-13);
+        let [dx, dy, xy] = both(Number::hypot);
+        let r = f64::hypot(x, y);
+        close(dx, x / r, 1e-14);
+        close(dy, y / r, 1e-14);
+        close(xy, -x * y / r.powi(3), 1e-13);
+        let [dx, dy, xy] = both(Number::atan2);
+        close(dx, y / (r * r), 1e-13);
+        close(dy, -x / (r * r), 1e-13);
+        close(xy, (x - y) * (x + y) / r.powi(4), 1e-12);
+    }
+}
+
+#[test]
+fn a_path_across_the_cut_jumps_by_a_turn_and_keeps_its_rate() {
+    // A point that passes (-2, 0) downwards at 3 m/s: the angle grows at 3 / 2 rad/s on both sides.
+    for height in [1e-9, 1e-300, 0.0, -0.0, -1e-300, -1e-9] {
+        let y = Dual::constant(height) - variable(0.0) * 3.0;
+        let angle = y.atan2(Dual::constant(-2.0));
+        assert!((angle.value().abs() - std::f64::consts::PI).abs() < 1e-9);
+        close(derivative(angle), 1.5, 1e-15);
+    }
+    assert_eq!(Number::atan2(-0.0, -2.0), -std::f64::consts::PI);
+    assert_eq!(Number::atan2(0.0, -2.0), std::f64::consts::PI);
+}
+
+#[test]
+fn powers_at_infinity_are_those_of_plain_numbers() {
+    let infinite = f64::INFINITY;
+    for (base, power) in
+        [(infinite, 2.0), (infinite, 0.0), (infinite, -1.5), (2.0, infinite), (0.5, infinite)]
+    {
+        let expected = base.powf(power);
+        assert_eq!(Number::pow(base, power), expected, "{base} {power}");
+        assert_eq!(variable(base).pow(Dual::constant(power)).value(), expected, "{base} {power}");
+    }
+    // A zero base of either sign; a negative power of it is infinite, never NaN.
+    for zero in [0.0, -0.0] {
+        let number = variable(zero).pow(Dual::constant(2.0));
+        assert_eq!((number.value(), derivative(number)), (0.0, 0.0));
+        assert!(variable(zero).pow(Dual::constant(-2.5)).value().is_infinite());
+    }
+}
+
+#[test]
+fn a_whole_power_that_vanishes_has_no_derivative_left() {
+    // 1e200² overflows on the way to its inverse, which is 0.
+    let number = variable(1e200).powi(-2);
+    assert_eq!((number.value(), derivative(number)), (0.0, 0.0));
+}

@@ -64,8 +64,16 @@ impl Pose {
         partial(self.delays[m], 9 + m)
     }
 
+    /// `q (1, δ/2)` by eq. (3), what `q turn(δ)` is to first order: a route of its own.
     fn orientation_jet(&self) -> [Jet; 4] {
-        seeded(Kind::Rotation, self.quaternion(), [1, 2, 3])
+        let [w, x, y, z] = self.quaternion().map(Jet::constant);
+        let [a, b, c] = [1, 2, 3].map(|seed| partial::<N>(0.0, seed) * 0.5);
+        [
+            w - x * a - y * b - z * c,
+            x + w * a + y * c - z * b,
+            y + w * b + z * a - x * c,
+            z + w * c + x * b - y * a,
+        ]
     }
 
     fn position_jet(&self) -> [Jet; 3] {
@@ -185,6 +193,75 @@ proptest! {
         delays in prop::array::uniform4(-1e-2..1e-2_f64),
     ) {
         agree(&Pose { arm, platform, radius, orientation, position, base, delays });
+    }
+
+    /// All around the instrument: in every octant, before and behind the cut, under and over it.
+    #[test]
+    fn text_and_hand_agree_all_around(
+        arm in (-7.0..7.0_f64, -3.5..3.5_f64),
+        platform in (-4.0..4.0_f64, -0.6..0.6_f64),
+        orientation in prop::array::uniform3(-2.0..2.0_f64),
+        position in prop::array::uniform3(-4.0..4.0_f64),
+        delays in prop::array::uniform4(-1e-2..1e-2_f64),
+    ) {
+        let base = [9.0, -0.3];
+        let pose = Pose { arm, platform, radius: 1.15, orientation, position, base, delays };
+        // Straight overhead the horizontal angle is singular.
+        let [x, y, _] = seed::point_one_rotation(arm.0, 1.15, pose.quaternion(), position);
+        prop_assume!(x.hypot(y) > 0.2);
+        agree(&pose);
+    }
+}
+
+/// On the negative x-axis, a hair to either side of it and with either zero: the value may be either
+/// end of the half turn, the derivatives are those of every other place.
+#[test]
+fn text_and_hand_agree_on_the_cut_and_beside_it() {
+    for aside in [-1e-9, -1e-16, -0.0, 0.0, 1e-16, 1e-9] {
+        for (delay, rate) in [(0.0, 2.0), (1e-3, -2.0)] {
+            let (arm, platform) = ((0.0, rate), (0.0, 0.5));
+            let position = [-3.0, aside, 0.25];
+            let pose = Pose { arm, platform, position, delays: [delay; 4], ..pose() };
+            agree(&Pose { orientation: [0.0; 3], ..pose.clone() });
+            // The arm's axis along the instrument's own axes, either way.
+            for orientation in
+                [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]
+            {
+                let quarter = orientation.map(|a| a * std::f64::consts::FRAC_PI_2);
+                agree(&Pose { orientation: quarter, ..pose.clone() });
+            }
+        }
+    }
+}
+
+/// The delay's derivative is the reading's rate: against readings a little earlier and later.
+#[test]
+fn the_derivative_with_respect_to_the_delay_is_the_rate_of_the_reading() {
+    let h = 1e-4;
+    for model in ["polar_one_rotation", "polar_two_rotations", "angular_intersection"] {
+        for turn in 0..12 {
+            let mut pose = pose();
+            pose.arm.0 = 0.5 * f64::from(turn);
+            let now = in_text(model, &pose);
+            let moved = |sign: f64| {
+                let mut moved = pose.clone();
+                moved.delays = moved.delays.map(|delay| delay + sign * h);
+                in_text(model, &moved)
+            };
+            let at = [1.0, -1.0, 2.0, -2.0].map(moved);
+            for m in 0..now.len() {
+                // Five points: what is left is of order h⁴.
+                let [one, minus_one, two, minus_two] =
+                    [0, 1, 2, 3].map(|k: usize| at[k][m].value());
+                let rate = (8.0 * (one - minus_one) - (two - minus_two)) / (12.0 * h);
+                let exact = partials(&now[m])[9 + m];
+                assert!((rate - exact).abs() < 2e-8, "{model} {m}: {rate} {exact}");
+                // A measurand's delay moves that measurand alone.
+                for other in (0..4).filter(|other| *other != m) {
+                    assert_eq!(partials(&now[m])[9 + other], 0.0, "{model} {m}");
+                }
+            }
+        }
     }
 }
 

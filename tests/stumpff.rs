@@ -129,3 +129,39 @@ fn derivative_is_the_recurrence_between_orders() {
         }
     }
 }
+
+/// Far out only the recurrence `c_k + x c_{k+2} = 1/k!` and the derivative rule are left as witnesses
+/// for all orders; both are taken relative to the size of the terms.
+#[test]
+fn orders_0_to_6_from_0_to_10_000() {
+    let factorial = [1.0, 1.0, 2.0, 6.0, 24.0, 120.0, 720.0];
+    for i in 0..=5000 {
+        let x = 1e4 * (f64::from(i) / 5000.0).powi(3);
+        for k in 0..=6_u8 {
+            let [this, next, after] = [k, k + 1, k + 2].map(|k| x.stumpff(k));
+            let inverse = 1.0 / factorial[usize::from(k)];
+            let slack = 8.0 * f64::EPSILON * (1.0 + x.sqrt());
+            assert!((this + x * after - inverse).abs() <= slack * inverse, "c_{k}({x})");
+            assert!(this.abs() <= inverse * (1.0 + slack), "c_{k}({x}) = {this} is above 1/k!");
+            let expected = 0.5 * (f64::from(k) * after - next);
+            let found = derivative(variable(x).stumpff(k));
+            let size = f64::from(k) * after.abs() + next.abs() + oscillation(x, u32::from(k), 1);
+            assert!((found - expected).abs() <= 4.0 * slack * size, "c_{k}'({x})");
+        }
+    }
+}
+
+#[test]
+fn no_step_where_the_branches_meet() {
+    for k in 0..=6_u8 {
+        let seam = f64::from((k + 1) * (k + 2));
+        let [here, beyond] = [seam, seam.next_up()].map(variable2).map(|x| x.stumpff(k));
+        let units = 16.0 * f64::EPSILON;
+        let size =
+            |n| reference(seam, u32::from(k), n).abs().max(oscillation(seam, u32::from(k), n));
+        assert!((here.value() - beyond.value()).abs() <= units * size(0), "c_{k}");
+        let (a, b) = (derivatives2(here), derivatives2(beyond));
+        assert!((a[0] - b[0]).abs() <= units * size(1), "c_{k}'");
+        assert!((a[1] - b[1]).abs() <= 4.0 * units * size(2), "c_{k}''");
+    }
+}
