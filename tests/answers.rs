@@ -229,3 +229,14 @@ fn set_ups_that_cannot_be_are_told_before_any_fit() {
     let millimetres = said(&|samples| samples.readings[2].iter_mut().for_each(|d| *d *= 1000.0));
     assert!(millimetres.contains("in mm"), "{millimetres}");
 }
+
+#[test]
+fn the_error_of_a_logged_input_is_that_of_its_smoothed_curve() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rail_car");
+    let problem = open(&Request::new([folder])).unwrap().problem;
+    let part = &problem.parts[0];
+    let Track::Logged(spline) = &part.runs[0].samples.inputs[0] else { unreachable!() };
+    let (raw, smoothed) = (part.random_sigma[0], part.random_sigma_in(0, 0));
+    assert!((smoothed / raw - spline.noise_gain()).abs() < 1e-12);
+    assert!(smoothed > 0.0 && smoothed < raw);
+}

@@ -155,7 +155,7 @@ pub fn covariance_of(
         }
     }
     for (k, random) in active.iter().enumerate() {
-        let g = sensitivities.column(k) * part.random_sigma[*random];
+        let g = sensitivities.column(k) * part.random_sigma_in(run, *random);
         covariance += &g * g.transpose();
     }
     SampleCovariance { covariance, sensitivities }

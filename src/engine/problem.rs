@@ -2,8 +2,8 @@
 //!
 //! Answers: the prediction and the residual of every reading at a point. It does not estimate.
 
-use crate::campaign::Run;
 use crate::campaign::load::DELAY_RANGE;
+use crate::campaign::{Run, Track};
 use crate::engine::layout::{Layout, Share};
 use crate::engine::noise::Whitening;
 use crate::engine::point::{Point, seeded};
@@ -125,6 +125,20 @@ impl Part {
     /// Number of residual components of one sample.
     pub fn residual_count(&self) -> usize {
         self.slots.last().map_or(0, |slot| slot.residual + slot.components)
+    }
+
+    /// Standard deviation of a random quantity in a run: the error of a logged input is that of its
+    /// smoothed curve, not that of one raw value.
+    pub fn random_sigma_in(&self, run: usize, random: usize) -> f64 {
+        let inputs = &self.system.assembly.names.inputs;
+        let gain = match inputs.iter().position(|input| input.error == Some(random)) {
+            Some(input) => match &self.runs[run].samples.inputs[input] {
+                Track::Logged(spline) => spline.noise_gain(),
+                Track::Absent | Track::Constant(_) | Track::Captured { .. } => 1.0,
+            },
+            None => 1.0,
+        };
+        gain * self.random_sigma[random]
     }
 
     /// Evaluates all measurands (and noise factors) of one sample.

@@ -109,7 +109,7 @@ fn draw_random(
     generator: &mut ChaCha12Rng,
 ) -> Vec<f64> {
     let part = &problem.parts[p];
-    let sigma = part.random_sigma[k];
+    let sigma = part.random_sigma_in(r, k);
     let random = &part.system.randoms[k];
     let time = &part.runs[r].samples.time;
     let unit_draw = |generator: &mut ChaCha12Rng| match random.shape {

@@ -224,15 +224,16 @@ fn gather(problem: &Problem, point: &Point, unknown: &[Unknown]) -> Vec<Sample> 
             }
         }
         let active = active_randoms(&visible);
-        let source: Vec<Result<usize, f64>> = active
-            .iter()
-            .map(|k| {
-                let name = &part.system.randoms[*k].name;
-                let found = unknown.iter().position(|one| *one == Unknown::Random(name.clone()));
-                found.ok_or(part.random_sigma[*k].powi(2))
-            })
-            .collect();
         for r in 0..part.runs.len() {
+            let source: Vec<Result<usize, f64>> = active
+                .iter()
+                .map(|k| {
+                    let name = &part.system.randoms[*k].name;
+                    let found =
+                        unknown.iter().position(|one| *one == Unknown::Random(name.clone()));
+                    found.ok_or(part.random_sigma_in(r, *k).powi(2))
+                })
+                .collect();
             gather_run(problem, &visible, (p, r), point, unknown, &active, &source, &mut samples);
         }
     }
