@@ -56,11 +56,6 @@ impl Track {
     pub fn moves(&self) -> bool {
         matches!(self, Self::Captured { rate: Some(_), .. } | Self::Logged(_))
     }
-
-    /// Whether its acceleration is known: a column of its own, or a stream.
-    pub fn accelerates(&self) -> bool {
-        matches!(self, Self::Captured { acceleration: Some(_), .. } | Self::Logged(_))
-    }
 }
 
 /// Takes jumps by whole periods out of recorded values.

@@ -68,11 +68,6 @@ impl<'r> Item<'r> {
         self.value.get_ref().is_array()
     }
 
-    /// Whether it is a text.
-    pub fn is_string(&self) -> bool {
-        self.value.get_ref().is_str()
-    }
-
     /// A table; `what` names it in messages.
     pub fn section(&self, what: &str) -> Option<Section<'r>> {
         let Some(table) = self.value.get_ref().as_table() else {

@@ -2,7 +2,6 @@
 
 use nalgebra::DMatrix;
 
-use crate::engine::gram::{LeastSquares, Normal};
 use crate::engine::{Point, Problem};
 use crate::estimate::align::Alignment;
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
@@ -267,10 +266,4 @@ pub fn rms(problem: &Problem, point: &Point) -> Vec<(String, f64)> {
         }
     }
     sums.into_iter().map(|(name, sum, count)| (name, (sum / count as f64).sqrt())).collect()
-}
-
-/// Linearises at a point without fitting.
-pub fn linearised(problem: &mut Problem, point: &Point) -> Normal {
-    problem.reweight(point);
-    problem.normal(point)
 }
