@@ -144,7 +144,9 @@ fn orders_0_to_6_from_0_to_10_000() {
             assert!((this + x * after - inverse).abs() <= slack * inverse, "c_{k}({x})");
             assert!(this.abs() <= inverse * (1.0 + slack), "c_{k}({x}) = {this} is above 1/k!");
             let expected = 0.5 * (f64::from(k) * after - next);
-            let found = derivative(variable(x).stumpff(k));
+            let number = variable(x).stumpff(k);
+            assert_eq!(number.value(), this);
+            let found = derivative(number);
             let size = f64::from(k) * after.abs() + next.abs() + oscillation(x, u32::from(k), 1);
             assert!((found - expected).abs() <= 4.0 * slack * size, "c_{k}'({x})");
         }
