@@ -12,16 +12,22 @@
 //! | [`layers`] | sets of effects, and which of them can matter to a name |
 //! | [`context`] | what a name means at a measurand's moment under a set of effects |
 //! | [`resolve`] | the graph of every measurand: [`assemble`] |
+//! | [`partials`] | the partial derivatives of every function, as nodes |
 //! | [`rate`] | the total derivative with respect to the moment, as new nodes |
+//! | [`derivative`] | tangents of all nodes along a direction; gradients of an output |
+//! | [`import`] | a copy of some nodes in another graph, with leaves replaced |
 
 pub mod algebra;
 pub mod arena;
 pub mod calls;
 pub mod context;
+pub mod derivative;
+pub mod import;
 pub mod layers;
 pub mod lower;
 pub mod names;
 pub mod node;
+pub mod partials;
 pub mod rate;
 pub mod resolve;
 pub mod typed;

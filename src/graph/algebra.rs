@@ -84,16 +84,66 @@ impl Graph {
         [w, self.negate(x), self.negate(y), self.negate(z)]
     }
 
-    /// A vector turned: v + w t + u × t with t = 2 u × v, which is `q v q⁻¹` for unit q = (w, u).
-    pub fn rotate(&mut self, [w, u @ ..]: [NodeId; 4], v: [NodeId; 3]) -> [NodeId; 3] {
-        let cross = self.cross(u, v);
-        let t = cross.map(|x| self.scale(2.0, x));
-        let outer = self.cross(u, t);
+    /// A vector turned, `q v q⁻¹` for unit q, by the rotation's matrix: where the rotation stands
+    /// still, the matrix is made once for all samples.
+    pub fn rotate(&mut self, q: [NodeId; 4], v: [NodeId; 3]) -> [NodeId; 3] {
+        self.matrix(q).map(|row| self.dot(row, v))
+    }
+
+    /// The matrix of a rotation, row by row, eq. (6).
+    pub fn matrix(&mut self, [w, u @ ..]: [NodeId; 4]) -> [[NodeId; 3]; 3] {
+        let one = self.constant(1.0);
         [0, 1, 2].map(|i| {
-            let wt = self.multiply(w, t[i]);
-            let sum = self.add(v[i], wt);
-            self.add(sum, outer[i])
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let mut row = [one; 3];
+            let squares = self.sum_of_products(&[(u[j], u[j]), (u[k], u[k])]);
+            let twice = self.scale(2.0, squares);
+            row[i] = self.subtract(one, twice);
+            let (ij, wk) = (self.multiply(u[i], u[j]), self.multiply(w, u[k]));
+            let minus = self.subtract(ij, wk);
+            row[j] = self.scale(2.0, minus);
+            let (ik, wj) = (self.multiply(u[i], u[k]), self.multiply(w, u[j]));
+            let plus = self.add(ik, wj);
+            row[k] = self.scale(2.0, plus);
+            row
         })
+    }
+
+    /// The rotation vector of a unit quaternion, of length at most π; smooth at the identity. The
+    /// operations are those of [`crate::quaternion::Quaternion::to_rotation_vector`].
+    pub fn rotation_vector(&mut self, [w, v @ ..]: [NodeId; 4]) -> [NodeId; 3] {
+        let (zero, one) = (self.constant(0.0), self.constant(1.0));
+        // 1 where w >= 0, else -1.
+        let half = self.constant(0.5);
+        let side = self.unary(Unary::Sign, w);
+        let side = self.add(side, half);
+        let side = self.unary(Unary::Sign, side);
+        let w = self.multiply(side, w);
+        let v = self.scaled(side, v);
+        let n2 = self.dot(v, v);
+        let square = self.multiply(w, w);
+        let length = self.add(square, n2);
+        let length = self.unary(Unary::Sqrt, length);
+        let first = self.add(length, w);
+        let first_square = self.multiply(first, first);
+        let ratio = self.divide(n2, first_square);
+        let second = self.add(ratio, one);
+        let second = self.unary(Unary::Sqrt, second);
+        let second = self.add(second, one);
+        let product = self.multiply(first, second);
+        let tangent_by_n = self.divide(one, product);
+        let tangent_square = self.multiply(tangent_by_n, tangent_by_n);
+        let u = self.multiply(n2, tangent_square);
+        // Σ (-u)^i / (2 i + 1), u <= tan²(π/8) = 0.172.
+        let mut sum = zero;
+        for i in (0..26).rev() {
+            let term = self.constant(1.0 / (2.0 * f64::from(i) + 1.0));
+            let before = self.multiply(u, sum);
+            sum = self.subtract(term, before);
+        }
+        let factor = self.multiply(sum, tangent_by_n);
+        let factor = self.scale(8.0, factor);
+        self.scaled(factor, v)
     }
 
     /// A value whose components are leaves.

@@ -15,6 +15,8 @@ pub const NODE_LIMIT: usize = 200_000;
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
     nodes: Vec<Node>,
+    /// For each node, whether it can differ from sample to sample.
+    moving: Vec<bool>,
     index: HashMap<Node, NodeId>,
     full: bool,
 }
@@ -28,6 +30,11 @@ impl Graph {
     /// The node `id`.
     pub fn node(&self, id: NodeId) -> Node {
         self.nodes[id.0 as usize]
+    }
+
+    /// Whether a node can differ from sample to sample: it is made of more than parameters.
+    pub fn is_moving(&self, id: NodeId) -> bool {
+        self.moving[id.0 as usize]
     }
 
     /// Whether [`NODE_LIMIT`] was passed; the nodes are then of no use.
@@ -48,7 +55,13 @@ impl Graph {
             return NodeId(0);
         }
         let id = NodeId(self.nodes.len() as u32);
+        let moving = match node {
+            Node::Constant(_) | Node::Leaf(Leaf::Parameter { .. }) => false,
+            Node::Leaf(_) | Node::Signal { .. } => true,
+            Node::Unary(..) | Node::Binary(..) => node.operands().any(|a| self.is_moving(a)),
+        };
         self.nodes.push(node);
+        self.moving.push(moving);
         self.index.insert(node, id);
         id
     }
