@@ -3,6 +3,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`pointwise`] | the graph at one sample, over any number: the referee |
+//! | [`lanes`] | the graph over chunks of samples: the same, in bulk |
 //! | [`layout`] | which unknowns there are, and their columns |
 //! | [`point`] | the unknowns' values; how a step moves them; prior rows |
 //! | [`problem`] | campaigns with their models, put together; residuals of one sample |
@@ -13,14 +14,20 @@
 //! | [`simulate`] | readings drawn from a model |
 
 pub mod gram;
+pub mod lanes;
 pub mod layout;
 pub mod linearise;
+pub mod mixing;
 pub mod noise;
 pub mod open;
 pub mod point;
 pub mod pointwise;
 pub mod problem;
+pub mod programs;
+pub mod referee;
+pub mod rows;
 pub mod simulate;
+pub mod whitening;
 
 pub use layout::Layout;
 pub use point::Point;

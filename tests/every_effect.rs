@@ -43,6 +43,7 @@ impl Leaves<f64> for Sample<'_> {
                 }
                 number_of(name, component)
             }
+            Leaf::Given(_) => f64::NAN,
             Leaf::Random(random) => {
                 let effect = &self.system.randoms[random as usize].effect;
                 effect.as_ref().map_or(0.0, |_| self.effects)

@@ -146,8 +146,30 @@ impl Spline {
         }
         let right = self.knots.partition_point(|knot| *knot <= at);
         let left = right.saturating_sub(1).min(self.pieces.len() - 1);
-        let [a, b, c, d] = self.pieces[left];
-        let u = x - self.knots[left];
+        self.within(left, x, order)
+    }
+
+    /// [`Spline::at`] for a number, where `piece` (of the last call) is likely near: samples come in
+    /// the order of time, so most pieces are found at once.
+    pub fn at_near(&self, time: f64, offset: f64, order: u8, piece: &mut usize) -> f64 {
+        let x = offset + (time - self.origin);
+        let inside = |piece: usize| match self.knots.get(piece..piece + 2) {
+            Some(knots) => knots[0] <= x && x < knots[1],
+            None => false,
+        };
+        let known = [*piece, *piece + 1].into_iter().find(|piece| inside(*piece));
+        let Some(left) = known else {
+            *piece = self.knots.partition_point(|knot| *knot <= x).saturating_sub(1);
+            return self.at(time, offset, order);
+        };
+        *piece = left;
+        self.within(left, x, order)
+    }
+
+    /// The `order`-th derivative at `x` since the origin, in a piece.
+    fn within<N: Number>(&self, piece: usize, x: N, order: u8) -> N {
+        let [a, b, c, d] = self.pieces[piece];
+        let u = x - self.knots[piece];
         match order {
             0 => ((u * d + c) * u + b) * u + a,
             1 => (u * (3.0 * d) + 2.0 * c) * u + b,

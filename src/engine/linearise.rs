@@ -1,24 +1,28 @@
 //! Whitened residuals and Jacobians, summed by run: the only maker of Jacobians.
 //!
-//! Forward mode in chunks of tangents over the pointwise engine. Samples are taken in fixed blocks
-//! whose sums are added in order, so every thread count gives the same bits.
+//! The lanes compute rows, 128 samples at a time; the products of a row's columns are added up where
+//! they stand. Samples are taken in fixed blocks whose sums are added in order, so every thread count
+//! gives the same bits. [`super::referee`] makes the same rows sample by sample.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::engine::gram::{Columns, LeastSquares, Normal, RunGram};
+use crate::engine::lanes::arithmetic::{LANES, Lanes};
+use crate::engine::lanes::products::Products;
+use crate::engine::lanes::{Chunk, Code, InstructionSet, Workspace};
+use crate::engine::mixing::Mixing;
 use crate::engine::point::Point;
-use crate::engine::problem::{Problem, SampleLeaves};
+use crate::engine::problem::{ParameterLeaves, Problem};
 use crate::graph::Kind;
-use crate::number::{Gradient, Number, partials};
 
-/// Tangents in one pass of the engine.
-const CHUNK: usize = 8;
 /// Samples in one block.
-const BLOCK: usize = 512;
+const BLOCK: usize = 64 * LANES;
+/// Blocks whose sums wait to be added at a time.
+const WAVE: usize = 64;
 
 /// What sees the Jacobian and the residuals of each sample.
-type Visitor<'a> = dyn FnMut(usize, &DMatrix<f64>, &[f64]) + 'a;
+pub type Visitor<'a> = dyn FnMut(usize, &DMatrix<f64>, &[f64]) + 'a;
 
 /// One block of samples of one run.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +31,41 @@ struct Block {
     run: usize,
     start: usize,
     end: usize,
+}
+
+/// What all blocks of a run have in common.
+#[derive(Clone, Debug)]
+struct Plan {
+    /// Values of the parameters.
+    parameters: Vec<[f64; 4]>,
+    /// For each direction the columns of the run's Gram matrix that move it.
+    movers: Vec<Vec<(usize, f64)>>,
+    /// Columns of the run's Gram matrix, the residual included.
+    size: usize,
+}
+
+/// What one thread keeps between blocks.
+#[derive(Debug, Default)]
+struct Memory {
+    /// For each campaign: residuals, rows.
+    workspaces: Vec<[Option<Workspace>; 2]>,
+    weights: Vec<Box<Lanes>>,
+    mixed: Mixing,
+}
+
+impl Memory {
+    /// The workspace for a program of a campaign.
+    fn workspace(
+        &mut self,
+        part: usize,
+        which: usize,
+        code: &Code,
+        set: InstructionSet,
+    ) -> Workspace {
+        self.workspaces.resize_with(self.workspaces.len().max(part + 1), Default::default);
+        let kept = self.workspaces[part][which].take();
+        kept.unwrap_or_else(|| Workspace::new(code, set))
+    }
 }
 
 impl Problem {
@@ -48,148 +87,260 @@ impl Problem {
         self.layout.first_run[part] + run
     }
 
+    fn plans(&self, point: &Point) -> Vec<Plan> {
+        let mut plans = Vec::with_capacity(self.layout.columns.runs.len());
+        for (part, data) in self.parts.iter().enumerate() {
+            for run in 0..data.runs.len() {
+                let touched = self.layout.columns.touched_by(self.run_index(part, run));
+                plans.push(Plan {
+                    parameters: self.parameters(part, run, point),
+                    movers: self.movers(part, run),
+                    size: touched.len() + 1,
+                });
+            }
+        }
+        plans
+    }
+
+    /// Computes something of every block, many at a time, and takes the results in order.
+    fn in_order<T: Send>(
+        &self,
+        compute: impl Fn(&mut Memory, Block) -> T + Sync,
+        mut take: impl FnMut(Block, T),
+    ) {
+        for wave in self.blocks().chunks(WAVE) {
+            let made: Vec<T> = wave
+                .par_iter()
+                .map_init(Memory::default, |memory, block| compute(memory, *block))
+                .collect();
+            wave.iter().zip(made).for_each(|(block, one)| take(*block, one));
+        }
+    }
+
+    /// Calls `each` for the chunks of a block: the chunk and its number in the run. The weights of
+    /// its readings (0 where there is none) are in `memory`; the number of readings comes back.
+    fn weigh(&self, block: Block, start: usize, weights: &mut Vec<Box<Lanes>>) -> Weighed {
+        let part = &self.parts[block.part];
+        let len = LANES.min(block.end - start);
+        weights.resize_with(part.slots().len(), || Box::new([0.0; LANES]));
+        let mut readings = 0;
+        for (slot, weight) in part.slots().iter().zip(&mut *weights) {
+            let column = &part.runs[block.run].samples.readings[slot.column][start..start + len];
+            for (weight, reading) in weight.iter_mut().zip(column) {
+                *weight = if reading.is_nan() { 0.0 } else { 1.0 };
+            }
+            weight[len..].fill(0.0);
+            readings += weight.iter().sum::<f64>() as usize;
+        }
+        let complete = readings == part.slots().len() * LANES;
+        Weighed { readings, complete, len }
+    }
+
+    fn block_gram(&self, block: Block, plan: &Plan, memory: &mut Memory) -> RunGram {
+        let part = &self.parts[block.part];
+        let programs = &self.programs[block.part];
+        let whitening = &self.whitening[block.part][block.run];
+        let assembly = &part.system.assembly;
+        let program = if whitening.is_correlated() {
+            programs.rows_together(assembly)
+        } else {
+            programs.rows_apart(assembly)
+        };
+        let code = &program.code;
+        let set = self.set;
+        let mut workspace = memory.workspace(block.part, 1, code, self.set);
+        workspace.hold_still(code, &ParameterLeaves(&plan.parameters));
+        let directions: Vec<&[usize]> =
+            program.rows.iter().map(|row| row.directions.as_slice()).collect();
+        memory.mixed.prepare(&directions, whitening.is_correlated());
+        let mut products: Vec<Products> =
+            (0..program.rows.len()).map(|row| Products::new(memory.mixed.count(row))).collect();
+        let mut readings = 0;
+        for start in (block.start..block.end).step_by(LANES) {
+            let weighed = self.weigh(block, start, &mut memory.weights);
+            readings += weighed.readings;
+            whitening.weigh(start / LANES, &mut memory.weights);
+            let run = &part.runs[block.run];
+            let chunk = Chunk { run, columns: part.columns(), start, len: weighed.len };
+            workspace.load(code, &chunk, &memory.weights);
+            for group in 0..code.group_count() {
+                workspace.compute(code, group, &run.samples.inputs);
+                for (number, row) in
+                    program.rows.iter().enumerate().filter(|(_, r)| r.group == group)
+                {
+                    let outputs = row.first..row.first + 1 + row.directions.len();
+                    if !weighed.complete {
+                        let weight = &memory.weights[part.measurand_of(number)];
+                        workspace.silence(code, group, outputs.clone(), weight);
+                    }
+                    let lanes = workspace.lanes(code, group, outputs);
+                    match whitening.triangles(start / LANES, program.rows.len()) {
+                        None => products[number].add(set, &lanes),
+                        Some(triangles) => memory.mixed.add(set, number, &lanes, triangles),
+                    }
+                }
+            }
+            if whitening.is_correlated() {
+                for (row, products) in products.iter_mut().enumerate() {
+                    memory.mixed.take(row, |lanes| products.add(set, lanes));
+                }
+            }
+        }
+        memory.workspaces[block.part][1] = Some(workspace);
+        let mut gram = DMatrix::zeros(plan.size, plan.size);
+        let residual = [(plan.size - 1, 1.0)];
+        for (row, products) in products.iter().enumerate() {
+            let columns: Vec<&[(usize, f64)]> = std::iter::once(&residual[..])
+                .chain(memory.mixed.directions(row).iter().map(|d| plan.movers[*d].as_slice()))
+                .collect();
+            scatter(&mut gram, products, &columns);
+        }
+        RunGram { gram, readings }
+    }
+
+    fn block_cost(&self, block: Block, plan: &Plan, memory: &mut Memory) -> f64 {
+        let part = &self.parts[block.part];
+        let whitening = &self.whitening[block.part][block.run];
+        let code = self.programs[block.part].residuals(&part.system.assembly);
+        let set = self.set;
+        let mut workspace = memory.workspace(block.part, 0, code, self.set);
+        workspace.hold_still(code, &ParameterLeaves(&plan.parameters));
+        let rows = part.residual_count();
+        memory.mixed.prepare(&vec![&[][..]; rows], whitening.is_correlated());
+        let mut squares = Products::new(1);
+        for start in (block.start..block.end).step_by(LANES) {
+            let weighed = self.weigh(block, start, &mut memory.weights);
+            whitening.weigh(start / LANES, &mut memory.weights);
+            let run = &part.runs[block.run];
+            let chunk = Chunk { run, columns: part.columns(), start, len: weighed.len };
+            workspace.load(code, &chunk, &memory.weights);
+            workspace.compute(code, 0, &run.samples.inputs);
+            for row in 0..rows {
+                if !weighed.complete {
+                    let weight = &memory.weights[part.measurand_of(row)];
+                    workspace.silence(code, 0, row..row + 1, weight);
+                }
+                let lanes = workspace.lanes(code, 0, row..row + 1);
+                match whitening.triangles(start / LANES, rows) {
+                    None => squares.add(set, &lanes),
+                    Some(triangles) => memory.mixed.add(set, row, &lanes, triangles),
+                }
+            }
+            if whitening.is_correlated() {
+                for row in 0..rows {
+                    memory.mixed.take(row, |lanes| squares.add(set, lanes));
+                }
+            }
+        }
+        memory.workspaces[block.part][0] = Some(workspace);
+        squares.sum(0, 0)
+    }
+
     /// Calls `visit(sample, jacobian, residual)` for each sample of a run: the Jacobian of the
     /// predictions (rows: residual components; columns: those the run touches, in their order) and
     /// `reading - prediction`, neither whitened, missing readings as zero rows.
     pub fn visit_run(&self, part: usize, run: usize, point: &Point, visit: &mut Visitor<'_>) {
-        let samples = self.parts[part].runs[run].samples.len();
-        self.visit_block(Block { part, run, start: 0, end: samples }, point, visit);
-    }
-
-    fn visit_block(&self, block: Block, point: &Point, visit: &mut Visitor<'_>) {
-        let part = &self.parts[block.part];
-        let tangents = self.tangents(block.part, block.run);
-        let touched = self.layout.columns.touched_by(self.run_index(block.part, block.run));
-        // For each tangent, the local columns that move it.
-        let movers: Vec<Vec<(usize, f64)>> = tangents
-            .iter()
-            .map(|(instance, component)| {
-                self.layout
-                    .columns_of(*instance, *component)
-                    .into_iter()
-                    .filter_map(|(column, coefficient)| {
-                        Some((touched.iter().position(|t| *t == column)?, coefficient))
-                    })
-                    .collect()
-            })
-            .collect();
-        let chunks: Vec<Vec<[Gradient<CHUNK>; 4]>> = chunked(&tangents)
-            .map(|chunk| self.seeded_parameters(block.part, block.run, point, chunk))
-            .collect();
-        let randoms = vec![Gradient::<CHUNK>::constant(0.0); part.random_sigma.len()];
-        let mut workspace = Vec::new();
-        let mut jacobian = DMatrix::zeros(part.residual_count(), touched.len());
-        let mut values = vec![0.0; part.residual_count()];
-        for sample in block.start..block.end {
-            jacobian.fill(0.0);
-            values.fill(0.0);
-            for (number, parameters) in chunks.iter().enumerate() {
-                let leaves = SampleLeaves {
-                    parameters,
-                    randoms: &randoms,
-                    columns: part.columns(),
-                    run: &part.runs[block.run],
-                    sample,
-                };
-                let outputs = part.evaluate(&leaves, &mut workspace);
-                for slot in part.slots() {
-                    if !part.is_present(block.run, sample, slot) {
-                        continue;
-                    }
-                    let residual = part.residual(block.run, sample, slot, outputs);
-                    for (component, residual) in residual.iter().take(slot.components).enumerate() {
-                        let row = slot.residual + component;
-                        values[row] = residual.value();
-                        let first = number * CHUNK;
-                        for (movers, slope) in movers.iter().skip(first).zip(partials(residual)) {
-                            for (column, coefficient) in movers {
-                                jacobian[(row, *column)] -= coefficient * slope;
-                            }
+        let data = &self.parts[part];
+        let program = self.programs[part].rows_together(&data.system.assembly);
+        let (code, movers) = (&program.code, self.movers(part, run));
+        let mut workspace = Workspace::new(code, self.set);
+        workspace.hold_still(code, &ParameterLeaves(&self.parameters(part, run, point)));
+        let size = self.layout.columns.touched_by(self.run_index(part, run)).len();
+        let mut jacobian = DMatrix::zeros(data.residual_count(), size);
+        let mut values = vec![0.0; data.residual_count()];
+        let mut weights = Vec::new();
+        let end = data.runs[run].samples.len();
+        for start in (0..end).step_by(LANES) {
+            let weighed = self.weigh(Block { part, run, start, end }, start, &mut weights);
+            let chunk =
+                Chunk { run: &data.runs[run], columns: data.columns(), start, len: weighed.len };
+            workspace.load(code, &chunk, &weights);
+            workspace.compute(code, 0, &data.runs[run].samples.inputs);
+            for lane in 0..weighed.len {
+                jacobian.fill(0.0);
+                for (number, row) in program.rows.iter().enumerate() {
+                    let there = weights[data.measurand_of(number)][lane] != 0.0;
+                    let outputs = row.first..row.first + 1 + row.directions.len();
+                    let lanes = workspace.lanes(code, 0, outputs);
+                    values[number] = if there { lanes[0][lane] } else { 0.0 };
+                    for (direction, slope) in row.directions.iter().zip(&lanes[1..]) {
+                        for (column, by) in movers[*direction].iter().filter(|_| there) {
+                            jacobian[(number, *column)] += by * slope[lane];
                         }
                     }
                 }
+                visit(start + lane, &jacobian, &values);
             }
-            visit(sample, &jacobian, &values);
         }
     }
 
-    /// `reading - prediction` of each sample of a run at a point, not whitened; one vector a sample,
-    /// NaN where there is no reading.
-    pub fn residuals(&self, p: usize, run: usize, point: &Point) -> Vec<Vec<f64>> {
-        let part = &self.parts[p];
-        let parameters = self.parameters::<f64>(p, run, point);
-        let randoms = vec![0.0; part.random_sigma.len()];
-        let mut workspace = Vec::new();
-        (0..part.runs[run].samples.len())
-            .map(|sample| {
-                let leaves = SampleLeaves {
-                    parameters: &parameters,
-                    randoms: &randoms,
-                    columns: part.columns(),
-                    run: &part.runs[run],
-                    sample,
-                };
-                let outputs = part.evaluate(&leaves, &mut workspace);
-                let mut values = vec![f64::NAN; part.residual_count()];
-                for slot in part.slots() {
-                    if part.is_present(run, sample, slot) {
-                        let residual = part.residual(run, sample, slot, outputs);
-                        values[slot.residual..slot.residual + slot.components]
-                            .copy_from_slice(&residual[..slot.components]);
-                    }
+    /// Calls `visit(sample, residual)` for each sample of a run: `reading - prediction` at a point,
+    /// not whitened, NaN where there is no reading.
+    pub fn visit_residuals(
+        &self,
+        part: usize,
+        run: usize,
+        point: &Point,
+        visit: &mut dyn FnMut(usize, &[f64]),
+    ) {
+        let data = &self.parts[part];
+        let code = self.programs[part].residuals(&data.system.assembly);
+        let mut workspace = Workspace::new(code, self.set);
+        workspace.hold_still(code, &ParameterLeaves(&self.parameters(part, run, point)));
+        let rows = data.residual_count();
+        let mut values = vec![0.0; rows];
+        let mut weights = Vec::new();
+        let end = data.runs[run].samples.len();
+        for start in (0..end).step_by(LANES) {
+            let weighed = self.weigh(Block { part, run, start, end }, start, &mut weights);
+            let chunk =
+                Chunk { run: &data.runs[run], columns: data.columns(), start, len: weighed.len };
+            workspace.load(code, &chunk, &weights);
+            workspace.compute(code, 0, &data.runs[run].samples.inputs);
+            let lanes = workspace.lanes(code, 0, 0..rows);
+            for lane in 0..weighed.len {
+                for (row, value) in values.iter_mut().enumerate() {
+                    let there = weights[data.measurand_of(row)][lane] != 0.0;
+                    *value = if there { lanes[row][lane] } else { f64::NAN };
                 }
-                values
-            })
-            .collect()
-    }
-
-    /// Sum of squares of the whitened residuals of a run.
-    fn run_cost(&self, part: usize, run: usize, point: &Point) -> f64 {
-        let whitening = &self.whitening[part][run];
-        self.residuals(part, run, point)
-            .into_iter()
-            .enumerate()
-            .map(|(sample, mut values)| {
-                for (slot, present) in self.parts[part]
-                    .slots()
-                    .iter()
-                    .map(|slot| (slot, self.parts[part].is_present(run, sample, slot)))
-                {
-                    if !present {
-                        values[slot.residual..slot.residual + slot.components].fill(0.0);
-                    }
-                }
-                whitening.apply_to(sample, &mut values);
-                values.iter().map(|value| value * value).sum::<f64>()
-            })
-            .sum()
-    }
-
-    fn block_gram(&self, block: Block, point: &Point) -> RunGram {
-        let part = &self.parts[block.part];
-        let size = self.layout.columns.touched_by(self.run_index(block.part, block.run)).len();
-        let whitening = &self.whitening[block.part][block.run];
-        let mut rows = DMatrix::zeros(part.residual_count(), size + 1);
-        let mut gram = DMatrix::zeros(size + 1, size + 1);
-        let mut readings = 0;
-        self.visit_block(block, point, &mut |sample, jacobian, residual| {
-            rows.view_mut((0, 0), (residual.len(), size)).copy_from(jacobian);
-            for (row, value) in residual.iter().enumerate() {
-                rows[(row, size)] = *value;
+                visit(start + lane, &values);
             }
-            whitening.apply(sample, &mut rows);
-            gram.gemm_tr(1.0, &rows, &rows, 1.0);
-            readings +=
-                part.slots().iter().filter(|slot| part.is_present(block.run, sample, slot)).count();
-        });
-        RunGram { gram, readings }
+        }
+    }
+
+    /// The residuals of [`Problem::visit_residuals`], one vector a sample.
+    pub fn residuals(&self, part: usize, run: usize, point: &Point) -> Vec<Vec<f64>> {
+        let mut all = Vec::with_capacity(self.parts[part].runs[run].samples.len());
+        self.visit_residuals(part, run, point, &mut |_, values| all.push(values.to_vec()));
+        all
     }
 }
 
-/// Tangents by chunks of the engine; one empty chunk where there are none, for the values.
-fn chunked(tangents: &[(usize, usize)]) -> impl Iterator<Item = &[(usize, usize)]> {
-    let empty = tangents.is_empty().then_some(tangents);
-    tangents.chunks(CHUNK).chain(empty)
+/// What a chunk's readings are.
+#[derive(Clone, Copy, Debug)]
+struct Weighed {
+    readings: usize,
+    /// Every lane has every reading.
+    complete: bool,
+    len: usize,
+}
+
+/// Adds products of columns that stand for the given columns of a Gram matrix.
+fn scatter(gram: &mut DMatrix<f64>, products: &Products, columns: &[&[(usize, f64)]]) {
+    for (i, left) in columns.iter().enumerate() {
+        for (j, right) in columns.iter().enumerate().skip(i) {
+            let sum = products.sum(i, j);
+            for (a, p) in *left {
+                for (b, q) in *right {
+                    let value = p * q * sum;
+                    gram[(*a, *b)] += value;
+                    if i != j {
+                        gram[(*b, *a)] += value;
+                    }
+                }
+            }
+        }
+    }
 }
 
 impl LeastSquares for Problem {
@@ -204,31 +355,35 @@ impl LeastSquares for Problem {
     }
 
     fn cost(&self, point: &Point) -> f64 {
-        let runs: Vec<(usize, usize)> = (0..self.parts.len())
-            .flat_map(|part| (0..self.parts[part].runs.len()).map(move |run| (part, run)))
-            .collect();
-        let costs: Vec<f64> =
-            runs.par_iter().map(|(part, run)| self.run_cost(*part, *run, point)).collect();
+        let plans = self.plans(point);
+        let mut sum = 0.0;
+        self.in_order(
+            |memory, block| {
+                self.block_cost(block, &plans[self.run_index(block.part, block.run)], memory)
+            },
+            |_, cost| sum += cost,
+        );
         let priors: f64 = point.priors(&self.layout).iter().map(|row| row.residual.powi(2)).sum();
-        costs.iter().sum::<f64>() + priors
+        sum + priors
     }
 
     fn normal(&self, point: &Point) -> Normal {
-        let blocks = self.blocks();
-        let grams: Vec<RunGram> =
-            blocks.par_iter().map(|block| self.block_gram(*block, point)).collect();
         let columns = self.layout.columns.clone();
-        let mut runs: Vec<RunGram> = (0..columns.runs.len())
-            .map(|run| {
-                let size = columns.touched_by(run).len() + 1;
-                RunGram { gram: DMatrix::zeros(size, size), readings: 0 }
-            })
+        let plans = self.plans(point);
+        let mut runs: Vec<RunGram> = plans
+            .iter()
+            .map(|plan| RunGram { gram: DMatrix::zeros(plan.size, plan.size), readings: 0 })
             .collect();
-        for (block, gram) in blocks.iter().zip(grams) {
-            let run = &mut runs[self.run_index(block.part, block.run)];
-            run.gram += gram.gram;
-            run.readings += gram.readings;
-        }
+        self.in_order(
+            |memory, block| {
+                self.block_gram(block, &plans[self.run_index(block.part, block.run)], memory)
+            },
+            |block, made: RunGram| {
+                let run = &mut runs[self.run_index(block.part, block.run)];
+                run.gram += made.gram;
+                run.readings += made.readings;
+            },
+        );
         Normal { columns, runs, priors: point.priors(&self.layout) }
     }
 

@@ -2,12 +2,18 @@
 //!
 //! Answers: the prediction and the residual of every reading at a point. It does not estimate.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use crate::campaign::load::DELAY_RANGE;
 use crate::campaign::{Run, Track};
+use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share};
-use crate::engine::noise::Whitening;
 use crate::engine::point::{Point, seeded};
 use crate::engine::pointwise::{Leaves, Program};
+use crate::engine::programs::Programs;
+use crate::engine::rows::{Direction, Sweep};
+use crate::engine::whitening::Whitening;
 use crate::graph::{Clock, Leaf, MeasurandKind, NodeId, Value};
 use crate::number::{Gradient, Number};
 use crate::quaternion::Quaternion;
@@ -120,6 +126,11 @@ impl Part {
     /// First reading column of each measurand.
     pub fn columns(&self) -> &[usize] {
         &self.columns
+    }
+
+    /// The measurand of a residual component.
+    pub fn measurand_of(&self, row: usize) -> usize {
+        self.slots.partition_point(|slot| slot.residual <= row) - 1
     }
 
     /// Number of residual components of one sample.
@@ -238,6 +249,8 @@ impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
                 self.parameters[parameter as usize][component as usize]
             }
             Leaf::Random(random) => self.randoms[random as usize],
+            // Only the lanes supply such values.
+            Leaf::Given(_) => N::constant(f64::NAN),
             Leaf::Input(input) => {
                 samples.inputs[input as usize].at(i, samples.time[i], N::constant(0.0), 0)
             }
@@ -261,6 +274,28 @@ impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
     }
 }
 
+/// The parameters of a run, where nothing else is asked for: what stands still.
+#[derive(Clone, Copy, Debug)]
+pub struct ParameterLeaves<'a>(
+    /// Four numbers a parameter.
+    pub &'a [[f64; 4]],
+);
+
+impl Leaves<f64> for ParameterLeaves<'_> {
+    fn leaf(&self, leaf: Leaf) -> f64 {
+        match leaf {
+            Leaf::Parameter { parameter, component } => {
+                self.0[parameter as usize][component as usize]
+            }
+            _ => f64::NAN,
+        }
+    }
+
+    fn signal(&self, _: u32, _: u8, _: f64) -> f64 {
+        f64::NAN
+    }
+}
+
 /// Campaigns together with the layout of their unknowns.
 #[derive(Clone, Debug)]
 pub struct Problem {
@@ -270,6 +305,10 @@ pub struct Problem {
     pub layout: Layout,
     /// Frozen whitening of every sample's readings, by campaign and run.
     pub(crate) whitening: Vec<Vec<Whitening>>,
+    /// The lane programs of each campaign's model.
+    pub(crate) programs: Vec<Arc<Programs>>,
+    /// With what the lanes are computed.
+    pub(crate) set: InstructionSet,
 }
 
 impl Problem {
@@ -292,7 +331,14 @@ impl Problem {
             })
             .collect();
         let layout = Layout::new(&shares);
-        let mut problem = Self { parts, layout, whitening: Vec::new() };
+        let mut problem = Self {
+            parts,
+            layout,
+            whitening: Vec::new(),
+            programs: Vec::new(),
+            set: InstructionSet::best(),
+        };
+        problem.compute_with(problem.set, Sweep::Backward);
         let start = Point::start(&problem.layout);
         problem.refresh_weights(&start);
         problem
@@ -317,6 +363,49 @@ impl Problem {
             }
         }
         tangents
+    }
+
+    /// Computes the lanes with an instruction set and makes derivatives by a sweep. All give the same
+    /// to rounding; the widest set and the backward sweep, which is faster, are the defaults.
+    pub fn compute_with(&mut self, set: InstructionSet, sweep: Sweep) {
+        self.set = set;
+        self.programs = (0..self.parts.len())
+            .map(|part| Arc::new(Programs::new(self.directions(part), sweep)))
+            .collect();
+    }
+
+    /// The directions along which some run of a campaign is free to move.
+    fn directions(&self, part: usize) -> Vec<Direction> {
+        let mut directions: Vec<Direction> = Vec::new();
+        for used in &self.layout.used[part] {
+            for (parameter, instance) in used.iter().enumerate() {
+                for component in 0..self.layout.instances[*instance].dimension() {
+                    if !self.layout.columns_of(*instance, component).is_empty() {
+                        directions.push((parameter, component));
+                    }
+                }
+            }
+        }
+        directions.sort_unstable();
+        directions.dedup();
+        directions
+    }
+
+    /// For each direction of a campaign, the columns that move a run along it, by their place among
+    /// the columns that the run touches, with their coefficients.
+    pub fn movers(&self, part: usize, run: usize) -> Vec<Vec<(usize, f64)>> {
+        let touched = self.layout.columns.touched_by(self.run_index(part, run));
+        let place: HashMap<usize, usize> =
+            touched.iter().enumerate().map(|(place, column)| (*column, place)).collect();
+        self.programs[part]
+            .directions()
+            .iter()
+            .map(|(parameter, component)| {
+                let instance = self.layout.used[part][run][*parameter];
+                let columns = self.layout.columns_of(instance, *component);
+                columns.into_iter().filter_map(|(c, by)| Some((*place.get(&c)?, by))).collect()
+            })
+            .collect()
     }
 
     /// The parameters of a run at a point, with `tangents` as the variables of the gradient.

@@ -19,9 +19,16 @@ pub struct Graph {
     moving: Vec<bool>,
     index: HashMap<Node, NodeId>,
     full: bool,
+    /// Without a limit: what an engine derives from a graph that was within it.
+    boundless: bool,
 }
 
 impl Graph {
+    /// A graph without a limit, for what is derived from one that has kept to it.
+    pub fn boundless() -> Self {
+        Self { boundless: true, ..Self::default() }
+    }
+
     /// All nodes; operands come before users.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
@@ -50,7 +57,7 @@ impl Graph {
         if let Some(id) = self.index.get(&node) {
             return *id;
         }
-        if self.nodes.len() >= NODE_LIMIT {
+        if self.nodes.len() >= NODE_LIMIT && !self.boundless {
             self.full = true;
             return NodeId(0);
         }

@@ -40,7 +40,10 @@ pub enum Leaf {
     Input(u32),
     /// A time of the sample.
     Clock(Clock),
-    /// A reading (only in `[coordinates]`): measurand and component.
+    /// A value that an engine supplies with each sample: a weight, a delay that is looked for. No
+    /// formula names it.
+    Given(u32),
+    /// A reading (in `[coordinates]` and in residuals): measurand and component.
     Reading {
         /// Index of the measurand.
         measurand: u32,

@@ -166,7 +166,7 @@ impl<N: Number> Leaves<N> for Sample<N> {
             Leaf::Reading { measurand, component } => {
                 N::constant(self.readings[&(measurand, component)])
             }
-            Leaf::Input(_) | Leaf::Random(_) => N::constant(0.0),
+            Leaf::Input(_) | Leaf::Random(_) | Leaf::Given(_) => N::constant(0.0),
         }
     }
 

@@ -1,0 +1,93 @@
+//! Which instruction set a chunk is computed with: found out when the program runs, so one binary
+//! serves every machine.
+//!
+//! The code is the same for all: loops that the compiler makes vectors of, once for each set. The
+//! portable set is what the build targets at least (SSE2 on x86-64); others are used where the
+//! processor has them.
+
+use std::sync::OnceLock;
+
+use crate::engine::lanes::arithmetic::{Arithmetic, Fused, Plain};
+
+/// An instruction set that this processor has.
+#[derive(Clone, Copy, Debug)]
+pub enum InstructionSet {
+    /// What every processor of the build's target has.
+    Portable,
+    /// AVX2 with fused multiply-add: four numbers at a time.
+    #[cfg(target_arch = "x86_64")]
+    Avx2(pulp::x86::V3),
+    /// AVX-512: eight numbers at a time.
+    #[cfg(target_arch = "x86_64")]
+    Avx512(pulp::x86::V4),
+}
+
+/// Something that is computed with one instruction set.
+///
+/// `run` and all that it calls must be `#[inline(always)]`: what is not inlined is compiled for the
+/// portable set.
+pub trait Task {
+    /// What comes of it.
+    type Output;
+
+    /// Does it. `WIDTH` is how many numbers a register holds.
+    fn run<A: Arithmetic, const WIDTH: usize>(self) -> Self::Output;
+}
+
+/// Carries a task into a function that is compiled for an instruction set.
+struct Carried<T, const WIDTH: usize>(T);
+
+impl<T: Task, const WIDTH: usize> pulp::NullaryFnOnce for Carried<T, WIDTH> {
+    type Output = T::Output;
+
+    #[inline(always)]
+    fn call(self) -> T::Output {
+        self.0.run::<Fused, WIDTH>()
+    }
+}
+
+/// Whether the portable set fuses.
+const PORTABLE_FUSES: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
+
+impl InstructionSet {
+    /// The widest one that this processor has.
+    pub fn best() -> Self {
+        static BEST: OnceLock<InstructionSet> = OnceLock::new();
+        *BEST.get_or_init(|| Self::available().pop().unwrap_or(Self::Portable))
+    }
+
+    /// All that this processor has, the widest last.
+    pub fn available() -> Vec<Self> {
+        let mut found = vec![Self::Portable];
+        #[cfg(target_arch = "x86_64")]
+        {
+            found.extend(pulp::x86::V3::try_new().map(Self::Avx2));
+            found.extend(pulp::x86::V4::try_new().map(Self::Avx512));
+        }
+        found
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portable if cfg!(target_arch = "x86_64") => "SSE2",
+            Self::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => "AVX2",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => "AVX-512",
+        }
+    }
+
+    /// Computes something with this set.
+    pub fn run<T: Task>(self, task: T) -> T::Output {
+        match self {
+            Self::Portable if PORTABLE_FUSES => task.run::<Fused, 2>(),
+            Self::Portable => task.run::<Plain, 2>(),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(set) => set.vectorize(Carried::<T, 4>(task)),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(set) => set.vectorize(Carried::<T, 8>(task)),
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! The instructions over one chunk: each a loop that the compiler makes vectors of.
+
+use crate::campaign::Track;
+use crate::engine::lanes::arithmetic::{Arithmetic, LANES, Lanes};
+use crate::engine::lanes::dispatch::Task;
+use crate::engine::lanes::instruction::{Instruction, Operand, Sign, Slot};
+use crate::engine::lanes::math;
+use crate::graph::{Binary, Unary};
+
+/// Some instructions over one chunk.
+#[derive(Debug)]
+pub(super) struct Execution<'a> {
+    /// What to compute.
+    pub(super) instructions: &'a [Instruction],
+    /// Values of a chunk, by slot.
+    pub(super) slots: &'a mut [Box<Lanes>],
+    /// A further one: results come here first, so that no step reads where it writes.
+    pub(super) spare: &'a mut [Box<Lanes>; 2],
+    /// Numbers that stand still.
+    pub(super) stills: &'a [f64],
+    /// Inputs of the run.
+    pub(super) tracks: &'a [Track],
+}
+
+impl Task for Execution<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arithmetic, const WIDTH: usize>(self) {
+        let Self { instructions, slots, spare, stills, tracks } = self;
+        for instruction in instructions {
+            step::<A>(instruction, slots, spare, stills, tracks);
+        }
+    }
+}
+
+/// `out[i] = f(a[i])`
+#[inline(always)]
+fn map(out: &mut Lanes, a: &Lanes, f: impl Fn(f64) -> f64) {
+    for i in 0..LANES {
+        out[i] = f(a[i]);
+    }
+}
+
+/// `out[i] = f(a[i], b[i])`
+#[inline(always)]
+fn zip(out: &mut Lanes, a: &Lanes, b: &Lanes, f: impl Fn(f64, f64) -> f64) {
+    for i in 0..LANES {
+        out[i] = f(a[i], b[i]);
+    }
+}
+
+/// `out[i] = f(a[i], b[i])`, where `b` may stand still.
+#[inline(always)]
+fn with(
+    out: &mut Lanes,
+    a: &Lanes,
+    b: Operand,
+    slots: &[Box<Lanes>],
+    stills: &[f64],
+    f: impl Fn(f64, f64) -> f64,
+) {
+    match b {
+        Operand::Lane(b) => zip(out, a, &slots[b as usize], f),
+        Operand::Still(b) => {
+            let b = stills[b as usize];
+            map(out, a, |a| f(a, b));
+        }
+    }
+}
+
+#[inline(always)]
+fn multiply_add(
+    out: &mut Lanes,
+    a: &Lanes,
+    b: Operand,
+    c: Operand,
+    slots: &[Box<Lanes>],
+    stills: &[f64],
+    f: impl Fn(f64, f64, f64) -> f64,
+) {
+    match (b, c) {
+        (Operand::Lane(b), Operand::Lane(c)) => {
+            let (b, c) = (&slots[b as usize], &slots[c as usize]);
+            for i in 0..LANES {
+                out[i] = f(a[i], b[i], c[i]);
+            }
+        }
+        (Operand::Still(b), Operand::Lane(c)) => {
+            let b = stills[b as usize];
+            zip(out, a, &slots[c as usize], |a, c| f(a, b, c));
+        }
+        (Operand::Lane(b), Operand::Still(c)) => {
+            let c = stills[c as usize];
+            zip(out, a, &slots[b as usize], |a, b| f(a, b, c));
+        }
+        (Operand::Still(b), Operand::Still(c)) => {
+            let (b, c) = (stills[b as usize], stills[c as usize]);
+            map(out, a, |a| f(a, b, c));
+        }
+    }
+}
+
+#[inline(always)]
+fn step<A: Arithmetic>(
+    instruction: &Instruction,
+    slots: &mut [Box<Lanes>],
+    spare: &mut [Box<Lanes>; 2],
+    stills: &[f64],
+    tracks: &[Track],
+) {
+    let [first, second] = spare;
+    let target = match *instruction {
+        Instruction::Fill { value, out } => {
+            first.fill(stills[value as usize]);
+            out
+        }
+        Instruction::Signal { input, order, offset, columns, time, out } => {
+            let track = &tracks[input as usize];
+            signal::<A>(track, order, offset, columns, time, slots, stills, first);
+            out
+        }
+        Instruction::Unary { function, a, out } => {
+            unary::<A>(function, &slots[a as usize], first);
+            out
+        }
+        Instruction::SinCos { a, sin, cos } => {
+            math::sin_cos::<A>(&slots[a as usize], first, second);
+            std::mem::swap(&mut slots[cos as usize], second);
+            sin
+        }
+        Instruction::Binary { function, a, b, out } => {
+            binary::<A>(function, &slots[a as usize], &slots[b as usize], first);
+            out
+        }
+        Instruction::Add { a, b, out } => {
+            with(first, &slots[a as usize], b, slots, stills, |a, b| a + b);
+            out
+        }
+        Instruction::Subtract { a, b, out } => {
+            with(first, &slots[a as usize], b, slots, stills, |a, b| a - b);
+            out
+        }
+        Instruction::SubtractFrom { a, b, out } => {
+            let b = stills[b as usize];
+            map(first, &slots[a as usize], |a| b - a);
+            out
+        }
+        Instruction::Multiply { a, b, out } => {
+            with(first, &slots[a as usize], b, slots, stills, |a, b| a * b);
+            out
+        }
+        Instruction::Divide { a, b, out } => {
+            with(first, &slots[a as usize], b, slots, stills, |a, b| a / b);
+            out
+        }
+        Instruction::DivideInto { a, b, out } => {
+            let b = stills[b as usize];
+            map(first, &slots[a as usize], |a| b / a);
+            out
+        }
+        Instruction::MultiplyAdd { sign, a, b, c, out } => {
+            let a = &slots[a as usize];
+            match sign {
+                Sign::Plus => {
+                    multiply_add(first, a, b, c, slots, stills, |a, b, c| A::mul_add(a, b, c));
+                }
+                Sign::MinusProduct => {
+                    multiply_add(first, a, b, c, slots, stills, |a, b, c| A::mul_add(-a, b, c));
+                }
+                Sign::MinusAddend => {
+                    multiply_add(first, a, b, c, slots, stills, |a, b, c| A::mul_add(a, b, -c));
+                }
+            }
+            out
+        }
+    };
+    std::mem::swap(&mut slots[target as usize], first);
+}
+
+#[inline(always)]
+fn unary<A: Arithmetic>(function: Unary, a: &Lanes, out: &mut Lanes) {
+    match function {
+        Unary::Negate => map(out, a, |x| -x),
+        Unary::Sin => math::sin::<A>(a, out),
+        Unary::Cos => math::cos::<A>(a, out),
+        Unary::Tan => math::tan::<A>(a, out),
+        Unary::Asin => math::asin::<A>(a, out),
+        Unary::Acos => math::acos::<A>(a, out),
+        Unary::Atan => math::atan::<A>(a, out),
+        Unary::Sqrt => math::sqrt::<A>(a, out),
+        Unary::Exp => math::exp::<A>(a, out),
+        Unary::Ln => math::ln::<A>(a, out),
+        Unary::Abs => map(out, a, f64::abs),
+        Unary::Sign => math::sign::<A>(a, out),
+        Unary::Tanh => math::tanh::<A>(a, out),
+        Unary::Floor => math::floor::<A>(a, out),
+        Unary::Fract => math::fract::<A>(a, out),
+        Unary::PowerInteger(exponent) => math::powi::<A>(a, exponent, out),
+        Unary::Stumpff(order) => math::stumpff::<A>(a, order, out),
+        Unary::ReciprocalOrZero => math::reciprocal_or_zero::<A>(a, out),
+    }
+}
+
+#[inline(always)]
+fn binary<A: Arithmetic>(function: Binary, a: &Lanes, b: &Lanes, out: &mut Lanes) {
+    match function {
+        Binary::Add => zip(out, a, b, |a, b| a + b),
+        Binary::Subtract => zip(out, a, b, |a, b| a - b),
+        Binary::Multiply => zip(out, a, b, |a, b| a * b),
+        Binary::Divide => zip(out, a, b, |a, b| a / b),
+        Binary::Power => math::pow::<A>(a, b, out),
+        Binary::Atan2 => math::atan2::<A>(a, b, out),
+        Binary::Hypot => math::hypot::<A>(a, b, out),
+        Binary::Min => math::min::<A>(a, b, out),
+        Binary::Max => math::max::<A>(a, b, out),
+    }
+}
+
+/// A moving input's derivative at an offset from the reference time, see [`Track::at`].
+#[expect(clippy::too_many_arguments, reason = "the fields of one instruction")]
+#[inline(always)]
+fn signal<A: Arithmetic>(
+    track: &Track,
+    order: u8,
+    offset: Operand,
+    columns: [Slot; 3],
+    time: Slot,
+    slots: &[Box<Lanes>],
+    stills: &[f64],
+    out: &mut Lanes,
+) {
+    let [value, rate, acceleration] = columns.map(|slot| &slots[slot as usize]);
+    let (moves, bends) = match track {
+        Track::Captured { rate, acceleration, .. } => (rate.is_some(), acceleration.is_some()),
+        Track::Absent | Track::Constant(_) | Track::Logged(_) => (false, false),
+    };
+    match (track, order) {
+        (Track::Absent, _) => out.fill(f64::NAN),
+        (Track::Logged(spline), _) => {
+            let time = &slots[time as usize];
+            let mut piece = 0;
+            for i in 0..LANES {
+                let offset = match offset {
+                    Operand::Lane(slot) => slots[slot as usize][i],
+                    Operand::Still(still) => stills[still as usize],
+                };
+                out[i] = spline.at_near(time[i], offset, order, &mut piece);
+            }
+        }
+        (_, 0) if bends => match offset {
+            Operand::Still(still) => {
+                let offset = stills[still as usize];
+                let half = 0.5 * offset;
+                for i in 0..LANES {
+                    let slope = A::mul_add(half, acceleration[i], rate[i]);
+                    out[i] = A::mul_add(slope, offset, value[i]);
+                }
+            }
+            Operand::Lane(slot) => {
+                let offset = &slots[slot as usize];
+                for i in 0..LANES {
+                    let slope = A::mul_add(0.5 * offset[i], acceleration[i], rate[i]);
+                    out[i] = A::mul_add(slope, offset[i], value[i]);
+                }
+            }
+        },
+        (_, 0) if moves => {
+            multiply_add(out, rate, offset, Operand::Lane(columns[0]), slots, stills, A::mul_add);
+        }
+        (_, 0) => *out = **value,
+        (_, 1) if bends => {
+            multiply_add(
+                out,
+                acceleration,
+                offset,
+                Operand::Lane(columns[1]),
+                slots,
+                stills,
+                A::mul_add,
+            );
+        }
+        (_, 1) if moves => *out = **rate,
+        (_, 2) if bends => *out = **acceleration,
+        _ => out.fill(0.0),
+    }
+}

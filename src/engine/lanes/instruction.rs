@@ -1,0 +1,73 @@
+//! What a lane program is made of.
+
+use crate::graph::{Binary, Clock, Unary};
+
+/// Where the values of one quantity over the chunk are kept.
+pub(super) type Slot = u32;
+
+/// Index of a number that is the same for all samples of a run.
+pub(super) type Still = u32;
+
+/// Lanes, or one number for all of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Operand {
+    /// One number a sample.
+    Lane(Slot),
+    /// One number for all.
+    Still(Still),
+}
+
+/// What is read from the samples before a chunk is computed; it fills the first slots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Column {
+    /// A time of the sample.
+    Clock(Clock),
+    /// An input at the reference time, or its rate (1) or acceleration (2) there. For a logged
+    /// stream nothing.
+    Input(u32, u8),
+    /// A component of a measurand's reading; 0 where it is missing.
+    Reading(u32, u8),
+    /// A value that the caller supplies.
+    Given(u32),
+}
+
+/// The sums of a product and a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Sign {
+    /// `a b + c`
+    Plus,
+    /// `c - a b`
+    MinusProduct,
+    /// `a b - c`
+    MinusAddend,
+}
+
+/// One step over all samples of the chunk; `out` differs from all operands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Instruction {
+    /// One number in all lanes.
+    Fill { value: Still, out: Slot },
+    /// A moving input's derivative of an order at an offset from the reference time. `columns` are
+    /// the slots of its value, rate and acceleration at that time, `time` that of the time.
+    Signal { input: u32, order: u8, offset: Operand, columns: [Slot; 3], time: Slot, out: Slot },
+    /// A function of one number.
+    Unary { function: Unary, a: Slot, out: Slot },
+    /// Sine and cosine of one angle.
+    SinCos { a: Slot, sin: Slot, cos: Slot },
+    /// A function of two numbers that is no sum, difference, product or quotient.
+    Binary { function: Binary, a: Slot, b: Slot, out: Slot },
+    /// `a + b`
+    Add { a: Slot, b: Operand, out: Slot },
+    /// `a - b`
+    Subtract { a: Slot, b: Operand, out: Slot },
+    /// `b - a`
+    SubtractFrom { a: Slot, b: Still, out: Slot },
+    /// `a b`
+    Multiply { a: Slot, b: Operand, out: Slot },
+    /// `a / b`
+    Divide { a: Slot, b: Operand, out: Slot },
+    /// `b / a`
+    DivideInto { a: Slot, b: Still, out: Slot },
+    /// `± a b ± c`
+    MultiplyAdd { sign: Sign, a: Slot, b: Operand, c: Operand, out: Slot },
+}

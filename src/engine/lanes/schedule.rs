@@ -1,0 +1,206 @@
+//! From nodes to steps in an order of computation: which nodes are computed lane by lane, which of
+//! them one instruction computes together, and when.
+//!
+//! Outputs come in groups; what a group needs is computed as late as possible, so few values wait at
+//! a time and their memory stays in the nearest cache.
+
+use std::collections::HashMap;
+
+use crate::engine::lanes::instruction::Sign;
+use crate::graph::{Binary, Graph, Leaf, Node, NodeId, Unary};
+
+/// What one instruction computes.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Form {
+    /// A node from its operands.
+    Node(NodeId),
+    /// A node that stands still, in all lanes.
+    Fill(NodeId),
+    /// A sum of a product, which nothing else needs, and another node.
+    MultiplyAdd { node: NodeId, sign: Sign, factors: [NodeId; 2], addend: NodeId },
+    /// Sine and cosine of one node.
+    SinCos { angle: NodeId, sin: NodeId, cos: NodeId },
+}
+
+/// The steps for some groups of outputs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Schedule {
+    /// What is computed, in order.
+    pub(super) steps: Vec<Form>,
+    /// For each group, the number of steps after which its outputs are there.
+    pub(super) ends: Vec<usize>,
+}
+
+/// Puts the steps for some groups of outputs in order.
+pub(super) fn schedule(graph: &Graph, groups: &[Vec<NodeId>]) -> Schedule {
+    let mut scheduler = Scheduler::new(graph, groups);
+    for group in groups {
+        for output in group {
+            if graph.is_moving(*output) {
+                scheduler.compute(*output);
+            } else {
+                scheduler.fill(*output);
+            }
+        }
+        scheduler.schedule.ends.push(scheduler.schedule.steps.len());
+    }
+    scheduler.schedule
+}
+
+/// Whether a function of two numbers has an instruction for a second operand that stands still.
+fn is_arithmetic(function: Binary) -> bool {
+    matches!(function, Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide)
+}
+
+struct Scheduler<'a> {
+    graph: &'a Graph,
+    /// How often each node is needed.
+    uses: Vec<u32>,
+    /// Sine and cosine of a node, where both are needed.
+    pairs: HashMap<NodeId, (NodeId, NodeId)>,
+    done: Vec<bool>,
+    schedule: Schedule,
+}
+
+impl<'a> Scheduler<'a> {
+    fn new(graph: &'a Graph, groups: &[Vec<NodeId>]) -> Self {
+        let outputs: Vec<NodeId> = groups.iter().flatten().copied().collect();
+        let mut uses = vec![0; graph.nodes().len()];
+        outputs.iter().for_each(|output| uses[output.0 as usize] += 1);
+        let mut sines = HashMap::new();
+        let mut cosines = HashMap::new();
+        for node in graph.needed_by(&outputs).into_iter().filter(|node| graph.is_moving(*node)) {
+            graph.node(node).operands().for_each(|operand| uses[operand.0 as usize] += 1);
+            match graph.node(node) {
+                Node::Unary(Unary::Sin, angle) => sines.insert(angle, node),
+                Node::Unary(Unary::Cos, angle) => cosines.insert(angle, node),
+                _ => None,
+            };
+        }
+        let pairs = sines
+            .into_iter()
+            .filter_map(|(angle, sin)| Some((angle, (sin, *cosines.get(&angle)?))))
+            .collect();
+        let done = vec![false; graph.nodes().len()];
+        Self { graph, uses, pairs, done, schedule: Schedule::default() }
+    }
+
+    fn is_done(&self, node: NodeId) -> bool {
+        self.done[node.0 as usize]
+    }
+
+    /// Schedules what a node needs, then the node. Iterative: a deep graph does not exhaust the stack.
+    fn compute(&mut self, output: NodeId) {
+        let mut waiting = vec![output];
+        while let Some(&node) = waiting.last() {
+            if self.is_done(node) || is_column(self.graph, node) {
+                waiting.pop();
+                continue;
+            }
+            let form = self.form(node);
+            let before = waiting.len();
+            let operands = operands(self.graph, form);
+            // The last one pushed is computed first: the first operand.
+            waiting.extend(operands.into_iter().rev().filter(|operand| {
+                self.graph.is_moving(*operand)
+                    && !self.is_done(*operand)
+                    && !is_column(self.graph, *operand)
+            }));
+            if waiting.len() == before {
+                waiting.pop();
+                self.emit(form);
+            }
+        }
+    }
+
+    /// Puts a node that stands still into all lanes.
+    fn fill(&mut self, node: NodeId) {
+        if !self.is_done(node) {
+            self.done[node.0 as usize] = true;
+            self.schedule.steps.push(Form::Fill(node));
+        }
+    }
+
+    fn emit(&mut self, form: Form) {
+        if let Form::Node(node) = form
+            && let Node::Binary(function, a, b) = self.graph.node(node)
+            && !is_arithmetic(function)
+        {
+            for operand in [a, b].into_iter().filter(|operand| !self.graph.is_moving(*operand)) {
+                self.fill(operand);
+            }
+        }
+        for node in results(form).into_iter().flatten() {
+            self.done[node.0 as usize] = true;
+        }
+        self.schedule.steps.push(form);
+    }
+
+    /// How a node is computed.
+    fn form(&self, node: NodeId) -> Form {
+        match self.graph.node(node) {
+            Node::Unary(Unary::Sin | Unary::Cos, angle) => match self.pairs.get(&angle) {
+                Some((sin, cos)) => Form::SinCos { angle, sin: *sin, cos: *cos },
+                None => Form::Node(node),
+            },
+            Node::Binary(Binary::Add, a, b) => match (self.product(b), self.product(a)) {
+                (Some(factors), _) => self.fused(node, Sign::Plus, factors, a),
+                (None, Some(factors)) => self.fused(node, Sign::Plus, factors, b),
+                (None, None) => Form::Node(node),
+            },
+            Node::Binary(Binary::Subtract, a, b) => match (self.product(b), self.product(a)) {
+                (Some(factors), _) => self.fused(node, Sign::MinusProduct, factors, a),
+                (None, Some(factors)) => self.fused(node, Sign::MinusAddend, factors, b),
+                (None, None) => Form::Node(node),
+            },
+            _ => Form::Node(node),
+        }
+    }
+
+    fn fused(&self, node: NodeId, sign: Sign, [a, b]: [NodeId; 2], addend: NodeId) -> Form {
+        // The first factor is one that moves.
+        let factors = if self.graph.is_moving(a) { [a, b] } else { [b, a] };
+        Form::MultiplyAdd { node, sign, factors, addend }
+    }
+
+    /// The factors of a moving product that nothing else needs.
+    fn product(&self, node: NodeId) -> Option<[NodeId; 2]> {
+        match self.graph.node(node) {
+            Node::Binary(Binary::Multiply, a, b)
+                if self.uses[node.0 as usize] == 1
+                    && self.graph.is_moving(node)
+                    && !self.is_done(node) =>
+            {
+                Some([a, b])
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The nodes that a step is made of.
+pub(super) fn operands(graph: &Graph, form: Form) -> Vec<NodeId> {
+    match form {
+        Form::Node(node) => graph.node(node).operands().collect(),
+        Form::Fill(_) => Vec::new(),
+        Form::MultiplyAdd { factors: [a, b], addend, .. } => vec![a, b, addend],
+        Form::SinCos { angle, .. } => vec![angle],
+    }
+}
+
+/// The nodes that a step computes.
+pub(super) fn results(form: Form) -> [Option<NodeId>; 2] {
+    match form {
+        Form::Node(node) | Form::Fill(node) | Form::MultiplyAdd { node, .. } => [Some(node), None],
+        Form::SinCos { sin, cos, .. } => [Some(sin), Some(cos)],
+    }
+}
+
+/// Whether a leaf is a column that is there before the chunk is computed; a still input is read like
+/// a signal, as it may be logged.
+pub(super) fn is_column(graph: &Graph, node: NodeId) -> bool {
+    match graph.node(node) {
+        Node::Leaf(leaf) => !matches!(leaf, Leaf::Input(_)),
+        _ => false,
+    }
+}

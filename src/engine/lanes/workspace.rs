@@ -1,0 +1,149 @@
+//! The memory of one thread: a chunk's values, filled from the samples of a run.
+
+use std::ops::Range;
+
+use crate::campaign::{Run, Track};
+use crate::engine::lanes::arithmetic::{LANES, Lanes};
+use crate::engine::lanes::compile::Code;
+use crate::engine::lanes::dispatch::InstructionSet;
+use crate::engine::lanes::execute::Execution;
+use crate::engine::lanes::instruction::Column;
+use crate::engine::pointwise::Leaves;
+use crate::graph::Clock;
+
+/// Some samples of a run that follow each other.
+#[derive(Clone, Copy, Debug)]
+pub struct Chunk<'a> {
+    /// The run.
+    pub run: &'a Run,
+    /// First reading column of each measurand.
+    pub columns: &'a [usize],
+    /// Its first sample.
+    pub start: usize,
+    /// How many, at most [`LANES`]; the last one stands in for those that are missing.
+    pub len: usize,
+}
+
+/// A chunk's values for one program. Keep it between chunks and nothing is allocated.
+#[derive(Debug)]
+pub struct Workspace {
+    slots: Vec<Box<Lanes>>,
+    spare: [Box<Lanes>; 2],
+    stills: Vec<f64>,
+    scratch: Vec<f64>,
+    set: InstructionSet,
+}
+
+impl Workspace {
+    /// Memory for a program.
+    pub fn new(code: &Code, set: InstructionSet) -> Self {
+        let lanes = || Box::new([0.0; LANES]);
+        Self {
+            slots: (0..code.slots).map(|_| lanes()).collect(),
+            spare: [lanes(), lanes()],
+            stills: Vec::new(),
+            scratch: Vec::new(),
+            set,
+        }
+    }
+
+    /// Computes what stands still: to be done once for a run and a point.
+    pub fn hold_still(&mut self, code: &Code, leaves: &impl Leaves<f64>) {
+        self.stills.clear();
+        self.stills.extend_from_slice(code.stills.evaluate(leaves, &mut self.scratch));
+    }
+
+    /// Fills the columns from a chunk's samples. `given` are the values that the caller supplies.
+    pub fn load(&mut self, code: &Code, chunk: &Chunk<'_>, given: &[Box<Lanes>]) {
+        let samples = &chunk.run.samples;
+        let stretch = chunk.start..chunk.start + chunk.len;
+        for (column, slot) in code.columns.iter().zip(&mut self.slots) {
+            let values: &[f64] = match *column {
+                Column::Clock(Clock::Time) => &samples.time[stretch.clone()],
+                Column::Clock(Clock::RunTime) => &samples.run_time[stretch.clone()],
+                Column::Clock(Clock::SetupTime) => &samples.setup_time[stretch.clone()],
+                Column::Clock(Clock::UniformTime) => &samples.uniform_time[stretch.clone()],
+                Column::Clock(Clock::Index) => {
+                    for (lane, value) in slot.iter_mut().enumerate() {
+                        *value = (chunk.start + lane.min(chunk.len - 1)) as f64;
+                    }
+                    continue;
+                }
+                Column::Input(input, order) => {
+                    match recorded(&samples.inputs[input as usize], order) {
+                        Ok(column) => &column[stretch.clone()],
+                        Err(value) => {
+                            slot.fill(value);
+                            continue;
+                        }
+                    }
+                }
+                Column::Reading(measurand, component) => {
+                    let first = chunk.columns[measurand as usize];
+                    &samples.readings[first + component as usize][stretch.clone()]
+                }
+                Column::Given(index) => {
+                    **slot = *given[index as usize];
+                    continue;
+                }
+            };
+            slot[..values.len()].copy_from_slice(values);
+            let last = values.last().copied().unwrap_or(0.0);
+            slot[values.len()..].fill(last);
+            if matches!(column, Column::Reading(..)) {
+                slot.iter_mut()
+                    .for_each(|value| *value = if value.is_nan() { 0.0 } else { *value });
+            }
+        }
+    }
+
+    /// Computes one group of outputs; those before it in order must have been computed.
+    pub fn compute(&mut self, code: &Code, group: usize, tracks: &[Track]) {
+        let start = if group == 0 { 0 } else { code.groups[group - 1].end };
+        self.set.run(Execution {
+            instructions: &code.instructions[start..code.groups[group].end],
+            slots: &mut self.slots,
+            spare: &mut self.spare,
+            stills: &self.stills,
+            tracks,
+        });
+    }
+
+    /// Some outputs of a group that was just computed.
+    pub fn lanes(&self, code: &Code, group: usize, outputs: Range<usize>) -> Vec<&Lanes> {
+        let slots = &code.groups[group].outputs[outputs];
+        slots.iter().map(|slot| &*self.slots[*slot as usize]).collect()
+    }
+
+    /// All outputs of a group that was just computed.
+    pub fn outputs(&self, code: &Code, group: usize) -> Vec<&Lanes> {
+        self.lanes(code, group, 0..code.groups[group].outputs.len())
+    }
+
+    /// Puts zero into the lanes of some outputs where `weight` is zero, whatever was there.
+    pub fn silence(&mut self, code: &Code, group: usize, outputs: Range<usize>, weight: &Lanes) {
+        for slot in &code.groups[group].outputs[outputs] {
+            for (value, weight) in self.slots[*slot as usize].iter_mut().zip(weight) {
+                *value = if *weight == 0.0 { 0.0 } else { *value };
+            }
+        }
+    }
+}
+
+/// A recorded column of an input, or the number that stands for it all through the run.
+fn recorded(track: &Track, order: u8) -> Result<&[f64], f64> {
+    match track {
+        Track::Captured { value, rate, acceleration } => {
+            let column = match order {
+                0 => Some(value),
+                1 => rate.as_ref(),
+                _ => acceleration.as_ref(),
+            };
+            column.map(Vec::as_slice).ok_or(0.0)
+        }
+        Track::Constant(value) => Err(if order == 0 { *value } else { 0.0 }),
+        Track::Absent => Err(f64::NAN),
+        // Its curve is evaluated where it is needed.
+        Track::Logged(_) => Err(0.0),
+    }
+}

@@ -1,0 +1,200 @@
+//! The lane programs of one campaign's model: residuals, rows with derivatives, sensitivities to
+//! random quantities.
+//!
+//! Each is compiled when it is first wanted. Every residual is multiplied by a weight that the caller
+//! gives for its measurand (value [`Leaf::Given`] of that index), and so are its derivatives.
+
+use std::sync::OnceLock;
+
+use crate::engine::lanes::Code;
+use crate::engine::rows::{Derivatives, Direction, Rows, Sweep};
+use crate::graph::import::Import;
+use crate::graph::{Assembly, Graph, Leaf, NodeId};
+use crate::model::Process;
+use crate::system::System;
+
+/// The programs of one campaign's model.
+#[derive(Debug)]
+pub struct Programs {
+    directions: Vec<Direction>,
+    sweep: Sweep,
+    residuals: OnceLock<Code>,
+    apart: OnceLock<RowsProgram>,
+    together: OnceLock<RowsProgram>,
+    noise: OnceLock<NoiseProgram>,
+}
+
+/// Weighted residuals with their derivatives.
+#[derive(Clone, Debug)]
+pub struct RowsProgram {
+    /// One group for each measurand, or a single one. Of each row the residual comes first.
+    pub code: Code,
+    /// One for each residual component.
+    pub rows: Vec<RowOutputs>,
+}
+
+/// Where one row is among the outputs.
+#[derive(Clone, Debug)]
+pub struct RowOutputs {
+    /// Its group.
+    pub group: usize,
+    /// The residual among the group's outputs; the derivatives follow.
+    pub first: usize,
+    /// The directions of the derivatives, by index.
+    pub directions: Vec<usize>,
+}
+
+/// What makes the covariance of a sample's readings.
+#[derive(Clone, Debug)]
+pub struct NoiseProgram {
+    /// A single group.
+    pub code: Code,
+    /// For each measurand the output that is the factor on its standard uncertainty.
+    pub factors: Vec<Option<usize>>,
+    /// Row, random quantity, and the output that is the prediction's derivative.
+    pub sensitivities: Vec<(usize, usize, usize)>,
+}
+
+impl Programs {
+    /// For derivatives along these directions, by a sweep.
+    pub fn new(directions: Vec<Direction>, sweep: Sweep) -> Self {
+        Self {
+            directions,
+            sweep,
+            residuals: OnceLock::new(),
+            apart: OnceLock::new(),
+            together: OnceLock::new(),
+            noise: OnceLock::new(),
+        }
+    }
+
+    /// The directions of the derivatives.
+    pub fn directions(&self) -> &[Direction] {
+        &self.directions
+    }
+
+    /// The weighted residuals, one output a row.
+    pub fn residuals(&self, assembly: &Assembly) -> &Code {
+        self.residuals.get_or_init(|| {
+            let mut rows = Rows::new(assembly).at_mean();
+            let (weights, _) = weights(&mut rows.graph, assembly);
+            let outputs = weighted(&mut rows, &weights);
+            Code::new(&mut rows.graph, &[outputs])
+        })
+    }
+
+    /// Rows computed one measurand after the other: right where the weights are all there is to
+    /// whitening.
+    pub fn rows_apart(&self, assembly: &Assembly) -> &RowsProgram {
+        self.apart.get_or_init(|| RowsProgram::new(assembly, &self.directions, self.sweep, true))
+    }
+
+    /// All rows at once.
+    pub fn rows_together(&self, assembly: &Assembly) -> &RowsProgram {
+        self.together
+            .get_or_init(|| RowsProgram::new(assembly, &self.directions, self.sweep, false))
+    }
+
+    /// Sensitivities to what is random from sample to sample.
+    pub fn noise(&self, system: &System) -> &NoiseProgram {
+        self.noise.get_or_init(|| NoiseProgram::new(system))
+    }
+}
+
+impl RowsProgram {
+    /// Rows with derivatives along some directions, measurand by measurand or all at once.
+    pub fn new(assembly: &Assembly, directions: &[Direction], sweep: Sweep, apart: bool) -> Self {
+        let mut rows = Rows::new(assembly).at_mean();
+        let (weights, measurands) = weights(&mut rows.graph, assembly);
+        let seeds = rows.seeds(assembly, directions);
+        let derivatives = rows.derivatives(&seeds, &weights, sweep);
+        let residuals = weighted(&mut rows, &weights);
+        let group_of = |row: usize| if apart { measurands[row] } else { 0 };
+        Self::compile(&mut rows.graph, &residuals, &derivatives, group_of)
+    }
+
+    fn compile(
+        graph: &mut Graph,
+        residuals: &[NodeId],
+        derivatives: &[Derivatives],
+        group_of: impl Fn(usize) -> usize,
+    ) -> Self {
+        let mut groups: Vec<Vec<NodeId>> = Vec::new();
+        let mut rows = Vec::with_capacity(residuals.len());
+        for (index, (residual, row)) in residuals.iter().zip(derivatives).enumerate() {
+            let group = group_of(index);
+            groups.resize(groups.len().max(group + 1), Vec::new());
+            rows.push(RowOutputs {
+                group,
+                first: groups[group].len(),
+                directions: row.directions.clone(),
+            });
+            groups[group].push(*residual);
+            groups[group].extend_from_slice(&row.nodes);
+        }
+        Self { code: Code::new(graph, &groups), rows }
+    }
+}
+
+impl NoiseProgram {
+    fn new(system: &System) -> Self {
+        let assembly = &system.assembly;
+        let mut rows = Rows::new(assembly);
+        let one = rows.graph.constant(1.0);
+        let ones = vec![one; rows.residuals.len()];
+        let white: Vec<usize> = (0..system.randoms.len())
+            .filter(|random| system.randoms[*random].process == Process::White)
+            .collect();
+        let seeds: Vec<_> = white
+            .iter()
+            .map(|random| {
+                let leaf = rows.graph.leaf(Leaf::Random(*random as u32));
+                std::collections::HashMap::from([(leaf, one)])
+            })
+            .collect();
+        let derivatives = rows.derivatives(&seeds, &ones, Sweep::Forward);
+        let mut graph = Graph::boundless();
+        let mut mean = |graph: &mut Graph, leaf| match leaf {
+            Leaf::Random(_) => graph.constant(0.0),
+            other => graph.leaf(other),
+        };
+        let mut outputs = Vec::new();
+        let mut import = Import::default();
+        let factors = assembly
+            .measurands
+            .iter()
+            .map(|measurand| {
+                let factor = measurand.sigma_factor?;
+                outputs.push(import.node(&assembly.graph, factor, &mut graph, &mut mean));
+                Some(outputs.len() - 1)
+            })
+            .collect();
+        let mut import = Import::default();
+        let mut sensitivities = Vec::new();
+        for (row, made) in derivatives.iter().enumerate() {
+            for (direction, node) in made.directions.iter().zip(&made.nodes) {
+                sensitivities.push((row, white[*direction], outputs.len()));
+                outputs.push(import.node(&rows.graph, *node, &mut graph, &mut mean));
+            }
+        }
+        Self { code: Code::new(&mut graph, &[outputs]), factors, sensitivities }
+    }
+}
+
+/// The weight of each row as a node, and its measurand.
+fn weights(graph: &mut Graph, assembly: &Assembly) -> (Vec<NodeId>, Vec<usize>) {
+    let mut weights = Vec::new();
+    let mut measurands = Vec::new();
+    for (index, measurand) in assembly.measurands.iter().enumerate() {
+        let weight = graph.leaf(Leaf::Given(index as u32));
+        let components = measurand.value.nodes().len().min(3);
+        weights.extend(std::iter::repeat_n(weight, components));
+        measurands.extend(std::iter::repeat_n(index, components));
+    }
+    (weights, measurands)
+}
+
+fn weighted(rows: &mut Rows, weights: &[NodeId]) -> Vec<NodeId> {
+    let residuals = rows.residuals.clone();
+    residuals.iter().zip(weights).map(|(r, w)| rows.graph.multiply(*w, *r)).collect()
+}

@@ -1,0 +1,295 @@
+//! What makes the readings of a run uncorrelated and of unit variance, frozen at a point.
+//!
+//! With `V = L Lᵀ` ([`super::noise`]), the rows of a sample are multiplied by `L⁻¹`. Where no random
+//! quantity is shared by readings that is one weight a reading, and where the weights are the same for
+//! all samples nothing is stored. Readings that are missing stand aside as unit rows of `L⁻¹`.
+
+use crate::engine::lanes::arithmetic::{LANES, Lanes};
+use crate::engine::lanes::{Chunk, Workspace};
+use crate::engine::noise::active_randoms;
+use crate::engine::point::Point;
+use crate::engine::problem::{ParameterLeaves, Part, Problem};
+use crate::engine::programs::NoiseProgram;
+
+/// Whitening of one run.
+#[derive(Clone, Debug)]
+pub struct Whitening {
+    form: Form,
+    /// `Σ ln det V` over the run: what a likelihood needs.
+    pub log_determinant: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Form {
+    /// The weight of each measurand, the same for all samples.
+    Constant(Vec<f64>),
+    /// The weight of each measurand, for each chunk: `[chunk][measurand][lane]`.
+    Weights(Vec<Lanes>),
+    /// `L⁻¹` of each sample: `[chunk][i (i + 1) / 2 + j][lane]`.
+    Triangles(Vec<Lanes>),
+}
+
+impl Whitening {
+    /// Multiplies the weights of a chunk (its number in the run) by those of the measurands.
+    pub fn weigh(&self, number: usize, weights: &mut [Box<Lanes>]) {
+        match &self.form {
+            Form::Constant(factors) => {
+                for (weight, factor) in weights.iter_mut().zip(factors) {
+                    weight.iter_mut().for_each(|value| *value *= factor);
+                }
+            }
+            Form::Weights(all) => {
+                let from = number * weights.len();
+                for (weight, factors) in weights.iter_mut().zip(&all[from..]) {
+                    weight.iter_mut().zip(factors).for_each(|(value, factor)| *value *= factor);
+                }
+            }
+            Form::Triangles(_) => {}
+        }
+    }
+
+    /// The triangles `L⁻¹` of a chunk, if readings of a sample are correlated: entry (i, j) is number
+    /// `i (i + 1) / 2 + j`.
+    pub fn triangles(&self, number: usize, rows: usize) -> Option<&[Lanes]> {
+        match &self.form {
+            Form::Triangles(all) => {
+                let size = rows * (rows + 1) / 2;
+                all.get(number * size..(number + 1) * size)
+            }
+            Form::Constant(_) | Form::Weights(_) => None,
+        }
+    }
+
+    /// Whether readings of a sample are correlated.
+    pub fn is_correlated(&self) -> bool {
+        matches!(self.form, Form::Triangles(_))
+    }
+}
+
+impl Problem {
+    /// Lets the weights follow a point.
+    pub fn refresh_weights(&mut self, point: &Point) {
+        self.whitening = (0..self.parts.len())
+            .map(|part| {
+                (0..self.parts[part].runs.len())
+                    .map(|run| self.whitening_of(part, run, point))
+                    .collect()
+            })
+            .collect();
+    }
+
+    /// The whitening of one run at a point.
+    pub fn whitening_of(&self, p: usize, run: usize, point: &Point) -> Whitening {
+        let part = &self.parts[p];
+        let active = active_randoms(part);
+        let program = self.programs[p].noise(&part.system);
+        let correlated = program.sensitivities.iter().any(|(_, random, _)| active.contains(random));
+        let scaled = program.factors.iter().any(Option::is_some);
+        if !correlated && !scaled {
+            return constant(part, run);
+        }
+        let mut maker = Maker::new(self, p, run, point, program, correlated);
+        let (mut all, mut log_determinant) = (Vec::new(), 0.0);
+        for start in (0..part.runs[run].samples.len()).step_by(LANES) {
+            log_determinant += maker.chunk(start, &mut all);
+        }
+        let form = if correlated { Form::Triangles(all) } else { Form::Weights(all) };
+        Whitening { form, log_determinant }
+    }
+}
+
+/// Weights that are the same for all samples.
+fn constant(part: &Part, run: usize) -> Whitening {
+    let weights = part.sigma.iter().map(|sigma| 1.0 / sigma).collect();
+    let mut log_determinant = 0.0;
+    for (slot, sigma) in part.slots().iter().zip(&part.sigma) {
+        let samples = 0..part.runs[run].samples.len();
+        let present = samples.filter(|sample| part.is_present(run, *sample, slot)).count();
+        log_determinant += 2.0 * sigma.ln() * (present * slot.components) as f64;
+    }
+    Whitening { form: Form::Constant(weights), log_determinant }
+}
+
+/// Makes the whitening of one run chunk by chunk.
+struct Maker<'a> {
+    part: &'a Part,
+    run: usize,
+    program: &'a NoiseProgram,
+    workspace: Workspace,
+    correlated: bool,
+    /// Standard deviation of each random quantity in this run; 0 where it does not act.
+    deviations: Vec<f64>,
+}
+
+impl<'a> Maker<'a> {
+    fn new(
+        problem: &'a Problem,
+        p: usize,
+        run: usize,
+        point: &Point,
+        program: &'a NoiseProgram,
+        correlated: bool,
+    ) -> Self {
+        let part = &problem.parts[p];
+        let active = active_randoms(part);
+        let deviations = (0..part.random_sigma.len())
+            .map(|k| if active.contains(&k) { part.random_sigma_in(run, k) } else { 0.0 })
+            .collect();
+        let mut workspace = Workspace::new(&program.code, problem.set);
+        let parameters = problem.parameters(p, run, point);
+        workspace.hold_still(&program.code, &ParameterLeaves(&parameters));
+        Self { part, run, program, workspace, correlated, deviations }
+    }
+
+    /// Appends the whitening of a chunk; its `Σ ln det V`.
+    fn chunk(&mut self, start: usize, all: &mut Vec<Lanes>) -> f64 {
+        let Self { part, program, .. } = *self;
+        let run = &part.runs[self.run];
+        let len = LANES.min(run.samples.len() - start);
+        let chunk = Chunk { run, columns: part.columns(), start, len };
+        self.workspace.load(&program.code, &chunk, &[]);
+        self.workspace.compute(&program.code, 0, &run.samples.inputs);
+        let outputs = self.workspace.outputs(&program.code, 0);
+        let deviation = |measurand: usize| {
+            let sigma = part.sigma[measurand];
+            match program.factors[measurand] {
+                Some(output) => outputs[output].map(|factor| sigma * factor),
+                None => [sigma; LANES],
+            }
+        };
+        let present = |slot| {
+            let mut present = [false; LANES];
+            (0..len).for_each(|lane| present[lane] = part.is_present(self.run, start + lane, slot));
+            present
+        };
+        if !self.correlated {
+            let mut log_determinant = 0.0;
+            for (measurand, slot) in part.slots().iter().enumerate() {
+                let (sigma, present) = (deviation(measurand), present(slot));
+                for lane in (0..len).filter(|lane| present[*lane]) {
+                    log_determinant += 2.0 * sigma[lane].abs().ln() * slot.components as f64;
+                }
+                all.push(sigma.map(|sigma| 1.0 / sigma));
+            }
+            return log_determinant;
+        }
+        let rows = part.residual_count();
+        let mut triangle = vec![[0.0; LANES]; rows * (rows + 1) / 2];
+        let at = |i: usize, j: usize| i * (i + 1) / 2 + j;
+        let mut there = vec![[false; LANES]; rows];
+        for (measurand, slot) in part.slots().iter().enumerate() {
+            let (sigma, present) = (deviation(measurand), present(slot));
+            for row in slot.residual..slot.residual + slot.components {
+                there[row] = present;
+                for lane in 0..LANES {
+                    triangle[at(row, row)][lane] =
+                        if present[lane] { sigma[lane] * sigma[lane] } else { 1.0 };
+                }
+            }
+        }
+        for (i, k, left) in &program.sensitivities {
+            for (j, _, right) in program.sensitivities.iter().filter(|(j, l, _)| l == k && j <= i) {
+                let variance = self.deviations[*k] * self.deviations[*k];
+                if variance > 0.0 {
+                    let entry = &mut triangle[at(*i, *j)];
+                    for lane in 0..LANES {
+                        if there[*i][lane] && there[*j][lane] {
+                            entry[lane] += variance * outputs[*left][lane] * outputs[*right][lane];
+                        }
+                    }
+                }
+            }
+        }
+        let log_determinant = factorise(rows, &mut triangle, len);
+        invert(rows, &mut triangle);
+        all.append(&mut triangle);
+        log_determinant
+    }
+}
+
+/// `V` becomes `L`, lane by lane; the sum of `ln det V` over the first `len` lanes.
+fn factorise(rows: usize, triangle: &mut [Lanes], len: usize) -> f64 {
+    let at = |i: usize, j: usize| i * (i + 1) / 2 + j;
+    let mut log_determinant = 0.0;
+    for j in 0..rows {
+        for i in j..rows {
+            let mut entry = triangle[at(i, j)];
+            for k in 0..j {
+                let (left, right) = (&triangle[at(i, k)], &triangle[at(j, k)]);
+                for lane in 0..LANES {
+                    entry[lane] -= left[lane] * right[lane];
+                }
+            }
+            if i == j {
+                log_determinant += entry[..len].iter().map(|value| value.ln()).sum::<f64>();
+                entry = entry.map(f64::sqrt);
+            } else {
+                let diagonal = &triangle[at(j, j)];
+                for lane in 0..LANES {
+                    entry[lane] /= diagonal[lane];
+                }
+            }
+            triangle[at(i, j)] = entry;
+        }
+    }
+    log_determinant
+}
+
+/// `L` becomes its inverse, lane by lane.
+fn invert(rows: usize, triangle: &mut [Lanes]) {
+    let at = |i: usize, j: usize| i * (i + 1) / 2 + j;
+    for i in 0..rows {
+        let diagonal = triangle[at(i, i)].map(|value| 1.0 / value);
+        // Rows above are inverted already.
+        for j in 0..i {
+            let mut sum = [0.0; LANES];
+            for k in j..i {
+                let (left, right) = (&triangle[at(i, k)], &triangle[at(k, j)]);
+                for lane in 0..LANES {
+                    sum[lane] += left[lane] * right[lane];
+                }
+            }
+            for lane in 0..LANES {
+                sum[lane] *= -diagonal[lane];
+            }
+            // Entries of this row to the right of j are still those of L, as they must be.
+            triangle[at(i, j)] = sum;
+        }
+        triangle[at(i, i)] = diagonal;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_inverse_of_the_factor_whitens_the_covariance() {
+        let rows = 4;
+        let at = |i: usize, j: usize| i * (i + 1) / 2 + j;
+        // V = diag(1, 2, 3, 4) + g gᵀ, g depending on the lane.
+        let g = |i: usize, lane: usize| ((i + 1) as f64) * 0.1 * (lane as f64 - 60.0);
+        let v = |i: usize, j: usize, lane: usize| {
+            f64::from(u8::from(i == j)) * (i + 1) as f64 + g(i, lane) * g(j, lane)
+        };
+        let mut triangle = vec![[0.0; LANES]; 10];
+        for i in 0..rows {
+            for j in 0..=i {
+                triangle[at(i, j)] = std::array::from_fn(|lane| v(i, j, lane));
+            }
+        }
+        let log_determinant = factorise(rows, &mut triangle, LANES);
+        invert(rows, &mut triangle);
+        let mut expected = 0.0;
+        for lane in 0..LANES {
+            let lower = nalgebra::DMatrix::from_fn(rows, rows, |i, j| {
+                if j <= i { triangle[at(i, j)][lane] } else { 0.0 }
+            });
+            let full = nalgebra::DMatrix::from_fn(rows, rows, |i, j| v(i, j, lane));
+            let unit = &lower * &full * lower.transpose();
+            assert!((unit - nalgebra::DMatrix::identity(rows, rows)).amax() < 1e-12, "{lane}");
+            expected += full.determinant().ln();
+        }
+        assert!((log_determinant - expected).abs() < 1e-9 * expected.abs());
+    }
+}
