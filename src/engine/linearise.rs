@@ -34,7 +34,7 @@ impl Problem {
         let mut blocks = Vec::new();
         for (part, data) in self.parts.iter().enumerate() {
             for (run, data) in data.runs.iter().enumerate() {
-                let samples = data.samples.len();
+                let samples = data.record.len();
                 for start in (0..samples).step_by(BLOCK) {
                     blocks.push(Block { part, run, start, end: samples.min(start + BLOCK) });
                 }
@@ -52,7 +52,7 @@ impl Problem {
     /// predictions (rows: residual components; columns: those the run touches, in their order) and
     /// `reading - prediction`, neither whitened, missing readings as zero rows.
     pub fn visit_run(&self, part: usize, run: usize, point: &Point, visit: &mut Visitor<'_>) {
-        let samples = self.parts[part].runs[run].samples.len();
+        let samples = self.parts[part].runs[run].record.len();
         self.visit_block(Block { part, run, start: 0, end: samples }, point, visit);
     }
 
@@ -120,7 +120,7 @@ impl Problem {
         let parameters = self.parameters::<f64>(p, run, point);
         let randoms = vec![0.0; part.random_sigma.len()];
         let mut workspace = Vec::new();
-        (0..part.runs[run].samples.len())
+        (0..part.runs[run].record.len())
             .map(|sample| {
                 let leaves = SampleLeaves {
                     parameters: &parameters,

@@ -63,7 +63,7 @@ impl Problem {
     fn whitening_of(&self, p: usize, run: usize, point: &Point) -> Whitening {
         let part = &self.parts[p];
         let m = part.residual_count();
-        let samples = part.runs[run].samples.len();
+        let samples = part.runs[run].record.len();
         let mut whitening = Whitening {
             size: m,
             inverse: Vec::with_capacity(samples * m * m),
