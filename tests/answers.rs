@@ -133,7 +133,7 @@ fn what_has_no_effect_is_said_to_have_none() {
     let folder = scratch.campaign("one", &(HEAD.to_owned() + &design));
     let mut problem = drawn(open(&Request::new([&folder])).unwrap(), 3);
     for run in &mut problem.parts[0].runs {
-        run.samples.readings[2].fill(f64::NAN);
+        run.record.edit(|samples| samples.readings[2].fill(f64::NAN));
     }
     let result = fit(Problem::new(problem.parts));
     let said = words(&result);
@@ -199,7 +199,7 @@ fn set_ups_that_cannot_be_are_told_before_any_fit() {
     let said = |change: &dyn Fn(&mut homepoint::campaign::Samples)| {
         let mut problem = problem.clone();
         for run in &mut problem.parts[0].runs {
-            change(&mut run.samples);
+            run.record.edit(change);
         }
         let found: Vec<String> = check(&problem).into_iter().map(|one| one.message).collect();
         found.join("\n")
@@ -235,7 +235,7 @@ fn the_error_of_a_logged_input_is_that_of_its_smoothed_curve() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rail_car");
     let problem = open(&Request::new([folder])).unwrap().problem;
     let part = &problem.parts[0];
-    let Track::Logged(spline) = &part.runs[0].samples.inputs[0] else { unreachable!() };
+    let Track::Logged(spline) = &part.runs[0].record.inputs()[0] else { unreachable!() };
     let (raw, smoothed) = (part.random_sigma[0], part.random_sigma_in(0, 0));
     assert!((smoothed / raw - spline.noise_gain()).abs() < 1e-12);
     assert!(smoothed > 0.0 && smoothed < raw);

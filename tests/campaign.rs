@@ -104,7 +104,7 @@ fn a_campaign_is_read_in_si() {
     assert_eq!(campaign.setups, ["A"]);
     let run = &campaign.runs[0];
     assert_eq!((run.name.as_str(), run.role, run.setup), ("slow", Role::Reference, 0));
-    let samples = &run.samples;
+    let samples = run.held();
     assert_eq!(samples.time, [10.0, 11.0, 12.5]);
     assert_eq!(samples.run_time, [0.0, 1.0, 2.5]);
     assert_eq!(samples.setup_time, [0.0, 1.0, 2.5]);
@@ -169,7 +169,7 @@ inputs = { temperature = "20.1 degC" }
         .unwrap();
     fs::write(folder.0.join("one.csv.gz"), packed.finish().unwrap()).unwrap();
     let campaign = folder.load(&LoadOptions::default()).unwrap();
-    let samples = &campaign.runs[0].samples;
+    let samples = campaign.runs[0].held();
     let Track::Captured { value, rate: None, .. } = &samples.inputs[0] else { panic!() };
     assert!((value[0] - 90.0 * DEGREE).abs() < 1e-12);
     let Track::Constant(kelvin) = samples.inputs[1] else { panic!() };
@@ -480,7 +480,7 @@ fn bad_rows_can_be_skipped() {
     let folder = Folder::new("skip", &[("campaign.toml", CAMPAIGN), ("slow.csv", &slow)]);
     let options = LoadOptions { skip_bad_rows: true, ..LoadOptions::default() };
     let campaign = folder.load(&options).unwrap();
-    assert_eq!(campaign.runs[0].samples.rows, [3, 4, 5, 9]);
+    assert_eq!(campaign.runs[0].held().rows, [3, 4, 5, 9]);
     let skipped: Vec<_> = campaign.skipped.iter().map(|row| row.row).collect();
     assert_eq!(skipped, [6, 7, 8]);
     assert!(campaign.skipped[0].reason.contains("expected a number"));
@@ -489,7 +489,7 @@ fn bad_rows_can_be_skipped() {
 #[test]
 fn samples_without_an_input_are_left_out_and_counted() {
     let campaign = load("lacks", CAMPAIGN, &SLOW.replace("12.5,15,10", "12.5,,10")).unwrap();
-    let samples = &campaign.runs[0].samples;
+    let samples = campaign.runs[0].held();
     assert!(samples.readings.iter().all(|column| column[2].is_nan()));
     assert_eq!(samples.len(), 3, "the sample keeps its number");
     assert!(samples.inputs[0].at(2, 12.5, 0.0_f64, 0).is_finite());
@@ -515,7 +515,7 @@ fn streams_are_smoothed_unwrapped_and_kept_off_their_ends() {
     let files = [("campaign.toml", toml.as_str()), ("slow.csv", &slow), ("joints.csv", &joints)];
     let folder = Folder::new("stream", &files);
     let campaign = folder.load(&LoadOptions::default()).unwrap();
-    let samples = &campaign.runs[0].samples;
+    let samples = campaign.runs[0].held();
     for t in [2.0_f64, 5.0, 8.0] {
         let at = |order| samples.inputs[0].at(0, start + t, 0.0_f64, order) / DEGREE;
         assert!((at(0) - (300.0 + 40.0 * t + 10.0 * t.sin())).abs() < 1e-3);
@@ -546,7 +546,7 @@ name = "next"
 plan = { trigger = "40 Hz", duration = "43.6 s", arm_angle = [{ start = "0 deg", rate = "-190 deg/s", duration = "3.6 s" }, { rate = "0 deg/s" }] }"#,
     );
     let campaign = load("plan", &toml, "").unwrap();
-    let samples = &campaign.runs[0].samples;
+    let samples = campaign.runs[0].held();
     assert_eq!(samples.len(), 25);
     assert!(
         samples
@@ -565,7 +565,7 @@ plan = { trigger = "40 Hz", duration = "43.6 s", arm_angle = [{ start = "0 deg",
     assert!(
         (at(21, 0) - 11.8).abs() < 1e-9 && (at(21, 1) - 4.0).abs() < 1e-9 && at(21, 2).abs() < 1e-9
     );
-    let next = &campaign.runs[1].samples;
+    let next = campaign.runs[1].held();
     assert_eq!(next.len(), 1744);
     assert!(next.time[0] > samples.time[24] && next.setup_time[0] > 2.9);
     let turned = next.inputs[0].at(1743, 0.0, 0.0_f64, 0) / DEGREE;
@@ -643,7 +643,7 @@ fn what_is_written_reads_the_same() {
     write::write_campaign(&out, &first, &model(), &first.runs).unwrap();
     let second = CampaignFile::read(&out).unwrap().load(&model(), &LoadOptions::default()).unwrap();
     assert_eq!(first.metadata, second.metadata);
-    let Track::Logged(spline) = &second.runs[1].samples.inputs[0] else { panic!() };
+    let Track::Logged(spline) = &second.runs[1].record.inputs()[0] else { panic!() };
     assert!((spline.time_constant() - 0.3 / std::f64::consts::TAU).abs() < 1e-12, "smooth is kept");
     assert_eq!(first.parameters.len(), second.parameters.len());
     assert_eq!(first.parameters[1].start, second.parameters[1].start);
@@ -653,16 +653,16 @@ fn what_is_written_reads_the_same() {
     }
     for (a, b) in first.runs.iter().zip(&second.runs) {
         assert_eq!(
-            (&a.name, a.role, a.samples.time.clone()),
-            (&b.name, b.role, b.samples.time.clone())
+            (&a.name, a.role, a.held().time.clone()),
+            (&b.name, b.role, b.held().time.clone())
         );
-        for (a, b) in a.samples.readings.iter().flatten().zip(b.samples.readings.iter().flatten()) {
+        for (a, b) in a.held().readings.iter().flatten().zip(b.held().readings.iter().flatten()) {
             assert!((a.is_nan() && b.is_nan()) || (a - b).abs() <= 1e-15 * a.abs());
         }
         for order in 0..3 {
-            for (x, y) in a.samples.inputs.iter().zip(&b.samples.inputs) {
-                let x: f64 = x.at(1, a.samples.time[1], 0.01, order);
-                let y: f64 = y.at(1, a.samples.time[1], 0.01, order);
+            for (x, y) in a.held().inputs.iter().zip(&b.held().inputs) {
+                let x: f64 = x.at(1, a.held().time[1], 0.01, order);
+                let y: f64 = y.at(1, a.held().time[1], 0.01, order);
                 assert!((x.is_nan() && y.is_nan()) || (x - y).abs() <= 1e-14 * x.abs(), "{x} {y}");
             }
         }

@@ -101,7 +101,7 @@ fn scatters(problem: &Problem, effect: &str) {
         }
         let at = if on { point.clone() } else { Point::stated(&problem.layout) };
         simulate(&mut changed, &at, 7, true);
-        changed.parts[0].runs[0].samples.readings.clone()
+        changed.parts[0].runs[0].held().readings.clone()
     };
     let (with, without) = (drawn(true), drawn(false));
     assert!(with.iter().flatten().all(|reading| reading.is_finite()), "{effect}");

@@ -36,7 +36,7 @@ fn drawn(problem: &Problem, point: &Point, random: bool) -> Vec<Vec<Vec<f64>>> {
         }
     }
     simulate(&mut changed, point, 11, true);
-    changed.parts[0].runs.iter().map(|run| run.samples.readings.clone()).collect()
+    changed.parts[0].runs.iter().map(|run| run.held().readings.clone()).collect()
 }
 
 /// Residuals by the definition; in bulk, sums are fused with products otherwise where an effect takes
@@ -178,7 +178,7 @@ fn scatter_of(problem: &Problem, k: usize) {
     let (mut squares, mut readings, mut changed) = (0.0, 0, false);
     for run in 0..on.parts[0].runs.len() {
         let parameters = on.parameters(0, run, &point);
-        for sample in 0..on.parts[0].runs[run].samples.len() {
+        for sample in 0..on.parts[0].runs[run].held().len() {
             let found =
                 covariance_of(&on.parts[0], run, sample, &parameters, &[k], &mut Vec::new());
             assert!(found.sensitivities.iter().all(|g| g.is_finite()), "{name}");
@@ -193,8 +193,8 @@ fn scatter_of(problem: &Problem, k: usize) {
                     (variance / expected - 1.0).abs() < 1e-12,
                     "{name}: {variance:e} {expected:e}"
                 );
-                let change = with.parts[0].runs[run].samples.readings[slot.column][sample]
-                    - without.parts[0].runs[run].samples.readings[slot.column][sample];
+                let change = with.parts[0].runs[run].held().readings[slot.column][sample]
+                    - without.parts[0].runs[run].held().readings[slot.column][sample];
                 let change = match slot.kind {
                     MeasurandKind::Angle { period } => wrapped(change, period),
                     _ => change,

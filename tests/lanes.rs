@@ -90,7 +90,11 @@ fn agree(problem: &mut Problem, point: &Point, what: &str, tolerance: f64) {
                             let turn = std::f64::consts::TAU;
                             let off = (value - due).abs();
                             let off = off.min((off - turn).abs());
-                            assert!(off <= tolerance * residual_scale, "{}: residual {i} {off:e}", place());
+                            assert!(
+                                off <= tolerance * residual_scale,
+                                "{}: residual {i} {off:e}",
+                                place()
+                            );
                         }
                         for i in 0..count {
                             for j in 0..width {
@@ -181,7 +185,8 @@ fn normal_by_definition(problem: &Problem, part: usize, run: usize, point: &Poin
         let size = jacobian.ncols();
         let mut all = jacobian.clone().insert_column(size, 0.0);
         all.set_column(size, &DVector::from_column_slice(values));
-        let whitened = made.covariance.cholesky().unwrap().l().solve_lower_triangular(&all).unwrap();
+        let whitened =
+            made.covariance.cholesky().unwrap().l().solve_lower_triangular(&all).unwrap();
         let product = whitened.transpose() * whitened;
         match &mut sum {
             Some(sum) => *sum += product,
@@ -200,13 +205,13 @@ fn gram_sums_and_cost_are_those_of_the_definition_with_readings_missing() {
         let mut problem = planned::problem(&folder.join("arm"), names);
         let mut random = ChaCha8Rng::seed_from_u64(9);
         for run in &mut problem.parts[0].runs {
-            for column in &mut run.samples.readings {
-                for value in column.iter_mut() {
+            run.record.edit(|samples| {
+                for value in samples.readings.iter_mut().flatten() {
                     if random.random_range(0.0..1.0) < 0.2 {
                         *value = f64::NAN;
                     }
                 }
-            }
+            });
         }
         let part = &mut problem.parts[0];
         for (sigma, one) in part.random_sigma.iter_mut().zip(&part.system.randoms) {

@@ -43,7 +43,7 @@ fn every_practice_campaign_reads() {
         assert!(campaign.left_out.is_empty() && campaign.skipped.is_empty());
         assert!(campaign.warnings.is_empty(), "{:?}", campaign.warnings);
         for run in &campaign.runs {
-            assert!(run.samples.inputs.iter().all(Track::moves), "{}", run.name);
+            assert!(run.record.inputs().iter().all(Track::moves), "{}", run.name);
         }
         count += 1;
     }
@@ -57,7 +57,7 @@ fn a_practice_campaign_in_full() {
     assert_eq!((campaign.runs.len(), campaign.setups.len()), (40, 4));
     assert_eq!(campaign.runs.iter().filter(|run| run.role == Role::Reference).count(), 8);
     let run = campaign.runs.iter().find(|run| run.name == "A_ccw50_platform-30").unwrap();
-    let samples = &run.samples;
+    let samples = run.held();
     assert!((samples.setup_time[0] - 331.56).abs() < 1e-9);
     let degrees = |order| samples.inputs[1].at(1, 0.0, 0.0_f64, order).to_degrees();
     assert!((degrees(0) + 11.399_990_8).abs() < 1e-9 && (degrees(1) + 30.0).abs() < 1e-9);
@@ -68,7 +68,7 @@ fn a_practice_campaign_in_full() {
 fn joint_streams_give_an_acceleration_only_when_smoothed() {
     let Some(folder) = data("ur5_lasertracker/lan10") else { return };
     let campaign = load(CampaignFile::read(&folder).unwrap());
-    let samples = &campaign.runs[0].samples;
+    let samples = campaign.runs[0].held();
     assert_eq!(samples.len(), 200);
     let Track::Logged(spline) = &samples.inputs[0] else {
         return assert!(samples.inputs[0].moves());
@@ -105,7 +105,7 @@ fn a_hand_eye_stream() {
     let toml = "model = \"hand_eye\"\n[measurands]\nx = { sigma = \"5 mm\" }\ny = { sigma = \"5 mm\" }\nz = { sigma = \"5 mm\" }\n\
         attitude = { sigma = \"5 mrad\" }\n[[runs]]\nname = \"hand\"\ndata = \"camera.csv\"\nsignals = [\"hand.csv\"]\n";
     let campaign = load(CampaignFile::parse(&folder.join("campaign.toml"), toml).unwrap());
-    let samples = &campaign.runs[0].samples;
+    let samples = campaign.runs[0].held();
     assert_eq!(samples.len(), 1703);
     let used = samples.readings[0].iter().filter(|value| !value.is_nan()).count();
     // The hand's stream starts 0.5 s after the camera's; half a second is kept from its ends.

@@ -100,7 +100,7 @@ fn in_text(model: &str, pose: &Pose) -> Vec<Jet> {
         readings: vec![vec![0.0]; names.len()],
         rows: vec![2],
     };
-    let run = Run { name: "one".into(), setup: 0, role: Role::Kinematic, samples };
+    let run = Run { name: "one".into(), setup: 0, role: Role::Kinematic, record: samples.into() };
     let parameters: Vec<[Jet; 4]> = system
         .assembly
         .names

@@ -39,13 +39,15 @@ fn one_reading(
         setting.sigma = None;
     }
     for (r, data) in parts[0].runs.iter_mut().enumerate() {
-        for (column, readings) in data.samples.readings.iter_mut().enumerate() {
-            for (i, reading) in readings.iter_mut().enumerate() {
-                if (r, column, i) != (run, measurand, sample) {
-                    *reading = f64::NAN;
+        data.record.edit(|samples| {
+            for (column, readings) in samples.readings.iter_mut().enumerate() {
+                for (i, reading) in readings.iter_mut().enumerate() {
+                    if (r, column, i) != (run, measurand, sample) {
+                        *reading = f64::NAN;
+                    }
                 }
             }
-        }
+        });
     }
     let alone = Problem::new(parts);
     assert_eq!(alone.layout.instances.len(), point.values.len());
@@ -131,7 +133,7 @@ fn the_covariance_agrees_with_repeated_simulation() {
     let mut problem = rotating_arm();
     // A few readings of each run are enough, and quick.
     for run in &mut problem.parts[0].runs {
-        thin(&mut run.samples, 10);
+        run.record.edit(|samples| thin(samples, 10));
     }
     let problem = Problem::new(problem.parts);
     let truth = calibrate(problem.clone(), &Options::default()).unwrap();

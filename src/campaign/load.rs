@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use crate::campaign::entries::Item;
 use crate::campaign::file::{CampaignFile, InputOverride, Named, RunEntry};
 use crate::campaign::plan;
+use crate::campaign::record::Record;
+use crate::campaign::recorder::Store;
 use crate::campaign::run::{Run, Samples};
 use crate::campaign::samples::{InputSetting, Loader, missing, reading_columns};
 use crate::campaign::signal::Track;
@@ -20,12 +22,23 @@ use crate::units::Dimension;
 pub const DELAY_RANGE: f64 = 0.5;
 
 /// How to read the data.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Leave bad rows out, count and list them.
     pub skip_bad_rows: bool,
     /// Margin to the ends of streams (s), over what the campaign says.
     pub delay_range: Option<f64>,
+    /// Bytes of memory for the samples of all runs; those that go beyond wait in a temporary file.
+    pub memory: u64,
+}
+
+/// Memory for samples (bytes), unless stated.
+pub const MEMORY: u64 = 128_000_000;
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self { skip_bad_rows: false, delay_range: None, memory: MEMORY }
+    }
 }
 
 /// Samples of a run whose readings are not used.
@@ -103,6 +116,7 @@ impl CampaignFile {
             warned: HashSet::new(),
             skipped: Vec::new(),
             left_out: Vec::new(),
+            store: Store::new(options.memory),
         };
         let (inputs, input_sigma) = self.input_settings(model, &mut loader);
         loader.inputs = inputs;
@@ -220,7 +234,7 @@ impl CampaignFile {
         for (index, (measurand, sigma)) in model.measurands.iter().zip(sigmas).enumerate() {
             let read = |run: &Run| {
                 let own =
-                    columns.iter().zip(&run.samples.readings).filter(|((of, _), _)| *of == index);
+                    columns.iter().zip(&run.held().readings).filter(|((of, _), _)| *of == index);
                 own.flat_map(|(_, values)| values).any(|value| !value.is_nan())
             };
             if !sigma.is_nan() {
@@ -274,11 +288,11 @@ impl CampaignFile {
                 loader.run(entry)
             } else {
                 let ended =
-                    runs.iter().rev().find(|run| run.setup == setup).map(|run| end(&run.samples));
+                    runs.iter().rev().find(|run| run.setup == setup).map(|run| end(&run.record));
                 planned(model, loader, entry, ended.unwrap_or(0.0))
             };
-            if let Some(samples) = samples {
-                runs.push(Run { name: entry.name.text.clone(), setup, role: entry.role, samples });
+            if let Some(record) = samples.and_then(|samples| loader.record(entry, &samples)) {
+                runs.push(Run { name: entry.name.text.clone(), setup, role: entry.role, record });
             }
         }
         (setups, runs)
@@ -327,10 +341,12 @@ fn planned(
 }
 
 /// When the sample after a run's last one would come.
-fn end(samples: &Samples) -> f64 {
-    match samples.time.as_slice() {
+fn end(record: &Record) -> f64 {
+    let mut scratch = Samples::default();
+    let last = record.stretch(record.len().saturating_sub(2)..record.len(), &mut scratch);
+    match last.samples.time[last.range()] {
         [.., before, last] => last + (last - before),
-        [last] => *last,
+        [last] => last,
         [] => 0.0,
     }
 }
@@ -341,11 +357,11 @@ fn setup_times(runs: &mut [Run]) {
         .iter()
         .map(|run| {
             let same = runs.iter().filter(|other| other.setup == run.setup);
-            same.flat_map(|other| other.samples.time.first()).copied().fold(f64::INFINITY, f64::min)
+            same.filter_map(|other| other.record.first_time()).fold(f64::INFINITY, f64::min)
         })
         .collect();
     for (run, start) in runs.iter_mut().zip(starts) {
-        run.samples.setup_time = run.samples.time.iter().map(|time| time - start).collect();
+        run.record.set_setup_start(start);
     }
 }
 

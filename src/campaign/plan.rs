@@ -165,7 +165,7 @@ pub(crate) fn samples(reader: &mut Reader, entry: &RunEntry, model: &Model, begi
         inputs,
         ..Samples::default()
     };
-    samples::clocks(&mut samples);
+    samples.set_clocks();
     samples
 }
 

@@ -1,5 +1,6 @@
 //! One run: its samples with times, inputs and readings, ready for an engine.
 
+use crate::campaign::record::{Line, Record};
 use crate::campaign::signal::Track;
 
 /// What a run is for.
@@ -21,10 +22,17 @@ pub struct Run {
     /// Reference or kinematic.
     pub role: Role,
     /// What was recorded.
-    pub samples: Samples,
+    pub record: Record,
 }
 
-/// The samples of a run. All in SI; a reading that is not there is NaN.
+impl Run {
+    /// All samples in memory, see [`Record::whole`].
+    pub fn held(&self) -> &Samples {
+        self.record.whole()
+    }
+}
+
+/// The samples of a run, or of a stretch of it. All in SI; a reading that is not there is NaN.
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
     /// Reference time (s), one a sample.
@@ -53,5 +61,33 @@ impl Samples {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.time.is_empty()
+    }
+
+    /// Columns of times, captured inputs and readings, in this order.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = &[f64]> {
+        let captured = self.inputs.iter().flat_map(Track::columns);
+        std::iter::once(&self.time).chain(captured).chain(&self.readings).map(Vec::as_slice)
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn columns_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        let captured = self.inputs.iter_mut().flat_map(Track::columns_mut);
+        std::iter::once(&mut self.time).chain(captured).chain(&mut self.readings)
+    }
+
+    /// Bytes of memory for as many samples, all clocks counted.
+    pub(crate) fn bytes(&self) -> u64 {
+        8 * (self.columns().count() as u64 + 4) * self.len() as u64
+    }
+
+    /// Fills `run_time`, `uniform_time` and, for a setup that begins with this run, `setup_time` from
+    /// `time`.
+    pub(crate) fn set_clocks(&mut self) {
+        let first = self.time.first().copied().unwrap_or(0.0);
+        self.run_time = self.time.iter().map(|time| time - first).collect();
+        self.setup_time.clone_from(&self.run_time);
+        let times = &self.run_time;
+        let line = Line::through(times.len(), |visit| times.iter().for_each(|time| visit(*time)));
+        self.uniform_time = (0..times.len()).map(|sample| line.at(sample)).collect();
     }
 }

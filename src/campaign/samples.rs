@@ -2,10 +2,13 @@
 
 use std::collections::HashSet;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use crate::campaign::entries::Reader;
 use crate::campaign::file::{LeftOut, Named, RunEntry};
 use crate::campaign::header::Wanted;
+use crate::campaign::record::Record;
+use crate::campaign::recorder::{Recorder, Store};
 use crate::campaign::run::Samples;
 use crate::campaign::signal::{Track, unwrap};
 use crate::campaign::spline::{Smoothing, Spline};
@@ -49,24 +52,6 @@ pub(crate) fn derived_symbol(unit: &Unit, order: u8) -> Option<String> {
     Unit::parse(&symbol).ok().map(|unit| unit.symbol)
 }
 
-/// Fills `run_time` and `uniform_time` from `time`.
-pub(crate) fn clocks(samples: &mut Samples) {
-    let first = samples.time.first().copied().unwrap_or(0.0);
-    samples.run_time = samples.time.iter().map(|time| time - first).collect();
-    let n = samples.time.len() as f64;
-    let middle = (n - 1.0) / 2.0;
-    let mean = samples.run_time.iter().sum::<f64>() / n;
-    let (mut along, mut square) = (0.0, 0.0);
-    for (index, time) in samples.run_time.iter().enumerate() {
-        let x = index as f64 - middle;
-        along += x * (time - mean);
-        square += x * x;
-    }
-    let slope = if square > 0.0 { along / square } else { 0.0 };
-    samples.uniform_time =
-        (0..samples.time.len()).map(|index| mean + slope * (index as f64 - middle)).collect();
-}
-
 /// What is settled of an input for the whole campaign.
 #[derive(Clone, Debug)]
 pub(crate) struct InputSetting {
@@ -88,9 +73,30 @@ pub(crate) struct Loader<'a> {
     pub(crate) warned: HashSet<String>,
     pub(crate) skipped: Vec<Skipped>,
     pub(crate) left_out: Vec<LeftOut>,
+    pub(crate) store: Store,
 }
 
 impl Loader<'_> {
+    /// Keeps samples; `None` after a fault.
+    pub(crate) fn record(&mut self, entry: &RunEntry, samples: &Samples) -> Option<Record> {
+        let mut recorder = Recorder::new(&samples.inputs, samples.readings.len());
+        let kept =
+            recorder.push(&mut self.store, samples).and_then(|()| recorder.finish(&mut self.store));
+        kept.map_err(|error| self.cannot_keep(entry, &error)).ok()
+    }
+
+    /// Tells that the disk does not take a run.
+    pub(crate) fn cannot_keep(&mut self, entry: &RunEntry, error: &std::io::Error) {
+        let folder = std::env::temp_dir();
+        let message = format!(
+            "run `{}` is larger than the memory for it, and cannot be put into a temporary file in {}: {error}",
+            entry.name.text,
+            folder.display()
+        );
+        let help = "say with TMPDIR where there is room, or allow more with `--memory \"2 GB\"`";
+        self.reader.fault(entry.name.span, message, help);
+    }
+
     /// The samples of a run with data; `None` after a fault.
     pub(crate) fn run(&mut self, entry: &RunEntry) -> Option<Samples> {
         let data = entry.data.as_ref()?;
@@ -125,7 +131,7 @@ impl Loader<'_> {
         }
         let mut samples =
             Samples { time, inputs, readings, rows: table.lines.clone(), ..Samples::default() };
-        clocks(&mut samples);
+        samples.set_clocks();
         self.leave_out(entry, &mut samples, &usable);
         (self.reader.faults.len() == before).then_some(samples)
     }
@@ -336,7 +342,7 @@ impl Loader<'_> {
             unwrap(&mut values, period, |_, _| 0.0);
         }
         match Spline::fit(&times, &values, self.inputs[index].smoothing) {
-            Ok(spline) => Track::Logged(spline),
+            Ok(spline) => Track::Logged(Arc::new(spline)),
             Err(error) => {
                 let message = format!("the stream of `{}` cannot be smoothed: {error}", input.name);
                 self.reader.fault(span, message, "");

@@ -1,5 +1,7 @@
 //! A moving input: its value and its derivatives at any offset from a sample's reference time.
 
+use std::sync::Arc;
+
 use crate::campaign::spline::Spline;
 use crate::number::Number;
 
@@ -20,7 +22,7 @@ pub enum Track {
         acceleration: Option<Vec<f64>>,
     },
     /// Logged as a stream of its own; a smoothing spline.
-    Logged(Spline),
+    Logged(Arc<Spline>),
 }
 
 impl Track {
@@ -55,6 +57,54 @@ impl Track {
     /// Whether it moves: it has a rate, or is a stream. Delays act only where something moves.
     pub fn moves(&self) -> bool {
         matches!(self, Self::Captured { rate: Some(_), .. } | Self::Logged(_))
+    }
+
+    /// The same source, its columns empty.
+    pub fn without_values(&self) -> Self {
+        match self {
+            Self::Captured { rate, acceleration, .. } => {
+                let empty = |column: &Option<Vec<f64>>| column.as_ref().map(|_| Vec::new());
+                let (rate, acceleration) = (empty(rate), empty(acceleration));
+                Self::Captured { value: Vec::new(), rate, acceleration }
+            }
+            other => other.clone(),
+        }
+    }
+
+    /// Whether both are captured, with the same columns.
+    pub(crate) fn has_columns_of(&self, other: &Self) -> bool {
+        match (self, other) {
+            (
+                Self::Captured { rate, acceleration, .. },
+                Self::Captured { rate: other_rate, acceleration: other_acceleration, .. },
+            ) => {
+                rate.is_some() == other_rate.is_some()
+                    && acceleration.is_some() == other_acceleration.is_some()
+            }
+            _ => false,
+        }
+    }
+
+    /// The columns of a captured input: value, rate, acceleration, as far as there are any.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = &Vec<f64>> {
+        let [value, rate, acceleration] = match self {
+            Self::Captured { value, rate, acceleration } => {
+                [Some(value), rate.as_ref(), acceleration.as_ref()]
+            }
+            _ => [None; 3],
+        };
+        value.into_iter().chain(rate).chain(acceleration)
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn columns_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        let (value, rate, acceleration) = match self {
+            Self::Captured { value, rate, acceleration } => {
+                (Some(value), rate.as_mut(), acceleration.as_mut())
+            }
+            _ => (None, None, None),
+        };
+        value.into_iter().chain(rate).chain(acceleration)
     }
 }
 

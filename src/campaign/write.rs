@@ -78,7 +78,7 @@ pub fn write_campaign(
 /// The disk's.
 pub fn write_run_csv(path: &Path, model: &Model, run: &Run) -> io::Result<()> {
     let seconds = Unit { symbol: "s".into(), ..Unit::one() };
-    let samples = &run.samples;
+    let samples = run.held();
     let mut columns: Vec<(String, Unit, &[f64])> = Vec::new();
     if samples.inputs.iter().any(Track::moves) || samples.time.iter().any(|time| *time != 0.0) {
         columns.push(("time".into(), seconds, &samples.time));

@@ -57,7 +57,7 @@ pub(super) fn estimate(problem: Problem) -> Result<Calibration, Failure> {
                 "the model has no value for `{}` in run `{}`, row {}: the measurand is undefined at the starting point; state a better `start`, or leave the reading out",
                 part.system.assembly.names.measurands[m].name,
                 part.runs[r].name,
-                part.runs[r].samples.rows.get(sample).copied().unwrap_or(sample + 1),
+                part.runs[r].record.row(sample),
             )
         }
         None => "the model is undefined near the starting point".to_owned(),

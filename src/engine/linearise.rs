@@ -7,6 +7,7 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use crate::campaign::run::Samples;
 use crate::engine::gram::{Columns, LeastSquares, Normal, RunGram};
 use crate::engine::lanes::arithmetic::{LANES, Lanes};
 use crate::engine::lanes::products::Products;
@@ -49,8 +50,10 @@ struct Plan {
 struct Memory {
     /// For each campaign: residuals, rows.
     workspaces: Vec<[Option<Workspace>; 2]>,
-    weights: Vec<Box<Lanes>>,
+    weights: Vec<Lanes>,
     mixed: Mixing,
+    /// Of a run that is not in memory.
+    samples: Samples,
 }
 
 impl Memory {
@@ -73,7 +76,7 @@ impl Problem {
         let mut blocks = Vec::new();
         for (part, data) in self.parts.iter().enumerate() {
             for (run, data) in data.runs.iter().enumerate() {
-                let samples = data.samples.len();
+                let samples = data.record.len();
                 for start in (0..samples).step_by(BLOCK) {
                     blocks.push(Block { part, run, start, end: samples.min(start + BLOCK) });
                 }
@@ -117,29 +120,29 @@ impl Problem {
         }
     }
 
-    /// Calls `each` for the chunks of a block: the chunk and its number in the run. The weights of
-    /// its readings (0 where there is none) are in `memory`; the number of readings comes back.
-    fn weigh(&self, block: Block, start: usize, weights: &mut Vec<Box<Lanes>>) -> Weighed {
-        let part = &self.parts[block.part];
-        let len = LANES.min(block.end - start);
-        weights.resize_with(part.slots().len(), || Box::new([0.0; LANES]));
+    /// Puts 1 where there is a reading and 0 where there is none.
+    fn weigh(&self, part: usize, chunk: &Chunk<'_>, weights: &mut Vec<Lanes>) -> Weighed {
+        let slots = self.parts[part].slots();
+        weights.resize_with(slots.len(), || [0.0; LANES]);
         let mut readings = 0;
-        for (slot, weight) in part.slots().iter().zip(&mut *weights) {
-            let column = &part.runs[block.run].samples.readings[slot.column][start..start + len];
-            for (weight, reading) in weight.iter_mut().zip(column) {
+        for (slot, weight) in slots.iter().zip(&mut *weights) {
+            for (weight, reading) in weight.iter_mut().zip(chunk.readings(slot.column)) {
                 *weight = if reading.is_nan() { 0.0 } else { 1.0 };
             }
-            weight[len..].fill(0.0);
+            weight[chunk.len..].fill(0.0);
             readings += weight.iter().sum::<f64>() as usize;
         }
-        let complete = readings == part.slots().len() * LANES;
-        Weighed { readings, complete, len }
+        Weighed { readings, complete: readings == slots.len() * LANES }
     }
 
     fn block_gram(&self, block: Block, plan: &Plan, memory: &mut Memory) -> RunGram {
         let part = &self.parts[block.part];
         let programs = &self.programs[block.part];
-        let whitening = &self.whitening[block.part][block.run];
+        let mut scratch = std::mem::take(&mut memory.samples);
+        let record = &part.runs[block.run].record;
+        let stretch = record.stretch(block.start..block.end, &mut scratch);
+        let whitening =
+            self.whitening[block.part][block.run].of(self, block.part, block.run, stretch);
         let assembly = &part.system.assembly;
         let program = if whitening.is_correlated() {
             programs.rows_together(assembly)
@@ -156,27 +159,25 @@ impl Problem {
         let mut products: Vec<Products> =
             (0..program.rows.len()).map(|row| Products::new(memory.mixed.count(row))).collect();
         let mut readings = 0;
-        for start in (block.start..block.end).step_by(LANES) {
-            let weighed = self.weigh(block, start, &mut memory.weights);
+        for (number, chunk) in Chunk::all(stretch, part.columns()).enumerate() {
+            let weighed = self.weigh(block.part, &chunk, &mut memory.weights);
             readings += weighed.readings;
-            whitening.weigh(start / LANES, &mut memory.weights);
-            let run = &part.runs[block.run];
-            let chunk = Chunk { run, columns: part.columns(), start, len: weighed.len };
+            whitening.weigh(number, &mut memory.weights);
             workspace.load(code, &chunk, &memory.weights);
             for group in 0..code.group_count() {
-                workspace.compute(code, group, &run.samples.inputs);
-                for (number, row) in
+                workspace.compute(code, group, &chunk);
+                for (index, row) in
                     program.rows.iter().enumerate().filter(|(_, r)| r.group == group)
                 {
                     let outputs = row.first..row.first + 1 + row.directions.len();
                     if !weighed.complete {
-                        let weight = &memory.weights[part.measurand_of(number)];
+                        let weight = &memory.weights[part.measurand_of(index)];
                         workspace.silence(code, group, outputs.clone(), weight);
                     }
                     let lanes = workspace.lanes(code, group, outputs);
-                    match whitening.triangles(start / LANES, program.rows.len()) {
-                        None => products[number].add(set, &lanes),
-                        Some(triangles) => memory.mixed.add(set, number, &lanes, triangles),
+                    match whitening.triangles(number, program.rows.len()) {
+                        None => products[index].add(set, &lanes),
+                        Some(triangles) => memory.mixed.add(set, index, &lanes, triangles),
                     }
                 }
             }
@@ -187,6 +188,7 @@ impl Problem {
             }
         }
         memory.workspaces[block.part][1] = Some(workspace);
+        memory.samples = scratch;
         let mut gram = DMatrix::zeros(plan.size, plan.size);
         let residual = [(plan.size - 1, 1.0)];
         for (row, products) in products.iter().enumerate() {
@@ -200,7 +202,11 @@ impl Problem {
 
     fn block_cost(&self, block: Block, plan: &Plan, memory: &mut Memory) -> f64 {
         let part = &self.parts[block.part];
-        let whitening = &self.whitening[block.part][block.run];
+        let mut scratch = std::mem::take(&mut memory.samples);
+        let record = &part.runs[block.run].record;
+        let stretch = record.stretch(block.start..block.end, &mut scratch);
+        let whitening =
+            self.whitening[block.part][block.run].of(self, block.part, block.run, stretch);
         let code = self.programs[block.part].residuals(&part.system.assembly);
         let set = self.set;
         let mut workspace = memory.workspace(block.part, 0, code, self.set);
@@ -208,20 +214,18 @@ impl Problem {
         let rows = part.residual_count();
         memory.mixed.prepare(&vec![&[][..]; rows], whitening.is_correlated());
         let mut squares = Products::new(1);
-        for start in (block.start..block.end).step_by(LANES) {
-            let weighed = self.weigh(block, start, &mut memory.weights);
-            whitening.weigh(start / LANES, &mut memory.weights);
-            let run = &part.runs[block.run];
-            let chunk = Chunk { run, columns: part.columns(), start, len: weighed.len };
+        for (number, chunk) in Chunk::all(stretch, part.columns()).enumerate() {
+            let weighed = self.weigh(block.part, &chunk, &mut memory.weights);
+            whitening.weigh(number, &mut memory.weights);
             workspace.load(code, &chunk, &memory.weights);
-            workspace.compute(code, 0, &run.samples.inputs);
+            workspace.compute(code, 0, &chunk);
             for row in 0..rows {
                 if !weighed.complete {
                     let weight = &memory.weights[part.measurand_of(row)];
                     workspace.silence(code, 0, row..row + 1, weight);
                 }
                 let lanes = workspace.lanes(code, 0, row..row + 1);
-                match whitening.triangles(start / LANES, rows) {
+                match whitening.triangles(number, rows) {
                     None => squares.add(set, &lanes),
                     Some(triangles) => memory.mixed.add(set, row, &lanes, triangles),
                 }
@@ -233,7 +237,16 @@ impl Problem {
             }
         }
         memory.workspaces[block.part][0] = Some(workspace);
+        memory.samples = scratch;
         squares.sum(0, 0)
+    }
+
+    /// Calls `visit` for each chunk of a run.
+    fn visit_chunks(&self, part: usize, run: usize, visit: &mut dyn FnMut(&Chunk<'_>)) {
+        let data = &self.parts[part];
+        data.runs[run].record.walk(|stretch| {
+            Chunk::all(stretch, data.columns()).for_each(|chunk| visit(&chunk));
+        });
     }
 
     /// Calls `visit(sample, jacobian, residual)` for each sample of a run: the Jacobian of the
@@ -249,14 +262,11 @@ impl Problem {
         let mut jacobian = DMatrix::zeros(data.residual_count(), size);
         let mut values = vec![0.0; data.residual_count()];
         let mut weights = Vec::new();
-        let end = data.runs[run].samples.len();
-        for start in (0..end).step_by(LANES) {
-            let weighed = self.weigh(Block { part, run, start, end }, start, &mut weights);
-            let chunk =
-                Chunk { run: &data.runs[run], columns: data.columns(), start, len: weighed.len };
-            workspace.load(code, &chunk, &weights);
-            workspace.compute(code, 0, &data.runs[run].samples.inputs);
-            for lane in 0..weighed.len {
+        self.visit_chunks(part, run, &mut |chunk| {
+            self.weigh(part, chunk, &mut weights);
+            workspace.load(code, chunk, &weights);
+            workspace.compute(code, 0, chunk);
+            for lane in 0..chunk.len {
                 jacobian.fill(0.0);
                 for (number, row) in program.rows.iter().enumerate() {
                     let there = weights[data.measurand_of(number)][lane] != 0.0;
@@ -269,9 +279,9 @@ impl Problem {
                         }
                     }
                 }
-                visit(start + lane, &jacobian, &values);
+                visit(chunk.first + lane, &jacobian, &values);
             }
-        }
+        });
     }
 
     /// Calls `visit(sample, residual)` for each sample of a run: `reading - prediction` at a point,
@@ -290,27 +300,24 @@ impl Problem {
         let rows = data.residual_count();
         let mut values = vec![0.0; rows];
         let mut weights = Vec::new();
-        let end = data.runs[run].samples.len();
-        for start in (0..end).step_by(LANES) {
-            let weighed = self.weigh(Block { part, run, start, end }, start, &mut weights);
-            let chunk =
-                Chunk { run: &data.runs[run], columns: data.columns(), start, len: weighed.len };
-            workspace.load(code, &chunk, &weights);
-            workspace.compute(code, 0, &data.runs[run].samples.inputs);
+        self.visit_chunks(part, run, &mut |chunk| {
+            self.weigh(part, chunk, &mut weights);
+            workspace.load(code, chunk, &weights);
+            workspace.compute(code, 0, chunk);
             let lanes = workspace.lanes(code, 0, 0..rows);
-            for lane in 0..weighed.len {
+            for lane in 0..chunk.len {
                 for (row, value) in values.iter_mut().enumerate() {
                     let there = weights[data.measurand_of(row)][lane] != 0.0;
                     *value = if there { lanes[row][lane] } else { f64::NAN };
                 }
-                visit(start + lane, &values);
+                visit(chunk.first + lane, &values);
             }
-        }
+        });
     }
 
     /// The residuals of [`Problem::visit_residuals`], one vector a sample.
     pub fn residuals(&self, part: usize, run: usize, point: &Point) -> Vec<Vec<f64>> {
-        let mut all = Vec::with_capacity(self.parts[part].runs[run].samples.len());
+        let mut all = Vec::with_capacity(self.parts[part].runs[run].record.len());
         self.visit_residuals(part, run, point, &mut |_, values| all.push(values.to_vec()));
         all
     }
@@ -322,7 +329,6 @@ struct Weighed {
     readings: usize,
     /// Every lane has every reading.
     complete: bool,
-    len: usize,
 }
 
 /// Adds products of columns that stand for the given columns of a Gram matrix.

@@ -143,7 +143,7 @@ impl Part {
     pub fn random_sigma_in(&self, run: usize, random: usize) -> f64 {
         let inputs = &self.system.assembly.names.inputs;
         let gain = match inputs.iter().position(|input| input.error == Some(random)) {
-            Some(input) => match &self.runs[run].samples.inputs[input] {
+            Some(input) => match &self.runs[run].record.inputs()[input] {
                 Track::Logged(spline) => spline.noise_gain(),
                 Track::Absent | Track::Constant(_) | Track::Captured { .. } => 1.0,
             },
@@ -173,7 +173,7 @@ impl Part {
 
     /// Whether a measurand of a sample was read.
     pub fn is_present(&self, run: usize, sample: usize, slot: &Slot) -> bool {
-        !self.runs[run].samples.readings[slot.column][sample].is_nan()
+        !self.runs[run].held().readings[slot.column][sample].is_nan()
     }
 
     /// The residual of [`Part::evaluate_one`]'s outputs, see [`Part::residual`].
@@ -197,7 +197,7 @@ impl Part {
         slot: &Slot,
         outputs: &[N],
     ) -> [N; 3] {
-        let reading = |k: usize| self.runs[run].samples.readings[slot.column + k][sample];
+        let reading = |k: usize| self.runs[run].held().readings[slot.column + k][sample];
         let zero = N::constant(0.0);
         match slot.kind {
             MeasurandKind::Plain => [-outputs[slot.output] + reading(0), zero, zero],
@@ -242,7 +242,7 @@ pub struct SampleLeaves<'a, N> {
 
 impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
     fn leaf(&self, leaf: Leaf) -> N {
-        let samples = &self.run.samples;
+        let samples = self.run.held();
         let i = self.sample;
         match leaf {
             Leaf::Parameter { parameter, component } => {
@@ -269,7 +269,7 @@ impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
     }
 
     fn signal(&self, input: u32, order: u8, offset: N) -> N {
-        let samples = &self.run.samples;
+        let samples = self.run.held();
         samples.inputs[input as usize].at(self.sample, samples.time[self.sample], offset, order)
     }
 }
@@ -435,7 +435,7 @@ impl Problem {
             .flat_map(|part| {
                 part.runs.iter().enumerate().flat_map(move |(run, data)| {
                     part.slots.iter().map(move |slot| {
-                        (0..data.samples.len()).filter(|i| part.is_present(run, *i, slot)).count()
+                        (0..data.record.len()).filter(|i| part.is_present(run, *i, slot)).count()
                     })
                 })
             })
@@ -449,7 +449,7 @@ impl Problem {
             let randoms = vec![0.0; part.random_sigma.len()];
             for (r, run) in part.runs.iter().enumerate() {
                 let parameters = self.parameters::<f64>(p, r, point);
-                for sample in 0..run.samples.len() {
+                for sample in 0..run.record.len() {
                     let leaves = SampleLeaves {
                         parameters: &parameters,
                         randoms: &randoms,

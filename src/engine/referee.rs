@@ -43,7 +43,7 @@ impl Problem {
         let mut workspace = Vec::new();
         let mut jacobian = DMatrix::zeros(part.residual_count(), touched.len());
         let mut values = vec![0.0; part.residual_count()];
-        for sample in 0..part.runs[run].samples.len() {
+        for sample in 0..part.runs[run].record.len() {
             jacobian.fill(0.0);
             values.fill(0.0);
             for (number, parameters) in chunks.iter().enumerate() {

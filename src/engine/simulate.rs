@@ -21,7 +21,7 @@ pub fn simulate(problem: &mut Problem, point: &Point, seed: u64, complete: bool)
         for r in 0..problem.parts[p].runs.len() {
             let stream = problem.run_index(p, r) as u64;
             let readings = draw_run(problem, p, r, point, seed, stream, complete);
-            problem.parts[p].runs[r].samples.readings = readings;
+            problem.parts[p].runs[r].record.edit(|samples| samples.readings = readings);
         }
     }
 }
@@ -47,13 +47,13 @@ fn draw_run(
 ) -> Vec<Vec<f64>> {
     let part = &problem.parts[p];
     let run = &part.runs[r];
-    let count = run.samples.len();
+    let count = run.record.len();
     let mut generator = generator(seed, stream);
     let randoms: Vec<Vec<f64>> = (0..part.random_sigma.len())
         .map(|k| draw_random(problem, p, r, k, &mut generator))
         .collect();
     let parameters = problem.parameters::<f64>(p, r, point);
-    let mut readings = run.samples.readings.clone();
+    let mut readings = run.held().readings.clone();
     for column in &mut readings {
         column.resize(count, f64::NAN);
     }
@@ -111,7 +111,7 @@ fn draw_random(
     let part = &problem.parts[p];
     let sigma = part.random_sigma_in(r, k);
     let random = &part.system.randoms[k];
-    let time = &part.runs[r].samples.time;
+    let time = &part.runs[r].held().time;
     let unit_draw = |generator: &mut ChaCha12Rng| match random.shape {
         Shape::Normal => normal(generator),
         Shape::Uniform => {

@@ -4,11 +4,14 @@
 //! quantity is shared by readings that is one weight a reading, and where the weights are the same for
 //! all samples nothing is stored. Readings that are missing stand aside as unit rows of `L⁻¹`.
 
+use std::borrow::Cow;
+
+use crate::campaign::record::Stretch;
 use crate::engine::lanes::arithmetic::{LANES, Lanes};
 use crate::engine::lanes::{Chunk, Workspace};
 use crate::engine::noise::active_randoms;
 use crate::engine::point::Point;
-use crate::engine::problem::{ParameterLeaves, Part, Problem};
+use crate::engine::problem::{ParameterLeaves, Part, Problem, Slot};
 use crate::engine::programs::NoiseProgram;
 
 /// Whitening of one run.
@@ -27,43 +30,80 @@ enum Form {
     Weights(Vec<Lanes>),
     /// `L⁻¹` of each sample: `[chunk][i (i + 1) / 2 + j][lane]`.
     Triangles(Vec<Lanes>),
+    /// Made anew from the parameters of the run, frozen, wherever it is wanted: a run that is not in
+    /// memory has no memory for weights either.
+    Anew { parameters: Vec<[f64; 4]>, correlated: bool },
+}
+
+/// The whitening of some chunks of a run.
+#[derive(Debug)]
+pub struct Whitened<'a> {
+    form: Cow<'a, Form>,
+    /// Number of the first chunk among those of the form.
+    first: usize,
 }
 
 impl Whitening {
-    /// Multiplies the weights of a chunk (its number in the run) by those of the measurands.
-    pub fn weigh(&self, number: usize, weights: &mut [Box<Lanes>]) {
-        match &self.form {
+    /// The whitening of a stretch of the run; it begins with a chunk.
+    pub fn of(
+        &self,
+        problem: &Problem,
+        p: usize,
+        run: usize,
+        stretch: Stretch<'_>,
+    ) -> Whitened<'_> {
+        let Form::Anew { parameters, correlated } = &self.form else {
+            return Whitened { form: Cow::Borrowed(&self.form), first: stretch.first / LANES };
+        };
+        let mut maker = Maker::new(problem, p, run, parameters, *correlated);
+        let mut all = Vec::new();
+        for chunk in Chunk::all(stretch, problem.parts[p].columns()) {
+            maker.chunk(&chunk, &mut all);
+        }
+        Whitened { form: Cow::Owned(form(all, *correlated)), first: 0 }
+    }
+}
+
+impl Whitened<'_> {
+    /// Multiplies the weights of a chunk (its number in the stretch) by those of the measurands.
+    pub fn weigh(&self, number: usize, weights: &mut [Lanes]) {
+        match &*self.form {
             Form::Constant(factors) => {
                 for (weight, factor) in weights.iter_mut().zip(factors) {
                     weight.iter_mut().for_each(|value| *value *= factor);
                 }
             }
             Form::Weights(all) => {
-                let from = number * weights.len();
+                let from = (self.first + number) * weights.len();
                 for (weight, factors) in weights.iter_mut().zip(&all[from..]) {
                     weight.iter_mut().zip(factors).for_each(|(value, factor)| *value *= factor);
                 }
             }
-            Form::Triangles(_) => {}
+            Form::Triangles(_) | Form::Anew { .. } => {}
         }
     }
 
     /// The triangles `L⁻¹` of a chunk, if readings of a sample are correlated: entry (i, j) is number
     /// `i (i + 1) / 2 + j`.
     pub fn triangles(&self, number: usize, rows: usize) -> Option<&[Lanes]> {
-        match &self.form {
+        match &*self.form {
             Form::Triangles(all) => {
                 let size = rows * (rows + 1) / 2;
-                all.get(number * size..(number + 1) * size)
+                let from = (self.first + number) * size;
+                all.get(from..from + size)
             }
-            Form::Constant(_) | Form::Weights(_) => None,
+            Form::Constant(_) | Form::Weights(_) | Form::Anew { .. } => None,
         }
     }
 
     /// Whether readings of a sample are correlated.
     pub fn is_correlated(&self) -> bool {
-        matches!(self.form, Form::Triangles(_))
+        matches!(*self.form, Form::Triangles(_))
     }
+}
+
+fn form(all: Vec<Lanes>, correlated: bool) -> Form {
+    if correlated { Form::Triangles(all) } else { Form::Weights(all) }
 }
 
 impl Problem {
@@ -88,12 +128,23 @@ impl Problem {
         if !correlated && !scaled {
             return constant(part, run);
         }
-        let mut maker = Maker::new(self, p, run, point, program, correlated);
+        let parameters = self.parameters(p, run, point);
+        let mut maker = Maker::new(self, p, run, &parameters, correlated);
         let (mut all, mut log_determinant) = (Vec::new(), 0.0);
-        for start in (0..part.runs[run].samples.len()).step_by(LANES) {
-            log_determinant += maker.chunk(start, &mut all);
-        }
-        let form = if correlated { Form::Triangles(all) } else { Form::Weights(all) };
+        let record = &part.runs[run].record;
+        record.walk(|stretch| {
+            for chunk in Chunk::all(stretch, part.columns()) {
+                log_determinant += maker.chunk(&chunk, &mut all);
+                if record.is_spilled() {
+                    all.clear();
+                }
+            }
+        });
+        let form = if record.is_spilled() {
+            Form::Anew { parameters, correlated }
+        } else {
+            form(all, correlated)
+        };
         Whitening { form, log_determinant }
     }
 }
@@ -102,18 +153,19 @@ impl Problem {
 fn constant(part: &Part, run: usize) -> Whitening {
     let weights = part.sigma.iter().map(|sigma| 1.0 / sigma).collect();
     let mut log_determinant = 0.0;
-    for (slot, sigma) in part.slots().iter().zip(&part.sigma) {
-        let samples = 0..part.runs[run].samples.len();
-        let present = samples.filter(|sample| part.is_present(run, *sample, slot)).count();
-        log_determinant += 2.0 * sigma.ln() * (present * slot.components) as f64;
-    }
+    part.runs[run].record.walk(|stretch| {
+        for (slot, sigma) in part.slots().iter().zip(&part.sigma) {
+            let readings = &stretch.samples.readings[slot.column][stretch.range()];
+            let present = readings.iter().filter(|reading| !reading.is_nan()).count();
+            log_determinant += 2.0 * sigma.ln() * (present * slot.components) as f64;
+        }
+    });
     Whitening { form: Form::Constant(weights), log_determinant }
 }
 
 /// Makes the whitening of one run chunk by chunk.
 struct Maker<'a> {
     part: &'a Part,
-    run: usize,
     program: &'a NoiseProgram,
     workspace: Workspace,
     correlated: bool,
@@ -126,29 +178,26 @@ impl<'a> Maker<'a> {
         problem: &'a Problem,
         p: usize,
         run: usize,
-        point: &Point,
-        program: &'a NoiseProgram,
+        parameters: &[[f64; 4]],
         correlated: bool,
     ) -> Self {
         let part = &problem.parts[p];
+        let program = problem.programs[p].noise(&part.system);
         let active = active_randoms(part);
         let deviations = (0..part.random_sigma.len())
             .map(|k| if active.contains(&k) { part.random_sigma_in(run, k) } else { 0.0 })
             .collect();
         let mut workspace = Workspace::new(&program.code, problem.set);
-        let parameters = problem.parameters(p, run, point);
-        workspace.hold_still(&program.code, &ParameterLeaves(&parameters));
-        Self { part, run, program, workspace, correlated, deviations }
+        workspace.hold_still(&program.code, &ParameterLeaves(parameters));
+        Self { part, program, workspace, correlated, deviations }
     }
 
     /// Appends the whitening of a chunk; its `Σ ln det V`.
-    fn chunk(&mut self, start: usize, all: &mut Vec<Lanes>) -> f64 {
+    fn chunk(&mut self, chunk: &Chunk<'_>, all: &mut Vec<Lanes>) -> f64 {
         let Self { part, program, .. } = *self;
-        let run = &part.runs[self.run];
-        let len = LANES.min(run.samples.len() - start);
-        let chunk = Chunk { run, columns: part.columns(), start, len };
-        self.workspace.load(&program.code, &chunk, &[]);
-        self.workspace.compute(&program.code, 0, &run.samples.inputs);
+        let len = chunk.len;
+        self.workspace.load(&program.code, chunk, &[]);
+        self.workspace.compute(&program.code, 0, chunk);
         let outputs = self.workspace.outputs(&program.code, 0);
         let deviation = |measurand: usize| {
             let sigma = part.sigma[measurand];
@@ -157,9 +206,10 @@ impl<'a> Maker<'a> {
                 None => [sigma; LANES],
             }
         };
-        let present = |slot| {
+        let present = |slot: &Slot| {
             let mut present = [false; LANES];
-            (0..len).for_each(|lane| present[lane] = part.is_present(self.run, start + lane, slot));
+            let readings = chunk.readings(slot.column);
+            present.iter_mut().zip(readings).for_each(|(there, value)| *there = !value.is_nan());
             present
         };
         if !self.correlated {
@@ -260,6 +310,7 @@ fn invert(rows: usize, triangle: &mut [Lanes]) {
 }
 
 #[cfg(test)]
+#[expect(clippy::needless_range_loop, reason = "the lane is a number too")]
 mod tests {
     use super::*;
 

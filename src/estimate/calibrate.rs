@@ -219,7 +219,7 @@ fn count(problem: &Problem) -> usize {
         for (r, run) in part.runs.iter().enumerate() {
             for slot in part.slots() {
                 let present =
-                    (0..run.samples.len()).filter(|i| part.is_present(r, *i, slot)).count();
+                    (0..run.record.len()).filter(|i| part.is_present(r, *i, slot)).count();
                 count += present * slot.components;
             }
         }

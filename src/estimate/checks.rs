@@ -38,12 +38,13 @@ pub fn check(problem: &Problem) -> Vec<Diagnostic> {
 /// Compares each recorded rate with the change of its value from sample to sample.
 fn rates(part: &Part, run: &Run) -> Vec<Diagnostic> {
     let mut found = Vec::new();
-    for (input, track) in part.system.assembly.names.inputs.iter().zip(&run.samples.inputs) {
+    let head = run.record.head(LOOK);
+    for (input, track) in part.system.assembly.names.inputs.iter().zip(&head.inputs) {
         let Track::Captured { value, rate: Some(rate), .. } = track else { continue };
         let turns = input.unit.dimension == Dimension::NONE;
         let (mut products, mut squares, mut count) = (0.0, 0.0, 0);
-        for i in 1..value.len().min(LOOK) {
-            let elapsed = run.samples.time[i] - run.samples.time[i - 1];
+        for i in 1..value.len() {
+            let elapsed = head.time[i] - head.time[i - 1];
             let expected = 0.5 * (rate[i] + rate[i - 1]) * elapsed;
             let mut change = value[i] - value[i - 1];
             if turns {
@@ -108,14 +109,17 @@ fn angles(part: &Part) -> Vec<Diagnostic> {
             continue;
         }
         for run in &part.runs {
-            let readings = &run.samples.readings[slot.column];
-            let Some(row) = readings.iter().position(|value| value.abs() > 4.0 * PI) else {
-                continue;
-            };
+            let mut reading = None;
+            run.record.walk(|stretch| {
+                let readings = &stretch.samples.readings[slot.column][stretch.range()];
+                let wide = || readings.iter().find(|value| value.abs() > 4.0 * PI);
+                reading = reading.or_else(|| wide().copied());
+            });
+            let Some(reading) = reading else { continue };
             found.push(
                 Diagnostic::warning(format!(
                     "run `{}`: `{}` reads {:.3} rad, more than two turns",
-                    run.name, measurand.name, readings[row]
+                    run.name, measurand.name, reading
                 ))
                 .help(
                     "check the unit in the column's header: deg, gon and rad are easily confused",
@@ -186,18 +190,7 @@ fn alternatives(problem: &Problem, p: usize, start: &Point) -> Vec<Diagnostic> {
 
 /// The first samples of a run.
 fn shortened(run: &Run) -> Run {
-    let mut short = run.clone();
-    let samples = &mut short.samples;
-    let keep = samples.len().min(LOOK);
-    samples.time.truncate(keep);
-    samples.run_time.truncate(keep);
-    samples.setup_time.truncate(keep);
-    samples.uniform_time.truncate(keep);
-    samples.rows.truncate(keep);
-    for column in &mut samples.readings {
-        column.truncate(keep);
-    }
-    short
+    Run { record: run.record.head(LOOK).into(), ..run.clone() }
 }
 
 fn candidates(part: &Part) -> Vec<Alternative> {
@@ -210,7 +203,9 @@ fn candidates(part: &Part) -> Vec<Alternative> {
         let scaled = move |factor: f64, words: String| Alternative {
             words,
             undo: Box::new(move |run: &mut Run| {
-                run.samples.readings[column].iter_mut().for_each(|value| *value *= factor);
+                run.record.edit(|samples| {
+                    samples.readings[column].iter_mut().for_each(|value| *value *= factor);
+                });
             }),
         };
         if is_angle(a) {
@@ -218,9 +213,11 @@ fn candidates(part: &Part) -> Vec<Alternative> {
             all.push(Alternative {
                 words: format!("`{name}` were 90 deg less its reading (zenith angle or elevation)"),
                 undo: Box::new(move |run| {
-                    run.samples.readings[column]
-                        .iter_mut()
-                        .for_each(|value| *value = PI / 2.0 - *value);
+                    run.record.edit(|samples| {
+                        samples.readings[column]
+                            .iter_mut()
+                            .for_each(|value| *value = PI / 2.0 - *value);
+                    });
                 }),
             });
             for (factor, read, given) in [(0.9, "gon", "deg"), (1.0 / 0.9, "deg", "gon")] {
@@ -231,7 +228,9 @@ fn candidates(part: &Part) -> Vec<Alternative> {
                     let (other, other_name) = (other.column, names.measurands[b].name.clone());
                     all.push(Alternative {
                         words: format!("the columns `{name}` and `{other_name}` were swapped"),
-                        undo: Box::new(move |run| run.samples.readings.swap(column, other)),
+                        undo: Box::new(move |run| {
+                            run.record.edit(|samples| samples.readings.swap(column, other));
+                        }),
                     });
                 }
             }
@@ -243,7 +242,9 @@ fn candidates(part: &Part) -> Vec<Alternative> {
                     let (other, other_name) = (other.column, names.measurands[b].name.clone());
                     all.push(Alternative {
                         words: format!("the columns `{name}` and `{other_name}` were swapped"),
-                        undo: Box::new(move |run| run.samples.readings.swap(column, other)),
+                        undo: Box::new(move |run| {
+                            run.record.edit(|samples| samples.readings.swap(column, other));
+                        }),
                     });
                 }
             }
@@ -261,12 +262,13 @@ fn candidates(part: &Part) -> Vec<Alternative> {
 }
 
 fn reverse(run: &mut Run, input: usize) {
-    let values = run
-        .samples
-        .time
-        .iter()
-        .enumerate()
-        .map(|(i, time)| -run.samples.inputs[input].at::<f64>(i, *time, 0.0, 0))
-        .collect();
-    run.samples.inputs[input] = Track::Captured { value: values, rate: None, acceleration: None };
+    run.record.edit(|samples| {
+        let values = samples
+            .time
+            .iter()
+            .enumerate()
+            .map(|(i, time)| -samples.inputs[input].at::<f64>(i, *time, 0.0, 0))
+            .collect();
+        samples.inputs[input] = Track::Captured { value: values, rate: None, acceleration: None };
+    });
 }

@@ -264,7 +264,7 @@ fn random_parts(
     let active = crate::engine::noise::active_randoms(part);
     let row = part.slots()[measurand].residual;
     let mut workspace = Vec::new();
-    (0..part.runs[run].samples.len())
+    (0..part.runs[run].record.len())
         .map(|sample| {
             let made = crate::engine::noise::covariance_of(
                 part,

@@ -29,7 +29,7 @@ pub fn pairs(part: &Part, run: &Run, parameters: &[[f64; 4]]) -> Vec<Pair> {
     let program = Program::new(&part.system.assembly.graph, &outputs);
     let randoms = vec![0.0; part.random_sigma.len()];
     let mut workspace = Vec::new();
-    for sample in 0..run.samples.len() {
+    for sample in 0..run.record.len() {
         let leaves =
             SampleLeaves { parameters, randoms: &randoms, columns: part.columns(), run, sample };
         let out = program.evaluate(&leaves, &mut workspace);

@@ -5,6 +5,7 @@
 //! determine everything, say one direction of one slow run, the joint fit of all runs is taken.
 
 use crate::campaign::Role;
+use crate::campaign::record::Change;
 use crate::engine::Problem;
 use crate::estimate::batch::Options;
 use crate::estimate::calibrate::{Calibration, calibrate};
@@ -61,9 +62,7 @@ fn reference_fit(problem: &Problem, part: usize) -> Option<Calibration> {
     for part in &mut alone.parts {
         for run in &mut part.runs {
             if run.role != Role::Reference {
-                for column in &mut run.samples.readings {
-                    column.fill(f64::NAN);
-                }
+                run.record = run.record.changed(Change::WithoutReadings);
             }
         }
     }

@@ -2,6 +2,7 @@
 //! them apart.
 
 use crate::campaign::Track;
+use crate::campaign::record::Change;
 use crate::engine::gram::Normal;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
@@ -281,17 +282,12 @@ fn candidate_response(
         Candidate::Slower => 0.1,
     };
     let run = &problem.parts[p].runs[r];
-    if !run.samples.inputs.iter().any(Track::moves) {
+    if !run.record.inputs().iter().any(Track::moves) {
         return None;
     }
+    let retimed = run.record.changed(Change::Retimed(factor));
     let mut changed = problem.clone();
-    let samples = &mut changed.parts[p].runs[r].samples;
-    let time = samples.time.clone();
-    for track in &mut samples.inputs {
-        if track.moves() {
-            *track = retimed(track, &time, factor);
-        }
-    }
+    changed.parts[p].runs[r].record = retimed;
     let touched = changed.layout.columns.touched_by(changed.run_index(p, r));
     let local: Vec<f64> = touched.iter().map(|column| step[*column]).collect();
     let sigma: Vec<f64> = changed.parts[p]
@@ -310,19 +306,4 @@ fn candidate_response(
         }
     });
     Some(sum)
-}
-
-/// The same positions passed at `factor` times the rate.
-fn retimed(track: &Track, time: &[f64], factor: f64) -> Track {
-    let at = |order: u8, scale: f64| {
-        time.iter()
-            .enumerate()
-            .map(|(i, t)| scale * track.at::<f64>(i, *t, 0.0, order))
-            .collect::<Vec<_>>()
-    };
-    Track::Captured {
-        value: at(0, 1.0),
-        rate: Some(at(1, factor)),
-        acceleration: Some(at(2, factor * factor)),
-    }
 }

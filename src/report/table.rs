@@ -13,8 +13,8 @@ pub fn delays(problem: &Problem, part: usize, delays: &Delays) -> String {
     for reading in &delays.readings {
         let run = &data.runs[reading.run];
         let measurand = &data.system.assembly.names.measurands[reading.measurand].name;
-        let row = run.samples.rows.get(reading.sample).copied().unwrap_or(reading.sample + 1);
-        let time = run.samples.time[reading.sample];
+        let row = run.held().rows.get(reading.sample).copied().unwrap_or(reading.sample + 1);
+        let time = run.held().time[reading.sample];
         let state = reading.state.word();
         let numbers = [
             reading.delay,
@@ -63,7 +63,7 @@ pub fn residuals(result: &Calibration) -> String {
         let label = quoted(part.label.as_deref().unwrap_or_default());
         for (r, run) in part.runs.iter().enumerate() {
             for (sample, values) in problem.residuals(p, r, &result.fit.point).iter().enumerate() {
-                let row = run.samples.rows.get(sample).copied().unwrap_or(sample + 1);
+                let row = run.held().rows.get(sample).copied().unwrap_or(sample + 1);
                 for (measurand, slot) in
                     part.system.assembly.names.measurands.iter().zip(part.slots())
                 {
@@ -73,7 +73,7 @@ pub fn residuals(result: &Calibration) -> String {
                             text.push_str(&format!(
                                 "{label},{},{row},{},{},{component},{value:.9e}\n",
                                 quoted(&run.name),
-                                run.samples.time[sample],
+                                run.held().time[sample],
                                 measurand.name
                             ));
                         }

@@ -97,11 +97,13 @@ pub(crate) fn problem(campaign: &Path, with: &[&str]) -> Problem {
     // Every reading there: zeros do, only predictions are compared.
     for part in &mut problem.parts {
         for run in &mut part.runs {
-            run.samples.readings.iter_mut().for_each(|column| column.fill(0.0));
-            // Stamps of a plan are uniform; here they arrive in bursts of five, 0.2 ms off.
-            for (i, time) in run.samples.uniform_time.iter_mut().enumerate() {
-                *time += 2e-4 * (i % 5) as f64 - 4e-4;
-            }
+            run.record.edit(|samples| {
+                samples.readings.iter_mut().for_each(|column| column.fill(0.0));
+                // Stamps of a plan are uniform; here they arrive in bursts of five, 0.2 ms off.
+                for (i, time) in samples.uniform_time.iter_mut().enumerate() {
+                    *time += 2e-4 * (i % 5) as f64 - 4e-4;
+                }
+            });
         }
     }
     Problem::new(problem.parts)

@@ -91,6 +91,7 @@ impl Task for Adding<'_> {
     }
 }
 
+#[expect(clippy::needless_range_loop, reason = "indices say which pair is meant")]
 /// Adds `R` times `C` products from row `i` and column `j`.
 #[inline(always)]
 fn tile<A: Arithmetic, const WIDTH: usize, const R: usize, const C: usize>(

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use crate::campaign::{Run, Track};
+use crate::campaign::Track;
+use crate::campaign::record::Stretch;
+use crate::campaign::run::Samples;
 use crate::engine::lanes::arithmetic::{LANES, Lanes};
 use crate::engine::lanes::compile::Code;
 use crate::engine::lanes::dispatch::InstructionSet;
@@ -14,17 +16,38 @@ use crate::graph::Clock;
 /// Some samples of a run that follow each other.
 #[derive(Clone, Copy, Debug)]
 pub struct Chunk<'a> {
-    /// The run.
-    pub run: &'a Run,
+    /// Columns that hold them.
+    pub samples: &'a Samples,
     /// First reading column of each measurand.
     pub columns: &'a [usize],
-    /// Its first sample.
+    /// Index of the first of them within the columns.
     pub start: usize,
+    /// Number of that sample in its run.
+    pub first: usize,
     /// How many, at most [`LANES`]; the last one stands in for those that are missing.
     pub len: usize,
 }
 
+impl<'a> Chunk<'a> {
+    /// The chunks of a stretch.
+    pub fn all(stretch: Stretch<'a>, columns: &'a [usize]) -> impl Iterator<Item = Self> {
+        (0..stretch.len).step_by(LANES).map(move |offset| Self {
+            samples: stretch.samples,
+            columns,
+            start: stretch.start + offset,
+            first: stretch.first + offset,
+            len: LANES.min(stretch.len - offset),
+        })
+    }
+
+    /// A reading column's values.
+    pub fn readings(&self, column: usize) -> &'a [f64] {
+        &self.samples.readings[column][self.start..self.start + self.len]
+    }
+}
+
 /// A chunk's values for one program. Keep it between chunks and nothing is allocated.
+#[expect(clippy::vec_box, reason = "steps put results in place by exchanging pointers")]
 #[derive(Debug)]
 pub struct Workspace {
     slots: Vec<Box<Lanes>>,
@@ -54,8 +77,8 @@ impl Workspace {
     }
 
     /// Fills the columns from a chunk's samples. `given` are the values that the caller supplies.
-    pub fn load(&mut self, code: &Code, chunk: &Chunk<'_>, given: &[Box<Lanes>]) {
-        let samples = &chunk.run.samples;
+    pub fn load(&mut self, code: &Code, chunk: &Chunk<'_>, given: &[Lanes]) {
+        let samples = chunk.samples;
         let stretch = chunk.start..chunk.start + chunk.len;
         for (column, slot) in code.columns.iter().zip(&mut self.slots) {
             let values: &[f64] = match *column {
@@ -65,7 +88,7 @@ impl Workspace {
                 Column::Clock(Clock::UniformTime) => &samples.uniform_time[stretch.clone()],
                 Column::Clock(Clock::Index) => {
                     for (lane, value) in slot.iter_mut().enumerate() {
-                        *value = (chunk.start + lane.min(chunk.len - 1)) as f64;
+                        *value = (chunk.first + lane.min(chunk.len - 1)) as f64;
                     }
                     continue;
                 }
@@ -83,7 +106,7 @@ impl Workspace {
                     &samples.readings[first + component as usize][stretch.clone()]
                 }
                 Column::Given(index) => {
-                    **slot = *given[index as usize];
+                    **slot = given[index as usize];
                     continue;
                 }
             };
@@ -97,15 +120,16 @@ impl Workspace {
         }
     }
 
-    /// Computes one group of outputs; those before it in order must have been computed.
-    pub fn compute(&mut self, code: &Code, group: usize, tracks: &[Track]) {
+    /// Computes one group of outputs for the chunk that was loaded; those before it in order must have
+    /// been computed.
+    pub fn compute(&mut self, code: &Code, group: usize, chunk: &Chunk<'_>) {
         let start = if group == 0 { 0 } else { code.groups[group - 1].end };
         self.set.run(Execution {
             instructions: &code.instructions[start..code.groups[group].end],
             slots: &mut self.slots,
             spare: &mut self.spare,
             stills: &self.stills,
-            tracks,
+            tracks: &chunk.samples.inputs,
         });
     }
 

@@ -1,0 +1,399 @@
+//! What was recorded of a run, however long: held in memory, or spilled to a temporary file and read
+//! back a stretch at a time.
+//!
+//! Who walks a run asks for stretches: a held record lends its columns, a spilled one fills the
+//! caller's scratch; the numbers are the same, bit by bit. A spilled record keeps times, captured
+//! inputs, readings and rows; the other clocks are straight lines over time or sample number and
+//! computed on the way. A record can be looked at with a [`Change`], which costs no memory.
+//!
+//! A temporary file that cannot be read any more does not stop a walk: the stretch is filled with NaN
+//! and [`Record::fault`] says why. Whoever uses the result asks for it.
+
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
+
+pub use crate::campaign::spill::BLOCK;
+
+use crate::campaign::run::Samples;
+use crate::campaign::signal::Track;
+use crate::campaign::spill;
+
+/// The samples of a run.
+#[derive(Clone, Debug)]
+pub struct Record {
+    len: usize,
+    /// Where each input comes from; columns are empty.
+    inputs: Vec<Track>,
+    kept: Kept,
+    change: Option<Change>,
+    /// All samples, where somebody wanted them in memory although they are not held.
+    whole: OnceLock<Arc<Samples>>,
+}
+
+#[derive(Clone, Debug)]
+enum Kept {
+    Held(Arc<Samples>),
+    Spilled { columns: Arc<Spilled>, setup_start: f64 },
+}
+
+/// A run looked at otherwise than it was recorded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// No reading is there.
+    WithoutReadings,
+    /// The same positions passed at this many times the rate; negative is the other way round.
+    Retimed(f64),
+}
+
+/// Consecutive samples of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Stretch<'a> {
+    /// Columns that hold the stretch.
+    pub samples: &'a Samples,
+    /// Index of the stretch's first sample within those columns.
+    pub start: usize,
+    /// Number of that sample in its run.
+    pub first: usize,
+    /// How many samples.
+    pub len: usize,
+}
+
+impl Stretch<'_> {
+    /// Where the stretch stands in the columns.
+    pub fn range(&self) -> Range<usize> {
+        self.start..self.start + self.len
+    }
+}
+
+impl Default for Record {
+    fn default() -> Self {
+        Self::held(Samples::default())
+    }
+}
+
+impl From<Samples> for Record {
+    fn from(samples: Samples) -> Self {
+        Self::held(samples)
+    }
+}
+
+impl Record {
+    /// Samples that stay in memory.
+    pub fn held(samples: Samples) -> Self {
+        Self::shared(Arc::new(samples))
+    }
+
+    fn shared(samples: Arc<Samples>) -> Self {
+        Self {
+            len: samples.len(),
+            inputs: samples.inputs.iter().map(Track::without_values).collect(),
+            kept: Kept::Held(samples),
+            change: None,
+            whole: OnceLock::new(),
+        }
+    }
+
+    /// Samples in a temporary file.
+    pub(crate) fn spilled(columns: Spilled) -> Self {
+        Self {
+            len: columns.table.len(),
+            inputs: columns.inputs.clone(),
+            kept: Kept::Spilled { setup_start: columns.first_time, columns: Arc::new(columns) },
+            change: None,
+            whole: OnceLock::new(),
+        }
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Where each input of the model comes from. Constants and streams are whole; the columns of
+    /// captured inputs are empty, for they may be longer than memory.
+    pub fn inputs(&self) -> &[Track] {
+        &self.inputs
+    }
+
+    /// Time of the first sample (s).
+    pub fn first_time(&self) -> Option<f64> {
+        match &self.kept {
+            Kept::Held(samples) => samples.time.first().copied(),
+            Kept::Spilled { columns, .. } => (self.len > 0).then_some(columns.first_time),
+        }
+    }
+
+    /// Whether the samples are in a temporary file.
+    pub fn is_spilled(&self) -> bool {
+        matches!(self.kept, Kept::Spilled { .. })
+    }
+
+    /// Why samples could not be read back, if that happened.
+    pub fn fault(&self) -> Option<&str> {
+        match &self.kept {
+            Kept::Held(_) => None,
+            Kept::Spilled { columns, .. } => columns.fault.get().map(String::as_str),
+        }
+    }
+
+    /// Some of the samples; `scratch` may be used for them. What of the range goes beyond the last
+    /// sample is left out.
+    pub fn stretch<'a>(&'a self, range: Range<usize>, scratch: &'a mut Samples) -> Stretch<'a> {
+        let range = range.start.min(self.len)..range.end.min(self.len);
+        let (first, len) = (range.start, range.len());
+        match &self.kept {
+            Kept::Held(samples) if self.change.is_none() => {
+                return Stretch { samples, start: first, first, len };
+            }
+            Kept::Held(samples) => copy(samples, range, scratch),
+            Kept::Spilled { columns, setup_start } => columns.fill(range, *setup_start, scratch),
+        }
+        if let Some(change) = self.change {
+            change.apply(scratch);
+        }
+        Stretch { samples: scratch, start: 0, first, len }
+    }
+
+    /// Ranges of at most `step` samples that make up the run.
+    pub fn ranges(&self, step: usize) -> impl ExactSizeIterator<Item = Range<usize>> + use<> {
+        let (len, step) = (self.len, step.max(1));
+        (0..len.div_ceil(step)).map(move |k| k * step..len.min((k + 1) * step))
+    }
+
+    /// Shows the whole run, a stretch at a time.
+    pub fn walk(&self, mut visit: impl FnMut(Stretch<'_>)) {
+        let mut scratch = Samples::default();
+        for range in self.ranges(BLOCK) {
+            visit(self.stretch(range, &mut scratch));
+        }
+    }
+
+    /// One sample: columns that hold it, and its index there.
+    pub fn sample<'a>(&'a self, sample: usize, scratch: &'a mut Samples) -> (&'a Samples, usize) {
+        let stretch = self.stretch(sample..sample + 1, scratch);
+        (stretch.samples, stretch.start)
+    }
+
+    /// Row of the data file (line number, from 1) of a sample.
+    pub fn row(&self, sample: usize) -> usize {
+        let mut scratch = Samples::default();
+        let (samples, at) = self.sample(sample, &mut scratch);
+        samples.rows.get(at).copied().unwrap_or(sample + 1)
+    }
+
+    /// All samples in memory, read back once if need be: for small runs and for those who cannot
+    /// walk stretches.
+    pub fn whole(&self) -> &Samples {
+        match &self.kept {
+            Kept::Held(samples) if self.change.is_none() => samples,
+            _ => self.whole.get_or_init(|| Arc::new(self.head(self.len))),
+        }
+    }
+
+    /// The first samples, at most so many.
+    pub fn head(&self, most: usize) -> Samples {
+        let range = 0..most.min(self.len);
+        let mut head = Samples::default();
+        match &self.kept {
+            Kept::Held(samples) => copy(samples, range, &mut head),
+            Kept::Spilled { columns, setup_start } => columns.fill(range, *setup_start, &mut head),
+        }
+        if let Some(change) = self.change {
+            change.apply(&mut head);
+        }
+        head
+    }
+
+    /// Changes the samples; they are in memory from then on.
+    pub fn edit(&mut self, change: impl FnOnce(&mut Samples)) {
+        let held = match std::mem::take(self) {
+            Self { kept: Kept::Held(samples), change: None, .. } => Some(samples),
+            other => {
+                other.whole();
+                other.whole.into_inner()
+            }
+        };
+        let mut samples = Arc::unwrap_or_clone(held.unwrap_or_default());
+        change(&mut samples);
+        *self = Self::held(samples);
+    }
+
+    /// The same run, looked at otherwise. Only the last change counts.
+    pub fn changed(&self, change: Change) -> Self {
+        let inputs = match (change, &self.kept) {
+            (Change::WithoutReadings, _) => self.inputs.clone(),
+            (Change::Retimed(_), _) => {
+                let moving = |track: &Track| match track.moves() {
+                    true => captured_with_rates(),
+                    false => track.clone(),
+                };
+                self.inputs.iter().map(moving).collect()
+            }
+        };
+        Self { inputs, change: Some(change), whole: OnceLock::new(), ..self.clone() }
+    }
+
+    /// Lets the time since the start of the setup count from `start` (s).
+    pub(crate) fn set_setup_start(&mut self, start: f64) {
+        match &mut self.kept {
+            Kept::Held(samples) => {
+                let samples = Arc::make_mut(samples);
+                samples.setup_time = samples.time.iter().map(|time| time - start).collect();
+            }
+            Kept::Spilled { setup_start, .. } => *setup_start = start,
+        }
+    }
+}
+
+fn captured_with_rates() -> Track {
+    Track::Captured { value: Vec::new(), rate: Some(Vec::new()), acceleration: Some(Vec::new()) }
+}
+
+impl Change {
+    fn apply(self, samples: &mut Samples) {
+        match self {
+            Self::WithoutReadings => {
+                samples.readings.iter_mut().for_each(|column| column.fill(f64::NAN));
+            }
+            Self::Retimed(factor) => {
+                let Samples { time, inputs, .. } = samples;
+                for track in inputs.iter_mut().filter(|track| track.moves()) {
+                    let at = |order: u8, scale: f64| {
+                        let samples = time.iter().enumerate();
+                        samples.map(|(i, t)| scale * track.at::<f64>(i, *t, 0.0, order)).collect()
+                    };
+                    *track = Track::Captured {
+                        value: at(0, 1.0),
+                        rate: Some(at(1, factor)),
+                        acceleration: Some(at(2, factor * factor)),
+                    };
+                }
+            }
+        }
+    }
+}
+
+/// A straight line over the sample number.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Line {
+    middle: f64,
+    mean: f64,
+    slope: f64,
+}
+
+impl Line {
+    /// The straight line through `len` values, which `each` shows in their order, twice.
+    pub(crate) fn through(len: usize, mut each: impl FnMut(&mut dyn FnMut(f64))) -> Self {
+        let middle = (len as f64 - 1.0) / 2.0;
+        let mut sum = 0.0;
+        each(&mut |value| sum += value);
+        let mean = sum / len as f64;
+        let (mut x, mut along, mut square) = (-middle, 0.0, 0.0);
+        each(&mut |value| {
+            along += x * (value - mean);
+            square += x * x;
+            x += 1.0;
+        });
+        let slope = if square > 0.0 { along / square } else { 0.0 };
+        Self { middle, mean, slope }
+    }
+
+    /// Its value at a sample.
+    pub(crate) fn at(&self, sample: usize) -> f64 {
+        self.mean + self.slope * (sample as f64 - self.middle)
+    }
+}
+
+/// A spilled record's columns: times, captured inputs, readings, rows.
+#[derive(Debug)]
+pub(crate) struct Spilled {
+    pub(crate) table: spill::Table,
+    /// Shape of the inputs.
+    pub(crate) inputs: Vec<Track>,
+    /// Number of reading columns.
+    pub(crate) readings: usize,
+    /// For each captured column, the value of samples before its first one.
+    pub(crate) lead: Vec<f64>,
+    /// Time of the first sample (s).
+    pub(crate) first_time: f64,
+    pub(crate) uniform: Line,
+    pub(crate) fault: OnceLock<String>,
+}
+
+impl Spilled {
+    /// Shows the times in their order.
+    pub(crate) fn each_time(&self, visit: &mut dyn FnMut(f64)) {
+        let mut times = Vec::with_capacity(BLOCK);
+        for begin in (0..self.table.len()).step_by(BLOCK) {
+            times.clear();
+            self.column(0, begin..self.table.len().min(begin + BLOCK), &mut times);
+            times.iter().for_each(|time| visit(*time));
+        }
+    }
+
+    fn column(&self, column: usize, range: Range<usize>, into: &mut Vec<f64>) {
+        let len = range.len();
+        into.clear();
+        if let Err(error) = self.table.read(column, range, into) {
+            // The first reason is the one that is told.
+            self.fault.get_or_init(|| error.to_string());
+            into.clear();
+            into.resize(len, f64::NAN);
+        }
+    }
+
+    fn fill(&self, range: Range<usize>, setup_start: f64, into: &mut Samples) {
+        shape(into, &self.inputs, self.readings);
+        let mut number = 0;
+        for column in into.columns_mut() {
+            self.column(number, range.clone(), column);
+            if let Some(lead) = number.checked_sub(1).and_then(|k| self.lead.get(k)) {
+                column.iter_mut().filter(|value| value.is_nan()).for_each(|value| *value = *lead);
+            }
+            number += 1;
+        }
+        let mut rows = Vec::with_capacity(range.len());
+        self.column(number, range.clone(), &mut rows);
+        let Samples { time, run_time, setup_time, uniform_time, rows: row_numbers, .. } = into;
+        replace(row_numbers, rows.iter().map(|row| *row as usize));
+        replace(run_time, time.iter().map(|time| time - self.first_time));
+        replace(setup_time, time.iter().map(|time| time - setup_start));
+        replace(uniform_time, range.map(|sample| self.uniform.at(sample)));
+    }
+}
+
+fn replace<T>(column: &mut Vec<T>, values: impl Iterator<Item = T>) {
+    column.clear();
+    column.extend(values);
+}
+
+/// Gives samples the columns of others; what is in those of the same shape may stay.
+pub(crate) fn shape(samples: &mut Samples, inputs: &[Track], readings: usize) {
+    samples.inputs.resize_with(inputs.len(), || Track::Absent);
+    for (to, from) in samples.inputs.iter_mut().zip(inputs) {
+        if !to.has_columns_of(from) {
+            *to = from.without_values();
+        }
+    }
+    samples.readings.resize_with(readings, Vec::new);
+}
+
+fn copy(from: &Samples, range: Range<usize>, into: &mut Samples) {
+    fn part<T: Copy>(to: &mut Vec<T>, from: &[T], range: Range<usize>) {
+        to.clear();
+        to.extend_from_slice(from.get(range).unwrap_or(&[]));
+    }
+    shape(into, &from.inputs, from.readings.len());
+    for (to, from) in into.columns_mut().zip(from.columns()) {
+        part(to, from, range.clone());
+    }
+    part(&mut into.run_time, &from.run_time, range.clone());
+    part(&mut into.setup_time, &from.setup_time, range.clone());
+    part(&mut into.uniform_time, &from.uniform_time, range.clone());
+    part(&mut into.rows, &from.rows, range);
+}
