@@ -197,7 +197,7 @@ fn delays_of_readings_agree() {
                 delay::delays(&Model::new(parameters), &data, &covariance, SIGMA, given.range);
             let dual = generic::delays(&parameters, &data, &covariance, SIGMA, given.range);
             for m in 0..3 {
-                let engine = delays_of_run(&given, 0, r, m);
+                let engine = delays_of_run(&given, 0, r, m).readings;
                 let about = format!("{plan:?} run {r} measurand {m}");
                 let readings = data.readings[m];
                 all += readings.len();

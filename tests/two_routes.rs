@@ -64,7 +64,7 @@ fn newton_on_a_reading_and_a_batch_of_that_reading_agree() {
     let mut compared = 0;
     for run in [2, 4] {
         for measurand in 0..3 {
-            let newton = delays_of_run(&given, 0, run, measurand);
+            let newton = delays_of_run(&given, 0, run, measurand).readings;
             for reading in newton.iter().step_by(17).filter(|one| one.state == State::Solved) {
                 // Near a blind place neither route has a delay worth the name.
                 if reading.random > 1e-3 {

@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
+use homepoint::campaign::record::Record;
 use homepoint::campaign::{Role, Run, Samples, Track};
 use homepoint::diagnostic::Diagnostics;
 use homepoint::engine::simulate::simulate;
@@ -135,7 +136,7 @@ impl Plan<'_> {
                     name: format!("R{run}"),
                     setup: run / of_setup,
                     role: Role::Kinematic,
-                    samples: Samples {
+                    record: Record::held(Samples {
                         run_time: time.clone(),
                         setup_time: time.clone(),
                         uniform_time: time.clone(),
@@ -147,7 +148,7 @@ impl Plan<'_> {
                         readings: vec![vec![f64::NAN; count]; 3],
                         rows: (1..=count).collect(),
                         time,
-                    },
+                    }),
                 }
             })
             .collect()

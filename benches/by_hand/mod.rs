@@ -104,10 +104,11 @@ pub(crate) struct Columns<'a> {
 impl<'a> Columns<'a> {
     /// The columns of a run; `None` where the arm's angle is not captured with its rate.
     pub(crate) fn of(run: &'a Run) -> Option<Self> {
-        let Track::Captured { value, rate: Some(rate), .. } = run.samples.inputs.first()? else {
+        let samples = run.held();
+        let Track::Captured { value, rate: Some(rate), .. } = samples.inputs.first()? else {
             return None;
         };
-        let [horizontal, vertical, distance] = run.samples.readings.as_slice() else {
+        let [horizontal, vertical, distance] = samples.readings.as_slice() else {
             return None;
         };
         Some(Self { angle: value, rate, readings: [horizontal, vertical, distance] })

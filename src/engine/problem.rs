@@ -370,8 +370,21 @@ impl Problem {
     pub fn compute_with(&mut self, set: InstructionSet, sweep: Sweep) {
         self.set = set;
         self.programs = (0..self.parts.len())
-            .map(|part| Arc::new(Programs::new(self.directions(part), sweep)))
+            .map(|part| {
+                let measurands = self.parts[part].slots.len();
+                Arc::new(Programs::new(self.directions(part), sweep, measurands))
+            })
             .collect();
+    }
+
+    /// With what the lanes are computed.
+    pub fn instruction_set(&self) -> InstructionSet {
+        self.set
+    }
+
+    /// The lane programs of a campaign's model.
+    pub fn programs(&self, part: usize) -> &Programs {
+        &self.programs[part]
     }
 
     /// The directions along which some run of a campaign is free to move.

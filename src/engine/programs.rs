@@ -4,10 +4,12 @@
 //! Each is compiled when it is first wanted. Every residual is multiplied by a weight that the caller
 //! gives for its measurand (value [`Leaf::Given`] of that index), and so are its derivatives.
 
+use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use crate::engine::lanes::Code;
 use crate::engine::rows::{Derivatives, Direction, Rows, Sweep};
+use crate::graph::derivative::Tangent;
 use crate::graph::import::Import;
 use crate::graph::{Assembly, Graph, Leaf, NodeId};
 use crate::model::Process;
@@ -22,6 +24,7 @@ pub struct Programs {
     apart: OnceLock<RowsProgram>,
     together: OnceLock<RowsProgram>,
     noise: OnceLock<NoiseProgram>,
+    delays: Vec<OnceLock<DelayProgram>>,
 }
 
 /// Weighted residuals with their derivatives.
@@ -44,6 +47,20 @@ pub struct RowOutputs {
     pub directions: Vec<usize>,
 }
 
+/// One reading as a function of its delay, value [`Leaf::Given`] number 0, in three groups.
+#[derive(Clone, Debug)]
+pub struct DelayProgram {
+    /// Group 0: `prediction - reading` and its derivative by the delay. Group 1: what makes the
+    /// reading's own uncertainty. Group 2: the derivatives of the prediction.
+    pub code: Code,
+    /// In group 1: the factor on the standard uncertainty.
+    pub factor: Option<usize>,
+    /// In group 1: random quantity, and the output that is the prediction's derivative.
+    pub sensitivities: Vec<(usize, usize)>,
+    /// In group 2: the directions of the derivatives, by index.
+    pub directions: Vec<usize>,
+}
+
 /// What makes the covariance of a sample's readings.
 #[derive(Clone, Debug)]
 pub struct NoiseProgram {
@@ -56,8 +73,8 @@ pub struct NoiseProgram {
 }
 
 impl Programs {
-    /// For derivatives along these directions, by a sweep.
-    pub fn new(directions: Vec<Direction>, sweep: Sweep) -> Self {
+    /// For derivatives along these directions, by a sweep; of a model with so many measurands.
+    pub fn new(directions: Vec<Direction>, sweep: Sweep, measurands: usize) -> Self {
         Self {
             directions,
             sweep,
@@ -65,6 +82,7 @@ impl Programs {
             apart: OnceLock::new(),
             together: OnceLock::new(),
             noise: OnceLock::new(),
+            delays: (0..measurands).map(|_| OnceLock::new()).collect(),
         }
     }
 
@@ -95,9 +113,64 @@ impl Programs {
             .get_or_init(|| RowsProgram::new(assembly, &self.directions, self.sweep, false))
     }
 
+    /// A reading of a measurand as a function of its delay.
+    pub fn delay(&self, system: &System, measurand: usize) -> &DelayProgram {
+        self.delays[measurand]
+            .get_or_init(|| DelayProgram::new(system, &self.directions, measurand))
+    }
+
     /// Sensitivities to what is random from sample to sample.
     pub fn noise(&self, system: &System) -> &NoiseProgram {
         self.noise.get_or_init(|| NoiseProgram::new(system))
+    }
+}
+
+impl DelayProgram {
+    /// Of a measurand with one component.
+    fn new(system: &System, directions: &[Direction], measurand: usize) -> Self {
+        let assembly = &system.assembly;
+        let mut rows = Rows::of(assembly, measurand);
+        let own = assembly.names.measurands[measurand].delay;
+        let delay = rows.graph.leaf(Leaf::Parameter { parameter: own as u32, component: 0 });
+        let one = rows.graph.constant(1.0);
+        let white = white(system);
+        let mut seeds = vec![HashMap::from([(delay, one)])];
+        seeds.extend(random_seeds(&mut rows.graph, &white));
+        let others: Vec<Direction> =
+            directions.iter().copied().filter(|(parameter, _)| *parameter != own).collect();
+        seeds.extend(rows.seeds(assembly, &others));
+        let made = rows.derivatives(&seeds, &[one], Sweep::Forward).pop().unwrap_or_default();
+        let mut graph = Graph::boundless();
+        let mut leaf = |graph: &mut Graph, leaf| match leaf {
+            Leaf::Random(_) => graph.constant(0.0),
+            Leaf::Parameter { parameter, .. } if parameter as usize == own => {
+                graph.leaf(Leaf::Given(0))
+            }
+            other => graph.leaf(other),
+        };
+        let mut import = Import::default();
+        let residual = import.node(&rows.graph, rows.residuals[0], &mut graph, &mut leaf);
+        let zero = graph.constant(0.0);
+        let mut groups = vec![vec![graph.negate(residual), zero], Vec::new(), Vec::new()];
+        let (mut sensitivities, mut kept) = (Vec::new(), Vec::new());
+        for (seed, node) in made.directions.iter().zip(&made.nodes) {
+            let node = import.node(&rows.graph, *node, &mut graph, &mut leaf);
+            if *seed == 0 {
+                groups[0][1] = node;
+            } else if let Some(random) = white.get(seed - 1) {
+                sensitivities.push((*random, groups[1].len()));
+                groups[1].push(node);
+            } else {
+                let direction = others[seed - 1 - white.len()];
+                kept.extend(directions.iter().position(|other| *other == direction));
+                groups[2].push(node);
+            }
+        }
+        let factor = assembly.measurands[measurand].sigma_factor.map(|node| {
+            groups[1].push(Import::default().node(&assembly.graph, node, &mut graph, &mut leaf));
+            groups[1].len() - 1
+        });
+        Self { code: Code::new(&mut graph, &groups), factor, sensitivities, directions: kept }
     }
 }
 
@@ -142,16 +215,8 @@ impl NoiseProgram {
         let mut rows = Rows::new(assembly);
         let one = rows.graph.constant(1.0);
         let ones = vec![one; rows.residuals.len()];
-        let white: Vec<usize> = (0..system.randoms.len())
-            .filter(|random| system.randoms[*random].process == Process::White)
-            .collect();
-        let seeds: Vec<_> = white
-            .iter()
-            .map(|random| {
-                let leaf = rows.graph.leaf(Leaf::Random(*random as u32));
-                std::collections::HashMap::from([(leaf, one)])
-            })
-            .collect();
+        let white = white(system);
+        let seeds = random_seeds(&mut rows.graph, &white);
         let derivatives = rows.derivatives(&seeds, &ones, Sweep::Forward);
         let mut graph = Graph::boundless();
         let mut mean = |graph: &mut Graph, leaf| match leaf {
@@ -179,6 +244,21 @@ impl NoiseProgram {
         }
         Self { code: Code::new(&mut graph, &[outputs]), factors, sensitivities }
     }
+}
+
+/// The random quantities that are independent from sample to sample.
+fn white(system: &System) -> Vec<usize> {
+    (0..system.randoms.len())
+        .filter(|random| system.randoms[*random].process == Process::White)
+        .collect()
+}
+
+fn random_seeds(graph: &mut Graph, randoms: &[usize]) -> Vec<Tangent> {
+    let one = graph.constant(1.0);
+    randoms
+        .iter()
+        .map(|random| HashMap::from([(graph.leaf(Leaf::Random(*random as u32)), one)]))
+        .collect()
 }
 
 /// The weight of each row as a node, and its measurand.

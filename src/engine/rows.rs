@@ -7,6 +7,7 @@
 //! with respect to them are the sensitivities that make a sample's covariance.
 
 use std::collections::HashSet;
+use std::ops::Range;
 
 use crate::graph::derivative::{Tangent, adjoint, seeds, tangent};
 use crate::graph::import::Import;
@@ -45,17 +46,26 @@ pub struct Derivatives {
 impl Rows {
     /// The rows of a model.
     pub fn new(assembly: &Assembly) -> Self {
+        Self::some(assembly, 0..assembly.names.measurands.len())
+    }
+
+    /// The rows of one measurand.
+    pub fn of(assembly: &Assembly, measurand: usize) -> Self {
+        Self::some(assembly, measurand..measurand + 1)
+    }
+
+    fn some(assembly: &Assembly, measurands: Range<usize>) -> Self {
         let mut rows = Self { graph: Graph::boundless(), residuals: Vec::new() };
         let mut import = Import::default();
-        for (index, declared) in assembly.names.measurands.iter().enumerate() {
+        for index in measurands {
             let mut leaf = |graph: &mut Graph, leaf| graph.leaf(leaf);
-            let nodes: Vec<NodeId> = assembly.measurands[index]
-                .value
+            let value = &assembly.measurands[index].value;
+            let nodes: Vec<NodeId> = value
                 .nodes()
                 .iter()
                 .map(|node| import.node(&assembly.graph, *node, &mut rows.graph, &mut leaf))
                 .collect();
-            rows.add(index as u32, declared.kind, &assembly.measurands[index].value, &nodes);
+            rows.add(index as u32, assembly.names.measurands[index].kind, value, &nodes);
         }
         rows
     }

@@ -11,11 +11,8 @@ use rayon::prelude::*;
 
 use crate::engine::Point;
 use crate::engine::problem::Problem;
-use crate::estimate::newton::{Given, ReadingDelay, State, delays_of_run};
+use crate::estimate::newton::{Given, ReadingDelay, RunDelays, State, delays_of_run};
 use crate::graph::MeasurandKind;
-
-/// A reading whose uncertainty exceeds the smallest of its run and measurand by this factor is blind.
-pub const BLIND_RATIO: f64 = 10.0;
 
 /// What came of one measurand's readings.
 #[derive(Clone, Debug)]
@@ -74,54 +71,39 @@ pub fn delays(
             all.left_out.push((declared.name.clone(), why.to_owned()));
             continue;
         }
-        let found: Vec<Vec<ReadingDelay>> = runs
-            .par_iter()
-            .map(|run| {
-                let mut readings = delays_of_run(&given, part, *run, measurand);
-                mark_blind(&mut readings);
-                readings
-            })
-            .collect();
-        all.measurands.push(summarise(problem, part, declared.name.clone(), &found, covariance));
-        all.readings.extend(found.into_iter().flatten());
+        let found: Vec<RunDelays> =
+            runs.par_iter().map(|run| delays_of_run(&given, part, *run, measurand)).collect();
+        let indices = runs.iter().map(|run| problem.run_index(part, *run));
+        let columns: Vec<Vec<usize>> =
+            indices.map(|run| problem.layout.columns.touched_by(run)).collect();
+        all.measurands.push(summarise(declared.name.clone(), &columns, &found, covariance));
+        all.readings.extend(found.into_iter().flat_map(|run| run.readings));
     }
     all
 }
 
-/// Marks the readings that see their delay far worse than the best of their run: by the slope at
-/// the reference time, and by that at the solution.
-fn mark_blind(readings: &mut [ReadingDelay]) {
-    let best = readings.iter().map(|one| one.random_at_reference).fold(f64::INFINITY, f64::min);
-    for reading in readings {
-        let solved = reading.state == State::Solved;
-        let here = if solved { reading.random } else { reading.random_at_reference };
-        let worst = reading.random_at_reference.max(here);
-        if !worst.is_finite() || worst > BLIND_RATIO * best {
-            reading.state = State::Blind;
-        }
-    }
-}
-
+/// What came of one measurand; `columns` are those that each run touches.
 fn summarise(
-    problem: &Problem,
-    part: usize,
     measurand: String,
-    found: &[Vec<ReadingDelay>],
+    columns: &[Vec<usize>],
+    found: &[RunDelays],
     covariance: &DMatrix<f64>,
 ) -> Summary {
-    let count = |state| found.iter().flatten().filter(|reading| reading.state == state).count();
-    let mut mean_sensitivity = DVector::<f64>::zeros(problem.layout.columns.len());
+    let all = || found.iter().flat_map(|run| &run.readings);
+    let count = |state| all().filter(|reading| reading.state == state).count();
+    let mut mean_sensitivity = DVector::<f64>::zeros(covariance.nrows());
     let (mut weights, mut weighted, mut variance) = (0.0, 0.0, 0.0);
     let mut expanded = Vec::new();
-    for reading in found.iter().flatten().filter(|reading| reading.state == State::Solved) {
+    for reading in all().filter(|reading| reading.state == State::Solved) {
         let weight = reading.random_at_reference.powi(-2);
         variance += (weight * reading.random).powi(2);
         weights += weight;
         weighted += weight * reading.delay;
         expanded.push(reading.expanded_uncertainty());
-        let touched = problem.layout.columns.touched_by(problem.run_index(part, reading.run));
-        for (column, value) in touched.iter().zip(reading.sensitivity.iter()) {
-            mean_sensitivity[*column] += weight * value;
+    }
+    for (columns, run) in columns.iter().zip(found) {
+        for (column, value) in columns.iter().zip(run.weighted_sensitivity.iter()) {
+            mean_sensitivity[*column] += value;
         }
     }
     let any = weights > 0.0;
@@ -131,7 +113,7 @@ fn summarise(
     let random = variance.sqrt() / weights;
     Summary {
         measurand,
-        readings: found.iter().map(Vec::len).sum(),
+        readings: all().count(),
         solved: count(State::Solved),
         blind: count(State::Blind),
         failed: count(State::Failed),

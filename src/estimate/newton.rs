@@ -4,20 +4,25 @@
 //! section 3.2.1); `m(t) = reading` is solved for `t`, starting at the reference time, `t = 0`.
 //! The delay is an implicit function of every parameter: `dt/dθ = -(∂m/∂θ) / m'`, so
 //! `u² = (u_m² + J Σ Jᵀ) / m'²` with the full covariance Σ of the parameters (the seed, section 3.4,
-//! has the reading's part alone). Where `m'` vanishes the reading is *blind*.
+//! has the reading's part alone). Where `m'` vanishes the reading is *blind*. The lanes compute 128
+//! readings at a time.
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::engine::lanes::arithmetic::Arithmetic;
+use crate::engine::lanes::dispatch::Task;
+use crate::engine::lanes::{Chunk, LANES, Lanes, Workspace};
+use crate::engine::noise::active_randoms;
 use crate::engine::point::Point;
-use crate::engine::problem::{Problem, SampleLeaves};
-use crate::number::{Dual, Gradient, Number, derivative, partials, variable};
+use crate::engine::problem::{ParameterLeaves, Problem};
+use crate::engine::programs::DelayProgram;
 
-/// Tangents in one pass.
-const CHUNK: usize = 8;
-/// Newton steps before giving up.
-const MAXIMUM_STEPS: usize = 50;
-/// A step this small (s), or this small against the delay, ends the iteration.
-const TOLERANCE: f64 = 1e-14;
+mod chunk;
+
+use chunk::{Roots, Stage};
+
+/// A reading whose uncertainty exceeds the smallest of its run and measurand by this factor is blind.
+pub const BLIND_RATIO: f64 = 10.0;
 
 /// Whether a reading gave its delay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -42,7 +47,7 @@ impl State {
 }
 
 /// The delay of one reading.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReadingDelay {
     /// Run of the campaign.
     pub run: usize,
@@ -63,10 +68,8 @@ pub struct ReadingDelay {
     pub random_at_reference: f64,
     /// Common part (s): the parameters' covariance.
     pub common: f64,
-    /// `dt/dθ` over the columns the run touches.
-    pub sensitivity: DVector<f64>,
     /// Newton steps.
-    pub steps: usize,
+    pub steps: u32,
 }
 
 impl ReadingDelay {
@@ -79,6 +82,16 @@ impl ReadingDelay {
     pub fn expanded_uncertainty(&self) -> f64 {
         2.0 * self.standard_uncertainty()
     }
+}
+
+/// The delays of one measurand in one run.
+#[derive(Clone, Debug)]
+pub struct RunDelays {
+    /// One for each reading.
+    pub readings: Vec<ReadingDelay>,
+    /// `Σ w dt/dθ` of the solved ones over the columns the run touches, with the weights
+    /// `w = random_at_reference⁻²`.
+    pub weighted_sensitivity: DVector<f64>,
 }
 
 /// What the delays of a run are computed from.
@@ -94,187 +107,254 @@ pub struct Given<'a> {
     pub range: f64,
 }
 
-/// Solves `f(t) = 0` by Newton from 0, within `±range`: steps are halved while they do not bring
-/// `f` nearer to zero. Returns the root, the slope there and the number of steps.
-pub fn solve(range: f64, mut f: impl FnMut(Dual) -> Dual) -> Option<(f64, f64, usize)> {
-    let mut t = 0.0;
-    let mut here = f(variable(t));
-    for step_number in 0..MAXIMUM_STEPS {
-        if !here.value().is_finite() {
-            return None;
-        }
-        let slope = derivative(here);
-        if here.value() == 0.0 {
-            return Some((t, slope, step_number));
-        }
-        let mut step = -here.value() / slope;
-        if !step.is_finite() {
-            return None;
-        }
-        step = step.clamp(-range, range);
-        if step.abs() <= TOLERANCE.max(4.0 * f64::EPSILON * t.abs()) {
-            return Some((t + step, slope, step_number));
-        }
-        let mut next = f(variable((t + step).clamp(-range, range)));
-        for _ in 0..20 {
-            if next.value().is_finite() && next.value().abs() < here.value().abs() {
-                break;
-            }
-            step *= 0.5;
-            next = f(variable((t + step).clamp(-range, range)));
-        }
-        let moved = (t + step).clamp(-range, range);
-        if next.value().abs() >= here.value().abs() {
-            // No further descent: rounding has been reached, or there is no root.
-            let rounding = step.abs() <= 1e-9 * range || here.value().abs() <= 1e-12;
-            return rounding.then_some((t, slope, step_number));
-        }
-        t = moved;
-        here = next;
-    }
-    None
-}
-
 /// The delay of every reading of one measurand in one run, a rotation left out (it has no single
 /// delay).
-pub fn delays_of_run(
-    given: &Given<'_>,
-    p: usize,
-    run: usize,
-    measurand: usize,
-) -> Vec<ReadingDelay> {
+pub fn delays_of_run(given: &Given<'_>, part: usize, run: usize, measurand: usize) -> RunDelays {
     let problem = given.problem;
-    let part = &problem.parts[p];
-    let slot = &part.slots()[measurand];
-    if slot.components != 1 {
-        return Vec::new();
+    let data = &problem.parts[part];
+    let touched = problem.layout.columns.touched_by(problem.run_index(part, run)).len();
+    let mut found =
+        RunDelays { readings: Vec::new(), weighted_sensitivity: DVector::zeros(touched) };
+    if data.slots()[measurand].components != 1 {
+        return found;
     }
-    let delay = part.system.assembly.names.measurands[measurand].delay;
-    let delay_instance = problem.layout.instance_in(p, run, delay);
-    let mut tangents = problem.tangents(p, run);
-    tangents.retain(|(instance, _)| *instance != delay_instance);
-    let touched = problem.layout.columns.touched_by(problem.run_index(p, run));
-    let local = local_covariance(given.covariance, &touched);
-    let movers: Vec<Vec<(usize, f64)>> = tangents
-        .iter()
-        .map(|(instance, component)| {
-            let columns = problem.layout.columns_of(*instance, *component);
-            columns
-                .into_iter()
-                .filter_map(|(column, c)| Some((touched.iter().position(|t| *t == column)?, c)))
-                .collect()
-        })
-        .collect();
-    let chunks: Vec<Vec<[Gradient<CHUNK>; 4]>> = tangents
-        .chunks(CHUNK)
-        .map(|chunk| problem.seeded_parameters(p, run, given.point, chunk))
-        .collect();
-    let constants = problem.parameters::<Dual>(p, run, given.point);
-    let random_parts = random_parts(problem, p, run, measurand, given.point);
-    let zero_randoms = vec![Dual::constant(0.0); part.random_sigma.len()];
-    let no_randoms = vec![Gradient::<CHUNK>::constant(0.0); part.random_sigma.len()];
-    let (mut dual_work, mut gradient_work) = (Vec::new(), Vec::new());
-    let mut parameters = constants;
-    let mut found = Vec::new();
-    for (sample, random_part) in random_parts.into_iter().enumerate() {
-        if !part.is_present(run, sample, slot) {
-            continue;
-        }
-        let mut reference_slope = None;
-        let solution = solve(given.range, |t| {
-            parameters[delay][0] = t;
-            let leaves = SampleLeaves {
-                parameters: &parameters,
-                randoms: &zero_randoms,
-                columns: part.columns(),
-                run: &part.runs[run],
-                sample,
-            };
-            let outputs = part.evaluate_one(measurand, &leaves, &mut dual_work);
-            let difference = -part.residual_of_one(run, sample, measurand, outputs)[0];
-            // Newton begins at the reference time.
-            reference_slope.get_or_insert(derivative(difference));
-            difference
-        });
-        let mut reading = ReadingDelay {
-            run,
-            sample,
-            measurand,
-            state: State::Failed,
-            delay: f64::NAN,
-            slope: f64::NAN,
-            random: f64::NAN,
-            random_at_reference: f64::INFINITY,
-            common: f64::NAN,
-            sensitivity: DVector::zeros(touched.len()),
-            steps: MAXIMUM_STEPS,
-        };
-        if let Some(slope) = reference_slope.filter(|slope| slope.is_finite() && *slope != 0.0) {
-            reading.random_at_reference = random_part / slope.abs();
-        }
-        if let Some((t, slope, steps)) = solution {
-            for (number, seeded) in chunks.iter().enumerate() {
-                let mut seeded = seeded.clone();
-                seeded[delay][0] = Gradient::constant(t);
-                let leaves = SampleLeaves {
-                    parameters: &seeded,
-                    randoms: &no_randoms,
-                    columns: part.columns(),
-                    run: &part.runs[run],
-                    sample,
-                };
-                let outputs = part.evaluate_one(measurand, &leaves, &mut gradient_work);
-                let residual = part.residual_of_one(run, sample, measurand, outputs)[0];
-                let first = number * CHUNK;
-                for (movers, change) in movers.iter().skip(first).zip(partials(&residual)) {
-                    for (column, coefficient) in movers {
-                        // residual = reading - m, so -∂m/∂θ is the residual's derivative.
-                        reading.sensitivity[*column] += coefficient * change / slope;
-                    }
-                }
+    let mut solver = Solver::new(given, part, run, measurand);
+    // The best of the run decides which readings are blind.
+    let mut best = f64::INFINITY;
+    let record = &data.runs[run].record;
+    record.walk(|stretch| {
+        for chunk in Chunk::all(stretch, data.columns()) {
+            let (present, at_reference) = solver.at_reference(&chunk);
+            for (there, sigma) in present.into_iter().zip(at_reference) {
+                best = if there && sigma < best { sigma } else { best };
             }
-            reading.state = State::Solved;
-            reading.delay = t;
-            reading.slope = slope;
-            reading.steps = steps;
-            reading.random = random_part / slope.abs();
-            let common = (reading.sensitivity.transpose() * &local * &reading.sensitivity)[(0, 0)];
-            reading.common = common.max(0.0).sqrt();
         }
-        found.push(reading);
+    });
+    let mut weighted = vec![0.0; solver.program.directions.len()];
+    record.walk(|stretch| {
+        for chunk in Chunk::all(stretch, data.columns()) {
+            solver.chunk(&chunk, best, &mut found.readings, &mut weighted);
+        }
+    });
+    let movers = problem.movers(part, run);
+    for (direction, sum) in solver.program.directions.iter().zip(weighted) {
+        for (column, by) in &movers[*direction] {
+            found.weighted_sensitivity[*column] += by * sum;
+        }
     }
     found
 }
 
-fn local_covariance(covariance: &DMatrix<f64>, touched: &[usize]) -> DMatrix<f64> {
-    DMatrix::from_fn(touched.len(), touched.len(), |i, j| covariance[(touched[i], touched[j])])
+/// Solves the readings of one measurand in one run, chunk by chunk.
+struct Solver<'a> {
+    given: &'a Given<'a>,
+    program: &'a DelayProgram,
+    workspace: Workspace,
+    place: (usize, usize, usize),
+    /// Stated standard uncertainty of a reading.
+    sigma: f64,
+    /// Standard deviation of each random quantity; 0 where it does not act.
+    deviations: Vec<f64>,
+    /// Covariance along the program's directions, row by row; the upper triangle counts double.
+    covariance: Vec<f64>,
+    /// `prediction - reading` and slope of the chunk's readings at the reference time.
+    start: [Lanes; 2],
 }
 
-/// Standard deviation of each reading of a measurand: its own noise and the sample's random
-/// quantities.
-fn random_parts(
-    problem: &Problem,
-    p: usize,
-    run: usize,
-    measurand: usize,
-    point: &Point,
-) -> Vec<f64> {
-    let part = &problem.parts[p];
-    let parameters = problem.parameters(p, run, point);
-    let active = crate::engine::noise::active_randoms(part);
-    let row = part.slots()[measurand].residual;
-    let mut workspace = Vec::new();
-    (0..part.runs[run].record.len())
-        .map(|sample| {
-            let made = crate::engine::noise::covariance_of(
-                part,
+impl<'a> Solver<'a> {
+    fn new(given: &'a Given<'a>, part: usize, run: usize, measurand: usize) -> Self {
+        let problem = given.problem;
+        let data = &problem.parts[part];
+        let program = problem.programs(part).delay(&data.system, measurand);
+        let mut workspace = Workspace::new(&program.code, problem.instruction_set());
+        let parameters = problem.parameters(part, run, given.point);
+        workspace.hold_still(&program.code, &ParameterLeaves(&parameters));
+        let active = active_randoms(data);
+        let deviations = (0..data.random_sigma.len())
+            .map(|k| if active.contains(&k) { data.random_sigma_in(run, k) } else { 0.0 })
+            .collect();
+        Self {
+            given,
+            program,
+            workspace,
+            place: (part, run, measurand),
+            sigma: data.sigma[measurand],
+            deviations,
+            covariance: along(given, part, run, &program.directions),
+            start: [[0.0; LANES]; 2],
+        }
+    }
+
+    /// Evaluates at the reference time: which readings are there, and the random part of the standard
+    /// uncertainty of each (s) with the slope there.
+    fn at_reference(&mut self, chunk: &Chunk<'_>) -> ([bool; LANES], Lanes) {
+        let (part, _, measurand) = self.place;
+        let column = self.given.problem.parts[part].slots()[measurand].column;
+        let mut present = [false; LANES];
+        for (there, reading) in present.iter_mut().zip(chunk.readings(column)) {
+            *there = !reading.is_nan();
+        }
+        let code = &self.program.code;
+        self.workspace.load(code, chunk, &[[0.0; LANES]]);
+        self.workspace.compute(code, 0, chunk);
+        let outputs = self.workspace.outputs(code, 0);
+        self.start = [*outputs[0], *outputs[1]];
+        self.workspace.compute(code, 1, chunk);
+        let mut sigma = self.reading_sigma();
+        for (sigma, slope) in sigma.iter_mut().zip(&self.start[1]) {
+            *sigma = if slope.is_finite() && *slope != 0.0 {
+                *sigma / slope.abs()
+            } else {
+                f64::INFINITY
+            };
+        }
+        (present, sigma)
+    }
+
+    /// Standard deviation of the readings from the second group: their own noise and the sample's
+    /// random quantities.
+    fn reading_sigma(&self) -> Lanes {
+        let outputs = self.workspace.outputs(&self.program.code, 1);
+        let mut variance = match self.program.factor {
+            Some(factor) => outputs[factor].map(|factor| (self.sigma * factor).powi(2)),
+            None => [self.sigma * self.sigma; LANES],
+        };
+        for (random, output) in &self.program.sensitivities {
+            let deviation = self.deviations[*random];
+            if deviation > 0.0 {
+                for (variance, slope) in variance.iter_mut().zip(outputs[*output]) {
+                    *variance += (deviation * slope).powi(2);
+                }
+            }
+        }
+        variance.map(f64::sqrt)
+    }
+
+    /// Solves the readings of a chunk; `best` is the smallest uncertainty at reference of the run.
+    fn chunk(
+        &mut self,
+        chunk: &Chunk<'_>,
+        best: f64,
+        readings: &mut Vec<ReadingDelay>,
+        weighted: &mut [f64],
+    ) {
+        let (_, run, measurand) = self.place;
+        let (present, at_reference) = self.at_reference(chunk);
+        let program = self.program;
+        let code = &program.code;
+        let roots = Roots::find(
+            program,
+            &mut self.workspace,
+            chunk,
+            &present,
+            self.start,
+            self.given.range,
+        );
+        self.workspace.give(code, 0, &roots.delay);
+        self.workspace.compute(code, 0, chunk);
+        self.workspace.compute(code, 1, chunk);
+        let sigma = self.reading_sigma();
+        self.workspace.compute(code, 2, chunk);
+        let derivatives = self.workspace.outputs(code, 2);
+        let mut common = [0.0; LANES];
+        self.given.problem.instruction_set().run(Quadratic {
+            columns: &derivatives,
+            covariance: &self.covariance,
+            sum: &mut common,
+        });
+        let mut weights = [0.0; LANES];
+        for lane in (0..chunk.len).filter(|lane| present[*lane]) {
+            let slope = roots.slope[lane].abs();
+            let mut reading = ReadingDelay {
                 run,
-                sample,
-                &parameters,
-                &active,
-                &mut workspace,
-            );
-            made.covariance[(row, row)].max(0.0).sqrt()
-        })
-        .collect()
+                sample: chunk.first + lane,
+                measurand,
+                state: State::Failed,
+                delay: f64::NAN,
+                slope: f64::NAN,
+                random: f64::NAN,
+                random_at_reference: at_reference[lane],
+                common: f64::NAN,
+                steps: roots.steps[lane],
+            };
+            if roots.stage[lane] == Stage::Solved {
+                reading.state = State::Solved;
+                reading.delay = roots.delay[lane];
+                reading.slope = roots.slope[lane];
+                reading.random = sigma[lane] / slope;
+                reading.common = common[lane].max(0.0).sqrt() / slope;
+            }
+            reading.mark_blind(best);
+            if reading.state == State::Solved {
+                weights[lane] = -reading.random_at_reference.powi(-2) / reading.slope;
+            }
+            readings.push(reading);
+        }
+        for (sum, column) in weighted.iter_mut().zip(&derivatives) {
+            let solved = weights.iter().zip(*column).filter(|(weight, _)| **weight != 0.0);
+            *sum += solved.map(|(weight, slope)| weight * slope).sum::<f64>();
+        }
+    }
+}
+
+impl ReadingDelay {
+    /// Marks a reading that sees its delay far worse than the best of its run: by the slope at the
+    /// reference time, and by that at the solution.
+    fn mark_blind(&mut self, best: f64) {
+        let solved = self.state == State::Solved;
+        let here = if solved { self.random } else { self.random_at_reference };
+        let worst = self.random_at_reference.max(here);
+        if !worst.is_finite() || worst > BLIND_RATIO * best {
+            self.state = State::Blind;
+        }
+    }
+}
+
+/// The covariance of a run along some directions, for [`Quadratic`].
+fn along(given: &Given<'_>, part: usize, run: usize, directions: &[usize]) -> Vec<f64> {
+    let problem = given.problem;
+    let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
+    let movers = problem.movers(part, run);
+    let count = directions.len();
+    let mut along = vec![0.0; count * count];
+    for i in 0..count {
+        for j in i..count {
+            let mut sum = 0.0;
+            for (a, p) in &movers[directions[i]] {
+                for (b, q) in &movers[directions[j]] {
+                    sum += p * q * given.covariance[(touched[*a], touched[*b])];
+                }
+            }
+            along[i * count + j] = if i == j { sum } else { 2.0 * sum };
+        }
+    }
+    along
+}
+
+/// `sum = Σ_i column_i Σ_{j >= i} covariance_ij column_j`, lane by lane.
+struct Quadratic<'a> {
+    columns: &'a [&'a Lanes],
+    covariance: &'a [f64],
+    sum: &'a mut Lanes,
+}
+
+impl Task for Quadratic<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arithmetic, const WIDTH: usize>(self) {
+        let count = self.columns.len();
+        for (i, left) in self.columns.iter().enumerate() {
+            let mut inner = [0.0; LANES];
+            for (j, right) in self.columns.iter().enumerate().skip(i) {
+                let entry = self.covariance[i * count + j];
+                for lane in 0..LANES {
+                    inner[lane] = A::mul_add(entry, right[lane], inner[lane]);
+                }
+            }
+            for lane in 0..LANES {
+                self.sum[lane] = A::mul_add(left[lane], inner[lane], self.sum[lane]);
+            }
+        }
+    }
 }

@@ -55,6 +55,8 @@ pub struct Workspace {
     stills: Vec<f64>,
     scratch: Vec<f64>,
     set: InstructionSet,
+    /// The group that was computed last: its outputs are there, those of others may be overwritten.
+    group: usize,
 }
 
 impl Workspace {
@@ -67,6 +69,7 @@ impl Workspace {
             stills: Vec::new(),
             scratch: Vec::new(),
             set,
+            group: 0,
         }
     }
 
@@ -120,9 +123,17 @@ impl Workspace {
         }
     }
 
+    /// Changes a value that the caller supplies.
+    pub fn give(&mut self, code: &Code, index: u32, values: &Lanes) {
+        if let Some(slot) = code.columns.iter().position(|column| *column == Column::Given(index)) {
+            *self.slots[slot] = *values;
+        }
+    }
+
     /// Computes one group of outputs for the chunk that was loaded; those before it in order must have
     /// been computed.
     pub fn compute(&mut self, code: &Code, group: usize, chunk: &Chunk<'_>) {
+        self.group = group;
         let start = if group == 0 { 0 } else { code.groups[group - 1].end };
         self.set.run(Execution {
             instructions: &code.instructions[start..code.groups[group].end],
@@ -135,6 +146,7 @@ impl Workspace {
 
     /// Some outputs of a group that was just computed.
     pub fn lanes(&self, code: &Code, group: usize, outputs: Range<usize>) -> Vec<&Lanes> {
+        debug_assert_eq!(group, self.group, "another group was computed since");
         let slots = &code.groups[group].outputs[outputs];
         slots.iter().map(|slot| &*self.slots[*slot as usize]).collect()
     }
