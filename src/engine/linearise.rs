@@ -126,11 +126,13 @@ impl Problem {
         weights.resize_with(slots.len(), || [0.0; LANES]);
         let mut readings = 0;
         for (slot, weight) in slots.iter().zip(&mut *weights) {
+            let mut there = 0_u64;
             for (weight, reading) in weight.iter_mut().zip(chunk.readings(slot.column)) {
                 *weight = if reading.is_nan() { 0.0 } else { 1.0 };
+                there += u64::from(!reading.is_nan());
             }
             weight[chunk.len..].fill(0.0);
-            readings += weight.iter().sum::<f64>() as usize;
+            readings += there as usize;
         }
         Weighed { readings, complete: readings == slots.len() * LANES }
     }
@@ -249,37 +251,65 @@ impl Problem {
         });
     }
 
-    /// Calls `visit(sample, jacobian, residual)` for each sample of a run: the Jacobian of the
-    /// predictions (rows: residual components; columns: those the run touches, in their order) and
-    /// `reading - prediction`, neither whitened, missing readings as zero rows.
-    pub fn visit_run(&self, part: usize, run: usize, point: &Point, visit: &mut Visitor<'_>) {
+    /// Shows the rows of a run a chunk at a time, not whitened.
+    pub fn visit_rows(
+        &self,
+        part: usize,
+        run: usize,
+        point: &Point,
+        visit: &mut dyn FnMut(&ChunkRows<'_>),
+    ) {
         let data = &self.parts[part];
-        let program = self.programs[part].rows_together(&data.system.assembly);
-        let (code, movers) = (&program.code, self.movers(part, run));
+        let program = self.programs[part].rows_apart(&data.system.assembly);
+        let code = &program.code;
         let mut workspace = Workspace::new(code, self.set);
         workspace.hold_still(code, &ParameterLeaves(&self.parameters(part, run, point)));
-        let size = self.layout.columns.touched_by(self.run_index(part, run)).len();
-        let mut jacobian = DMatrix::zeros(data.residual_count(), size);
-        let mut values = vec![0.0; data.residual_count()];
         let mut weights = Vec::new();
         self.visit_chunks(part, run, &mut |chunk| {
             self.weigh(part, chunk, &mut weights);
             workspace.load(code, chunk, &weights);
-            workspace.compute(code, 0, chunk);
-            for lane in 0..chunk.len {
-                jacobian.fill(0.0);
-                for (number, row) in program.rows.iter().enumerate() {
-                    let there = weights[data.measurand_of(number)][lane] != 0.0;
+            for group in 0..code.group_count() {
+                workspace.compute(code, group, chunk);
+                for (number, row) in
+                    program.rows.iter().enumerate().filter(|(_, r)| r.group == group)
+                {
                     let outputs = row.first..row.first + 1 + row.directions.len();
-                    let lanes = workspace.lanes(code, 0, outputs);
-                    values[number] = if there { lanes[0][lane] } else { 0.0 };
-                    for (direction, slope) in row.directions.iter().zip(&lanes[1..]) {
-                        for (column, by) in movers[*direction].iter().filter(|_| there) {
-                            jacobian[(number, *column)] += by * slope[lane];
-                        }
+                    visit(&ChunkRows {
+                        first: chunk.first,
+                        len: chunk.len,
+                        row: number,
+                        present: &weights[data.measurand_of(number)],
+                        directions: &row.directions,
+                        lanes: &workspace.lanes(code, group, outputs),
+                    });
+                }
+            }
+        });
+    }
+
+    /// Calls `visit(sample, jacobian, residual)` for each sample of a run: the Jacobian of the
+    /// predictions (rows: residual components; columns: those the run touches, in their order) and
+    /// `reading - prediction`, neither whitened, missing readings as zero rows.
+    pub fn visit_run(&self, part: usize, run: usize, point: &Point, visit: &mut Visitor<'_>) {
+        let rows = self.parts[part].residual_count();
+        let movers = self.movers(part, run);
+        let size = self.layout.columns.touched_by(self.run_index(part, run)).len();
+        let mut jacobians = vec![DMatrix::zeros(rows, size); LANES];
+        let mut values = vec![vec![0.0; rows]; LANES];
+        self.visit_rows(part, run, point, &mut |chunk| {
+            for lane in 0..chunk.len {
+                let there = chunk.present[lane] != 0.0;
+                let jacobian = &mut jacobians[lane];
+                jacobian.row_mut(chunk.row).fill(0.0);
+                values[lane][chunk.row] = if there { chunk.lanes[0][lane] } else { 0.0 };
+                for (direction, slope) in chunk.directions.iter().zip(&chunk.lanes[1..]) {
+                    for (column, by) in movers[*direction].iter().filter(|_| there) {
+                        jacobian[(chunk.row, *column)] += by * slope[lane];
                     }
                 }
-                visit(chunk.first + lane, &jacobian, &values);
+                if chunk.row + 1 == rows {
+                    visit(chunk.first + lane, jacobian, &values[lane]);
+                }
             }
         });
     }
@@ -321,6 +351,23 @@ impl Problem {
         self.visit_residuals(part, run, point, &mut |_, values| all.push(values.to_vec()));
         all
     }
+}
+
+/// One row of the samples of a chunk, not whitened.
+#[derive(Clone, Copy, Debug)]
+pub struct ChunkRows<'a> {
+    /// Number of the first sample in its run.
+    pub first: usize,
+    /// Number of samples; further lanes mean nothing.
+    pub len: usize,
+    /// Which residual component.
+    pub row: usize,
+    /// 1 where there is a reading, else 0.
+    pub present: &'a Lanes,
+    /// The directions on which it hangs, by index.
+    pub directions: &'a [usize],
+    /// The residual, then its prediction's derivatives along those directions.
+    pub lanes: &'a [&'a Lanes],
 }
 
 /// What a chunk's readings are.

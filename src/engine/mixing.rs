@@ -2,6 +2,8 @@
 //!
 //! A row hangs on few directions; a mixed one on those of all rows that enter it.
 
+use crate::engine::lanes::dispatch::Simd;
+
 use crate::engine::lanes::arithmetic::{Arithmetic, LANES, Lanes};
 use crate::engine::lanes::dispatch::{InstructionSet, Task};
 
@@ -79,7 +81,7 @@ impl Task for Multiplied<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<A: Arithmetic, const WIDTH: usize>(self) {
+    fn run<A: Arithmetic, S: Simd>(self, _: S) {
         for lane in 0..LANES {
             self.sum[lane] = A::mul_add(self.factor[lane], self.column[lane], self.sum[lane]);
         }

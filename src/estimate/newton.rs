@@ -9,6 +9,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::engine::lanes::dispatch::Simd;
+
 use crate::engine::lanes::arithmetic::Arithmetic;
 use crate::engine::lanes::dispatch::Task;
 use crate::engine::lanes::{Chunk, LANES, Lanes, Workspace};
@@ -342,7 +344,7 @@ impl Task for Quadratic<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<A: Arithmetic, const WIDTH: usize>(self) {
+    fn run<A: Arithmetic, S: Simd>(self, _: S) {
         let count = self.columns.len();
         for (i, left) in self.columns.iter().enumerate() {
             let mut inner = [0.0; LANES];

@@ -7,6 +7,9 @@
 
 use std::sync::OnceLock;
 
+pub use pulp::Simd;
+use pulp::{Scalar128b, WithSimd};
+
 use crate::engine::lanes::arithmetic::{Arithmetic, Fused, Plain};
 
 /// An instruction set that this processor has.
@@ -30,19 +33,19 @@ pub trait Task {
     /// What comes of it.
     type Output;
 
-    /// Does it. `WIDTH` is how many numbers a register holds.
-    fn run<A: Arithmetic, const WIDTH: usize>(self) -> Self::Output;
+    /// Does it. Most tasks are plain loops; `simd` is for those that must name registers.
+    fn run<A: Arithmetic, S: Simd>(self, simd: S) -> Self::Output;
 }
 
 /// Carries a task into a function that is compiled for an instruction set.
-struct Carried<T, const WIDTH: usize>(T);
+struct Carried<T>(T);
 
-impl<T: Task, const WIDTH: usize> pulp::NullaryFnOnce for Carried<T, WIDTH> {
+impl<T: Task> WithSimd for Carried<T> {
     type Output = T::Output;
 
     #[inline(always)]
-    fn call(self) -> T::Output {
-        self.0.run::<Fused, WIDTH>()
+    fn with_simd<S: Simd>(self, simd: S) -> T::Output {
+        self.0.run::<Fused, S>(simd)
     }
 }
 
@@ -82,12 +85,12 @@ impl InstructionSet {
     /// Computes something with this set.
     pub fn run<T: Task>(self, task: T) -> T::Output {
         match self {
-            Self::Portable if PORTABLE_FUSES => task.run::<Fused, 2>(),
-            Self::Portable => task.run::<Plain, 2>(),
+            Self::Portable if PORTABLE_FUSES => task.run::<Fused, _>(Scalar128b),
+            Self::Portable => task.run::<Plain, _>(Scalar128b),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(set) => set.vectorize(Carried::<T, 4>(task)),
+            Self::Avx2(set) => Simd::vectorize(set, Carried(task)),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(set) => set.vectorize(Carried::<T, 8>(task)),
+            Self::Avx512(set) => Simd::vectorize(set, Carried(task)),
         }
     }
 }

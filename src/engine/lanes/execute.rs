@@ -1,5 +1,7 @@
 //! The instructions over one chunk: each a loop that the compiler makes vectors of.
 
+use crate::engine::lanes::dispatch::Simd;
+
 use crate::campaign::Track;
 use crate::engine::lanes::arithmetic::{Arithmetic, LANES, Lanes};
 use crate::engine::lanes::dispatch::Task;
@@ -26,7 +28,7 @@ impl Task for Execution<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<A: Arithmetic, const WIDTH: usize>(self) {
+    fn run<A: Arithmetic, S: Simd>(self, _: S) {
         let Self { instructions, slots, spare, stills, tracks } = self;
         for instruction in instructions {
             step::<A>(instruction, slots, spare, stills, tracks);

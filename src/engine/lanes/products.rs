@@ -4,6 +4,8 @@
 //! partial sums as a register holds numbers, which are added up at the end. So a product costs one
 //! multiply-add, which is the least it can.
 
+use crate::engine::lanes::dispatch::Simd;
+
 use crate::engine::lanes::arithmetic::{Arithmetic, LANES, Lanes};
 use crate::engine::lanes::dispatch::{InstructionSet, Task};
 
@@ -60,7 +62,7 @@ impl Task for Adding<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<A: Arithmetic, const WIDTH: usize>(self) {
+    fn run<A: Arithmetic, S: Simd>(self, simd: S) {
         let Self { columns, sums } = self;
         let count = columns.len();
         let mut i = 0;
@@ -71,18 +73,18 @@ impl Task for Adding<'_> {
                 let across = COLUMNS.min(count - j);
                 let at = (i, j, count);
                 match (rows, across) {
-                    (1, 1) => tile::<A, WIDTH, 1, 1>(columns, sums, at),
-                    (1, 2) => tile::<A, WIDTH, 1, 2>(columns, sums, at),
-                    (1, _) => tile::<A, WIDTH, 1, 3>(columns, sums, at),
-                    (2, 1) => tile::<A, WIDTH, 2, 1>(columns, sums, at),
-                    (2, 2) => tile::<A, WIDTH, 2, 2>(columns, sums, at),
-                    (2, _) => tile::<A, WIDTH, 2, 3>(columns, sums, at),
-                    (3, 1) => tile::<A, WIDTH, 3, 1>(columns, sums, at),
-                    (3, 2) => tile::<A, WIDTH, 3, 2>(columns, sums, at),
-                    (3, _) => tile::<A, WIDTH, 3, 3>(columns, sums, at),
-                    (_, 1) => tile::<A, WIDTH, 4, 1>(columns, sums, at),
-                    (_, 2) => tile::<A, WIDTH, 4, 2>(columns, sums, at),
-                    (_, _) => tile::<A, WIDTH, 4, 3>(columns, sums, at),
+                    (1, 1) => tile::<A, S, 1, 1>(simd, columns, sums, at),
+                    (1, 2) => tile::<A, S, 1, 2>(simd, columns, sums, at),
+                    (1, _) => tile::<A, S, 1, 3>(simd, columns, sums, at),
+                    (2, 1) => tile::<A, S, 2, 1>(simd, columns, sums, at),
+                    (2, 2) => tile::<A, S, 2, 2>(simd, columns, sums, at),
+                    (2, _) => tile::<A, S, 2, 3>(simd, columns, sums, at),
+                    (3, 1) => tile::<A, S, 3, 1>(simd, columns, sums, at),
+                    (3, 2) => tile::<A, S, 3, 2>(simd, columns, sums, at),
+                    (3, _) => tile::<A, S, 3, 3>(simd, columns, sums, at),
+                    (_, 1) => tile::<A, S, 4, 1>(simd, columns, sums, at),
+                    (_, 2) => tile::<A, S, 4, 2>(simd, columns, sums, at),
+                    (_, _) => tile::<A, S, 4, 3>(simd, columns, sums, at),
                 }
                 j += across;
             }
@@ -91,38 +93,39 @@ impl Task for Adding<'_> {
     }
 }
 
-#[expect(clippy::needless_range_loop, reason = "indices say which pair is meant")]
 /// Adds `R` times `C` products from row `i` and column `j`.
+#[expect(clippy::needless_range_loop, reason = "indices say which pair is meant")]
 #[inline(always)]
-fn tile<A: Arithmetic, const WIDTH: usize, const R: usize, const C: usize>(
+fn tile<A: Arithmetic, S: Simd, const R: usize, const C: usize>(
+    simd: S,
     columns: &[&Lanes],
     sums: &mut [f64],
     (i, j, count): (usize, usize, usize),
 ) {
-    let down: [&[[f64; WIDTH]]; R] = std::array::from_fn(|r| columns[i + r].as_chunks().0);
-    let across: [&[[f64; WIDTH]]; C] = std::array::from_fn(|c| columns[j + c].as_chunks().0);
-    let mut tile = [[[0.0; WIDTH]; C]; R];
-    for r in 0..R {
-        for c in 0..C {
-            let at = ((i + r) * count + j + c) * PARTS;
-            tile[r][c].copy_from_slice(&sums[at..at + WIDTH]);
-        }
-    }
-    for step in 0..LANES / WIDTH {
+    let steps = LANES / S::F64_LANES;
+    let registers = |column: usize| &S::as_simd_f64s(&columns[column][..]).0[..steps];
+    let (mut down, mut across) = ([registers(i); R], [registers(j); C]);
+    (1..R).for_each(|r| down[r] = registers(i + r));
+    (1..C).for_each(|c| across[c] = registers(j + c));
+    let mut tile = [[simd.splat_f64s(0.0); C]; R];
+    for step in 0..steps {
         for r in 0..R {
-            let left = &down[r][step];
+            let left = down[r][step];
             for c in 0..C {
-                let right = &across[c][step];
-                for w in 0..WIDTH {
-                    tile[r][c][w] = A::mul_add(left[w], right[w], tile[r][c][w]);
-                }
+                let right = across[c][step];
+                tile[r][c] = if A::FUSED {
+                    simd.mul_add_f64s(left, right, tile[r][c])
+                } else {
+                    simd.add_f64s(simd.mul_f64s(left, right), tile[r][c])
+                };
             }
         }
     }
     for r in 0..R {
         for c in 0..C {
             let at = ((i + r) * count + j + c) * PARTS;
-            sums[at..at + WIDTH].copy_from_slice(&tile[r][c]);
+            let (sum, _) = S::as_mut_simd_f64s(&mut sums[at..at + PARTS]);
+            sum[0] = simd.add_f64s(sum[0], tile[r][c]);
         }
     }
 }

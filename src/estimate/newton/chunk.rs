@@ -64,8 +64,8 @@ impl Roots {
         (0..LANES).filter(|lane| present[*lane]).for_each(|lane| roots.propose(lane, range));
         while roots.stage.contains(&Stage::Trying) {
             let mut trial = roots.delay;
-            for lane in 0..LANES {
-                trial[lane] = (roots.delay[lane] + roots.step[lane]).clamp(-range, range);
+            for (delay, step) in trial.iter_mut().zip(&roots.step) {
+                *delay = (*delay + step).clamp(-range, range);
             }
             workspace.give(&program.code, 0, &trial);
             workspace.compute(&program.code, 0, chunk);
