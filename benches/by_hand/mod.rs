@@ -113,6 +113,11 @@ impl<'a> Columns<'a> {
         Some(Self { angle: value, rate, readings: [horizontal, vertical, distance] })
     }
 
+    /// The columns of every run of the first campaign that has them all.
+    pub(crate) fn of_all(problem: &'a Problem) -> Vec<Self> {
+        problem.parts[0].runs.iter().filter_map(Self::of).collect()
+    }
+
     /// Number of samples.
     pub(crate) fn len(&self) -> usize {
         self.angle.len()
