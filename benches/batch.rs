@@ -1,8 +1,9 @@
-//! How long does a joint estimate from a million samples take, an iteration of it, and how much memory beyond
-//! the data?
+//! How long does a joint estimate from a million samples take, an iteration of it, and how much
+//! memory beyond the data?
 //!
-//! `cargo bench --bench batch -- 100000` takes another number of samples. Beside it Gauss-Newton on the normal equations by hand, from the same start,
-//! on one thread. Memory is that of the whole process (`VmHWM`, reset once the data are made; Linux alone).
+//! `cargo bench --bench batch -- 100000` takes another number of samples. Beside it Gauss-Newton on
+//! the normal equations by hand, from the same start, on one thread. Memory is that of the whole
+//! process (`VmHWM`, reset once the data are made; Linux alone).
 
 #[path = "by_hand/mod.rs"]
 #[expect(dead_code, reason = "each bench uses a part")]
@@ -91,7 +92,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let ratio = baseline / each;
         let apart = problem.cost(&found.point) - problem.cost(&point);
         say(&format!(
-            "    {ratio:.3} x as fast as by hand; {memory} above {:.0} MB; {:?}; cost {:.0}, {apart:.1e} from by hand's\n",
+            "    {ratio:.3} x as fast as by hand; {memory} above {:.0} MB\n    {:?}; cost {:.0}, {apart:.1e} from by hand's\n",
             before.unwrap_or(f64::NAN),
             found.outcome,
             found.cost,

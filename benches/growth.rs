@@ -1,7 +1,8 @@
 //! How does time grow with samples, runs, setups and effects?
 //!
-//! Fits `time = constant · size^exponent` to the medians over a range of sizes and prints the exponents. Expected: 1 for
-//! samples, near 0 for runs and setups at a fixed number of samples (the normal matrix is an arrow), at most 1 for effects.
+//! Fits `time = constant · size^exponent` to the medians over a range of sizes and prints the
+//! exponents. Expected: 1 for samples, near 0 for runs and setups at a fixed number of samples (the
+//! normal matrix is an arrow), at most 1 for effects.
 
 #[path = "by_hand/mod.rs"]
 #[expect(dead_code, reason = "each bench uses a part")]

@@ -1,7 +1,9 @@
-//! How many instructions does each task take? A gate: machines and their load change times, not counts.
+//! How many instructions does each task take? A gate: machines and their load change times, not
+//! counts.
 //!
-//! Runs itself once a task under `valgrind --tool=callgrind`, counts what happens inside [`counted`] and compares
-//! with `benches/instructions.txt`: more than 3 % above the number there fails.
+//! Runs itself once a task under `valgrind --tool=callgrind`, counts what happens inside
+//! [`counted`] and compares with `benches/instructions.txt`: more than 3 % above the number there
+//! fails.
 //!
 //! ```text
 //! cargo bench --bench instructions                compare

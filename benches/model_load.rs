@@ -1,5 +1,5 @@
-//! How long does it take from a model's text to a campaign part that can be evaluated? Meant to stay
-//! below a millisecond, so that a model is text at no price.
+//! How long does it take from a model's text to a campaign part that can be evaluated? Meant to
+//! stay below a millisecond, so that a model is text at no price.
 //!
 //! The polar instrument with three effects; reading the whole effect library beside it. No data.
 
@@ -54,14 +54,12 @@ fn load_with_library() -> Result<Part, Diagnostics> {
 fn main() -> Result<(), Box<dyn Error>> {
     load()?;
     load_with_library()?;
-    // The goal as a pass that takes exactly that long.
-    let goal = || std::thread::sleep(GOAL);
     let mut ways = [
         Way::new("model and effects", || drop(black_box(load()))),
         Way::new("with the whole library", || drop(black_box(load_with_library()))),
-        Way::new("goal", goal),
     ];
-    compare(&mut criterion(), "model load", (1, "load"), &mut ways)?;
-    say("the goal is 1 ms: above 1 x it is met\n")?;
+    let seconds = compare(&mut criterion(), "model load", (1, "load"), &mut ways)?;
+    let share = seconds[0] / GOAL.as_secs_f64();
+    say(&format!("  model and effects take {share:.2} of the goal, 1 ms\n"))?;
     Ok(())
 }

@@ -21,7 +21,8 @@ use nalgebra::DMatrix;
 const TOLERANCE: f64 = 1e-12;
 
 /// Common places, and those where angles turn over: the z-axis a centimetre away, the instrument in
-/// the plane of the arm (the zenith angle at 90 degrees), the horizontal angle's cut, arm on the axes.
+/// the plane of the arm (the zenith angle at 90 degrees), the horizontal angle's cut, arm on the
+/// axes.
 fn plans() -> Vec<Plan<'static>> {
     let with = |orientation, position| Plan { orientation, position, ..Plan::of(4000) };
     vec![

@@ -1,5 +1,5 @@
-//! Several ways to the same answer timed in turn, round by round, so that whatever else the machine does meets
-//! all of them alike.
+//! Several ways to the same answer timed in turn, round by round, so that whatever else the machine
+//! does meets all of them alike.
 
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
@@ -34,7 +34,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) }
 }
 
-/// Seconds of a pass, repeated for a turn: a quick way is not timed with what a slow one left in the caches.
+/// Seconds of a pass, repeated for a turn: a quick way is not timed with what a slow one left in
+/// the caches.
 fn turn(pass: &mut dyn FnMut()) -> f64 {
     let start = Instant::now();
     let mut passes = 0.0;
@@ -63,8 +64,9 @@ pub(crate) fn medians(ways: &mut [Way<'_>]) -> Vec<f64> {
     }
 }
 
-/// Times every way with criterion, which keeps its history; then all ways in turn, and says nanoseconds for
-/// each of `count` things and how fast each way is against the last one, the baseline.
+/// Times every way with criterion, which keeps its history; then all ways in turn, and says
+/// nanoseconds for each of `count` things and how fast each way is against the last one, the
+/// baseline. Returns the seconds of a pass of each.
 ///
 /// # Errors
 /// Standard output cannot be written.
@@ -73,7 +75,7 @@ pub(crate) fn compare(
     question: &str,
     (count, thing): (usize, &str),
     ways: &mut [Way<'_>],
-) -> io::Result<()> {
+) -> io::Result<Vec<f64>> {
     let mut group = criterion.benchmark_group(question);
     group.throughput(Throughput::Elements(count as u64));
     for way in &mut *ways {
@@ -87,7 +89,8 @@ pub(crate) fn compare(
         let (name, each, ratio) = (way.name, 1e9 * seconds / count as f64, baseline / seconds);
         let _ = writeln!(text, "  {name:<24} {each:>10.1} ns a {thing}, {ratio:>7.3} x as fast");
     }
-    say(&text)
+    say(&text)?;
+    Ok(seconds)
 }
 
 /// Criterion set for passes of milliseconds to seconds.
