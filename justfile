@@ -26,3 +26,11 @@ library-alone:
 # New snapshots, to be looked at before they are committed.
 snapshots:
     INSTA_UPDATE=always TRYCMD=overwrite cargo test
+
+# Speed against the model by hand, see docs/performance.md.
+bench:
+    cargo bench
+
+# Instructions of the main tasks against benches/instructions.txt; `just instructions --accept` takes new ones.
+instructions *arguments:
+    cargo bench --bench instructions -- {{arguments}}

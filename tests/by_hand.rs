@@ -6,7 +6,7 @@
 #[expect(dead_code, reason = "the benches time it, this test does not")]
 mod by_hand;
 
-use by_hand::data::{Plan, SIGMA};
+use by_hand::data::{Plan, SIGMA, covariance};
 use by_hand::delay::Delay;
 use by_hand::jacobian::{
     COMMON, COMMON_COLUMNS, DISTANCE_COLUMNS, HORIZONTAL_COLUMNS, Model, Row, VERTICAL_COLUMNS,
@@ -21,7 +21,8 @@ use nalgebra::DMatrix;
 const TOLERANCE: f64 = 1e-12;
 
 /// Common places, and those where angles turn over: the z-axis a centimetre away, the instrument in
-/// the plane of the arm (the zenith angle at 90 degrees), the horizontal angle's cut, arm on the axes.
+/// the plane of the arm (the zenith angle at 90 degrees), the horizontal angle's cut, arm on the
+/// axes.
 fn plans() -> Vec<Plan<'static>> {
     let with = |orientation, position| Plan { orientation, position, ..Plan::of(4000) };
     vec![
@@ -141,19 +142,6 @@ fn normal_equations_agree() {
             }
         }
     }
-}
-
-/// A covariance with every element different from zero, of the sizes that estimates have.
-fn covariance() -> [[f64; COLUMNS]; COLUMNS] {
-    let factor = |i: usize, j: usize| 1e-5 * ((3 * i + 5 * j) as f64).sin();
-    let product = |i, j| -> f64 { (0..COLUMNS).map(|k| factor(i, k) * factor(j, k)).sum() };
-    let mut covariance = [[0.0; COLUMNS]; COLUMNS];
-    for (i, row) in covariance.iter_mut().enumerate() {
-        for (j, entry) in row.iter_mut().enumerate() {
-            *entry = product(i, j) + if i == j { 1e-10 } else { 0.0 };
-        }
-    }
-    covariance
 }
 
 /// Compares where both say the delay well; returns the number compared.

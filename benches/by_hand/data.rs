@@ -15,6 +15,8 @@ use homepoint::model::Override;
 use homepoint::system::System;
 use homepoint::units::Unit;
 
+use super::COLUMNS;
+
 /// The effects of the model by hand.
 pub(crate) const EFFECTS: [&str; 3] = ["collimation", "vertical_index", "distance_offset"];
 
@@ -25,6 +27,19 @@ pub(crate) const SIGMA: [f64; 3] = [6e-6, 6e-6, 8e-6];
 const TRIGGER: f64 = 40.0;
 /// Rates of the runs in turn (deg/s): both senses, fast and slow.
 const RATES: [f64; 8] = [190.0, -190.0, 50.0, -50.0, 120.0, -120.0, 5.0, -5.0];
+
+/// A covariance with every element different from zero, of the sizes that estimates have.
+pub(crate) fn covariance() -> [[f64; COLUMNS]; COLUMNS] {
+    let factor = |i: usize, j: usize| 1e-5 * ((3 * i + 5 * j) as f64).sin();
+    let product = |i, j| -> f64 { (0..COLUMNS).map(|k| factor(i, k) * factor(j, k)).sum() };
+    let mut covariance = [[0.0; COLUMNS]; COLUMNS];
+    for (i, row) in covariance.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            *entry = product(i, j) + if i == j { 1e-10 } else { 0.0 };
+        }
+    }
+    covariance
+}
 
 /// What a campaign is made of.
 #[derive(Clone, Debug)]

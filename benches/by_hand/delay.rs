@@ -1,9 +1,10 @@
 //! The delay of each reading with its standard uncertainty, analytically.
 //!
-//! Newton from the reference time, a step halved while it leads uphill; it ends as
-//! `homepoint::estimate::newton::solve` does, at a step of 1e-14 s. Then
-//! `u² = (u_m² + J Σ Jᵀ) / m'²` with the full covariance Σ of the reading's other parameters, of which only the
-//! columns that its row has are touched. The row comes from the last step's geometry.
+//! Newton from the reference time, a step halved while it leads uphill; it ends at a step of 1e-14
+//! s like `homepoint::estimate::newton::solve`, or where rounding lets no step lead nearer. Then
+//! `u² = (u_m² + J Σ Jᵀ) / m'²` with the full covariance Σ of the reading's other parameters, of
+//! which only the columns that its row has are touched. The row comes from the last step's
+//! geometry.
 
 use super::jacobian::{
     COMMON, COMMON_COLUMNS, DISTANCE_COLUMNS, HORIZONTAL_COLUMNS, Model, Moment, Predicted,
@@ -33,7 +34,8 @@ impl Delay {
 /// A step this small (s), or this small against the delay, ends the iteration.
 const TOLERANCE: f64 = 1e-14;
 
-/// The root of `f` nearest to 0 downhill, with the last evaluation; `f` gives value, slope and more.
+/// The root of `f` nearest to 0 downhill, with the last evaluation; `f` gives value, slope and
+/// more.
 #[inline(always)]
 pub(crate) fn solve<T>(
     range: f64,
@@ -51,18 +53,22 @@ pub(crate) fn solve<T>(
         }
         let mut next = (t + step).clamp(-range, range);
         let mut there = f(next);
-        for _ in 0..20 {
+        let mut halvings = 0;
+        loop {
             if there.0.abs() < value.abs() {
                 break;
             }
+            // So small a step that leads nowhere: rounding has been reached.
+            if step.abs() <= 1e-9 * range || value.abs() <= 1e-12 {
+                return Some((t, slope, rest));
+            }
+            if halvings == 20 {
+                return None;
+            }
+            halvings += 1;
             step *= 0.5;
             next = (t + step).clamp(-range, range);
             there = f(next);
-        }
-        if there.0.abs() >= value.abs() {
-            // Rounding has been reached, or there is no root.
-            let rounding = step.abs() <= 1e-9 * range || value.abs() <= 1e-12;
-            return rounding.then_some((t, slope, rest));
         }
         t = next;
         (value, slope, rest) = there;
@@ -143,7 +149,8 @@ impl<const N: usize> Measurand<N> {
 }
 
 /// The delay of every reading of a run: horizontal, vertical, distance. `covariance` is that of all
-/// columns, `sigma` the readings' standard uncertainties, `range` (s) the farthest delay looked for.
+/// columns, `sigma` the readings' standard uncertainties, `range` (s) the farthest delay looked
+/// for.
 pub(crate) fn delays(
     model: &Model,
     data: &Columns<'_>,

@@ -20,7 +20,8 @@ pub(crate) struct Unknowns<N> {
 }
 
 impl<N: Number> Unknowns<N> {
-    /// `seed(value, column)` makes the unknown of a column; `turn` is the tangent at the orientation.
+    /// `seed(value, column)` makes the unknown of a column; `turn` is the tangent at the
+    /// orientation.
     fn new(parameters: &Parameters, seed: impl Fn(f64, usize) -> N) -> Self {
         let turn = Quaternion::turn(column::ORIENTATION.map(|column| seed(0.0, column)));
         let orientation = Quaternion::constant(parameters.orientation.components()) * turn;

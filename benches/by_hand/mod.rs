@@ -3,11 +3,12 @@
 //!
 //! C. Depenthal 2009, eqs. (8)-(11), as in `models/polar_one_rotation.toml`, with the effects
 //! `collimation`, `vertical_index` and `distance_offset`: scalar code as a good engineer writes it
-//! for this one model. The rotation matrix is made once for a run, derivatives are analytic, nothing is computed
-//! twice, columns that are zero do not exist.
+//! for this one model. The rotation matrix is made once for a run, derivatives are analytic,
+//! nothing is computed twice, columns that are zero do not exist.
 //!
-//! Every measurand is read at its own moment: arm angle `a = angle + rate · delay`. With the columns
-//! R0, R1, R2 of the rotation matrix and `u = R0 cos a + R1 sin a`, `v = R1 cos a - R0 sin a`:
+//! Every measurand is read at its own moment: arm angle `a = angle + rate · delay`. With the
+//! columns R0, R1, R2 of the rotation matrix and `u = R0 cos a + R1 sin a`, `v = R1 cos a - R0 sin
+//! a`:
 //!
 //! ```text
 //! point       P = r u + p
@@ -112,6 +113,11 @@ impl<'a> Columns<'a> {
             return None;
         };
         Some(Self { angle: value, rate, readings: [horizontal, vertical, distance] })
+    }
+
+    /// The columns of every run of the first campaign that has them all.
+    pub(crate) fn of_all(problem: &'a Problem) -> Vec<Self> {
+        problem.parts[0].runs.iter().filter_map(Self::of).collect()
     }
 
     /// Number of samples.

@@ -1,7 +1,8 @@
 //! Whitened products of the rows of [`super::jacobian`], summed over samples.
 //!
 //! The three rows share their products of common columns, so those are added up before they go to
-//! memory; a measurand's own columns meet only its own row. Of the 315 products of full rows 176 are left.
+//! memory; a measurand's own columns meet only its own row. Of the 315 products of full rows 176
+//! are left.
 
 use super::jacobian::{
     COMMON, COMMON_COLUMNS, DISTANCE_COLUMNS, HORIZONTAL_COLUMNS, Model, Row, VERTICAL_COLUMNS,

@@ -1,0 +1,43 @@
+//! How long do the residual and the Jacobian of one sample take, against the model written by hand?
+//!
+//! Three readings, 13 unknowns, one thread. See docs/performance.md.
+
+#[path = "by_hand/mod.rs"]
+#[expect(dead_code, reason = "each bench uses a part")]
+mod by_hand;
+
+use std::error::Error;
+use std::hint::black_box;
+
+use by_hand::data::Plan;
+use by_hand::jacobian::Model;
+use by_hand::timing::{Way, compare, criterion, on_threads};
+use by_hand::{Columns, Parameters};
+
+const SAMPLES: usize = 100_000;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let (problem, point) = Plan::of(SAMPLES).make()?;
+    let runs = Columns::of_all(&problem);
+    let parameters = Parameters::of(&problem, 0, &point);
+    let homepoint = || {
+        for run in 0..runs.len() {
+            problem.visit_run(0, run, black_box(&point), &mut |_, jacobian, residual| {
+                black_box((jacobian, residual));
+            });
+        }
+    };
+    let by_hand = || {
+        let model = Model::new(black_box(parameters));
+        for data in &runs {
+            for sample in 0..data.len() {
+                black_box(&model.rows(data, sample, [1.0; 3]));
+            }
+        }
+    };
+    on_threads(1, || {
+        let mut ways = [Way::new("homepoint", homepoint), Way::new("by hand", by_hand)];
+        compare(&mut criterion(), "residual and Jacobian", (SAMPLES, "sample"), &mut ways)
+    })??;
+    Ok(())
+}

@@ -1,0 +1,47 @@
+//! How long do residual, Jacobian and whitened normal equations of one sample take, against the
+//! model written by hand?
+//!
+//! Three readings, 13 unknowns, one thread. The residuals alone (the cost) beside it. See
+//! docs/performance.md.
+
+#[path = "by_hand/mod.rs"]
+#[expect(dead_code, reason = "each bench uses a part")]
+mod by_hand;
+
+use std::error::Error;
+use std::hint::black_box;
+
+use by_hand::data::{Plan, SIGMA};
+use by_hand::jacobian::Model;
+use by_hand::timing::{Way, compare, criterion, on_threads};
+use by_hand::{Columns, Parameters, normal};
+use homepoint::engine::gram::LeastSquares;
+
+const SAMPLES: usize = 100_000;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let (problem, point) = Plan::of(SAMPLES).make()?;
+    let runs = Columns::of_all(&problem);
+    let parameters = Parameters::of(&problem, 0, &point);
+    let homepoint = || {
+        black_box(problem.normal(black_box(&point)));
+    };
+    let cost = || {
+        black_box(problem.cost(black_box(&point)));
+    };
+    let by_hand = || {
+        let model = Model::new(black_box(parameters));
+        for data in &runs {
+            black_box(&normal::gram(&model, data, SIGMA));
+        }
+    };
+    on_threads(1, || {
+        let mut ways = [
+            Way::new("homepoint", homepoint),
+            Way::new("homepoint, cost alone", cost),
+            Way::new("by hand", by_hand),
+        ];
+        compare(&mut criterion(), "normal equations", (SAMPLES, "sample"), &mut ways)
+    })??;
+    Ok(())
+}
