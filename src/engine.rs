@@ -26,6 +26,7 @@ pub mod problem;
 pub mod programs;
 pub mod referee;
 pub mod rows;
+pub mod signatures;
 pub mod simulate;
 pub mod whitening;
 

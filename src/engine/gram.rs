@@ -64,6 +64,19 @@ pub struct RunGram {
     pub readings: usize,
 }
 
+impl RunGram {
+    /// No reading yet; of this size.
+    pub fn empty(size: usize) -> Self {
+        Self { gram: DMatrix::zeros(size, size), readings: 0 }
+    }
+
+    /// Adds the sums over further samples of the run.
+    pub fn add(&mut self, other: &Self) {
+        self.gram += &other.gram;
+        self.readings += other.readings;
+    }
+}
+
 /// One whitened row of prior knowledge: `residual - Σ coefficient · step`, one to be squared. Its
 /// columns all lie within the global block and at most one setup and one of its runs.
 #[derive(Clone, Debug, PartialEq)]

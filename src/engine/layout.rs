@@ -36,10 +36,7 @@ pub struct Instance {
 impl Instance {
     /// Number of tangent components: 1 for a scalar, 3 for a vector or a rotation.
     pub fn dimension(&self) -> usize {
-        match self.kind {
-            Kind::Scalar => 1,
-            Kind::Vector | Kind::Rotation => 3,
-        }
+        self.kind.dimension()
     }
 }
 

@@ -15,6 +15,7 @@ use crate::engine::lanes::{Chunk, Code, InstructionSet, Workspace};
 use crate::engine::mixing::Mixing;
 use crate::engine::point::Point;
 use crate::engine::problem::{ParameterLeaves, Problem};
+use crate::engine::programs::RowsProgram;
 use crate::graph::Kind;
 
 /// Samples in one block.
@@ -27,27 +28,27 @@ pub type Visitor<'a> = dyn FnMut(usize, &DMatrix<f64>, &[f64]) + 'a;
 
 /// One block of samples of one run.
 #[derive(Clone, Copy, Debug)]
-struct Block {
-    part: usize,
-    run: usize,
+pub(super) struct Block {
+    pub(super) part: usize,
+    pub(super) run: usize,
     start: usize,
     end: usize,
 }
 
 /// What all blocks of a run have in common.
 #[derive(Clone, Debug)]
-struct Plan {
+pub(super) struct Plan {
     /// Values of the parameters.
     parameters: Vec<[f64; 4]>,
     /// For each direction the columns of the run's Gram matrix that move it.
     movers: Vec<Vec<(usize, f64)>>,
     /// Columns of the run's Gram matrix, the residual included.
-    size: usize,
+    pub(super) size: usize,
 }
 
 /// What one thread keeps between blocks.
 #[derive(Debug, Default)]
-struct Memory {
+pub(super) struct Memory {
     /// For each campaign: residuals, rows.
     workspaces: Vec<[Option<Workspace>; 2]>,
     weights: Vec<Lanes>,
@@ -91,27 +92,32 @@ impl Problem {
     }
 
     fn plans(&self, point: &Point) -> Vec<Plan> {
-        let mut plans = Vec::with_capacity(self.layout.columns.runs.len());
-        for (part, data) in self.parts.iter().enumerate() {
-            for run in 0..data.runs.len() {
-                let touched = self.layout.columns.touched_by(self.run_index(part, run));
-                plans.push(Plan {
-                    parameters: self.parameters(part, run, point),
-                    movers: self.movers(part, run),
-                    size: touched.len() + 1,
-                });
-            }
-        }
-        plans
+        let runs = |part: usize| (0..self.parts[part].runs.len()).map(move |run| (part, run));
+        (0..self.parts.len())
+            .flat_map(runs)
+            .map(|(part, run)| self.plan(part, run, point, 0))
+            .collect()
     }
 
-    /// Computes something of every block, many at a time, and takes the results in order.
-    fn in_order<T: Send>(
+    /// The plan of a run, with so many further columns before the residual's.
+    pub(super) fn plan(&self, part: usize, run: usize, point: &Point, more: usize) -> Plan {
+        let touched = self.layout.columns.touched_by(self.run_index(part, run)).len();
+        let mut movers = self.movers(part, run);
+        movers.extend((0..more).map(|column| vec![(touched + column, 1.0)]));
+        let parameters = self.parameters(part, run, point);
+        Plan { parameters, movers, size: touched + more + 1 }
+    }
+
+    /// Computes something of every wanted block, many at a time, and takes the results in order.
+    pub(super) fn in_order<T: Send>(
         &self,
+        wanted: impl Fn(Block) -> bool,
         compute: impl Fn(&mut Memory, Block) -> T + Sync,
         mut take: impl FnMut(Block, T),
     ) {
-        for wave in self.blocks().chunks(WAVE) {
+        let mut blocks = self.blocks();
+        blocks.retain(|block| wanted(*block));
+        for wave in blocks.chunks(WAVE) {
             let made: Vec<T> = wave
                 .par_iter()
                 .map_init(Memory::default, |memory, block| compute(memory, *block))
@@ -137,20 +143,20 @@ impl Problem {
         Weighed { readings, complete: readings == slots.len() * LANES }
     }
 
-    fn block_gram(&self, block: Block, plan: &Plan, memory: &mut Memory) -> RunGram {
+    /// The sums over a block of what a program computes.
+    pub(super) fn block_gram(
+        &self,
+        block: Block,
+        program: &RowsProgram,
+        plan: &Plan,
+        memory: &mut Memory,
+    ) -> RunGram {
         let part = &self.parts[block.part];
-        let programs = &self.programs[block.part];
         let mut scratch = std::mem::take(&mut memory.samples);
         let record = &part.runs[block.run].record;
         let stretch = record.stretch(block.start..block.end, &mut scratch);
         let whitening =
             self.whitening[block.part][block.run].of(self, block.part, block.run, stretch);
-        let assembly = &part.system.assembly;
-        let program = if whitening.is_correlated() {
-            programs.rows_together(assembly)
-        } else {
-            programs.rows_apart(assembly)
-        };
         let code = &program.code;
         let set = self.set;
         let mut workspace = memory.workspace(block.part, 1, code, self.set);
@@ -260,7 +266,7 @@ impl Problem {
         visit: &mut dyn FnMut(&ChunkRows<'_>),
     ) {
         let data = &self.parts[part];
-        let program = self.programs[part].rows_apart(&data.system.assembly);
+        let program = self.programs[part].rows(&data.system.assembly);
         let code = &program.code;
         let mut workspace = Workspace::new(code, self.set);
         workspace.hold_still(code, &ParameterLeaves(&self.parameters(part, run, point)));
@@ -411,6 +417,7 @@ impl LeastSquares for Problem {
         let plans = self.plans(point);
         let mut sum = 0.0;
         self.in_order(
+            |_| true,
             |memory, block| {
                 self.block_cost(block, &plans[self.run_index(block.part, block.run)], memory)
             },
@@ -423,19 +430,16 @@ impl LeastSquares for Problem {
     fn normal(&self, point: &Point) -> Normal {
         let columns = self.layout.columns.clone();
         let plans = self.plans(point);
-        let mut runs: Vec<RunGram> = plans
-            .iter()
-            .map(|plan| RunGram { gram: DMatrix::zeros(plan.size, plan.size), readings: 0 })
-            .collect();
+        let mut runs: Vec<RunGram> = plans.iter().map(|plan| RunGram::empty(plan.size)).collect();
         self.in_order(
+            |_| true,
             |memory, block| {
-                self.block_gram(block, &plans[self.run_index(block.part, block.run)], memory)
+                let plan = &plans[self.run_index(block.part, block.run)];
+                let program =
+                    self.programs[block.part].rows(&self.parts[block.part].system.assembly);
+                self.block_gram(block, program, plan, memory)
             },
-            |block, made: RunGram| {
-                let run = &mut runs[self.run_index(block.part, block.run)];
-                run.gram += made.gram;
-                run.readings += made.readings;
-            },
+            |block, made| runs[self.run_index(block.part, block.run)].add(&made),
         );
         Normal { columns, runs, priors: point.priors(&self.layout) }
     }

@@ -21,8 +21,7 @@ pub struct Programs {
     directions: Vec<Direction>,
     sweep: Sweep,
     residuals: OnceLock<Code>,
-    apart: OnceLock<RowsProgram>,
-    together: OnceLock<RowsProgram>,
+    rows: OnceLock<RowsProgram>,
     noise: OnceLock<NoiseProgram>,
     delays: Vec<OnceLock<DelayProgram>>,
 }
@@ -30,7 +29,7 @@ pub struct Programs {
 /// Weighted residuals with their derivatives.
 #[derive(Clone, Debug)]
 pub struct RowsProgram {
-    /// One group for each measurand, or a single one. Of each row the residual comes first.
+    /// One group for each measurand. Of each row the residual comes first.
     pub code: Code,
     /// One for each residual component.
     pub rows: Vec<RowOutputs>,
@@ -79,8 +78,7 @@ impl Programs {
             directions,
             sweep,
             residuals: OnceLock::new(),
-            apart: OnceLock::new(),
-            together: OnceLock::new(),
+            rows: OnceLock::new(),
             noise: OnceLock::new(),
             delays: (0..measurands).map(|_| OnceLock::new()).collect(),
         }
@@ -101,16 +99,10 @@ impl Programs {
         })
     }
 
-    /// Rows computed one measurand after the other: right where the weights are all there is to
-    /// whitening.
-    pub fn rows_apart(&self, assembly: &Assembly) -> &RowsProgram {
-        self.apart.get_or_init(|| RowsProgram::new(assembly, &self.directions, self.sweep, true))
-    }
-
-    /// All rows at once.
-    pub fn rows_together(&self, assembly: &Assembly) -> &RowsProgram {
-        self.together
-            .get_or_init(|| RowsProgram::new(assembly, &self.directions, self.sweep, false))
+    /// The weighted residuals with their derivatives.
+    pub fn rows(&self, assembly: &Assembly) -> &RowsProgram {
+        self.rows
+            .get_or_init(|| RowsProgram::nodes(assembly, &self.directions, self.sweep).compile())
     }
 
     /// A reading of a measurand as a function of its delay.
@@ -174,38 +166,47 @@ impl DelayProgram {
     }
 }
 
+/// Rows with derivatives as nodes, before they are compiled.
+#[derive(Clone, Debug)]
+pub struct RowNodes {
+    /// The nodes.
+    pub graph: Graph,
+    /// The weight of each row.
+    pub weights: Vec<NodeId>,
+    /// The weighted residual of each row.
+    pub residuals: Vec<NodeId>,
+    /// The weighted derivatives of each row.
+    pub derivatives: Vec<Derivatives>,
+    /// The measurand of each row.
+    pub measurands: Vec<usize>,
+}
+
 impl RowsProgram {
-    /// Rows with derivatives along some directions, measurand by measurand or all at once.
-    pub fn new(assembly: &Assembly, directions: &[Direction], sweep: Sweep, apart: bool) -> Self {
+    /// Rows with derivatives along some directions, before they are compiled.
+    pub fn nodes(assembly: &Assembly, directions: &[Direction], sweep: Sweep) -> RowNodes {
         let mut rows = Rows::new(assembly).at_mean();
         let (weights, measurands) = weights(&mut rows.graph, assembly);
         let seeds = rows.seeds(assembly, directions);
         let derivatives = rows.derivatives(&seeds, &weights, sweep);
         let residuals = weighted(&mut rows, &weights);
-        let group_of = |row: usize| if apart { measurands[row] } else { 0 };
-        Self::compile(&mut rows.graph, &residuals, &derivatives, group_of)
+        RowNodes { graph: rows.graph, weights, residuals, derivatives, measurands }
     }
+}
 
-    fn compile(
-        graph: &mut Graph,
-        residuals: &[NodeId],
-        derivatives: &[Derivatives],
-        group_of: impl Fn(usize) -> usize,
-    ) -> Self {
+impl RowNodes {
+    /// A program for these rows.
+    pub fn compile(mut self) -> RowsProgram {
         let mut groups: Vec<Vec<NodeId>> = Vec::new();
-        let mut rows = Vec::with_capacity(residuals.len());
-        for (index, (residual, row)) in residuals.iter().zip(derivatives).enumerate() {
-            let group = group_of(index);
+        let mut rows = Vec::with_capacity(self.residuals.len());
+        for (index, (residual, row)) in self.residuals.iter().zip(self.derivatives).enumerate() {
+            let group = self.measurands[index];
             groups.resize(groups.len().max(group + 1), Vec::new());
-            rows.push(RowOutputs {
-                group,
-                first: groups[group].len(),
-                directions: row.directions.clone(),
-            });
+            let first = groups[group].len();
             groups[group].push(*residual);
             groups[group].extend_from_slice(&row.nodes);
+            rows.push(RowOutputs { group, first, directions: row.directions });
         }
-        Self { code: Code::new(graph, &groups), rows }
+        RowsProgram { code: Code::new(&mut self.graph, &groups), rows }
     }
 }
 

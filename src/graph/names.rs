@@ -35,6 +35,16 @@ pub enum Kind {
     Rotation,
 }
 
+impl Kind {
+    /// Dimension of its tangent space: 1 for a number, 3 for a vector or a rotation.
+    pub fn dimension(self) -> usize {
+        match self {
+            Self::Scalar => 1,
+            Self::Vector | Self::Rotation => 3,
+        }
+    }
+}
+
 /// Something recorded beside the readings.
 #[derive(Clone, Debug)]
 pub struct Input {

@@ -1,0 +1,175 @@
+//! Signatures of effects that are not in the model: how each would change the readings, in one pass
+//! with the nominal derivatives.
+//!
+//! An effect's signature is the derivative of the predictions with respect to one of its parameters
+//! where it is switched off. It is an expression in the nominal model's own quantities, so the
+//! signatures of a whole library share most of what they need with the nominal pass and with each
+//! other: they are nodes of one graph, made by one program. Each candidate is a system of its own (the
+//! nominal effects and one more); an effect whose parameters are all random has no signature, nor has a
+//! parameter that acts only together with another one that is zero.
+//!
+//! What the sums mean is not its business.
+
+use std::collections::HashMap;
+
+use crate::engine::gram::RunGram;
+use crate::engine::point::Point;
+use crate::engine::problem::Problem;
+use crate::engine::programs::{RowNodes, RowsProgram};
+use crate::engine::rows::{Derivatives, Rows, Sweep};
+use crate::graph::derivative::seeds;
+use crate::graph::import::Import;
+use crate::graph::{Graph, Leaf, NodeId, Scope};
+use crate::system::System;
+
+/// A model with one more effect.
+#[derive(Clone, Copy, Debug)]
+pub struct Candidate<'a> {
+    /// How the effect is called.
+    pub name: &'a str,
+    /// The nominal model and its effects with this one.
+    pub system: &'a System,
+}
+
+/// What one column stands for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signature {
+    /// The effect, as the candidate is called.
+    pub effect: String,
+    /// The parameter's full name.
+    pub parameter: String,
+    /// Component of its tangent space.
+    pub component: usize,
+    /// Where one value of it holds.
+    pub scope: Scope,
+}
+
+/// The signatures of some effects in one campaign.
+#[derive(Clone, Debug)]
+pub struct Signatures {
+    /// The columns, after those of the nominal unknowns.
+    pub columns: Vec<Signature>,
+    pub(crate) program: RowsProgram,
+    part: usize,
+}
+
+impl Signatures {
+    /// The signatures of candidates in a campaign of a problem.
+    pub fn new(problem: &Problem, part: usize, candidates: &[Candidate<'_>]) -> Self {
+        let system = &problem.parts[part].system;
+        let directions = problem.programs(part).directions();
+        let mut made = RowsProgram::nodes(&system.assembly, directions, Sweep::Backward);
+        let nominal: HashMap<&str, u32> = (0..)
+            .zip(&system.assembly.names.parameters)
+            .map(|(index, parameter)| (parameter.name.as_str(), index))
+            .collect();
+        let mut columns = Vec::new();
+        for candidate in candidates {
+            let mut adding = Adding {
+                nominal: &nominal,
+                candidate,
+                rows: Rows::new(&candidate.system.assembly),
+                import: Import::default(),
+            };
+            for parameter in 0..candidate.system.settings.len() {
+                if !adding.is_own(parameter) || candidate.system.settings[parameter].fixed {
+                    continue;
+                }
+                let kind = candidate.system.assembly.names.parameters[parameter].kind;
+                for component in 0..kind.dimension() {
+                    let number = directions.len() + columns.len();
+                    let seeds = seeds(&mut adding.rows.graph, parameter as u32, kind, component);
+                    let weights = adding.unit_weights();
+                    let found = adding.rows.derivatives(&[seeds], &weights, Sweep::Forward);
+                    if adding.append(number, &found, &mut made) {
+                        columns.push(adding.signature(parameter, component));
+                    }
+                }
+            }
+        }
+        Self { columns, program: made.compile(), part }
+    }
+}
+
+/// Puts the derivatives of one candidate into the graph of all.
+struct Adding<'a> {
+    nominal: &'a HashMap<&'a str, u32>,
+    candidate: &'a Candidate<'a>,
+    rows: Rows,
+    import: Import,
+}
+
+impl Adding<'_> {
+    /// Whether a parameter is the effect's and not the nominal model's.
+    fn is_own(&self, parameter: usize) -> bool {
+        let name = &self.candidate.system.assembly.names.parameters[parameter].name;
+        !self.nominal.contains_key(name.as_str())
+    }
+
+    fn unit_weights(&mut self) -> Vec<NodeId> {
+        let one = self.rows.graph.constant(1.0);
+        vec![one; self.rows.residuals.len()]
+    }
+
+    fn signature(&self, parameter: usize, component: usize) -> Signature {
+        let system = self.candidate.system;
+        Signature {
+            effect: self.candidate.name.to_owned(),
+            parameter: system.assembly.names.parameters[parameter].name.clone(),
+            component,
+            scope: system.settings[parameter].scope,
+        }
+    }
+
+    /// Adds one column to the rows that hang on it; whether any does.
+    fn append(&mut self, number: usize, found: &[Derivatives], made: &mut RowNodes) -> bool {
+        let (system, nominal) = (self.candidate.system, self.nominal);
+        let names = &system.assembly.names.parameters;
+        // Switched off: what is free is zero, constants and members of families are what they are.
+        let mut off = |graph: &mut Graph, leaf| match leaf {
+            Leaf::Random(_) => graph.constant(0.0),
+            Leaf::Parameter { parameter, component } => {
+                let index = parameter as usize;
+                if let Some(parameter) = nominal.get(names[index].name.as_str()) {
+                    return graph.leaf(Leaf::Parameter { parameter: *parameter, component });
+                }
+                let setting = &system.settings[index];
+                let stated = setting.fixed.then_some(setting.value.as_ref()).flatten();
+                let value = stated.and_then(|value| value.get(usize::from(component)));
+                graph.constant(value.copied().unwrap_or(0.0))
+            }
+            other => graph.leaf(other),
+        };
+        let zero = made.graph.constant(0.0);
+        let mut acts = false;
+        for (row, derivative) in found.iter().enumerate() {
+            let Some(node) = derivative.nodes.first() else { continue };
+            let node = self.import.node(&self.rows.graph, *node, &mut made.graph, &mut off);
+            if node != zero {
+                let weighted = made.graph.multiply(made.weights[row], node);
+                made.derivatives[row].directions.push(number);
+                made.derivatives[row].nodes.push(weighted);
+                acts = true;
+            }
+        }
+        acts
+    }
+}
+
+impl Problem {
+    /// The Gram sums of every run of a campaign at a point, the signatures' columns among them: first
+    /// the columns that the run touches, then the signatures', last the residual.
+    pub fn gram_with(&self, signatures: &Signatures, point: &Point) -> Vec<RunGram> {
+        let part = signatures.part;
+        let more = signatures.columns.len();
+        let runs = self.parts[part].runs.len();
+        let plans: Vec<_> = (0..runs).map(|run| self.plan(part, run, point, more)).collect();
+        let mut sums: Vec<RunGram> = plans.iter().map(|plan| RunGram::empty(plan.size)).collect();
+        self.in_order(
+            |block| block.part == part,
+            |memory, block| self.block_gram(block, &signatures.program, &plans[block.run], memory),
+            |block, made| sums[block.run].add(&made),
+        );
+        sums
+    }
+}
