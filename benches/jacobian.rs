@@ -13,17 +13,21 @@ use by_hand::data::Plan;
 use by_hand::jacobian::Model;
 use by_hand::timing::{Way, compare, criterion, on_threads};
 use by_hand::{Columns, Parameters};
+use homepoint::engine::Problem;
+use homepoint::engine::rows::Sweep;
 
 const SAMPLES: usize = 100_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (problem, point) = Plan::of(SAMPLES).make()?;
+    let mut forward = problem.clone();
+    forward.compute_with(problem.instruction_set(), Sweep::Forward);
     let runs = Columns::of_all(&problem);
     let parameters = Parameters::of(&problem, 0, &point);
-    let homepoint = || {
+    let rows = |problem: &Problem| {
         for run in 0..runs.len() {
-            problem.visit_run(0, run, black_box(&point), &mut |_, jacobian, residual| {
-                black_box((jacobian, residual));
+            problem.visit_rows(0, run, black_box(&point), &mut |rows| {
+                black_box(rows.lanes);
             });
         }
     };
@@ -36,7 +40,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     };
     on_threads(1, || {
-        let mut ways = [Way::new("homepoint", homepoint), Way::new("by hand", by_hand)];
+        let mut ways = [
+            Way::new("homepoint", || rows(&problem)),
+            Way::new("homepoint, forward sweep", || rows(&forward)),
+            Way::new("by hand", by_hand),
+        ];
         compare(&mut criterion(), "residual and Jacobian", (SAMPLES, "sample"), &mut ways)
     })??;
     Ok(())

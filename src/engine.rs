@@ -13,6 +13,7 @@
 //! | [`open`] | from what a user names to a problem |
 //! | [`simulate`] | readings drawn from a model |
 
+mod blocks;
 pub mod gram;
 pub mod lanes;
 pub mod layout;
@@ -28,6 +29,7 @@ pub mod referee;
 pub mod rows;
 pub mod signatures;
 pub mod simulate;
+pub mod visits;
 pub mod whitening;
 
 pub use layout::Layout;

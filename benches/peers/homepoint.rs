@@ -49,7 +49,7 @@ fn main() -> Outcome<()> {
     }
     let problem = open(&Request::new([folder])).map_err(|faults| format!("{faults:?}"))?.problem;
     let truth = point(&problem, &std::fs::read(folder.join("truth.f64"))?)?;
-    let samples: usize = problem.parts[0].runs.iter().map(|run| run.samples.len()).sum();
+    let samples: usize = problem.parts[0].runs.iter().map(|run| run.record.len()).sum();
     let line = match job.as_str() {
         "check" => check(&problem, &truth)?,
         "J" => per_sample(samples, || linearise(&problem, &truth)),
@@ -62,13 +62,11 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Residuals and Jacobians of all samples, visited one by one.
+/// Residuals and Jacobians of all samples, a chunk at a time.
 fn linearise(problem: &Problem, point: &Point) -> f64 {
     let mut seen = 0.0;
     for run in 0..problem.parts[0].runs.len() {
-        problem.visit_run(0, run, point, &mut |_, jacobian, residual| {
-            seen += black_box(jacobian)[(0, 0)] + black_box(residual)[0];
-        });
+        problem.visit_rows(0, run, point, &mut |rows| seen += black_box(rows.lanes)[0][0]);
     }
     seen
 }
@@ -96,7 +94,8 @@ fn newton(problem: &Problem, point: &Point, samples: usize) -> Value {
     let all = || {
         (0..3).map(|measurand| {
             let runs = 0..problem.parts[0].runs.len();
-            runs.flat_map(|run| delays_of_run(&given, 0, run, measurand)).collect::<Vec<_>>()
+            runs.flat_map(|run| delays_of_run(&given, 0, run, measurand).readings)
+                .collect::<Vec<_>>()
         })
     };
     let seconds = timed(|| all().map(|delays| delays.len()).sum::<usize>());

@@ -5,6 +5,7 @@
 //! gives for its measurand (value [`Leaf::Given`] of that index), and so are its derivatives.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::OnceLock;
 
 use crate::engine::lanes::Code;
@@ -20,7 +21,7 @@ use crate::system::System;
 pub struct Programs {
     directions: Vec<Direction>,
     sweep: Sweep,
-    residuals: OnceLock<Code>,
+    residuals: OnceLock<RowsProgram>,
     rows: OnceLock<RowsProgram>,
     noise: OnceLock<NoiseProgram>,
     delays: Vec<OnceLock<DelayProgram>>,
@@ -60,6 +61,13 @@ pub struct DelayProgram {
     pub directions: Vec<usize>,
 }
 
+impl RowOutputs {
+    /// Its outputs: the residual, then the derivatives.
+    pub fn outputs(&self) -> Range<usize> {
+        self.first..self.first + 1 + self.directions.len()
+    }
+}
+
 /// What makes the covariance of a sample's readings.
 #[derive(Clone, Debug)]
 pub struct NoiseProgram {
@@ -89,14 +97,9 @@ impl Programs {
         &self.directions
     }
 
-    /// The weighted residuals, one output a row.
-    pub fn residuals(&self, assembly: &Assembly) -> &Code {
-        self.residuals.get_or_init(|| {
-            let mut rows = Rows::new(assembly).at_mean();
-            let (weights, _) = weights(&mut rows.graph, assembly);
-            let outputs = weighted(&mut rows, &weights);
-            Code::new(&mut rows.graph, &[outputs])
-        })
+    /// The weighted residuals alone.
+    pub fn residuals(&self, assembly: &Assembly) -> &RowsProgram {
+        self.residuals.get_or_init(|| RowsProgram::nodes(assembly, &[], self.sweep).compile())
     }
 
     /// The weighted residuals with their derivatives.
@@ -182,6 +185,11 @@ pub struct RowNodes {
 }
 
 impl RowsProgram {
+    /// The rows of a group, with their numbers.
+    pub fn rows_of(&self, group: usize) -> impl Iterator<Item = (usize, &RowOutputs)> {
+        self.rows.iter().enumerate().filter(move |(_, row)| row.group == group)
+    }
+
     /// Rows with derivatives along some directions, before they are compiled.
     pub fn nodes(assembly: &Assembly, directions: &[Direction], sweep: Sweep) -> RowNodes {
         let mut rows = Rows::new(assembly).at_mean();

@@ -4,9 +4,9 @@
 
 use nalgebra::DMatrix;
 
-use crate::engine::linearise::Visitor;
 use crate::engine::point::Point;
 use crate::engine::problem::{Problem, SampleLeaves};
+use crate::engine::visits::Visitor;
 use crate::number::{Gradient, Number, partials};
 
 /// Directions in one pass of the engine.

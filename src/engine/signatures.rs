@@ -91,6 +91,13 @@ impl Signatures {
     }
 }
 
+impl Signatures {
+    /// For each residual component, the number of columns that it hangs on, nominal ones counted.
+    pub fn columns_by_row(&self) -> Vec<usize> {
+        self.program.rows.iter().map(|row| row.directions.len()).collect()
+    }
+}
+
 /// Puts the derivatives of one candidate into the graph of all.
 struct Adding<'a> {
     nominal: &'a HashMap<&'a str, u32>,
@@ -171,5 +178,21 @@ impl Problem {
             |block, made| sums[block.run].add(&made),
         );
         sums
+    }
+
+    /// Computes the rows of every run of a campaign and forgets them: what [`Problem::gram_with`] does
+    /// but for the sums. The number of readings comes back.
+    pub fn rows_with(&self, signatures: &Signatures, point: &Point) -> usize {
+        let part = signatures.part;
+        let plans: Vec<_> = (0..self.parts[part].runs.len())
+            .map(|run| self.plan(part, run, point, signatures.columns.len()))
+            .collect();
+        let mut readings = 0;
+        self.in_order(
+            |block| block.part == part,
+            |memory, block| self.block_rows(block, &signatures.program, &plans[block.run], memory),
+            |_, made| readings += made,
+        );
+        readings
     }
 }

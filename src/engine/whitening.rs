@@ -44,6 +44,11 @@ pub struct Whitened<'a> {
 }
 
 impl Whitening {
+    /// Whether readings of a sample are correlated.
+    pub fn is_correlated(&self) -> bool {
+        matches!(self.form, Form::Triangles(_) | Form::Anew { correlated: true, .. })
+    }
+
     /// The whitening of a stretch of the run; it begins with a chunk.
     pub fn of(
         &self,
@@ -94,11 +99,6 @@ impl Whitened<'_> {
             }
             Form::Constant(_) | Form::Weights(_) | Form::Anew { .. } => None,
         }
-    }
-
-    /// Whether readings of a sample are correlated.
-    pub fn is_correlated(&self) -> bool {
-        matches!(*self.form, Form::Triangles(_))
     }
 }
 

@@ -13,43 +13,46 @@ use crate::engine::lanes::dispatch::{InstructionSet, Task};
 const ROWS: usize = 4;
 /// Columns of a tile.
 const COLUMNS: usize = 3;
-/// Partial sums kept of each sum: as many numbers as the widest register holds.
-const PARTS: usize = 8;
-
 /// Sums of products of every pair of `count` columns.
 #[derive(Clone, Debug)]
 pub struct Products {
     count: usize,
+    set: InstructionSet,
+    /// Partial sums of each sum: as many as a register holds numbers.
+    parts: usize,
     /// `[i][j][part]`; filled for `i <= j`.
     sums: Vec<f64>,
 }
 
 impl Products {
     /// Of this many columns; all zero.
-    pub fn new(count: usize) -> Self {
-        Self { count, sums: vec![0.0; count * count * PARTS] }
-    }
-
-    /// Number of columns.
-    pub fn count(&self) -> usize {
-        self.count
+    pub fn new(count: usize, set: InstructionSet) -> Self {
+        let parts = set.run(Width);
+        Self { count, set, parts, sums: vec![0.0; count * count * parts] }
     }
 
     /// Adds the products of a chunk; one column each.
-    pub fn add(&mut self, set: InstructionSet, columns: &[&Lanes]) {
+    pub fn add(&mut self, columns: &[&Lanes]) {
         debug_assert_eq!(columns.len(), self.count);
-        set.run(Adding { columns, sums: &mut self.sums });
+        self.set.run(Adding { columns, sums: &mut self.sums });
     }
 
     /// The sum for a pair of columns.
     pub fn sum(&self, i: usize, j: usize) -> f64 {
-        let at = (i.min(j) * self.count + i.max(j)) * PARTS;
-        self.sums[at..at + PARTS].iter().sum()
+        let at = (i.min(j) * self.count + i.max(j)) * self.parts;
+        self.sums[at..at + self.parts].iter().sum()
     }
+}
 
-    /// Forgets what was added.
-    pub fn clear(&mut self) {
-        self.sums.fill(0.0);
+/// How many numbers a register holds.
+struct Width;
+
+impl Task for Width {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<A: Arithmetic, S: Simd>(self, _: S) -> usize {
+        S::F64_LANES
     }
 }
 
@@ -123,8 +126,8 @@ fn tile<A: Arithmetic, S: Simd, const R: usize, const C: usize>(
     }
     for r in 0..R {
         for c in 0..C {
-            let at = ((i + r) * count + j + c) * PARTS;
-            let (sum, _) = S::as_mut_simd_f64s(&mut sums[at..at + PARTS]);
+            let at = ((i + r) * count + j + c) * S::F64_LANES;
+            let (sum, _) = S::as_mut_simd_f64s(&mut sums[at..at + S::F64_LANES]);
             sum[0] = simd.add_f64s(sum[0], tile[r][c]);
         }
     }
@@ -142,9 +145,9 @@ mod tests {
                 .collect();
             let borrowed: Vec<&Lanes> = columns.iter().collect();
             for set in InstructionSet::available() {
-                let mut products = Products::new(count);
-                products.add(set, &borrowed);
-                products.add(set, &borrowed);
+                let mut products = Products::new(count, set);
+                products.add(&borrowed);
+                products.add(&borrowed);
                 for i in 0..count {
                     for j in 0..count {
                         // Whole numbers: exact in any order.

@@ -1,0 +1,177 @@
+//! Samples in fixed blocks, computed by many threads and added up in order: every thread count gives
+//! the same bits.
+//!
+//! Answers: which blocks there are, what one thread keeps between them, and each chunk of a block
+//! loaded with its weights. What is summed is the caller's business.
+
+use rayon::prelude::*;
+
+use crate::campaign::run::Samples;
+use crate::engine::lanes::{Chunk, Code, LANES, Lanes, Workspace};
+use crate::engine::mixing::Mixing;
+use crate::engine::point::Point;
+use crate::engine::problem::{ParameterLeaves, Problem};
+use crate::engine::whitening::Whitened;
+
+/// Samples in one block.
+const BLOCK: usize = 64 * LANES;
+/// Blocks whose sums wait to be added at a time.
+const WAVE: usize = 64;
+
+/// One block of samples of one run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block {
+    pub(super) part: usize,
+    pub(super) run: usize,
+    start: usize,
+    end: usize,
+}
+
+/// What all blocks of a run have in common.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    /// Values of the parameters.
+    parameters: Vec<[f64; 4]>,
+    /// For each direction the columns of the run's Gram matrix that move it.
+    pub(super) movers: Vec<Vec<(usize, f64)>>,
+    /// Columns of the run's Gram matrix, the residual included.
+    pub(super) size: usize,
+}
+
+/// What one thread keeps between blocks.
+#[derive(Debug, Default)]
+pub(super) struct Memory {
+    /// One for each campaign.
+    workspaces: Vec<Option<Workspace>>,
+    weights: Vec<Lanes>,
+    pub(super) mixed: Mixing,
+    /// Of a run that is not in memory.
+    samples: Samples,
+}
+
+/// A chunk with everything that its rows need.
+#[derive(Debug)]
+pub(super) struct Loaded<'a> {
+    pub(super) workspace: &'a mut Workspace,
+    pub(super) chunk: &'a Chunk<'a>,
+    /// Its number in the block.
+    pub(super) number: usize,
+    /// The weight of each measurand: 0 where there is no reading.
+    pub(super) weights: &'a [Lanes],
+    /// Whether every lane has every reading.
+    pub(super) complete: bool,
+    pub(super) whitened: &'a Whitened<'a>,
+}
+
+impl Problem {
+    fn blocks(&self) -> Vec<Block> {
+        let mut blocks = Vec::new();
+        for (part, data) in self.parts.iter().enumerate() {
+            for (run, data) in data.runs.iter().enumerate() {
+                blocks.extend(data.record.ranges(BLOCK).map(|range| Block {
+                    part,
+                    run,
+                    start: range.start,
+                    end: range.end,
+                }));
+            }
+        }
+        blocks
+    }
+
+    /// Index of a run among all runs.
+    pub fn run_index(&self, part: usize, run: usize) -> usize {
+        self.layout.first_run[part] + run
+    }
+
+    /// The plans of all runs.
+    pub(super) fn plans(&self, point: &Point) -> Vec<Plan> {
+        let runs = |part: usize| (0..self.parts[part].runs.len()).map(move |run| (part, run));
+        (0..self.parts.len())
+            .flat_map(runs)
+            .map(|(part, run)| self.plan(part, run, point, 0))
+            .collect()
+    }
+
+    /// The plan of a run, with so many further columns before the residual's.
+    pub(super) fn plan(&self, part: usize, run: usize, point: &Point, more: usize) -> Plan {
+        let touched = self.layout.columns.touched_by(self.run_index(part, run)).len();
+        let mut movers = self.movers(part, run);
+        movers.extend((0..more).map(|column| vec![(touched + column, 1.0)]));
+        let parameters = self.parameters(part, run, point);
+        Plan { parameters, movers, size: touched + more + 1 }
+    }
+
+    /// Computes something of every wanted block, many at a time, and takes the results in order.
+    pub(super) fn in_order<T: Send>(
+        &self,
+        wanted: impl Fn(Block) -> bool,
+        compute: impl Fn(&mut Memory, Block) -> T + Sync,
+        mut take: impl FnMut(Block, T),
+    ) {
+        let mut blocks = self.blocks();
+        blocks.retain(|block| wanted(*block));
+        for wave in blocks.chunks(WAVE) {
+            let made: Vec<T> = wave
+                .par_iter()
+                .map_init(Memory::default, |memory, block| compute(memory, *block))
+                .collect();
+            wave.iter().zip(made).for_each(|(block, one)| take(*block, one));
+        }
+    }
+
+    /// Puts 1 where there is a reading and 0 where there is none; the number of readings.
+    pub(super) fn present(
+        &self,
+        part: usize,
+        chunk: &Chunk<'_>,
+        weights: &mut Vec<Lanes>,
+    ) -> usize {
+        let slots = self.parts[part].slots();
+        weights.resize(slots.len(), [0.0; LANES]);
+        let mut readings = 0;
+        for (slot, weight) in slots.iter().zip(&mut *weights) {
+            let mut there = 0_u64;
+            for (weight, reading) in weight.iter_mut().zip(chunk.readings(slot.column)) {
+                *weight = if reading.is_nan() { 0.0 } else { 1.0 };
+                there += u64::from(!reading.is_nan());
+            }
+            weight[chunk.len..].fill(0.0);
+            readings += there as usize;
+        }
+        readings
+    }
+
+    /// Loads each chunk of a block into the program's workspace; the number of readings comes back.
+    /// One thread's memory serves one program a campaign.
+    pub(super) fn walk_block(
+        &self,
+        block: Block,
+        code: &Code,
+        plan: &Plan,
+        memory: &mut Memory,
+        each: &mut dyn FnMut(&mut Loaded<'_>, &mut Mixing),
+    ) -> usize {
+        let part = &self.parts[block.part];
+        let Memory { workspaces, weights, mixed, samples } = memory;
+        workspaces.resize_with(workspaces.len().max(self.parts.len()), || None);
+        let workspace =
+            workspaces[block.part].get_or_insert_with(|| Workspace::new(code, self.set));
+        workspace.hold_still(code, &ParameterLeaves(&plan.parameters));
+        let stretch = part.runs[block.run].record.stretch(block.start..block.end, samples);
+        let whitening = &self.whitening[block.part][block.run];
+        let whitened = whitening.of(self, block.part, block.run, stretch);
+        let mut readings = 0;
+        for (number, chunk) in Chunk::all(stretch, part.columns()).enumerate() {
+            let there = self.present(block.part, &chunk, weights);
+            readings += there;
+            whitened.weigh(number, weights);
+            workspace.load(code, &chunk, weights);
+            let complete = there == LANES * part.slots().len();
+            let chunk = &chunk;
+            let (weights, whitened) = (weights.as_slice(), &whitened);
+            each(&mut Loaded { workspace, chunk, number, weights, complete, whitened }, mixed);
+        }
+        readings
+    }
+}

@@ -1,0 +1,140 @@
+//! The rows of a run shown one after the other, not whitened: for who wants them and not their sums.
+
+use nalgebra::DMatrix;
+
+use crate::engine::lanes::{Chunk, LANES, Lanes, Workspace};
+use crate::engine::point::Point;
+use crate::engine::problem::{ParameterLeaves, Problem};
+use crate::engine::programs::RowsProgram;
+
+/// What sees the Jacobian and the residuals of each sample.
+pub type Visitor<'a> = dyn FnMut(usize, &DMatrix<f64>, &[f64]) + 'a;
+
+/// One row of the samples of a chunk, not whitened.
+#[derive(Clone, Copy, Debug)]
+pub struct ChunkRows<'a> {
+    /// Number of the first sample in its run.
+    pub first: usize,
+    /// Number of samples; further lanes mean nothing.
+    pub len: usize,
+    /// Which residual component.
+    pub row: usize,
+    /// 1 where there is a reading, else 0.
+    pub present: &'a Lanes,
+    /// The directions on which it hangs, by index.
+    pub directions: &'a [usize],
+    /// The residual, then its prediction's derivatives along those directions.
+    pub lanes: &'a [&'a Lanes],
+}
+
+impl Problem {
+    /// Calls `visit` for each chunk of a run.
+    fn visit_chunks(&self, part: usize, run: usize, visit: &mut dyn FnMut(&Chunk<'_>)) {
+        let data = &self.parts[part];
+        data.runs[run].record.walk(|stretch| {
+            Chunk::all(stretch, data.columns()).for_each(|chunk| visit(&chunk));
+        });
+    }
+
+    /// Shows the rows of a run a chunk at a time, not whitened.
+    pub fn visit_rows(
+        &self,
+        part: usize,
+        run: usize,
+        point: &Point,
+        visit: &mut dyn FnMut(&ChunkRows<'_>),
+    ) {
+        let program = self.programs[part].rows(&self.parts[part].system.assembly);
+        self.visit_program(program, part, run, point, visit);
+    }
+
+    fn visit_program(
+        &self,
+        program: &RowsProgram,
+        part: usize,
+        run: usize,
+        point: &Point,
+        visit: &mut dyn FnMut(&ChunkRows<'_>),
+    ) {
+        let data = &self.parts[part];
+        let code = &program.code;
+        let mut workspace = Workspace::new(code, self.set);
+        workspace.hold_still(code, &ParameterLeaves(&self.parameters(part, run, point)));
+        let mut weights = Vec::new();
+        self.visit_chunks(part, run, &mut |chunk| {
+            self.present(part, chunk, &mut weights);
+            workspace.load(code, chunk, &weights);
+            for group in 0..code.group_count() {
+                workspace.compute(code, group, chunk);
+                for (number, row) in program.rows_of(group) {
+                    visit(&ChunkRows {
+                        first: chunk.first,
+                        len: chunk.len,
+                        row: number,
+                        present: &weights[data.measurand_of(number)],
+                        directions: &row.directions,
+                        lanes: &workspace.lanes(code, group, row.outputs()),
+                    });
+                }
+            }
+        });
+    }
+
+    /// Calls `visit(sample, jacobian, residual)` for each sample of a run: the Jacobian of the
+    /// predictions (rows: residual components; columns: those the run touches, in their order) and
+    /// `reading - prediction`, neither whitened, missing readings as zero rows.
+    pub fn visit_run(&self, part: usize, run: usize, point: &Point, visit: &mut Visitor<'_>) {
+        let rows = self.parts[part].residual_count();
+        let movers = self.movers(part, run);
+        let size = self.layout.columns.touched_by(self.run_index(part, run)).len();
+        let mut jacobians = vec![DMatrix::zeros(rows, size); LANES];
+        let mut values = vec![vec![0.0; rows]; LANES];
+        self.visit_rows(part, run, point, &mut |chunk| {
+            for lane in 0..chunk.len {
+                let there = chunk.present[lane] != 0.0;
+                let jacobian = &mut jacobians[lane];
+                jacobian.row_mut(chunk.row).fill(0.0);
+                values[lane][chunk.row] = if there { chunk.lanes[0][lane] } else { 0.0 };
+                for (direction, slope) in chunk.directions.iter().zip(&chunk.lanes[1..]) {
+                    for (column, by) in movers[*direction].iter().filter(|_| there) {
+                        jacobian[(chunk.row, *column)] += by * slope[lane];
+                    }
+                }
+                if chunk.row + 1 == rows {
+                    visit(chunk.first + lane, jacobian, &values[lane]);
+                }
+            }
+        });
+    }
+
+    /// Calls `visit(sample, residual)` for each sample of a run: `reading - prediction` at a point,
+    /// not whitened, NaN where there is no reading.
+    pub fn visit_residuals(
+        &self,
+        part: usize,
+        run: usize,
+        point: &Point,
+        visit: &mut dyn FnMut(usize, &[f64]),
+    ) {
+        let data = &self.parts[part];
+        let program = self.programs[part].residuals(&data.system.assembly);
+        let rows = data.residual_count();
+        let mut values = vec![vec![0.0; rows]; LANES];
+        self.visit_program(program, part, run, point, &mut |chunk| {
+            for (lane, values) in values.iter_mut().enumerate().take(chunk.len) {
+                let there = chunk.present[lane] != 0.0;
+                values[chunk.row] = if there { chunk.lanes[0][lane] } else { f64::NAN };
+                if chunk.row + 1 == rows {
+                    visit(chunk.first + lane, values);
+                }
+            }
+        });
+    }
+
+    /// The residuals of [`Problem::visit_residuals`], one vector a sample.
+    pub fn residuals(&self, part: usize, run: usize, point: &Point) -> Vec<Vec<f64>> {
+        let mut all = Vec::with_capacity(self.parts[part].runs[run].record.len());
+        self.visit_residuals(part, run, point, &mut |_, values| all.push(values.to_vec()));
+        all
+    }
+}
