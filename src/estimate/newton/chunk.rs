@@ -8,6 +8,8 @@ use crate::engine::programs::DelayProgram;
 pub(super) const MAXIMUM_STEPS: u32 = 50;
 /// Times that a step is halved before giving up.
 const HALVINGS: u32 = 20;
+/// A step that is this part of the range, or less, need not be halved.
+const ROUNDING: f64 = 1e-9;
 /// A step this small (s), or this small against the delay, ends the iteration.
 const TOLERANCE: f64 = 1e-14;
 
@@ -108,12 +110,15 @@ impl Roots {
             self.slope[lane] = slope;
             self.steps[lane] += 1;
             self.propose(lane, range);
+        } else if self.step[lane].abs() <= ROUNDING * range {
+            // A tiny step that does not descend: rounding has been reached.
+            self.stage[lane] = Stage::Solved;
+            self.step[lane] = 0.0;
         } else if self.halvings[lane] < HALVINGS {
             self.halvings[lane] += 1;
             self.step[lane] *= 0.5;
         } else {
-            // No further descent: rounding has been reached, or there is no root.
-            let rounding = self.step[lane].abs() <= 1e-9 * range || self.value[lane].abs() <= 1e-12;
+            let rounding = self.value[lane].abs() <= 1e-12;
             self.stage[lane] = if rounding { Stage::Solved } else { Stage::Failed };
             self.step[lane] = 0.0;
         }
