@@ -1,0 +1,1 @@
+//! Elementary functions over a chunk of samples.
