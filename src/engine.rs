@@ -11,6 +11,7 @@
 //! | [`linearise`] | whitened residuals and Jacobians, summed by run: the only maker of Jacobians |
 //! | [`gram`] | the form of those sums, and what an estimator asks of a problem |
 //! | [`open`] | from what a user names to a problem |
+//! | [`lanes`] | the same graph over chunks of samples, vectorised |
 //! | [`simulate`] | readings drawn from a model |
 
 mod blocks;

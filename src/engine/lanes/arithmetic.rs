@@ -1,4 +1,11 @@
-//! The width of a chunk, and how multiply-adds are computed.
+//! The chunk of samples the lane engine computes with, and how it multiplies and adds.
+//!
+//! Answers: how wide a chunk is, and whether `a b + c` is one instruction. A loop over [`Lanes`] is
+//! vectorised by the compiler for whatever instruction set the code around it is compiled for; the
+//! type parameter [`Arithmetic`] tells it only what the compiler must not choose by itself, because
+//! a fused multiply-add rounds once where a product and a sum round twice.
+//!
+//! It does not detect the instruction set.
 
 /// Samples in one chunk.
 pub const LANES: usize = 128;
@@ -8,7 +15,7 @@ pub type Lanes = [f64; LANES];
 
 /// How multiply-adds are computed on an instruction set.
 pub trait Arithmetic: Copy + Send + Sync + 'static {
-    /// Whether `a b + c` is one instruction, rounded once.
+    /// Whether a multiply-add is one instruction that rounds once.
     const FUSED: bool;
 
     /// `a b + c`.
@@ -18,11 +25,11 @@ pub trait Arithmetic: Copy + Send + Sync + 'static {
     }
 }
 
-/// Fused multiply-add.
+/// For instruction sets with fused multiply-add (x86-64 from AVX2 on, 64-bit ARM).
 #[derive(Clone, Copy, Debug)]
 pub struct Fused;
 
-/// Multiplication, then addition: for instruction sets on which the fused form is a slow library call.
+/// For instruction sets without: `f64::mul_add` would be a slow library call there.
 #[derive(Clone, Copy, Debug)]
 pub struct Plain;
 

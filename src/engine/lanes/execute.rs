@@ -190,17 +190,17 @@ fn unary<A: Arithmetic>(function: Unary, a: &Lanes, out: &mut Lanes) {
         Unary::Asin => math::asin::<A>(a, out),
         Unary::Acos => math::acos::<A>(a, out),
         Unary::Atan => math::atan::<A>(a, out),
-        Unary::Sqrt => math::sqrt::<A>(a, out),
+        Unary::Sqrt => math::sqrt(a, out),
         Unary::Exp => math::exp::<A>(a, out),
         Unary::Ln => math::ln::<A>(a, out),
         Unary::Abs => map(out, a, f64::abs),
-        Unary::Sign => math::sign::<A>(a, out),
+        Unary::Sign => math::sign(a, out),
         Unary::Tanh => math::tanh::<A>(a, out),
-        Unary::Floor => math::floor::<A>(a, out),
-        Unary::Fract => math::fract::<A>(a, out),
-        Unary::PowerInteger(exponent) => math::powi::<A>(a, exponent, out),
+        Unary::Floor => math::floor(a, out),
+        Unary::Fract => math::fract(a, out),
+        Unary::PowerInteger(exponent) => math::powi(a, exponent, out),
         Unary::Stumpff(order) => math::stumpff::<A>(a, order, out),
-        Unary::ReciprocalOrZero => math::reciprocal_or_zero::<A>(a, out),
+        Unary::ReciprocalOrZero => math::reciprocal_or_zero(a, out),
     }
 }
 
@@ -214,8 +214,8 @@ fn binary<A: Arithmetic>(function: Binary, a: &Lanes, b: &Lanes, out: &mut Lanes
         Binary::Power => math::pow::<A>(a, b, out),
         Binary::Atan2 => math::atan2::<A>(a, b, out),
         Binary::Hypot => math::hypot::<A>(a, b, out),
-        Binary::Min => math::min::<A>(a, b, out),
-        Binary::Max => math::max::<A>(a, b, out),
+        Binary::Min => math::min(a, b, out),
+        Binary::Max => math::max(a, b, out),
     }
 }
 

@@ -1,0 +1,139 @@
+//! Sine, cosine and tangent over a chunk.
+//!
+//! Method: `x = n π/2 + r` with |r| <= π/4 (Cody and Waite, *Software Manual for the Elementary
+//! Functions*, 1980), π/2 in four parts of which the first three have 33 bits, so that their
+//! products with |n| < 2^20 are exact; r is kept as a sum of two numbers and has 17 digits even
+//! next to a multiple of π/2. Then minimax polynomials (Remez exchange on the relative error;
+//! 2^-57.9 for the sine, 2^-63.9 for the cosine), and the quadrant. The tangent is the quotient of
+//! sine and cosine, each with its rounding error. Beyond |x| = 2^20: lane by lane.
+
+use std::f64::consts::FRAC_2_PI;
+
+use super::super::arithmetic::{Arithmetic, Lanes};
+use super::{WHOLE, any_nan, map_or, pair, polynomial, redo};
+use crate::number::Number;
+
+/// Largest argument of the kernels.
+const LARGEST: f64 = 1_048_576.0;
+
+/// π/2 as a sum: three parts of 33 bits and the rest.
+const HALF_PI: [f64; 4] =
+    [1.5707963267341256, 6.077100506303966e-11, 2.0222662487111665e-21, 8.4784276603689e-32];
+
+/// `(sin r / r - 1) / r²` in powers of r².
+const SINE: [f64; 6] = [
+    -0.1666666666666663,
+    0.00833333333332184,
+    -0.00019841269829359203,
+    2.755731353899485e-06,
+    -2.505073449769995e-08,
+    1.5895441085205823e-10,
+];
+
+/// `(cos r - 1 + r²/2) / r⁴` in powers of r².
+const COSINE: [f64; 6] = [
+    0.041666666666666595,
+    -0.0013888888888873344,
+    2.4801587289004373e-05,
+    -2.75573142178701e-07,
+    2.087570552359277e-09,
+    -1.1358756366116439e-11,
+];
+
+/// Sine of angles in radians.
+#[inline(always)]
+pub fn sin<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
+    map_or(x, out, sine::<A>, Number::sin);
+}
+
+/// Cosine of angles in radians.
+#[inline(always)]
+pub fn cos<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
+    map_or(x, out, cosine::<A>, Number::cos);
+}
+
+/// Sine and cosine of angles in radians, at little more than the price of one of them.
+#[inline(always)]
+pub fn sin_cos<A: Arithmetic>(x: &Lanes, sin: &mut Lanes, cos: &mut Lanes) {
+    for ((sin, cos), &x) in sin.iter_mut().zip(cos.iter_mut()).zip(x) {
+        (*sin, *cos) = sine_and_cosine::<A>(x);
+    }
+    if any_nan(sin) {
+        redo(x, sin, Number::sin);
+        redo(x, cos, Number::cos);
+    }
+}
+
+/// Tangent of angles in radians.
+#[inline(always)]
+pub fn tan<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
+    map_or(x, out, tangent::<A>, Number::tan);
+}
+
+#[inline(always)]
+fn sine<A: Arithmetic>(x: f64) -> f64 {
+    sine_and_cosine::<A>(x).0
+}
+
+#[inline(always)]
+fn cosine<A: Arithmetic>(x: f64) -> f64 {
+    sine_and_cosine::<A>(x).1
+}
+
+#[inline(always)]
+fn sine_and_cosine<A: Arithmetic>(x: f64) -> (f64, f64) {
+    of_sum::<A>(x, 0.0)
+}
+
+/// Sine and cosine of x + low, low small against x or 1; NaN beyond [`LARGEST`].
+#[inline(always)]
+pub(super) fn of_sum<A: Arithmetic>(x: f64, low: f64) -> (f64, f64) {
+    let (quadrant, (high, rest)) = reduce::<A>(x);
+    let r = (high, rest + low);
+    let ((s, s_low), (c, c_low)) = near_zero::<A>(r);
+    let (s, c) = (s + s_low, c + c_low);
+    let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
+    let sine = f64::from_bits(s.to_bits() ^ (quadrant & 2) << 62);
+    let cosine = f64::from_bits(c.to_bits() ^ (quadrant.wrapping_add(1) & 2) << 62);
+    // Zero keeps its sign.
+    let sine = if x == 0.0 { x } else { sine };
+    if x.abs() <= LARGEST { (sine, cosine) } else { (f64::NAN, f64::NAN) }
+}
+
+#[inline(always)]
+fn tangent<A: Arithmetic>(x: f64) -> f64 {
+    let (quadrant, r) = reduce::<A>(x);
+    let (s, c) = near_zero::<A>(r);
+    let (s, c) = (pair::sum(s.0, s.1), pair::sum(c.0, c.1));
+    let even = quadrant & 1 == 0;
+    let (above, below) = if even { (s, c) } else { (c, (-s.0, -s.1)) };
+    let reciprocal = 1.0 / below.0;
+    let quotient = above.0 * reciprocal;
+    let (back, back_low) = pair::product::<A>(quotient, below.0);
+    let rest = ((above.0 - back) - back_low) + (above.1 - quotient * below.1);
+    let tangent = A::mul_add(rest, reciprocal, quotient);
+    if x.abs() <= LARGEST { tangent } else { f64::NAN }
+}
+
+/// `x = n π/2 + high + low`: n (its last two bits count), high and low.
+#[inline(always)]
+fn reduce<A: Arithmetic>(x: f64) -> (u64, (f64, f64)) {
+    let shifted = A::mul_add(x, FRAC_2_PI, WHOLE);
+    let n = shifted - WHOLE;
+    let first = A::mul_add(-n, HALF_PI[0], x); // exact
+    let (second, e1) = pair::sum(first, -n * HALF_PI[1]);
+    let (high, e2) = pair::sum(second, -n * HALF_PI[2]);
+    let low = A::mul_add(-n, HALF_PI[3], e1 + e2);
+    (shifted.to_bits(), (high, low))
+}
+
+/// Sine and cosine of high + low, at most π/4 in size, both as large part and small part.
+#[inline(always)]
+fn near_zero<A: Arithmetic>((high, low): (f64, f64)) -> ((f64, f64), (f64, f64)) {
+    let z = high * high;
+    let half = 0.5 * z;
+    let s = A::mul_add(high * z, polynomial::<A, 6>(z, SINE), A::mul_add(-half, low, low));
+    let (one, error) = pair::sum(1.0, -half);
+    let c = A::mul_add(z * z, polynomial::<A, 6>(z, COSINE), A::mul_add(-high, low, error));
+    ((high, s), (one, c))
+}
