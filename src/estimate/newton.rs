@@ -159,8 +159,8 @@ struct Solver<'a> {
     deviations: Vec<f64>,
     /// Covariance along the program's directions, row by row; the upper triangle counts double.
     covariance: Vec<f64>,
-    /// `prediction - reading` and slope of the chunk's readings at the reference time.
-    start: [Lanes; 2],
+    /// `prediction - reading` and slope of the chunk's readings at the reference time; the readings.
+    start: [Lanes; 3],
 }
 
 impl<'a> Solver<'a> {
@@ -183,7 +183,7 @@ impl<'a> Solver<'a> {
             sigma: data.sigma[measurand],
             deviations,
             covariance: along(given, part, run, &program.directions),
-            start: [[0.0; LANES]; 2],
+            start: [[0.0; LANES]; 3],
         }
     }
 
@@ -200,7 +200,9 @@ impl<'a> Solver<'a> {
         self.workspace.load(code, chunk, &[[0.0; LANES]]);
         self.workspace.compute(code, 0, chunk);
         let outputs = self.workspace.outputs(code, 0);
-        self.start = [*outputs[0], *outputs[1]];
+        self.start = [*outputs[0], *outputs[1], [0.0; LANES]];
+        let readings = chunk.readings(column);
+        self.start[2][..readings.len()].copy_from_slice(readings);
         self.workspace.compute(code, 1, chunk);
         let mut sigma = self.reading_sigma();
         for (sigma, slope) in sigma.iter_mut().zip(&self.start[1]) {
@@ -249,11 +251,13 @@ impl<'a> Solver<'a> {
             &mut self.workspace,
             chunk,
             &present,
+            &at_reference.map(|sigma| sigma <= BLIND_RATIO * best),
             self.start,
             self.given.range,
         );
         self.workspace.give(code, 0, &roots.delay);
         self.workspace.compute(code, 0, chunk);
+        let slopes = *self.workspace.outputs(code, 0)[1];
         self.workspace.compute(code, 1, chunk);
         let sigma = self.reading_sigma();
         self.workspace.compute(code, 2, chunk);
@@ -266,7 +270,7 @@ impl<'a> Solver<'a> {
         });
         let mut weights = [0.0; LANES];
         for lane in (0..chunk.len).filter(|lane| present[*lane]) {
-            let slope = roots.slope[lane].abs();
+            let slope = slopes[lane].abs();
             let mut reading = ReadingDelay {
                 run,
                 sample: chunk.first + lane,
@@ -282,7 +286,7 @@ impl<'a> Solver<'a> {
             if roots.stage[lane] == Stage::Solved {
                 reading.state = State::Solved;
                 reading.delay = roots.delay[lane];
-                reading.slope = roots.slope[lane];
+                reading.slope = slopes[lane];
                 reading.random = sigma[lane] / slope;
                 reading.common = common[lane].max(0.0).sqrt() / slope;
             }

@@ -8,6 +8,8 @@ use crate::engine::programs::DelayProgram;
 pub(super) const MAXIMUM_STEPS: u32 = 50;
 /// Times that a step is halved before giving up.
 const HALVINGS: u32 = 20;
+/// Evaluations after which nobody waits for readings that are blind anyway.
+const IMPATIENCE: u32 = 8;
 /// A step that is this part of the range, or less, need not be halved.
 const ROUNDING: f64 = 1e-9;
 /// A step this small (s), or this small against the delay, ends the iteration.
@@ -34,10 +36,13 @@ pub(super) struct Roots {
     pub(super) delay: Lanes,
     /// `prediction - reading` there.
     value: Lanes,
-    /// Derivative of the prediction with respect to the delay.
-    pub(super) slope: Lanes,
+    /// Derivative of the prediction with respect to the delay, where it was evaluated last.
+    slope: Lanes,
     /// The step to be tried (s).
     step: Lanes,
+    /// The step taken last (s).
+    taken: Lanes,
+    reading: Lanes,
     halvings: [u32; LANES],
     pub(super) steps: [u32; LANES],
 }
@@ -45,13 +50,15 @@ pub(super) struct Roots {
 impl Roots {
     /// Solves `prediction(delay) = reading` for each reading of a chunk, from the reference time,
     /// within `±range`: steps are halved while they do not bring the prediction nearer. The chunk is
-    /// loaded; `value` and `slope` are those at the reference time.
+    /// loaded; `value` and `slope` are those at the reference time. Readings that are not `sighted`
+    /// may be given up: nobody waits for them.
     pub(super) fn find(
         program: &DelayProgram,
         workspace: &mut Workspace,
         chunk: &Chunk<'_>,
         present: &[bool; LANES],
-        [value, slope]: [Lanes; 2],
+        sighted: &[bool; LANES],
+        [value, slope, reading]: [Lanes; 3],
         range: f64,
     ) -> Self {
         let mut roots = Self {
@@ -60,11 +67,19 @@ impl Roots {
             value,
             slope,
             step: [0.0; LANES],
+            taken: [0.0; LANES],
+            reading,
             halvings: [0; LANES],
             steps: [0; LANES],
         };
         (0..LANES).filter(|lane| present[*lane]).for_each(|lane| roots.propose(lane, range));
-        while roots.stage.contains(&Stage::Trying) {
+        let mut passes = 0;
+        let trying = |roots: &Self, passes| {
+            let waits = |lane: &usize| passes < IMPATIENCE || sighted[*lane];
+            (0..LANES).filter(waits).any(|lane| roots.stage[lane] == Stage::Trying)
+        };
+        while trying(&roots, passes) {
+            passes += 1;
             let mut trial = roots.delay;
             for (delay, step) in trial.iter_mut().zip(&roots.step) {
                 *delay = (*delay + step).clamp(-range, range);
@@ -89,7 +104,7 @@ impl Roots {
             Stage::Solved
         } else if !value.is_finite() || !step.is_finite() || self.steps[lane] >= MAXIMUM_STEPS {
             Stage::Failed
-        } else if step.abs() <= TOLERANCE.max(4.0 * f64::EPSILON * self.delay[lane].abs()) {
+        } else if self.is_last(lane, step) {
             self.delay[lane] += step;
             Stage::Solved
         } else {
@@ -102,9 +117,21 @@ impl Roots {
         }
     }
 
+    /// Whether nothing worth a further evaluation is left after a step: by its size, by what rounding
+    /// of the reading leaves of any step, or as the next one, by the quadratic convergence that the
+    /// last two show, would be far below.
+    fn is_last(&self, lane: usize, step: f64) -> bool {
+        let rounding = 8.0 * f64::EPSILON * self.reading[lane].abs() / self.slope[lane].abs();
+        let tolerance = TOLERANCE.max(4.0 * f64::EPSILON * self.delay[lane].abs());
+        let taken = self.taken[lane];
+        let next = (step / taken).powi(2) * step.abs();
+        step.abs() <= tolerance.max(rounding) || (taken != 0.0 && next <= 0.01 * tolerance)
+    }
+
     /// Takes a step that was tried, or halves it.
     fn judge(&mut self, lane: usize, trial: f64, value: f64, slope: f64, range: f64) {
         if value.abs() < self.value[lane].abs() {
+            self.taken[lane] = self.delay[lane] - trial;
             self.delay[lane] = trial;
             self.value[lane] = value;
             self.slope[lane] = slope;
