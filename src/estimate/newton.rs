@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::engine::lanes::dispatch::Simd;
 
+use crate::campaign::run::Samples;
 use crate::engine::lanes::arithmetic::Arithmetic;
 use crate::engine::lanes::dispatch::Task;
 use crate::engine::lanes::{Chunk, LANES, Lanes, Workspace};
@@ -121,23 +122,39 @@ pub fn delays_of_run(given: &Given<'_>, part: usize, run: usize, measurand: usiz
         return found;
     }
     let mut solver = Solver::new(given, part, run, measurand);
-    // The best of the run decides which readings are blind.
-    let mut best = f64::INFINITY;
     let record = &data.runs[run].record;
+    found.readings.reserve(record.len());
+    let mut sums: Vec<Vec<f64>> = Vec::with_capacity(record.len().div_ceil(LANES));
+    let mut ends = Vec::with_capacity(sums.capacity());
     record.walk(|stretch| {
         for chunk in Chunk::all(stretch, data.columns()) {
-            let (present, at_reference) = solver.at_reference(&chunk);
-            for (there, sigma) in present.into_iter().zip(at_reference) {
-                best = if there && sigma < best { sigma } else { best };
-            }
+            sums.push(solver.chunk(&chunk, &mut found.readings));
+            ends.push(found.readings.len());
         }
     });
+    // Early chunks did not know yet how well the run sees its delays: some of their readings may be
+    // blind after all.
+    let best = solver.best;
+    let start = |number: usize| if number == 0 { 0 } else { ends[number - 1] };
+    let is_stale = |reading: &ReadingDelay| {
+        reading.state == State::Solved && reading.worst() > BLIND_RATIO * best
+    };
+    let stale: Vec<bool> = (0..sums.len())
+        .map(|number| found.readings[start(number)..ends[number]].iter().any(is_stale))
+        .collect();
+    let mut scratch = Samples::default();
+    for (number, _) in stale.iter().enumerate().filter(|(_, stale)| **stale) {
+        let stretch = record.stretch(number * LANES..(number + 1) * LANES, &mut scratch);
+        for chunk in Chunk::all(stretch, data.columns()) {
+            let mut again = Vec::with_capacity(LANES);
+            sums[number] = solver.chunk(&chunk, &mut again);
+            found.readings[start(number)..ends[number]].clone_from_slice(&again);
+        }
+    }
     let mut weighted = vec![0.0; solver.program.directions.len()];
-    record.walk(|stretch| {
-        for chunk in Chunk::all(stretch, data.columns()) {
-            solver.chunk(&chunk, best, &mut found.readings, &mut weighted);
-        }
-    });
+    for sums in sums {
+        weighted.iter_mut().zip(sums).for_each(|(all, sum)| *all += sum);
+    }
     let movers = problem.movers(part, run);
     for (direction, sum) in solver.program.directions.iter().zip(weighted) {
         for (column, by) in &movers[*direction] {
@@ -161,6 +178,9 @@ struct Solver<'a> {
     covariance: Vec<f64>,
     /// `prediction - reading` and slope of the chunk's readings at the reference time; the readings.
     start: [Lanes; 3],
+    /// The smallest uncertainty at reference of the chunks so far (s): it decides which readings are
+    /// blind.
+    best: f64,
 }
 
 impl<'a> Solver<'a> {
@@ -184,6 +204,7 @@ impl<'a> Solver<'a> {
             deviations,
             covariance: along(given, part, run, &program.directions),
             start: [[0.0; LANES]; 3],
+            best: f64::INFINITY,
         }
     }
 
@@ -234,16 +255,15 @@ impl<'a> Solver<'a> {
         variance.map(f64::sqrt)
     }
 
-    /// Solves the readings of a chunk; `best` is the smallest uncertainty at reference of the run.
-    fn chunk(
-        &mut self,
-        chunk: &Chunk<'_>,
-        best: f64,
-        readings: &mut Vec<ReadingDelay>,
-        weighted: &mut [f64],
-    ) {
+    /// Solves the readings of a chunk; `Σ w dm/dθ / -m'` of the solved ones comes back, for each of the
+    /// program's directions.
+    fn chunk(&mut self, chunk: &Chunk<'_>, readings: &mut Vec<ReadingDelay>) -> Vec<f64> {
         let (_, run, measurand) = self.place;
         let (present, at_reference) = self.at_reference(chunk);
+        for (there, sigma) in present.iter().zip(&at_reference) {
+            self.best = if *there && *sigma < self.best { *sigma } else { self.best };
+        }
+        let best = self.best;
         let program = self.program;
         let code = &program.code;
         let roots = Roots::find(
@@ -296,20 +316,33 @@ impl<'a> Solver<'a> {
             }
             readings.push(reading);
         }
-        for (sum, column) in weighted.iter_mut().zip(&derivatives) {
-            let solved = weights.iter().zip(*column).filter(|(weight, _)| **weight != 0.0);
-            *sum += solved.map(|(weight, slope)| weight * slope).sum::<f64>();
-        }
+        derivatives.iter().map(|column| dot(&weights, column)).collect()
     }
 }
 
+/// `Σ a b` over lanes, in eight sums; where `a` is zero, nothing.
+fn dot(a: &Lanes, b: &Lanes) -> f64 {
+    let mut parts = [0.0; 8];
+    for (a, b) in a.as_chunks::<8>().0.iter().zip(b.as_chunks::<8>().0) {
+        for ((part, a), b) in parts.iter_mut().zip(a).zip(b) {
+            *part += if *a == 0.0 { 0.0 } else { a * b };
+        }
+    }
+    parts.iter().sum()
+}
+
 impl ReadingDelay {
+    /// Its random uncertainty (s), at the reference time or at the solution: the larger.
+    fn worst(&self) -> f64 {
+        let solved = self.state == State::Solved;
+        let here = if solved { self.random } else { self.random_at_reference };
+        self.random_at_reference.max(here)
+    }
+
     /// Marks a reading that sees its delay far worse than the best of its run: by the slope at the
     /// reference time, and by that at the solution.
     fn mark_blind(&mut self, best: f64) {
-        let solved = self.state == State::Solved;
-        let here = if solved { self.random } else { self.random_at_reference };
-        let worst = self.random_at_reference.max(here);
+        let worst = self.worst();
         if !worst.is_finite() || worst > BLIND_RATIO * best {
             self.state = State::Blind;
         }

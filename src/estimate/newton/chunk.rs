@@ -9,7 +9,7 @@ pub(super) const MAXIMUM_STEPS: u32 = 50;
 /// Times that a step is halved before giving up.
 const HALVINGS: u32 = 20;
 /// Evaluations after which nobody waits for readings that are blind anyway.
-const IMPATIENCE: u32 = 8;
+const IMPATIENCE: u32 = 4;
 /// A step that is this part of the range, or less, need not be halved.
 const ROUNDING: f64 = 1e-9;
 /// A step this small (s), or this small against the delay, ends the iteration.
@@ -119,13 +119,13 @@ impl Roots {
 
     /// Whether nothing worth a further evaluation is left after a step: by its size, by what rounding
     /// of the reading leaves of any step, or as the next one, by the quadratic convergence that the
-    /// last two show, would be far below.
+    /// last two show, would be.
     fn is_last(&self, lane: usize, step: f64) -> bool {
         let rounding = 8.0 * f64::EPSILON * self.reading[lane].abs() / self.slope[lane].abs();
         let tolerance = TOLERANCE.max(4.0 * f64::EPSILON * self.delay[lane].abs());
         let taken = self.taken[lane];
         let next = (step / taken).powi(2) * step.abs();
-        step.abs() <= tolerance.max(rounding) || (taken != 0.0 && next <= 0.01 * tolerance)
+        step.abs() <= tolerance.max(rounding) || (taken != 0.0 && next <= tolerance)
     }
 
     /// Takes a step that was tried, or halves it.
