@@ -18,6 +18,7 @@
 
 mod algebraic;
 mod exponential;
+mod far_angle;
 mod inverse_trigonometric;
 mod pair;
 mod power;
