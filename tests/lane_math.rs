@@ -192,8 +192,9 @@ fn error(found: f64, expected: f64, above: f64) -> f64 {
     if found == expected || (found.is_nan() && expected.is_nan()) {
         return above.abs();
     }
-    // A factor of a half: differences of the largest numbers do not overflow.
-    let units = (0.5 * found - 0.5 * expected) / last_place(expected) * 2.0;
+    // Differences of large numbers are taken by halves, not to overflow.
+    let scale = if expected.abs() > 1.0 { 0.5 } else { 1.0 };
+    let units = (scale * found - scale * expected) / (scale * last_place(expected));
     if units.is_nan() { f64::INFINITY } else { (units - above).abs() }
 }
 
@@ -447,7 +448,9 @@ fn check_stumpff<const ORDER: u8>(tabulated: bool) {
                     assert_eq!(found, Stumpff::<ORDER>::number(x, 0.0), "left to the numbers");
                     continue;
                 }
-                let allowed = 2.0 * last_place(expected.abs().max(swing(x, ORDER)));
+                // Each step of the recurrence to orders above 4 adds its roundings.
+                let most = if ORDER <= 4 { 2.0 } else { 3.0 };
+                let allowed = most * last_place(expected.abs().max(swing(x, ORDER)));
                 assert!(error <= allowed, "c_{ORDER}({x:e}) by {route:?}: {units:.2} ulp");
             }
         }
