@@ -135,6 +135,7 @@ fn hyperbolic_tangent<A: Arithmetic>(x: f64) -> f64 {
     let z = size * size;
     let near = A::mul_add(size * z, polynomial::<A, 11>(z, HYPERBOLIC_TANGENT), size);
     let far = 1.0 - 2.0 / (exponential_of_sum::<A>(2.0 * size, 0.0) + 1.0);
-    let value = if size < 0.55 { near } else { far };
-    value.copysign(x)
+    let value = if size > 0.55 { far } else { near }; // NaN is near
+    // Adding zero: the tangent of -0 is 0, as in `Number`.
+    value.copysign(x) + 0.0
 }

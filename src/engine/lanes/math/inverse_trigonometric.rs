@@ -119,7 +119,8 @@ fn arcsine<A: Arithmetic>(x: f64) -> f64 {
     let (beyond, t, rest) = arcsine_up_to_half::<A>(x);
     let k = if beyond { 2.0 } else { 0.0 };
     let factor = if beyond { -2.0 } else { 1.0 };
-    from_quarter_turns::<A>(k, factor * t, factor * rest).copysign(x)
+    // Adding zero: the inverse sine of -0 is 0, as in `Number`.
+    from_quarter_turns::<A>(k, factor * t, factor * rest).copysign(x) + 0.0
 }
 
 #[inline(always)]

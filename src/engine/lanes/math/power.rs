@@ -9,11 +9,11 @@
 //! Integer powers are multiplied out as [`Number::powi`] does, to the same bits: each
 //! multiplication adds its rounding error, so `x^n` is right to about n/2 ulp.
 
-use super::super::arithmetic::{Arithmetic, Lanes};
+use super::super::arithmetic::{Arithmetic, LANES, Lanes};
 use super::exponential::{
     LARGEST, LN_2, exponent_and_rest, exponential_of_sum, is_positive_and_normal,
 };
-use super::{map2_or, pair, polynomial};
+use super::{any_nan, pair, polynomial, redo2};
 use crate::number::Number;
 
 /// 1/3 as a sum.
@@ -37,7 +37,17 @@ const LARGEST_EXPONENT: f64 = 1e30;
 /// `x^y`; NaN for a negative base.
 #[inline(always)]
 pub fn pow<A: Arithmetic>(x: &Lanes, y: &Lanes, out: &mut Lanes) {
-    map2_or(x, y, out, power::<A>, Number::pow);
+    // Two loops: the compiler does not vectorise the whole for SSE2.
+    let (mut ln, mut ln_low) = ([0.0; LANES], [0.0; LANES]);
+    for ((ln, ln_low), &x) in ln.iter_mut().zip(&mut ln_low).zip(x) {
+        (*ln, *ln_low) = logarithm::<A>(x);
+    }
+    for (((out, &ln), &ln_low), &y) in out.iter_mut().zip(&ln).zip(&ln_low).zip(y) {
+        *out = exponential_of_product::<A>(y, ln, ln_low);
+    }
+    if any_nan(out) {
+        redo2(x, y, out, Number::pow);
+    }
 }
 
 /// `x^exponent` by squaring, 1 for an exponent of 0 everywhere.
@@ -66,16 +76,15 @@ pub fn powi(x: &Lanes, exponent: i32, out: &mut Lanes) {
     }
 }
 
+/// `exp(y (ln + ln_low))`, or NaN where it may overflow or lose digits.
 #[inline(always)]
-fn power<A: Arithmetic>(x: f64, y: f64) -> f64 {
-    let (ln, ln_low) = logarithm::<A>(x);
+fn exponential_of_product<A: Arithmetic>(y: f64, ln: f64, ln_low: f64) -> f64 {
     let (product, error) = pair::product::<A>(y, ln);
     let value = exponential_of_sum::<A>(product, A::mul_add(y, ln_low, error));
-    let inside = is_positive_and_normal(x) && y.abs() <= LARGEST_EXPONENT;
-    if inside && product.abs() <= LARGEST { value } else { f64::NAN }
+    if y.abs() <= LARGEST_EXPONENT && product.abs() <= LARGEST { value } else { f64::NAN }
 }
 
-/// The natural logarithm of a positive normal number as a sum.
+/// The natural logarithm as a sum; NaN if x is not positive, normal and finite.
 #[inline(always)]
 fn logarithm<A: Arithmetic>(x: f64) -> (f64, f64) {
     let (k, f) = exponent_and_rest(x);
@@ -96,5 +105,6 @@ fn logarithm<A: Arithmetic>(x: f64) -> (f64, f64) {
     let (half, half_low) = pair::product::<A>(s, factor);
     let half_low = A::mul_add(s, factor_low, A::mul_add(s_low, factor, half_low));
     let (sum, error) = pair::sum(k * LN_2[0], 2.0 * half);
-    pair::sum(sum, A::mul_add(2.0, half_low, A::mul_add(k, LN_2[1], error)))
+    let (ln, ln_low) = pair::sum(sum, A::mul_add(2.0, half_low, A::mul_add(k, LN_2[1], error)));
+    (if is_positive_and_normal(x) { ln } else { f64::NAN }, ln_low)
 }

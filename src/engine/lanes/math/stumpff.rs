@@ -74,14 +74,21 @@ pub fn stumpff<A: Arithmetic>(x: &Lanes, order: u8, out: &mut Lanes) {
     }
 }
 
+/// The last step, where large terms meet, is taken with its rounding errors.
 #[inline(always)]
 fn series<A: Arithmetic>(x: &Lanes, k: usize, out: &mut Lanes) {
     *out = [0.0; LANES];
     let coefficients = INVERSE_FACTORIALS.iter().skip(k).step_by(2).take(TERMS[k]);
-    for &coefficient in coefficients.rev() {
+    for &coefficient in coefficients.skip(1).rev() {
         for (out, &x) in out.iter_mut().zip(x) {
             *out = A::mul_add(-x, *out, coefficient);
         }
+    }
+    let first = INVERSE_FACTORIALS[k];
+    for (out, &x) in out.iter_mut().zip(x) {
+        let (rest, rest_low) = pair::product::<A>(-x, *out);
+        let (sum, error) = pair::sum_of_any(first, rest);
+        *out = sum + (error + rest_low);
     }
 }
 

@@ -5,13 +5,13 @@
 //! products with |n| < 2^20 are exact; r is kept as a sum of two numbers and has 17 digits even
 //! next to a multiple of π/2. Then minimax polynomials (Remez exchange on the relative error;
 //! 2^-57.9 for the sine, 2^-63.9 for the cosine), and the quadrant. The tangent is the quotient of
-//! sine and cosine, each with its rounding error. Beyond |x| = 2^20: lane by lane.
+//! sine and cosine, each with its rounding error. Beyond |x| = 2^20: lane by lane, the same after
+//! [`super::far_angle`].
 
 use std::f64::consts::FRAC_2_PI;
 
-use super::super::arithmetic::{Arithmetic, Lanes};
-use super::{WHOLE, any_nan, map_or, pair, polynomial, redo};
-use crate::number::Number;
+use super::super::arithmetic::{Arithmetic, Lanes, Plain};
+use super::{WHOLE, any_nan, far_angle, map_or, pair, polynomial, redo};
 
 /// Largest argument of the kernels.
 const LARGEST: f64 = 1_048_576.0;
@@ -43,13 +43,13 @@ const COSINE: [f64; 6] = [
 /// Sine of angles in radians.
 #[inline(always)]
 pub fn sin<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
-    map_or(x, out, sine::<A>, Number::sin);
+    map_or(x, out, sine::<A>, far_sine);
 }
 
 /// Cosine of angles in radians.
 #[inline(always)]
 pub fn cos<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
-    map_or(x, out, cosine::<A>, Number::cos);
+    map_or(x, out, cosine::<A>, far_cosine);
 }
 
 /// Sine and cosine of angles in radians, at little more than the price of one of them.
@@ -59,15 +59,15 @@ pub fn sin_cos<A: Arithmetic>(x: &Lanes, sin: &mut Lanes, cos: &mut Lanes) {
         (*sin, *cos) = sine_and_cosine::<A>(x);
     }
     if any_nan(sin) {
-        redo(x, sin, Number::sin);
-        redo(x, cos, Number::cos);
+        redo(x, sin, far_sine);
+        redo(x, cos, far_cosine);
     }
 }
 
 /// Tangent of angles in radians.
 #[inline(always)]
 pub fn tan<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
-    map_or(x, out, tangent::<A>, Number::tan);
+    map_or(x, out, tangent::<A>, far_tangent);
 }
 
 #[inline(always)]
@@ -82,27 +82,42 @@ fn cosine<A: Arithmetic>(x: f64) -> f64 {
 
 #[inline(always)]
 fn sine_and_cosine<A: Arithmetic>(x: f64) -> (f64, f64) {
-    of_sum::<A>(x, 0.0)
-}
-
-/// Sine and cosine of x + low, low small against x or 1; NaN beyond [`LARGEST`].
-#[inline(always)]
-pub(super) fn of_sum<A: Arithmetic>(x: f64, low: f64) -> (f64, f64) {
-    let (quadrant, (high, rest)) = reduce::<A>(x);
-    let r = (high, rest + low);
-    let ((s, s_low), (c, c_low)) = near_zero::<A>(r);
-    let (s, c) = (s + s_low, c + c_low);
-    let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
-    let sine = f64::from_bits(s.to_bits() ^ (quadrant & 2) << 62);
-    let cosine = f64::from_bits(c.to_bits() ^ (quadrant.wrapping_add(1) & 2) << 62);
+    let (quadrant, r) = reduce::<A>(x);
+    let (sine, cosine) = in_quadrant::<A>(quadrant, r);
     // Zero keeps its sign.
     let sine = if x == 0.0 { x } else { sine };
     if x.abs() <= LARGEST { (sine, cosine) } else { (f64::NAN, f64::NAN) }
 }
 
+/// Sine and cosine of x + low for positive x, low its rounding error; NaN beyond [`LARGEST`].
+#[inline(always)]
+pub(super) fn of_sum<A: Arithmetic>(x: f64, low: f64) -> (f64, f64) {
+    let (quadrant, (high, rest)) = reduce::<A>(x);
+    let (sine, cosine) = in_quadrant::<A>(quadrant, pair::sum(high, rest + low));
+    if x <= LARGEST { (sine, cosine) } else { (f64::NAN, f64::NAN) }
+}
+
+/// Sine and cosine of `quadrant π/2 + r`.
+#[inline(always)]
+fn in_quadrant<A: Arithmetic>(quadrant: u64, r: (f64, f64)) -> (f64, f64) {
+    let ((s, s_low), (c, c_low)) = near_zero::<A>(r);
+    let (s, c) = (s + s_low, c + c_low);
+    let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
+    let sine = s.to_bits() ^ ((quadrant & 2) << 62);
+    let cosine = c.to_bits() ^ ((quadrant.wrapping_add(1) & 2) << 62);
+    (f64::from_bits(sine), f64::from_bits(cosine))
+}
+
 #[inline(always)]
 fn tangent<A: Arithmetic>(x: f64) -> f64 {
     let (quadrant, r) = reduce::<A>(x);
+    let tangent = tangent_in_quadrant::<A>(quadrant, r);
+    if x.abs() <= LARGEST { tangent } else { f64::NAN }
+}
+
+/// Tangent of `quadrant π/2 + r`.
+#[inline(always)]
+fn tangent_in_quadrant<A: Arithmetic>(quadrant: u64, r: (f64, f64)) -> f64 {
     let (s, c) = near_zero::<A>(r);
     let (s, c) = (pair::sum(s.0, s.1), pair::sum(c.0, c.1));
     let even = quadrant & 1 == 0;
@@ -111,8 +126,28 @@ fn tangent<A: Arithmetic>(x: f64) -> f64 {
     let quotient = above.0 * reciprocal;
     let (back, back_low) = pair::product::<A>(quotient, below.0);
     let rest = ((above.0 - back) - back_low) + (above.1 - quotient * below.1);
-    let tangent = A::mul_add(rest, reciprocal, quotient);
-    if x.abs() <= LARGEST { tangent } else { f64::NAN }
+    A::mul_add(rest, reciprocal, quotient)
+}
+
+fn far_sine(x: f64) -> f64 {
+    far(x, |quadrant, r| in_quadrant::<Plain>(quadrant, r).0)
+}
+
+fn far_cosine(x: f64) -> f64 {
+    far(x, |quadrant, r| in_quadrant::<Plain>(quadrant, r).1)
+}
+
+fn far_tangent(x: f64) -> f64 {
+    far(x, tangent_in_quadrant::<Plain>)
+}
+
+/// A function of the reduced angle; NaN if the angle is infinite or NaN.
+fn far(x: f64, function: fn(u64, (f64, f64)) -> f64) -> f64 {
+    if !x.is_finite() {
+        return f64::NAN;
+    }
+    let (quadrant, (high, low)) = far_angle::reduce(x);
+    function(quadrant, pair::sum(high, low))
 }
 
 /// `x = n π/2 + high + low`: n (its last two bits count), high and low.
