@@ -39,8 +39,6 @@ pub(super) struct Roots {
     slope: Lanes,
     /// The step to be tried (s).
     step: Lanes,
-    /// The step taken last (s).
-    taken: Lanes,
     reading: Lanes,
     halvings: [u32; LANES],
     pub(super) steps: [u32; LANES],
@@ -64,7 +62,6 @@ impl Roots {
             value,
             slope,
             step: [0.0; LANES],
-            taken: [0.0; LANES],
             reading,
             halvings: [0; LANES],
             steps: [0; LANES],
@@ -107,21 +104,17 @@ impl Roots {
         }
     }
 
-    /// Whether nothing worth a further evaluation is left after a step: by its size, by what rounding
-    /// of the reading leaves of any step, or as the next one, by the quadratic convergence that the
-    /// last two show, would be.
+    /// Whether a step is not worth a further evaluation: by its size, or by what rounding of the reading
+    /// leaves of any step.
     fn is_last(&self, lane: usize, step: f64) -> bool {
         let rounding = 8.0 * f64::EPSILON * self.reading[lane].abs() / self.slope[lane].abs();
         let tolerance = TOLERANCE.max(4.0 * f64::EPSILON * self.delay[lane].abs());
-        let taken = self.taken[lane];
-        let next = (step / taken).powi(2) * step.abs();
-        step.abs() <= tolerance.max(rounding) || (taken != 0.0 && next <= tolerance)
+        step.abs() <= tolerance.max(rounding)
     }
 
     /// Takes a step that was tried, or halves it.
     fn judge(&mut self, lane: usize, trial: f64, value: f64, slope: f64) {
         if value.abs() < self.value[lane].abs() {
-            self.taken[lane] = self.delay[lane] - trial;
             self.delay[lane] = trial;
             self.value[lane] = value;
             self.slope[lane] = slope;
