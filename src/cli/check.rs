@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 
+use super::arguments::Memory;
 use super::{Failure, output, render};
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::effect::Effect;
@@ -22,6 +23,8 @@ pub(super) struct Check {
     /// Look for effects in this folder, too (repeat for more)
     #[arg(long = "effects", value_name = "DIR")]
     effects: Vec<PathBuf>,
+    #[command(flatten)]
+    memory: Memory,
 }
 
 impl Check {
@@ -71,6 +74,7 @@ impl Check {
     fn campaign(&self, path: &Path) -> Result<String, Diagnostics> {
         let mut request = Request::new([path]);
         request.effects.clone_from(&self.effects);
+        request.memory = Some(self.memory.for_samples());
         let opened = open(&request)?;
         render::all(&opened.warnings);
         render::all(&checks::check(&opened.problem));

@@ -35,6 +35,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
     request.effects.clone_from(&arguments.effects);
     request.set.clone_from(&arguments.set);
     request.skip_bad_rows = arguments.skip_bad_rows;
+    request.memory = Some(arguments.memory.for_samples());
     let opened = open(&request)?;
     if !arguments.quiet {
         render::all(&opened.warnings);

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::campaign::file::CampaignFile;
-use crate::campaign::load::{Campaign, LoadOptions};
+use crate::campaign::load::{Campaign, LoadOptions, MEMORY};
+use crate::campaign::recorder::Store;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::engine::problem::{Part, Problem};
 use crate::library::Library;
@@ -24,6 +25,8 @@ pub struct Request {
     pub set: Vec<String>,
     /// Leave bad rows of data files out.
     pub skip_bad_rows: bool,
+    /// Bytes of memory for the samples of all campaigns, see [`LoadOptions::memory`].
+    pub memory: Option<u64>,
 }
 
 impl Request {
@@ -55,6 +58,7 @@ pub struct Opened {
 /// Every fault found in what the user gave.
 pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
     let set = request.set.iter().map(|text| stated(text)).collect::<Result<Vec<_>, _>>()?;
+    let mut store = Store::new(request.memory.unwrap_or(MEMORY));
     let mut parts = Vec::new();
     let mut campaigns = Vec::new();
     let mut models = Vec::new();
@@ -87,7 +91,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         let selected = select(&library, &file, &request.with)?;
         let options =
             LoadOptions { skip_bad_rows: request.skip_bad_rows, ..LoadOptions::default() };
-        let mut campaign = file.load(&model, &options)?;
+        let mut campaign = file.load_into(&mut store, &model, &options)?;
         warnings.append(&mut campaign.warnings);
         warnings.extend(left_out(&campaign));
         let system = System::build(&model, &selected, &overrides, &campaign.input_sigma)?;

@@ -21,8 +21,10 @@ use crate::engine::problem::{ParameterLeaves, Problem};
 use crate::engine::programs::DelayProgram;
 
 mod chunk;
+mod long;
 
 use chunk::{Roots, Stage};
+pub use long::each_delay;
 
 /// A reading whose uncertainty exceeds the smallest of its run and measurand by this factor is blind.
 pub const BLIND_RATIO: f64 = 10.0;
@@ -58,6 +60,10 @@ pub struct ReadingDelay {
     pub sample: usize,
     /// Measurand.
     pub measurand: usize,
+    /// Row of the data file (line number, from 1).
+    pub row: usize,
+    /// Reference time (s).
+    pub time: f64,
     /// What came of it.
     pub state: State,
     /// Delay (s); NaN unless solved or blind.
@@ -110,8 +116,8 @@ pub struct Given<'a> {
     pub range: f64,
 }
 
-/// The delay of every reading of one measurand in one run, a rotation left out (it has no single
-/// delay).
+/// The delay of every reading of one measurand in one run, all in memory, a rotation left out (it
+/// has no single delay).
 pub fn delays_of_run(given: &Given<'_>, part: usize, run: usize, measurand: usize) -> RunDelays {
     let problem = given.problem;
     let data = &problem.parts[part];
@@ -137,7 +143,7 @@ pub fn delays_of_run(given: &Given<'_>, part: usize, run: usize, measurand: usiz
     let best = solver.best;
     let start = |number: usize| if number == 0 { 0 } else { ends[number - 1] };
     let is_stale = |reading: &ReadingDelay| {
-        reading.state == State::Solved && reading.worst() > BLIND_RATIO * best
+        reading.state != State::Blind && reading.worst() > BLIND_RATIO * best
     };
     let stale: Vec<bool> = (0..sums.len())
         .map(|number| found.readings[start(number)..ends[number]].iter().any(is_stale))
@@ -155,12 +161,7 @@ pub fn delays_of_run(given: &Given<'_>, part: usize, run: usize, measurand: usiz
     for sums in sums {
         weighted.iter_mut().zip(sums).for_each(|(all, sum)| *all += sum);
     }
-    let movers = problem.movers(part, run);
-    for (direction, sum) in solver.program.directions.iter().zip(weighted) {
-        for (column, by) in &movers[*direction] {
-            found.weighted_sensitivity[*column] += by * sum;
-        }
-    }
+    found.weighted_sensitivity = solver.by_columns(&weighted);
     found
 }
 
@@ -208,6 +209,21 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// Sums over the program's directions as sums over the columns that the run touches.
+    fn by_columns(&self, weighted: &[f64]) -> DVector<f64> {
+        let (part, run, _) = self.place;
+        let problem = self.given.problem;
+        let touched = problem.layout.columns.touched_by(problem.run_index(part, run)).len();
+        let mut sums = DVector::zeros(touched);
+        let movers = problem.movers(part, run);
+        for (direction, sum) in self.program.directions.iter().zip(weighted) {
+            for (column, by) in &movers[*direction] {
+                sums[*column] += by * sum;
+            }
+        }
+        sums
+    }
+
     /// Evaluates at the reference time: which readings are there, and the random part of the standard
     /// uncertainty of each (s) with the slope there.
     fn at_reference(&mut self, chunk: &Chunk<'_>) -> ([bool; LANES], Lanes) {
@@ -236,6 +252,13 @@ impl<'a> Solver<'a> {
         (present, sigma)
     }
 
+    /// Keeps the smallest uncertainty at reference.
+    fn see(&mut self, present: &[bool; LANES], at_reference: &Lanes) {
+        for (there, sigma) in present.iter().zip(at_reference) {
+            self.best = if *there && *sigma < self.best { *sigma } else { self.best };
+        }
+    }
+
     /// Standard deviation of the readings from the second group: their own noise and the sample's
     /// random quantities.
     fn reading_sigma(&self) -> Lanes {
@@ -260,9 +283,7 @@ impl<'a> Solver<'a> {
     fn chunk(&mut self, chunk: &Chunk<'_>, readings: &mut Vec<ReadingDelay>) -> Vec<f64> {
         let (_, run, measurand) = self.place;
         let (present, at_reference) = self.at_reference(chunk);
-        for (there, sigma) in present.iter().zip(&at_reference) {
-            self.best = if *there && *sigma < self.best { *sigma } else { self.best };
-        }
+        self.see(&present, &at_reference);
         let best = self.best;
         let program = self.program;
         let code = &program.code;
@@ -289,12 +310,17 @@ impl<'a> Solver<'a> {
             sum: &mut common,
         });
         let mut weights = [0.0; LANES];
-        for lane in (0..chunk.len).filter(|lane| present[*lane]) {
+        for (lane, sample) in chunk.stretch().each().enumerate() {
+            if !present[lane] {
+                continue;
+            }
             let slope = slopes[lane].abs();
             let mut reading = ReadingDelay {
                 run,
-                sample: chunk.first + lane,
+                sample: sample.number,
                 measurand,
+                row: sample.row(),
+                time: sample.time(),
                 state: State::Failed,
                 delay: f64::NAN,
                 slope: f64::NAN,

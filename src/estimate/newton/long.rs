@@ -1,0 +1,68 @@
+//! The delays of runs however long: block by block, in order, and nothing is kept.
+//!
+//! What the best reading of a run sees decides which of its readings are blind, so each run is looked
+//! at twice: for its best reading, then for its delays. Many blocks are computed at once; every number
+//! of threads gives the same bits.
+
+use std::convert::Infallible;
+use std::ops::Range;
+
+use nalgebra::DVector;
+
+use super::{Given, ReadingDelay, RunDelays, Solver};
+use crate::campaign::run::Samples;
+use crate::engine::blocks::in_waves;
+use crate::engine::lanes::Chunk;
+
+/// Samples in one block: a wave of them has its readings in memory.
+const BLOCK: usize = 2048;
+
+/// Solves every reading of one measurand in some runs of a campaign. `visit` sees them in their
+/// order, block by block: the readings of a block, with their sums over the columns the run touches.
+/// A rotation has no single delay and shows none.
+///
+/// # Errors
+/// The first that `visit` gives; nothing more is solved then.
+pub fn each_delay<E>(
+    given: &Given<'_>,
+    part: usize,
+    runs: &[usize],
+    measurand: usize,
+    mut visit: impl FnMut(usize, RunDelays) -> Result<(), E>,
+) -> Result<(), E> {
+    let data = &given.problem.parts[part];
+    if data.slots()[measurand].components != 1 {
+        return Ok(());
+    }
+    let ranges = |run: &usize| {
+        let run = *run;
+        data.runs[run].record.ranges(BLOCK).map(move |range| (run, range))
+    };
+    let blocks: Vec<(usize, Range<usize>)> = runs.iter().flat_map(ranges).collect();
+    let mut best = vec![f64::INFINITY; data.runs.len()];
+    let look = |scratch: &mut Samples, (run, range): &(usize, Range<usize>)| {
+        let mut solver = Solver::new(given, part, *run, measurand);
+        let stretch = data.runs[*run].record.stretch(range.clone(), scratch);
+        for chunk in Chunk::all(stretch, data.columns()) {
+            let (present, at_reference) = solver.at_reference(&chunk);
+            solver.see(&present, &at_reference);
+        }
+        solver.best
+    };
+    let Ok(()) = in_waves(&blocks, look, |(run, _), seen| {
+        best[*run] = best[*run].min(seen);
+        Ok::<_, Infallible>(())
+    });
+    let solve = |scratch: &mut Samples, (run, range): &(usize, Range<usize>)| {
+        let mut solver = Solver::new(given, part, *run, measurand);
+        solver.best = best[*run];
+        let stretch = data.runs[*run].record.stretch(range.clone(), scratch);
+        let mut readings: Vec<ReadingDelay> = Vec::with_capacity(stretch.len);
+        let mut weighted = DVector::zeros(solver.program.directions.len());
+        for chunk in Chunk::all(stretch, data.columns()) {
+            weighted += DVector::from_vec(solver.chunk(&chunk, &mut readings));
+        }
+        RunDelays { readings, weighted_sensitivity: solver.by_columns(weighted.as_slice()) }
+    };
+    in_waves(&blocks, solve, |(run, _), found| visit(*run, found))
+}
