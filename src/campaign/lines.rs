@@ -5,6 +5,8 @@
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use flate2::read::MultiGzDecoder;
 use memchr::memchr;
@@ -22,7 +24,7 @@ const BUFFER: usize = 1 << 18;
 /// In words: missing, unreadable, not a gzip file after all, or too long.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
-    let source = open(path).map_err(|error| reason(path, &error))?;
+    let source = open(path, &Arc::default()).map_err(|error| reason(path, &error))?;
     source.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(|error| reason(path, &error))?;
     if bytes.len() as u64 > MOST_BYTES {
         return Err(format!("`{}` is too long", path.display()));
@@ -30,9 +32,23 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// A file's bytes, unpacked if it is gzip.
-fn open(path: &Path) -> io::Result<Box<dyn Read + Send>> {
-    let mut file = File::open(path)?;
+/// A file that counts what is read of it.
+struct Counted {
+    file: File,
+    count: Arc<AtomicU64>,
+}
+
+impl Read for Counted {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(into)?;
+        self.count.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(count)
+    }
+}
+
+/// A file's bytes, unpacked if it is gzip; `count` grows with the bytes read, packed.
+fn open(path: &Path, count: &Arc<AtomicU64>) -> io::Result<Box<dyn Read + Send>> {
+    let mut file = Counted { file: File::open(path)?, count: count.clone() };
     let mut start = Vec::new();
     (&mut file).take(2).read_to_end(&mut start)?;
     let is_packed = start == [0x1f, 0x8b];
@@ -68,6 +84,8 @@ pub(crate) struct Lines {
     /// Lines shown or passed over.
     number: usize,
     ended: bool,
+    /// Bytes of the file read, packed.
+    count: Arc<AtomicU64>,
 }
 
 impl std::fmt::Debug for Lines {
@@ -82,9 +100,9 @@ impl Lines {
     /// # Errors
     /// It cannot be opened.
     pub(crate) fn open(path: &Path) -> io::Result<Self> {
-        let source = open(path)?;
-        let buffer = vec![0; BUFFER];
-        let mut lines = Self { source, buffer, start: 0, end: 0, number: 0, ended: false };
+        let count = Arc::default();
+        let mut lines = Self::new(open(path, &count)?, BUFFER);
+        lines.count = count;
         while lines.end < 3 && !lines.ended {
             lines.fill()?;
         }
@@ -92,6 +110,16 @@ impl Lines {
             lines.start = 3;
         }
         Ok(lines)
+    }
+
+    fn new(source: Box<dyn Read + Send>, buffer: usize) -> Self {
+        let (buffer, count) = (vec![0; buffer], Arc::default());
+        Self { source, buffer, start: 0, end: 0, number: 0, ended: false, count }
+    }
+
+    /// Bytes of the file, packed as it is, read so far.
+    pub(crate) fn bytes_read(&self) -> u64 {
+        self.count.load(Ordering::Relaxed)
     }
 
     /// The next line that holds something; `None` at the end.
@@ -176,10 +204,8 @@ mod tests {
     }
 
     fn all(text: &[u8]) -> Vec<(usize, String)> {
-        let source = Box::new(Drops(text.to_vec()));
         // A small buffer has to grow.
-        let mut lines =
-            Lines { source, buffer: vec![0; 4], start: 0, end: 0, number: 0, ended: false };
+        let mut lines = Lines::new(Box::new(Drops(text.to_vec())), 4);
         let mut found = Vec::new();
         while let Some((number, line)) = lines.next().unwrap() {
             found.push((number, String::from_utf8(line.to_vec()).unwrap()));

@@ -16,13 +16,14 @@ use crate::campaign::table::Skipped;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
 use crate::formula::{Expression, ExpressionKind};
 use crate::model::{Model, Override};
+use crate::progress::Progress;
 use crate::units::Dimension;
 
 /// The margin kept to the ends of a stream (s), unless stated.
 pub const DELAY_RANGE: f64 = 0.5;
 
 /// How to read the data.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct LoadOptions {
     /// Leave bad rows out, count and list them.
     pub skip_bad_rows: bool,
@@ -30,6 +31,8 @@ pub struct LoadOptions {
     pub delay_range: Option<f64>,
     /// Bytes of memory for the samples of all runs; those that go beyond wait in a temporary file.
     pub memory: u64,
+    /// Who is told how far reading has come.
+    pub progress: Progress,
 }
 
 /// Memory for samples (bytes), unless stated.
@@ -37,7 +40,12 @@ pub const MEMORY: u64 = 1_000_000_000;
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { skip_bad_rows: false, delay_range: None, memory: MEMORY }
+        Self {
+            skip_bad_rows: false,
+            delay_range: None,
+            memory: MEMORY,
+            progress: Progress::default(),
+        }
     }
 }
 
@@ -130,6 +138,8 @@ impl CampaignFile {
             skipped: Vec::new(),
             left_out: Vec::new(),
             store,
+            progress: options.progress.clone(),
+            bytes: (0, self.bytes()),
         };
         let (inputs, input_sigma) = self.input_settings(model, &mut loader);
         loader.inputs = inputs;
@@ -165,6 +175,13 @@ impl CampaignFile {
             skipped: loader.skipped,
             left_out: loader.left_out,
         })
+    }
+
+    /// Bytes of all data files, as far as they are there.
+    fn bytes(&self) -> u64 {
+        let names = self.runs.iter().flat_map(|run| run.data.iter().chain(&run.signals));
+        let size = |name: &Named| std::fs::metadata(self.folder.join(&name.text)).ok();
+        names.filter_map(size).map(|file| file.len()).sum()
     }
 
     fn input_settings(

@@ -18,6 +18,7 @@ use crate::campaign::table::{Skipped, TIME, Table, TableError};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, Model};
+use crate::progress::{Progress, Task};
 use crate::units::{Dimension, Unit};
 
 /// Number of reading columns of a model.
@@ -76,6 +77,9 @@ pub(crate) struct Loader<'a> {
     pub(crate) skipped: Vec<Skipped>,
     pub(crate) left_out: Vec<LeftOut>,
     pub(crate) store: &'a mut Store,
+    pub(crate) progress: Progress,
+    /// Bytes of data files read so far, and of all.
+    pub(crate) bytes: (u64, u64),
 }
 
 impl Loader<'_> {
@@ -155,10 +159,7 @@ impl Loader<'_> {
             }
             self.take_readings(table, &mut samples, &mut readings);
             self.leave_out(&mut samples, &usable, &mut readings);
-            // With a fault nothing of the campaign will be used.
-            if self.reader.faults.is_empty()
-                && let Err(error) = recorder.push(self.store, &samples)
-            {
+            if let Err(error) = recorder.push(self.store, &samples) {
                 self.cannot_keep(entry, &error);
                 return None;
             }
@@ -222,7 +223,10 @@ impl Loader<'_> {
 
     /// Reads on in a table; `None` after a fault.
     fn more(&mut self, name: &Named, table: &mut Table, most: usize) -> Option<bool> {
+        let before = table.bytes_read();
         let more = table.more(most);
+        self.bytes.0 += table.bytes_read() - before;
+        self.progress.tell(Task::Reading, self.bytes.0, self.bytes.1);
         self.told(name, more)
     }
 

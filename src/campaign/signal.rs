@@ -115,11 +115,9 @@ impl Track {
 pub fn unwrap(values: &mut [f64], period: f64, expected: impl Fn(usize, usize) -> f64) {
     let mut unwrapper = Unwrapper::new(period);
     let mut last = 0;
-    for index in 0..values.len() {
-        if values[index].is_finite() {
-            values[index] = unwrapper.next(values[index], expected(last, index));
-            last = index;
-        }
+    for (index, value) in values.iter_mut().enumerate().filter(|(_, value)| value.is_finite()) {
+        *value = unwrapper.next(*value, expected(last, index));
+        last = index;
     }
 }
 

@@ -168,6 +168,11 @@ impl Table {
         Diagnostics(faults).into_result(!self.lines.is_empty()).map_err(TableError::Content)
     }
 
+    /// Bytes of the file, packed as it is, read so far.
+    pub(crate) fn bytes_read(&self) -> u64 {
+        self.source.bytes_read()
+    }
+
     /// The values at hand of a wanted column, if the file has it.
     pub fn values(&self, wanted: &str) -> Option<&[f64]> {
         self.column(wanted).map(|column| column.values.as_slice())

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::arguments::Memory;
-use super::{Failure, output, render};
+use super::{Failure, output, progress, render};
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::effect::Effect;
 use crate::engine::open::{Request, open};
@@ -74,6 +74,7 @@ impl Check {
     fn campaign(&self, path: &Path) -> Result<String, Diagnostics> {
         let mut request = Request::new([path]);
         request.effects.clone_from(&self.effects);
+        request.progress = progress::shown(false);
         request.memory = Some(self.memory.for_samples());
         let opened = open(&request)?;
         render::all(&opened.warnings);

@@ -10,6 +10,7 @@ use crate::campaign::whole::WholeFile;
 
 /// Writes text to standard output.
 pub(super) fn text(text: &str) -> Result<(), Failure> {
+    super::progress::clear();
     let mut out = anstream::stdout();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(broken)
 }

@@ -14,6 +14,7 @@ use crate::engine::mixing::Mixing;
 use crate::engine::point::Point;
 use crate::engine::problem::{ParameterLeaves, Problem};
 use crate::engine::whitening::Whitened;
+use crate::progress::Task;
 
 /// Samples in one block.
 const BLOCK: usize = 64 * LANES;
@@ -130,8 +131,13 @@ impl Problem {
     ) {
         let mut blocks = self.blocks();
         blocks.retain(|block| wanted(*block));
+        let samples = |block: &Block| (block.end - block.start) as u64;
+        let (mut done, all) = (0, blocks.iter().map(samples).sum());
+        let task = Task::Fitting { iteration: self.iteration };
         let take = |block: &Block, one| {
             take(*block, one);
+            done += samples(block);
+            self.progress.tell(task, done, all);
             Ok::<_, Infallible>(())
         };
         let Ok(()) = in_waves(&blocks, |memory, block| compute(memory, *block), take);

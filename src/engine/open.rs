@@ -9,6 +9,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::engine::problem::{Part, Problem};
 use crate::library::Library;
 use crate::model::{Model, Override, Process};
+use crate::progress::Progress;
 use crate::system::{Selected, System};
 use crate::units::parse_quantity;
 
@@ -27,6 +28,8 @@ pub struct Request {
     pub skip_bad_rows: bool,
     /// Bytes of memory for the samples of all campaigns, see [`LoadOptions::memory`].
     pub memory: Option<u64>,
+    /// Who is told how far reading and estimates have come.
+    pub progress: Progress,
 }
 
 impl Request {
@@ -89,8 +92,11 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         overrides.extend(set.iter().cloned());
         library.check_overrides(&model, &overrides)?;
         let selected = select(&library, &file, &request.with)?;
-        let options =
-            LoadOptions { skip_bad_rows: request.skip_bad_rows, ..LoadOptions::default() };
+        let options = LoadOptions {
+            skip_bad_rows: request.skip_bad_rows,
+            progress: request.progress.clone(),
+            ..LoadOptions::default()
+        };
         let mut campaign = file.load_into(&mut store, &model, &options)?;
         warnings.append(&mut campaign.warnings);
         warnings.extend(left_out(&campaign));
@@ -111,7 +117,9 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         }
     }
     let stated = set.into_iter().map(|said| said.name).collect();
-    Ok(Opened { problem: Problem::new(parts), campaigns, models, warnings, stated })
+    let mut problem = Problem::new(parts);
+    problem.progress = request.progress.clone();
+    Ok(Opened { problem, campaigns, models, warnings, stated })
 }
 
 /// Rows listed in one warning.

@@ -18,6 +18,7 @@ use crate::engine::rows::{Direction, Sweep};
 use crate::engine::whitening::Whitening;
 use crate::graph::{Clock, Leaf, MeasurandKind, NodeId, Value};
 use crate::number::{Gradient, Number};
+use crate::progress::Progress;
 use crate::quaternion::Quaternion;
 use crate::system::System;
 
@@ -313,6 +314,10 @@ pub struct Problem {
     pub(crate) programs: Vec<Arc<Programs>>,
     /// With what the lanes are computed.
     pub(crate) set: InstructionSet,
+    /// Who is told how far estimates have come.
+    pub progress: Progress,
+    /// Iteration of the fit that goes on.
+    pub(crate) iteration: usize,
 }
 
 impl Problem {
@@ -341,6 +346,8 @@ impl Problem {
             whitening: Vec::new(),
             programs: Vec::new(),
             set: InstructionSet::best(),
+            progress: Progress::default(),
+            iteration: 0,
         };
         problem.compute_with(problem.set, Sweep::Backward);
         let start = Point::start(&problem.layout);

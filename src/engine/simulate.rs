@@ -16,6 +16,7 @@ use crate::engine::point::Point;
 use crate::engine::problem::{Problem, SampleLeaves, Slot};
 use crate::graph::MeasurandKind;
 use crate::model::{Process, Shape};
+use crate::progress::Task;
 use crate::quaternion::Quaternion;
 use crate::system::RandomSetting;
 
@@ -36,6 +37,9 @@ pub fn simulate(problem: &mut Problem, point: &Point, seed: u64, complete: bool)
     }
 }
 
+/// What sees the readings of a run as they are drawn.
+pub type Drawn<'a, E> = dyn FnMut(Stretch<'_>, &[Vec<f64>]) -> Result<(), E> + 'a;
+
 /// Draws the readings of one run and shows them in their order, a stretch at a time: the stretch as
 /// recorded, and the columns of its readings as drawn.
 ///
@@ -47,7 +51,7 @@ pub fn draw_run<E>(
     point: &Point,
     seed: u64,
     complete: bool,
-    visit: &mut dyn FnMut(Stretch<'_>, &[Vec<f64>]) -> Result<(), E>,
+    visit: &mut Drawn<'_, E>,
 ) -> Result<(), E> {
     let part = &problem.parts[p];
     let record = &part.runs[r].record;
@@ -89,6 +93,8 @@ pub fn draw_run<E>(
             }
         }
         visit(stretch, &drawn)?;
+        let done = (stretch.first + stretch.len) as u64;
+        problem.progress.tell(Task::Drawing, done, record.len() as u64);
     }
     Ok(())
 }

@@ -13,6 +13,7 @@ use super::{Given, ReadingDelay, RunDelays, Solver};
 use crate::campaign::run::Samples;
 use crate::engine::blocks::in_waves;
 use crate::engine::lanes::Chunk;
+use crate::progress::Task;
 
 /// Samples in one block: a wave of them has its readings in memory.
 const BLOCK: usize = 2048;
@@ -49,8 +50,15 @@ pub fn each_delay<E>(
         }
         solver.best
     };
-    let Ok(()) = in_waves(&blocks, look, |(run, _), seen| {
+    let all = 2 * blocks.iter().map(|(_, range)| range.len() as u64).sum::<u64>();
+    let mut done = 0;
+    let mut tell = |range: &Range<usize>| {
+        done += range.len() as u64;
+        given.problem.progress.tell(Task::Solving, done, all);
+    };
+    let Ok(()) = in_waves(&blocks, look, |(run, range), seen| {
         best[*run] = best[*run].min(seen);
+        tell(range);
         Ok::<_, Infallible>(())
     });
     let solve = |scratch: &mut Samples, (run, range): &(usize, Range<usize>)| {
@@ -64,5 +72,8 @@ pub fn each_delay<E>(
         }
         RunDelays { readings, weighted_sensitivity: solver.by_columns(weighted.as_slice()) }
     };
-    in_waves(&blocks, solve, |(run, _), found| visit(*run, found))
+    in_waves(&blocks, solve, |(run, range), found| {
+        tell(range);
+        visit(*run, found)
+    })
 }
