@@ -9,6 +9,8 @@
 //! | [`run`] | one run; the samples of a stretch of it: times, inputs, readings |
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
 //! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
+//! | [`timing`] | when a reading was asked for: captures made into reference times |
+//! | [`statement`] | how well a value is known, as a certificate states it |
 //! | [`plan`] | a run that is not measured yet |
 //! | [`mod@write`] | a campaign of the same form, files whole or not at all |
 
@@ -28,7 +30,9 @@ pub mod signal;
 mod smoothing;
 mod spill;
 pub mod spline;
+pub mod statement;
 pub mod table;
+pub mod timing;
 pub mod write;
 
 pub use record::{Record, Stretch};

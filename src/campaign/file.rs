@@ -11,6 +11,7 @@ use crate::campaign::entries::{Entry, Item, Quantity, Reader, Value, get};
 use crate::campaign::overrides;
 use crate::campaign::plan::{self, Leg};
 use crate::campaign::run::Role;
+use crate::campaign::timing::{self, RunTiming, Timing};
 use crate::campaign::{header, lines};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span};
 use crate::model::Override;
@@ -18,7 +19,7 @@ use crate::units::Unit;
 
 pub use crate::campaign::load::{Campaign, LeftOut, LoadOptions};
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "title",
     "model",
     "instrument",
@@ -30,10 +31,11 @@ const KEYS: [&str; 12] = [
     "measurands",
     "runs",
     "delay_range",
+    "timing",
     "truth",
 ];
-const RUN_KEYS: [&str; 8] =
-    ["name", "setup", "role", "data", "signals", "columns", "inputs", "plan"];
+const RUN_KEYS: [&str; 9] =
+    ["name", "setup", "role", "data", "signals", "columns", "inputs", "plan", "timing"];
 
 /// Something named in a file, and where.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -100,6 +102,8 @@ pub struct RunEntry {
     pub inputs: Vec<(Named, Quantity)>,
     /// How it will be measured; empty for a run with data.
     pub plan: Vec<Leg>,
+    /// What it says of its captures.
+    pub timing: RunTiming,
 }
 
 /// A campaign file, read and checked for form.
@@ -129,6 +133,8 @@ pub struct CampaignFile {
     pub measurands: Vec<MeasurandOverride>,
     /// `delay_range` (s).
     pub delay_range: Option<f64>,
+    /// `[timing]`.
+    pub timing: Option<Timing>,
     /// `[[runs]]`.
     pub runs: Vec<RunEntry>,
     pub(crate) reader: Reader,
@@ -185,6 +191,8 @@ impl CampaignFile {
         });
         let delay_range = get(&entries, "delay_range")
             .and_then(|item| reader.positive_of(item, "delay_range", seconds().dimension));
+        let timing =
+            get(&entries, "timing").and_then(|item| timing::read::timing(&mut reader, item));
         let parameters = table(&mut reader, "parameters");
         let inputs = table(&mut reader, "inputs");
         let measurands = table(&mut reader, "measurands");
@@ -206,7 +214,8 @@ impl CampaignFile {
             inputs: inputs.iter().map(|entry| input(&mut reader, entry)).collect(),
             measurands: measurands.iter().map(|entry| measurand(&mut reader, entry)).collect(),
             delay_range,
-            runs: runs(&mut reader, get(&entries, "runs")),
+            timing,
+            runs: runs(&mut reader, get(&entries, "runs"), get(&entries, "timing").is_some()),
             reader: reader.clone(),
         };
         Diagnostics(reader.faults).into_result(Self {
@@ -250,7 +259,8 @@ fn measurand(reader: &mut Reader, entry: &Entry) -> MeasurandOverride {
     MeasurandOverride { name: key(reader, entry), sigma: get(entries, "sigma").cloned() }
 }
 
-fn runs(reader: &mut Reader, item: Option<&Item>) -> Vec<RunEntry> {
+/// The runs; with `timed`, the campaign has a `[timing]`.
+fn runs(reader: &mut Reader, item: Option<&Item>, timed: bool) -> Vec<RunEntry> {
     let Some(item) = item else {
         reader.fault(
             Span::default(),
@@ -272,6 +282,10 @@ fn runs(reader: &mut Reader, item: Option<&Item>) -> Vec<RunEntry> {
         let Some(run) = run(reader, item) else {
             continue;
         };
+        if let (Some(item), false) = (run_timing(item), timed) {
+            let help = "write it once for all runs: [timing], then method = \"trigger\"";
+            reader.fault(item.span, "the campaign has no [timing]", help);
+        }
         let line = run.name.place.line;
         if let Some(before) = seen.insert(run.name.text.clone(), line) {
             let message = format!("two runs are called `{}`", run.name.text);
@@ -329,6 +343,13 @@ fn run(reader: &mut Reader, item: &Item) -> Option<RunEntry> {
     if let (Some(item), Some(_)) = (get(entries, "signals"), get(entries, "plan")) {
         reader.fault(item.span, "a planned run has no streams yet", "leave `signals` out");
     }
+    let timing = get(entries, "timing").map(|item| timing::read::run(reader, item));
+    if let (Some(item), true) = (
+        timing.as_ref().and_then(|timing| timing.captures.as_ref()),
+        get(entries, "plan").is_some(),
+    ) {
+        reader.fault(item.span, "a planned run has no captures yet", "leave `captures` out");
+    }
     let setup = get(entries, "setup").and_then(|item| reader.text(item, "setup = \"A\""));
     let columns = get(entries, "columns").map(|item| columns(reader, item));
     let inputs = get(entries, "inputs").map(|item| {
@@ -345,7 +366,14 @@ fn run(reader: &mut Reader, item: &Item) -> Option<RunEntry> {
         columns: columns.unwrap_or_default(),
         inputs: inputs.unwrap_or_default(),
         plan: plan.unwrap_or_default(),
+        timing: timing.unwrap_or_default(),
     })
+}
+
+/// What a run says of its timing, as written.
+fn run_timing(item: &Item) -> Option<&Item> {
+    let Value::Table(entries) = &item.value else { return None };
+    get(entries, "timing")
 }
 
 fn columns(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {

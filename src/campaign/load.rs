@@ -13,6 +13,8 @@ use crate::campaign::samples::{InputSetting, Loader, missing, reading_columns};
 use crate::campaign::signal::Track;
 use crate::campaign::spline::Smoothing;
 use crate::campaign::table::Skipped;
+use crate::campaign::timing::Timing;
+use crate::campaign::timing::captures::RequestToReply;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
 use crate::formula::{Expression, ExpressionKind};
 use crate::model::{Model, Override};
@@ -90,6 +92,10 @@ pub struct Campaign {
     pub measurand_sigma: Vec<f64>,
     /// Margin kept to the ends of streams (s).
     pub delay_range: f64,
+    /// How reference times were captured, if the campaign says so.
+    pub timing: Option<Timing>,
+    /// The time from request to reply in each run that captured it.
+    pub request_to_reply: Vec<RequestToReply>,
     /// What the user should look at.
     pub warnings: Vec<Diagnostic>,
     /// Rows left out.
@@ -117,6 +123,8 @@ impl CampaignFile {
             skipped: Vec::new(),
             left_out: Vec::new(),
             store: Store::new(options.memory),
+            timing: self.timing.clone(),
+            request_to_reply: Vec::new(),
         };
         let (inputs, input_sigma) = self.input_settings(model, &mut loader);
         loader.inputs = inputs;
@@ -148,6 +156,8 @@ impl CampaignFile {
             input_sigma,
             measurand_sigma,
             delay_range: loader.delay_range,
+            timing: self.timing,
+            request_to_reply: loader.request_to_reply,
             warnings: loader.warnings,
             skipped: loader.skipped,
             left_out: loader.left_out,

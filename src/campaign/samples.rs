@@ -13,6 +13,8 @@ use crate::campaign::run::Samples;
 use crate::campaign::signal::{Track, unwrap};
 use crate::campaign::spline::{Smoothing, Spline};
 use crate::campaign::table::{Skipped, TIME, Table, TableError};
+use crate::campaign::timing::captures::RequestToReply;
+use crate::campaign::timing::{COLUMNS, Timing};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, Model};
@@ -74,6 +76,8 @@ pub(crate) struct Loader<'a> {
     pub(crate) skipped: Vec<Skipped>,
     pub(crate) left_out: Vec<LeftOut>,
     pub(crate) store: Store,
+    pub(crate) timing: Option<Timing>,
+    pub(crate) request_to_reply: Vec<RequestToReply>,
 }
 
 impl Loader<'_> {
@@ -101,12 +105,21 @@ impl Loader<'_> {
     pub(crate) fn run(&mut self, entry: &RunEntry) -> Option<Samples> {
         let data = entry.data.as_ref()?;
         let (every, streamed) = (self.wanted(entry, true), self.wanted(entry, false));
-        let table = self.table(data, &every);
+        let beside = entry.timing.captures.as_ref();
+        let table = match beside {
+            // Times are the captures' business then.
+            Some(_) => self.table(data, &without_times(&every)),
+            None => self.table(data, &every),
+        };
+        let captures = beside.map(|name| self.table(name, &every));
         let streams: Vec<_> =
             entry.signals.iter().map(|name| self.table(name, &streamed)).collect();
         let table = table?;
+        let captures = captures.map_or(Some(None), |captures| captures.map(Some))?;
         let streams: Vec<Table> = streams.into_iter().collect::<Option<_>>()?;
-        self.check_columns(entry, &every, &table, &streams);
+        let tables = [&table].into_iter().chain(&captures).chain(&streams).collect::<Vec<_>>();
+        self.check_columns(entry, &every, &tables);
+        let table = self.referred(entry, table, captures)?;
         let before = self.reader.faults.len();
         let mut usable = vec![true; table.lines.len()];
         let mut inputs = Vec::with_capacity(self.model.inputs.len());
@@ -136,6 +149,21 @@ impl Loader<'_> {
         (self.reader.faults.len() == before).then_some(samples)
     }
 
+    /// The data with reference times made from captures, where the campaign has them.
+    fn referred(
+        &mut self,
+        entry: &RunEntry,
+        data: Table,
+        captures: Option<Table>,
+    ) -> Option<Table> {
+        let Some(timing) = self.timing.clone() else { return Some(data) };
+        let inputs: Vec<String> =
+            self.model.inputs.iter().map(|input| input.name.clone()).collect();
+        let (data, replied) = timing.refer(&mut self.reader, entry, &inputs, data, captures)?;
+        self.request_to_reply.extend(replied);
+        Some(data)
+    }
+
     /// The columns a file may hold: all for the data file, else time and inputs.
     fn wanted(&self, entry: &RunEntry, readings: bool) -> Vec<Wanted> {
         let want = |name: String, dimension: Dimension, example: String| {
@@ -143,7 +171,9 @@ impl Loader<'_> {
             let header = word.map(|word| (word.header.clone(), word.unit.clone()));
             Wanted { name, header, dimension, example }
         };
-        let mut found = vec![want(TIME.into(), Dimension::TIME, "s".into())];
+        let times = if readings && self.timing.is_some() { &COLUMNS[..] } else { &[TIME][..] };
+        let time = |name: &&str| want((*name).into(), Dimension::TIME, "s".into());
+        let mut found: Vec<Wanted> = times.iter().map(time).collect();
         for input in &self.model.inputs {
             let mut dimension = input.unit.dimension;
             for (order, suffix) in ["", "_rate", "_acceleration"].iter().enumerate() {
@@ -191,8 +221,8 @@ impl Loader<'_> {
     }
 
     /// Faults names of `columns` that mean nothing and warns of columns that nothing declares.
-    fn check_columns(&mut self, entry: &RunEntry, all: &[Wanted], data: &Table, streams: &[Table]) {
-        let tables = || std::iter::once(data).chain(streams);
+    fn check_columns(&mut self, entry: &RunEntry, all: &[Wanted], tables: &[&Table]) {
+        let tables = || tables.iter().copied();
         let known: Vec<&str> = all.iter().map(|want| want.name.as_str()).collect();
         for word in &entry.columns {
             if !known.contains(&word.name.text.as_str()) {
@@ -350,6 +380,11 @@ impl Loader<'_> {
             }
         }
     }
+}
+
+/// The same columns but for times.
+fn without_times(wanted: &[Wanted]) -> Vec<Wanted> {
+    wanted.iter().filter(|want| !COLUMNS.contains(&want.name.as_str())).cloned().collect()
 }
 
 /// Puts the nearest earlier (else later) value where one is missing. The readings of such samples

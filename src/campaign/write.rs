@@ -11,9 +11,10 @@ use std::path::{Path, PathBuf};
 use crate::campaign::file::{Campaign, RunEntry};
 use crate::campaign::header::{cells, split};
 use crate::campaign::lines;
-use crate::campaign::run::{Role, Run};
+use crate::campaign::run::{Role, Run, Samples};
 use crate::campaign::samples::{derived_symbol, reading_columns};
 use crate::campaign::signal::Track;
+use crate::campaign::table::TIME;
 use crate::graph::MeasurandKind;
 use crate::model::parameter::SCOPES;
 use crate::model::{Model, Override};
@@ -50,8 +51,15 @@ pub fn write_campaign(
     fs::create_dir_all(folder)?;
     copy_declarations(folder, campaign)?;
     let files = file_names(runs);
-    for (run, file) in runs.iter().zip(&files) {
-        write_run_csv(&folder.join(file), model, run)?;
+    for ((run, file), entry) in runs.iter().zip(&files).zip(&campaign.entries) {
+        let path = folder.join(file);
+        match &campaign.timing {
+            Some(timing) => {
+                let captured = timing.captured(run.held(), &entry.timing);
+                write_samples_csv(&path, model, &captured, timing.method.column())?;
+            }
+            None => write_run_csv(&path, model, run)?,
+        }
     }
     let mut copies: Vec<(String, String)> = Vec::new();
     for stream in campaign.entries.iter().flat_map(|entry| &entry.signals) {
@@ -77,11 +85,15 @@ pub fn write_campaign(
 /// # Errors
 /// The disk's.
 pub fn write_run_csv(path: &Path, model: &Model, run: &Run) -> io::Result<()> {
+    write_samples_csv(path, model, run.held(), TIME)
+}
+
+/// The same; `times` is what the column of times is called.
+fn write_samples_csv(path: &Path, model: &Model, samples: &Samples, times: &str) -> io::Result<()> {
     let seconds = Unit { symbol: "s".into(), ..Unit::one() };
-    let samples = run.held();
     let mut columns: Vec<(String, Unit, &[f64])> = Vec::new();
     if samples.inputs.iter().any(Track::moves) || samples.time.iter().any(|time| *time != 0.0) {
-        columns.push(("time".into(), seconds, &samples.time));
+        columns.push((times.into(), seconds, &samples.time));
     }
     for (input, track) in model.inputs.iter().zip(&samples.inputs) {
         let Track::Captured { value, rate, acceleration } = track else {
@@ -159,12 +171,15 @@ pub fn write_campaign_toml(
         line(format!("effects = [{}]", names.join(", ")));
     }
     line(format!("delay_range = \"{:?} s\"", campaign.delay_range));
-    if let serde_json::Value::Object(entries) = &campaign.metadata
-        && !entries.is_empty()
-    {
-        line("\n[metadata]".into());
-        for (key, value) in entries {
-            line(format!("{} = {}", quoted(key), free(value)));
+    let timing = campaign.timing.as_ref().map(|timing| &timing.written);
+    for (head, table) in [("metadata", Some(&campaign.metadata)), ("timing", timing)] {
+        if let Some(serde_json::Value::Object(entries)) = table
+            && !entries.is_empty()
+        {
+            line(format!("\n[{head}]"));
+            for (key, value) in entries {
+                line(format!("{} = {}", quoted(key), free(value)));
+            }
         }
     }
     if !campaign.parameters.is_empty() {
@@ -243,6 +258,9 @@ fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]
         if !words.is_empty() {
             found.push(format!("columns = {{ {} }}", words.join(", ")));
         }
+    }
+    if let Some(bits) = entry.timing.bits {
+        found.push(format!("timing = {{ bits = {bits} }}"));
     }
     if !entry.inputs.is_empty() {
         let words: Vec<_> = entry

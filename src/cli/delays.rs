@@ -37,6 +37,7 @@ impl DelaysCommand {
         for part in 0..calibration.problem.parts.len() {
             let found = newton(&loaded.problem, &calibration, part)?;
             text.push_str(&report::text::delays(&loaded.titles[part], &found.from, &found.delays));
+            text.push_str(&report::timing::text(&loaded.campaigns[part]));
             let mut value = report::json::delays(&found.delays.measurands);
             load::merge(&mut value, json!({ "transformation": found.from.word() }));
             load::put(&mut whole, &loaded.labels[part], loaded.labels.len(), value);
