@@ -10,10 +10,12 @@
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
 //! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
 //! | [`timing`] | when a reading was asked for: captures made into reference times |
+//! | [`calibration`] | an input's certificate: corrections, and what they leave open |
 //! | [`statement`] | how well a value is known, as a certificate states it |
 //! | [`plan`] | a run that is not measured yet |
 //! | [`mod@write`] | a campaign of the same form, files whole or not at all |
 
+pub mod calibration;
 pub mod entries;
 pub mod file;
 pub mod header;

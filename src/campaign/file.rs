@@ -11,6 +11,7 @@ use crate::campaign::entries::{Entry, Item, Quantity, Reader, Value, get};
 use crate::campaign::overrides;
 use crate::campaign::plan::{self, Leg};
 use crate::campaign::run::Role;
+use crate::campaign::statement;
 use crate::campaign::timing::{self, RunTiming, Timing};
 use crate::campaign::{header, lines};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span};
@@ -53,8 +54,12 @@ pub struct Named {
 pub struct InputOverride {
     /// The input's name.
     pub name: Named,
-    /// Standard uncertainty of one value.
+    /// Standard uncertainty of one value, new in every sample.
     pub sigma: Option<Item>,
+    /// Resolution.
+    pub resolution: Option<Item>,
+    /// Its calibration.
+    pub calibration: Option<Item>,
     /// Time constant of the smoothing of its stream.
     pub smooth: Option<Item>,
     /// Period by which recorded values jump.
@@ -66,8 +71,8 @@ pub struct InputOverride {
 pub struct MeasurandOverride {
     /// The measurand's name.
     pub name: Named,
-    /// Standard uncertainty of one reading.
-    pub sigma: Option<Item>,
+    /// Standard uncertainty of one reading, see [`crate::campaign::statement`].
+    pub said: Vec<Entry>,
 }
 
 /// One entry of `columns`: the model's name, and what the file calls it.
@@ -244,10 +249,12 @@ fn key(reader: &Reader, entry: &Entry) -> Named {
 
 fn input(reader: &mut Reader, entry: &Entry) -> InputOverride {
     let entries = reader.table(&entry.item, "arm_angle = { sigma = \"0.2 arcsec\" }");
-    reader.only(entries, &["sigma", "smooth", "period"]);
+    reader.only(entries, &["sigma", "resolution", "calibration", "smooth", "period"]);
     InputOverride {
         name: key(reader, entry),
         sigma: get(entries, "sigma").cloned(),
+        resolution: get(entries, "resolution").cloned(),
+        calibration: get(entries, "calibration").cloned(),
         smooth: get(entries, "smooth").cloned(),
         period: get(entries, "period").cloned(),
     }
@@ -255,8 +262,8 @@ fn input(reader: &mut Reader, entry: &Entry) -> InputOverride {
 
 fn measurand(reader: &mut Reader, entry: &Entry) -> MeasurandOverride {
     let entries = reader.table(&entry.item, "horizontal = { sigma = \"1.5 arcsec\" }");
-    reader.only(entries, &["sigma"]);
-    MeasurandOverride { name: key(reader, entry), sigma: get(entries, "sigma").cloned() }
+    reader.only(entries, &statement::KEYS);
+    MeasurandOverride { name: key(reader, entry), said: entries.to_vec() }
 }
 
 /// The runs; with `timed`, the campaign has a `[timing]`.

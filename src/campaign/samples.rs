@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::campaign::calibration::Corrections;
 use crate::campaign::entries::Reader;
 use crate::campaign::file::{LeftOut, Named, RunEntry};
 use crate::campaign::header::Wanted;
@@ -61,6 +62,8 @@ pub(crate) struct InputSetting {
     pub(crate) period: Option<f64>,
     /// Some formula of the model needs it.
     pub(crate) needed: bool,
+    /// From its calibration.
+    pub(crate) corrections: Option<Corrections>,
 }
 
 /// Reads runs against a model and collects what was found on the way.
@@ -124,7 +127,11 @@ impl Loader<'_> {
         let mut usable = vec![true; table.lines.len()];
         let mut inputs = Vec::with_capacity(self.model.inputs.len());
         for index in 0..self.model.inputs.len() {
-            inputs.push(self.track(index, entry, &table, &streams, &mut usable));
+            let mut track = self.track(index, entry, &table, &streams, &mut usable);
+            if let Some(corrections) = &self.inputs[index].corrections {
+                corrections.correct_track(&mut track);
+            }
+            inputs.push(track);
         }
         let count = table.lines.len();
         let time = match table.values(TIME) {
@@ -198,7 +205,7 @@ impl Loader<'_> {
         found
     }
 
-    fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
+    pub(crate) fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
         if name.text.ends_with(".parquet") {
             let help = "write the table as CSV (plain or .gz)";
             self.reader.fault(name.span, "this program was built without Parquet", help);
@@ -370,6 +377,11 @@ impl Loader<'_> {
             times.iter().zip(values).filter(|(_, value)| !value.is_nan()).unzip();
         if let Some(period) = self.inputs[index].period {
             unwrap(&mut values, period, |_, _| 0.0);
+        }
+        if let Some(corrections) = &self.inputs[index].corrections {
+            for value in &mut values {
+                corrections.correct(value);
+            }
         }
         match Spline::fit(&times, &values, self.inputs[index].smoothing) {
             Ok(spline) => Track::Logged(Arc::new(spline)),

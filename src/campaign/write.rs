@@ -189,16 +189,25 @@ pub fn write_campaign_toml(
     let inputs: Vec<String> = model
         .inputs
         .iter()
-        .zip(&campaign.input_sigma)
-        .filter_map(|(input, value)| {
-            let mut words: Vec<_> = value.iter().map(|value| sigma(&input.unit, *value)).collect();
+        .zip(&campaign.input_spread)
+        .filter_map(|(input, spread)| {
+            let noise = spread.noise.iter();
+            let mut words: Vec<_> = noise.map(|value| sigma(&input.unit, *value)).collect();
             let over = campaign.inputs.iter().find(|over| over.name.text == input.name);
-            for (key, item) in over
-                .into_iter()
-                .flat_map(|over| [("smooth", &over.smooth), ("period", &over.period)])
-            {
-                words
-                    .extend(item.as_ref().map(|item| format!("{key} = {}", free(&item.to_json()))));
+            for (key, item) in over.into_iter().flat_map(|over| {
+                [
+                    ("resolution", &over.resolution),
+                    ("calibration", &over.calibration),
+                    ("smooth", &over.smooth),
+                    ("period", &over.period),
+                ]
+            }) {
+                words.extend(item.as_ref().map(|item| {
+                    let mut value = item.to_json();
+                    // What is written is corrected already.
+                    value.as_object_mut().and_then(|table| table.remove("corrections"));
+                    format!("{key} = {}", free(&value))
+                }));
             }
             (!words.is_empty()).then(|| format!("{} = {{ {} }}", input.name, words.join(", ")))
         })
@@ -208,8 +217,15 @@ pub fn write_campaign_toml(
         inputs.into_iter().for_each(&mut line);
     }
     line("\n[measurands]".into());
-    for (measurand, value) in model.measurands.iter().zip(&campaign.measurand_sigma) {
-        line(format!("{} = {{ {} }}", measurand.name, sigma(&measurand.unit, *value)));
+    for ((measurand, value), degrees) in model
+        .measurands
+        .iter()
+        .zip(&campaign.measurand_sigma)
+        .zip(&campaign.measurand_degrees_of_freedom)
+    {
+        let degrees =
+            degrees_of_freedom(*degrees).map_or_else(String::new, |said| format!(", {said}"));
+        line(format!("{} = {{ {}{degrees} }}", measurand.name, sigma(&measurand.unit, *value)));
     }
     for ((run, file), entry) in runs.iter().zip(files).zip(&campaign.entries) {
         line("\n[[runs]]".into());
@@ -229,6 +245,10 @@ pub fn write_campaign_toml(
 fn sigma(unit: &Unit, sigma: f64) -> String {
     let symbol = if unit.offset == 0.0 { unit.symbol.as_str() } else { "K" };
     format!("sigma = \"{:?} {symbol}\"", sigma / unit.factor)
+}
+
+fn degrees_of_freedom(stated: Option<f64>) -> Option<String> {
+    stated.map(|stated| format!("degrees_of_freedom = {stated}"))
 }
 
 /// Lines of a run for its streams, what they call their columns, and its constants.
@@ -330,6 +350,7 @@ fn parameter_line(parameter: &Override) -> String {
         words.extend(value.as_ref().map(|value| format!("{key} = {}", list(value))));
     }
     words.extend(parameter.plausible.as_ref().map(|one| format!("plausible = {}", text(one))));
+    words.extend(degrees_of_freedom(parameter.degrees_of_freedom));
     words.extend(parameter.fixed.map(|fixed| format!("fixed = {fixed}")));
     words.extend(parameter.scope.map(|scope| {
         let word = SCOPES.iter().find(|(_, known)| *known == scope).map_or("run", |(word, _)| word);

@@ -6,22 +6,18 @@ use serde_json::json;
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate, unsound};
 use super::{Failure, load, output};
-use crate::engine::Problem;
-use crate::estimate::calibrate::Calibration;
-use crate::estimate::delays::Delays;
-use crate::estimate::transformation::{self, From};
+use crate::estimate::budget::budgets;
+use crate::estimate::systematic;
+use crate::estimate::transformation::Transformation;
 use crate::report;
 
 #[derive(Debug, Args)]
 pub(super) struct DelaysCommand {
     #[command(flatten)]
     common: CampaignArguments,
-}
-
-/// The delays of one campaign, and where its transformation is from.
-pub(super) struct Found {
-    pub(super) from: From,
-    pub(super) delays: Delays,
+    /// Show what the uncertainty of the delays is made of
+    #[arg(long)]
+    budget: bool,
 }
 
 impl DelaysCommand {
@@ -35,18 +31,29 @@ impl DelaysCommand {
         let mut whole = json!({ "campaigns": loaded.about });
         let mut text = String::new();
         for part in 0..calibration.problem.parts.len() {
-            let found = newton(&loaded.problem, &calibration, part)?;
-            text.push_str(&report::text::delays(&loaded.titles[part], &found.from, &found.delays));
-            text.push_str(&report::timing::text(&loaded.campaigns[part]));
-            let mut value = report::json::delays(&found.delays.measurands);
-            load::merge(&mut value, json!({ "transformation": found.from.word() }));
+            let campaign = &loaded.campaigns[part];
+            let taken = Transformation::of(&loaded.problem, &calibration, part);
+            let mut delays = taken.delays(part, None);
+            systematic::widen(&calibration.problem, part, &taken.fit().fit.point, &mut delays);
+            text.push_str(&report::text::delays(&loaded.titles[part], &taken.from(), &delays));
+            text.push_str(&report::timing::text(campaign));
+            let mut value = report::json::delays(&delays.measurands);
+            load::merge(&mut value, json!({ "transformation": taken.from().word() }));
+            if self.budget {
+                let budgets = budgets(&taken, part, campaign, &delays);
+                text.push_str(&report::budget::text(&budgets));
+                for budget in &budgets {
+                    let one = json!({ "budget": report::budget::json(budget) });
+                    load::merge(&mut value["measurands"][&budget.measurand], one);
+                }
+            }
             load::put(&mut whole, &loaded.labels[part], loaded.labels.len(), value);
             if let Some(folder) = &self.common.out {
                 let name = match loaded.labels.len() {
                     1 => "delays.csv".to_owned(),
                     _ => format!("delays_{}.csv", loaded.labels[part].replace(['/', '\\'], "_")),
                 };
-                let table = report::table::delays(&calibration.problem, part, &found.delays);
+                let table = report::table::delays(&calibration.problem, part, &delays);
                 output::file(&folder.join(name), &table)?;
             }
         }
@@ -55,14 +62,4 @@ impl DelaysCommand {
             Format::Text => output::text(&text),
         }
     }
-}
-
-/// Takes the transformation from reference runs, else from the joint fit, and solves every reading.
-pub(super) fn newton(
-    problem: &Problem,
-    joint: &Calibration,
-    part: usize,
-) -> Result<Found, Failure> {
-    let (from, delays) = transformation::delays_of(problem, joint, part);
-    Ok(Found { from, delays })
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::campaign::calibration::InputSpread;
 use crate::campaign::file::CampaignFile;
 use crate::campaign::load::{Campaign, LoadOptions};
 use crate::campaign::timing::enter::EFFECT;
@@ -107,6 +108,8 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         part.instrument.clone_from(&campaign.instrument);
         part.rig.clone_from(&campaign.rig);
         part.delay_range = campaign.delay_range;
+        let left = |spread: &InputSpread| spread.calibration.map_or(0.0, |spread| spread.sigma);
+        part.calibration = campaign.input_spread.iter().map(left).collect();
         parts.push(part);
         campaigns.push(campaign);
         models.push(model);

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::engine::Point;
 use crate::engine::problem::Problem;
+use crate::estimate::blind::{self, BlindRange};
 use crate::estimate::newton::{Given, ReadingDelay, RunDelays, State, delays_of_run};
 use crate::graph::MeasurandKind;
 
@@ -37,6 +38,8 @@ pub struct Summary {
     pub random: Option<f64>,
     /// Median expanded uncertainty (k = 2) of a solved reading (s).
     pub median_expanded_uncertainty: Option<f64>,
+    /// Arm angles at which it does not show its delay.
+    pub blind_ranges: Vec<BlindRange>,
 }
 
 /// All readings of one campaign with their delays.
@@ -76,8 +79,11 @@ pub fn delays(
         let indices = runs.iter().map(|run| problem.run_index(part, *run));
         let columns: Vec<Vec<usize>> =
             indices.map(|run| problem.layout.columns.touched_by(run)).collect();
-        all.measurands.push(summarise(declared.name.clone(), &columns, &found, covariance));
+        let mut summary = summarise(declared.name.clone(), &columns, &found, covariance);
+        let first = all.readings.len();
         all.readings.extend(found.into_iter().flat_map(|run| run.readings));
+        summary.blind_ranges = blind::ranges(data, &all.readings[first..], measurand);
+        all.measurands.push(summary);
     }
     all
 }
@@ -122,10 +128,12 @@ fn summarise(
         common: any.then_some(common),
         random: any.then_some(random),
         median_expanded_uncertainty: median(&mut expanded),
+        blind_ranges: Vec::new(),
     }
 }
 
-fn median(values: &mut [f64]) -> Option<f64> {
+/// The middle value, if there is any.
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
     match values.len() {

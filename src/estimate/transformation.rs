@@ -4,6 +4,8 @@
 //! does not end up in the transformation (the seed's way carries it there). Where they alone do not
 //! determine everything, say one direction of one slow run, the joint fit of all runs is taken.
 
+use nalgebra::DMatrix;
+
 use crate::campaign::Role;
 use crate::campaign::record::Change;
 use crate::engine::Problem;
@@ -30,23 +32,55 @@ impl From {
     }
 }
 
-/// The delays of one campaign's readings: of its kinematic runs, or of all if it has no others.
-pub fn delays_of(problem: &Problem, joint: &Calibration, part: usize) -> (From, Delays) {
+/// The fit that a campaign's transformation is taken from.
+#[derive(Debug)]
+pub struct Transformation<'a> {
+    joint: &'a Calibration,
+    reference: Option<Calibration>,
+}
+
+impl<'a> Transformation<'a> {
+    /// From the reference runs of a campaign if they determine it, else from the joint fit.
+    pub fn of(problem: &Problem, joint: &'a Calibration, part: usize) -> Self {
+        Self { joint, reference: reference_fit(problem, part) }
+    }
+
+    /// Which of the two.
+    pub fn from(&self) -> From {
+        if self.reference.is_some() { From::ReferenceRuns } else { From::JointFit }
+    }
+
+    /// The fit. That of reference runs has the same layout; only readings were taken away.
+    pub fn fit(&self) -> &Calibration {
+        self.reference.as_ref().unwrap_or(self.joint)
+    }
+
+    /// The joint fit's problem: all readings, with their weights.
+    pub fn problem(&self) -> &Problem {
+        &self.joint.problem
+    }
+
+    /// The delays of one campaign's readings, with the fit's own covariance or another.
+    pub fn delays(&self, part: usize, covariance: Option<&DMatrix<f64>>) -> Delays {
+        let (problem, fit) = (self.problem(), self.fit());
+        let covariance = covariance.unwrap_or(&fit.covariance);
+        let range = problem.parts[part].delay_range;
+        delays(problem, part, &wanted(problem, part), &fit.fit.point, covariance, range)
+    }
+}
+
+/// The runs whose delays are looked for: the kinematic ones, or all if there are no others.
+fn wanted(problem: &Problem, part: usize) -> Vec<usize> {
     let runs = &problem.parts[part].runs;
     let kinematic: Vec<usize> =
         (0..runs.len()).filter(|r| runs[*r].role == Role::Kinematic).collect();
-    let wanted = if kinematic.is_empty() { (0..runs.len()).collect() } else { kinematic };
-    let range = problem.parts[part].delay_range;
-    let solve = |from: From, given: &Calibration| {
-        // The reference fit has the same layout; only readings were taken away.
-        let point = &given.fit.point;
-        let covariance = &given.covariance;
-        (from, delays(&joint.problem, part, &wanted, point, covariance, range))
-    };
-    match reference_fit(problem, part) {
-        Some(reference) => solve(From::ReferenceRuns, &reference),
-        None => solve(From::JointFit, joint),
-    }
+    if kinematic.is_empty() { (0..runs.len()).collect() } else { kinematic }
+}
+
+/// The delays of one campaign's readings: of its kinematic runs, or of all if it has no others.
+pub fn delays_of(problem: &Problem, joint: &Calibration, part: usize) -> (From, Delays) {
+    let transformation = Transformation::of(problem, joint, part);
+    (transformation.from(), transformation.delays(part, None))
 }
 
 /// A fit of the reference runs alone, if every setup has some and they determine what they must.
