@@ -14,6 +14,7 @@ mod delays;
 mod load;
 mod new;
 mod output;
+mod progress;
 mod render;
 mod show;
 mod simulate;

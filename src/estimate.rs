@@ -15,6 +15,7 @@
 //! | [`calibrate`] | all of these together |
 //! | [`newton`] | each reading's own delay |
 //! | [`delays`] | their means |
+//! | [`median`] | the median of numbers however many |
 //! | [`transformation`] | where delays take their transformation from |
 //! | [`systematic`] | what the inputs' calibration leaves open in them |
 //! | [`blind`] | arm angles at which a measurand does not show its delay |
@@ -37,6 +38,7 @@ pub mod covariance;
 pub mod coverage;
 pub mod delays;
 pub mod differences;
+pub mod median;
 pub mod newton;
 pub mod observability;
 pub mod start;

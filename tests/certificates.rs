@@ -1,6 +1,7 @@
 //! Is a certificate read as it is written, and an encoder corrected by it?
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a failed test should stop")]
 
+use std::convert::Infallible;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::fs;
@@ -10,7 +11,7 @@ use homepoint::campaign::write::write_campaign;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
-use homepoint::estimate::systematic::widen;
+use homepoint::estimate::systematic::Widening;
 use homepoint::estimate::transformation::Transformation;
 
 #[path = "problems/seed.rs"]
@@ -118,9 +119,13 @@ fn an_encoder_is_corrected_by_its_certificate() {
             .with_corrections(&certificate());
         let opened = folder.open();
         let joint = calibrate(opened.problem.clone(), &Options::default()).unwrap();
-        let delays = Transformation::of(&opened.problem, &joint, 0).delays(0, None);
-        let errors = delays.readings.iter().map(|one| (one.delay - DELAY).abs());
-        errors.fold(0.0, f64::max)
+        let mut worst: f64 = 0.0;
+        let taken = Transformation::of(&opened.problem, &joint, 0);
+        let Ok(_) = taken.delays(0, None, &mut |reading| {
+            worst = worst.max((reading.delay - DELAY).abs());
+            Ok::<_, Infallible>(())
+        });
+        worst
     };
     let bare = worst("arm_angle = { sigma = \"0.1 arcsec\" }");
     assert!((bare - 20.0 * ARCSEC / RATE).abs() < 1e-7, "{bare}");
@@ -144,14 +149,16 @@ fn what_calibration_leaves_open_stays_in_the_mean() {
     assert!((resolution - 0.36 * ARCSEC / 12.0_f64.sqrt()).abs() < 1e-18);
     let joint = calibrate(opened.problem.clone(), &Options::default()).unwrap();
     let taken = Transformation::of(&opened.problem, &joint, 0);
-    let mut delays = taken.delays(0, None);
-    let before = delays.clone();
-    widen(taken.problem(), 0, &taken.fit().fit.point, &mut delays);
+    let mut widening = Widening::new(taken.problem(), 0, &taken.fit().fit.point);
     let open = 2.1 * ARCSEC / RATE;
-    for (one, before) in delays.readings.iter().zip(&before.readings) {
-        assert!((one.common - before.common.hypot(open)).abs() < 1e-6 * open);
-    }
-    let (one, before) = (&delays.measurands[0], &before.measurands[0]);
+    let Ok(mut delays) = taken.delays(0, None, &mut |reading| {
+        let wide = widening.see(reading);
+        assert!((wide.common - reading.common.hypot(open)).abs() < 1e-6 * open);
+        Ok::<_, Infallible>(())
+    });
+    let before = delays.measurands[0].clone();
+    widening.widen(&mut delays);
+    let one = &delays.measurands[0];
     let widened = before.sigma_of_mean.unwrap().hypot(open);
     assert!((one.sigma_of_mean.unwrap() - widened).abs() < 1e-6 * widened);
 }

@@ -1,6 +1,7 @@
 //! Is the uncertainty of a delay made of what its budget says, and is it expanded as the GUM does?
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
+use std::convert::Infallible;
 use std::f64::consts::PI;
 use std::fs;
 
@@ -11,9 +12,9 @@ use homepoint::estimate::batch::Options;
 use homepoint::estimate::budget::{Budget, Contribution, budgets};
 use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::estimate::coverage::{Combined, coverage_factor};
-use homepoint::estimate::delays::Delays;
-use homepoint::estimate::newton::State;
-use homepoint::estimate::systematic::widen;
+use homepoint::estimate::delays::Summary;
+use homepoint::estimate::newton::{ReadingDelay, State};
+use homepoint::estimate::systematic::Widening;
 use homepoint::estimate::transformation::Transformation;
 
 #[path = "problems/seed.rs"]
@@ -55,6 +56,12 @@ name = "fast"
 plan = { trigger = "40 Hz", duration = "10 s", arm_angle = { start = "0 deg", rate = "190 deg/s" } }
 "#;
 
+/// What came of the readings, and the delay of each, widened by the encoder's calibration.
+struct Found {
+    measurands: Vec<Summary>,
+    readings: Vec<ReadingDelay>,
+}
+
 struct Solved {
     opened: Opened,
     joint: Calibration,
@@ -74,12 +81,17 @@ impl Solved {
         Self { opened, joint }
     }
 
-    fn budgets(&self) -> (Delays, Vec<Budget>) {
+    fn budgets(&self) -> (Found, Vec<Budget>) {
         let taken = Transformation::of(&self.opened.problem, &self.joint, 0);
-        let mut delays = taken.delays(0, None);
-        widen(taken.problem(), 0, &taken.fit().fit.point, &mut delays);
-        let budgets = budgets(&taken, 0, &self.opened.campaigns[0], &delays);
-        (delays, budgets)
+        let mut widening = Widening::new(taken.problem(), 0, &taken.fit().fit.point);
+        let mut readings = Vec::new();
+        let Ok(mut delays) = taken.delays(0, None, &mut |reading| {
+            readings.push(widening.see(reading));
+            Ok::<_, Infallible>(())
+        });
+        widening.widen(&mut delays);
+        let budgets = budgets(&taken, 0, &self.opened.campaigns[0]);
+        (Found { measurands: delays.measurands, readings }, budgets)
     }
 }
 
@@ -110,7 +122,7 @@ fn the_lines_add_up_to_the_uncertainty_of_the_delays() {
             .iter()
             .filter(|one| one.measurand == measurand && one.state == State::Solved)
             .collect();
-        let rms = |of: fn(&homepoint::estimate::newton::ReadingDelay) -> f64| {
+        let rms = |of: fn(&ReadingDelay) -> f64| {
             let squares: f64 = solved.iter().map(|one| of(one).powi(2)).sum();
             (squares / solved.len() as f64).sqrt()
         };

@@ -5,6 +5,7 @@
 //! 190 deg/s 1440 readings are 19 turns and fall on 1440 different arm angles.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
+use std::convert::Infallible;
 use std::f64::consts::{PI, TAU};
 use std::fs;
 
@@ -15,9 +16,9 @@ use homepoint::engine::{Point, Problem};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::estimate::delays::Delays;
-use homepoint::estimate::differences;
+use homepoint::estimate::differences::Differences;
 use homepoint::estimate::newton::{ReadingDelay, State};
-use homepoint::estimate::transformation::delays_of;
+use homepoint::estimate::transformation::each_delay_of;
 
 #[path = "problems/seed.rs"]
 mod seed;
@@ -29,7 +30,7 @@ const VERTICAL: f64 = 30e-6;
 const MEASURAND: usize = 1;
 
 /// Readings without noise to speak of, but weighted as if they had the seed's.
-fn campaign(name: &str, rate: f64, duration: f64) -> (Opened, Calibration, Delays) {
+fn campaign(name: &str, rate: f64, duration: f64) -> Solved {
     let folder = std::env::temp_dir().join(format!("seed-u-{name}-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();
     let half_pi = PI / 2.0;
@@ -63,8 +64,31 @@ plan = {{ trigger = "40 Hz", duration = "{duration} s", arm_angle = {{ start = "
     let problem = without_distance_delay(&opened.problem);
     let joint = calibrate(problem.clone(), &Options::default()).unwrap();
     assert!(joint.is_sound(), "{:?}", joint.unobservable);
-    let delays = delays_of(&problem, &joint, 0).1;
-    (opened, joint, delays)
+    let mut vertical = Vec::new();
+    let Ok((_, delays)) = each_delay_of(&problem, &joint, 0, &mut |reading| {
+        if reading.measurand == MEASURAND {
+            vertical.push(reading.clone());
+        }
+        Ok::<_, Infallible>(())
+    });
+    Solved { opened, joint, delays, vertical }
+}
+
+struct Solved {
+    opened: Opened,
+    joint: Calibration,
+    delays: Delays,
+    /// The readings of the vertical angle.
+    vertical: Vec<ReadingDelay>,
+}
+
+impl Solved {
+    /// Expanded uncertainties by differences over 1 ms.
+    fn table(&self) -> Vec<f64> {
+        let point = &self.joint.fit.point;
+        let mut table = Differences::new(&self.opened.problem, 0, point);
+        self.vertical.iter().map(|reading| table.expanded(VERTICAL, reading)).collect()
+    }
 }
 
 fn without_distance_delay(problem: &Problem) -> Problem {
@@ -74,10 +98,6 @@ fn without_distance_delay(problem: &Problem) -> Problem {
     system.settings[delay].fixed = true;
     system.settings[delay].value = Some(vec![0.0]);
     Problem::new(parts)
-}
-
-fn vertical(delays: &Delays) -> Vec<&ReadingDelay> {
-    delays.readings.iter().filter(|reading| reading.measurand == MEASURAND).collect()
 }
 
 /// The vertical angle's rate (rad/s) some time after an arm angle was passed, from eqs. (8) to (11) by
@@ -108,8 +128,7 @@ fn shares(uncertainties: &[f64]) -> [f64; 3] {
 
 #[test]
 fn the_vertical_angle_on_the_axis_exactly() {
-    let (_, _, delays) = campaign("exact", 190.0, 36.0);
-    let readings = vertical(&delays);
+    let readings = campaign("exact", 190.0, 36.0).vertical;
     assert_eq!(readings.len(), 1440);
     let random: Vec<f64> = readings.iter().map(|one| one.random_at_reference).collect();
     for (found, expected) in shares(&random).into_iter().zip([26.7, 17.0, 4.9]) {
@@ -121,10 +140,7 @@ fn the_vertical_angle_on_the_axis_exactly() {
 
 #[test]
 fn the_vertical_angle_on_the_axis_by_differences_over_a_millisecond() {
-    let (opened, joint, delays) = campaign("table", 190.0, 36.0);
-    let readings = vertical(&delays);
-    let problem = &opened.problem;
-    let table = differences::expanded(problem, 0, &joint.fit.point, VERTICAL, &readings);
+    let table = campaign("table", 190.0, 36.0).table();
     for (found, expected) in shares(&table).into_iter().zip([26.7, 17.0, 4.9]) {
         assert!((found - expected).abs() < 0.15, "{found} instead of {expected}");
     }
@@ -134,21 +150,19 @@ fn the_vertical_angle_on_the_axis_by_differences_over_a_millisecond() {
 
 #[test]
 fn the_uncertainty_grows_as_the_arm_slows_down() {
-    let least = |delays: &Delays| {
-        vertical(delays).iter().map(|one| one.random).fold(f64::INFINITY, f64::min)
+    let least = |name, rate| {
+        let readings = campaign(name, rate, 36.0).vertical;
+        readings.iter().map(|one| one.random).fold(f64::INFINITY, f64::min)
     };
-    let (_, _, fast) = campaign("190", 190.0, 36.0);
-    let (_, _, slow) = campaign("50", 50.0, 36.0);
-    assert!((least(&slow) / least(&fast) - 3.8).abs() < 1e-3);
+    assert!((least("50", 50.0) / least("190", 190.0) - 3.8).abs() < 1e-3);
 }
 
 /// The difference over 1 ms is the mean slope in it, that is, the slope half a millisecond later.
 #[test]
 fn both_ways_part_as_the_slope_changes_in_half_a_millisecond() {
-    let (opened, joint, delays) = campaign("both", 190.0, 36.0);
-    let readings = vertical(&delays);
-    let table = differences::expanded(&opened.problem, 0, &joint.fit.point, VERTICAL, &readings);
-    let angles = arm_angles(&opened);
+    let solved = campaign("both", 190.0, 36.0);
+    let (readings, table) = (&solved.vertical, solved.table());
+    let angles = arm_angles(&solved.opened);
     let rate = 190.0 * PI / 180.0;
     let least = readings.iter().map(|one| one.random).fold(f64::INFINITY, f64::min);
     let (mut near, mut far) = (0.0_f64, 0.0_f64);
@@ -172,7 +186,7 @@ fn both_ways_part_as_the_slope_changes_in_half_a_millisecond() {
 /// Twice a turn, where the vertical angle turns round, it tells nothing of time.
 #[test]
 fn the_blind_ranges_are_where_the_vertical_angle_turns_round() {
-    let (_, _, delays) = campaign("blind", 190.0, 36.0);
+    let delays = campaign("blind", 190.0, 36.0).delays;
     let ranges = &delays.measurands[MEASURAND].blind_ranges;
     assert_eq!(ranges.len(), 2, "{ranges:?}");
     // Top and bottom of the arm's circle: the arm's x axis points down at the homepoint.

@@ -4,6 +4,7 @@
 //! Readings come from the seed's equations written by hand; a delay counts from the request.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
+use std::convert::Infallible;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::fs;
@@ -15,8 +16,9 @@ use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::{Point, simulate::simulate};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
-use homepoint::estimate::delays::Delays;
-use homepoint::estimate::transformation::delays_of;
+use homepoint::estimate::delays::Summary;
+use homepoint::estimate::newton::ReadingDelay;
+use homepoint::estimate::transformation::each_delay_of;
 
 #[path = "problems/seed.rs"]
 mod seed;
@@ -82,14 +84,25 @@ fn requests() -> impl Iterator<Item = f64> {
     (0..COUNT).map(|k| 3.0 + 0.025 * k as f64)
 }
 
-fn delays(opened: &Opened) -> Delays {
+/// What came of the readings, and the delay of each.
+struct Found {
+    measurands: Vec<Summary>,
+    readings: Vec<ReadingDelay>,
+}
+
+fn delays(opened: &Opened) -> Found {
     let joint = calibrate(opened.problem.clone(), &Options::default()).unwrap();
-    delays_of(&opened.problem, &joint, 0).1
+    let mut readings = Vec::new();
+    let Ok((_, delays)) = each_delay_of(&opened.problem, &joint, 0, &mut |reading| {
+        readings.push(reading.clone());
+        Ok::<_, Infallible>(())
+    });
+    Found { measurands: delays.measurands, readings }
 }
 
 /// Every delay that was solved is the true one to `tolerance` (s).
 #[track_caller]
-fn are_true(delays: &Delays, tolerance: f64) {
+fn are_true(delays: &Found, tolerance: f64) {
     for summary in &delays.measurands {
         assert!(summary.solved > COUNT / 2, "{summary:?}");
     }

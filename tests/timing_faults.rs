@@ -141,7 +141,7 @@ fn captures_that_make_no_sense() {
     );
     assert_eq!(
         of(LINE, format!("{SERIAL}1,1.11,0,10,1\n1.1,1.12,1,10,1\n")),
-        "fast.csv:2:3 the reply comes after the next request | requests and replies alternate: is a capture missing?"
+        "fast.csv:3:1 this request comes before the reply to the one before | requests and replies alternate: is a capture missing?"
     );
     let beside = |captures: &str| {
         let files = [("fast.csv", "distance [m]\n1\n1\n"), ("latch.csv", captures)];

@@ -134,7 +134,8 @@ impl Loader<'_> {
             dimension: input.unit.dimension,
             example: input.unit.symbol.clone(),
         };
-        let table = self.table(&name, &[want(&input.name), want(CORRECTION)])?;
+        let mut table = self.table(&name, &[want(&input.name), want(CORRECTION)])?;
+        self.more(&name, &mut table, usize::MAX)?;
         let (Some(at), Some(by)) = (table.column(&input.name), table.column(CORRECTION)) else {
             let message = format!("`{}` lacks a column", name.text);
             let help = format!(

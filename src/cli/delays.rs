@@ -1,5 +1,8 @@
 //! `homepoint delays`: each reading solved for its own delay.
 
+use std::convert::Infallible;
+use std::io::Write;
+
 use clap::Args;
 use serde_json::json;
 
@@ -7,9 +10,10 @@ use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate, unsound};
 use super::{Failure, load, output};
 use crate::estimate::budget::budgets;
-use crate::estimate::systematic;
+use crate::estimate::newton::ReadingDelay;
+use crate::estimate::systematic::Widening;
 use crate::estimate::transformation::Transformation;
-use crate::report;
+use crate::report::{self, table};
 
 #[derive(Debug, Args)]
 pub(super) struct DelaysCommand {
@@ -33,14 +37,40 @@ impl DelaysCommand {
         for part in 0..calibration.problem.parts.len() {
             let campaign = &loaded.campaigns[part];
             let taken = Transformation::of(&loaded.problem, &calibration, part);
-            let mut delays = taken.delays(part, None);
-            systematic::widen(&calibration.problem, part, &taken.fit().fit.point, &mut delays);
+            let data = &calibration.problem.parts[part];
+            let mut widening = Widening::new(&calibration.problem, part, &taken.fit().fit.point);
+            let mut delays = match &self.common.out {
+                None => {
+                    let see = &mut |reading: &ReadingDelay| {
+                        widening.see(reading);
+                        Ok::<_, Infallible>(())
+                    };
+                    let Ok(delays) = taken.delays(part, None, see);
+                    delays
+                }
+                Some(folder) => {
+                    let name = match loaded.labels.len() {
+                        1 => "delays.csv".to_owned(),
+                        _ => {
+                            format!("delays_{}.csv", loaded.labels[part].replace(['/', '\\'], "_"))
+                        }
+                    };
+                    output::written(&folder.join(name), |file| {
+                        file.write_all(table::DELAYS.as_bytes())?;
+                        let row = &mut |reading: &ReadingDelay| {
+                            table::delay(data, &widening.see(reading), file)
+                        };
+                        taken.delays(part, None, row)
+                    })?
+                }
+            };
+            widening.widen(&mut delays);
             text.push_str(&report::text::delays(&loaded.titles[part], &taken.from(), &delays));
             text.push_str(&report::timing::text(campaign));
             let mut value = report::json::delays(&delays.measurands);
             load::merge(&mut value, json!({ "transformation": taken.from().word() }));
             if self.budget {
-                let budgets = budgets(&taken, part, campaign, &delays);
+                let budgets = budgets(&taken, part, campaign);
                 text.push_str(&report::budget::text(&budgets));
                 for budget in &budgets {
                     let one = json!({ "budget": report::budget::json(budget) });
@@ -48,14 +78,6 @@ impl DelaysCommand {
                 }
             }
             load::put(&mut whole, &loaded.labels[part], loaded.labels.len(), value);
-            if let Some(folder) = &self.common.out {
-                let name = match loaded.labels.len() {
-                    1 => "delays.csv".to_owned(),
-                    _ => format!("delays_{}.csv", loaded.labels[part].replace(['/', '\\'], "_")),
-                };
-                let table = report::table::delays(&calibration.problem, part, &delays);
-                output::file(&folder.join(name), &table)?;
-            }
         }
         match self.common.format {
             Format::Json => output::json(&whole),

@@ -7,6 +7,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::campaign::Samples;
 use crate::engine::problem::Part;
 use crate::estimate::newton::{ReadingDelay, State};
 
@@ -31,43 +32,89 @@ pub struct BlindRange {
     pub readings: usize,
 }
 
-/// The blind ranges of one measurand's readings, setup by setup; none for a model without arm angle.
-pub fn ranges(part: &Part, readings: &[ReadingDelay], measurand: usize) -> Vec<BlindRange> {
-    let inputs = &part.system.assembly.names.inputs;
-    let Some(input) = inputs.iter().position(|input| input.name == ARM_ANGLE) else {
-        return Vec::new();
-    };
-    let mut found = Vec::new();
-    for (setup, name) in part.setups.iter().enumerate() {
-        let own = readings
-            .iter()
-            .filter(|one| one.measurand == measurand && part.runs[one.run].setup == setup);
-        let mut seen: Vec<(f64, bool)> = own
-            .map(|reading| {
-                let samples = part.runs[reading.run].held();
-                let time = samples.time[reading.sample];
-                let angle: f64 = samples.inputs[input].at(reading.sample, time, 0.0, 0);
-                (angle.rem_euclid(TAU), reading.state == State::Blind)
-            })
-            .filter(|(angle, _)| angle.is_finite())
-            .collect();
-        seen.sort_by(|a, b| a.0.total_cmp(&b.0));
-        found.extend(of_sorted(&seen).into_iter().map(|(from, to, readings)| BlindRange {
-            setup: name.clone(),
-            from,
-            to,
-            readings,
-        }));
-    }
-    found
+/// Classes of arm angle (a turn has so many) in which readings are put together; fewer readings than
+/// that stay apart.
+const CLASSES: usize = 7200;
+
+/// Where a measurand was blind and where not, setup by setup; memory does not grow with readings.
+#[derive(Debug)]
+pub(crate) struct Sight {
+    /// The arm's angle among the inputs, if the model has one.
+    input: Option<usize>,
+    /// For each setup and class, blind readings and the others.
+    classes: Vec<Vec<[Class; 2]>>,
+    scratch: Samples,
 }
 
+#[derive(Clone, Copy, Debug, Default)]
+struct Class {
+    count: usize,
+    /// Sum of their angles (rad).
+    sum: f64,
+}
+
+impl Sight {
+    pub(crate) fn new(part: &Part) -> Self {
+        let inputs = &part.system.assembly.names.inputs;
+        let input = inputs.iter().position(|input| input.name == ARM_ANGLE);
+        let count = if input.is_some() { CLASSES } else { 0 };
+        let classes = vec![vec![[Class::default(); 2]; count]; part.setups.len()];
+        Self { input, classes, scratch: Samples::default() }
+    }
+
+    /// Takes readings of a run, in their order.
+    pub(crate) fn see(&mut self, part: &Part, run: usize, readings: &[ReadingDelay]) {
+        let (Some(input), [first, .., last]) = (self.input, readings) else { return };
+        let run = &part.runs[run];
+        let stretch = run.record.stretch(first.sample..last.sample + 1, &mut self.scratch);
+        for reading in readings {
+            let at = stretch.start + reading.sample - stretch.first;
+            let angle: f64 = stretch.samples.inputs[input].at(at, reading.time, 0.0, 0);
+            let angle = angle.rem_euclid(TAU);
+            if !angle.is_finite() {
+                continue;
+            }
+            let class = ((angle / TAU * CLASSES as f64) as usize).min(CLASSES - 1);
+            let blind = usize::from(reading.state == State::Blind);
+            let class = &mut self.classes[run.setup][class][blind];
+            class.count += 1;
+            class.sum += angle;
+        }
+    }
+
+    /// The blind ranges; none for a model without arm angle.
+    pub(crate) fn ranges(&self, part: &Part) -> Vec<BlindRange> {
+        let mut found = Vec::new();
+        for (setup, classes) in part.setups.iter().zip(&self.classes) {
+            let mut seen: Vec<Seen> = classes
+                .iter()
+                .flat_map(|class| class.iter().zip([false, true]))
+                .filter(|(class, _)| class.count > 0)
+                .map(|(class, blind)| (class.sum / class.count as f64, blind, class.count))
+                .collect();
+            seen.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let ranges = of_sorted(&seen).into_iter();
+            found.extend(ranges.map(|(from, to, readings)| BlindRange {
+                setup: setup.clone(),
+                from,
+                to,
+                readings,
+            }));
+        }
+        found
+    }
+}
+
+/// An angle, whether it is blind, and how many readings say so.
+type Seen = (f64, bool, usize);
+
 /// Ranges of blind ones among angles in order on the circle, as start, end and number.
-fn of_sorted(seen: &[(f64, bool)]) -> Vec<(f64, f64, usize)> {
+fn of_sorted(seen: &[Seen]) -> Vec<(f64, f64, usize)> {
     let count = seen.len();
     // Begin after one that sees, so that no range is cut at zero.
-    let Some(begin) = seen.iter().position(|(_, blind)| !blind) else {
-        return if count == 0 { Vec::new() } else { vec![(0.0, TAU, count)] };
+    let Some(begin) = seen.iter().position(|(_, blind, _)| !blind) else {
+        let all = seen.iter().map(|(_, _, readings)| readings).sum();
+        return if count == 0 { Vec::new() } else { vec![(0.0, TAU, all)] };
     };
     let at = |k: usize| {
         let index = begin + k;
@@ -88,9 +135,10 @@ fn of_sorted(seen: &[(f64, bool)]) -> Vec<(f64, f64, usize)> {
         }
         let from = halfway(at(first - 1), at(first), at(first));
         let to = halfway(at(k - 1), at(k), at(k - 1));
+        let readings: usize = (first..k).map(|k| seen[(begin + k) % count].2).sum();
         match ranges.last_mut() {
-            Some(last) if from - last.1 < CLOSE => *last = (last.0, to, last.2 + k - first),
-            _ => ranges.push((from, to, k - first)),
+            Some(last) if from - last.1 < CLOSE => *last = (last.0, to, last.2 + readings),
+            _ => ranges.push((from, to, readings)),
         }
     }
     let turned = |(from, to, count): (f64, f64, usize)| {
@@ -107,7 +155,7 @@ mod tests {
     const D: f64 = TAU / 360.0;
 
     fn of(blind: impl Fn(usize) -> bool, step: usize) -> Vec<(i64, i64, usize)> {
-        let seen: Vec<_> = (0..360).step_by(step).map(|d| (d as f64 * D, blind(d))).collect();
+        let seen: Vec<_> = (0..360).step_by(step).map(|d| (d as f64 * D, blind(d), 1)).collect();
         let whole = |angle: f64| (10.0 * angle / D).round() as i64;
         of_sorted(&seen).into_iter().map(|(a, b, n)| (whole(a), whole(b), n)).collect()
     }
@@ -129,8 +177,9 @@ mod tests {
         assert_eq!(of(|d| (90..95).contains(&d) || d == 97, 1), [(895, 945, 5), (965, 975, 1)]);
         let half = of(|d| d == 90 || d == 91, 1);
         assert_eq!(half, [(895, 915, 2)]);
-        let seen: Vec<_> =
-            (0..720).map(|d| (d as f64 * 0.5 * D, (180..190).contains(&d) && d != 185)).collect();
+        let seen: Vec<_> = (0..720)
+            .map(|d| (d as f64 * 0.5 * D, (180..190).contains(&d) && d != 185, 1))
+            .collect();
         assert_eq!(of_sorted(&seen).len(), 1);
     }
 

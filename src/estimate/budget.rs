@@ -15,17 +15,21 @@
 //! those of the delays. The random part of a mean shrinks with the number of readings, the common
 //! part does not. Degrees of freedom are those that certificates state.
 
+use std::convert::Infallible;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::campaign::load::Campaign;
 use crate::campaign::timing::chain::Link;
 use crate::campaign::timing::enter::EFFECT;
+use crate::engine::noise::active_randoms;
 use crate::engine::problem::Problem;
 use crate::estimate::coverage::Combined;
-use crate::estimate::delays::{Delays, median};
-use crate::estimate::differences;
+use crate::estimate::delays::Delays;
+use crate::estimate::differences::{Differences, boundary};
+use crate::estimate::median::Median;
 use crate::estimate::newton::{ReadingDelay, State};
-use crate::estimate::systematic::{self, Sensitivities};
+use crate::estimate::systematic::{Sensitivities, Systematic, Widening};
 use crate::estimate::transformation::Transformation;
 
 /// One line of a budget.
@@ -58,12 +62,12 @@ pub struct Budget {
     /// The mean.
     pub mean: Combined,
     /// The seed's way beside the exact one.
-    pub differences: Option<Differences>,
+    pub differences: Option<BothWays>,
 }
 
 /// Both ways to the expanded uncertainty of one reading's delay, k = 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Differences {
+pub struct BothWays {
     /// The boundary value (SI).
     pub boundary: f64,
     /// Median by differences over 1 ms (s), over the solved readings.
@@ -78,42 +82,112 @@ pub struct Differences {
     pub worst_ratio: f64,
 }
 
-/// The budgets of one campaign's delays. `delays` are those of `transformation`.
+/// The budgets of one campaign's delays.
 pub fn budgets(
     transformation: &Transformation<'_>,
     part: usize,
     campaign: &Campaign,
-    delays: &Delays,
 ) -> Vec<Budget> {
-    let common = common_parts(transformation, part);
     let problem = transformation.problem();
-    let names = &problem.parts[part].system.assembly.names.measurands;
-    let mut all = Vec::new();
-    for (measurand, declared) in names.iter().enumerate() {
-        let is_solved =
-            |one: &&ReadingDelay| one.measurand == measurand && one.state == State::Solved;
-        let readings: Vec<&ReadingDelay> = delays.readings.iter().filter(is_solved).collect();
-        if readings.is_empty() {
-            continue;
+    let data = &problem.parts[part];
+    let point = &transformation.fit().fit.point;
+    let names = &data.system.assembly.names.measurands;
+    let active = active_randoms(data);
+    let boundaries: Vec<Option<f64>> =
+        names.iter().map(|one| boundary(transformation.fit(), &one.name)).collect();
+    let mut sums = vec![Sums::new(active.len() + 1); names.len()];
+    let mut sensitivities = Sensitivities::new(problem, part, point);
+    let mut widening = Widening::new(problem, part, point);
+    let mut table = Differences::new(problem, part, point);
+    let Ok(_) = transformation.delays(part, None, &mut |reading| {
+        if reading.state == State::Solved {
+            let measurand = reading.measurand;
+            let (factor, slopes) = sensitivities.of(reading, &active);
+            let own = std::iter::once(data.sigma[measurand] * factor);
+            let shared = active.iter().zip(&slopes);
+            let shared = shared.map(|(k, slope)| data.random_sigma_in(reading.run, *k) * slope);
+            sums[measurand].see(reading, own.chain(shared));
+            let exact = widening.see(reading).expanded_uncertainty();
+            if let Some(boundary) = boundaries[measurand] {
+                sums[measurand].compare(table.expanded(boundary, reading), exact);
+            }
         }
-        let given = Given { transformation, part, campaign, measurand, readings: &readings };
-        let mut contributions = given.random();
-        contributions.extend(given.common(&common, &declared.name));
-        contributions.extend(given.calibration());
+        Ok::<_, Infallible>(())
+    });
+    let common = common_parts(transformation, part);
+    let given = Given { problem, part, campaign, active: &active };
+    let seen = sums.iter().enumerate().filter(|(_, sums)| sums.count > 0.0);
+    seen.map(|(measurand, sums)| {
+        let mut contributions = given.random(measurand, sums);
+        contributions.extend(given.common(measurand, &common, sums.count));
+        contributions.extend(given.calibration(&widening.parts(measurand)));
         contributions.retain(|one| one.reading > 0.0 || one.mean > 0.0);
         contributions.sort_by(|a, b| b.reading.total_cmp(&a.reading));
         let combined = |of: fn(&Contribution) -> f64| {
             Combined::of(contributions.iter().map(|one| (of(one), one.degrees_of_freedom)))
         };
-        all.push(Budget {
-            measurand: declared.name.clone(),
+        Budget {
+            measurand: names[measurand].name.clone(),
             reading: combined(|one| one.reading),
             mean: combined(|one| one.mean),
-            differences: given.differences(&declared.name),
+            differences: boundaries[measurand].and_then(|boundary| sums.both_ways(boundary)),
             contributions,
-        });
+        }
+    })
+    .collect()
+}
+
+/// Sums over the solved readings of one measurand.
+#[derive(Clone, Debug)]
+struct Sums {
+    count: f64,
+    weights: f64,
+    /// For the reading itself and each active random, `Σ u²` and `Σ w² u²`.
+    squares: Vec<(f64, f64)>,
+    /// By differences and exactly: medians and smallest.
+    table: (Median, f64),
+    exact: (Median, f64),
+    worst_ratio: f64,
+}
+
+impl Sums {
+    fn new(parts: usize) -> Self {
+        let nothing = (Median::default(), f64::INFINITY);
+        let (table, exact) = (nothing.clone(), nothing);
+        let squares = vec![(0.0, 0.0); parts];
+        Self { count: 0.0, weights: 0.0, squares, table, exact, worst_ratio: 1.0 }
     }
-    all
+
+    /// Takes a reading; `parts` in the measurand's unit.
+    fn see(&mut self, reading: &ReadingDelay, parts: impl Iterator<Item = f64>) {
+        let weight = reading.random_at_reference.powi(-2);
+        self.count += 1.0;
+        self.weights += weight;
+        for (sum, sigma) in self.squares.iter_mut().zip(parts) {
+            let variance = (sigma / reading.slope).powi(2);
+            sum.0 += variance;
+            sum.1 += weight * weight * variance;
+        }
+    }
+
+    fn compare(&mut self, table: f64, exact: f64) {
+        for ((median, least), value) in [(&mut self.table, table), (&mut self.exact, exact)] {
+            median.see(value);
+            *least = least.min(value);
+        }
+        self.worst_ratio = self.worst_ratio.max(table / exact).max(exact / table);
+    }
+
+    fn both_ways(&self, boundary: f64) -> Option<BothWays> {
+        Some(BothWays {
+            boundary,
+            median: self.table.0.value()?,
+            smallest: self.table.1,
+            exact_median: self.exact.0.value()?,
+            exact_smallest: self.exact.1,
+            worst_ratio: self.worst_ratio,
+        })
+    }
 }
 
 /// The delays as if a part of the covariance were all of it.
@@ -122,6 +196,8 @@ struct CommonPart {
     name: String,
     degrees_of_freedom: Option<f64>,
     delays: Delays,
+    /// For each measurand the sum of its squares over the solved readings.
+    squares: Vec<f64>,
 }
 
 /// The covariance of the transformation's fit taken apart: prior knowledge, parameter by parameter, and
@@ -146,22 +222,23 @@ fn common_parts(transformation: &Transformation<'_>, part: usize) -> Vec<CommonP
             None => known.push((instance, own)),
         }
     }
-    let instances = &problem.layout.instances;
-    let mut parts: Vec<CommonPart> = known
-        .into_iter()
-        .map(|(instance, covariance)| CommonPart {
-            source: "parameter",
-            name: instances[instance].name.clone(),
-            degrees_of_freedom: instances[instance].setting.degrees_of_freedom,
-            delays: transformation.delays(part, Some(&covariance)),
-        })
-        .collect();
-    parts.push(CommonPart {
-        source: "transformation",
-        name: "transformation".into(),
-        degrees_of_freedom: None,
-        delays: transformation.delays(part, Some(&rest)),
-    });
+    let part_of = |source, name: String, degrees_of_freedom, covariance: &DMatrix<f64>| {
+        let mut squares = vec![0.0; problem.parts[part].slots().len()];
+        let Ok(delays) = transformation.delays(part, Some(covariance), &mut |reading| {
+            if reading.state == State::Solved {
+                squares[reading.measurand] += reading.common.powi(2);
+            }
+            Ok::<_, Infallible>(())
+        });
+        CommonPart { source, name, degrees_of_freedom, delays, squares }
+    };
+    let mut parts = Vec::with_capacity(known.len() + 1);
+    for (instance, covariance) in &known {
+        let instance = &problem.layout.instances[*instance];
+        let degrees = instance.setting.degrees_of_freedom;
+        parts.push(part_of("parameter", instance.name.clone(), degrees, covariance));
+    }
+    parts.push(part_of("transformation", "transformation".into(), None, &rest));
     parts
 }
 
@@ -176,13 +253,12 @@ fn instance_of(problem: &Problem, column: usize) -> usize {
     (0..layout.instances.len()).find(moves).unwrap_or(0)
 }
 
-/// The solved readings of one measurand, and what is known of their campaign.
+/// What is known of the campaign whose delays they are.
 struct Given<'a> {
-    transformation: &'a Transformation<'a>,
+    problem: &'a Problem,
     part: usize,
     campaign: &'a Campaign,
-    measurand: usize,
-    readings: &'a [&'a ReadingDelay],
+    active: &'a [usize],
 }
 
 /// A standard uncertainty as it is stated, to share out what became of it.
@@ -190,45 +266,22 @@ type Share = (&'static str, String, f64, Option<f64>);
 
 impl Given<'_> {
     /// What is new in every sample.
-    fn random(&self) -> Vec<Contribution> {
-        let data = &self.transformation.problem().parts[self.part];
-        let point = &self.transformation.fit().fit.point;
-        let active = crate::engine::noise::active_randoms(data);
-        let mut squares = vec![(0.0, 0.0); active.len() + 1];
-        let mut weights = 0.0;
-        let mut sensitivities = Sensitivities::new(self.transformation.problem(), self.part, point);
-        for reading in self.readings {
-            let (factor, slopes) = sensitivities.of(reading, &active);
-            let weight = reading.random_at_reference.powi(-2);
-            weights += weight;
-            let own = std::iter::once(data.sigma[self.measurand] * factor);
-            let shared = active
-                .iter()
-                .zip(&slopes)
-                .map(|(random, slope)| data.random_sigma_in(reading.run, *random) * slope);
-            for (sum, sigma) in squares.iter_mut().zip(own.chain(shared)) {
-                let variance = (sigma / reading.slope).powi(2);
-                sum.0 += variance;
-                sum.1 += weight * weight * variance;
-            }
-        }
-        let count = self.readings.len() as f64;
-        let degrees =
-            self.campaign.measurand_degrees_of_freedom.get(self.measurand).copied().flatten();
+    fn random(&self, measurand: usize, sums: &Sums) -> Vec<Contribution> {
+        let degrees = self.campaign.measurand_degrees_of_freedom.get(measurand).copied().flatten();
         let shares = std::iter::once(vec![("reading", "reading".to_owned(), 1.0, degrees)])
-            .chain(active.iter().map(|random| self.shares_of_random(*random)));
+            .chain(self.active.iter().map(|random| self.shares_of_random(*random)));
+        let squares = sums.squares.iter().zip(shares);
         squares
-            .iter()
-            .zip(shares)
             .flat_map(|((single, mean), shares)| {
-                shared_out(shares, (single / count).sqrt(), mean.sqrt() / weights, false)
+                let mean = mean.sqrt() / sums.weights;
+                shared_out(shares, (single / sums.count).sqrt(), mean, false)
             })
             .collect()
     }
 
     /// What a random quantity is made of.
     fn shares_of_random(&self, random: usize) -> Vec<Share> {
-        let system = &self.transformation.problem().parts[self.part].system;
+        let system = &self.problem.parts[self.part].system;
         let setting = &system.randoms[random];
         let inputs = &system.assembly.names.inputs;
         if let Some(input) = inputs.iter().position(|input| input.error == Some(random)) {
@@ -259,17 +312,14 @@ impl Given<'_> {
     }
 
     /// What the fit left open.
-    fn common(&self, parts: &[CommonPart], measurand: &str) -> Vec<Contribution> {
+    fn common(&self, measurand: usize, parts: &[CommonPart], count: f64) -> Vec<Contribution> {
+        let name = &self.problem.parts[self.part].system.assembly.names.measurands[measurand].name;
         let mut found = Vec::new();
         for part in parts {
-            let own =
-                |one: &&ReadingDelay| one.measurand == self.measurand && one.state == State::Solved;
-            let readings = part.delays.readings.iter().filter(own);
-            let square: f64 = readings.map(|reading| reading.common.powi(2)).sum();
             let mut summaries = part.delays.measurands.iter();
-            let summary = summaries.find(|summary| summary.measurand == measurand);
+            let summary = summaries.find(|summary| summary.measurand == *name);
             let mean = summary.and_then(|summary| summary.common).unwrap_or(0.0);
-            let single = (square / self.readings.len() as f64).sqrt();
+            let single = (part.squares[measurand] / count).sqrt();
             let is_timing = part.name.split('.').next() == Some(EFFECT);
             let shares = self.chain(is_timing, true).unwrap_or_else(|| {
                 vec![(part.source, part.name.clone(), 1.0, part.degrees_of_freedom)]
@@ -280,48 +330,21 @@ impl Given<'_> {
     }
 
     /// What calibration leaves open.
-    fn calibration(&self) -> Vec<Contribution> {
-        let problem = self.transformation.problem();
-        let point = &self.transformation.fit().fit.point;
-        let inputs = &problem.parts[self.part].system.assembly.names.inputs;
-        systematic::of_measurand(problem, self.part, point, self.readings)
-            .into_iter()
-            .map(|one| {
-                let name = &inputs[one.input].name;
-                let squares: f64 = one.readings.iter().map(|sigma| sigma * sigma).sum();
-                let spread = self.campaign.input_spread[one.input].calibration;
-                Contribution {
-                    source: source_of_input(name),
-                    name: format!("{name}.calibration"),
-                    is_common: true,
-                    reading: (squares / self.readings.len() as f64).sqrt(),
-                    mean: one.mean,
-                    degrees_of_freedom: spread.and_then(|spread| spread.degrees_of_freedom),
-                }
-            })
-            .collect()
-    }
-
-    /// The seed's way beside the exact one.
-    fn differences(&self, measurand: &str) -> Option<Differences> {
-        let fit = self.transformation.fit();
-        let boundary = differences::boundary(fit, measurand)?;
-        let problem = self.transformation.problem();
-        let point = &fit.fit.point;
-        let mut table = differences::expanded(problem, self.part, point, boundary, self.readings);
-        let mut exact: Vec<f64> =
-            self.readings.iter().map(|reading| reading.expanded_uncertainty()).collect();
-        let ratios = table.iter().zip(&exact).map(|(a, b)| (a / b).max(b / a));
-        let worst_ratio = ratios.fold(1.0, f64::max);
-        let (median_of, exact_median) = (median(&mut table)?, median(&mut exact)?);
-        Some(Differences {
-            boundary,
-            median: median_of,
-            smallest: *table.first()?,
-            exact_median,
-            exact_smallest: *exact.first()?,
-            worst_ratio,
-        })
+    fn calibration(&self, parts: &[Systematic]) -> Vec<Contribution> {
+        let inputs = &self.problem.parts[self.part].system.assembly.names.inputs;
+        let line = |one: &Systematic| {
+            let name = &inputs[one.input].name;
+            let spread = self.campaign.input_spread[one.input].calibration;
+            Contribution {
+                source: source_of_input(name),
+                name: format!("{name}.calibration"),
+                is_common: true,
+                reading: one.reading,
+                mean: one.mean,
+                degrees_of_freedom: spread.and_then(|spread| spread.degrees_of_freedom),
+            }
+        };
+        parts.iter().map(line).collect()
     }
 }
 

@@ -14,6 +14,7 @@ use crate::engine::point::Point;
 use crate::engine::problem::{Problem, SampleLeaves, wrapped};
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::newton::ReadingDelay;
+use crate::estimate::systematic::Nearby;
 use crate::graph::MeasurandKind;
 
 /// The step of the table (s).
@@ -26,41 +27,47 @@ pub fn boundary(transformation: &Calibration, measurand: &str) -> Option<f64> {
     (degrees > 0).then(|| rms * (transformation.readings as f64 / degrees as f64).sqrt())
 }
 
-/// Expanded uncertainties (s) of delays by differences, one for each of the readings.
-pub fn expanded(
-    problem: &Problem,
+/// Function values of readings, in whatever order they come.
+pub struct Differences<'a> {
+    problem: &'a Problem,
     part: usize,
-    point: &Point,
-    boundary: f64,
-    readings: &[&ReadingDelay],
-) -> Vec<f64> {
-    readings
-        .iter()
-        .map(|reading| 2.0 * boundary * STEP / function_value(problem, part, point, reading).abs())
-        .collect()
+    point: &'a Point,
+    nearby: Nearby,
+    workspace: Vec<f64>,
 }
 
-/// By how much the measurand changes in the millisecond that begins at a sample's reference time.
-fn function_value(problem: &Problem, part: usize, point: &Point, reading: &ReadingDelay) -> f64 {
-    let data = &problem.parts[part];
-    let mut parameters = problem.parameters::<f64>(part, reading.run, point);
-    let delay = data.system.assembly.names.measurands[reading.measurand].delay;
-    let randoms = vec![0.0; data.random_sigma.len()];
-    let mut workspace = Vec::new();
-    let mut at = |offset: f64| {
-        parameters[delay][0] = offset;
-        let leaves = SampleLeaves {
-            parameters: &parameters,
-            randoms: &randoms,
-            columns: data.columns(),
-            run: &data.runs[reading.run],
-            sample: reading.sample,
+impl<'a> Differences<'a> {
+    /// For the delays of one campaign at a point.
+    pub fn new(problem: &'a Problem, part: usize, point: &'a Point) -> Self {
+        Self { problem, part, point, nearby: Nearby::default(), workspace: Vec::new() }
+    }
+
+    /// Expanded uncertainty (s), k = 2, of the delay of a reading with this boundary value.
+    pub fn expanded(&mut self, boundary: f64, reading: &ReadingDelay) -> f64 {
+        2.0 * boundary * STEP / self.function_value(reading).abs()
+    }
+
+    /// By how much the measurand changes in the millisecond that begins at the reference time.
+    fn function_value(&mut self, reading: &ReadingDelay) -> f64 {
+        let data = &self.problem.parts[self.part];
+        let mut parameters = self.problem.parameters::<f64>(self.part, reading.run, self.point);
+        let delay = data.system.assembly.names.measurands[reading.measurand].delay;
+        let randoms = vec![0.0; data.random_sigma.len()];
+        let sample = self.nearby.sample(data, reading);
+        let mut at = |offset: f64| {
+            parameters[delay][0] = offset;
+            let leaves = SampleLeaves {
+                parameters: &parameters,
+                randoms: &randoms,
+                columns: data.columns(),
+                sample,
+            };
+            data.evaluate_one(reading.measurand, &leaves, &mut self.workspace)[0]
         };
-        data.evaluate_one(reading.measurand, &leaves, &mut workspace)[0]
-    };
-    let difference = at(STEP) - at(0.0);
-    match data.slots()[reading.measurand].kind {
-        MeasurandKind::Angle { period } => wrapped(difference, period),
-        _ => difference,
+        let difference = at(STEP) - at(0.0);
+        match data.slots()[reading.measurand].kind {
+            MeasurandKind::Angle { period } => wrapped(difference, period),
+            _ => difference,
+        }
     }
 }

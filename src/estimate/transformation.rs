@@ -4,6 +4,8 @@
 //! does not end up in the transformation (the seed's way carries it there). Where they alone do not
 //! determine everything, say one direction of one slow run, the joint fit of all runs is taken.
 
+use std::convert::Infallible;
+
 use nalgebra::DMatrix;
 
 use crate::campaign::Role;
@@ -11,7 +13,8 @@ use crate::campaign::record::Change;
 use crate::engine::Problem;
 use crate::estimate::batch::Options;
 use crate::estimate::calibrate::{Calibration, calibrate};
-use crate::estimate::delays::{Delays, delays};
+use crate::estimate::delays::{Delays, each};
+use crate::estimate::newton::{Given, ReadingDelay};
 
 /// Where the transformation is from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,27 +63,49 @@ impl<'a> Transformation<'a> {
         &self.joint.problem
     }
 
-    /// The delays of one campaign's readings, with the fit's own covariance or another.
-    pub fn delays(&self, part: usize, covariance: Option<&DMatrix<f64>>) -> Delays {
-        let (problem, fit) = (self.problem(), self.fit());
-        let covariance = covariance.unwrap_or(&fit.covariance);
-        let range = problem.parts[part].delay_range;
-        delays(problem, part, &wanted(problem, part), &fit.fit.point, covariance, range)
+    /// The delays of one campaign's readings, of its kinematic runs, or of all if it has no others; with
+    /// the fit's own covariance unless another is given. `visit` sees every reading once, see [`each`].
+    ///
+    /// # Errors
+    /// The first that `visit` gives; nothing more is solved then.
+    pub fn delays<E>(
+        &self,
+        part: usize,
+        covariance: Option<&DMatrix<f64>>,
+        visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
+    ) -> Result<Delays, E> {
+        let data = &self.problem().parts[part];
+        let kinematic: Vec<usize> =
+            (0..data.runs.len()).filter(|r| data.runs[*r].role == Role::Kinematic).collect();
+        let wanted = if kinematic.is_empty() { (0..data.runs.len()).collect() } else { kinematic };
+        let given = Given {
+            problem: self.problem(),
+            point: &self.fit().fit.point,
+            covariance: covariance.unwrap_or(&self.fit().covariance),
+            range: data.delay_range,
+        };
+        each(&given, part, &wanted, visit)
     }
 }
 
-/// The runs whose delays are looked for: the kinematic ones, or all if there are no others.
-fn wanted(problem: &Problem, part: usize) -> Vec<usize> {
-    let runs = &problem.parts[part].runs;
-    let kinematic: Vec<usize> =
-        (0..runs.len()).filter(|r| runs[*r].role == Role::Kinematic).collect();
-    if kinematic.is_empty() { (0..runs.len()).collect() } else { kinematic }
+/// The delays of one campaign's readings, see [`Transformation::delays`].
+pub fn delays_of(problem: &Problem, joint: &Calibration, part: usize) -> (From, Delays) {
+    let Ok(found) = each_delay_of(problem, joint, part, &mut |_| Ok::<_, Infallible>(()));
+    found
 }
 
-/// The delays of one campaign's readings: of its kinematic runs, or of all if it has no others.
-pub fn delays_of(problem: &Problem, joint: &Calibration, part: usize) -> (From, Delays) {
+/// The same; `visit` sees every reading once.
+///
+/// # Errors
+/// The first that `visit` gives; nothing more is solved then.
+pub fn each_delay_of<E>(
+    problem: &Problem,
+    joint: &Calibration,
+    part: usize,
+    visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
+) -> Result<(From, Delays), E> {
     let transformation = Transformation::of(problem, joint, part);
-    (transformation.from(), transformation.delays(part, None))
+    Ok((transformation.from(), transformation.delays(part, None, visit)?))
 }
 
 /// A fit of the reference runs alone, if every setup has some and they determine what they must.
