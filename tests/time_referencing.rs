@@ -15,10 +15,11 @@ use homepoint::campaign::write::write_campaign;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::{Point, simulate::simulate};
 use homepoint::estimate::batch::Options;
+use homepoint::estimate::budget::budgets;
 use homepoint::estimate::calibrate::calibrate;
 use homepoint::estimate::delays::Summary;
 use homepoint::estimate::newton::ReadingDelay;
-use homepoint::estimate::transformation::each_delay_of;
+use homepoint::estimate::transformation::{Transformation, delays_of, each_delay_of};
 
 #[path = "problems/seed.rs"]
 mod seed;
@@ -298,4 +299,70 @@ fn the_lag_of_both_gates() {
     assert!((lag.value - (50e-9 - 3e-6)).abs() < 1e-15);
     let variance = 1e-14 / 12.0 + 0.25e-12 + 2.0 * 1e-12 / 12.0;
     assert!((lag.spread.sigma.powi(2) - variance).abs() < 1e-6 * variance);
+}
+
+/// Block by block as at once: reference times, arm, replies, and what the delays' uncertainty is
+/// made of.
+#[test]
+fn a_run_may_be_longer_than_memory() {
+    let count = 20_000;
+    let before = 80.0 / 19200.0;
+    let mut captures = "request [s],reply [s],arm_angle [rad],arm_angle_rate [rad/s]\n".to_owned();
+    let mut data = format!("{READ}\n");
+    for k in 0..count {
+        let request = 3.0 + 0.025 * f64::from(k);
+        let start = request - before;
+        let reply = start + 12e-3 + 1e-6 * f64::from(k % 2);
+        writeln!(captures, "{start:?},{reply:?},{:?},{RATE:?}", RATE * start).unwrap();
+        writeln!(data, "{}", readings(request)).unwrap();
+    }
+    let inputs = "[inputs]\narm_angle = { resolution = \"0.36 arcsec\", calibration = { U = \"4.2 arcsec\", k = 2 } }\n";
+    let timing = "[timing]\nmethod = \"serial\"\nbaud = \"19200 Bd\"\nbits = 80\nedge = \"1 us\"\n";
+    let campaign = format!("{HEAD}{inputs}{timing}{RUN}timing = {{ captures = \"latch.csv\" }}\n");
+    let folder = Folder::new(
+        "long",
+        &[("campaign.toml", &campaign), ("fast.csv", &data), ("latch.csv", &captures)],
+    );
+    let answers = [0, 1_000_000_000].map(|memory| {
+        let mut request = Request::new([&folder.0]);
+        request.memory = Some(memory);
+        let opened = open(&request).unwrap();
+        let record = &opened.problem.parts[0].runs[0].record;
+        assert_eq!((record.is_spilled(), record.len()), (memory == 0, count as usize));
+        record.walk(|stretch| {
+            for sample in stretch.each() {
+                let request = 3.0 + 0.025 * sample.number as f64;
+                assert!((sample.time() - request).abs() < 1e-12 * request);
+                let arm: f64 = sample.samples.inputs[0].at(sample.at, 0.0, 0.0, 0);
+                assert!((arm - RATE * request).abs() < 1e-11 * request);
+            }
+        });
+        let reply = opened.campaigns[0].request_to_reply[0].clone();
+        let joint = calibrate(opened.problem.clone(), &Options::default()).unwrap();
+        let taken = Transformation::of(&opened.problem, &joint, 0);
+        let budgets = budgets(&taken, 0, &opened.campaigns[0]);
+        let blind = delays_of(&opened.problem, &joint, 0).1.measurands[1].blind_ranges.clone();
+        (reply, budgets, blind)
+    });
+    let [(reply, few, blind), (other_reply, many, other_blind)] = answers;
+    assert_eq!((&reply, &blind), (&other_reply, &other_blind));
+    assert!(!blind.is_empty());
+    assert_eq!(reply.count, count as usize);
+    assert!((reply.mean - 12.0005e-3).abs() < 1e-9);
+    for (few, many) in few.iter().zip(&many) {
+        assert_eq!(few.contributions, many.contributions);
+    }
+    // A capture too many, and one too few, long after the first block.
+    for (rows, expected) in
+        [(count + 1, "this reading has no capture"), (count - 1, "this capture has no reading")]
+    {
+        let mut data = format!("{READ}\n");
+        for _ in 0..rows {
+            data.push_str("1,1,1\n");
+        }
+        fs::write(folder.0.join("fast.csv"), data).unwrap();
+        let faults = open(&Request::new([&folder.0])).unwrap_err();
+        assert_eq!(faults.0[0].message, expected);
+        assert_eq!(faults.0[0].place.as_ref().unwrap().line, count.min(rows) as usize + 2);
+    }
 }
