@@ -67,7 +67,9 @@ impl Corrections {
         if self.period == 0.0 && (next == 0 || next == count) {
             return (self.values[next.saturating_sub(1)], 0.0);
         }
-        let ((a, low), (b, high)) = (knot(next.saturating_sub(1)), knot(next));
+        // Rounding of whole turns may leave a value just below the first row.
+        let next = next.max(1);
+        let ((a, low), (b, high)) = (knot(next - 1), knot(next));
         let slope = (high - low) / (b - a);
         (low + slope * (inside - a), slope)
     }
@@ -198,6 +200,18 @@ mod tests {
             let expected = 0.2 / (TAU - 3.0);
             assert!((slope - expected).abs() < 1e-12 && (value + 0.1 - expected).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn whole_turns_from_the_first_row_are_the_first_row() {
+        let corrections =
+            Corrections { positions: vec![0.1, 2.0], values: vec![0.3, 0.7], period: TAU };
+        for turns in -200..200 {
+            let (value, _) = corrections.at(0.1 + f64::from(turns) * TAU);
+            assert!((value - 0.3).abs() < 1e-12, "{turns}: {value}");
+        }
+        let one = Corrections { positions: vec![0.1], values: vec![0.3], period: TAU };
+        assert_eq!(one.at(5.0), (0.3, 0.0));
     }
 
     #[test]
