@@ -212,11 +212,6 @@ impl Loader<'_> {
 
     /// Opens a table.
     fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
-        if name.text.ends_with(".parquet") {
-            let help = "write the table as CSV (plain or .gz)";
-            self.reader.fault(name.span, "this program was built without Parquet", help);
-            return None;
-        }
         let table = Table::open(&self.folder.join(&name.text), wanted, self.skip_bad_rows);
         self.told(name, table)
     }
