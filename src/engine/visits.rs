@@ -60,7 +60,7 @@ impl Problem {
             self.present(part, chunk, &mut weights);
             workspace.load(code, chunk, &weights);
             for group in 0..code.group_count() {
-                workspace.compute(code, group, chunk);
+                workspace.compute(code, group, chunk.inputs());
                 for (number, row) in program.rows_of(group) {
                     visit(&ChunkRows {
                         stretch: chunk.stretch(),

@@ -174,7 +174,7 @@ impl<'a> Maker<'a> {
     fn chunk(&mut self, chunk: &Chunk<'_>, all: &mut Vec<Lanes>) {
         let Self { part, program, .. } = *self;
         self.workspace.load(&program.code, chunk, &[]);
-        self.workspace.compute(&program.code, 0, chunk);
+        self.workspace.compute(&program.code, 0, chunk.inputs());
         let outputs = self.workspace.outputs(&program.code, 0);
         let deviation = |measurand: usize| {
             let sigma = part.sigma[measurand];

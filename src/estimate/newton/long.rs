@@ -7,9 +7,8 @@
 use std::convert::Infallible;
 use std::ops::Range;
 
-use nalgebra::DVector;
-
-use super::{Given, ReadingDelay, RunDelays, Solver};
+use super::solver::Solver;
+use super::{Given, RunDelays};
 use crate::campaign::run::Samples;
 use crate::engine::blocks::in_waves;
 use crate::engine::lanes::Chunk;
@@ -42,13 +41,10 @@ pub fn each_delay<E>(
     let blocks: Vec<(usize, Range<usize>)> = runs.iter().flat_map(ranges).collect();
     let mut best = vec![f64::INFINITY; data.runs.len()];
     let look = |scratch: &mut Samples, (run, range): &(usize, Range<usize>)| {
-        let mut solver = Solver::new(given, part, *run, measurand);
+        let mut solver = Solver::new(given, [part, *run, measurand], 0);
         let stretch = data.runs[*run].record.stretch(range.clone(), scratch);
-        for chunk in Chunk::all(stretch, data.columns()) {
-            let (present, at_reference) = solver.at_reference(&chunk);
-            solver.see(&present, &at_reference);
-        }
-        solver.best
+        Chunk::all(stretch, data.columns()).for_each(|chunk| solver.look(&chunk));
+        solver.best()
     };
     let all = 2 * blocks.iter().map(|(_, range)| range.len() as u64).sum::<u64>();
     let mut done = 0;
@@ -62,15 +58,14 @@ pub fn each_delay<E>(
         Ok::<_, Infallible>(())
     });
     let solve = |scratch: &mut Samples, (run, range): &(usize, Range<usize>)| {
-        let mut solver = Solver::new(given, part, *run, measurand);
-        solver.best = best[*run];
+        let mut solver = Solver::new(given, [part, *run, measurand], range.len());
+        solver.know(best[*run]);
         let stretch = data.runs[*run].record.stretch(range.clone(), scratch);
-        let mut readings: Vec<ReadingDelay> = Vec::with_capacity(stretch.len);
-        let mut weighted = DVector::zeros(solver.program.directions.len());
-        for chunk in Chunk::all(stretch, data.columns()) {
-            weighted += DVector::from_vec(solver.chunk(&chunk, &mut readings));
-        }
-        RunDelays { readings, weighted_sensitivity: solver.by_columns(weighted.as_slice()) }
+        Chunk::all(stretch, data.columns()).for_each(|chunk| solver.next(&chunk));
+        solver.careful();
+        let touched = given.problem.layout.columns.touched_by(given.problem.run_index(part, *run));
+        let weighted_sensitivity = solver.weighted_sensitivity(touched.len());
+        RunDelays { readings: solver.readings(), weighted_sensitivity }
     };
     in_waves(&blocks, solve, |(run, range), found| {
         tell(range);
