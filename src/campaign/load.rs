@@ -100,8 +100,10 @@ pub struct Campaign {
     pub delay_range: f64,
     /// What the user should look at.
     pub warnings: Vec<Diagnostic>,
-    /// Rows left out.
+    /// Rows left out, of each file the first [`MOST_LISTED`](super::table::MOST_LISTED).
     pub skipped: Vec<Skipped>,
+    /// How many in all.
+    pub skipped_count: usize,
     /// Samples whose readings are not used.
     pub left_out: Vec<LeftOut>,
 }
@@ -136,6 +138,7 @@ impl CampaignFile {
             warnings: Vec::new(),
             warned: HashSet::new(),
             skipped: Vec::new(),
+            skipped_count: 0,
             left_out: Vec::new(),
             store,
             progress: options.progress.clone(),
@@ -173,6 +176,7 @@ impl CampaignFile {
             delay_range: loader.delay_range,
             warnings: loader.warnings,
             skipped: loader.skipped,
+            skipped_count: loader.skipped_count,
             left_out: loader.left_out,
         })
     }

@@ -75,6 +75,7 @@ pub(crate) struct Loader<'a> {
     pub(crate) warnings: Vec<Diagnostic>,
     pub(crate) warned: HashSet<String>,
     pub(crate) skipped: Vec<Skipped>,
+    pub(crate) skipped_count: usize,
     pub(crate) left_out: Vec<LeftOut>,
     pub(crate) store: &'a mut Store,
     pub(crate) progress: Progress,
@@ -106,7 +107,7 @@ impl Loader<'_> {
             .map(|name| {
                 let mut stream = self.table(name, &streamed)?;
                 self.more(name, &mut stream, usize::MAX)?;
-                self.skipped.append(&mut stream.skipped);
+                self.note_skipped(&mut stream);
                 Some(stream)
             })
             .collect();
@@ -125,7 +126,7 @@ impl Loader<'_> {
         }
         self.check_readings(data, &table);
         let record = self.rows(entry, data, &mut table, &inputs);
-        self.skipped.append(&mut table.skipped);
+        self.note_skipped(&mut table);
         record.filter(|_| self.reader.faults.len() == before)
     }
 
@@ -208,6 +209,11 @@ impl Loader<'_> {
             }
         }
         found
+    }
+
+    fn note_skipped(&mut self, table: &mut Table) {
+        self.skipped.append(&mut table.skipped);
+        self.skipped_count += table.skipped_count;
     }
 
     /// Opens a table.

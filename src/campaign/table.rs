@@ -15,6 +15,8 @@ use crate::campaign::parquet::Rows;
 use crate::campaign::row::Reader;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 
+/// How many rows that are left out of a file are listed; the rest is counted.
+pub const MOST_LISTED: usize = 10_000;
 /// How many faults are reported before reading stops.
 const MOST_FAULTS: usize = 20;
 
@@ -43,8 +45,10 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// Line (from 1) of each row at hand.
     pub lines: Vec<usize>,
-    /// Rows left out so far.
+    /// Rows left out so far, the first [`MOST_LISTED`] of them; and how many in all.
     pub skipped: Vec<Skipped>,
+    /// See [`Table::skipped`].
+    pub skipped_count: usize,
     source: Source,
     reader: Reader,
     /// Leave bad rows out.
@@ -128,6 +132,7 @@ impl Table {
             columns,
             lines: Vec::new(),
             skipped: Vec::new(),
+            skipped_count: 0,
             source,
             skip,
             faults: Vec::new(),
@@ -203,8 +208,11 @@ impl Table {
                     }
                 }
                 Err(mut found) if self.skip => {
-                    let reason = found.swap_remove(0).message;
-                    self.skipped.push(Skipped { file: self.file.clone(), row: number, reason });
+                    self.skipped_count += 1;
+                    if self.skipped.len() < MOST_LISTED {
+                        let reason = found.swap_remove(0).message;
+                        self.skipped.push(Skipped { file: self.file.clone(), row: number, reason });
+                    }
                 }
                 Err(found) => {
                     self.faults.extend(found);
@@ -224,7 +232,7 @@ impl Table {
         if let Some(last) = faults.last_mut() {
             last.help.push("--skip-bad-rows leaves such rows out".into());
         } else if self.count == 0 {
-            let message = match self.skipped.len() {
+            let message = match self.skipped_count {
                 0 => "the file has a header but no rows".to_owned(),
                 count => format!("all {count} rows of the file are bad"),
             };

@@ -133,7 +133,9 @@ fn without_effects(problem: &Problem) -> Problem {
             }
         }
     }
-    Problem::new(parts)
+    let mut alone = Problem::new(parts);
+    alone.progress = problem.progress.clone();
+    alone
 }
 
 /// What was put in, for a reader who wants to compare; no estimator reads it.

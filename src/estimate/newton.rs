@@ -7,21 +7,21 @@
 //! has the reading's part alone). Where `m'` vanishes the reading is *blind*. The lanes compute 128
 //! readings at a time.
 
+use std::convert::Infallible;
+
 use nalgebra::{DMatrix, DVector};
 
-use crate::campaign::{Sample, Samples};
-use crate::engine::lanes::{Chunk, LANES};
+use crate::campaign::record::Sample;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
-use crate::estimate::newton::solver::Solver;
 
 mod careful;
-mod long;
 mod quick;
+mod runs;
 mod solver;
 mod uncertainty;
 
-pub use long::each_delay;
+pub use runs::each_delay;
 
 /// A reading whose uncertainty exceeds the smallest of its run and measurand by this factor is blind.
 pub const BLIND_RATIO: f64 = 10.0;
@@ -113,35 +113,23 @@ pub struct Given<'a> {
     pub range: f64,
 }
 
-/// The delay of every reading of one measurand in one run, all in memory, a rotation left out (it
-/// has no single delay).
+/// The delay of every reading of one measurand in one run, all in memory; none of a rotation, which
+/// has no single delay.
 pub fn delays_of_run(given: &Given<'_>, part: usize, run: usize, measurand: usize) -> RunDelays {
     let problem = given.problem;
-    let data = &problem.parts[part];
     let touched = problem.layout.columns.touched_by(problem.run_index(part, run)).len();
-    if data.slots()[measurand].components != 1 {
-        return RunDelays { readings: Vec::new(), weighted_sensitivity: DVector::zeros(touched) };
-    }
-    let record = &data.runs[run].record;
-    let mut solver = Solver::new(given, [part, run, measurand], record.len());
-    record.walk(|stretch| {
-        Chunk::all(stretch, data.columns()).for_each(|chunk| solver.next(&chunk));
+    let mut all = RunDelays { readings: Vec::new(), weighted_sensitivity: DVector::zeros(touched) };
+    let Ok(()) = each_delay(given, part, &[run], measurand, |_, found| {
+        all.readings.extend(found.readings);
+        all.weighted_sensitivity += found.weighted_sensitivity;
+        Ok::<_, Infallible>(())
     });
-    solver.careful();
-    // Early chunks did not know yet how well the run sees its delays.
-    let mut scratch = Samples::default();
-    for number in solver.stale() {
-        let stretch = record.stretch(number * LANES..(number + 1) * LANES, &mut scratch);
-        Chunk::all(stretch, data.columns()).for_each(|chunk| solver.again(&chunk, number));
-    }
-    solver.careful();
-    let weighted_sensitivity = solver.weighted_sensitivity(touched);
-    RunDelays { readings: solver.readings(), weighted_sensitivity }
+    all
 }
 
 impl ReadingDelay {
-    /// A reading that has no delay yet.
-    fn unsolved(run: usize, sample: Sample<'_>, measurand: usize) -> Self {
+    /// A reading that has no delay, or none yet.
+    fn without_delay(run: usize, measurand: usize, sample: &Sample<'_>) -> Self {
         let nothing = f64::NAN;
         Self {
             run,
@@ -159,11 +147,12 @@ impl ReadingDelay {
         }
     }
 
-    /// The same, blind: without a delay.
-    fn blind(&self) -> Self {
+    /// Takes its delay away, for it is blind.
+    fn blind(&mut self) {
         let nothing = f64::NAN;
-        let (delay, slope, random, common) = (nothing, nothing, nothing, nothing);
-        Self { state: State::Blind, delay, slope, random, common, steps: 0, ..self.clone() }
+        self.state = State::Blind;
+        (self.delay, self.slope, self.random, self.common) = (nothing, nothing, nothing, nothing);
+        self.steps = 0;
     }
 
     /// Whether it sees its delay far worse than the best of its run, the random part of which is

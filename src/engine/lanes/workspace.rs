@@ -40,15 +40,15 @@ impl<'a> Chunk<'a> {
         })
     }
 
+    /// The inputs, as [`Workspace::compute`] wants them.
+    pub fn inputs(&self) -> &'a [Track] {
+        &self.samples.inputs
+    }
+
     /// Its samples as a stretch of their run.
     pub fn stretch(&self) -> Stretch<'a> {
         let Self { samples, start, first, len, .. } = *self;
         Stretch { samples, start, first, len }
-    }
-
-    /// The inputs, as [`Workspace::compute`] wants them.
-    pub fn inputs(&self) -> &'a [Track] {
-        &self.samples.inputs
     }
 
     /// A reading column's values.
