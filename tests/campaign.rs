@@ -716,3 +716,20 @@ fn of_very_many_bad_rows_all_are_counted_and_some_are_listed() {
     assert_eq!((campaign.skipped.len(), campaign.skipped_count), (10_000, 30_000));
     assert_eq!(campaign.runs[0].record.len(), 30_000);
 }
+
+#[test]
+fn a_column_may_be_an_inputs_rate_and_a_reading_at_once() {
+    let text = MODEL.replace(
+        "[measurands]",
+        "[measurands]\narm_angle_rate = { value = 'rate(arm_angle)', unit = \"deg/s\", sigma = \"1 deg/s\" }",
+    );
+    let model = Model::parse(Source::new("arm.toml", text)).unwrap();
+    let folder = Folder::new("both", &[("campaign.toml", CAMPAIGN), ("slow.csv", SLOW)]);
+    let campaign =
+        CampaignFile::read(&folder.0).unwrap().load(&model, &LoadOptions::default()).unwrap();
+    let samples = campaign.runs[0].held();
+    let Track::Captured { rate: Some(rate), .. } = &samples.inputs[0] else {
+        panic!("{:?}", samples.inputs[0]);
+    };
+    assert_eq!((rate, rate.len()), (&samples.readings[0], 3));
+}

@@ -150,9 +150,8 @@ impl Loader<'_> {
         while self.more(data, table, BLOCK)? {
             let count = table.lines.len();
             samples.rows.clone_from(&table.lines);
-            if !table.take(TIME, &mut samples.time) {
+            if !table.copy(TIME, &mut samples.time) {
                 samples.time.resize(count, 0.0);
-                samples.time.truncate(count);
             }
             let mut usable = vec![true; count];
             for (captured, track) in captured.iter_mut().zip(&mut samples.inputs) {

@@ -261,12 +261,13 @@ impl Table {
         self.columns.iter().find(|column| column.wanted.as_deref() == Some(wanted))
     }
 
-    /// Takes the values at hand of a wanted column, for a column of no use any more; whether the file
-    /// has it.
-    pub(crate) fn take(&mut self, wanted: &str, into: &mut Vec<f64>) -> bool {
-        let column =
-            self.columns.iter_mut().find(|column| column.wanted.as_deref() == Some(wanted));
-        column.map(|column| std::mem::swap(&mut column.values, into)).is_some()
+    /// Puts the values at hand of a wanted column in the place of what is there; whether the file has
+    /// it.
+    pub(crate) fn copy(&self, wanted: &str, into: &mut Vec<f64>) -> bool {
+        let values = self.values(wanted);
+        into.clear();
+        into.extend_from_slice(values.unwrap_or_default());
+        values.is_some()
     }
 
     /// Names of all columns, for messages.
