@@ -42,10 +42,18 @@ impl DelaysCommand {
                     output::written(&folder.join(name), |file| {
                         file.write_all(table::DELAYS.as_bytes())?;
                         let row = &mut |reading: &ReadingDelay| table::delay(data, reading, file);
-                        transformation::each_delay_of(&loaded.problem, &calibration, part, row)
+                        let found = transformation::each_delay_of(
+                            &loaded.problem,
+                            &calibration,
+                            part,
+                            row,
+                        )?;
+                        load::read_back(&loaded.problem)?;
+                        Ok(found)
                     })?
                 }
             };
+            load::trust(&loaded.problem)?;
             let (from, delays) = found;
             text.push_str(&report::text::delays(&loaded.titles[part], &from, &delays));
             let mut value = report::json::delays(&delays.measurands);
