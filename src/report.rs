@@ -2,13 +2,17 @@
 //!
 //! | file | answers |
 //! |---|---|
+//! | [`budget`] | uncertainty budgets of delays |
 //! | [`figure`] | a value with its standard uncertainty as people write it |
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
 //! | [`text`] | tables and sentences for the terminal |
+//! | [`timing`] | how reference times came about |
 //! | [`table`] | results reading by reading, as CSV |
 
+pub mod budget;
 pub mod figure;
 pub mod json;
 pub mod table;
 #[cfg(feature = "cli")]
 pub mod text;
+pub mod timing;

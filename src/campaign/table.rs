@@ -51,6 +51,8 @@ pub struct Table {
     pub skipped_count: usize,
     source: Source,
     reader: Reader,
+    /// Columns of the file; those behind were added to it.
+    width: usize,
     /// Leave bad rows out.
     skip: bool,
     faults: Vec<Diagnostic>,
@@ -129,6 +131,7 @@ impl Table {
             path: path.to_owned(),
             reader: Reader::new(file.clone(), &columns),
             file,
+            width: columns.len(),
             columns,
             lines: Vec::new(),
             skipped: Vec::new(),
@@ -187,13 +190,13 @@ impl Table {
                     let Some((number, line)) = next.map_err(TableError::Unreadable)? else {
                         return self.end();
                     };
-                    (number, self.reader.read(number, line, &self.columns))
+                    (number, self.reader.read(number, line, &self.columns[..self.width]))
                 }
                 #[cfg(feature = "parquet")]
                 Source::Parquet(rows) => {
                     let next = rows.next(&mut cells).map_err(TableError::Unreadable)?;
                     let Some(number) = next else { return self.end() };
-                    (number, self.reader.take(number, &cells, &self.columns))
+                    (number, self.reader.take(number, &cells, &self.columns[..self.width]))
                 }
             };
             match read {
@@ -270,9 +273,22 @@ impl Table {
         values.is_some()
     }
 
+    /// Adds a column that the file does not hold; the caller fills it, for the rows at hand.
+    pub(crate) fn add(&mut self, wanted: &str, like: &Column) {
+        let wanted = Some(wanted.to_owned());
+        self.columns.push(Column { wanted, values: Vec::new(), ..like.clone() });
+    }
+
+    /// The values at hand of a wanted column, to be changed.
+    pub(crate) fn values_mut(&mut self, wanted: &str) -> Option<&mut Vec<f64>> {
+        let is_it = |column: &&mut Column| column.wanted.as_deref() == Some(wanted);
+        self.columns.iter_mut().find(is_it).map(|column| &mut column.values)
+    }
+
     /// Names of all columns, for messages.
     pub fn names(&self) -> String {
-        let names: Vec<_> = self.columns.iter().map(|column| column.name.as_str()).collect();
+        let names: Vec<_> =
+            self.columns[..self.width].iter().map(|column| column.name.as_str()).collect();
         names.join(", ")
     }
 
