@@ -60,10 +60,13 @@ impl DelaysCommand {
                         let row = &mut |reading: &ReadingDelay| {
                             table::delay(data, &widening.see(reading), file)
                         };
-                        taken.delays(part, None, row)
+                        let found = taken.delays(part, None, row)?;
+                        load::read_back(&loaded.problem)?;
+                        Ok(found)
                     })?
                 }
             };
+            load::trust(&loaded.problem)?;
             widening.widen(&mut delays);
             text.push_str(&report::text::delays(&loaded.titles[part], &taken.from(), &delays));
             text.push_str(&report::timing::text(campaign));
