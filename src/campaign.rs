@@ -10,6 +10,7 @@
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
 //! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
 //! | [`plan`] | a run that is not measured yet |
+//! | [`specification`] | what the maker of the instrument promises to follow |
 //! | [`mod@write`] | a campaign of the same form, files whole or not at all |
 
 pub mod entries;
@@ -27,6 +28,7 @@ mod samples;
 pub mod signal;
 mod smoothing;
 mod spill;
+pub mod specification;
 pub mod spline;
 pub mod table;
 pub mod write;

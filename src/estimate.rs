@@ -3,6 +3,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`align`] | Horn's closed form: the transformation between two sets of points |
+//! | [`circle`] | the circle in space nearest to some points |
 //! | [`start`] | where a joint estimate begins |
 //! | [`checks`] | whether the set-up can be as stated |
 //! | [`arrow`] | the normal equations solved by their blocks |
@@ -16,20 +17,31 @@
 //! | [`newton`] | each reading's own delay |
 //! | [`delays`] | their means |
 //! | [`transformation`] | where delays take their transformation from |
+//! | [`deviations`] | planar, radial and tangential deviations of each run |
+//! | [`head`] | what the instrument's head must follow: rates, speeds, reversals |
+//! | [`bias`] | what the paper's transformation does to delays |
+//! | [`conditions`] | self-calibration: delays under changed conditions |
+//! | [`repeatability`] | whether several campaigns agree |
 //! | [`compare`] | both ways side by side |
 
 pub mod align;
 pub mod arrow;
 pub mod batch;
+pub mod bias;
 pub mod calibrate;
 pub mod checks;
 mod cholesky;
+pub mod circle;
 pub mod compare;
+pub mod conditions;
 pub mod conic;
 pub mod covariance;
 pub mod delays;
+pub mod deviations;
+pub mod head;
 pub mod newton;
 pub mod observability;
+pub mod repeatability;
 pub mod start;
 pub mod transformation;
 pub mod variance;

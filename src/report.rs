@@ -2,11 +2,15 @@
 //!
 //! | file | answers |
 //! |---|---|
+//! | [`conditions`] | transformations, their bias, self-calibration, agreement of campaigns |
+//! | [`deviations`] | deviations of runs, and what the head must follow |
 //! | [`figure`] | a value with its standard uncertainty as people write it |
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
 //! | [`text`] | tables and sentences for the terminal |
 //! | [`table`] | results reading by reading, as CSV |
 
+pub mod conditions;
+pub mod deviations;
 pub mod figure;
 pub mod json;
 pub mod table;

@@ -11,6 +11,7 @@ use crate::campaign::recorder::Store;
 use crate::campaign::run::{Run, Samples};
 use crate::campaign::samples::{InputSetting, Loader, missing, reading_columns};
 use crate::campaign::signal::Track;
+use crate::campaign::specification::Specification;
 use crate::campaign::spline::Smoothing;
 use crate::campaign::table::Skipped;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
@@ -88,6 +89,8 @@ pub struct Campaign {
     /// Standard uncertainty (SI) of one reading of each measurand of the model; 1 for one that the
     /// campaign neither states nor reads.
     pub measurand_sigma: Vec<f64>,
+    /// What the maker of the instrument promises to follow.
+    pub specification: Specification,
     /// Margin kept to the ends of streams (s).
     pub delay_range: f64,
     /// What the user should look at.
@@ -147,6 +150,7 @@ impl CampaignFile {
             inputs: self.inputs,
             input_sigma,
             measurand_sigma,
+            specification: self.specification,
             delay_range: loader.delay_range,
             warnings: loader.warnings,
             skipped: loader.skipped,
@@ -194,9 +198,10 @@ impl CampaignFile {
 
     fn measurand_sigmas(&self, model: &Model, loader: &mut Loader<'_>) -> Vec<f64> {
         let known: Vec<&str> = model.measurands.iter().map(|m| m.name.as_str()).collect();
-        for over in &self.measurands {
-            if !known.contains(&over.name.text.as_str()) {
-                loader.reader.unknown(over.name.span, "measurand", &over.name.text, &known);
+        let rates = self.specification.rates.iter().map(|(name, _)| name);
+        for name in self.measurands.iter().map(|over| &over.name).chain(rates) {
+            if !known.contains(&name.text.as_str()) {
+                loader.reader.unknown(name.span, "measurand", &name.text, &known);
             }
         }
         let mut sigmas = Vec::new();

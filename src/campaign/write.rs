@@ -196,6 +196,7 @@ pub fn write_campaign_toml(
     for (measurand, value) in model.measurands.iter().zip(&campaign.measurand_sigma) {
         line(format!("{} = {{ {} }}", measurand.name, sigma(&measurand.unit, *value)));
     }
+    campaign.specification.lines(quoted).into_iter().for_each(&mut line);
     for ((run, file), entry) in runs.iter().zip(files).zip(&campaign.entries) {
         line("\n[[runs]]".into());
         line(format!("name = {}", quoted(&run.name)));

@@ -1,21 +1,29 @@
-//! `homepoint delays`: each reading solved for its own delay.
+//! `homepoint delays`: each reading solved for its own delay, the means under changed conditions, and
+//! their agreement between campaigns.
 
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::arguments::{CampaignArguments, Format};
+use super::arguments::{CampaignArguments, Format, TransformationChoice};
 use super::calibrate::{estimate, unsound};
+use super::load::Loaded;
 use super::{Failure, load, output};
 use crate::engine::Problem;
+use crate::estimate::bias::bias;
 use crate::estimate::calibrate::Calibration;
+use crate::estimate::conditions::self_calibration;
 use crate::estimate::delays::Delays;
-use crate::estimate::transformation::{self, From};
+use crate::estimate::repeatability;
+use crate::estimate::transformation::{self, Choice, From, Transformation, transformation};
 use crate::report;
 
 #[derive(Debug, Args)]
 pub(super) struct DelaysCommand {
     #[command(flatten)]
     common: CampaignArguments,
+    /// Where the transformation is from
+    #[arg(long, value_enum, default_value_t)]
+    transformation: TransformationChoice,
 }
 
 /// The delays of one campaign, and where its transformation is from.
@@ -28,32 +36,89 @@ impl DelaysCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
-        let calibration = estimate(loaded.problem.clone())?;
-        if !calibration.is_sound() {
-            return unsound(&calibration, &loaded.about, self.common.format);
-        }
         let mut whole = json!({ "campaigns": loaded.about });
         let mut text = String::new();
-        for part in 0..calibration.problem.parts.len() {
-            let found = newton(&loaded.problem, &calibration, part)?;
-            text.push_str(&report::text::delays(&loaded.titles[part], &found.from, &found.delays));
-            let mut value = report::json::delays(&found.delays.measurands);
-            load::merge(&mut value, json!({ "transformation": found.from.word() }));
+        let given = given_transformation(&loaded, self.transformation, self.common.format)?;
+        let mut solved = Vec::new();
+        for (part, given) in given.iter().enumerate() {
+            let found = given.delays(part, &given.wanted(part));
+            text.push_str(&report::text::delays(&loaded.titles[part], &given.from, &found));
+            let mut value = report::json::delays(&found.measurands);
+            load::merge(&mut value, report::conditions::transformation_json(given));
+            text.push_str(&report::conditions::transformation_text(given, part));
+            if given.from == From::Paper {
+                let iterated = resolved(transformation(&loaded.problem, None, part, Choice::Iterated))?;
+                let list = bias(given, &iterated, part);
+                text.push_str(&report::conditions::bias_text(given, part, &list));
+                load::merge(&mut value, report::conditions::bias_json(given, part, &list));
+            }
+            let conditions = self_calibration(given, part);
+            text.push_str(&report::conditions::text(given, part, &conditions));
+            load::merge(&mut value, report::conditions::json(given, part, &conditions));
             load::put(&mut whole, &loaded.labels[part], loaded.labels.len(), value);
             if let Some(folder) = &self.common.out {
-                let name = match loaded.labels.len() {
-                    1 => "delays.csv".to_owned(),
-                    _ => format!("delays_{}.csv", loaded.labels[part].replace(['/', '\\'], "_")),
-                };
-                let table = report::table::delays(&calibration.problem, part, &found.delays);
+                let table = report::table::delays(&given.problem, part, &found);
+                let name = load::table_name("delays", &loaded.labels, part);
                 output::file(&folder.join(name), &table)?;
             }
+            solved.push(found);
+        }
+        let agreement = repeatability::of_campaigns(&given, &solved);
+        if !agreement.is_empty() {
+            text.push_str(&report::conditions::repeatability_text(&loaded.labels, &agreement));
+            let value = report::conditions::repeatability_json(&loaded.labels, &agreement);
+            load::merge(&mut whole, value);
         }
         match self.common.format {
             Format::Json => output::json(&whole),
             Format::Text => output::text(&text),
         }
     }
+}
+
+/// The transformation of each campaign, as asked for; where it needs the joint fit, that must be sound.
+pub(super) fn given_transformation(
+    loaded: &Loaded,
+    choice: TransformationChoice,
+    format: Format,
+) -> Result<Vec<Transformation>, Failure> {
+    let choice = Choice::from(choice);
+    let joint = match choice {
+        Choice::Best | Choice::Joint => Some(estimate(loaded.problem.clone())?),
+        Choice::Paper | Choice::Iterated => None,
+    };
+    if let Some(joint) = joint.as_ref().filter(|joint| !joint.is_sound()) {
+        unsound(joint, &loaded.about, format)?;
+    }
+    (0..loaded.problem.parts.len())
+        .map(|part| {
+            let found = transformation(&loaded.problem, joint.as_ref(), part, choice);
+            found.map_err(|why| not_there(&why, loaded, format))
+        })
+        .collect()
+}
+
+fn resolved<T>(found: Result<T, transformation::NoTransformation>) -> Result<T, Failure> {
+    found.map_err(|why| Failure::Could(why.to_string()))
+}
+
+/// Tells programs, too, why there is no transformation.
+fn not_there(
+    why: &transformation::NoTransformation,
+    loaded: &Loaded,
+    format: Format,
+) -> Failure {
+    if format == Format::Json {
+        let told: Value = json!({
+            "campaigns": loaded.about,
+            "measurands": {},
+            "unobservable": [{ "words": why.to_string(), "direction": {}, "remedy": "choose another --transformation" }],
+        });
+        if let Err(failure) = output::json(&told) {
+            return failure;
+        }
+    }
+    Failure::Could(why.to_string())
 }
 
 /// Takes the transformation from reference runs, else from the joint fit, and solves every reading.

@@ -37,6 +37,8 @@ pub struct Summary {
     pub random: Option<f64>,
     /// Median expanded uncertainty (k = 2) of a solved reading (s).
     pub median_expanded_uncertainty: Option<f64>,
+    /// Derivatives of the mean with respect to all columns.
+    pub sensitivity: DVector<f64>,
 }
 
 /// All readings of one campaign with their delays.
@@ -122,6 +124,7 @@ fn summarise(
         common: any.then_some(common),
         random: any.then_some(random),
         median_expanded_uncertainty: median(&mut expanded),
+        sensitivity: mean_sensitivity,
     }
 }
 

@@ -34,7 +34,7 @@ pub fn delays(problem: &Problem, part: usize, delays: &Delays) -> String {
 }
 
 /// A CSV cell, quoted where it must be.
-fn quoted(cell: &str) -> String {
+pub(crate) fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n']) {
         format!("\"{}\"", cell.replace('"', "\"\""))
     } else {
