@@ -14,7 +14,9 @@ use crate::estimate::calibrate::Calibration;
 use crate::estimate::conditions::self_calibration;
 use crate::estimate::delays::Delays;
 use crate::estimate::repeatability;
-use crate::estimate::transformation::{self, Choice, From, Transformation, transformation};
+use crate::estimate::transformation::{
+    self, Choice, From, NoTransformation, Transformation, transformation,
+};
 use crate::report;
 
 #[derive(Debug, Args)]
@@ -47,7 +49,8 @@ impl DelaysCommand {
             load::merge(&mut value, report::conditions::transformation_json(given));
             text.push_str(&report::conditions::transformation_text(given, part));
             if given.from == From::Paper {
-                let iterated = resolved(transformation(&loaded.problem, None, part, Choice::Iterated))?;
+                let iterated = given.iterated(&loaded.problem, part);
+                let iterated = iterated.map_err(|why| Failure::Could(why.to_string()))?;
                 let list = bias(given, &iterated, part);
                 text.push_str(&report::conditions::bias_text(given, part, &list));
                 load::merge(&mut value, report::conditions::bias_json(given, part, &list));
@@ -83,31 +86,20 @@ pub(super) fn given_transformation(
     format: Format,
 ) -> Result<Vec<Transformation>, Failure> {
     let choice = Choice::from(choice);
-    let joint = match choice {
-        Choice::Best | Choice::Joint => Some(estimate(loaded.problem.clone())?),
-        Choice::Paper | Choice::Iterated => None,
-    };
-    if let Some(joint) = joint.as_ref().filter(|joint| !joint.is_sound()) {
-        unsound(joint, &loaded.about, format)?;
+    let joint = estimate(loaded.problem.clone())?;
+    if !joint.is_sound() && matches!(choice, Choice::Best | Choice::Joint) {
+        unsound(&joint, &loaded.about, format)?;
     }
     (0..loaded.problem.parts.len())
         .map(|part| {
-            let found = transformation(&loaded.problem, joint.as_ref(), part, choice);
+            let found = transformation(&loaded.problem, Some(&joint), part, choice);
             found.map_err(|why| not_there(&why, loaded, format))
         })
         .collect()
 }
 
-fn resolved<T>(found: Result<T, transformation::NoTransformation>) -> Result<T, Failure> {
-    found.map_err(|why| Failure::Could(why.to_string()))
-}
-
 /// Tells programs, too, why there is no transformation.
-fn not_there(
-    why: &transformation::NoTransformation,
-    loaded: &Loaded,
-    format: Format,
-) -> Failure {
+fn not_there(why: &NoTransformation, loaded: &Loaded, format: Format) -> Failure {
     if format == Format::Json {
         let told: Value = json!({
             "campaigns": loaded.about,

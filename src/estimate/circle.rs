@@ -7,9 +7,7 @@
 //! the covariance `A⁻¹ (s_p² J_pᵀ J_p + s_r² J_rᵀ J_r) A⁻¹` with `A = J_pᵀ J_p + J_rᵀ J_r` takes
 //! each for white: where deviations follow the arm angle it is too small.
 
-use nalgebra::{
-    Matrix2x3, Matrix3, Matrix3x2, Matrix6, SMatrix, SymmetricEigen, Vector3, Vector6,
-};
+use nalgebra::{Matrix2x3, Matrix3, Matrix3x2, Matrix6, SMatrix, SymmetricEigen, Vector3, Vector6};
 
 /// Points count as lying on a line if their spread across it is below this part of that along it.
 const LINE: f64 = 1e-6;

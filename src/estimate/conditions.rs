@@ -156,8 +156,7 @@ pub fn self_calibration(given: &Transformation, part: usize) -> SelfCalibration 
         .collect();
     let mut whole = SelfCalibration::default();
     for name in &names {
-        let own: Vec<&Condition> =
-            conditions.iter().filter(|one| one.measurand == *name).collect();
+        let own: Vec<&Condition> = conditions.iter().filter(|one| one.measurand == *name).collect();
         whole.contrasts.extend(contrasts(&own, &given.covariance));
         whole.splits.extend(split(&own, &given.covariance));
     }
@@ -168,12 +167,11 @@ pub fn self_calibration(given: &Transformation, part: usize) -> SelfCalibration 
 /// How much more the readings of a run scatter than stated; at least 1.
 fn widening(solved: &Delays, summary: &Summary, measurand: usize) -> f64 {
     let Some(mean) = summary.mean else { return 1.0 };
-    let own =
-        solved.readings.iter().filter(|one| {
-            one.measurand == measurand && one.state == State::Solved
-        });
-    let squares: f64 =
-        own.map(|one| ((one.delay - mean) / one.random_at_reference).powi(2)).sum();
+    let own = solved
+        .readings
+        .iter()
+        .filter(|one| one.measurand == measurand && one.state == State::Solved);
+    let squares: f64 = own.map(|one| ((one.delay - mean) / one.random_at_reference).powi(2)).sum();
     (squares / summary.solved.saturating_sub(1).max(1) as f64).sqrt().max(1.0)
 }
 
@@ -241,8 +239,7 @@ fn split(own: &[&Condition], covariance: &DMatrix<f64>) -> Option<Split> {
 /// Covariance of the runs' means: what they share, and what is their own.
 fn joint_covariance(own: &[&Condition], covariance: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(own.len(), own.len(), |i, j| {
-        let shared =
-            (own[i].sensitivity.transpose() * covariance * &own[j].sensitivity)[(0, 0)];
+        let shared = (own[i].sensitivity.transpose() * covariance * &own[j].sensitivity)[(0, 0)];
         shared + if i == j { own[i].random.powi(2) } else { 0.0 }
     })
 }
@@ -276,7 +273,7 @@ impl SelfCalibration {
             let mut say = |text: &str| words.push(format!("`{measurand}` {text}"));
             match told[0] {
                 Some(true) => say(
-                    "changes with the sense of rotation: something turns with the arm, which belongs to the rig (homepoint, encoder, transformation)",
+                    "changes with the sense of rotation: something turns with the arm, which belongs to the rig (homepoint, encoder, runout, transformation)",
                 ),
                 Some(false) => say(
                     "stays when the arm turns the other way: its delay belongs to the instrument",
@@ -287,8 +284,12 @@ impl SelfCalibration {
             }
             if told[1] == Some(true) {
                 say(match told[0] {
-                    Some(true) => "changes with the rate, as an angle that turns with the arm does, too",
-                    _ => "changes with the rate: the instrument's delay depends on how fast it moves",
+                    Some(true) => {
+                        "changes with the rate, as an angle that turns with the arm does, too"
+                    }
+                    _ => {
+                        "changes with the rate: the instrument's delay depends on how fast it moves"
+                    }
                 });
             }
             match told[2] {

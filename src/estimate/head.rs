@@ -122,9 +122,8 @@ impl Motion<'_> {
 pub fn head(problem: &Problem, part: usize, run: usize, point: &Point, on_circle: bool) -> Head {
     let data = &problem.parts[part];
     let assembly = &data.system.assembly;
-    let is_angle = |m: &usize| {
-        matches!(assembly.names.measurands[*m].kind, MeasurandKind::Angle { .. })
-    };
+    let is_angle =
+        |m: &usize| matches!(assembly.names.measurands[*m].kind, MeasurandKind::Angle { .. });
     let angles: Vec<usize> = (0..assembly.measurands.len()).filter(is_angle).collect();
     let mut outputs: Vec<NodeId> =
         angles.iter().flat_map(|m| assembly.measurands[*m].value.nodes()).copied().collect();
@@ -204,8 +203,9 @@ fn reversals(motion: &Motion<'_>, angle: usize, rates: &[f64]) -> Option<Vec<Rev
             let count = group.len();
             // Angles of a group are near each other; 0 and 2π are, too.
             let first = group[0];
-            let mean = group.iter().map(|one| (one - first + TAU / 2.0).rem_euclid(TAU)).sum::<f64>()
-                / count as f64;
+            let mean =
+                group.iter().map(|one| (one - first + TAU / 2.0).rem_euclid(TAU)).sum::<f64>()
+                    / count as f64;
             let arm_angle = (first + mean - TAU / 2.0).rem_euclid(TAU);
             places.push(Reversal { arm_angle, count, grows_after: sense > 0.0 });
         }

@@ -58,8 +58,7 @@ pub fn repeatability(means: &DVector<f64>, covariance: &DMatrix<f64>) -> Option<
     let wide = covariance + DMatrix::identity(count, count) * between.powi(2);
     let (mean, spread, _) = least_squares(means, &wide, &ones)?;
     let middle = (count - 1) as f64 / 2.0;
-    let line =
-        DMatrix::from_fn(count, 2, |i, k| if k == 0 { 1.0 } else { i as f64 - middle });
+    let line = DMatrix::from_fn(count, 2, |i, k| if k == 0 { 1.0 } else { i as f64 - middle });
     let drift = if count > 2 { least_squares(means, &wide, &line) } else { None };
     let mut pairs = Vec::new();
     for i in 0..count {

@@ -113,7 +113,8 @@ pub enum NoTransformation {
     NotConverged,
 }
 
-/// The transformation asked for.
+/// The transformation asked for. The paper's way and its iteration take nothing but levels of noise from
+/// the joint fit, which slow runs may not show; it need not be sound for them.
 ///
 /// # Errors
 /// [`NoTransformation`], for the paper's way and its iteration.
@@ -124,11 +125,9 @@ pub fn transformation(
     choice: Choice,
 ) -> Result<Transformation, NoTransformation> {
     match (choice, joint) {
-        (Choice::Paper, _) => paper(problem, part, &[]).map(|mut one| {
-            one.from = From::Paper;
-            one
-        }),
-        (Choice::Iterated, _) => iterated(problem, part),
+        (Choice::Paper, _) => paper(problem, joint.map(|joint| &joint.problem), part, &[])
+            .map(|found| Transformation { from: From::Paper, ..found }),
+        (Choice::Iterated, _) => iterated(problem, joint.map(|joint| &joint.problem), part),
         (Choice::Best, Some(joint)) => Ok(reference(problem, joint, part)
             .unwrap_or_else(|| of_fit(From::JointFit, joint.problem.clone(), joint))),
         (_, Some(joint)) => Ok(of_fit(From::JointFit, joint.problem.clone(), joint)),
@@ -148,6 +147,14 @@ impl Transformation {
             });
         }
         found
+    }
+
+    /// The iterated transformation of the same campaign, with the levels of noise that this one has.
+    ///
+    /// # Errors
+    /// As for [`transformation`].
+    pub fn iterated(&self, problem: &Problem, part: usize) -> Result<Self, NoTransformation> {
+        iterated(problem, Some(&self.problem), part)
     }
 
     /// The runs of a campaign whose delays are wanted: its kinematic ones, or all if it has no others.
@@ -250,6 +257,7 @@ fn alone(problem: &Problem, part: usize) -> Option<Problem> {
 /// The reference runs alone with delays held: each parameter's as given, else zero.
 fn paper(
     problem: &Problem,
+    levels: Option<&Problem>,
     part: usize,
     held: &[(usize, f64)],
 ) -> Result<Transformation, NoTransformation> {
@@ -266,14 +274,15 @@ fn paper(
     let mut whole = Problem::new(parts);
     let alone = alone(&whole, part).ok_or(NoTransformation::NoReference)?;
     let undetermined = |why: String| NoTransformation::NotDetermined(why);
-    let fit = calibrate(alone, &Options::default())
-        .map_err(|error| undetermined(error.to_string()))?;
+    let fit =
+        calibrate(alone, &Options::default()).map_err(|error| undetermined(error.to_string()))?;
     if !fit.is_sound() {
         let words: Vec<&str> = fit.unobservable.iter().map(|one| one.words.as_str()).collect();
         let why = if words.is_empty() { fit.fit.outcome.to_string() } else { words.join("; ") };
         return Err(undetermined(why));
     }
-    for (part, fitted) in whole.parts.iter_mut().zip(&fit.problem.parts) {
+    let levels = levels.unwrap_or(&fit.problem);
+    for (part, fitted) in whole.parts.iter_mut().zip(&levels.parts) {
         part.random_sigma.clone_from(&fitted.random_sigma);
     }
     Ok(of_fit(From::Iterated, whole, &fit))
@@ -289,12 +298,16 @@ fn free_delays(problem: &Problem, part: usize) -> Vec<usize> {
 }
 
 /// Transformation and delays in turn.
-fn iterated(problem: &Problem, part: usize) -> Result<Transformation, NoTransformation> {
+fn iterated(
+    problem: &Problem,
+    levels: Option<&Problem>,
+    part: usize,
+) -> Result<Transformation, NoTransformation> {
     let free = free_delays(problem, part);
     let runs = wanted(problem, part);
     let system = &problem.parts[part].system;
     let found = |held: &[(usize, f64)]| -> Result<(Transformation, Vec<(usize, f64)>), _> {
-        let given = paper(problem, part, held)?;
+        let given = paper(problem, levels, part, held)?;
         let solved = given.delays(part, &runs).measurands;
         let names = &system.assembly.names.measurands;
         let mean_of = |parameter: &usize| {

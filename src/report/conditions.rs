@@ -158,7 +158,10 @@ mod words {
             .collect();
         let mut text = format!("standard uncertainty from residuals: {}\n", words.join(", "));
         if given.from == From::Iterated {
-            text.push_str(&format!("{} rounds until delays and transformation agree\n", given.rounds));
+            text.push_str(&format!(
+                "{} rounds until delays and transformation agree\n",
+                given.rounds
+            ));
         }
         text + "\n"
     }

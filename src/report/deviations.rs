@@ -108,7 +108,9 @@ fn circle_json(circle: &Result<Circle, NoCircle>) -> Value {
         Err(why) => return json!({ "left_out": why.to_string() }),
     };
     let rows = |matrix: Option<nalgebra::Matrix3<f64>>| {
-        matrix.map(|m| m.row_iter().map(|row| row.iter().copied().collect()).collect::<Vec<Vec<f64>>>())
+        matrix.map(|m| {
+            m.row_iter().map(|row| row.iter().copied().collect()).collect::<Vec<Vec<f64>>>()
+        })
     };
     json!({
         "centre": circle.centre,
@@ -192,7 +194,12 @@ pub fn table(whole: Whole<'_>) -> String {
         for one in &found.samples {
             let k = one.sample;
             let row = samples.rows.get(k).copied().unwrap_or(k + 1);
-            text.push_str(&format!("{},{row},{},{:.9}", quoted(&data.name), samples.time[k], one.arm_angle));
+            text.push_str(&format!(
+                "{},{row},{},{:.9}",
+                quoted(&data.name),
+                samples.time[k],
+                one.arm_angle
+            ));
             let rates = head.angles.iter().map(|angle| angle.rates[k]);
             let speeds = head.speeds.iter().filter_map(|speeds| speeds.get(k).copied());
             for value in one.arm.into_iter().chain(one.circle).chain(rates).chain(speeds) {
@@ -223,7 +230,16 @@ pub fn text(title: &str, from: crate::estimate::transformation::From, whole: Who
                 let [mean, deviation, low, high] = cells;
                 let name = whole.run_name(run).to_owned();
                 let rate = format!("{:.1} deg/s", found.arm_rate.to_degrees());
-                rows.add_row([name, rate, frame.into(), (*channel).into(), mean, deviation, low, high]);
+                rows.add_row([
+                    name,
+                    rate,
+                    frame.into(),
+                    (*channel).into(),
+                    mean,
+                    deviation,
+                    low,
+                    high,
+                ]);
             }
         }
     }
@@ -257,7 +273,10 @@ fn run_text(whole: Whole<'_>, run: usize, (head, found): &Shown) -> String {
                 Ok(circle) => {
                     let sigma = circle.radius_uncertainty().unwrap_or(f64::NAN);
                     let radius = measured(circle.radius, sigma, &metre);
-                    text.push_str(&format!("  circle of {} points: radius {radius}\n", circle.points));
+                    text.push_str(&format!(
+                        "  circle of {} points: radius {radius}\n",
+                        circle.points
+                    ));
                 }
             }
             if let Some(delay) = found.delay() {
@@ -281,7 +300,7 @@ fn run_text(whole: Whole<'_>, run: usize, (head, found): &Shown) -> String {
         if let Some(largest) = angle.largest {
             let limit = whole.specification.rate(name);
             let said = against(largest.value, limit, "rad/s");
-            text.push_str(&format!("  `{name}` turns at {:.3} rad/s at most{said}", largest.value));
+            text.push_str(&format!("  `{name}` turns at {:.4} rad/s at most{said}", largest.value));
         }
         if let Some(reversals) = angle.reversals.as_ref().filter(|list| !list.is_empty()) {
             let places: Vec<String> =
@@ -296,7 +315,7 @@ fn run_text(whole: Whole<'_>, run: usize, (head, found): &Shown) -> String {
     {
         if let Some(largest) = largest {
             let said = against(largest.value, limit.as_ref().map(|one| one.value), "m/s");
-            text.push_str(&format!("  {word}: {:.3} m/s at most{said}\n", largest.value));
+            text.push_str(&format!("  {word}: {:.4} m/s at most{said}\n", largest.value));
         }
     }
     text
@@ -306,6 +325,6 @@ fn run_text(whole: Whole<'_>, run: usize, (head, found): &Shown) -> String {
 fn against(value: f64, limit: Option<f64>, unit: &str) -> String {
     limit.map_or_else(String::new, |limit| {
         let word = if value <= limit { "within" } else { "beyond" };
-        format!(", {word} the stated {limit:.3} {unit}")
+        format!(", {word} the stated {limit:.4} {unit}")
     })
 }
