@@ -15,6 +15,7 @@ mod deviations;
 mod load;
 mod new;
 mod output;
+mod progress;
 mod render;
 mod show;
 mod simulate;

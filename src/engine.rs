@@ -15,7 +15,7 @@
 //! | [`lanes`] | the same graph over chunks of samples, vectorised |
 //! | [`simulate`] | readings drawn from a model |
 
-mod blocks;
+pub(crate) mod blocks;
 pub mod gram;
 pub mod lanes;
 pub mod layout;

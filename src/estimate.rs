@@ -16,6 +16,7 @@
 //! | [`calibrate`] | all of these together |
 //! | [`newton`] | each reading's own delay |
 //! | [`delays`] | their means |
+//! | [`median`] | the median of numbers however many |
 //! | [`transformation`] | where delays take their transformation from |
 //! | [`deviations`] | planar, radial and tangential deviations of each run |
 //! | [`head`] | what the instrument's head must follow: rates, speeds, reversals |
@@ -39,6 +40,7 @@ pub mod covariance;
 pub mod delays;
 pub mod deviations;
 pub mod head;
+pub mod median;
 pub mod newton;
 pub mod observability;
 pub mod repeatability;

@@ -1,6 +1,8 @@
 //! `homepoint delays`: each reading solved for its own delay, the means under changed conditions, and
 //! their agreement between campaigns.
 
+use std::io::Write;
+
 use clap::Args;
 use serde_json::{Value, json};
 
@@ -8,16 +10,14 @@ use super::arguments::{CampaignArguments, Format, TransformationChoice};
 use super::calibrate::{estimate, unsound};
 use super::load::Loaded;
 use super::{Failure, load, output};
-use crate::engine::Problem;
 use crate::estimate::bias::bias;
-use crate::estimate::calibrate::Calibration;
 use crate::estimate::conditions::self_calibration;
-use crate::estimate::delays::Delays;
+use crate::estimate::newton::ReadingDelay;
 use crate::estimate::repeatability;
 use crate::estimate::transformation::{
-    self, Choice, From, NoTransformation, Transformation, transformation,
+    Choice, From, NoTransformation, Transformation, transformation,
 };
-use crate::report;
+use crate::report::{self, table};
 
 #[derive(Debug, Args)]
 pub(super) struct DelaysCommand {
@@ -26,12 +26,6 @@ pub(super) struct DelaysCommand {
     /// Where the transformation is from
     #[arg(long, value_enum, default_value_t)]
     transformation: TransformationChoice,
-}
-
-/// The delays of one campaign, and where its transformation is from.
-pub(super) struct Found {
-    pub(super) from: From,
-    pub(super) delays: Delays,
 }
 
 impl DelaysCommand {
@@ -43,7 +37,19 @@ impl DelaysCommand {
         let given = given_transformation(&loaded, self.transformation, self.common.format)?;
         let mut solved = Vec::new();
         for (part, given) in given.iter().enumerate() {
-            let found = given.delays(part, &given.wanted(part));
+            let runs = given.wanted(part);
+            let found = match &self.common.out {
+                None => given.delays(part, &runs),
+                Some(folder) => {
+                    let name = load::table_name("delays", &loaded.labels, part);
+                    let data = &given.problem.parts[part];
+                    output::written(&folder.join(name), |file| {
+                        file.write_all(table::DELAYS.as_bytes())?;
+                        let row = &mut |reading: &ReadingDelay| table::delay(data, reading, file);
+                        given.each_delay(part, &runs, row)
+                    })?
+                }
+            };
             text.push_str(&report::text::delays(&loaded.titles[part], &given.from, &found));
             let mut value = report::json::delays(&found.measurands);
             load::merge(&mut value, report::conditions::transformation_json(given));
@@ -59,11 +65,6 @@ impl DelaysCommand {
             text.push_str(&report::conditions::text(given, part, &conditions));
             load::merge(&mut value, report::conditions::json(given, part, &conditions));
             load::put(&mut whole, &loaded.labels[part], loaded.labels.len(), value);
-            if let Some(folder) = &self.common.out {
-                let table = report::table::delays(&given.problem, part, &found);
-                let name = load::table_name("delays", &loaded.labels, part);
-                output::file(&folder.join(name), &table)?;
-            }
             solved.push(found);
         }
         let agreement = repeatability::of_campaigns(&given, &solved);
@@ -111,14 +112,4 @@ fn not_there(why: &NoTransformation, loaded: &Loaded, format: Format) -> Failure
         }
     }
     Failure::Could(why.to_string())
-}
-
-/// Takes the transformation from reference runs, else from the joint fit, and solves every reading.
-pub(super) fn newton(
-    problem: &Problem,
-    joint: &Calibration,
-    part: usize,
-) -> Result<Found, Failure> {
-    let (from, delays) = transformation::delays_of(problem, joint, part);
-    Ok(Found { from, delays })
 }

@@ -141,6 +141,10 @@ impl LeastSquares for Problem {
         &self.layout.columns
     }
 
+    fn begins(&mut self, iteration: usize) {
+        self.iteration = iteration;
+    }
+
     fn reweight(&mut self, point: &Point) {
         self.refresh_weights(point);
     }

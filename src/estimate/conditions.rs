@@ -9,10 +9,12 @@
 //!
 //! Readings that scatter more than stated widen a run's random part by √(χ² / (n - 1)).
 
+use std::convert::Infallible;
+
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use statrs::function::erf::erfc;
 
-use crate::estimate::delays::{Delays, Summary};
+use crate::estimate::delays::Delays;
 use crate::estimate::deviations::deviations;
 use crate::estimate::newton::State;
 use crate::estimate::transformation::Transformation;
@@ -122,12 +124,12 @@ pub fn self_calibration(given: &Transformation, part: usize) -> SelfCalibration 
     let mut conditions = Vec::new();
     for run in given.wanted(part) {
         let (_, Ok(found)) = deviations(&given.problem, part, run, &given.point) else { continue };
-        let solved = given.delays(part, &[run]);
+        let (solved, widening) = solved_with_scatter(given, part, run);
         for one in &solved.measurands {
             let setup = data.runs[run].setup;
             let names = &data.system.assembly.names.measurands;
             let index = names.iter().position(|declared| declared.name == one.measurand);
-            let widening = index.map_or(1.0, |measurand| widening(&solved, one, measurand));
+            let widening = index.map_or(1.0, |measurand| widening[measurand]);
             let (Some(mean), Some(random), Some(common)) = (one.mean, one.random, one.common)
             else {
                 continue;
@@ -164,15 +166,24 @@ pub fn self_calibration(given: &Transformation, part: usize) -> SelfCalibration 
     whole
 }
 
-/// How much more the readings of a run scatter than stated; at least 1.
-fn widening(solved: &Delays, summary: &Summary, measurand: usize) -> f64 {
-    let Some(mean) = summary.mean else { return 1.0 };
-    let own = solved
-        .readings
-        .iter()
-        .filter(|one| one.measurand == measurand && one.state == State::Solved);
-    let squares: f64 = own.map(|one| ((one.delay - mean) / one.random_at_reference).powi(2)).sum();
-    (squares / summary.solved.saturating_sub(1).max(1) as f64).sqrt().max(1.0)
+/// The delays of a run, and how much more the readings of each measurand scatter than stated; at least 1.
+fn solved_with_scatter(given: &Transformation, part: usize, run: usize) -> (Delays, Vec<f64>) {
+    let count = given.problem.parts[part].slots().len();
+    // Number, Σ w, Σ w τ, Σ w τ² of each measurand.
+    let mut sums = vec![[0.0; 4]; count];
+    let Ok(solved) = given.each_delay(part, &[run], &mut |one| {
+        if one.state == State::Solved {
+            let weight = one.random_at_reference.powi(-2);
+            let new = [1.0, weight, weight * one.delay, weight * one.delay.powi(2)];
+            sums[one.measurand].iter_mut().zip(new).for_each(|(sum, new)| *sum += new);
+        }
+        Ok::<_, Infallible>(())
+    });
+    let widening = sums.iter().map(|[n, weight, first, second]| {
+        let squares = second - first * first / weight.max(f64::MIN_POSITIVE);
+        (squares / (n - 1.0).max(1.0)).max(1.0).sqrt()
+    });
+    (solved, widening.collect())
 }
 
 /// Pairs of runs that differ in one thing.

@@ -137,7 +137,7 @@ fn points(
     let coordinates =
         data.system.assembly.coordinates.as_ref().ok_or(NoDeviations::NoCoordinates)?;
     let parameters = problem.parameters::<f64>(part, run, point);
-    let pairs = numbered_pairs(data, &data.runs[run], &parameters);
+    let pairs = numbered_pairs(data, &data.runs[run], &parameters, 1.0);
     let radius = circle_radius(&pairs)?;
     let [w, x, y, z] = parameters[coordinates.rotation];
     let rotation = Quaternion { w, v: [x, y, z] };
@@ -239,7 +239,7 @@ fn by_direction(head: &Head, samples: &[Deviation]) -> Vec<ByDirection> {
 fn arm_rate(data: &Part, run: usize, head: &Head, found: &RunDeviations) -> f64 {
     let [whole, ..] = &head.speeds;
     let speed = whole.iter().sum::<f64>() / whole.len() as f64;
-    let time = &data.runs[run].held().time;
+    let time = &data.runs[run].record.whole().time;
     let turned: f64 = found
         .samples
         .windows(2)

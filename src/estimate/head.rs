@@ -10,6 +10,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::campaign::{Sample, Samples};
 use crate::engine::moving::MovingLeaves;
 use crate::engine::pointwise::Program;
 use crate::engine::problem::{Problem, SampleLeaves};
@@ -72,7 +73,7 @@ pub struct Head {
 /// A run at some offset from the reference times of its samples.
 struct Motion<'a> {
     part: &'a Part,
-    run: usize,
+    samples: &'a Samples,
     parameters: Vec<[Dual; 4]>,
     randoms: Vec<Dual>,
     program: Program,
@@ -86,8 +87,7 @@ impl Motion<'_> {
             parameters: &self.parameters,
             randoms: &self.randoms,
             columns: self.part.columns(),
-            run: &self.part.runs[self.run],
-            sample,
+            sample: Sample { samples: self.samples, at: sample, number: sample },
         };
         self.program.evaluate(&MovingLeaves::after(sample, offset), workspace)
     }
@@ -130,7 +130,7 @@ pub fn head(problem: &Problem, part: usize, run: usize, point: &Point, on_circle
     outputs.extend(assembly.coordinates.iter().flat_map(|coordinates| coordinates.from));
     let motion = Motion {
         part: data,
-        run,
+        samples: data.runs[run].record.whole(),
         parameters: problem.parameters(part, run, point),
         randoms: vec![Dual::constant(0.0); data.random_sigma.len()],
         program: Program::new(&assembly.graph, &outputs),
@@ -185,7 +185,7 @@ fn largest(values: &[f64]) -> Option<Largest> {
 
 /// The places where an angle reverses.
 fn reversals(motion: &Motion<'_>, angle: usize, rates: &[f64]) -> Option<Vec<Reversal>> {
-    let time = &motion.part.runs[motion.run].held().time;
+    let time = &motion.samples.time;
     let mut found: Vec<(f64, f64)> = Vec::new();
     for (sample, pair) in rates.windows(2).enumerate() {
         let step = time[sample + 1] - time[sample];

@@ -7,18 +7,21 @@
 //! has the reading's part alone). Where `m'` vanishes the reading is *blind*. The lanes compute 128
 //! readings at a time.
 
+use std::convert::Infallible;
+
 use nalgebra::{DMatrix, DVector};
 
-use crate::campaign::run::Samples;
-use crate::engine::lanes::{Chunk, LANES};
+use crate::campaign::record::Sample;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
-use crate::estimate::newton::solver::Solver;
 
 mod careful;
 mod quick;
+mod runs;
 mod solver;
 mod uncertainty;
+
+pub use runs::each_delay;
 
 /// A reading whose uncertainty exceeds the smallest of its run and measurand by this factor is blind.
 pub const BLIND_RATIO: f64 = 10.0;
@@ -54,6 +57,10 @@ pub struct ReadingDelay {
     pub sample: usize,
     /// Measurand.
     pub measurand: usize,
+    /// Row of the data file (line number, from 1).
+    pub row: usize,
+    /// Reference time (s).
+    pub time: f64,
     /// What came of it.
     pub state: State,
     /// Delay (s); NaN unless solved, as are slope and uncertainties.
@@ -106,41 +113,31 @@ pub struct Given<'a> {
     pub range: f64,
 }
 
-/// The delay of every reading of one measurand in one run, a rotation left out (it has no single
-/// delay).
+/// The delay of every reading of one measurand in one run, all in memory; none of a rotation, which
+/// has no single delay.
 pub fn delays_of_run(given: &Given<'_>, part: usize, run: usize, measurand: usize) -> RunDelays {
     let problem = given.problem;
-    let data = &problem.parts[part];
     let touched = problem.layout.columns.touched_by(problem.run_index(part, run)).len();
-    if data.slots()[measurand].components != 1 {
-        return RunDelays { readings: Vec::new(), weighted_sensitivity: DVector::zeros(touched) };
-    }
-    let mut solver = Solver::new(given, part, run, measurand);
-    let record = &data.runs[run].record;
-    record.walk(|stretch| {
-        Chunk::all(stretch, data.columns()).for_each(|chunk| solver.next(&chunk));
+    let mut all = RunDelays { readings: Vec::new(), weighted_sensitivity: DVector::zeros(touched) };
+    let Ok(()) = each_delay(given, part, &[run], measurand, |_, found| {
+        all.readings.extend(found.readings);
+        all.weighted_sensitivity += found.weighted_sensitivity;
+        Ok::<_, Infallible>(())
     });
-    solver.careful();
-    // Early chunks did not know yet how well the run sees its delays.
-    let mut scratch = Samples::default();
-    for number in solver.stale() {
-        let stretch = record.stretch(number * LANES..(number + 1) * LANES, &mut scratch);
-        Chunk::all(stretch, data.columns()).for_each(|chunk| solver.again(&chunk, number));
-    }
-    solver.careful();
-    let weighted_sensitivity = solver.weighted_sensitivity(touched);
-    RunDelays { readings: solver.readings(), weighted_sensitivity }
+    all
 }
 
 impl ReadingDelay {
-    /// A reading that has no delay, or none yet: its run, sample and measurand.
-    fn without_delay([run, sample, measurand]: [usize; 3], state: State) -> Self {
+    /// A reading that has no delay, or none yet.
+    fn without_delay(run: usize, measurand: usize, sample: &Sample<'_>) -> Self {
         let nothing = f64::NAN;
         Self {
             run,
-            sample,
+            sample: sample.number,
             measurand,
-            state,
+            row: sample.row(),
+            time: sample.time(),
+            state: State::Failed,
             delay: nothing,
             slope: nothing,
             random: nothing,
@@ -150,8 +147,12 @@ impl ReadingDelay {
         }
     }
 
-    fn place(&self) -> [usize; 3] {
-        [self.run, self.sample, self.measurand]
+    /// Takes its delay away, for it is blind.
+    fn blind(&mut self) {
+        let nothing = f64::NAN;
+        self.state = State::Blind;
+        (self.delay, self.slope, self.random, self.common) = (nothing, nothing, nothing, nothing);
+        self.steps = 0;
     }
 
     /// Whether it sees its delay far worse than the best of its run, the random part of which is

@@ -13,6 +13,8 @@
 //! Residuals of the reference runs give each measurand's standard uncertainty, the paper's boundary
 //! values.
 
+use std::convert::Infallible;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::campaign::Role;
@@ -20,7 +22,8 @@ use crate::campaign::record::Change;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::Options;
 use crate::estimate::calibrate::{Calibration, calibrate};
-use crate::estimate::delays::{Delays, Summary, delays};
+use crate::estimate::delays::{Delays, Summary, each};
+use crate::estimate::newton::{Given, ReadingDelay};
 
 /// Rounds of the iteration before giving up.
 const ROUNDS: usize = 60;
@@ -138,15 +141,31 @@ pub fn transformation(
 impl Transformation {
     /// The delays of one campaign's readings in some runs.
     pub fn delays(&self, part: usize, runs: &[usize]) -> Delays {
-        let range = self.problem.parts[part].delay_range;
-        let mut found = delays(&self.problem, part, runs, &self.point, &self.covariance, range);
+        let Ok(found) = self.each_delay(part, runs, &mut |_| Ok::<_, Infallible>(()));
+        found
+    }
+
+    /// The same; `visit` sees every reading once, see [`each`].
+    ///
+    /// # Errors
+    /// The first that `visit` gives; nothing more is solved then.
+    pub fn each_delay<E>(
+        &self,
+        part: usize,
+        runs: &[usize],
+        visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
+    ) -> Result<Delays, E> {
+        let Self { problem, point, covariance, .. } = self;
+        let range = problem.parts[part].delay_range;
+        let given = Given { problem, point, covariance, range };
+        let mut found = each(&given, part, runs, visit)?;
         if let Some(gain) = &self.gain {
             gain.widen(&mut found.measurands, &self.covariance, |summary| {
                 let names = &self.problem.parts[part].system.assembly.names;
                 names.measurands.iter().position(|one| one.name == summary.measurand)
             });
         }
-        found
+        Ok(found)
     }
 
     /// The iterated transformation of the same campaign, with the levels of noise that this one has.

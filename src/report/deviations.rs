@@ -190,7 +190,7 @@ pub fn table(whole: Whole<'_>) -> String {
     for (run, (head, found)) in whole.runs.iter().enumerate() {
         let Ok(found) = found else { continue };
         let data = &whole.problem.parts[whole.part].runs[run];
-        let samples = data.held();
+        let samples = data.record.whole();
         for one in &found.samples {
             let k = one.sample;
             let row = samples.rows.get(k).copied().unwrap_or(k + 1);

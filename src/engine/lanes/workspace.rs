@@ -45,6 +45,12 @@ impl<'a> Chunk<'a> {
         &self.samples.inputs
     }
 
+    /// Its samples as a stretch of their run.
+    pub fn stretch(&self) -> Stretch<'a> {
+        let Self { samples, start, first, len, .. } = *self;
+        Stretch { samples, start, first, len }
+    }
+
     /// A reading column's values.
     pub fn readings(&self, column: usize) -> &'a [f64] {
         &self.samples.readings[column][self.start..self.start + self.len]

@@ -1,5 +1,5 @@
-//! The readings of one measurand in one run, chunk by chunk: the quick way for all, then the careful
-//! one for those that wait.
+//! The readings of one measurand in a block of one run, chunk by chunk: the quick way for all, then the
+//! careful one for those that wait.
 //!
 //! Readings that wait are put together over chunk borders, so that a few of them cost no chunk of
 //! their own.
@@ -14,7 +14,7 @@ use crate::engine::programs::DelayProgram;
 use crate::estimate::newton::careful::{Roots, Stage};
 use crate::estimate::newton::quick::{Evaluated, Quick, STEPS};
 use crate::estimate::newton::uncertainty::{Quadratic, Seconds, Weighted, along};
-use crate::estimate::newton::{Given, ReadingDelay, State};
+use crate::estimate::newton::{Given, ReadingDelay, RunDelays, State};
 
 /// See the module.
 pub(super) struct Solver<'a> {
@@ -30,9 +30,9 @@ pub(super) struct Solver<'a> {
     deviations: Vec<f64>,
     /// Covariance along the program's directions.
     covariance: Vec<f64>,
-    /// The smallest uncertainty at reference of the chunks so far (s): it decides which readings are
-    /// blind.
-    best: f64,
+    /// The smallest uncertainty at reference that is known of the run (s): it decides which readings
+    /// are blind.
+    pub(super) best: f64,
     /// The readings so far.
     readings: Vec<ReadingDelay>,
     /// For each chunk the number of readings up to its end.
@@ -69,7 +69,9 @@ struct Solution<'s> {
 }
 
 impl<'a> Solver<'a> {
-    pub(super) fn new(given: &'a Given<'a>, part: usize, run: usize, measurand: usize) -> Self {
+    /// For the readings of `[campaign, run, measurand]`.
+    pub(super) fn new(given: &'a Given<'a>, place: [usize; 3]) -> Self {
+        let [part, run, measurand] = place;
         let problem = given.problem;
         let data = &problem.parts[part];
         let program = problem.programs(part).delay(&data.system, measurand);
@@ -87,12 +89,12 @@ impl<'a> Solver<'a> {
             program,
             workspace,
             inputs: data.runs[run].record.inputs(),
-            place: [part, run, measurand],
+            place,
             sigma: data.sigma[measurand],
             deviations,
             covariance: along(given, part, run, &program.directions),
             best: f64::INFINITY,
-            readings: Vec::with_capacity(data.runs[run].record.len()),
+            readings: Vec::new(),
             ends: Vec::new(),
             sums: Vec::new(),
             waiting: Waiting {
@@ -104,10 +106,13 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// `Σ w dt/dθ` of the solved readings over the columns that the run touches.
-    pub(super) fn weighted_sensitivity(&self, touched: usize) -> DVector<f64> {
+    /// What came of the block, with the sums over the columns that the run touches. What is blind has no
+    /// delay, whether one was found or not.
+    pub(super) fn finished(mut self) -> RunDelays {
         let [part, run, _] = self.place;
-        let movers = self.given.problem.movers(part, run);
+        let problem = self.given.problem;
+        let touched = problem.layout.columns.touched_by(problem.run_index(part, run)).len();
+        let movers = problem.movers(part, run);
         let mut weighted = DVector::zeros(touched);
         for (slot, direction) in self.program.directions.iter().enumerate() {
             let sum: f64 = self.sums.iter().map(|sums| sums[slot]).sum();
@@ -115,10 +120,13 @@ impl<'a> Solver<'a> {
                 weighted[*column] += by * sum;
             }
         }
-        weighted
+        let best = self.best;
+        let blind = |reading: &&mut ReadingDelay| reading.is_blind_beside(best);
+        self.readings.iter_mut().filter(blind).for_each(ReadingDelay::blind);
+        RunDelays { readings: self.readings, weighted_sensitivity: weighted }
     }
 
-    /// The chunks with a reading that counts as solved and is blind, as the later ones show.
+    /// The chunks with a reading that counts as solved and is blind, as others of the run show.
     pub(super) fn stale(&self) -> Vec<usize> {
         let is_stale = |reading: &ReadingDelay| {
             reading.state == State::Solved && reading.is_blind_beside(self.best)
@@ -127,59 +135,59 @@ impl<'a> Solver<'a> {
         (0..self.ends.len()).filter(has_stale).collect()
     }
 
-    /// The readings, when all chunks are done. What is blind has no delay, whether one was found or
-    /// not.
-    pub(super) fn readings(mut self) -> Vec<ReadingDelay> {
-        let best = self.best;
-        for reading in self.readings.iter_mut().filter(|reading| reading.is_blind_beside(best)) {
-            *reading = ReadingDelay {
-                random_at_reference: reading.random_at_reference,
-                ..ReadingDelay::without_delay(reading.place(), State::Blind)
-            };
-        }
-        self.readings
-    }
-
     fn range(&self, chunk: usize) -> std::ops::Range<usize> {
         let start = chunk.checked_sub(1).map_or(0, |before| self.ends[before]);
         start..self.ends[chunk]
     }
 
+    /// Evaluates the readings of a chunk at the reference time, to know the best of them.
+    pub(super) fn look(&mut self, chunk: &Chunk<'_>) {
+        let (_, random) = self.at_reference(chunk);
+        let sigmas = self.readings_of(chunk).iter().zip(random);
+        let seen = sigmas.filter(|(reading, _)| !reading.is_nan()).map(|(_, sigma)| sigma);
+        self.best = seen.fold(self.best, f64::min);
+    }
+
     /// Solves the readings of the next chunk, but for those that wait.
     pub(super) fn next(&mut self, chunk: &Chunk<'_>) {
         let [_, run, measurand] = self.place;
-        let column = self.given.problem.parts[self.place[0]].slots()[measurand].column;
-        let unsolved = |(lane, _): (usize, &f64)| {
-            ReadingDelay::without_delay([run, chunk.first + lane, measurand], State::Failed)
-        };
-        let readings = chunk.readings(column).iter().enumerate();
-        self.readings.extend(readings.filter(|(_, reading)| !reading.is_nan()).map(unsolved));
+        let readings = chunk.stretch().each().zip(self.readings_of(chunk));
+        let present = readings.filter(|(_, reading)| !reading.is_nan());
+        let unsolved = |(sample, _)| ReadingDelay::without_delay(run, measurand, &sample);
+        self.readings.extend(present.map(unsolved));
         self.ends.push(self.readings.len());
         self.sums.push(Vec::new());
         self.again(chunk, self.ends.len() - 1);
     }
 
-    /// Solves the readings of a chunk, the number of which is known already.
-    pub(super) fn again(&mut self, chunk: &Chunk<'_>, number: usize) {
+    fn readings_of<'c>(&self, chunk: &Chunk<'c>) -> &'c [f64] {
         let [part, _, measurand] = self.place;
-        let column = self.given.problem.parts[part].slots()[measurand].column;
-        let start = self.range(number).start;
-        let mut reading = [0.0; LANES];
-        reading[..chunk.len].copy_from_slice(chunk.readings(column));
+        chunk.readings(self.given.problem.parts[part].slots()[measurand].column)
+    }
+
+    /// Value and slope of each reading of a chunk at the reference time, and the random part of its
+    /// delay's standard uncertainty (s) with that slope; infinite where there is no slope.
+    fn at_reference(&mut self, chunk: &Chunk<'_>) -> (Evaluated, Lanes) {
         self.workspace.load(&self.program.code, chunk, &[[0.0; LANES]]);
         let at_reference = self.evaluate();
         let random = self.random_part(&at_reference.slope);
-        let lanes = (0..chunk.len).filter(|lane| !reading[*lane].is_nan());
+        (at_reference, random.map(|sigma| if sigma.is_nan() { f64::INFINITY } else { sigma }))
+    }
+
+    /// Solves the readings of a chunk, the number of which is known already.
+    pub(super) fn again(&mut self, chunk: &Chunk<'_>, number: usize) {
+        let start = self.range(number).start;
+        let mut reading = [f64::NAN; LANES];
+        reading[..chunk.len].copy_from_slice(self.readings_of(chunk));
+        let (at_reference, random) = self.at_reference(chunk);
+        let lanes = (0..LANES).filter(|lane| !reading[*lane].is_nan());
         let places: Vec<(usize, Place)> = lanes
             .zip(start..)
             .map(|(lane, index)| (lane, Place { chunk: number, index }))
             .collect();
         for (lane, place) in &places {
-            // Where the slope is not a number, nothing is seen.
-            let sigma = random[*lane];
-            let sigma = if sigma.is_nan() { f64::INFINITY } else { sigma };
-            self.readings[place.index].random_at_reference = sigma;
-            self.best = if sigma < self.best { sigma } else { self.best };
+            self.readings[place.index].random_at_reference = random[*lane];
+            self.best = self.best.min(random[*lane]);
         }
         let range = self.given.range;
         let set = self.given.problem.instruction_set();
