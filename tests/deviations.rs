@@ -127,22 +127,20 @@ fn points_without_a_circle_say_why() {
 /// Depenthal 2009, section 4: r = 1.146 m, the instrument on the axis 1.4 m before the arm's plane.
 #[test]
 fn the_head_turns_as_fast_as_the_seed_says() {
-    for (name, run, azimuth, elevation, speed) in [
-        ("01_at901_without_t_cam", "ccw190", 2.71, 2.10, 3.80),
-        ("01_at901_without_t_cam", "cw190", 2.71, 2.10, 3.80),
-        ("02_at901_with_t_cam", "ccw50", 0.714, 0.553, 1.00),
-        ("03_ltd500", "ccw190", 2.71, 2.10, 3.80),
+    let fast = (2, ["2.71", "2.10"], "3.80");
+    let slow = (3, ["0.714", "0.553"], "1.00");
+    for (name, run, (digits, told, told_speed)) in [
+        ("01_at901_without_t_cam", "ccw190", fast),
+        ("01_at901_without_t_cam", "cw190", fast),
+        ("02_at901_with_t_cam", "ccw50", slow),
+        ("03_ltd500", "ccw190", fast),
     ] {
         let problem = example(name);
         let (head, found) = shown(&by(&problem, Choice::Best), run);
         let largest = |k: usize| head.angles[k].largest.unwrap().value;
-        // To the digits that the seed gives: half a unit of its last one.
-        let close =
-            |found: f64, told: f64, digit: f64| (found - told).abs() <= 0.5 * digit + 1e-3 * told;
-        assert!(close(largest(0), azimuth, 0.001), "{name} {}", largest(0));
-        assert!(close(largest(1), elevation, 0.001), "{name} {}", largest(1));
+        assert_eq!([0, 1].map(|k| format!("{:.digits$}", largest(k))), told, "{name}");
         let target = head.largest_speeds[0].unwrap().value;
-        assert!(close(target, speed, 0.01), "{name} {target}");
+        assert_eq!(format!("{target:.2}"), told_speed, "{name}");
         // On the axis: r ω / a and r ω / √(a² + r²), independent of the model's graph.
         let speed = 1.146 * found.arm_rate.abs();
         assert!((largest(0) / (speed / 1.4) - 1.0).abs() < 3e-3, "{}", largest(0));
