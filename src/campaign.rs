@@ -10,11 +10,15 @@
 //! | [`run`] | one run; the samples of a stretch of it: times, inputs, readings |
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
 //! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
+//! | [`timing`] | when a reading was asked for: captures made into reference times |
+//! | [`calibration`] | an input's certificate: corrections, and what they leave open |
+//! | [`statement`] | how well a value is known, as a certificate states it |
 //! | [`plan`] | a run that is not measured yet |
 //! | [`specification`] | what the maker of the instrument promises to follow |
 //! | [`whole`] | a file that is whole or not there |
 //! | [`mod@write`], [`write_run`] | a campaign of the same form |
 
+pub mod calibration;
 mod captured;
 pub mod entries;
 pub mod file;
@@ -34,7 +38,9 @@ mod smoothing;
 pub mod specification;
 mod spill;
 pub mod spline;
+pub mod statement;
 pub mod table;
+pub mod timing;
 pub mod whole;
 pub mod write;
 pub mod write_run;

@@ -23,12 +23,19 @@
 //! | [`bias`] | what the paper's transformation does to delays |
 //! | [`conditions`] | self-calibration: delays under changed conditions |
 //! | [`repeatability`] | whether several campaigns agree |
+//! | [`systematic`] | what the inputs' calibration leaves open in them |
+//! | [`blind`] | arm angles at which a measurand does not show its delay |
+//! | [`budget`] | what the uncertainty of a delay is made of |
+//! | [`coverage`] | coverage factors from degrees of freedom |
+//! | [`differences`] | the seed's own way to the uncertainty of a delay, by differences over 1 ms |
 //! | [`compare`] | both ways side by side |
 
 pub mod align;
 pub mod arrow;
 pub mod batch;
 pub mod bias;
+pub mod blind;
+pub mod budget;
 pub mod calibrate;
 pub mod checks;
 mod cholesky;
@@ -37,14 +44,17 @@ pub mod compare;
 pub mod conditions;
 pub mod conic;
 pub mod covariance;
+pub mod coverage;
 pub mod delays;
 pub mod deviations;
+pub mod differences;
 pub mod head;
 pub mod median;
 pub mod newton;
 pub mod observability;
 pub mod repeatability;
 pub mod start;
+pub mod systematic;
 pub mod transformation;
 pub mod variance;
 pub mod words;

@@ -4,11 +4,14 @@
 //! |---|---|
 //! | [`conditions`] | transformations, their bias, self-calibration, agreement of campaigns |
 //! | [`deviations`] | deviations of runs, and what the head must follow |
+//! | [`budget`] | uncertainty budgets of delays |
 //! | [`figure`] | a value with its standard uncertainty as people write it |
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
 //! | [`text`] | tables and sentences for the terminal |
+//! | [`timing`] | how reference times came about |
 //! | [`table`] | results reading by reading, as CSV |
 
+pub mod budget;
 pub mod conditions;
 pub mod deviations;
 pub mod figure;
@@ -16,3 +19,4 @@ pub mod json;
 pub mod table;
 #[cfg(feature = "cli")]
 pub mod text;
+pub mod timing;

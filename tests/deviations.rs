@@ -253,7 +253,7 @@ fn the_papers_transformation_is_biased_as_told_and_the_iterated_one_is_not() {
     // Forward runs alone, so that senses do not cancel: the bias is far beyond the uncertainty, and
     // iterating removes it.
     let forward: Vec<usize> = ["A_ccw50", "B_ccw50"].map(|name| run_named(&problem, name)).to_vec();
-    let means = |given: &Transformation| given.delays(0, &forward).measurands;
+    let means = |given: &Transformation| given.means(0, &forward).measurands;
     for (k, truth) in truth.iter().enumerate() {
         let (biased, right) = (&means(&paper)[k], &means(&iterated)[k]);
         assert!(biased.mean.unwrap() - truth < -9e-6, "{biased:?}");
@@ -267,7 +267,7 @@ fn iterating_comes_to_the_joint_estimate() {
     let problem = one_slow_direction();
     let (iterated, joint) = (by(&problem, Choice::Iterated), by(&problem, Choice::Joint));
     let runs = joint.wanted(0);
-    let (a, b) = (iterated.delays(0, &runs).measurands, joint.delays(0, &runs).measurands);
+    let (a, b) = (iterated.means(0, &runs).measurands, joint.means(0, &runs).measurands);
     for (a, b) in a.iter().zip(&b) {
         let (difference, u) = (a.mean.unwrap() - b.mean.unwrap(), b.sigma_of_mean.unwrap());
         // The joint estimate uses all readings for the transformation, the other the slow ones.
@@ -300,7 +300,7 @@ fn the_iterated_uncertainty_is_the_scatter_of_many_campaigns() {
         let mut drawn = problem.clone();
         homepoint::engine::simulate::simulate(&mut drawn, &truth, seed, false);
         let given = transformation(&drawn, None, 0, Choice::Iterated).unwrap();
-        let found = given.delays(0, &[run]).measurands;
+        let found = given.means(0, &[run]).measurands;
         kept.push([found[0].mean.unwrap(), found[1].mean.unwrap()]);
         for k in 0..2 {
             told[k] += found[k].sigma_of_mean.unwrap().powi(2) / trials as f64;

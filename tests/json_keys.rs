@@ -7,12 +7,13 @@ use std::path::Path;
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::bias::bias;
+use homepoint::estimate::budget::budgets;
 use homepoint::estimate::calibrate::calibrate;
 use homepoint::estimate::compare::compare;
 use homepoint::estimate::conditions::self_calibration;
 use homepoint::estimate::deviations::deviations;
 use homepoint::estimate::repeatability::of_campaigns;
-use homepoint::estimate::transformation::{Choice, delays_of, transformation};
+use homepoint::estimate::transformation::{Choice, Transformation, delays_of, transformation};
 use homepoint::report::deviations::Whole;
 use homepoint::report::{self, json};
 use serde_json::Value;
@@ -75,6 +76,13 @@ fn results_have_the_promised_keys() {
     paths(&json::comparison(&rows), "compare", &mut found);
     let told = json::calibration(&undetermined)["unobservable"].clone();
     paths(&told, "undetermined", &mut found);
+    let captured = open(&Request::new([folder.join("tests/cli/captures")])).unwrap();
+    let joint = calibrate(captured.problem.clone(), &Options::default()).unwrap();
+    let taken = Transformation::of(&captured.problem, &joint, 0);
+    for budget in budgets(&taken, 0, &captured.campaigns[0]) {
+        paths(&report::budget::json(&budget), "budget", &mut found);
+    }
+    paths(&report::timing::json(&captured.campaigns[0]), "timing", &mut found);
     insta::assert_snapshot!(found.into_iter().collect::<Vec<_>>().join("\n"));
     // A parameter is called by its components.
     let json = json::calibration(&result);

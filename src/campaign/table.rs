@@ -45,6 +45,8 @@ pub struct Table {
     pub skipped: Vec<Skipped>,
     source: Lines,
     reader: Reader,
+    /// Columns of the file; those behind were added to it.
+    width: usize,
     /// Leave bad rows out.
     skip: bool,
     faults: Vec<Diagnostic>,
@@ -101,6 +103,7 @@ impl Table {
             path: path.to_owned(),
             reader: Reader::new(file.clone(), &columns),
             file,
+            width: columns.len(),
             columns,
             lines: Vec::new(),
             skipped: Vec::new(),
@@ -125,7 +128,7 @@ impl Table {
             let Some((number, line)) = next.map_err(TableError::Unreadable)? else {
                 return self.end();
             };
-            match self.reader.read(number, line, &self.columns) {
+            match self.reader.read(number, line, &self.columns[..self.width]) {
                 Ok(row) => {
                     self.count += 1;
                     // With a fault nothing of the table will be used.
@@ -186,14 +189,25 @@ impl Table {
     /// Takes the values at hand of a wanted column, for a column of no use any more; whether the file
     /// has it.
     pub(crate) fn take(&mut self, wanted: &str, into: &mut Vec<f64>) -> bool {
-        let column =
-            self.columns.iter_mut().find(|column| column.wanted.as_deref() == Some(wanted));
-        column.map(|column| std::mem::swap(&mut column.values, into)).is_some()
+        self.values_mut(wanted).map(|values| std::mem::swap(values, into)).is_some()
+    }
+
+    /// Adds a column that the file does not hold; the caller fills it, for the rows at hand.
+    pub(crate) fn add(&mut self, wanted: &str, like: &Column) {
+        let wanted = Some(wanted.to_owned());
+        self.columns.push(Column { wanted, values: Vec::new(), ..like.clone() });
+    }
+
+    /// The values at hand of a wanted column, to be changed.
+    pub(crate) fn values_mut(&mut self, wanted: &str) -> Option<&mut Vec<f64>> {
+        let is_it = |column: &&mut Column| column.wanted.as_deref() == Some(wanted);
+        self.columns.iter_mut().find(is_it).map(|column| &mut column.values)
     }
 
     /// Names of all columns, for messages.
     pub fn names(&self) -> String {
-        let names: Vec<_> = self.columns.iter().map(|column| column.name.as_str()).collect();
+        let names: Vec<_> =
+            self.columns[..self.width].iter().map(|column| column.name.as_str()).collect();
         names.join(", ")
     }
 

@@ -1,6 +1,7 @@
 //! `homepoint delays`: each reading solved for its own delay, the means under changed conditions, and
 //! their agreement between campaigns.
 
+use std::convert::Infallible;
 use std::io::Write;
 
 use clap::Args;
@@ -11,9 +12,11 @@ use super::calibrate::{estimate, unsound};
 use super::load::Loaded;
 use super::{Failure, load, output};
 use crate::estimate::bias::bias;
+use crate::estimate::budget::budgets;
 use crate::estimate::conditions::self_calibration;
 use crate::estimate::newton::ReadingDelay;
 use crate::estimate::repeatability;
+use crate::estimate::systematic::Widening;
 use crate::estimate::transformation::{
     Choice, From, NoTransformation, Transformation, transformation,
 };
@@ -26,6 +29,9 @@ pub(super) struct DelaysCommand {
     /// Where the transformation is from
     #[arg(long, value_enum, default_value_t)]
     transformation: TransformationChoice,
+    /// Show what the uncertainty of the delays is made of
+    #[arg(long)]
+    budget: bool,
 }
 
 impl DelaysCommand {
@@ -38,20 +44,41 @@ impl DelaysCommand {
         let mut solved = Vec::new();
         for (part, given) in given.iter().enumerate() {
             let runs = given.wanted(part);
-            let found = match &self.common.out {
-                None => given.delays(part, &runs),
+            let campaign = &loaded.campaigns[part];
+            let mut widening = Widening::new(&given.problem, part, &given.point);
+            let mut found = match &self.common.out {
+                None => {
+                    let see = &mut |reading: &ReadingDelay| {
+                        widening.see(reading);
+                        Ok::<_, Infallible>(())
+                    };
+                    let Ok(found) = given.each_delay(part, &runs, see);
+                    found
+                }
                 Some(folder) => {
                     let name = load::table_name("delays", &loaded.labels, part);
                     let data = &given.problem.parts[part];
                     output::written(&folder.join(name), |file| {
                         file.write_all(table::DELAYS.as_bytes())?;
-                        let row = &mut |reading: &ReadingDelay| table::delay(data, reading, file);
+                        let row = &mut |reading: &ReadingDelay| {
+                            table::delay(data, &widening.see(reading), file)
+                        };
                         given.each_delay(part, &runs, row)
                     })?
                 }
             };
+            widening.widen(&mut found);
             text.push_str(&report::text::delays(&loaded.titles[part], &given.from, &found));
+            text.push_str(&report::timing::text(campaign));
             let mut value = report::json::delays(&found.measurands);
+            if self.budget {
+                let budgets = budgets(given, part, campaign);
+                text.push_str(&report::budget::text(&budgets));
+                for budget in &budgets {
+                    let one = json!({ "budget": report::budget::json(budget) });
+                    load::merge(&mut value["measurands"][&budget.measurand], one);
+                }
+            }
             load::merge(&mut value, report::conditions::transformation_json(given));
             text.push_str(&report::conditions::transformation_text(given, part));
             if given.from == From::Paper {

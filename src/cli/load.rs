@@ -9,6 +9,7 @@ use crate::engine::Problem;
 use crate::engine::open::{Request, correlated, open};
 use crate::estimate::checks;
 use crate::model::Model;
+use crate::report;
 
 /// Campaigns, ready.
 pub(super) struct Loaded {
@@ -60,6 +61,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
                 "title": campaign.title,
                 "model": campaign.model.text,
                 "metadata": campaign.metadata,
+                "timing": report::timing::json(campaign),
                 "rows_left_out": campaign
                     .skipped
                     .iter()

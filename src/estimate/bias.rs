@@ -45,7 +45,7 @@ pub fn bias(paper: &Transformation, iterated: &Transformation, part: usize) -> V
     };
     let mut found = Vec::new();
     for run in iterated.wanted(part) {
-        let (by_paper, right) = (paper.delays(part, &[run]), iterated.delays(part, &[run]));
+        let (by_paper, right) = (paper.means(part, &[run]), iterated.means(part, &[run]));
         for (a, b) in by_paper.measurands.iter().zip(&right.measurands) {
             if let (Some(paper), Some(iterated)) = (a.mean, b.mean) {
                 let ratio = slow(data.runs[run].setup).zip(rates[run]);

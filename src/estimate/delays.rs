@@ -13,6 +13,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::engine::Point;
 use crate::engine::problem::Problem;
+use crate::estimate::blind::{BlindRange, Sight};
 use crate::estimate::median::Median;
 use crate::estimate::newton::{Given, ReadingDelay, RunDelays, State, each_delay};
 use crate::graph::MeasurandKind;
@@ -42,6 +43,8 @@ pub struct Summary {
     pub median_expanded_uncertainty: Option<f64>,
     /// Derivatives of the mean with respect to all columns.
     pub sensitivity: DVector<f64>,
+    /// Arm angles at which it does not show its delay.
+    pub blind_ranges: Vec<BlindRange>,
 }
 
 /// What came of the readings of one campaign.
@@ -79,11 +82,15 @@ pub fn each<E>(
             continue;
         }
         let mut tally = Tally::new(covariance.nrows());
+        let mut sight = Sight::new(data);
         each_delay(given, part, runs, measurand, |run, found| {
             tally.add(&columns[run], &found);
+            sight.see(data, run, &found.readings);
             found.readings.iter().try_for_each(&mut *visit)
         })?;
-        all.measurands.push(tally.summary(declared.name.clone(), covariance));
+        let mut summary = tally.summary(declared.name.clone(), covariance);
+        summary.blind_ranges = sight.ranges(data);
+        all.measurands.push(summary);
     }
     Ok(all)
 }
@@ -163,6 +170,7 @@ impl Tally {
             random: any.then_some(random),
             median_expanded_uncertainty: self.expanded.value(),
             sensitivity: mean_sensitivity,
+            blind_ranges: Vec::new(),
         }
     }
 }

@@ -80,6 +80,7 @@ pub struct Transformation {
     pub problem: Problem,
     /// Its values.
     pub point: Point,
+    fit: Calibration,
     /// Its covariance.
     pub covariance: DMatrix<f64>,
     /// Standard deviation of each measurand's residuals in the runs it is from (SI), degrees of
@@ -131,16 +132,51 @@ pub fn transformation(
         (Choice::Paper, _) => paper(problem, joint.map(|joint| &joint.problem), part, &[])
             .map(|found| Transformation { from: From::Paper, ..found }),
         (Choice::Iterated, _) => iterated(problem, joint.map(|joint| &joint.problem), part),
-        (Choice::Best, Some(joint)) => Ok(reference(problem, joint, part)
-            .unwrap_or_else(|| of_fit(From::JointFit, joint.problem.clone(), joint))),
+        (Choice::Best, Some(joint)) => Ok(Transformation::of(problem, joint, part)),
         (_, Some(joint)) => Ok(of_fit(From::JointFit, joint.problem.clone(), joint)),
         (_, None) => Err(NoTransformation::NotDetermined("there is no joint fit".to_owned())),
     }
 }
 
 impl Transformation {
+    /// The reference runs of a campaign if they determine it, else the joint fit.
+    pub fn of(problem: &Problem, joint: &Calibration, part: usize) -> Self {
+        reference(problem, joint, part)
+            .unwrap_or_else(|| of_fit(From::JointFit, joint.problem.clone(), joint))
+    }
+
+    /// Where it is from.
+    pub fn from(&self) -> From {
+        self.from
+    }
+
+    /// The fit. Its layout is that of [`Transformation::problem`]; readings may have been taken away.
+    pub fn fit(&self) -> &Calibration {
+        &self.fit
+    }
+
+    /// All readings, with their weights.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The delays of one campaign's readings, of its kinematic runs, or of all if it has no others; with
+    /// the fit's own covariance unless another is given. `visit` sees every reading once, see [`each`].
+    ///
+    /// # Errors
+    /// The first that `visit` gives; nothing more is solved then.
+    pub fn delays<E>(
+        &self,
+        part: usize,
+        covariance: Option<&DMatrix<f64>>,
+        visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
+    ) -> Result<Delays, E> {
+        let covariance = covariance.unwrap_or(&self.covariance);
+        self.solve(part, &self.wanted(part), covariance, visit)
+    }
+
     /// The delays of one campaign's readings in some runs.
-    pub fn delays(&self, part: usize, runs: &[usize]) -> Delays {
+    pub fn means(&self, part: usize, runs: &[usize]) -> Delays {
         let Ok(found) = self.each_delay(part, runs, &mut |_| Ok::<_, Infallible>(()));
         found
     }
@@ -155,12 +191,22 @@ impl Transformation {
         runs: &[usize],
         visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
     ) -> Result<Delays, E> {
-        let Self { problem, point, covariance, .. } = self;
+        self.solve(part, runs, &self.covariance, visit)
+    }
+
+    fn solve<E>(
+        &self,
+        part: usize,
+        runs: &[usize],
+        covariance: &DMatrix<f64>,
+        visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
+    ) -> Result<Delays, E> {
+        let Self { problem, point, .. } = self;
         let range = problem.parts[part].delay_range;
         let given = Given { problem, point, covariance, range };
         let mut found = each(&given, part, runs, visit)?;
         if let Some(gain) = &self.gain {
-            gain.widen(&mut found.measurands, &self.covariance, |summary| {
+            gain.widen(&mut found.measurands, covariance, |summary| {
                 let names = &self.problem.parts[part].system.assembly.names;
                 names.measurands.iter().position(|one| one.name == summary.measurand)
             });
@@ -220,11 +266,24 @@ impl Gain {
     }
 }
 
-/// The delays of one campaign's readings: of its kinematic runs, or of all if it has no others.
+/// The delays of one campaign's readings, see [`Transformation::delays`].
 pub fn delays_of(problem: &Problem, joint: &Calibration, part: usize) -> (From, Delays) {
-    let found = reference(problem, joint, part)
-        .unwrap_or_else(|| of_fit(From::JointFit, joint.problem.clone(), joint));
-    (found.from, found.delays(part, &wanted(problem, part)))
+    let Ok(found) = each_delay_of(problem, joint, part, &mut |_| Ok::<_, Infallible>(()));
+    found
+}
+
+/// The same; `visit` sees every reading once.
+///
+/// # Errors
+/// The first that `visit` gives; nothing more is solved then.
+pub fn each_delay_of<E>(
+    problem: &Problem,
+    joint: &Calibration,
+    part: usize,
+    visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
+) -> Result<(From, Delays), E> {
+    let transformation = Transformation::of(problem, joint, part);
+    Ok((transformation.from(), transformation.delays(part, None, visit)?))
 }
 
 fn wanted(problem: &Problem, part: usize) -> Vec<usize> {
@@ -241,6 +300,7 @@ fn of_fit(from: From, problem: Problem, fit: &Calibration) -> Transformation {
         from,
         problem,
         point: fit.fit.point.clone(),
+        fit: fit.clone(),
         covariance: fit.covariance.clone(),
         residuals: fit.rms.iter().map(|(name, rms)| (name.clone(), rms / free.sqrt())).collect(),
         rounds: 1,
@@ -327,7 +387,7 @@ fn iterated(
     let system = &problem.parts[part].system;
     let found = |held: &[(usize, f64)]| -> Result<(Transformation, Vec<(usize, f64)>), _> {
         let given = paper(problem, levels, part, held)?;
-        let solved = given.delays(part, &runs).measurands;
+        let solved = given.means(part, &runs).measurands;
         let names = &system.assembly.names.measurands;
         let mean_of = |parameter: &usize| {
             let own = system.declared[*parameter].delay_of.iter();
