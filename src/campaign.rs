@@ -14,6 +14,7 @@
 //! | [`calibration`] | an input's certificate: corrections, and what they leave open |
 //! | [`statement`] | how well a value is known, as a certificate states it |
 //! | [`plan`] | a run that is not measured yet |
+//! | [`specification`] | what the maker of the instrument promises to follow |
 //! | [`whole`] | a file that is whole or not there |
 //! | [`mod@write`], [`write_run`] | a campaign of the same form |
 
@@ -36,6 +37,7 @@ pub mod run;
 mod samples;
 pub mod signal;
 mod smoothing;
+pub mod specification;
 mod spill;
 pub mod spline;
 pub mod statement;

@@ -11,6 +11,7 @@ mod check;
 mod compare;
 mod completions;
 mod delays;
+mod deviations;
 mod load;
 mod new;
 mod output;
@@ -56,6 +57,8 @@ enum Command {
     Calibrate(calibrate::CalibrateCommand),
     /// Compare the readings' own delays with the joint estimate
     Compare(compare::CompareCommand),
+    /// Tell how far measured points lie from the arm, and what the head must follow
+    Deviations(deviations::DeviationsCommand),
     /// Print a completion script for a shell, or the manual page
     Completions(completions::Completions),
 }
@@ -103,6 +106,7 @@ pub fn run() -> ExitCode {
         Command::Delays(command) => command.run(),
         Command::Calibrate(command) => command.run(),
         Command::Compare(command) => command.run(),
+        Command::Deviations(command) => command.run(),
         Command::Completions(command) => command.run(Cli::command()),
     };
     match done {

@@ -6,6 +6,7 @@
 //! | [`lanes`] | the graph over chunks of samples: the same, in bulk |
 //! | [`layout`] | which unknowns there are, and their columns |
 //! | [`point`] | the unknowns' values; how a step moves them; prior rows |
+//! | [`moving`] | rates of what the graph holds, while time runs on from a sample |
 //! | [`problem`] | campaigns with their models, put together; residuals of one sample |
 //! | [`noise`] | the covariance of the readings of one sample, and its whitening |
 //! | [`linearise`] | whitened residuals and Jacobians, summed by run: the only maker of Jacobians |
@@ -20,6 +21,7 @@ pub mod lanes;
 pub mod layout;
 pub mod linearise;
 pub mod mixing;
+pub mod moving;
 pub mod noise;
 pub mod open;
 pub mod point;

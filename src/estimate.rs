@@ -3,6 +3,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`align`] | Horn's closed form: the transformation between two sets of points |
+//! | [`circle`] | the circle in space nearest to some points |
 //! | [`start`] | where a joint estimate begins |
 //! | [`checks`] | whether the set-up can be as stated |
 //! | [`arrow`] | the normal equations solved by their blocks |
@@ -17,6 +18,11 @@
 //! | [`delays`] | their means |
 //! | [`median`] | the median of numbers however many |
 //! | [`transformation`] | where delays take their transformation from |
+//! | [`deviations`] | planar, radial and tangential deviations of each run |
+//! | [`head`] | what the instrument's head must follow: rates, speeds, reversals |
+//! | [`bias`] | what the paper's transformation does to delays |
+//! | [`conditions`] | self-calibration: delays under changed conditions |
+//! | [`repeatability`] | whether several campaigns agree |
 //! | [`systematic`] | what the inputs' calibration leaves open in them |
 //! | [`blind`] | arm angles at which a measurand does not show its delay |
 //! | [`budget`] | what the uncertainty of a delay is made of |
@@ -27,20 +33,26 @@
 pub mod align;
 pub mod arrow;
 pub mod batch;
+pub mod bias;
 pub mod blind;
 pub mod budget;
 pub mod calibrate;
 pub mod checks;
 mod cholesky;
+pub mod circle;
 pub mod compare;
+pub mod conditions;
 pub mod conic;
 pub mod covariance;
 pub mod coverage;
 pub mod delays;
+pub mod deviations;
 pub mod differences;
+pub mod head;
 pub mod median;
 pub mod newton;
 pub mod observability;
+pub mod repeatability;
 pub mod start;
 pub mod systematic;
 pub mod transformation;

@@ -2,6 +2,8 @@
 //!
 //! | file | answers |
 //! |---|---|
+//! | [`conditions`] | transformations, their bias, self-calibration, agreement of campaigns |
+//! | [`deviations`] | deviations of runs, and what the head must follow |
 //! | [`budget`] | uncertainty budgets of delays |
 //! | [`figure`] | a value with its standard uncertainty as people write it |
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
@@ -10,6 +12,8 @@
 //! | [`table`] | results reading by reading, as CSV |
 
 pub mod budget;
+pub mod conditions;
+pub mod deviations;
 pub mod figure;
 pub mod json;
 pub mod table;

@@ -8,7 +8,8 @@ use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
 use homepoint::estimate::compare::compare;
-use homepoint::estimate::transformation::delays_of;
+use homepoint::estimate::deviations::deviations;
+use homepoint::estimate::transformation::{Choice, delays_of, transformation};
 use homepoint::report::figure;
 
 fn told(name: &str) -> String {
@@ -44,6 +45,45 @@ fn told(name: &str) -> String {
     text
 }
 
+/// The deviations of each run to the tenth of a micrometre, and what its head must follow.
+fn deviating(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name);
+    let problem = open(&Request::new([folder])).unwrap().problem;
+    let joint = calibrate(problem.clone(), &Options::default()).unwrap();
+    let given = transformation(&problem, Some(&joint), 0, Choice::Best).unwrap();
+    let mut text = String::new();
+    for (run, data) in problem.parts[0].runs.iter().enumerate() {
+        let (head, found) = deviations(&given.problem, 0, run, &given.point);
+        let found = found.unwrap();
+        let rate = found.arm_rate.to_degrees();
+        writeln!(text, "{}, arm at {rate:.2} deg/s", data.name).unwrap();
+        for (frame, spreads) in
+            [("arm", found.in_arm_frame), ("circle", found.in_circle_frame.unwrap())]
+        {
+            for (channel, one) in ["planar", "radial", "tangential"].iter().zip(spreads) {
+                let [mean, deviation, low, high] =
+                    [one.mean, one.deviation, one.minimum, one.maximum]
+                        .map(|value| (value * 1e7).round() / 10.0 + 0.0);
+                writeln!(text, "  {frame} {channel} {mean} ± {deviation}, {low} to {high} µm")
+                    .unwrap();
+            }
+        }
+        for angle in head.angles {
+            let places: Vec<String> = angle
+                .reversals
+                .iter()
+                .flatten()
+                .map(|one| format!("{:.1}", one.arm_angle.to_degrees()))
+                .collect();
+            let (rate, places) = (angle.largest.unwrap().value, places.join(" "));
+            let name = &problem.parts[0].system.assembly.names.measurands[angle.measurand].name;
+            writeln!(text, "  {name} {rate:.3} rad/s, reverses at {places} deg").unwrap();
+        }
+        writeln!(text, "  target {:.3} m/s", head.largest_speeds[0].unwrap().value).unwrap();
+    }
+    text
+}
+
 #[test]
 fn the_rotating_arm() {
     insta::assert_snapshot!(told("rotating_arm"));
@@ -57,4 +97,34 @@ fn the_hand_eye_recording() {
 #[test]
 fn the_rail_car() {
     insta::assert_snapshot!(told("rail_car"));
+}
+
+/// Depenthal 2009, section 4, Figs. 5, 6, 7 and 9.
+#[test]
+fn at901_without_t_cam() {
+    insta::assert_snapshot!(told("01_at901_without_t_cam") + &deviating("01_at901_without_t_cam"));
+}
+
+/// Section 4, Figs. 8 and 10.
+#[test]
+fn at901_with_t_cam() {
+    insta::assert_snapshot!(told("02_at901_with_t_cam") + &deviating("02_at901_with_t_cam"));
+}
+
+/// Section 4: "nearly the same results as AT901 without TCAM".
+#[test]
+fn ltd500() {
+    insta::assert_snapshot!(told("03_ltd500") + &deviating("03_ltd500"));
+}
+
+/// Section 3.2.2, Fig. 4.
+#[test]
+fn two_rotations() {
+    insta::assert_snapshot!(told("04_two_rotations") + &deviating("04_two_rotations"));
+}
+
+/// Section 3.3.
+#[test]
+fn igps_with_two_stations() {
+    insta::assert_snapshot!(told("05_igps_two_stations") + &deviating("05_igps_two_stations"));
 }

@@ -6,10 +6,15 @@ use std::path::Path;
 
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
+use homepoint::estimate::bias::bias;
 use homepoint::estimate::budget::budgets;
 use homepoint::estimate::calibrate::calibrate;
 use homepoint::estimate::compare::compare;
-use homepoint::estimate::transformation::{Transformation, delays_of};
+use homepoint::estimate::conditions::self_calibration;
+use homepoint::estimate::deviations::deviations;
+use homepoint::estimate::repeatability::of_campaigns;
+use homepoint::estimate::transformation::{Choice, Transformation, delays_of, transformation};
+use homepoint::report::deviations::Whole;
 use homepoint::report::{self, json};
 use serde_json::Value;
 
@@ -47,7 +52,25 @@ fn results_have_the_promised_keys() {
     let rows = compare(&result, 0, &delays.measurands);
     let single = open(&Request::new([folder.join("tests/cli/one_run")])).unwrap().problem;
     let undetermined = calibrate(single, &Options::default()).unwrap();
+    let given = transformation(&problem, Some(&result), 0, Choice::Best).unwrap();
+    let paper = transformation(&problem, Some(&result), 0, Choice::Paper).unwrap();
+    let list = bias(&paper, &paper.iterated(&problem, 0).unwrap(), 0);
+    let runs: Vec<_> = (0..problem.parts[0].runs.len())
+        .map(|run| deviations(&given.problem, 0, run, &given.point))
+        .collect();
+    let specification = &Default::default();
+    let whole = Whole { problem: &given.problem, part: 0, specification, runs: &runs };
+    let twice = [given.clone(), given.clone()];
+    let agreement = of_campaigns(&twice, &[delays.clone(), delays.clone()]);
     let mut found = BTreeSet::new();
+    paths(&report::deviations::json(whole), "deviations", &mut found);
+    paths(&report::conditions::transformation_json(&given), "delays", &mut found);
+    paths(&report::conditions::bias_json(&paper, 0, &list), "delays", &mut found);
+    let conditions = self_calibration(&given, 0);
+    paths(&report::conditions::json(&given, 0, &conditions), "delays", &mut found);
+    let labels = ["first".to_owned(), "second".to_owned()];
+    let told = report::conditions::repeatability_json(&labels, &agreement);
+    paths(&told, "delays of several campaigns", &mut found);
     paths(&json::calibration(&result), "calibrate", &mut found);
     paths(&json::delays(&delays.measurands), "delays", &mut found);
     paths(&json::comparison(&rows), "compare", &mut found);

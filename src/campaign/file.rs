@@ -11,6 +11,7 @@ use crate::campaign::entries::{Entry, Item, Quantity, Reader, Value, get};
 use crate::campaign::overrides;
 use crate::campaign::plan::{self, Leg};
 use crate::campaign::run::Role;
+use crate::campaign::specification::Specification;
 use crate::campaign::statement;
 use crate::campaign::timing::{self, RunTiming, Timing};
 use crate::campaign::{header, lines};
@@ -20,7 +21,7 @@ use crate::units::Unit;
 
 pub use crate::campaign::load::{Campaign, LeftOut, LoadOptions};
 
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "title",
     "model",
     "instrument",
@@ -30,6 +31,7 @@ const KEYS: [&str; 13] = [
     "parameters",
     "inputs",
     "measurands",
+    "specification",
     "runs",
     "delay_range",
     "timing",
@@ -136,6 +138,8 @@ pub struct CampaignFile {
     pub inputs: Vec<InputOverride>,
     /// `[measurands]`.
     pub measurands: Vec<MeasurandOverride>,
+    /// `[specification]`.
+    pub specification: Specification,
     /// `delay_range` (s).
     pub delay_range: Option<f64>,
     /// `[timing]`.
@@ -202,6 +206,7 @@ impl CampaignFile {
         let inputs = table(&mut reader, "inputs");
         let measurands = table(&mut reader, "measurands");
         let metadata = table(&mut reader, "metadata");
+        let specification = table(&mut reader, "specification");
         let this = Self {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             path: path.to_owned(),
@@ -218,6 +223,7 @@ impl CampaignFile {
             parameters: overrides::read(&mut reader, &parameters),
             inputs: inputs.iter().map(|entry| input(&mut reader, entry)).collect(),
             measurands: measurands.iter().map(|entry| measurand(&mut reader, entry)).collect(),
+            specification: Specification::read(&mut reader, &specification),
             delay_range,
             timing,
             runs: runs(&mut reader, get(&entries, "runs"), get(&entries, "timing").is_some()),

@@ -12,6 +12,7 @@ use crate::campaign::recorder::{Recorder, Store};
 use crate::campaign::run::{Run, Samples};
 use crate::campaign::samples::{InputSetting, Loader, column_count, missing, reading_columns};
 use crate::campaign::signal::Track;
+use crate::campaign::specification::Specification;
 use crate::campaign::spline::Smoothing;
 use crate::campaign::statement;
 use crate::campaign::table::Skipped;
@@ -103,6 +104,8 @@ pub struct Campaign {
     /// Standard uncertainty (SI) of one reading of each measurand of the model; 1 for one that the
     /// campaign neither states nor reads.
     pub measurand_sigma: Vec<f64>,
+    /// What the maker of the instrument promises to follow.
+    pub specification: Specification,
     /// Degrees of freedom on which that rests, if few.
     pub measurand_degrees_of_freedom: Vec<Option<f64>>,
     /// Margin kept to the ends of streams (s).
@@ -190,6 +193,7 @@ impl CampaignFile {
             input_sigma: input_spread.iter().map(InputSpread::random).collect(),
             input_spread,
             measurand_sigma,
+            specification: self.specification,
             measurand_degrees_of_freedom,
             delay_range: loader.delay_range,
             timing: self.timing,
@@ -262,9 +266,10 @@ impl CampaignFile {
         loader: &mut Loader<'_>,
     ) -> (Vec<f64>, Vec<Option<f64>>) {
         let known: Vec<&str> = model.measurands.iter().map(|m| m.name.as_str()).collect();
-        for over in &self.measurands {
-            if !known.contains(&over.name.text.as_str()) {
-                loader.reader.unknown(over.name.span, "measurand", &over.name.text, &known);
+        let rates = self.specification.rates.iter().map(|(name, _)| name);
+        for name in self.measurands.iter().map(|over| &over.name).chain(rates) {
+            if !known.contains(&name.text.as_str()) {
+                loader.reader.unknown(name.span, "measurand", &name.text, &known);
             }
         }
         let (mut sigmas, mut degrees) = (Vec::new(), Vec::new());

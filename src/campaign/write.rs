@@ -154,6 +154,7 @@ pub fn write_campaign_toml(
         words.extend(degrees_of_freedom(*degrees));
         line(format!("{} = {{ {} }}", measurand.name, words.join(", ")));
     }
+    campaign.specification.lines(quoted).into_iter().for_each(&mut line);
     for ((run, file), entry) in runs.iter().zip(files).zip(&campaign.entries) {
         line("\n[[runs]]".into());
         line(format!("name = {}", quoted(&run.name)));

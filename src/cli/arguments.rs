@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use crate::estimate::transformation::Choice;
+
 /// How results are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum Format {
@@ -12,6 +14,31 @@ pub(super) enum Format {
     Text,
     /// The keys of docs/formats.md, section 6.
     Json,
+}
+
+/// Where the transformation is from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum TransformationChoice {
+    /// The reference runs with their own delays, else the joint fit
+    #[default]
+    Best,
+    /// The joint fit of all runs
+    Joint,
+    /// The reference runs as if nothing were delayed, as in the paper; its bias is told
+    Paper,
+    /// The paper's way in turn with the delays, until both agree
+    Iterated,
+}
+
+impl From<TransformationChoice> for Choice {
+    fn from(choice: TransformationChoice) -> Self {
+        match choice {
+            TransformationChoice::Best => Self::Best,
+            TransformationChoice::Joint => Self::Joint,
+            TransformationChoice::Paper => Self::Paper,
+            TransformationChoice::Iterated => Self::Iterated,
+        }
+    }
 }
 
 /// How much memory a command may take.

@@ -1,24 +1,34 @@
-//! `homepoint delays`: each reading solved for its own delay.
+//! `homepoint delays`: each reading solved for its own delay, the means under changed conditions, and
+//! their agreement between campaigns.
 
 use std::convert::Infallible;
 use std::io::Write;
 
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::arguments::{CampaignArguments, Format};
+use super::arguments::{CampaignArguments, Format, TransformationChoice};
 use super::calibrate::{estimate, unsound};
+use super::load::Loaded;
 use super::{Failure, load, output};
+use crate::estimate::bias::bias;
 use crate::estimate::budget::budgets;
+use crate::estimate::conditions::self_calibration;
 use crate::estimate::newton::ReadingDelay;
+use crate::estimate::repeatability;
 use crate::estimate::systematic::Widening;
-use crate::estimate::transformation::Transformation;
+use crate::estimate::transformation::{
+    Choice, From, NoTransformation, Transformation, transformation,
+};
 use crate::report::{self, table};
 
 #[derive(Debug, Args)]
 pub(super) struct DelaysCommand {
     #[command(flatten)]
     common: CampaignArguments,
+    /// Where the transformation is from
+    #[arg(long, value_enum, default_value_t)]
+    transformation: TransformationChoice,
     /// Show what the uncertainty of the delays is made of
     #[arg(long)]
     budget: bool,
@@ -28,63 +38,108 @@ impl DelaysCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
-        let calibration = estimate(loaded.problem.clone())?;
-        if !calibration.is_sound() {
-            return unsound(&calibration, &loaded.about, self.common.format);
-        }
         let mut whole = json!({ "campaigns": loaded.about });
         let mut text = String::new();
-        for part in 0..calibration.problem.parts.len() {
+        let given = given_transformation(&loaded, self.transformation, self.common.format)?;
+        let mut solved = Vec::new();
+        for (part, given) in given.iter().enumerate() {
+            let runs = given.wanted(part);
             let campaign = &loaded.campaigns[part];
-            let taken = Transformation::of(&loaded.problem, &calibration, part);
-            let data = &calibration.problem.parts[part];
-            let mut widening = Widening::new(&calibration.problem, part, &taken.fit().fit.point);
-            let mut delays = match &self.common.out {
+            let mut widening = Widening::new(&given.problem, part, &given.point);
+            let mut found = match &self.common.out {
                 None => {
                     let see = &mut |reading: &ReadingDelay| {
                         widening.see(reading);
                         Ok::<_, Infallible>(())
                     };
-                    let Ok(delays) = taken.delays(part, None, see);
-                    delays
+                    let Ok(found) = given.each_delay(part, &runs, see);
+                    found
                 }
                 Some(folder) => {
-                    let name = match loaded.labels.len() {
-                        1 => "delays.csv".to_owned(),
-                        _ => {
-                            format!("delays_{}.csv", loaded.labels[part].replace(['/', '\\'], "_"))
-                        }
-                    };
+                    let name = load::table_name("delays", &loaded.labels, part);
+                    let data = &given.problem.parts[part];
                     output::written(&folder.join(name), |file| {
                         file.write_all(table::DELAYS.as_bytes())?;
                         let row = &mut |reading: &ReadingDelay| {
                             table::delay(data, &widening.see(reading), file)
                         };
-                        let found = taken.delays(part, None, row)?;
-                        load::read_back(&loaded.problem)?;
+                        let found = given.each_delay(part, &runs, row)?;
+                        load::read_back(&given.problem)?;
                         Ok(found)
                     })?
                 }
             };
-            load::trust(&loaded.problem)?;
-            widening.widen(&mut delays);
-            text.push_str(&report::text::delays(&loaded.titles[part], &taken.from(), &delays));
+            load::trust(&given.problem)?;
+            widening.widen(&mut found);
+            text.push_str(&report::text::delays(&loaded.titles[part], &given.from, &found));
             text.push_str(&report::timing::text(campaign));
-            let mut value = report::json::delays(&delays.measurands);
-            load::merge(&mut value, json!({ "transformation": taken.from().word() }));
+            let mut value = report::json::delays(&found.measurands);
             if self.budget {
-                let budgets = budgets(&taken, part, campaign);
+                let budgets = budgets(given, part, campaign);
                 text.push_str(&report::budget::text(&budgets));
                 for budget in &budgets {
                     let one = json!({ "budget": report::budget::json(budget) });
                     load::merge(&mut value["measurands"][&budget.measurand], one);
                 }
             }
+            load::merge(&mut value, report::conditions::transformation_json(given));
+            text.push_str(&report::conditions::transformation_text(given, part));
+            if given.from == From::Paper {
+                let iterated = given.iterated(&loaded.problem, part);
+                let iterated = iterated.map_err(|why| Failure::Could(why.to_string()))?;
+                let list = bias(given, &iterated, part);
+                text.push_str(&report::conditions::bias_text(given, part, &list));
+                load::merge(&mut value, report::conditions::bias_json(given, part, &list));
+            }
+            let conditions = self_calibration(given, part);
+            text.push_str(&report::conditions::text(given, part, &conditions));
+            load::merge(&mut value, report::conditions::json(given, part, &conditions));
             load::put(&mut whole, &loaded.labels[part], loaded.labels.len(), value);
+            solved.push(found);
+        }
+        let agreement = repeatability::of_campaigns(&given, &solved);
+        if !agreement.is_empty() {
+            text.push_str(&report::conditions::repeatability_text(&loaded.labels, &agreement));
+            let value = report::conditions::repeatability_json(&loaded.labels, &agreement);
+            load::merge(&mut whole, value);
         }
         match self.common.format {
             Format::Json => output::json(&whole),
             Format::Text => output::text(&text),
         }
     }
+}
+
+/// The transformation of each campaign, as asked for; where it needs the joint fit, that must be sound.
+pub(super) fn given_transformation(
+    loaded: &Loaded,
+    choice: TransformationChoice,
+    format: Format,
+) -> Result<Vec<Transformation>, Failure> {
+    let choice = Choice::from(choice);
+    let joint = estimate(loaded.problem.clone())?;
+    if !joint.is_sound() && matches!(choice, Choice::Best | Choice::Joint) {
+        unsound(&joint, &loaded.about, format)?;
+    }
+    (0..loaded.problem.parts.len())
+        .map(|part| {
+            let found = transformation(&loaded.problem, Some(&joint), part, choice);
+            found.map_err(|why| not_there(&why, loaded, format))
+        })
+        .collect()
+}
+
+/// Tells programs, too, why there is no transformation.
+fn not_there(why: &NoTransformation, loaded: &Loaded, format: Format) -> Failure {
+    if format == Format::Json {
+        let told: Value = json!({
+            "campaigns": loaded.about,
+            "measurands": {},
+            "unobservable": [{ "words": why.to_string(), "direction": {}, "remedy": "choose another --transformation" }],
+        });
+        if let Err(failure) = output::json(&told) {
+            return failure;
+        }
+    }
+    Failure::Could(why.to_string())
 }

@@ -114,6 +114,14 @@ pub(super) fn refuse_correlated(problem: &Problem) -> Result<(), Failure> {
     .into())
 }
 
+/// The file name of a campaign's table.
+pub(super) fn table_name(what: &str, labels: &[String], part: usize) -> String {
+    match labels.len() {
+        1 => format!("{what}.csv"),
+        _ => format!("{what}_{}.csv", labels[part].replace(['/', '\\'], "_")),
+    }
+}
+
 /// Adds the keys of one object to another.
 pub(super) fn merge(into: &mut Value, from: Value) {
     if let (Value::Object(into), Value::Object(from)) = (into, from) {

@@ -83,11 +83,7 @@ pub struct BothWays {
 }
 
 /// The budgets of one campaign's delays.
-pub fn budgets(
-    transformation: &Transformation<'_>,
-    part: usize,
-    campaign: &Campaign,
-) -> Vec<Budget> {
+pub fn budgets(transformation: &Transformation, part: usize, campaign: &Campaign) -> Vec<Budget> {
     let problem = transformation.problem();
     let data = &problem.parts[part];
     let point = &transformation.fit().fit.point;
@@ -202,7 +198,7 @@ struct CommonPart {
 
 /// The covariance of the transformation's fit taken apart: prior knowledge, parameter by parameter, and
 /// the rest.
-fn common_parts(transformation: &Transformation<'_>, part: usize) -> Vec<CommonPart> {
+fn common_parts(transformation: &Transformation, part: usize) -> Vec<CommonPart> {
     let (problem, fit) = (transformation.problem(), transformation.fit());
     let covariance = &fit.covariance;
     let mut rest = covariance.clone();

@@ -41,6 +41,8 @@ pub struct Summary {
     pub random: Option<f64>,
     /// Median expanded uncertainty (k = 2) of a solved reading (s), see [`super::median`].
     pub median_expanded_uncertainty: Option<f64>,
+    /// Derivatives of the mean with respect to all columns.
+    pub sensitivity: DVector<f64>,
     /// Arm angles at which it does not show its delay.
     pub blind_ranges: Vec<BlindRange>,
 }
@@ -167,6 +169,7 @@ impl Tally {
             common: any.then_some(common),
             random: any.then_some(random),
             median_expanded_uncertainty: self.expanded.value(),
+            sensitivity: mean_sensitivity,
             blind_ranges: Vec::new(),
         }
     }

@@ -28,6 +28,16 @@ pub struct Aligned {
 /// The coordinates of the target in every sample of a run, or of this share of it, that has all its
 /// readings.
 pub fn pairs(part: &Part, run: &Run, parameters: &[[f64; 4]], share: f64) -> Vec<Pair> {
+    numbered_pairs(part, run, parameters, share).into_iter().map(|(_, pair)| pair).collect()
+}
+
+/// The same, each with the number of its sample.
+pub fn numbered_pairs(
+    part: &Part,
+    run: &Run,
+    parameters: &[[f64; 4]],
+    share: f64,
+) -> Vec<(usize, Pair)> {
     let mut pairs = Vec::new();
     let Some(coordinates) = &part.system.assembly.coordinates else { return pairs };
     let mut outputs = coordinates.from.to_vec();
@@ -41,11 +51,8 @@ pub fn pairs(part: &Part, run: &Run, parameters: &[[f64; 4]], share: f64) -> Vec
             let leaves = SampleLeaves { parameters, randoms, columns, sample };
             let out = program.evaluate(&leaves, &mut workspace);
             if out.iter().all(|value| value.is_finite()) {
-                pairs.push(Pair {
-                    source: [out[0], out[1], out[2]],
-                    target: [out[3], out[4], out[5]],
-                    weight: 1.0,
-                });
+                let (source, target) = ([out[0], out[1], out[2]], [out[3], out[4], out[5]]);
+                pairs.push((sample.number, Pair { source, target, weight: 1.0 }));
             }
         }
     }

@@ -21,7 +21,7 @@ pub fn scope_word(scope: Scope) -> &'static str {
 }
 
 /// A finite number, else null.
-fn number(value: Option<f64>) -> Value {
+pub(crate) fn number(value: Option<f64>) -> Value {
     value.filter(|value| value.is_finite()).map_or(Value::Null, |value| json!(value))
 }
 

@@ -32,7 +32,7 @@ pub fn delay(part: &Part, reading: &ReadingDelay, out: &mut dyn Write) -> io::Re
 }
 
 /// A CSV cell, quoted where it must be.
-fn quoted(cell: &str) -> String {
+pub(crate) fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n']) {
         format!("\"{}\"", cell.replace('"', "\"\""))
     } else {

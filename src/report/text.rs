@@ -95,7 +95,7 @@ fn fit(result: &Calibration) -> String {
 }
 
 /// Residuals of angles are small: they are read more easily in parts of a radian.
-fn residual_unit(size: f64, declared: &Unit) -> Unit {
+pub(crate) fn residual_unit(size: f64, declared: &Unit) -> Unit {
     if declared.dimension == Dimension::NONE && declared.symbol != "1" {
         let part = if size < 1e-3 { "µrad" } else { "mrad" };
         Unit::parse(part).unwrap_or_else(|_| declared.clone())
@@ -195,9 +195,11 @@ pub fn comparison(title: &str, from: &From, list: &[Comparison]) -> String {
     text
 }
 
-fn from_words(from: From) -> &'static str {
+pub(crate) fn from_words(from: From) -> &'static str {
     match from {
         From::ReferenceRuns => "the reference runs alone",
         From::JointFit => "the joint fit of all runs",
+        From::Paper => "the reference runs as if nothing were delayed (the paper's way)",
+        From::Iterated => "the reference runs, in turn with the delays",
     }
 }

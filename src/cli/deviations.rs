@@ -1,0 +1,49 @@
+//! `homepoint deviations`: how far the measured points lie from where the arm was.
+
+use clap::Args;
+use serde_json::json;
+
+use super::arguments::{CampaignArguments, Format, TransformationChoice};
+use super::delays::given_transformation;
+use super::{Failure, load, output};
+use crate::estimate::deviations::deviations;
+use crate::report::deviations::{Shown, Whole, json as result, table, text};
+
+#[derive(Debug, Args)]
+pub(super) struct DeviationsCommand {
+    #[command(flatten)]
+    common: CampaignArguments,
+    /// Where the transformation is from
+    #[arg(long, value_enum, default_value_t)]
+    transformation: TransformationChoice,
+}
+
+impl DeviationsCommand {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        let loaded = load::load(&self.common)?;
+        load::refuse_correlated(&loaded.problem)?;
+        let mut whole = json!({ "campaigns": loaded.about });
+        let mut told = String::new();
+        let given = given_transformation(&loaded, self.transformation, self.common.format)?;
+        for (part, given) in given.iter().enumerate() {
+            let runs: Vec<Shown> = (0..given.problem.parts[part].runs.len())
+                .map(|run| deviations(&given.problem, part, run, &given.point))
+                .collect();
+            load::trust(&given.problem)?;
+            let specification = &loaded.campaigns[part].specification;
+            let shown = Whole { problem: &given.problem, part, specification, runs: &runs };
+            told.push_str(&text(&loaded.titles[part], given.from, shown));
+            let mut value = result(shown);
+            load::merge(&mut value, json!({ "transformation": given.from.word() }));
+            load::put(&mut whole, &loaded.labels[part], loaded.labels.len(), value);
+            if let Some(folder) = &self.common.out {
+                let name = load::table_name("deviations", &loaded.labels, part);
+                output::file(&folder.join(name), &table(shown))?;
+            }
+        }
+        match self.common.format {
+            Format::Json => output::json(&whole),
+            Format::Text => output::text(&told),
+        }
+    }
+}
