@@ -11,6 +11,7 @@ mod check;
 mod compare;
 mod completions;
 mod delays;
+mod diagnose;
 mod load;
 mod new;
 mod output;
@@ -53,6 +54,8 @@ enum Command {
     Delays(delays::DelaysCommand),
     /// Estimate delays, transformation and all other parameters jointly
     Calibrate(calibrate::CalibrateCommand),
+    /// Find out why simulation and reality differ
+    Diagnose(diagnose::Diagnose),
     /// Compare the readings' own delays with the joint estimate
     Compare(compare::CompareCommand),
     /// Print a completion script for a shell, or the manual page
@@ -101,6 +104,7 @@ pub fn run() -> ExitCode {
         Command::Simulate(command) => command.run(),
         Command::Delays(command) => command.run(),
         Command::Calibrate(command) => command.run(),
+        Command::Diagnose(command) => command.run(),
         Command::Compare(command) => command.run(),
         Command::Completions(command) => command.run(Cli::command()),
     };

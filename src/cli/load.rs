@@ -6,7 +6,7 @@ use super::arguments::CampaignArguments;
 use super::{Failure, render};
 use crate::campaign::load::Campaign;
 use crate::engine::Problem;
-use crate::engine::open::{Request, correlated, open};
+use crate::engine::open::{Recipe, Request, correlated, open};
 use crate::estimate::checks;
 use crate::model::Model;
 
@@ -25,6 +25,8 @@ pub(super) struct Loaded {
     pub(super) about: Value,
     /// Parameters that `--set` stated.
     pub(super) stated: Vec<String>,
+    /// From what each campaign's model with effects was put together.
+    pub(super) recipes: Vec<Recipe>,
 }
 
 /// Reads everything and tells warnings.
@@ -75,6 +77,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         titles,
         about,
         stated: opened.stated,
+        recipes: opened.recipes,
     })
 }
 
@@ -90,6 +93,16 @@ pub(super) fn refuse_correlated(problem: &Problem) -> Result<(), Failure> {
     ))
     .help("leave the effect out; `simulate` can put it in")
     .into())
+}
+
+/// Refuses campaigns without readings.
+pub(super) fn refuse_empty(problem: &Problem) -> Result<(), Failure> {
+    if problem.reading_count() > 0 {
+        return Ok(());
+    }
+    let why =
+        "there are no readings to estimate from: all runs are planned or empty (try `simulate`)";
+    Err(Failure::Could(why.to_owned()))
 }
 
 /// Adds the keys of one object to another.
