@@ -8,17 +8,20 @@
 //! | [`evidence`] | what each of them would explain, from one pass |
 //! | [`score`], [`tail`] | how unlikely that is by chance |
 //! | [`stage`] | a fitted model with all of that |
+//! | [`whiten`], [`jitter`] | the noise, before anything is tested against it |
 //! | [`search`] | which effects are adopted |
 //! | [`verdict`] | the answer |
 
 pub mod candidates;
 pub mod evidence;
+pub mod jitter;
 pub mod score;
 pub mod search;
 pub mod stage;
 pub mod structure;
 pub mod tail;
 pub mod verdict;
+pub mod whiten;
 
 use crate::engine::Problem;
 use crate::engine::open::Recipe;
@@ -29,6 +32,7 @@ use candidates::{NotTestable, Wanted};
 use search::{Adopted, Search, search};
 use stage::Fitted;
 use verdict::{Absorbed, Location, Ranked, Verdict};
+use whiten::NoiseEffect;
 
 /// The answer.
 #[derive(Clone, Debug)]
@@ -39,6 +43,8 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The effects that it names, in order of adoption.
     pub effects: Vec<Adopted>,
+    /// The effects on the noise that it names.
+    pub noise: Vec<NoiseEffect>,
     /// The joint estimate with those effects; `None` without any.
     pub explained: Option<Calibration>,
     /// All testable effects, best first.
@@ -67,6 +73,7 @@ pub fn diagnose(
     let mut diagnosis = Diagnosis {
         verdict: Verdict::Unobservable,
         effects: Vec::new(),
+        noise: Vec::new(),
         explained: None,
         candidates: Vec::new(),
         absorbed: Vec::new(),
@@ -84,8 +91,9 @@ pub fn diagnose(
     };
     (diagnosis.verdict, diagnosis.effects) = verdict::verdict(&search);
     if let Some(stage) = search.stages.get(diagnosis.effects.len())
-        && !diagnosis.effects.is_empty()
+        && matches!(diagnosis.verdict, Verdict::Explained | Verdict::ShapeDiffers)
     {
+        diagnosis.noise.clone_from(&stage.noise_found.effects);
         let Fitted { problem, fit, .. } = stage.fitted.clone();
         diagnosis.explained = Some(finish(problem, fit, Vec::new(), Vec::new())?);
     }

@@ -13,6 +13,7 @@ use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
 use crate::engine::gram::{Normal, PriorRow, RunGram};
 use crate::engine::signatures::{Candidate as Signed, Signature, Signatures};
+use crate::engine::stretches::Left;
 use crate::engine::{Point, Problem};
 use crate::estimate::arrow::normal_matrix;
 use crate::graph::Scope;
@@ -27,6 +28,8 @@ pub const RANK: f64 = 3e-4;
 pub struct Evidence {
     /// One for each candidate, in their order.
     pub entries: Vec<Entry>,
+    /// The signatures in each campaign.
+    signatures: Vec<Signatures>,
     /// Sums of each run over all campaigns.
     runs: Vec<RunGram>,
     /// The nominal columns of each run.
@@ -124,6 +127,7 @@ impl Evidence {
         let nominal = nominal(normal)?;
         let mut runs = Vec::new();
         let mut touched = Vec::new();
+        let mut signed = Vec::new();
         let mut columns: Vec<Vec<(Owner, Column)>> = vec![Vec::new(); candidates.len()];
         for part in 0..problem.parts.len() {
             let signatures = sign(problem, part, candidates);
@@ -139,14 +143,94 @@ impl Evidence {
                 touched.push(problem.layout.columns.touched_by(first + run));
                 runs.push(gram);
             }
+            signed.push(signatures);
         }
-        let mut evidence = Self { entries: Vec::new(), runs, touched, nominal };
+        let mut evidence = Self { entries: Vec::new(), signatures: signed, runs, touched, nominal };
         for columns in columns {
             let (owners, columns) = columns.into_iter().unzip();
             let entry = evidence.entry(owners, columns);
             evidence.entries.push(entry);
         }
         Some(evidence)
+    }
+
+    /// Several candidates as one.
+    pub fn together(&self, entries: &[&Entry]) -> Entry {
+        let owners = entries.iter().flat_map(|one| one.owners.clone()).collect();
+        let columns = entries.iter().flat_map(|one| one.columns.clone()).collect();
+        self.entry(owners, columns)
+    }
+
+    /// What is left of the readings of each run, campaign after campaign, with an entry's best values
+    /// and the nominal parameters that go with them; scores are summed over stretches of so many
+    /// samples.
+    pub fn left(
+        &self,
+        problem: &Problem,
+        point: &Point,
+        entry: &Entry,
+        length: usize,
+    ) -> Vec<Left> {
+        let values = entry.values();
+        let nominal = self.nominal_step(entry);
+        let mut left = Vec::new();
+        for (part, signatures) in self.signatures.iter().enumerate() {
+            let steps: Vec<Vec<f64>> = (0..problem.parts[part].runs.len())
+                .map(|run| {
+                    let run = problem.run_index(part, run);
+                    let touched = &self.touched[run];
+                    let mut step: Vec<f64> = touched.iter().map(|c| nominal[*c]).collect();
+                    step.resize(touched.len() + signatures.columns.len(), 0.0);
+                    for (column, value) in entry.columns.iter().zip(values.iter()) {
+                        for (_, index) in column.at.iter().filter(|(other, _)| *other == run) {
+                            step[touched.len() + index] += value;
+                        }
+                    }
+                    step
+                })
+                .collect();
+            left.extend(problem.left(signatures, point, &steps, length));
+        }
+        left
+    }
+
+    /// How much more an entry's score scatters from stretch to stretch than the noise model says: 1 if
+    /// it is right. `left` is what a good model leaves of each run.
+    pub fn inflation(&self, entry: &Entry, left: &[Left]) -> f64 {
+        let mut sum = 0.0;
+        for (run, left) in left.iter().enumerate() {
+            let touched = &self.touched[run];
+            // Places of this run's columns, once for all its stretches.
+            let own: Vec<(usize, usize)> = entry
+                .columns
+                .iter()
+                .enumerate()
+                .filter_map(|(j, column)| {
+                    let at = column.at.iter().find(|(other, _)| *other == run)?;
+                    Some((j, touched.len() + at.1))
+                })
+                .collect();
+            for score in &left.scores {
+                let mut raw = DVector::zeros(entry.columns.len());
+                for (j, at) in &own {
+                    raw[*j] = score[*at];
+                }
+                for (place, column) in touched.iter().enumerate() {
+                    for j in 0..raw.len() {
+                        raw[j] -= entry.coupling[(*column, j)] * score[place];
+                    }
+                }
+                sum += entry.basis.tr_mul(&raw).norm_squared();
+            }
+        }
+        sum / entry.degrees().max(1) as f64
+    }
+
+    /// The step of the nominal parameters that goes with an entry's best values.
+    fn nominal_step(&self, entry: &Entry) -> DVector<f64> {
+        let score = &self.nominal.score;
+        let score = DMatrix::from_column_slice(score.len(), 1, score.as_slice());
+        self.nominal.solve(&score).column(0) - &entry.coupling * entry.values()
     }
 
     /// Sums of products of two sets of columns.
@@ -183,7 +267,7 @@ impl Evidence {
         let left = &own - across.tr_mul(&coupling);
         let score = score - coupling.tr_mul(&self.nominal.score);
         let finite = left.iter().chain(score.iter()).all(|value| value.is_finite());
-        let basis = if finite { basis(&left, &raw) } else { DMatrix::zeros(k, 0) };
+        let basis = if finite && k > 0 { basis(&left, &raw) } else { DMatrix::zeros(k, 0) };
         let score = basis.tr_mul(&score);
         Entry { owners, columns, raw, basis, score, coupling, finite }
     }
@@ -205,6 +289,9 @@ impl Evidence {
 
     /// What `b` explains beyond the nominal parameters and `a`, with its degrees of freedom.
     pub fn beyond(&self, a: &Entry, b: &Entry) -> (f64, usize) {
+        if a.degrees() == 0 || b.degrees() == 0 {
+            return (b.gain(), b.degrees());
+        }
         let cosines = self.overlap(a, b);
         let left = DMatrix::identity(b.degrees(), b.degrees()) - cosines.tr_mul(&cosines);
         let score = &b.score - cosines.tr_mul(&a.score);
@@ -227,10 +314,7 @@ impl Evidence {
         if own <= 0.0 || self.nominal.priors.is_empty() {
             return 0.0;
         }
-        let score =
-            DMatrix::from_column_slice(self.nominal.score.len(), 1, self.nominal.score.as_slice());
-        let step: DVector<f64> =
-            self.nominal.solve(&score).column(0) - &entry.coupling * entry.values();
+        let step = self.nominal_step(entry);
         let mut gain = 0.0;
         for row in &self.nominal.priors {
             let moved: f64 = row.coefficients.iter().map(|(column, by)| by * step[*column]).sum();

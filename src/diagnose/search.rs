@@ -10,6 +10,8 @@ use crate::estimate::batch::{FitError, Options};
 use super::candidates::{Candidate, Wanted};
 use super::score::{Score, of_gain};
 use super::stage::{Fitted, Stage};
+use super::tail::{ln_chi_squared, ln_f};
+use super::whiten::{Given, Noise, prepare};
 
 /// Probability of any false declaration, split evenly over effects, blocks and noise.
 pub const FALSE_ALARMS: f64 = 0.01;
@@ -20,6 +22,9 @@ const SHORT_LIST: usize = 3;
 /// Effects that are adopted at most.
 const MOST: usize = 4;
 
+/// Fewer stretches do not show how scores scatter.
+const LEAST_STRETCHES: usize = 20;
+
 /// An adopted effect.
 #[derive(Clone, Debug)]
 pub struct Adopted {
@@ -29,6 +34,8 @@ pub struct Adopted {
     pub score: Score,
     /// Part of the evidence that lies in prior values.
     pub prior_share: f64,
+    /// What it takes off the sum of squares, in units of the noise that is found with it in the model.
+    pub gain: f64,
 }
 
 impl Adopted {
@@ -70,9 +77,22 @@ impl Stage {
         found
     }
 
+    /// Whether a candidate passes its test, is large enough, and is supported by how scores scatter
+    /// from stretch to stretch.
     fn passes(&self, candidate: usize, level: f64) -> bool {
         let score = &self.scores[candidate];
-        score.ln_p <= level && score.lambda() >= LEAST_LAMBDA
+        if score.ln_p > level || score.lambda() < LEAST_LAMBDA {
+            return false;
+        }
+        if self.stretches < LEAST_STRETCHES {
+            // Too short for that: the most that a memory of this strength can pretend.
+            let memory = self.noise_found.memory;
+            let most = (1.0 + memory) / (1.0 - memory);
+            return ln_chi_squared(score.gain / most, score.degrees) <= level;
+        }
+        let degrees = score.degrees as f64;
+        let ratio = score.gain / (degrees * self.inflation[candidate].max(1.0));
+        ln_f(ratio, degrees, self.stretches as f64 - 1.0) <= level
     }
 }
 
@@ -85,7 +105,10 @@ pub fn search(
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Option<Search>, FitError> {
-    let Some(stage) = Stage::new(nominal, wanted) else { return Ok(None) };
+    let given = Given::of(&nominal.problem);
+    let Some(stage) = prepare(nominal, wanted, &given, &Noise::default(), options)? else {
+        return Ok(None);
+    };
     let mut search = Search { stages: vec![stage], adopted: Vec::new() };
     while search.adopted.len() < MOST {
         let Some(last) = search.stages.last() else { break };
@@ -93,8 +116,12 @@ pub fn search(
         if !search.adopted.is_empty() && last.blocks_found().is_empty() {
             break;
         }
-        let Some((adopted, fitted)) = best(last, options)? else { break };
-        let Some(stage) = Stage::new(fitted, wanted) else { break };
+        let Some((mut adopted, fitted)) = best(last, options)? else { break };
+        let Some(stage) = prepare(fitted, wanted, &given, &last.noise_found, options)? else {
+            break;
+        };
+        let before = stage.fitted.without(&[&adopted.candidate.selected], options)?;
+        adopted.gain = before.cost() - stage.fitted.cost();
         search.adopted.push(adopted);
         search.stages.push(stage);
     }
@@ -124,7 +151,8 @@ fn best(stage: &Stage, options: &Options) -> Result<Option<(Adopted, Fitted)>, F
         }
         if best.as_ref().is_none_or(|(known, _)| score.ln_p < known.score.ln_p) {
             let prior_share = stage.evidence.prior_share(stage.entry(number));
-            best = Some((Adopted { candidate: candidate.clone(), score, prior_share }, fitted));
+            best =
+                Some((Adopted { candidate: candidate.clone(), score, prior_share, gain }, fitted));
         }
     }
     Ok(best)

@@ -3,16 +3,21 @@
 
 use nalgebra::DVector;
 
-use crate::engine::gram::LeastSquares;
 use crate::engine::open::Recipe;
+use crate::engine::stretches::Left;
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
 use crate::system::Selected;
 
 use super::candidates::{Candidate, NotTestable, Wanted, offer};
 use super::evidence::{Entry, Evidence};
-use super::score::{Score, score};
+use super::score::{Score, of_gain, score};
+use super::search::level;
 use super::structure::blocks;
+use super::whiten::Noise;
+
+/// Structures taken off at most before the noise is judged.
+const MOST_STRUCTURES: usize = 8;
 
 /// The campaigns with some effects, fitted.
 #[derive(Clone, Debug)]
@@ -69,6 +74,43 @@ impl Fitted {
         }
         let fit = fit(&mut problem, point, options)?;
         Ok(Some(Self { recipes, problem, fit }))
+    }
+
+    /// The same campaigns, readings and weights without some effects, fitted from here.
+    ///
+    /// # Errors
+    /// [`FitError`] where the problem cannot be fitted at all.
+    pub fn without(&self, less: &[&Selected], options: &Options) -> Result<Self, FitError> {
+        let mut recipes = self.recipes.clone();
+        let mut parts = Vec::with_capacity(recipes.len());
+        for (recipe, part) in recipes.iter_mut().zip(&self.problem.parts) {
+            let dropped = |one: &Selected| {
+                less.iter().any(|gone| {
+                    gone.effect.name == one.effect.name
+                        && gone.head == one.head
+                        && gone.member == one.member
+                })
+            };
+            recipe.effects.retain(|one| !dropped(one));
+            parts.push(match recipe.with(&[]) {
+                Ok(system) => rebuilt(part, system),
+                Err(_) => part.clone(),
+            });
+        }
+        let mut problem = Problem::new(parts);
+        let point = carried(&self.problem, &self.fit.point, &problem);
+        let fit = fit(&mut problem, point, options)?;
+        Ok(Self { recipes, problem, fit })
+    }
+
+    /// Fitted again from where it stands, with the readings and uncertainties of the problem.
+    ///
+    /// # Errors
+    /// [`FitError`] where the problem cannot be fitted at all.
+    pub fn again(self, options: &Options) -> Result<Self, FitError> {
+        let Self { recipes, mut problem, fit: old } = self;
+        let fit = fit(&mut problem, old.point, options)?;
+        Ok(Self { recipes, problem, fit })
     }
 
     /// The sum of squares of the residuals and priors.
@@ -133,6 +175,13 @@ pub struct Stage {
     pub evidence: Evidence,
     /// Score of each candidate.
     pub scores: Vec<Score>,
+    /// What is known of the noise.
+    pub noise_found: Noise,
+    /// For each candidate how much more its score scatters from stretch to stretch than the noise
+    /// says.
+    pub inflation: Vec<f64>,
+    /// Number of stretches; 0 where they were not looked at.
+    pub stretches: usize,
 }
 
 impl Stage {
@@ -145,7 +194,7 @@ impl Stage {
         candidates.extend(blocks(&fitted.recipes));
         let all: Vec<&Candidate> = candidates.iter().collect();
         let evidence = Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, &all)?;
-        let scores = evidence
+        let scores: Vec<Score> = evidence
             .entries
             .iter()
             .enumerate()
@@ -157,9 +206,43 @@ impl Stage {
             effects,
             noise: offer.noise,
             not_testable: offer.not_testable,
+            inflation: vec![1.0; scores.len()],
             evidence,
             scores,
+            noise_found: Noise::default(),
+            stretches: 0,
         })
+    }
+
+    /// All significant structure, of the library or unknown, taken together greedily.
+    pub fn structure(&self) -> Entry {
+        let level = level(self.candidates.len());
+        let strong: Vec<usize> =
+            (0..self.candidates.len()).filter(|n| self.scores[*n].ln_p <= level).collect();
+        let mut taken: Vec<&Entry> = Vec::new();
+        let mut whole = self.evidence.together(&taken);
+        for _ in 0..MOST_STRUCTURES {
+            let beyond = |n: &usize| {
+                let (gain, degrees) = self.evidence.beyond(&whole, self.entry(*n));
+                (of_gain(gain, degrees, 1).ln_p, *n)
+            };
+            let best = strong.iter().map(beyond).min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((ln_p, number)) = best else { break };
+            if ln_p > level {
+                break;
+            }
+            taken.push(self.entry(number));
+            whole = self.evidence.together(&taken);
+        }
+        whole
+    }
+
+    /// Compares how scores scatter from stretch to stretch with what the noise says; `left` is what is
+    /// left of each run's readings without significant structure.
+    pub fn judge_scatter(&mut self, left: &[Left]) {
+        self.stretches = left.iter().map(|run| run.scores.len()).sum();
+        self.inflation =
+            self.evidence.entries.iter().map(|one| self.evidence.inflation(one, left)).collect();
     }
 
     /// The entry of a candidate.
@@ -203,19 +286,4 @@ fn best_members(fitted: &Fitted, offered: Vec<Candidate>) -> Option<(Vec<Candida
         tried.push(count);
     }
     Some((best, tried))
-}
-
-/// Fits campaigns as they are.
-///
-/// # Errors
-/// [`FitError`] where the problem cannot be fitted at all.
-pub fn fitted(
-    recipes: Vec<Recipe>,
-    mut problem: Problem,
-    start: Point,
-    options: &Options,
-) -> Result<Fitted, FitError> {
-    problem.reweight(&start);
-    let fit = fit(&mut problem, start, options)?;
-    Ok(Fitted { recipes, problem, fit })
 }

@@ -79,7 +79,12 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
     };
     let left = last.blocks_found();
     if search.adopted.is_empty() {
-        let verdict = if left.is_empty() { Verdict::Adequate } else { Verdict::Unknown };
+        let noise = !last.noise_found.effects.is_empty();
+        let verdict = match (left.is_empty(), noise) {
+            (false, _) => Verdict::Unknown,
+            (true, true) => Verdict::Explained,
+            (true, false) => Verdict::Adequate,
+        };
         return (verdict, Vec::new());
     }
     if left.is_empty() && !one_block_is_simpler(search, first) {
@@ -87,7 +92,7 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
     }
     // One effect may still be the cause although its form is another.
     let second = &search.stages[1];
-    let gain = first.fitted.cost() - second.fitted.cost();
+    let gain = search.adopted[0].gain;
     let share = gain / (gain + leftover(second));
     if share >= NAMED {
         return (Verdict::ShapeDiffers, search.adopted[..1].to_vec());
@@ -102,8 +107,7 @@ fn one_block_is_simpler(search: &Search, first: &Stage) -> bool {
         return false;
     }
     let Some(block) = first.blocks_found().first().copied() else { return false };
-    let last = &search.stages[search.stages.len() - 1];
-    let gain = first.fitted.cost() - last.fitted.cost();
+    let gain = search.adopted.iter().map(|one| one.score.gain).sum();
     let degrees = search.adopted.iter().map(|one| one.score.degrees).sum();
     let choices = (1..=search.adopted.len()).map(|k| first.effects as f64 / k as f64);
     let chosen: f64 = choices.map(f64::ln).sum();

@@ -6,6 +6,7 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::search::Adopted;
 use crate::diagnose::structure::Of;
 use crate::diagnose::verdict::{Location, Ranked};
+use crate::diagnose::whiten::NoiseEffect;
 use crate::estimate::calibrate::Estimate;
 use crate::report::json::{estimate, number, unobservable};
 
@@ -14,9 +15,11 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
     let candidates = diagnosis.candidates.iter().take(top.unwrap_or(usize::MAX));
     let absorbed = diagnosis.absorbed.iter();
     let not_testable = diagnosis.not_testable.iter();
+    let noise = diagnosis.noise.iter().map(noise_effect);
+    let effects = diagnosis.effects.iter().map(|one| effect(diagnosis, one));
     json!({
         "verdict": diagnosis.verdict.word(),
-        "effects": diagnosis.effects.iter().map(|one| effect(diagnosis, one)).collect::<Vec<_>>(),
+        "effects": noise.chain(effects).collect::<Vec<_>>(),
         "candidates": candidates.map(candidate).collect::<Vec<_>>(),
         "absorbed": absorbed
             .map(|one| json!({ "name": one.name, "acts_as": one.acts_as }))
@@ -49,6 +52,22 @@ fn effect(diagnosis: &Diagnosis, adopted: &Adopted) -> Value {
         "member": if member.is_empty() { Value::Null } else { Value::Object(member) },
         "evidence": adopted.evidence(),
         "parameters": estimates_of(diagnosis, adopted).iter().map(estimate).collect::<Vec<_>>(),
+    })
+}
+
+fn noise_effect(one: &NoiseEffect) -> Value {
+    json!({
+        "name": one.name,
+        "member": Value::Null,
+        "evidence": "data",
+        "parameters": [{
+            "name": one.parameter,
+            "scope": "sample",
+            "of": Value::Null,
+            "value": number(Some(one.value)),
+            "sigma": number(Some(one.sigma)),
+            "unit": one.unit.si_symbol(),
+        }],
     })
 }
 

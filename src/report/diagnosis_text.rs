@@ -16,6 +16,10 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
         text.push_str(&trouble(&diagnosis.nominal));
         return text;
     }
+    for one in &diagnosis.noise {
+        let figure = figure::measured(one.value, one.sigma, &one.unit);
+        text.push_str(&format!("\n{}\n  {} = {figure}\n", one.name, one.parameter));
+    }
     for one in &diagnosis.effects {
         text.push_str(&format!(
             "\n{}: {}\n",
@@ -68,8 +72,9 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
 
 /// The verdict.
 fn sentence(diagnosis: &Diagnosis) -> String {
-    let names: Vec<String> =
-        diagnosis.effects.iter().map(|one| format!("`{}`", one.candidate.name)).collect();
+    let noise = diagnosis.noise.iter().map(|one| &one.name);
+    let effects = diagnosis.effects.iter().map(|one| &one.candidate.name);
+    let names: Vec<String> = effects.chain(noise).map(|name| format!("`{name}`")).collect();
     let names = names.join(" and ");
     let place = diagnosis.locations.first().map_or("", |one| one.place.words.as_str());
     match diagnosis.verdict {
