@@ -11,10 +11,17 @@
 //! | [`whiten`], [`jitter`] | the noise, before anything is tested against it |
 //! | [`search`] | which effects are adopted |
 //! | [`verdict`] | the answer |
+//! | [`probability`] | how probable each cause is |
+//! | [`gap`], [`holdout`] | how far the gap shrinks |
+//! | [`hidden`] | what could still hide |
 
 pub mod candidates;
 pub mod evidence;
+pub mod gap;
+pub mod hidden;
+pub mod holdout;
 pub mod jitter;
+pub mod probability;
 pub mod score;
 pub mod search;
 pub mod stage;
@@ -24,11 +31,16 @@ pub mod verdict;
 pub mod whiten;
 
 use crate::engine::Problem;
-use crate::engine::open::Recipe;
+use crate::engine::open::{Opened, Recipe};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate, finish};
 
+use crate::system::Selected;
+
 use candidates::{NotTestable, Wanted};
+use gap::{Gap, gap};
+use hidden::{Hidden, hidden};
+use holdout::holdout;
 use search::{Adopted, Search, search};
 use stage::Fitted;
 use verdict::{Absorbed, Location, Ranked, Verdict};
@@ -55,6 +67,12 @@ pub struct Diagnosis {
     pub not_testable: Vec<NotTestable>,
     /// Where the gap lies, best first.
     pub locations: Vec<Location>,
+    /// The effect nearest to what is there, where nothing in the library explains it.
+    pub nearest: Option<Ranked>,
+    /// How far the gap shrinks with the named effects.
+    pub gap: Option<Gap>,
+    /// What could still hide, largest first.
+    pub hidden: Vec<Hidden>,
     /// The search, for those who want to know more; `None` where there was none.
     pub search: Option<Search>,
 }
@@ -79,6 +97,9 @@ pub fn diagnose(
         absorbed: Vec::new(),
         not_testable: Vec::new(),
         locations: Vec::new(),
+        nearest: None,
+        gap: None,
+        hidden: Vec::new(),
         search: None,
         nominal,
     };
@@ -94,6 +115,16 @@ pub fn diagnose(
         && matches!(diagnosis.verdict, Verdict::Explained | Verdict::ShapeDiffers)
     {
         diagnosis.noise.clone_from(&stage.noise_found.effects);
+        if !diagnosis.effects.is_empty() {
+            let effects: Vec<&Selected> =
+                diagnosis.effects.iter().map(|one| &one.candidate.selected).collect();
+            let before = stage.fitted.without(&effects, options)?;
+            let in_data = diagnosis.effects.iter().all(|one| one.evidence() == "data");
+            let memory = stage.noise_found.memory;
+            let left = verdict::leftover(stage);
+            diagnosis.gap = Some(gap(&before, &stage.fitted, left, memory, in_data));
+        }
+        diagnosis.hidden = hidden(stage);
         let Fitted { problem, fit, .. } = stage.fitted.clone();
         diagnosis.explained = Some(finish(problem, fit, Vec::new(), Vec::new())?);
     }
@@ -102,6 +133,37 @@ pub fn diagnose(
         (diagnosis.absorbed, diagnosis.not_testable) = verdict::silent(first);
         diagnosis.locations = verdict::locations(first);
     }
+    if diagnosis.verdict == Verdict::Unknown {
+        let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);
+        diagnosis.nearest = diagnosis.candidates.iter().max_by(by_share).cloned();
+    } else if diagnosis.verdict == Verdict::Adequate
+        && let Some(first) = search.stages.first()
+    {
+        diagnosis.hidden = hidden(first);
+    }
     diagnosis.search = Some(search);
     Ok(diagnosis)
+}
+
+/// Judges how far the gap shrinks on a campaign that the fit never saw; without named effects nothing
+/// changes.
+///
+/// # Errors
+/// [`FitError`] where a problem cannot be fitted at all.
+pub fn judge(
+    diagnosis: &mut Diagnosis,
+    held_out: &Opened,
+    wanted: &Wanted,
+    options: &Options,
+) -> Result<(), FitError> {
+    let Some(search) = &diagnosis.search else { return Ok(()) };
+    let Some(stage) = search.stages.get(diagnosis.effects.len()) else { return Ok(()) };
+    if diagnosis.effects.is_empty() {
+        return Ok(());
+    }
+    let effects: Vec<&Selected> =
+        diagnosis.effects.iter().map(|one| &one.candidate.selected).collect();
+    let before = stage.fitted.without(&effects, options)?;
+    diagnosis.gap = Some(holdout(held_out, &before, &stage.fitted, wanted, options)?);
+    Ok(())
 }

@@ -1,13 +1,16 @@
 //! `homepoint diagnose`: why simulation and reality differ.
 
+use std::path::{Path, PathBuf};
+
 use clap::Args;
 use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format};
 use super::{Failure, load, output};
 use crate::diagnose::candidates::Wanted;
-use crate::diagnose::diagnose;
 use crate::diagnose::verdict::Verdict;
+use crate::diagnose::{diagnose, judge};
+use crate::engine::open::{Opened, Request, open};
 use crate::estimate::batch::Options;
 use crate::report;
 
@@ -21,6 +24,9 @@ pub(super) struct Diagnose {
     /// Test this effect alone (repeat for more)
     #[arg(long = "only", value_name = "EFFECT")]
     only: Vec<String>,
+    /// Judge the shrinkage on a campaign that the fit never saw
+    #[arg(long, value_name = "CAMPAIGN")]
+    holdout: Option<PathBuf>,
     /// List this many candidates
     #[arg(long, value_name = "N")]
     top: Option<usize>,
@@ -37,8 +43,13 @@ impl Diagnose {
             }
         }
         let wanted = Wanted { only: self.only.clone(), without: self.without.clone() };
-        let found = diagnose(loaded.problem, loaded.recipes, &wanted, &Options::default())
+        let held_out = self.holdout.as_ref().map(|path| self.opened(path)).transpose()?;
+        let mut found = diagnose(loaded.problem, loaded.recipes, &wanted, &Options::default())
             .map_err(|error| Failure::Could(error.to_string()))?;
+        if let Some(held_out) = &held_out {
+            judge(&mut found, held_out, &wanted, &Options::default())
+                .map_err(|error| Failure::Could(error.to_string()))?;
+        }
         match self.common.format {
             Format::Json => {
                 let mut value = json!({ "campaigns": loaded.about });
@@ -50,5 +61,16 @@ impl Diagnose {
             }
         }
         if found.verdict == Verdict::Unobservable { Err(Failure::Told) } else { Ok(()) }
+    }
+
+    /// Another campaign, read as the first ones were.
+    fn opened(&self, path: &Path) -> Result<Opened, Failure> {
+        let mut request = Request::new([path]);
+        request.with.clone_from(&self.common.with);
+        request.effects.clone_from(&self.common.effects);
+        request.skip_bad_rows = self.common.skip_bad_rows;
+        let opened = open(&request)?;
+        load::refuse_empty(&opened.problem)?;
+        Ok(opened)
     }
 }

@@ -85,6 +85,8 @@ pub struct Entry {
     pub raw: DVector<f64>,
     /// `W` with `Wᵀ S W = 1`: a column for each degree of freedom.
     pub basis: DMatrix<f64>,
+    /// `V` with `V W = 1` and `S = Vᵀ V`: from values to lengths in units of the noise.
+    pub lengths: DMatrix<f64>,
     /// `Wᵀ g`.
     pub score: DVector<f64>,
     /// `H_nn⁻¹ H_ne`.
@@ -267,9 +269,13 @@ impl Evidence {
         let left = &own - across.tr_mul(&coupling);
         let score = score - coupling.tr_mul(&self.nominal.score);
         let finite = left.iter().chain(score.iter()).all(|value| value.is_finite());
-        let basis = if finite && k > 0 { basis(&left, &raw) } else { DMatrix::zeros(k, 0) };
+        let (basis, lengths) = if finite && k > 0 {
+            basis(&left, &raw)
+        } else {
+            (DMatrix::zeros(k, 0), DMatrix::zeros(0, k))
+        };
         let score = basis.tr_mul(&score);
-        Entry { owners, columns, raw, basis, score, coupling, finite }
+        Entry { owners, columns, raw, basis, lengths, score, coupling, finite }
     }
 
     /// `W_aᵀ S_ab W_b`: the cosines between what two candidates do beyond the nominal parameters.
@@ -339,17 +345,20 @@ impl Evidence {
     }
 }
 
-/// `W` with `Wᵀ S W = 1`, columns that are taken up left out.
-fn basis(left: &DMatrix<f64>, raw: &DVector<f64>) -> DMatrix<f64> {
+/// `W` with `Wᵀ S W = 1` and its counterpart, columns that are taken up left out.
+fn basis(left: &DMatrix<f64>, raw: &DVector<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let k = left.nrows();
     let length = raw.map(|length| if length > 0.0 { length } else { 1.0 });
     let scaled = DMatrix::from_fn(k, k, |i, j| left[(i, j)] / (length[i] * length[j]));
     let eigen = SymmetricEigen::new(scaled);
     let mut order: Vec<usize> = (0..k).filter(|i| eigen.eigenvalues[*i] > RANK * RANK).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    DMatrix::from_fn(k, order.len(), |i, j| {
-        eigen.eigenvectors[(i, order[j])] / (length[i] * eigen.eigenvalues[order[j]].sqrt())
-    })
+    let root = |j: usize| eigen.eigenvalues[order[j]].sqrt();
+    let vector = |i: usize, j: usize| eigen.eigenvectors[(i, order[j])];
+    (
+        DMatrix::from_fn(k, order.len(), |i, j| vector(i, j) / (length[i] * root(j))),
+        DMatrix::from_fn(order.len(), k, |j, i| vector(i, j) * length[i] * root(j)),
+    )
 }
 
 fn nominal(normal: &Normal) -> Option<Nominal> {

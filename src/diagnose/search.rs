@@ -8,6 +8,7 @@
 use crate::estimate::batch::{FitError, Options};
 
 use super::candidates::{Candidate, Wanted};
+use super::probability::probabilities;
 use super::score::{Score, of_gain};
 use super::stage::{Fitted, Stage};
 use super::tail::{ln_chi_squared, ln_f};
@@ -25,6 +26,9 @@ const MOST: usize = 4;
 /// Fewer stretches do not show how scores scatter.
 const LEAST_STRETCHES: usize = 20;
 
+/// Effects whose gains differ less cannot be told apart: the 1 % point of chi squared of two degrees.
+const ALIKE: f64 = 9.2;
+
 /// An adopted effect.
 #[derive(Clone, Debug)]
 pub struct Adopted {
@@ -36,6 +40,10 @@ pub struct Adopted {
     pub prior_share: f64,
     /// What it takes off the sum of squares, in units of the noise that is found with it in the model.
     pub gain: f64,
+    /// Effects that these data cannot tell from it.
+    pub aliases: Vec<String>,
+    /// Probability of it and its aliases together.
+    pub probability: f64,
 }
 
 impl Adopted {
@@ -128,6 +136,16 @@ pub fn search(
     Ok(Some(search))
 }
 
+/// Effects that explain as much as one of them, but for what chance may do.
+fn alike(stage: &Stage, number: usize) -> Vec<usize> {
+    let own = stage.scores[number].gain;
+    let mut like: Vec<usize> = (0..stage.effects)
+        .filter(|n| *n != number && stage.scores[*n].gain >= (own - ALIKE).max(0.5 * own))
+        .collect();
+    like.sort_by(|a, b| stage.scores[*a].ln_p.total_cmp(&stage.scores[*b].ln_p));
+    like
+}
+
 /// The best of the short list after a nonlinear fit.
 fn best(stage: &Stage, options: &Options) -> Result<Option<(Adopted, Fitted)>, FitError> {
     let mut best: Option<(Adopted, Fitted)> = None;
@@ -151,8 +169,18 @@ fn best(stage: &Stage, options: &Options) -> Result<Option<(Adopted, Fitted)>, F
         }
         if best.as_ref().is_none_or(|(known, _)| score.ln_p < known.score.ln_p) {
             let prior_share = stage.evidence.prior_share(stage.entry(number));
-            best =
-                Some((Adopted { candidate: candidate.clone(), score, prior_share, gain }, fitted));
+            let like = alike(stage, number);
+            let names = like.iter().map(|n| stage.candidates[*n].name.clone()).collect();
+            let probability = probabilities(stage);
+            let adopted = Adopted {
+                candidate: candidate.clone(),
+                score,
+                prior_share,
+                gain,
+                aliases: names,
+                probability: like.iter().chain([&number]).map(|n| probability[*n]).sum(),
+            };
+            best = Some((adopted, fitted));
         }
     }
     Ok(best)

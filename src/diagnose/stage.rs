@@ -167,6 +167,8 @@ pub struct Stage {
     pub candidates: Vec<Candidate>,
     /// Number of effects among the candidates.
     pub effects: usize,
+    /// For each candidate the number of members of its family that were tried.
+    pub members: Vec<usize>,
     /// Effects on the noise.
     pub noise: Vec<Candidate>,
     /// Effects that cannot be tested.
@@ -189,21 +191,23 @@ impl Stage {
     /// determined.
     pub fn new(fitted: Fitted, wanted: &Wanted) -> Option<Self> {
         let offer = offer(&fitted.recipes, wanted);
-        let (mut candidates, tried) = best_members(&fitted, offer.effects)?;
+        let (mut candidates, mut members) = best_members(&fitted, offer.effects)?;
         let effects = candidates.len();
         candidates.extend(blocks(&fitted.recipes));
+        members.resize(candidates.len(), 1);
         let all: Vec<&Candidate> = candidates.iter().collect();
         let evidence = Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, &all)?;
         let scores: Vec<Score> = evidence
             .entries
             .iter()
-            .enumerate()
-            .map(|(number, entry)| score(entry, tried.get(number).copied().unwrap_or(1)))
+            .zip(&members)
+            .map(|(entry, members)| score(entry, *members))
             .collect();
         Some(Self {
             fitted,
             candidates,
             effects,
+            members,
             noise: offer.noise,
             not_testable: offer.not_testable,
             inflation: vec![1.0; scores.len()],

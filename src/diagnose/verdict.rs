@@ -1,8 +1,9 @@
 //! The verdict: what the search found, as an answer.
 
 use super::candidates::NotTestable;
-use super::score::Score;
-use super::search::{Adopted, Search};
+use super::probability::probabilities;
+use super::score::{Score, of_gain};
+use super::search::{Adopted, LEAST_LAMBDA, Search, level};
 use super::stage::Stage;
 use super::structure::Place;
 
@@ -12,6 +13,11 @@ pub const NAMED: f64 = 0.95;
 const PLACES: usize = 5;
 /// A block that explains less of the best is no place of its own.
 const LEAST_SHARE: f64 = 0.2;
+
+/// Odds against each effect beyond the first.
+const FURTHER: f64 = 10.0;
+/// Blocks that are tried as a simpler account.
+const LOOKED_AT: usize = 12;
 
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -100,20 +106,35 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
     (Verdict::Unknown, Vec::new())
 }
 
-/// Whether one block of unknown structure accounts for what several effects explain together: then
-/// those effects only imitate it.
+/// Whether one block of unknown structure does what several effects do only together: then they
+/// imitate it. It must leave nothing behind, and be the less surprising account; more than two effects
+/// that one block can stand for are never believed.
 fn one_block_is_simpler(search: &Search, first: &Stage) -> bool {
-    if search.adopted.len() < 2 {
+    let count = search.adopted.len();
+    if count < 2 {
         return false;
     }
-    let Some(block) = first.blocks_found().first().copied() else { return false };
     let gain = search.adopted.iter().map(|one| one.score.gain).sum();
     let degrees = search.adopted.iter().map(|one| one.score.degrees).sum();
-    let choices = (1..=search.adopted.len()).map(|k| first.effects as f64 / k as f64);
-    let chosen: f64 = choices.map(f64::ln).sum();
-    let together = super::score::of_gain(gain, degrees, 1).ln_p + chosen;
-    let blocks = (first.candidates.len() - first.effects) as f64;
-    first.scores[block].ln_p + blocks.ln() < together
+    let choices = count as f64 * (first.effects as f64).ln();
+    let more = (count - 1) as f64 * FURTHER.ln();
+    let together = of_gain(gain, degrees, 1).ln_p + choices + more;
+    let blocks = ((first.candidates.len() - first.effects) as f64).ln();
+    first.blocks_found().into_iter().take(LOOKED_AT).any(|block| {
+        let simpler = count > 2 || first.scores[block].ln_p + blocks < together;
+        simpler && suffices(first, block)
+    })
+}
+
+/// Whether nothing significant is left beyond a block.
+fn suffices(stage: &Stage, block: usize) -> bool {
+    let level = level(stage.candidates.len());
+    let entry = stage.entry(block);
+    (0..stage.candidates.len()).filter(|n| stage.scores[*n].ln_p <= level).all(|n| {
+        let (gain, degrees) = stage.evidence.beyond(entry, stage.entry(n));
+        let left = of_gain(gain, degrees, stage.members[n]);
+        left.ln_p > level || left.lambda() < LEAST_LAMBDA
+    })
 }
 
 /// What the best block still explains.
@@ -141,6 +162,7 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
 /// All testable effects, best first.
 pub fn ranked(stage: &Stage) -> Vec<Ranked> {
     let blocks = stage.blocks_found();
+    let probability = probabilities(stage);
     let share = |number: usize| {
         let own = stage.scores[number].lambda().powi(2);
         let entry = stage.entry(number);
@@ -156,7 +178,7 @@ pub fn ranked(stage: &Stage) -> Vec<Ranked> {
         .map(|n| {
             let name = stage.candidates[n].name.clone();
             let score = stage.scores[n];
-            (n, Ranked { name, score, share: share(n), probability: 0.0 })
+            (n, Ranked { name, score, share: share(n), probability: probability[n] })
         })
         .collect();
     all.sort_by(|a, b| a.1.score.ln_p.total_cmp(&b.1.score.ln_p).then(a.0.cmp(&b.0)));

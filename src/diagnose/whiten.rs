@@ -150,8 +150,10 @@ pub fn prepare(
     options: &Options,
 ) -> Result<Option<Stage>, FitError> {
     let mut noise = Noise::default();
-    for (part, runs) in fitted.problem.parts.iter_mut().zip(&given.whole) {
+    let whole = given.whole.iter().zip(&given.stated);
+    for (part, (runs, stated)) in fitted.problem.parts.iter_mut().zip(whole) {
         part.runs.clone_from(runs);
+        part.sigma.clone_from(stated);
     }
     fitted = fitted.without(&known.selected(), options)?;
     for round in 0..ROUNDS {

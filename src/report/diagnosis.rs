@@ -3,6 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use crate::diagnose::Diagnosis;
+use crate::diagnose::gap::Gap;
+use crate::diagnose::hidden::Hidden;
 use crate::diagnose::search::Adopted;
 use crate::diagnose::structure::Of;
 use crate::diagnose::verdict::{Location, Ranked};
@@ -28,6 +30,12 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
             .map(|one| json!({ "name": one.name, "why": one.why }))
             .collect::<Vec<_>>(),
         "where": diagnosis.locations.iter().map(location).collect::<Vec<_>>(),
+        "nearest": diagnosis.nearest.as_ref().map(|one| json!({
+            "name": one.name,
+            "share": number(Some(one.share)),
+        })),
+        "gap": diagnosis.gap.as_ref().map(gap),
+        "hidden": diagnosis.hidden.iter().map(hidden).collect::<Vec<_>>(),
         "unobservable": unobservable(&diagnosis.nominal.unobservable),
     })
 }
@@ -50,6 +58,8 @@ fn effect(diagnosis: &Diagnosis, adopted: &Adopted) -> Value {
     json!({
         "name": adopted.candidate.name,
         "member": if member.is_empty() { Value::Null } else { Value::Object(member) },
+        "probability": number(Some(adopted.probability)),
+        "aliases": adopted.aliases,
         "evidence": adopted.evidence(),
         "parameters": estimates_of(diagnosis, adopted).iter().map(estimate).collect::<Vec<_>>(),
     })
@@ -59,6 +69,8 @@ fn noise_effect(one: &NoiseEffect) -> Value {
     json!({
         "name": one.name,
         "member": Value::Null,
+        "probability": number(Some(1.0 - one.ln_p.exp())),
+        "aliases": [],
         "evidence": "data",
         "parameters": [{
             "name": one.parameter,
@@ -93,4 +105,26 @@ fn location(one: &Location) -> Value {
         "share": number(Some(one.share)),
         "words": one.place.words,
     })
+}
+
+/// The gap before and after.
+pub(crate) fn gap(one: &Gap) -> Value {
+    let rms = |list: &[(String, f64)]| -> Map<String, Value> {
+        list.iter().map(|(name, value)| (name.clone(), number(Some(*value)))).collect()
+    };
+    json!({
+        "before": rms(&one.before),
+        "after": rms(&one.after),
+        "floor": rms(&one.floor),
+        "lambda": number(Some(one.lambda)),
+        "held_out_drop": number(Some(one.held_out_drop)),
+        "leftover": number(Some(one.leftover)),
+        "closed": number(one.closed),
+        "closed_interval": one.closed_interval,
+        "folds": one.folds,
+    })
+}
+
+fn hidden(one: &Hidden) -> Value {
+    json!({ "name": one.name, "delay": one.delay, "bias": number(Some(one.bias)) })
 }
