@@ -69,6 +69,8 @@ pub struct Diagnosis {
     pub locations: Vec<Location>,
     /// The effect nearest to what is there, where nothing in the library explains it.
     pub nearest: Option<Ranked>,
+    /// Effects that are beyond chance in what is left, but too small to be declared.
+    pub suspected: Vec<String>,
     /// How far the gap shrinks with the named effects.
     pub gap: Option<Gap>,
     /// What could still hide, largest first.
@@ -98,6 +100,7 @@ pub fn diagnose(
         not_testable: Vec::new(),
         locations: Vec::new(),
         nearest: None,
+        suspected: Vec::new(),
         gap: None,
         hidden: Vec::new(),
         search: None,
@@ -124,7 +127,6 @@ pub fn diagnose(
             let left = verdict::leftover(stage);
             diagnosis.gap = Some(gap(&before, &stage.fitted, left, memory, in_data));
         }
-        diagnosis.hidden = hidden(stage);
         let Fitted { problem, fit, .. } = stage.fitted.clone();
         diagnosis.explained = Some(finish(problem, fit, Vec::new(), Vec::new())?);
     }
@@ -136,10 +138,10 @@ pub fn diagnose(
     if diagnosis.verdict == Verdict::Unknown {
         let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);
         diagnosis.nearest = diagnosis.candidates.iter().max_by(by_share).cloned();
-    } else if diagnosis.verdict == Verdict::Adequate
-        && let Some(first) = search.stages.first()
-    {
-        diagnosis.hidden = hidden(first);
+    } else if let Some(stage) = search.stages.get(diagnosis.effects.len()) {
+        diagnosis.hidden = hidden(stage);
+        let name = |number: usize| stage.candidates[number].name.clone();
+        diagnosis.suspected = stage.suspected().into_iter().map(name).collect();
     }
     diagnosis.search = Some(search);
     Ok(diagnosis)

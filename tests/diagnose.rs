@@ -57,6 +57,49 @@ fn what_was_put_in_comes_out() {
 }
 
 #[test]
+fn jitter_is_found_in_the_noise_with_its_size() {
+    let Some((found, truth)) = practice("timestamp_jitter") else { return };
+    assert_eq!(found.verdict, Verdict::Explained);
+    assert!(found.effects.is_empty());
+    let [jitter] = found.noise.as_slice() else { unreachable!("{:?}", found.noise) };
+    assert_eq!(jitter.name, "timestamp_jitter");
+    let said = &truth["effects"]["jitter"];
+    let due = said["amplitude"].as_f64().unwrap() * said["typical"].as_f64().unwrap();
+    assert!((jitter.value - due).abs() < 3.0 * jitter.sigma, "{} ± {}", jitter.value, jitter.sigma);
+}
+
+#[test]
+fn the_gap_closes_on_readings_that_were_not_fitted_to() {
+    let Some((found, _)) = practice("trunnion_tilt") else { return };
+    let gap = found.gap.unwrap();
+    assert_eq!(gap.folds, 40);
+    assert!(gap.closed.unwrap() > 0.99);
+    let [low, high] = gap.closed_interval.unwrap();
+    assert!(low > 0.9 && high <= 1.0);
+    // The drop on left-out runs is the effect's squared length but for what estimation costs.
+    assert!((gap.held_out_drop / gap.lambda.powi(2) - 1.0).abs() < 0.05, "{gap:?}");
+    for ((name, before), (_, after)) in gap.before.iter().zip(&gap.after) {
+        assert!(after <= before, "{name}");
+    }
+}
+
+/// A robot arm against a laser tracker whose stamps are arrivals of bursts.
+#[test]
+fn a_real_recording_gives_up_its_effects_one_after_the_other() {
+    let Some(folder) = common::shared("ur5_lasertracker/lan10") else { return };
+    let found = run(&folder, &[]);
+    assert_eq!(found.candidates[0].name, "arrival_stamps");
+    let adopted = names(&found);
+    assert_eq!(adopted.first(), Some(&"arrival_stamps"), "{adopted:?}");
+    assert!(adopted.contains(&"acceleration_lag"), "{adopted:?}");
+    let clock = found.effects.iter().find(|one| one.candidate.name == "clock_drift").unwrap();
+    assert!(clock.aliases.iter().any(|one| one == "sample_clock_rate"));
+    let gap = found.gap.unwrap();
+    let worst = gap.after.iter().map(|(_, rms)| *rms).fold(0.0, f64::max);
+    assert!(worst < 0.25e-3, "{worst}");
+}
+
+#[test]
 fn clean_campaigns_are_adequate() {
     for name in ["clean_full", "clean_two_setups", "angular_intersection"] {
         let Some((found, _)) = practice(name) else { return };
@@ -70,6 +113,7 @@ fn an_effect_too_small_for_its_campaign_is_not_declared() {
     let Some((found, _)) = practice("one_direction") else { return };
     assert_eq!(found.verdict, Verdict::Adequate);
     assert_eq!(found.candidates[0].name, "collimation");
+    assert_eq!(found.suspected, ["collimation"]);
     let absorbed = found.absorbed.iter().find(|one| one.name == "arm_windup").unwrap();
     assert_eq!(absorbed.acts_as, "orientation");
 }

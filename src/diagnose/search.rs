@@ -78,6 +78,18 @@ impl Stage {
         self.passing(self.effects..self.candidates.len())
     }
 
+    /// Candidates of the library that are beyond chance but too small or too poorly supported to be
+    /// declared, best first.
+    pub fn suspected(&self) -> Vec<usize> {
+        let level = level(self.effects);
+        let declared = self.declared();
+        let mut found: Vec<usize> = (0..self.effects)
+            .filter(|n| self.scores[*n].ln_p <= level && !declared.contains(n))
+            .collect();
+        found.sort_by(|a, b| self.scores[*a].ln_p.total_cmp(&self.scores[*b].ln_p));
+        found
+    }
+
     fn passing(&self, among: std::ops::Range<usize>) -> Vec<usize> {
         let level = level(among.len());
         let mut found: Vec<usize> = among.filter(|n| self.passes(*n, level)).collect();

@@ -34,6 +34,7 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
             "name": one.name,
             "share": number(Some(one.share)),
         })),
+        "suspected": diagnosis.suspected,
         "gap": diagnosis.gap.as_ref().map(gap),
         "hidden": diagnosis.hidden.iter().map(hidden).collect::<Vec<_>>(),
         "unobservable": unobservable(&diagnosis.nominal.unobservable),

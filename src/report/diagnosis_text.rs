@@ -19,6 +19,10 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
         text.push_str(&trouble(&diagnosis.nominal));
         return text;
     }
+    if !diagnosis.suspected.is_empty() {
+        let names = diagnosis.suspected.join("`, `");
+        text.push_str(&format!("Suspected, but too small to be declared: `{names}`.\n"));
+    }
     text.push_str(&noise(diagnosis));
     text.push_str(&effects(diagnosis));
     if let Some(found) = &diagnosis.gap {
