@@ -10,6 +10,7 @@ use std::error::Error;
 use std::hint::black_box;
 
 use by_hand::data::Plan;
+use by_hand::engine::Engine;
 use by_hand::jacobian::Model;
 use by_hand::timing::{Way, compare, criterion, on_threads};
 use by_hand::{Columns, Parameters};
@@ -20,8 +21,7 @@ const SAMPLES: usize = 100_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (problem, point) = Plan::of(SAMPLES).make()?;
-    let mut forward = problem.clone();
-    forward.compute_with(problem.instruction_set(), Sweep::Forward);
+    let engines = Engine::all(&problem, &[Sweep::Backward, Sweep::Forward]);
     let runs = Columns::of_all(&problem);
     let parameters = Parameters::of(&problem, 0, &point);
     let rows = |problem: &Problem| {
@@ -40,11 +40,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     };
     on_threads(1, || {
-        let mut ways = [
-            Way::new("homepoint", || rows(&problem)),
-            Way::new("homepoint, forward sweep", || rows(&forward)),
-            Way::new("by hand", by_hand),
-        ];
+        let mut ways: Vec<Way<'_>> = engines
+            .iter()
+            .map(|engine| Way::new(&engine.name, || rows(&engine.problem)))
+            .chain([Way::new("by hand", by_hand)])
+            .collect();
         compare(&mut criterion(), "residual and Jacobian", (SAMPLES, "sample"), &mut ways)
     })??;
     Ok(())

@@ -12,10 +12,12 @@ use std::error::Error;
 use std::hint::black_box;
 
 use by_hand::data::{Plan, SIGMA};
+use by_hand::engine::Engine;
 use by_hand::jacobian::Model;
 use by_hand::timing::{Way, compare, criterion, on_threads};
 use by_hand::{Columns, Parameters, normal};
 use homepoint::engine::gram::LeastSquares;
+use homepoint::engine::rows::Sweep;
 
 const SAMPLES: usize = 100_000;
 
@@ -23,9 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (problem, point) = Plan::of(SAMPLES).make()?;
     let runs = Columns::of_all(&problem);
     let parameters = Parameters::of(&problem, 0, &point);
-    let homepoint = || {
-        black_box(problem.normal(black_box(&point)));
-    };
+    let engines = Engine::all(&problem, &[Sweep::Backward]);
     let cost = || {
         black_box(problem.cost(black_box(&point)));
     };
@@ -36,11 +36,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     };
     on_threads(1, || {
-        let mut ways = [
-            Way::new("homepoint", homepoint),
-            Way::new("homepoint, cost alone", cost),
-            Way::new("by hand", by_hand),
-        ];
+        let normal = |engine: &Engine| {
+            black_box(engine.problem.normal(black_box(&point)));
+        };
+        let mut ways: Vec<Way<'_>> = engines
+            .iter()
+            .map(|engine| Way::new(&engine.name, move || normal(engine)))
+            .chain([Way::new("homepoint, cost alone", cost), Way::new("by hand", by_hand)])
+            .collect();
         compare(&mut criterion(), "normal equations", (SAMPLES, "sample"), &mut ways)
     })??;
     Ok(())

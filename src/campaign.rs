@@ -5,13 +5,16 @@
 //! | [`mod@file`] | what campaign.toml says, with the place of everything |
 //! | [`load`] | a campaign file read against its model |
 //! | [`table`] | a CSV file (plain or .gz) as columns in SI, with the place of every cell |
+//! | `row`, `lines` | a line of it as numbers; its lines, one after the other |
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | [`run`] | one run; the samples of a stretch of it: times, inputs, readings |
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
 //! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
 //! | [`plan`] | a run that is not measured yet |
-//! | [`mod@write`] | a campaign of the same form, files whole or not at all |
+//! | [`whole`] | a file that is whole or not there |
+//! | [`mod@write`], [`write_run`] | a campaign of the same form |
 
+mod captured;
 pub mod entries;
 pub mod file;
 pub mod header;
@@ -22,6 +25,7 @@ pub mod plan;
 mod readings;
 pub mod record;
 pub mod recorder;
+mod row;
 pub mod run;
 mod samples;
 pub mod signal;
@@ -29,8 +33,10 @@ mod smoothing;
 mod spill;
 pub mod spline;
 pub mod table;
+pub mod whole;
 pub mod write;
+pub mod write_run;
 
-pub use record::{Record, Stretch};
+pub use record::{Record, Sample, Stretch};
 pub use run::{Role, Run, Samples};
 pub use signal::Track;

@@ -15,6 +15,7 @@ mod diagnose;
 mod load;
 mod new;
 mod output;
+mod progress;
 mod render;
 mod show;
 mod simulate;

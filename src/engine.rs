@@ -15,7 +15,7 @@
 //! | [`stretches`] | what a step leaves of the readings, and its scores stretch by stretch |
 //! | [`simulate`] | readings drawn from a model |
 
-mod blocks;
+pub(crate) mod blocks;
 pub mod gram;
 pub mod lanes;
 pub mod layout;

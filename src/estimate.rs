@@ -15,6 +15,7 @@
 //! | [`calibrate`] | all of these together |
 //! | [`newton`] | each reading's own delay |
 //! | [`delays`] | their means |
+//! | [`median`] | the median of numbers however many |
 //! | [`transformation`] | where delays take their transformation from |
 //! | [`compare`] | both ways side by side |
 
@@ -28,6 +29,7 @@ pub mod compare;
 pub mod conic;
 pub mod covariance;
 pub mod delays;
+pub mod median;
 pub mod newton;
 pub mod observability;
 pub mod start;

@@ -5,7 +5,7 @@
 //! | layer | rooms |
 //! |---|---|
 //! | number | [`number`], [`units`], [`quaternion`] |
-//! | language | [`diagnostic`], [`formula`], [`graph`], [`document`] |
+//! | language | [`diagnostic`], [`formula`], [`graph`], [`document`], [`progress`] |
 //! | nouns | [`model`], [`effect`], [`library`], [`campaign`], [`system`] |
 //! | engine | [`engine`] |
 //! | estimate | [`estimate`] |
@@ -20,6 +20,7 @@ pub mod diagnostic;
 pub mod document;
 pub mod formula;
 pub mod graph;
+pub mod progress;
 
 pub mod campaign;
 pub mod effect;

@@ -52,6 +52,23 @@ fn displaced(problem: &Problem, truth: &Point) -> Point {
     truth.moved(&problem.layout, &step)
 }
 
+/// The arm is turned by six degrees and the instrument moved by centimetres.
+fn far_off(problem: &Problem, truth: &Point) -> Point {
+    let step: Vec<f64> = (0..COLUMNS)
+        .map(|k| {
+            let last = column::ORIENTATION[2] == k;
+            if last {
+                0.1
+            } else if column::POSITION.contains(&k) {
+                0.03
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    truth.moved(&problem.layout, &step)
+}
+
 #[test]
 fn the_columns_are_in_the_engines_order() {
     let (problem, _) = Plan::of(80).make().unwrap();
@@ -172,29 +189,42 @@ fn compare(engine: &[ReadingDelay], by_hand: &[Delay], readings: &[f64], about: 
 
 #[test]
 fn delays_of_readings_agree() {
-    let covariance = covariance();
-    let matrix = DMatrix::from_fn(COLUMNS, COLUMNS, |i, j| covariance[i][j]);
     for plan in plans() {
         let (problem, point) = plan.make().unwrap();
-        let given = Given { problem: &problem, point: &point, covariance: &matrix, range: 0.5 };
-        let (mut compared, mut all) = (0, 0);
-        for (r, run) in problem.parts[0].runs.iter().enumerate() {
-            let data = Columns::of(run).unwrap();
-            let parameters = Parameters::of(&problem, r, &point);
-            let analytic =
-                delay::delays(&Model::new(parameters), &data, &covariance, SIGMA, given.range);
-            let dual = generic::delays(&parameters, &data, &covariance, SIGMA, given.range);
-            for m in 0..3 {
-                let engine = delays_of_run(&given, 0, r, m).readings;
-                let about = format!("{plan:?} run {r} measurand {m}");
-                let readings = data.readings[m];
-                all += readings.len();
-                compared += compare(&engine, &analytic[m], readings, &format!("analytic, {about}"));
-                compare(&engine, &dual[m], readings, &format!("dual, {about}"));
-            }
-        }
-        assert!(compared > all / 4, "{plan:?}: {compared} of {all}");
+        compare_delays(&plan, &problem, &point);
     }
+}
+
+/// Far from the truth the delays are long, and the way to them winds.
+#[test]
+fn long_delays_agree() {
+    for plan in plans() {
+        let (problem, truth) = plan.make().unwrap();
+        compare_delays(&plan, &problem, &far_off(&problem, &truth));
+    }
+}
+
+fn compare_delays(plan: &Plan<'_>, problem: &Problem, point: &Point) {
+    let covariance = covariance();
+    let matrix = DMatrix::from_fn(COLUMNS, COLUMNS, |i, j| covariance[i][j]);
+    let given = Given { problem, point, covariance: &matrix, range: 0.5 };
+    let (mut compared, mut all) = (0, 0);
+    for (r, run) in problem.parts[0].runs.iter().enumerate() {
+        let data = Columns::of(run).unwrap();
+        let parameters = Parameters::of(problem, r, point);
+        let analytic =
+            delay::delays(&Model::new(parameters), &data, &covariance, SIGMA, given.range);
+        let dual = generic::delays(&parameters, &data, &covariance, SIGMA, given.range);
+        for m in 0..3 {
+            let engine = delays_of_run(&given, 0, r, m).readings;
+            let about = format!("{plan:?} run {r} measurand {m}");
+            let readings = data.readings[m];
+            all += readings.len();
+            compared += compare(&engine, &analytic[m], readings, &format!("analytic, {about}"));
+            compare(&engine, &dual[m], readings, &format!("dual, {about}"));
+        }
+    }
+    assert!(compared > all / 4, "{plan:?}: {compared} of {all}");
 }
 
 #[test]

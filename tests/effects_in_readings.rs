@@ -7,6 +7,7 @@ mod planned;
 
 use std::path::Path;
 
+use homepoint::campaign::Samples;
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::noise::covariance_of;
 use homepoint::engine::open::{Request, open};
@@ -178,9 +179,10 @@ fn scatter_of(problem: &Problem, k: usize) {
     let (mut squares, mut readings, mut changed) = (0.0, 0, false);
     for run in 0..on.parts[0].runs.len() {
         let parameters = on.parameters(0, run, &point);
+        let mut scratch = Samples::default();
         for sample in 0..on.parts[0].runs[run].held().len() {
-            let found =
-                covariance_of(&on.parts[0], run, sample, &parameters, &[k], &mut Vec::new());
+            let seen = on.parts[0].runs[run].record.sample(sample, &mut scratch);
+            let found = covariance_of(&on.parts[0], run, seen, &parameters, &[k], &mut Vec::new());
             assert!(found.sensitivities.iter().all(|g| g.is_finite()), "{name}");
             for slot in on.parts[0].slots() {
                 let row = slot.residual;
@@ -239,9 +241,11 @@ fn noise_levels_scale_the_noise() {
             for run in 0..part.runs.len() {
                 let predicted = problem.residuals(0, run, &zero);
                 let parameters = problem.parameters(0, run, &point);
+                let mut scratch = Samples::default();
                 for (sample, predicted) in predicted.iter().enumerate() {
+                    let seen = part.runs[run].record.sample(sample, &mut scratch);
                     let covariance =
-                        covariance_of(part, run, sample, &parameters, &[], &mut Vec::new())
+                        covariance_of(part, run, seen, &parameters, &[], &mut Vec::new())
                             .covariance;
                     for (slot, sigma) in part.slots().iter().zip(&part.sigma) {
                         let factor = covariance[(slot.residual, slot.residual)].sqrt() / sigma;

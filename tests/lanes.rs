@@ -4,6 +4,7 @@
 
 use std::path::Path;
 
+use homepoint::campaign::Samples;
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::lanes::InstructionSet;
 use homepoint::engine::noise::{active_randoms, covariance_of};
@@ -178,10 +179,11 @@ fn normal_by_definition(problem: &Problem, part: usize, run: usize, point: &Poin
     let data = &problem.parts[part];
     let parameters = problem.parameters(part, run, point);
     let active = active_randoms(data);
-    let mut workspace = Vec::new();
+    let (mut workspace, mut scratch) = (Vec::new(), Samples::default());
     let mut sum: Option<DMatrix<f64>> = None;
     problem.visit_run_pointwise(part, run, point, &mut |sample, jacobian, values| {
-        let made = covariance_of(data, run, sample, &parameters, &active, &mut workspace);
+        let seen = data.runs[run].record.sample(sample, &mut scratch);
+        let made = covariance_of(data, run, seen, &parameters, &active, &mut workspace);
         let size = jacobian.ncols();
         let mut all = jacobian.clone().insert_column(size, 0.0);
         all.set_column(size, &DVector::from_column_slice(values));

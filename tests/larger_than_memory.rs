@@ -165,3 +165,16 @@ fn records_share_a_store_until_its_memory_is_used_up() {
         assert_eq!(bits(record.whole(), 0..100), bits(records[0].whole(), 0..100));
     }
 }
+
+#[test]
+fn a_share_of_a_run_is_spread_over_all_of_it() {
+    let record = kept(&samples(10_000), u64::MAX, 10_000);
+    let ranges = |share: f64| record.share(share, 128).collect::<Vec<_>>();
+    assert_eq!(ranges(1.0), record.ranges(128).collect::<Vec<_>>());
+    assert_eq!(ranges(7.5), ranges(1.0), "more than all is all");
+    let tenth = ranges(0.1);
+    assert_eq!(tenth.len(), 8, "of 79 pieces");
+    let gaps = tenth.windows(2).map(|pair| (pair[1].start - pair[0].start) / 128);
+    assert!(gaps.into_iter().all(|pieces| (9..=11).contains(&pieces)), "{tenth:?}");
+    assert_eq!(ranges(1e-9).len(), 1, "a short look is better than none");
+}

@@ -110,12 +110,12 @@ fn in_text(model: &str, pose: &Pose) -> Vec<Jet> {
         .collect();
     let part = Part::new(system, vec!["A".into()], vec![run], vec![1.0; names.len()]);
     let columns = part.columns().to_vec();
+    let mut scratch = Samples::default();
     let leaves = SampleLeaves {
         parameters: &parameters,
         randoms: &[],
         columns: &columns,
-        run: &part.runs[0],
-        sample: 0,
+        sample: part.runs[0].record.sample(0, &mut scratch),
     };
     let mut workspace = Vec::new();
     (0..names.len()).map(|m| part.evaluate_one(m, &leaves, &mut workspace)[0]).collect()

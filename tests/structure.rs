@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// The layers from the ground up; a room may import from its own layer and those before it.
 const LAYERS: &[(&str, &[&str])] = &[
     ("number", &["number", "units", "quaternion"]),
-    ("language", &["diagnostic", "formula", "graph", "document"]),
+    ("language", &["diagnostic", "formula", "graph", "document", "progress"]),
     ("nouns", &["model", "effect", "library", "campaign", "system"]),
     ("engine", &["engine"]),
     ("estimate", &["estimate"]),

@@ -26,12 +26,14 @@
 //! | `delay` | the delay of each reading with its standard uncertainty, analytic |
 //! | `generic` | the same over any number type: derivatives by dual numbers |
 //! | `data` | campaigns of any size in memory, for both sides |
+//! | `engine` | the engine with every instruction set and sweep |
 //! | `timing` | both sides timed in turn |
 //!
 //! It does not treat missing readings, correlated readings or singular points.
 
 pub(crate) mod data;
 pub(crate) mod delay;
+pub(crate) mod engine;
 pub(crate) mod generic;
 pub(crate) mod jacobian;
 pub(crate) mod normal;

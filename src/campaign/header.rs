@@ -203,3 +203,11 @@ pub(crate) fn place(file: &Arc<str>, line: usize, text: &str, span: (usize, usiz
         excerpt: if short { text.to_owned() } else { String::new() },
     }
 }
+
+/// A line that is not UTF-8: the fault, at the first byte that is none.
+pub(crate) fn not_utf8(file: &Arc<str>, number: usize, line: &[u8]) -> Diagnostic {
+    let valid = std::str::from_utf8(line).err().map_or(0, |error| error.valid_up_to());
+    let text = String::from_utf8_lossy(line);
+    let place = place(file, number, &text, (valid, valid));
+    Diagnostic::error("the file is not UTF-8 here").at(place).help("save the file as UTF-8")
+}

@@ -1,77 +1,224 @@
 //! A text file, plain or `.gz`, by its lines; comments and empty lines are passed over.
+//!
+//! Lines come one after the other from a buffer of fixed size: a file may be larger than memory.
 
-use std::io::Read;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use flate2::read::MultiGzDecoder;
+use memchr::memchr;
 
-/// The most bytes read from one file, unpacked.
-const MOST_BYTES: u64 = 16 << 30;
+/// The most bytes of a file that is taken as a whole, unpacked.
+const MOST_BYTES: u64 = 1 << 30;
+/// The most bytes of one line.
+const MOST_LINE: usize = 1 << 24;
+/// Bytes read at a time.
+const BUFFER: usize = 1 << 18;
 
 /// All bytes of a file, unpacked if it is gzip (by its first bytes).
 ///
 /// # Errors
 /// In words: missing, unreadable, not a gzip file after all, or too long.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
-    let packed = std::fs::read(path).map_err(|error| reason(path, &error))?;
-    if !packed.starts_with(&[0x1f, 0x8b]) {
-        return Ok(packed);
-    }
     let mut bytes = Vec::new();
-    MultiGzDecoder::new(packed.as_slice())
-        .take(MOST_BYTES + 1)
-        .read_to_end(&mut bytes)
-        .map_err(|error| format!("`{}` cannot be unpacked: {error}", path.display()))?;
+    let source = open(path, &Arc::default()).map_err(|error| reason(path, &error))?;
+    source.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(|error| reason(path, &error))?;
     if bytes.len() as u64 > MOST_BYTES {
-        return Err(format!("`{}` is too long when unpacked", path.display()));
+        return Err(format!("`{}` is too long", path.display()));
     }
     Ok(bytes)
 }
 
+/// A file that counts what is read of it.
+struct Counted {
+    file: File,
+    count: Arc<AtomicU64>,
+}
+
+impl Read for Counted {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(into)?;
+        self.count.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(count)
+    }
+}
+
+/// A file's bytes, unpacked if it is gzip; `count` grows with the bytes read, packed.
+fn open(path: &Path, count: &Arc<AtomicU64>) -> io::Result<Box<dyn Read + Send>> {
+    let mut file = Counted { file: File::open(path)?, count: count.clone() };
+    let mut start = Vec::new();
+    (&mut file).take(2).read_to_end(&mut start)?;
+    let is_packed = start == [0x1f, 0x8b];
+    let whole = io::Cursor::new(start).chain(file);
+    Ok(if is_packed {
+        Box::new(MultiGzDecoder::new(io::BufReader::with_capacity(BUFFER, whole)))
+    } else {
+        Box::new(whole)
+    })
+}
+
 /// Why a file cannot be read, in words.
-pub(crate) fn reason(path: &Path, error: &std::io::Error) -> String {
+pub(crate) fn reason(path: &Path, error: &io::Error) -> String {
+    let path = path.display();
     match error.kind() {
-        std::io::ErrorKind::NotFound => format!("the file `{}` does not exist", path.display()),
-        _ => format!("the file `{}` cannot be read: {error}", path.display()),
+        io::ErrorKind::NotFound => format!("the file `{path}` does not exist"),
+        // What the decoder says of its input.
+        io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput | io::ErrorKind::UnexpectedEof => {
+            format!("`{path}` cannot be unpacked: {error}")
+        }
+        _ => format!("the file `{path}` cannot be read: {error}"),
     }
 }
 
-/// The lines that hold something: their number from 1 and their bytes without the line's end.
-pub(crate) struct Lines<'a> {
-    rest: Option<&'a [u8]>,
+/// The lines that hold something: their number from 1 and their bytes without the line's end. A byte
+/// order mark is dropped.
+pub(crate) struct Lines {
+    source: Box<dyn Read + Send>,
+    buffer: Vec<u8>,
+    /// What of the buffer is still to be shown.
+    start: usize,
+    end: usize,
+    /// Lines shown or passed over.
     number: usize,
+    ended: bool,
+    /// Bytes of the file read, packed.
+    count: Arc<AtomicU64>,
 }
 
-impl<'a> Lines<'a> {
-    /// The lines of a text; a byte order mark is dropped.
-    pub(crate) fn new(bytes: &'a [u8]) -> Self {
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        Self { rest: Some(bytes), number: 0 }
+impl std::fmt::Debug for Lines {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Lines").field("number", &self.number).finish_non_exhaustive()
     }
 }
 
-impl<'a> Iterator for Lines<'a> {
-    type Item = (usize, &'a [u8]);
+impl Lines {
+    /// The lines of a file.
+    ///
+    /// # Errors
+    /// It cannot be opened.
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+        let count = Arc::default();
+        let mut lines = Self::new(open(path, &count)?, BUFFER);
+        lines.count = count;
+        while lines.end < 3 && !lines.ended {
+            lines.fill()?;
+        }
+        if lines.buffer[..lines.end].starts_with(b"\xef\xbb\xbf") {
+            lines.start = 3;
+        }
+        Ok(lines)
+    }
 
-    fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            let rest = self.rest?;
-            let line = match rest.iter().position(|byte| *byte == b'\n') {
-                Some(at) => {
-                    self.rest = Some(&rest[at + 1..]);
-                    &rest[..at]
-                }
-                None => {
-                    self.rest = None;
-                    rest
-                }
-            };
-            self.number += 1;
-            let line = line.strip_suffix(b"\r").unwrap_or(line);
+    fn new(source: Box<dyn Read + Send>, buffer: usize) -> Self {
+        let (buffer, count) = (vec![0; buffer], Arc::default());
+        Self { source, buffer, start: 0, end: 0, number: 0, ended: false, count }
+    }
+
+    /// Bytes of the file, packed as it is, read so far.
+    pub(crate) fn bytes_read(&self) -> u64 {
+        self.count.load(Ordering::Relaxed)
+    }
+
+    /// The next line that holds something; `None` at the end.
+    ///
+    /// # Errors
+    /// The file cannot be read on, or has a line that is too long.
+    pub(crate) fn next(&mut self) -> io::Result<Option<(usize, &[u8])>> {
+        let (begin, end) = loop {
+            let Some((begin, end)) = self.line()? else { return Ok(None) };
+            let line = &self.buffer[begin..end];
             let first = line.iter().find(|byte| !byte.is_ascii_whitespace());
             if !matches!(first, None | Some(b'#')) {
-                return Some((self.number, line));
+                break (begin, end);
             }
+        };
+        Ok(Some((self.number, &self.buffer[begin..end])))
+    }
+
+    /// Where the next line is in the buffer.
+    fn line(&mut self) -> io::Result<Option<(usize, usize)>> {
+        let mut looked = 0;
+        let length = loop {
+            let rest = &self.buffer[self.start..self.end];
+            if let Some(at) = memchr(b'\n', &rest[looked..]) {
+                break looked + at;
+            }
+            looked = rest.len();
+            if self.ended {
+                if looked == 0 {
+                    return Ok(None);
+                }
+                break looked;
+            }
+            self.fill()?;
+        };
+        self.number += 1;
+        let begin = self.start;
+        let end = begin + length;
+        self.start = self.end.min(end + 1);
+        Ok(Some((begin, if self.buffer[begin..end].ends_with(b"\r") { end - 1 } else { end })))
+    }
+
+    /// Reads on.
+    fn fill(&mut self) -> io::Result<()> {
+        self.buffer.copy_within(self.start..self.end, 0);
+        (self.start, self.end) = (0, self.end - self.start);
+        if self.end == self.buffer.len() {
+            if self.end >= MOST_LINE {
+                let message = format!("line {} is longer than 16 MB", self.number + 1);
+                return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+            }
+            self.buffer.resize(2 * self.end, 0);
         }
+        let count = loop {
+            match self.source.read(&mut self.buffer[self.end..]) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                other => break other?,
+            }
+        };
+        self.ended = count == 0;
+        self.end += count;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use super::*;
+
+    /// Gives a few bytes at a time.
+    struct Drops(Vec<u8>);
+
+    impl Read for Drops {
+        fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+            let count = self.0.len().min(into.len()).min(3);
+            into[..count].copy_from_slice(&self.0[..count]);
+            self.0.drain(..count);
+            Ok(count)
+        }
+    }
+
+    fn all(text: &[u8]) -> Vec<(usize, String)> {
+        // A small buffer has to grow.
+        let mut lines = Lines::new(Box::new(Drops(text.to_vec())), 4);
+        let mut found = Vec::new();
+        while let Some((number, line)) = lines.next().unwrap() {
+            found.push((number, String::from_utf8(line.to_vec()).unwrap()));
+        }
+        found
+    }
+
+    #[test]
+    fn lines_come_whole_whatever_the_pieces_they_are_read_in() {
+        let text = b"one,two\r\n\n # not this\n a longer line than the buffer \nlast";
+        let expected = [(1, "one,two"), (4, " a longer line than the buffer "), (5, "last")];
+        assert_eq!(all(text), expected.map(|(number, line)| (number, line.to_owned())));
+        assert!(all(b"").is_empty() && all(b"\n\r\n").is_empty());
+        assert_eq!(all(b"x\n"), [(1, "x".to_owned())]);
     }
 }

@@ -5,24 +5,25 @@ use std::path::PathBuf;
 
 use crate::campaign::entries::Item;
 use crate::campaign::file::{CampaignFile, InputOverride, Named, RunEntry};
-use crate::campaign::plan;
-use crate::campaign::record::Record;
-use crate::campaign::recorder::Store;
+use crate::campaign::plan::Planned;
+use crate::campaign::record::{BLOCK, Record};
+use crate::campaign::recorder::{Recorder, Store};
 use crate::campaign::run::{Run, Samples};
-use crate::campaign::samples::{InputSetting, Loader, missing, reading_columns};
+use crate::campaign::samples::{InputSetting, Loader, column_count, missing, reading_columns};
 use crate::campaign::signal::Track;
 use crate::campaign::spline::Smoothing;
 use crate::campaign::table::Skipped;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
 use crate::formula::{Expression, ExpressionKind};
 use crate::model::{Model, Override};
+use crate::progress::Progress;
 use crate::units::Dimension;
 
 /// The margin kept to the ends of a stream (s), unless stated.
 pub const DELAY_RANGE: f64 = 0.5;
 
 /// How to read the data.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct LoadOptions {
     /// Leave bad rows out, count and list them.
     pub skip_bad_rows: bool,
@@ -30,14 +31,21 @@ pub struct LoadOptions {
     pub delay_range: Option<f64>,
     /// Bytes of memory for the samples of all runs; those that go beyond wait in a temporary file.
     pub memory: u64,
+    /// Who is told how far reading has come.
+    pub progress: Progress,
 }
 
 /// Memory for samples (bytes), unless stated.
-pub const MEMORY: u64 = 128_000_000;
+pub const MEMORY: u64 = 1_000_000_000;
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { skip_bad_rows: false, delay_range: None, memory: MEMORY }
+        Self {
+            skip_bad_rows: false,
+            delay_range: None,
+            memory: MEMORY,
+            progress: Progress::default(),
+        }
     }
 }
 
@@ -105,6 +113,19 @@ impl CampaignFile {
     /// Every fault found: inputs or measurands the model does not have, a sigma missing or not
     /// positive, wrong dimensions, faults of the data files, runs that lack an input.
     pub fn load(self, model: &Model, options: &LoadOptions) -> Result<Campaign, Diagnostics> {
+        self.load_into(&mut Store::new(options.memory), model, options)
+    }
+
+    /// The same with memory that several campaigns share, instead of that of the options.
+    ///
+    /// # Errors
+    /// As for [`CampaignFile::load`].
+    pub fn load_into(
+        self,
+        store: &mut Store,
+        model: &Model,
+        options: &LoadOptions,
+    ) -> Result<Campaign, Diagnostics> {
         let mut loader = Loader {
             model,
             folder: self.folder.clone(),
@@ -116,7 +137,9 @@ impl CampaignFile {
             warned: HashSet::new(),
             skipped: Vec::new(),
             left_out: Vec::new(),
-            store: Store::new(options.memory),
+            store,
+            progress: options.progress.clone(),
+            bytes: (0, self.bytes()),
         };
         let (inputs, input_sigma) = self.input_settings(model, &mut loader);
         loader.inputs = inputs;
@@ -152,6 +175,13 @@ impl CampaignFile {
             skipped: loader.skipped,
             left_out: loader.left_out,
         })
+    }
+
+    /// Bytes of all data files, as far as they are there.
+    fn bytes(&self) -> u64 {
+        let names = self.runs.iter().flat_map(|run| run.data.iter().chain(&run.signals));
+        let size = |name: &Named| std::fs::metadata(self.folder.join(&name.text)).ok();
+        names.filter_map(size).map(|file| file.len()).sum()
     }
 
     fn input_settings(
@@ -233,9 +263,13 @@ impl CampaignFile {
         let columns = reading_columns(model);
         for (index, (measurand, sigma)) in model.measurands.iter().zip(sigmas).enumerate() {
             let read = |run: &Run| {
-                let own =
-                    columns.iter().zip(&run.held().readings).filter(|((of, _), _)| *of == index);
-                own.flat_map(|(_, values)| values).any(|value| !value.is_nan())
+                let mut read = false;
+                run.record.walk(|stretch| {
+                    let all = columns.iter().zip(&stretch.samples.readings);
+                    let mut own = all.filter(|((of, _), _)| *of == index);
+                    read |= own.any(|(_, v)| v[stretch.range()].iter().any(|v| !v.is_nan()));
+                });
+                read
             };
             if !sigma.is_nan() {
                 continue;
@@ -284,14 +318,14 @@ impl CampaignFile {
                     setups.push(entry.setup.clone());
                     setups.len() - 1
                 });
-            let samples = if entry.plan.is_empty() {
+            let record = if entry.plan.is_empty() {
                 loader.run(entry)
             } else {
                 let ended =
                     runs.iter().rev().find(|run| run.setup == setup).map(|run| end(&run.record));
                 planned(model, loader, entry, ended.unwrap_or(0.0))
             };
-            if let Some(record) = samples.and_then(|samples| loader.record(entry, &samples)) {
+            if let Some(record) = record {
                 runs.push(Run { name: entry.name.text.clone(), setup, role: entry.role, record });
             }
         }
@@ -299,15 +333,11 @@ impl CampaignFile {
     }
 }
 
-fn planned(
-    model: &Model,
-    loader: &mut Loader<'_>,
-    entry: &RunEntry,
-    begin: f64,
-) -> Option<Samples> {
+fn planned(model: &Model, loader: &mut Loader<'_>, entry: &RunEntry, begin: f64) -> Option<Record> {
     let before = loader.reader.faults.len();
-    let mut samples = plan::samples(&mut loader.reader, entry, model, begin);
-    for (input, track) in model.inputs.iter().zip(&mut samples.inputs) {
+    let plan = Planned::new(&mut loader.reader, entry, model, begin);
+    let mut tracks = plan.tracks();
+    for (input, track) in model.inputs.iter().zip(&mut tracks) {
         let Some((name, quantity)) = entry.inputs.iter().find(|(name, _)| name.text == input.name)
         else {
             continue;
@@ -329,7 +359,7 @@ fn planned(
         }
         *track = Track::Constant(quantity.value);
     }
-    for name in missing(&model.inputs, &samples.inputs, &loader.inputs) {
+    for name in missing(&model.inputs, &tracks, &loader.inputs) {
         let message = format!("the plan of run `{}` does not say `{name}`", entry.name.text);
         loader.reader.fault(
             entry.name.span,
@@ -337,7 +367,19 @@ fn planned(
             "add it to the plan, or to `inputs` where it stands still",
         );
     }
-    (loader.reader.faults.len() == before).then_some(samples)
+    if loader.reader.faults.len() > before {
+        return None;
+    }
+    let mut recorder = Recorder::new(&tracks, column_count(model));
+    let mut keep = || {
+        for begin in (0..plan.len()).step_by(BLOCK) {
+            let samples = plan.samples(begin..plan.len().min(begin + BLOCK));
+            recorder.push(loader.store, &samples)?;
+        }
+        Ok(())
+    };
+    let kept = keep().and_then(|()| recorder.finish(loader.store));
+    kept.map_err(|error| loader.cannot_keep(entry, &error)).ok()
 }
 
 /// When the sample after a run's last one would come.

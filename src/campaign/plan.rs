@@ -6,8 +6,11 @@
 //! rate that a later leg does not say go on as the leg before ended; acceleration is zero unless said. A plan begins at its `start` (a time), else
 //! when the run before it in its setup ended.
 
+use std::ops::Range;
+
 use crate::campaign::entries::{Item, Quantity, Reader, Value, get};
 use crate::campaign::file::{Named, RunEntry};
+use crate::campaign::record::captured_with_rates;
 use crate::campaign::run::Samples;
 use crate::campaign::samples::{self, column_count};
 use crate::campaign::signal::Track;
@@ -136,92 +139,146 @@ impl State {
     }
 }
 
-/// The samples of a planned run: exact values, rates and accelerations, all readings missing.
-/// `begin` is the time of the first sample (s) where the plan does not say it.
-pub(crate) fn samples(reader: &mut Reader, entry: &RunEntry, model: &Model, begin: f64) -> Samples {
-    let begin = entry.plan.first().and_then(|leg| leg.start).unwrap_or(begin);
-    let mut time = Vec::new();
-    let mut starts = Vec::with_capacity(entry.plan.len());
-    let mut leg_begin = 0.0;
-    for leg in &entry.plan {
-        starts.push(leg_begin);
-        let count = (leg.trigger * leg.duration - 1e-9).ceil().max(1.0) as usize;
-        time.extend((0..count).map(|k| leg_begin + k as f64 / leg.trigger));
-        leg_begin += leg.duration;
-    }
-    let mut known: Vec<&str> = model.inputs.iter().map(|input| input.name.as_str()).collect();
-    known.extend(["trigger", "duration", "start"]);
-    for (name, _) in entry.plan.iter().flat_map(|leg| &leg.motions) {
-        if !model.inputs.iter().any(|input| input.name == name.text) {
-            reader.unknown(name.span, "input", &name.text, &known);
-        }
-    }
-    let inputs =
-        model.inputs.iter().map(|input| track(reader, entry, input, &starts, &time)).collect();
-    let mut samples = Samples {
-        readings: vec![vec![f64::NAN; time.len()]; column_count(model)],
-        rows: vec![entry.name.place.line; time.len()],
-        time: time.iter().map(|t| t + begin).collect(),
-        inputs,
-        ..Samples::default()
-    };
-    samples.set_clocks();
-    samples
+/// How an input moves in a planned run.
+#[derive(Debug)]
+enum Motion {
+    Absent,
+    Constant(f64),
+    /// Its states, in the order of time.
+    Moving(Vec<State>),
 }
 
-/// The motion of one input over all legs.
-fn track(
-    reader: &mut Reader,
-    entry: &RunEntry,
-    input: &InputDeclaration,
-    starts: &[f64],
-    time: &[f64],
-) -> Track {
-    let mut states: Vec<State> = Vec::new();
-    let mut named = false;
-    for (leg, begin) in entry.plan.iter().zip(starts) {
-        let motion = leg.motions.iter().find(|(name, _)| name.text == input.name);
-        let Some((name, pieces)) = motion else {
-            if let Some(last) = states.last() {
-                let goes_on = State { acceleration: 0.0, ..last.at(*begin) };
-                states.push(goes_on);
+/// A planned run: exact values, rates and accelerations, all readings missing.
+#[derive(Debug)]
+pub(crate) struct Planned {
+    /// Time of the first sample (s).
+    begin: f64,
+    /// Of each leg: its start after `begin` (s), readings a second, number of its first sample.
+    legs: Vec<(f64, f64, usize)>,
+    len: usize,
+    motions: Vec<Motion>,
+    readings: usize,
+    /// Line of the run in the campaign's file.
+    row: usize,
+}
+
+impl Planned {
+    /// Reads the plan of a run. `begin` is the time of the first sample (s) where the plan does not
+    /// say it.
+    pub(crate) fn new(reader: &mut Reader, entry: &RunEntry, model: &Model, begin: f64) -> Self {
+        let begin = entry.plan.first().and_then(|leg| leg.start).unwrap_or(begin);
+        let mut legs = Vec::with_capacity(entry.plan.len());
+        let (mut leg_begin, mut len) = (0.0, 0);
+        for leg in &entry.plan {
+            legs.push((leg_begin, leg.trigger, len));
+            len += (leg.trigger * leg.duration - 1e-9).ceil().max(1.0) as usize;
+            leg_begin += leg.duration;
+        }
+        let mut known: Vec<&str> = model.inputs.iter().map(|input| input.name.as_str()).collect();
+        known.extend(["trigger", "duration", "start"]);
+        for (name, _) in entry.plan.iter().flat_map(|leg| &leg.motions) {
+            if !model.inputs.iter().any(|input| input.name == name.text) {
+                reader.unknown(name.span, "input", &name.text, &known);
             }
-            continue;
+        }
+        let (readings, row) = (column_count(model), entry.name.place.line);
+        let mut planned = Self { begin, legs, len, motions: Vec::new(), readings, row };
+        for input in &model.inputs {
+            let motion = planned.motion(reader, entry, input);
+            planned.motions.push(motion);
+        }
+        planned
+    }
+
+    /// Number of samples.
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Where each input comes from; columns are empty.
+    pub(crate) fn tracks(&self) -> Vec<Track> {
+        self.motions
+            .iter()
+            .map(|motion| match motion {
+                Motion::Absent => Track::Absent,
+                Motion::Constant(value) => Track::Constant(*value),
+                Motion::Moving(_) => captured_with_rates(),
+            })
+            .collect()
+    }
+
+    /// Some of the samples; clocks are not filled.
+    pub(crate) fn samples(&self, range: Range<usize>) -> Samples {
+        let times: Vec<f64> = range.map(|sample| self.run_time(sample)).collect();
+        let mut inputs = self.tracks();
+        for (track, motion) in inputs.iter_mut().zip(&self.motions) {
+            let Motion::Moving(states) = motion else { continue };
+            let at: Vec<State> = times.iter().map(|time| state_at(states, *time)).collect();
+            *track = Track::Captured {
+                value: at.iter().map(|state| state.value).collect(),
+                rate: Some(at.iter().map(|state| state.rate).collect()),
+                acceleration: Some(at.iter().map(|state| state.acceleration).collect()),
+            };
+        }
+        Samples {
+            readings: vec![vec![f64::NAN; times.len()]; self.readings],
+            rows: vec![self.row; times.len()],
+            time: times.iter().map(|time| time + self.begin).collect(),
+            inputs,
+            ..Samples::default()
+        }
+    }
+
+    /// Time of a sample since the first one (s).
+    fn run_time(&self, sample: usize) -> f64 {
+        let leg = self.legs.partition_point(|(_, _, first)| *first <= sample);
+        let leg = self.legs.get(leg.saturating_sub(1));
+        leg.map_or(0.0, |(begin, trigger, first)| begin + (sample - first) as f64 / trigger)
+    }
+
+    /// The motion of one input over all legs.
+    fn motion(&self, reader: &mut Reader, entry: &RunEntry, input: &InputDeclaration) -> Motion {
+        let mut states: Vec<State> = Vec::new();
+        let mut named = false;
+        for (leg, (begin, _, _)) in entry.plan.iter().zip(&self.legs) {
+            let motion = leg.motions.iter().find(|(name, _)| name.text == input.name);
+            let Some((name, pieces)) = motion else {
+                if let Some(last) = states.last() {
+                    let goes_on = State { acceleration: 0.0, ..last.at(*begin) };
+                    states.push(goes_on);
+                }
+                continue;
+            };
+            named = true;
+            let mut from = *begin;
+            for piece in pieces {
+                if let Some(state) = next(reader, input, name.span, piece, from, states.last()) {
+                    states.push(state);
+                }
+                from += piece.duration.unwrap_or((begin + leg.duration - from).max(0.0));
+            }
+            if from > begin + leg.duration * (1.0 + 1e-9) {
+                let message = format!("the motion of `{}` is longer than its leg", name.text);
+                reader.fault(name.span, message, "");
+            }
+        }
+        let Some(first) = states.first().copied() else {
+            return if named { Motion::Constant(f64::NAN) } else { Motion::Absent };
         };
-        named = true;
-        let mut from = *begin;
-        for piece in pieces {
-            if let Some(state) = next(reader, input, name.span, piece, from, states.last()) {
-                states.push(state);
-            }
-            from += piece.duration.unwrap_or((begin + leg.duration - from).max(0.0));
+        let stands = |state: &State| state.rate == 0.0 && state.value == first.value;
+        let mut at = (0..self.len).map(|sample| state_at(&states, self.run_time(sample)));
+        if !input.signal && at.all(|state| stands(&state)) {
+            return Motion::Constant(first.value);
         }
-        if from > begin + leg.duration * (1.0 + 1e-9) {
-            let message = format!("the motion of `{}` is longer than its leg", name.text);
-            reader.fault(name.span, message, "");
-        }
+        Motion::Moving(states)
     }
-    let Some(first) = states.first().copied() else {
-        return if named { Track::Constant(f64::NAN) } else { Track::Absent };
-    };
-    let mut current = 0;
-    let at: Vec<State> = time
-        .iter()
-        .map(|t| {
-            while states.get(current + 1).is_some_and(|next| next.from <= t + 1e-9) {
-                current += 1;
-            }
-            states.get(current).unwrap_or(&first).at(*t)
-        })
-        .collect();
-    if !input.signal && at.iter().all(|state| state.rate == 0.0 && state.value == first.value) {
-        return Track::Constant(first.value);
-    }
-    Track::Captured {
-        value: at.iter().map(|state| state.value).collect(),
-        rate: Some(at.iter().map(|state| state.rate).collect()),
-        acceleration: Some(at.iter().map(|state| state.acceleration).collect()),
-    }
+}
+
+/// The state at a time since the run's first sample (s): that of the last piece begun, or the first.
+fn state_at(states: &[State], time: f64) -> State {
+    let begun = states.partition_point(|state| state.from <= time + 1e-9);
+    let still = State { from: time, value: f64::NAN, rate: f64::NAN, acceleration: f64::NAN };
+    states.get(begun.saturating_sub(1)).map_or(still, |state| state.at(time))
 }
 
 fn next(

@@ -4,6 +4,7 @@ use crate::campaign::file::{LeftOut, Named, RunEntry};
 use crate::campaign::run::Samples;
 use crate::campaign::samples::{Loader, reading_columns};
 use crate::campaign::signal::Track;
+use crate::campaign::spline::Spline;
 use crate::campaign::table::Table;
 use crate::diagnostic::Diagnostic;
 use crate::graph::MeasurandKind;
@@ -11,9 +12,32 @@ use crate::graph::MeasurandKind;
 /// A quaternion whose norm is further from 1 is not one.
 const NORM_TOLERANCE: f64 = 1e-2;
 
+/// What is known of a run's readings from the blocks before.
+#[derive(Debug, Default)]
+pub(crate) struct Readings {
+    /// Samples with readings.
+    read: usize,
+    /// Those of them that lack an input; those that lie outside a stream.
+    lacking: usize,
+    outside: usize,
+    /// Time of the first and the last sample (s).
+    span: Option<(f64, f64)>,
+    /// Measurands of which a quaternion was found to be none.
+    faulty: Vec<usize>,
+}
+
 impl Loader<'_> {
-    /// The reading columns in SI; quaternions are normalised.
-    pub(crate) fn readings(&mut self, data: &Named, table: &Table) -> Vec<Vec<f64>> {
+    /// The measurands that are rotations, each with its first reading column.
+    fn rotations(&self) -> Vec<(usize, usize)> {
+        let columns = reading_columns(self.model);
+        let rotation = |m: usize| self.model.measurands[m].kind == MeasurandKind::Rotation;
+        let first = |k: usize| k == 0 || columns[k - 1].0 != columns[k].0;
+        let all = columns.iter().enumerate().map(|(column, (measurand, _))| (*measurand, column));
+        all.filter(|(measurand, column)| rotation(*measurand) && first(*column)).collect()
+    }
+
+    /// Faults a table without readings, and a part of a quaternion.
+    pub(crate) fn check_readings(&mut self, data: &Named, table: &Table) {
         let columns = reading_columns(self.model);
         if columns.iter().all(|(_, name)| table.column(name).is_none()) {
             let names: Vec<_> = columns.iter().map(|(_, name)| name.as_str()).collect();
@@ -21,79 +45,89 @@ impl Loader<'_> {
             let help = format!("expected columns {}; found {}", names.join(", "), table.names());
             self.reader.fault(data.span, message, help);
         }
-        let missing = || vec![f64::NAN; table.lines.len()];
-        let mut readings: Vec<Vec<f64>> = columns
-            .iter()
-            .map(|(_, name)| table.values(name).map_or_else(missing, <[f64]>::to_vec))
-            .collect();
-        for first in 0..columns.len() {
-            let (index, name) = &columns[first];
-            let again = first > 0 && columns[first - 1].0 == *index;
-            if self.model.measurands[*index].kind != MeasurandKind::Rotation || again {
-                continue;
-            }
-            let found: Vec<_> = columns[first..first + 4]
-                .iter()
-                .filter_map(|(_, name)| table.column(name))
-                .collect();
-            if !found.is_empty() && found.len() < 4 {
-                let measurand = &self.model.measurands[*index].name;
-                let message = format!(
-                    "`{}` holds {} of the four columns of `{measurand}`",
-                    data.text,
-                    found.len()
-                );
+        for (index, first) in self.rotations() {
+            let own = &columns[first..first + 4];
+            let found = own.iter().filter(|(_, name)| table.column(name).is_some()).count();
+            if (1..4).contains(&found) {
+                let measurand = &self.model.measurands[index].name;
+                let message =
+                    format!("`{}` holds {found} of the four columns of `{measurand}`", data.text);
                 let help = format!(
                     "a rotation is {measurand}_w, {measurand}_x, {measurand}_y, {measurand}_z"
                 );
                 self.reader.fault(data.span, message, help);
+            }
+        }
+    }
+
+    /// Takes the readings of the rows at hand in SI; quaternions are normalised.
+    pub(crate) fn take_readings(
+        &mut self,
+        table: &mut Table,
+        samples: &mut Samples,
+        known: &mut Readings,
+    ) {
+        let columns = reading_columns(self.model);
+        for ((_, name), column) in columns.iter().zip(&mut samples.readings) {
+            if !table.take(name, column) {
+                column.clear();
+                column.resize(samples.time.len(), f64::NAN);
+            }
+        }
+        for (index, first) in self.rotations() {
+            if known.faulty.contains(&index) {
                 continue;
             }
-            for row in 0..table.lines.len() {
-                let norm =
-                    readings[first..first + 4].iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
+            let own = &mut samples.readings[first..first + 4];
+            for row in 0..samples.time.len() {
+                let norm = own.iter().map(|column| column[row] * column[row]).sum::<f64>().sqrt();
                 if (norm - 1.0).abs() > NORM_TOLERANCE {
                     let mut fault =
                         Diagnostic::error(format!("this quaternion has norm {norm:.4}, not 1"));
-                    if let Some(column) = table.column(name) {
+                    if let Some(column) = table.column(&columns[first].1) {
                         fault = fault.at(table.cell_place(row, column));
                     }
                     self.reader.faults.push(fault);
+                    known.faulty.push(index);
                     break;
                 }
-                readings[first..first + 4].iter_mut().for_each(|column| column[row] /= norm);
+                own.iter_mut().for_each(|column| column[row] /= norm);
             }
         }
-        readings
     }
 
     /// Takes out the readings of samples that lack an input, or lie outside a stream.
-    pub(crate) fn leave_out(&mut self, entry: &RunEntry, samples: &mut Samples, usable: &[bool]) {
-        let read: Vec<bool> = (0..samples.len())
-            .map(|row| samples.readings.iter().any(|column| !column[row].is_nan()))
-            .collect();
-        let (mut lacking, mut outside) = (0, 0);
-        let mut drop = vec![false; samples.len()];
-        for row in 0..samples.len() {
-            let time = samples.time[row];
-            let covered = samples.inputs.iter().zip(&self.model.inputs).all(|(track, input)| {
-                let margin = if input.signal { self.delay_range } else { 0.0 };
-                match track {
-                    Track::Logged(spline) => spline.covers(time - margin, time + margin),
-                    _ => true,
+    pub(crate) fn leave_out(&self, samples: &mut Samples, usable: &[bool], known: &mut Readings) {
+        let Samples { time, inputs, readings, .. } = samples;
+        let logged: Vec<(f64, &Spline)> = inputs
+            .iter()
+            .zip(&self.model.inputs)
+            .filter_map(|(track, input)| match track {
+                Track::Logged(spline) => {
+                    Some((if input.signal { self.delay_range } else { 0.0 }, spline.as_ref()))
                 }
-            });
-            drop[row] = !usable[row] || !covered;
-            lacking += usize::from(read[row] && !usable[row]);
-            outside += usize::from(read[row] && usable[row] && !covered);
+                _ => None,
+            })
+            .collect();
+        for (row, (time, usable)) in time.iter().zip(usable).enumerate() {
+            let mut covered = logged.iter();
+            let covered = covered.all(|(margin, s)| s.covers(time - margin, time + margin));
+            let read = readings.iter().any(|column| !column[row].is_nan());
+            known.read += usize::from(read);
+            known.lacking += usize::from(read && !usable);
+            known.outside += usize::from(read && *usable && !covered);
+            if !usable || !covered {
+                readings.iter_mut().for_each(|column| column[row] = f64::NAN);
+            }
         }
-        for column in &mut samples.readings {
-            column
-                .iter_mut()
-                .zip(&drop)
-                .filter(|(_, drop)| **drop)
-                .for_each(|(value, _)| *value = f64::NAN);
+        if let (Some(first), Some(last)) = (time.first(), time.last()) {
+            known.span = Some((known.span.map_or(*first, |(first, _)| first), *last));
         }
+    }
+
+    /// Tells what was left out of a run; a fault where most of it was.
+    pub(crate) fn tell_left_out(&mut self, entry: &RunEntry, inputs: &[Track], known: &Readings) {
+        let Readings { read: all, lacking, outside, .. } = *known;
         let run = entry.name.text.clone();
         if lacking > 0 {
             let why = "an input is missing".to_owned();
@@ -104,10 +138,8 @@ impl Loader<'_> {
                 format!("within {} s of the end of a stream, or outside it", self.delay_range);
             self.left_out.push(LeftOut { run: run.clone(), samples: outside, why });
         }
-        let all = read.iter().filter(|read| **read).count();
         if 2 * outside > all {
-            let spans: Vec<String> = samples
-                .inputs
+            let spans: Vec<String> = inputs
                 .iter()
                 .zip(&self.model.inputs)
                 .filter_map(|(track, input)| match track {
@@ -121,12 +153,11 @@ impl Loader<'_> {
                 })
                 .take(3)
                 .collect();
+            let (first, last) = known.span.unwrap_or_default();
             let message =
                 format!("{outside} of {all} samples of run `{run}` lie outside its streams");
             let help = format!(
-                "the samples go from {:.3} s to {:.3} s, the streams hold {}; a margin of delay_range = \"{} s\" is kept",
-                samples.time.first().copied().unwrap_or(0.0),
-                samples.time.last().copied().unwrap_or(0.0),
+                "the samples go from {first:.3} s to {last:.3} s, the streams hold {}; a margin of delay_range = \"{} s\" is kept",
                 spans.join(", "),
                 self.delay_range
             );

@@ -58,10 +58,44 @@ pub struct Stretch<'a> {
     pub len: usize,
 }
 
-impl Stretch<'_> {
+/// One sample of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample<'a> {
+    /// Columns that hold it.
+    pub samples: &'a Samples,
+    /// Its index within those columns.
+    pub at: usize,
+    /// Its number in its run.
+    pub number: usize,
+}
+
+impl<'a> Stretch<'a> {
     /// Where the stretch stands in the columns.
     pub fn range(&self) -> Range<usize> {
         self.start..self.start + self.len
+    }
+
+    /// Its samples.
+    pub fn each(self) -> impl ExactSizeIterator<Item = Sample<'a>> {
+        let Self { samples, start, first, len } = self;
+        (0..len).map(move |i| Sample { samples, at: start + i, number: first + i })
+    }
+}
+
+impl Sample<'_> {
+    /// Its reference time (s).
+    pub fn time(&self) -> f64 {
+        self.samples.time[self.at]
+    }
+
+    /// The row of the data file that it is from (line number, from 1).
+    pub fn row(&self) -> usize {
+        self.samples.rows.get(self.at).copied().unwrap_or(self.number + 1)
+    }
+
+    /// A reading column's value; NaN where it is missing.
+    pub fn reading(&self, column: usize) -> f64 {
+        self.samples.readings[column][self.at]
     }
 }
 
@@ -167,27 +201,54 @@ impl Record {
 
     /// Shows the whole run, a stretch at a time.
     pub fn walk(&self, mut visit: impl FnMut(Stretch<'_>)) {
-        let mut scratch = Samples::default();
-        for range in self.ranges(BLOCK) {
-            visit(self.stretch(range, &mut scratch));
-        }
+        let visit = |stretch: Stretch<'_>| {
+            visit(stretch);
+            Ok::<_, std::convert::Infallible>(())
+        };
+        let Ok(()) = self.try_walk(visit);
     }
 
-    /// One sample: columns that hold it, and its index there.
-    pub fn sample<'a>(&'a self, sample: usize, scratch: &'a mut Samples) -> (&'a Samples, usize) {
-        let stretch = self.stretch(sample..sample + 1, scratch);
-        (stretch.samples, stretch.start)
+    /// The same for what may fail.
+    ///
+    /// # Errors
+    /// The first that `visit` gives; nothing more is shown then.
+    pub fn try_walk<E>(
+        &self,
+        mut visit: impl FnMut(Stretch<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut scratch = Samples::default();
+        self.ranges(BLOCK).try_for_each(|range| visit(self.stretch(range, &mut scratch)))
+    }
+
+    /// Time of the last sample (s).
+    pub fn last_time(&self) -> Option<f64> {
+        let mut scratch = Samples::default();
+        let last = self.stretch(self.len.saturating_sub(1)..self.len, &mut scratch);
+        last.each().next().map(|sample| sample.time())
+    }
+
+    /// One sample, by its number.
+    pub fn sample<'a>(&'a self, number: usize, scratch: &'a mut Samples) -> Sample<'a> {
+        let stretch = self.stretch(number..number + 1, scratch);
+        Sample { samples: stretch.samples, at: stretch.start, number }
     }
 
     /// Row of the data file (line number, from 1) of a sample.
     pub fn row(&self, sample: usize) -> usize {
-        let mut scratch = Samples::default();
-        let (samples, at) = self.sample(sample, &mut scratch);
-        samples.rows.get(at).copied().unwrap_or(sample + 1)
+        self.sample(sample, &mut Samples::default()).row()
     }
 
-    /// All samples in memory, read back once if need be: for small runs and for those who cannot
-    /// walk stretches.
+    /// Ranges of at most `step` samples, spread evenly over the run, that hold about this share of
+    /// it: for those whom a part of a long run tells enough.
+    pub fn share(&self, share: f64, step: usize) -> impl Iterator<Item = Range<usize>> + use<> {
+        let due = move |number: usize| (number as f64 * share.min(1.0)).ceil() as usize;
+        self.ranges(step)
+            .enumerate()
+            .filter(move |(number, _)| due(number + 1) > due(*number))
+            .map(|(_, range)| range)
+    }
+
+    /// All samples in memory, read back once if need be: for small runs.
     pub fn whole(&self) -> &Samples {
         match &self.kept {
             Kept::Held(samples) if self.change.is_none() => samples,
@@ -250,7 +311,8 @@ impl Record {
     }
 }
 
-fn captured_with_rates() -> Track {
+/// An input recorded with its rate and acceleration; columns are empty.
+pub(crate) fn captured_with_rates() -> Track {
     Track::Captured { value: Vec::new(), rate: Some(Vec::new()), acceleration: Some(Vec::new()) }
 }
 

@@ -4,10 +4,12 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::campaign::captured::{Captured, columns_of};
 use crate::campaign::entries::Reader;
 use crate::campaign::file::{LeftOut, Named, RunEntry};
 use crate::campaign::header::Wanted;
-use crate::campaign::record::Record;
+use crate::campaign::readings::Readings;
+use crate::campaign::record::{BLOCK, Record, shape};
 use crate::campaign::recorder::{Recorder, Store};
 use crate::campaign::run::Samples;
 use crate::campaign::signal::{Track, unwrap};
@@ -16,6 +18,7 @@ use crate::campaign::table::{Skipped, TIME, Table, TableError};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, Model};
+use crate::progress::{Progress, Task};
 use crate::units::{Dimension, Unit};
 
 /// Number of reading columns of a model.
@@ -73,18 +76,13 @@ pub(crate) struct Loader<'a> {
     pub(crate) warned: HashSet<String>,
     pub(crate) skipped: Vec<Skipped>,
     pub(crate) left_out: Vec<LeftOut>,
-    pub(crate) store: Store,
+    pub(crate) store: &'a mut Store,
+    pub(crate) progress: Progress,
+    /// Bytes of data files read so far, and of all.
+    pub(crate) bytes: (u64, u64),
 }
 
 impl Loader<'_> {
-    /// Keeps samples; `None` after a fault.
-    pub(crate) fn record(&mut self, entry: &RunEntry, samples: &Samples) -> Option<Record> {
-        let mut recorder = Recorder::new(&samples.inputs, samples.readings.len());
-        let kept =
-            recorder.push(&mut self.store, samples).and_then(|()| recorder.finish(&mut self.store));
-        kept.map_err(|error| self.cannot_keep(entry, &error)).ok()
-    }
-
     /// Tells that the disk does not take a run.
     pub(crate) fn cannot_keep(&mut self, entry: &RunEntry, error: &std::io::Error) {
         let folder = std::env::temp_dir();
@@ -93,47 +91,91 @@ impl Loader<'_> {
             entry.name.text,
             folder.display()
         );
-        let help = "say with TMPDIR where there is room, or allow more with `--memory \"2 GB\"`";
+        let help = "say with TMPDIR where there is room, or allow more memory with `--memory 8GB`";
         self.reader.fault(entry.name.span, message, help);
     }
 
-    /// The samples of a run with data; `None` after a fault.
-    pub(crate) fn run(&mut self, entry: &RunEntry) -> Option<Samples> {
+    /// The record of a run with data; `None` after a fault.
+    pub(crate) fn run(&mut self, entry: &RunEntry) -> Option<Record> {
         let data = entry.data.as_ref()?;
         let (every, streamed) = (self.wanted(entry, true), self.wanted(entry, false));
         let table = self.table(data, &every);
-        let streams: Vec<_> =
-            entry.signals.iter().map(|name| self.table(name, &streamed)).collect();
-        let table = table?;
+        let streams: Vec<_> = entry
+            .signals
+            .iter()
+            .map(|name| {
+                let mut stream = self.table(name, &streamed)?;
+                self.more(name, &mut stream, usize::MAX)?;
+                self.skipped.append(&mut stream.skipped);
+                Some(stream)
+            })
+            .collect();
+        let mut table = table?;
         let streams: Vec<Table> = streams.into_iter().collect::<Option<_>>()?;
         self.check_columns(entry, &every, &table, &streams);
         let before = self.reader.faults.len();
-        let mut usable = vec![true; table.lines.len()];
-        let mut inputs = Vec::with_capacity(self.model.inputs.len());
-        for index in 0..self.model.inputs.len() {
-            inputs.push(self.track(index, entry, &table, &streams, &mut usable));
+        let inputs: Vec<Track> = (0..self.model.inputs.len())
+            .map(|index| self.track(index, entry, &table, &streams))
+            .collect();
+        drop(streams);
+        if table.column(TIME).is_none() && inputs.iter().any(Track::moves) {
+            let message = format!("`{}` has no column `time [s]`", data.text);
+            let help = format!("inputs move in this run; columns found: {}", table.names());
+            self.reader.fault(data.span, message, help);
         }
-        let count = table.lines.len();
-        let time = match table.values(TIME) {
-            Some(time) => time.to_vec(),
-            None => {
-                if inputs.iter().any(Track::moves) {
-                    let message = format!("`{}` has no column `time [s]`", data.text);
-                    let help = format!("inputs move in this run; columns found: {}", table.names());
-                    self.reader.fault(data.span, message, help);
-                }
-                vec![0.0; count]
+        self.check_readings(data, &table);
+        let record = self.rows(entry, data, &mut table, &inputs);
+        self.skipped.append(&mut table.skipped);
+        record.filter(|_| self.reader.faults.len() == before)
+    }
+
+    /// Takes the rows of a data file block by block.
+    fn rows(
+        &mut self,
+        entry: &RunEntry,
+        data: &Named,
+        table: &mut Table,
+        inputs: &[Track],
+    ) -> Option<Record> {
+        let mut recorder = Recorder::new(inputs, column_count(self.model));
+        let mut captured: Vec<Captured> = (0..inputs.len())
+            .map(|index| Captured::new(&self.model.inputs[index].name, self.inputs[index].period))
+            .collect();
+        let mut readings = Readings::default();
+        let mut samples = Samples::default();
+        shape(&mut samples, inputs, column_count(self.model));
+        // The tracks without columns, too, for they say where they have values.
+        samples.inputs = inputs.to_vec();
+        while self.more(data, table, BLOCK)? {
+            let count = table.lines.len();
+            samples.rows.clone_from(&table.lines);
+            if !table.take(TIME, &mut samples.time) {
+                samples.time.resize(count, 0.0);
+                samples.time.truncate(count);
             }
-        };
-        let readings = self.readings(data, &table);
-        if self.reader.faults.len() > before {
-            return None;
+            let mut usable = vec![true; count];
+            for (captured, track) in captured.iter_mut().zip(&mut samples.inputs) {
+                captured.take(table, &samples.time, track, &mut usable);
+            }
+            self.take_readings(table, &mut samples, &mut readings);
+            self.leave_out(&mut samples, &usable, &mut readings);
+            if let Err(error) = recorder.push(self.store, &samples) {
+                self.cannot_keep(entry, &error);
+                return None;
+            }
         }
-        let mut samples =
-            Samples { time, inputs, readings, rows: table.lines.clone(), ..Samples::default() };
-        samples.set_clocks();
-        self.leave_out(entry, &mut samples, &usable);
-        (self.reader.faults.len() == before).then_some(samples)
+        for name in captured.iter().flat_map(|input| input.without_value(table)) {
+            let message = format!("run `{}` has no value in column `{name}`", entry.name.text);
+            self.reader.fault(entry.name.span, message, "");
+        }
+        self.tell_left_out(entry, inputs, &readings);
+        match recorder.finish(self.store) {
+            Ok(record) => Some(record),
+            Err(error) => {
+                self.cannot_keep(entry, &error);
+                None
+            }
+        }
     }
 
     /// The columns a file may hold: all for the data file, else time and inputs.
@@ -168,26 +210,35 @@ impl Loader<'_> {
         found
     }
 
+    /// Opens a table.
     fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
         if name.text.ends_with(".parquet") {
             let help = "write the table as CSV (plain or .gz)";
             self.reader.fault(name.span, "this program was built without Parquet", help);
             return None;
         }
-        match Table::read(&self.folder.join(&name.text), wanted, self.skip_bad_rows) {
-            Ok(mut table) => {
-                self.skipped.append(&mut table.skipped);
-                Some(table)
-            }
+        let table = Table::open(&self.folder.join(&name.text), wanted, self.skip_bad_rows);
+        self.told(name, table)
+    }
+
+    /// Reads on in a table; `None` after a fault.
+    fn more(&mut self, name: &Named, table: &mut Table, most: usize) -> Option<bool> {
+        let before = table.bytes_read();
+        let more = table.more(most);
+        self.bytes.0 += table.bytes_read() - before;
+        self.progress.tell(Task::Reading, self.bytes.0, self.bytes.1);
+        self.told(name, more)
+    }
+
+    fn told<T>(&mut self, name: &Named, result: Result<T, TableError>) -> Option<T> {
+        match result {
+            Ok(value) => return Some(value),
             Err(TableError::Unreadable(message)) => {
                 self.reader.fault(name.span, message, "paths count from the campaign's folder");
-                None
             }
-            Err(TableError::Content(Diagnostics(faults))) => {
-                self.reader.faults.extend(faults);
-                None
-            }
+            Err(TableError::Content(Diagnostics(faults))) => self.reader.faults.extend(faults),
         }
+        None
     }
 
     /// Faults names of `columns` that mean nothing and warns of columns that nothing declares.
@@ -228,14 +279,7 @@ impl Loader<'_> {
     }
 
     /// Where an input comes from in this run.
-    fn track(
-        &mut self,
-        index: usize,
-        entry: &RunEntry,
-        data: &Table,
-        streams: &[Table],
-        usable: &mut [bool],
-    ) -> Track {
+    fn track(&mut self, index: usize, entry: &RunEntry, data: &Table, streams: &[Table]) -> Track {
         let model = self.model;
         let input = &model.inputs[index];
         let constant = entry.inputs.iter().find(|(name, _)| name.text == input.name);
@@ -261,7 +305,7 @@ impl Loader<'_> {
             return Track::Constant(quantity.value);
         }
         if captured {
-            return self.captured(index, entry, data, usable);
+            return self.captured(index, data);
         }
         match streams.first() {
             Some(stream) => self.logged(index, entry, stream),
@@ -282,50 +326,22 @@ impl Loader<'_> {
         }
     }
 
-    fn captured(
-        &mut self,
-        index: usize,
-        entry: &RunEntry,
-        data: &Table,
-        usable: &mut [bool],
-    ) -> Track {
+    /// An input recorded with each sample: which columns it has.
+    fn captured(&mut self, index: usize, data: &Table) -> Track {
         let input = &self.model.inputs[index];
-        let names = ["", "_rate", "_acceleration"].map(|suffix| format!("{}{suffix}", input.name));
-        let mut columns = names.clone().map(|name| data.values(&name).map(<[f64]>::to_vec));
-        if let (None, Some(column)) = (&columns[1], data.column(&names[2])) {
+        let [_, rate, acceleration] = columns_of(&input.name);
+        if let (None, Some(column)) = (data.column(&rate), data.column(&acceleration)) {
             self.reader.faults.push(
-                Diagnostic::error(format!("`{}` needs `{}` beside it", names[2], names[1]))
+                Diagnostic::error(format!("`{acceleration}` needs `{rate}` beside it"))
                     .at(data.header_place(column)),
             );
         }
-        for (column, name) in columns.iter_mut().zip(&names) {
-            let Some(column) = column else { continue };
-            for (usable, value) in usable.iter_mut().zip(column.iter()) {
-                *usable &= !value.is_nan();
-            }
-            if column.iter().all(|value| value.is_nan()) {
-                let message = format!("run `{}` has no value in column `{name}`", entry.name.text);
-                self.reader.fault(entry.name.span, message, "");
-                return Track::Absent;
-            }
+        let empty = |name: &str| data.column(name).map(|_| Vec::new());
+        Track::Captured {
+            value: Vec::new(),
+            rate: empty(&rate),
+            acceleration: empty(&acceleration),
         }
-        let [Some(mut value), mut rate, mut acceleration] = columns else {
-            return Track::Absent;
-        };
-        if let Some(period) = self.inputs[index].period {
-            let time = data.values(TIME);
-            unwrap(&mut value, period, |from, to| match (time, &rate) {
-                (Some(time), Some(rate)) => {
-                    let expected = 0.5 * (rate[from] + rate[to]) * (time[to] - time[from]);
-                    if expected.is_finite() { expected } else { 0.0 }
-                }
-                _ => 0.0,
-            });
-        }
-        fill_gaps(&mut value);
-        rate.as_mut().into_iter().for_each(fill_gaps);
-        acceleration.as_mut().into_iter().for_each(fill_gaps);
-        Track::Captured { value, rate, acceleration }
     }
 
     fn logged(&mut self, index: usize, entry: &RunEntry, stream: &Table) -> Track {
@@ -349,18 +365,6 @@ impl Loader<'_> {
                 Track::Absent
             }
         }
-    }
-}
-
-/// Puts the nearest earlier (else later) value where one is missing. The readings of such samples
-/// are left out, but the engine still evaluates them.
-fn fill_gaps(values: &mut Vec<f64>) {
-    let mut last = values.iter().copied().find(|value| !value.is_nan()).unwrap_or(0.0);
-    for value in values {
-        if value.is_nan() {
-            *value = last;
-        }
-        last = *value;
     }
 }
 

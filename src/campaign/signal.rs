@@ -113,21 +113,36 @@ impl Track {
 /// `expected` is the change of the value that is expected from one value to the next (from its
 /// rate), zero if nothing is known. The first value stays; a value that is not finite is passed over.
 pub fn unwrap(values: &mut [f64], period: f64, expected: impl Fn(usize, usize) -> f64) {
-    if period.is_nan() || period <= 0.0 {
-        return;
+    let mut unwrapper = Unwrapper::new(period);
+    let mut last = 0;
+    for (index, value) in values.iter_mut().enumerate().filter(|(_, value)| value.is_finite()) {
+        *value = unwrapper.next(*value, expected(last, index));
+        last = index;
     }
-    let mut last: Option<usize> = None;
-    for index in 0..values.len() {
-        if !values[index].is_finite() {
-            continue;
-        }
-        if let Some(before) = last {
-            let predicted = values[before] + expected(before, index);
-            let turns = ((values[index] - predicted) / period).round();
-            if turns.is_finite() {
-                values[index] -= turns * period;
-            }
-        }
-        last = Some(index);
+}
+
+/// The same for values that come one by one.
+#[derive(Clone, Copy, Debug)]
+pub struct Unwrapper {
+    period: f64,
+    last: Option<f64>,
+}
+
+impl Unwrapper {
+    /// Nothing has come yet.
+    pub fn new(period: f64) -> Self {
+        Self { period, last: None }
+    }
+
+    /// A finite value without its jumps, `expected` being its change since the last one.
+    pub fn next(&mut self, value: f64, expected: f64) -> f64 {
+        let turns = match self.last {
+            Some(last) if self.period > 0.0 => ((value - (last + expected)) / self.period).round(),
+            _ => 0.0,
+        };
+        let moved = turns.is_finite() && turns != 0.0;
+        let value = if moved { value - turns * self.period } else { value };
+        self.last = Some(value);
+        value
     }
 }

@@ -1,14 +1,16 @@
-//! A CSV file, plain or `.gz`, as columns in SI.
+//! A CSV file, plain or `.gz`, as columns in SI, rows as they are wanted.
 //!
 //! One header row, `name [unit]` a column; UTF-8, commas, `#` comments; an empty cell is a reading
 //! that is not there (NaN). Every fault has the file, line and column of its cell. A table knows
-//! units, not models: the caller says which columns it wants; others are listed but not read.
+//! units, not models: the caller says which columns it wants; others are listed but not read. It
+//! holds the rows at hand, not those before them, so a file may be larger than memory.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::campaign::header::{self, Column, Wanted};
 use crate::campaign::lines::{self, Lines};
+use crate::campaign::row::Reader;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 
 /// How many faults are reported before reading stops.
@@ -28,19 +30,28 @@ pub struct Skipped {
     pub reason: String,
 }
 
-/// A table that was read.
-#[derive(Clone, Debug)]
+/// A table being read.
+#[derive(Debug)]
 pub struct Table {
     /// Where it is.
     pub path: PathBuf,
     /// Its name as the user knows it.
     pub file: Arc<str>,
-    /// All columns of the header in their order; only wanted ones hold values.
+    /// All columns of the header in their order; only wanted ones hold values, of the rows at hand.
     pub columns: Vec<Column>,
-    /// Line (from 1) of each row.
+    /// Line (from 1) of each row at hand.
     pub lines: Vec<usize>,
-    /// Rows left out.
+    /// Rows left out so far.
     pub skipped: Vec<Skipped>,
+    source: Lines,
+    reader: Reader,
+    /// Leave bad rows out.
+    skip: bool,
+    faults: Vec<Diagnostic>,
+    /// Rows read so far.
+    count: usize,
+    /// Line and text of the header.
+    header: (usize, String),
 }
 
 /// Why a table could not be read.
@@ -53,156 +64,116 @@ pub enum TableError {
 }
 
 impl Table {
-    /// Reads the wanted columns of a file.
+    /// Reads the wanted columns of a whole file.
+    ///
+    /// # Errors
+    /// Those of [`Table::open`] and [`Table::more`].
+    pub fn read(path: &Path, wanted: &[Wanted], skip_bad_rows: bool) -> Result<Self, TableError> {
+        let mut table = Self::open(path, wanted, skip_bad_rows)?;
+        table.more(usize::MAX)?;
+        Ok(table)
+    }
+
+    /// Reads the header of a file; no row is at hand yet.
     ///
     /// With `skip_bad_rows`, rows of the wrong length, with cells that are no numbers or with a time
     /// that is missing or runs backwards are left out and listed in [`Table::skipped`].
     ///
     /// # Errors
-    /// The file cannot be read, or up to 20 faults with their places.
-    pub fn read(path: &Path, wanted: &[Wanted], skip_bad_rows: bool) -> Result<Self, TableError> {
-        let bytes = lines::read_bytes(path).map_err(TableError::Unreadable)?;
+    /// The file cannot be read, or the header is at fault.
+    pub fn open(path: &Path, wanted: &[Wanted], skip_bad_rows: bool) -> Result<Self, TableError> {
         let file: Arc<str> = path.display().to_string().into();
-        let mut table = Self {
-            path: path.to_owned(),
-            file,
-            columns: Vec::new(),
-            lines: Vec::new(),
-            skipped: Vec::new(),
-        };
-        table.fill(&bytes, wanted, skip_bad_rows).map_err(TableError::Content)?;
-        Ok(table)
-    }
-
-    fn fill(&mut self, bytes: &[u8], wanted: &[Wanted], skip: bool) -> Result<(), Diagnostics> {
-        let mut lines = Lines::new(bytes);
-        let Some((number, line)) = lines.next() else {
-            let place = whole_line(&self.file, 1, "");
-            return Err(Diagnostic::error("the file has no header row")
-                .at(place)
-                .help(
+        let unreadable =
+            |error: std::io::Error| TableError::Unreadable(lines::reason(path, &error));
+        let mut source = Lines::open(path).map_err(unreadable)?;
+        let Some((number, line)) = source.next().map_err(unreadable)? else {
+            let fault =
+                Diagnostic::error("the file has no header row").at(whole_line(&file, 1, "")).help(
                     "start the file with a row of column names, `name [unit]`, separated by commas",
-                )
-                .into());
+                );
+            return Err(TableError::Content(fault.into()));
         };
         let header = std::str::from_utf8(line)
-            .map_err(|_| Diagnostics::from(not_utf8(&self.file, number, line)))?;
-        self.columns = header::read(&self.file, number, header, wanted)?;
-        let width = self.columns.len();
-        let time = self.columns.iter().position(|column| column.wanted.as_deref() == Some(TIME));
-        let mut faults = Vec::new();
-        let mut row = vec![f64::NAN; width];
-        let mut last_time = f64::NEG_INFINITY;
-        for (number, line) in lines {
-            let read = self.row(number, line, time, last_time, &mut row);
-            match read {
-                Ok(()) => {
-                    if let Some(time) = time {
-                        last_time = row[time];
-                    }
-                    self.lines.push(number);
-                    for (column, value) in self.columns.iter_mut().zip(&row) {
-                        if column.wanted.is_some() {
-                            column.values.push(*value);
-                        }
+            .map_err(|_| TableError::Content(header::not_utf8(&file, number, line).into()))?;
+        let columns = header::read(&file, number, header, wanted).map_err(TableError::Content)?;
+        let header = (number, header.to_owned());
+        Ok(Self {
+            path: path.to_owned(),
+            reader: Reader::new(file.clone(), &columns),
+            file,
+            columns,
+            lines: Vec::new(),
+            skipped: Vec::new(),
+            source,
+            skip: skip_bad_rows,
+            faults: Vec::new(),
+            count: 0,
+            header,
+        })
+    }
+
+    /// Puts the next rows in the place of those at hand, at most so many; whether there are any.
+    ///
+    /// # Errors
+    /// The file cannot be read on, has no rows at all, or has up to 20 faults, which come with their
+    /// places as soon as all of them are known.
+    pub fn more(&mut self, most: usize) -> Result<bool, TableError> {
+        self.columns.iter_mut().for_each(|column| column.values.clear());
+        self.lines.clear();
+        while self.lines.len() < most {
+            let next = self.source.next().map_err(|error| lines::reason(&self.path, &error));
+            let Some((number, line)) = next.map_err(TableError::Unreadable)? else {
+                return self.end();
+            };
+            match self.reader.read(number, line, &self.columns) {
+                Ok(row) => {
+                    self.count += 1;
+                    // With a fault nothing of the table will be used.
+                    if self.faults.is_empty() {
+                        self.lines.push(number);
+                        let wanted = |(column, _): &(&mut Column, _)| column.wanted.is_some();
+                        let cells = self.columns.iter_mut().zip(row);
+                        cells.filter(wanted).for_each(|(column, v)| column.values.push(*v));
                     }
                 }
-                Err(mut found) if skip => {
+                Err(mut found) if self.skip => {
                     let reason = found.swap_remove(0).message;
                     self.skipped.push(Skipped { file: self.file.clone(), row: number, reason });
                 }
                 Err(found) => {
-                    faults.extend(found);
-                    if faults.len() >= MOST_FAULTS {
-                        break;
+                    self.faults.extend(found);
+                    if self.faults.len() >= MOST_FAULTS {
+                        return self.end();
                     }
                 }
             }
         }
-        if !faults.is_empty() {
-            faults.truncate(MOST_FAULTS);
-            if let Some(last) = faults.last_mut() {
-                last.help.push("--skip-bad-rows leaves such rows out".into());
-            }
-            return Err(Diagnostics(faults));
-        }
-        if self.lines.is_empty() {
+        Ok(true)
+    }
+
+    /// What is to be said where reading stops.
+    fn end(&mut self) -> Result<bool, TableError> {
+        let mut faults = std::mem::take(&mut self.faults);
+        faults.truncate(MOST_FAULTS);
+        if let Some(last) = faults.last_mut() {
+            last.help.push("--skip-bad-rows leaves such rows out".into());
+        } else if self.count == 0 {
             let message = match self.skipped.len() {
                 0 => "the file has a header but no rows".to_owned(),
                 count => format!("all {count} rows of the file are bad"),
             };
-            return Err(Diagnostic::error(message)
-                .at(whole_line(&self.file, number, header))
-                .into());
+            let place = whole_line(&self.file, self.header.0, &self.header.1);
+            faults.push(Diagnostic::error(message).at(place));
         }
-        Ok(())
+        Diagnostics(faults).into_result(!self.lines.is_empty()).map_err(TableError::Content)
     }
 
-    /// Reads one line into `row`; not empty on failure.
-    fn row(
-        &self,
-        number: usize,
-        line: &[u8],
-        time: Option<usize>,
-        last_time: f64,
-        row: &mut [f64],
-    ) -> Result<(), Vec<Diagnostic>> {
-        let Ok(text) = std::str::from_utf8(line) else {
-            return Err(vec![not_utf8(&self.file, number, line)]);
-        };
-        let fault = |message: String, cell: (usize, usize)| {
-            Diagnostic::error(message).at(self.place_in(number, text, cell))
-        };
-        let mut faults = Vec::new();
-        let mut found = 0;
-        for (index, (cell, span)) in header::cells(text).enumerate() {
-            found += 1;
-            let Some(column) = self.columns.get(index) else {
-                continue;
-            };
-            row[index] = f64::NAN;
-            if column.wanted.is_none() {
-                continue;
-            }
-            if cell.is_empty() {
-                if Some(index) == time {
-                    faults.push(fault("the row has no time".into(), span));
-                }
-                continue;
-            }
-            match cell.parse::<f64>() {
-                Ok(value) if column.unit.to_si(value).is_finite() => {
-                    row[index] = column.unit.to_si(value);
-                }
-                Ok(value) => {
-                    let what = if value.is_nan() { "is not a number" } else { "is not finite" };
-                    faults.push(
-                        fault(format!("`{cell}` in column `{}` {what}", column.name), span)
-                            .help("leave the cell empty where a reading is missing"),
-                    );
-                }
-                Err(_) => {
-                    let shown: String = cell.chars().take(40).collect();
-                    let message =
-                        format!("expected a number in column `{}`, found `{shown}`", column.name);
-                    faults.push(fault(message, span));
-                }
-            }
-            if Some(index) == time && row[index] < last_time {
-                faults.push(
-                    fault("time runs backwards here".into(), span)
-                        .help("the rows of a file are in the order of time"),
-                );
-            }
-        }
-        if found != row.len() {
-            let message = format!("expected {} cells as in the header, found {found}", row.len());
-            return Err(vec![fault(message, (0, text.len()))]);
-        }
-        if faults.is_empty() { Ok(()) } else { Err(faults) }
+    /// Bytes of the file, packed as it is, read so far.
+    pub(crate) fn bytes_read(&self) -> u64 {
+        self.source.bytes_read()
     }
 
-    /// The values of a wanted column, if the file has it.
+    /// The values at hand of a wanted column, if the file has it.
     pub fn values(&self, wanted: &str) -> Option<&[f64]> {
         self.column(wanted).map(|column| column.values.as_slice())
     }
@@ -210,6 +181,14 @@ impl Table {
     /// A wanted column, if the file has it.
     pub fn column(&self, wanted: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.wanted.as_deref() == Some(wanted))
+    }
+
+    /// Takes the values at hand of a wanted column, for a column of no use any more; whether the file
+    /// has it.
+    pub(crate) fn take(&mut self, wanted: &str, into: &mut Vec<f64>) -> bool {
+        let column =
+            self.columns.iter_mut().find(|column| column.wanted.as_deref() == Some(wanted));
+        column.map(|column| std::mem::swap(&mut column.values, into)).is_some()
     }
 
     /// Names of all columns, for messages.
@@ -220,35 +199,32 @@ impl Table {
 
     /// The place of a header cell.
     pub fn header_place(&self, column: &Column) -> Place {
-        self.place_on_line(column.line, column.index)
+        let (number, text) = &self.header;
+        self.place_on_line(*number, text, column.index)
     }
 
     /// The place of a cell by its row (index into [`Table::lines`]) and column. The file is read
     /// once more; where that fails, the place has no excerpt.
     pub fn cell_place(&self, row: usize, column: &Column) -> Place {
-        self.place_on_line(self.lines.get(row).copied().unwrap_or(1), column.index)
+        let wanted = self.lines.get(row).copied().unwrap_or(1);
+        let mut text = String::new();
+        if let Ok(mut lines) = Lines::open(&self.path) {
+            while let Ok(Some((number, line))) = lines.next() {
+                if number >= wanted {
+                    text = String::from_utf8_lossy(line).into_owned();
+                    break;
+                }
+            }
+        }
+        self.place_on_line(wanted, &text, column.index)
     }
 
-    fn place_on_line(&self, number: usize, index: usize) -> Place {
-        let bytes = lines::read_bytes(&self.path).unwrap_or_default();
-        let line = Lines::new(&bytes).find(|(at, _)| *at == number);
-        let text = line.and_then(|(_, line)| std::str::from_utf8(line).ok()).unwrap_or("");
+    fn place_on_line(&self, number: usize, text: &str, index: usize) -> Place {
         let span = header::cells(text).nth(index).map_or((0, 0), |(_, span)| span);
-        self.place_in(number, text, span)
-    }
-
-    fn place_in(&self, number: usize, text: &str, span: (usize, usize)) -> Place {
         header::place(&self.file, number, text, span)
     }
 }
 
 fn whole_line(file: &Arc<str>, number: usize, text: &str) -> Place {
     header::place(file, number, text, (0, text.len()))
-}
-
-fn not_utf8(file: &Arc<str>, number: usize, line: &[u8]) -> Diagnostic {
-    let valid = std::str::from_utf8(line).err().map_or(0, |error| error.valid_up_to());
-    let text = String::from_utf8_lossy(line);
-    let place = header::place(file, number, &text, (valid, valid));
-    Diagnostic::error("the file is not UTF-8 here").at(place).help("save the file as UTF-8")
 }

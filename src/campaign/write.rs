@@ -1,9 +1,7 @@
 //! Writes a campaign of the same form: campaign.toml and a CSV a run, in the model's units.
 //!
-//! Files are whole or not at all: written beside their place and then renamed. Numbers are written
-//! with the digits that give the same `f64` back. Streams are copied.
+//! Files are whole or not at all: written beside their place and then renamed. Streams are copied.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,27 +10,11 @@ use crate::campaign::file::{Campaign, RunEntry};
 use crate::campaign::header::{cells, split};
 use crate::campaign::lines;
 use crate::campaign::run::{Role, Run};
-use crate::campaign::samples::{derived_symbol, reading_columns};
-use crate::campaign::signal::Track;
-use crate::graph::MeasurandKind;
+use crate::campaign::whole::write_whole;
+use crate::campaign::write_run::RunTable;
 use crate::model::parameter::SCOPES;
 use crate::model::{Model, Override};
 use crate::units::Unit;
-
-/// Writes a file whole or not at all.
-///
-/// # Errors
-/// The disk's.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let beside = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
-    let written = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, path));
-    if written.is_err() {
-        // What could not be finished is not left behind; a second failure adds nothing.
-        drop(fs::remove_file(&beside));
-    }
-    written
-}
 
 /// Writes a campaign with other runs (simulated ones) into a folder, which is made if need be.
 ///
@@ -47,11 +29,29 @@ pub fn write_campaign(
     model: &Model,
     runs: &[Run],
 ) -> io::Result<()> {
+    write_campaign_with(folder, campaign, model, runs, &mut |run, table| {
+        runs[run].record.try_walk(|stretch| table.write(stretch, None))
+    })
+}
+
+/// The same with other readings: `fill` writes the table of each run, by its index.
+///
+/// # Errors
+/// The disk's.
+pub fn write_campaign_with(
+    folder: &Path,
+    campaign: &Campaign,
+    model: &Model,
+    runs: &[Run],
+    fill: &mut dyn FnMut(usize, &mut RunTable) -> io::Result<()>,
+) -> io::Result<()> {
     fs::create_dir_all(folder)?;
     copy_declarations(folder, campaign)?;
     let files = file_names(runs);
-    for (run, file) in runs.iter().zip(&files) {
-        write_run_csv(&folder.join(file), model, run)?;
+    for (index, (run, file)) in runs.iter().zip(&files).enumerate() {
+        let mut table = RunTable::create(&folder.join(file), model, &run.record)?;
+        fill(index, &mut table)?;
+        table.finish()?;
     }
     let mut copies: Vec<(String, String)> = Vec::new();
     for stream in campaign.entries.iter().flat_map(|entry| &entry.signals) {
@@ -69,65 +69,6 @@ pub fn write_campaign(
         copies.push((stream.text.clone(), name));
     }
     write_campaign_toml(&folder.join("campaign.toml"), campaign, model, runs, &files, &copies)
-}
-
-/// Writes the samples of a run: `time [s]`, captured inputs and readings in the model's units.
-/// Constants and streams are not in it.
-///
-/// # Errors
-/// The disk's.
-pub fn write_run_csv(path: &Path, model: &Model, run: &Run) -> io::Result<()> {
-    let seconds = Unit { symbol: "s".into(), ..Unit::one() };
-    let samples = run.held();
-    let mut columns: Vec<(String, Unit, &[f64])> = Vec::new();
-    if samples.inputs.iter().any(Track::moves) || samples.time.iter().any(|time| *time != 0.0) {
-        columns.push(("time".into(), seconds, &samples.time));
-    }
-    for (input, track) in model.inputs.iter().zip(&samples.inputs) {
-        let Track::Captured { value, rate, acceleration } = track else {
-            continue;
-        };
-        for (order, values) in
-            [Some(value), rate.as_ref(), acceleration.as_ref()].into_iter().enumerate()
-        {
-            let Some(values) = values else { continue };
-            let suffix = ["", "_rate", "_acceleration"][order];
-            let unit = match order {
-                0 => input.unit.clone(),
-                _ => derived_symbol(&input.unit, order as u8)
-                    .and_then(|symbol| Unit::parse(&symbol).ok())
-                    .unwrap_or_else(Unit::one),
-            };
-            columns.push((format!("{}{suffix}", input.name), unit, values));
-        }
-    }
-    for ((index, name), values) in reading_columns(model).into_iter().zip(&samples.readings) {
-        let measurand = &model.measurands[index];
-        let unit = match measurand.kind {
-            MeasurandKind::Rotation => Unit::one(),
-            _ => measurand.unit.clone(),
-        };
-        columns.push((name, unit, values));
-    }
-    let mut text = String::new();
-    let header: Vec<_> =
-        columns.iter().map(|(name, unit, _)| format!("{name} [{}]", unit.symbol)).collect();
-    text.push_str(&header.join(","));
-    text.push('\n');
-    for row in 0..samples.len() {
-        for (index, (_, unit, values)) in columns.iter().enumerate() {
-            if index > 0 {
-                text.push(',');
-            }
-            let value = values.get(row).copied().unwrap_or(f64::NAN);
-            if !value.is_nan() {
-                // Writing into a text cannot fail.
-                let _ = write!(text, "{:?}", unit.from_si(value));
-            }
-        }
-        text.push('\n');
-    }
-    write_whole(path, text.as_bytes())
 }
 
 /// Writes campaign.toml for runs that stand in `files`; `copies` says where streams went.
@@ -256,8 +197,8 @@ fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]
 }
 
 fn header_names(path: &Path) -> Vec<String> {
-    let bytes = lines::read_bytes(path).unwrap_or_default();
-    let line = lines::Lines::new(&bytes).next();
+    let Ok(mut lines) = lines::Lines::open(path) else { return Vec::new() };
+    let line = lines.next().ok().flatten();
     let text = line.and_then(|(_, line)| std::str::from_utf8(line).ok()).unwrap_or("");
     cells(text).map(|(cell, _)| split(cell).0.to_owned()).collect()
 }

@@ -14,6 +14,45 @@ pub(super) enum Format {
     Json,
 }
 
+/// How much memory a command may take.
+#[derive(Clone, Copy, Debug, Args)]
+pub(super) struct Memory {
+    /// Memory to use, about: what does not fit waits in a temporary file (in TMPDIR), and the result
+    /// is the same
+    #[arg(long, value_name = "SIZE", default_value = "2GB", value_parser = bytes)]
+    memory: u64,
+}
+
+impl Memory {
+    /// The half of it is for samples; the other half for what is made of those that are held.
+    pub(super) fn for_samples(self) -> u64 {
+        self.memory / 2
+    }
+}
+
+/// Reads `500MB`, `2 GB`, `1.5GiB`, `1000000`.
+fn bytes(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let unit = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(unit);
+    let factor = match unit.to_ascii_lowercase().as_str() {
+        "" | "b" => 1.0,
+        "kb" => 1e3,
+        "mb" => 1e6,
+        "gb" => 1e9,
+        "tb" => 1e12,
+        "kib" => 1024.0,
+        "mib" => 1_048_576.0,
+        "gib" => 1_073_741_824.0,
+        "tib" => 1_099_511_627_776.0,
+        _ => return Err(format!("`{unit}` is no unit of memory: use kB, MB, GB or kiB, MiB, GiB")),
+    };
+    match number.trim().parse::<f64>() {
+        Ok(number) if number > 0.0 && (number * factor).is_finite() => Ok((number * factor) as u64),
+        _ => Err("expected a size such as 500MB or 2GB".to_owned()),
+    }
+}
+
 /// What a command works on, and how.
 #[derive(Debug, Args)]
 pub(super) struct CampaignArguments {
@@ -44,6 +83,8 @@ pub(super) struct CampaignArguments {
     /// Threads to use; the result is the same at any number
     #[arg(long, value_name = "N")]
     pub(super) threads: Option<usize>,
+    #[command(flatten)]
+    pub(super) memory: Memory,
 }
 
 impl CampaignArguments {
@@ -52,6 +93,21 @@ impl CampaignArguments {
         if let Some(threads) = self.threads.filter(|threads| *threads > 0) {
             // Only the first call can set it; one process runs one command.
             let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bytes;
+
+    #[test]
+    fn sizes_are_read_as_people_write_them() {
+        assert_eq!(bytes("500MB"), Ok(500_000_000));
+        assert_eq!(bytes(" 1.5 GiB"), Ok(1_610_612_736));
+        assert_eq!(bytes("4096"), Ok(4096));
+        for wrong in ["", "MB", "-1GB", "5 m", "1e999GB", "nan", "2 GB of it"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
         }
     }
 }

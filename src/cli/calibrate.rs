@@ -31,7 +31,9 @@ impl CalibrateCommand {
         }
         if let Some(folder) = &self.common.out {
             output::file(&folder.join("parameters.csv"), &report::table::parameters(&result))?;
-            output::file(&folder.join("residuals.csv"), &report::table::residuals(&result))?;
+            output::written(&folder.join("residuals.csv"), |file| {
+                report::table::residuals(&result, file)
+            })?;
         }
         verdict(&result)
     }

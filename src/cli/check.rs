@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::{Failure, output, render};
+use super::arguments::Memory;
+use super::{Failure, output, progress, render};
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::effect::Effect;
 use crate::engine::open::{Request, open};
@@ -22,6 +23,8 @@ pub(super) struct Check {
     /// Look for effects in this folder, too (repeat for more)
     #[arg(long = "effects", value_name = "DIR")]
     effects: Vec<PathBuf>,
+    #[command(flatten)]
+    memory: Memory,
 }
 
 impl Check {
@@ -71,6 +74,8 @@ impl Check {
     fn campaign(&self, path: &Path) -> Result<String, Diagnostics> {
         let mut request = Request::new([path]);
         request.effects.clone_from(&self.effects);
+        request.progress = progress::shown(false);
+        request.memory = Some(self.memory.for_samples());
         let opened = open(&request)?;
         render::all(&opened.warnings);
         render::all(&checks::check(&opened.problem));

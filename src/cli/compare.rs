@@ -5,9 +5,9 @@ use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate, unsound};
-use super::delays::newton;
 use super::{Failure, load, output};
 use crate::estimate::compare::compare;
+use crate::estimate::transformation::delays_of;
 use crate::report;
 
 #[derive(Debug, Args)]
@@ -27,9 +27,9 @@ impl CompareCommand {
         let mut whole = json!({ "campaigns": loaded.about });
         let mut text = String::new();
         for part in 0..calibration.problem.parts.len() {
-            let found = newton(&loaded.problem, &calibration, part)?;
-            let rows = compare(&calibration, part, &found.delays.measurands);
-            text.push_str(&report::text::comparison(&loaded.titles[part], &found.from, &rows));
+            let (from, delays) = delays_of(&loaded.problem, &calibration, part);
+            let rows = compare(&calibration, part, &delays.measurands);
+            text.push_str(&report::text::comparison(&loaded.titles[part], &from, &rows));
             load::put(
                 &mut whole,
                 &loaded.labels[part],

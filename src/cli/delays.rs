@@ -1,27 +1,21 @@
 //! `homepoint delays`: each reading solved for its own delay.
 
+use std::io::Write;
+
 use clap::Args;
 use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate, unsound};
 use super::{Failure, load, output};
-use crate::engine::Problem;
-use crate::estimate::calibrate::Calibration;
-use crate::estimate::delays::Delays;
-use crate::estimate::transformation::{self, From};
-use crate::report;
+use crate::estimate::newton::ReadingDelay;
+use crate::estimate::transformation;
+use crate::report::{self, table};
 
 #[derive(Debug, Args)]
 pub(super) struct DelaysCommand {
     #[command(flatten)]
     common: CampaignArguments,
-}
-
-/// The delays of one campaign, and where its transformation is from.
-pub(super) struct Found {
-    pub(super) from: From,
-    pub(super) delays: Delays,
 }
 
 impl DelaysCommand {
@@ -35,33 +29,32 @@ impl DelaysCommand {
         let mut whole = json!({ "campaigns": loaded.about });
         let mut text = String::new();
         for part in 0..calibration.problem.parts.len() {
-            let found = newton(&loaded.problem, &calibration, part)?;
-            text.push_str(&report::text::delays(&loaded.titles[part], &found.from, &found.delays));
-            let mut value = report::json::delays(&found.delays.measurands);
-            load::merge(&mut value, json!({ "transformation": found.from.word() }));
+            let found = match &self.common.out {
+                None => transformation::delays_of(&loaded.problem, &calibration, part),
+                Some(folder) => {
+                    let name = match loaded.labels.len() {
+                        1 => "delays.csv".to_owned(),
+                        _ => {
+                            format!("delays_{}.csv", loaded.labels[part].replace(['/', '\\'], "_"))
+                        }
+                    };
+                    let data = &calibration.problem.parts[part];
+                    output::written(&folder.join(name), |file| {
+                        file.write_all(table::DELAYS.as_bytes())?;
+                        let row = &mut |reading: &ReadingDelay| table::delay(data, reading, file);
+                        transformation::each_delay_of(&loaded.problem, &calibration, part, row)
+                    })?
+                }
+            };
+            let (from, delays) = found;
+            text.push_str(&report::text::delays(&loaded.titles[part], &from, &delays));
+            let mut value = report::json::delays(&delays.measurands);
+            load::merge(&mut value, json!({ "transformation": from.word() }));
             load::put(&mut whole, &loaded.labels[part], loaded.labels.len(), value);
-            if let Some(folder) = &self.common.out {
-                let name = match loaded.labels.len() {
-                    1 => "delays.csv".to_owned(),
-                    _ => format!("delays_{}.csv", loaded.labels[part].replace(['/', '\\'], "_")),
-                };
-                let table = report::table::delays(&calibration.problem, part, &found.delays);
-                output::file(&folder.join(name), &table)?;
-            }
         }
         match self.common.format {
             Format::Json => output::json(&whole),
             Format::Text => output::text(&text),
         }
     }
-}
-
-/// Takes the transformation from reference runs, else from the joint fit, and solves every reading.
-pub(super) fn newton(
-    problem: &Problem,
-    joint: &Calibration,
-    part: usize,
-) -> Result<Found, Failure> {
-    let (from, delays) = transformation::delays_of(problem, joint, part);
-    Ok(Found { from, delays })
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::arguments::CampaignArguments;
-use super::{Failure, render};
+use super::{Failure, progress, render};
 use crate::campaign::load::Campaign;
 use crate::engine::Problem;
 use crate::engine::open::{Recipe, Request, correlated, open};
@@ -37,6 +37,8 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
     request.effects.clone_from(&arguments.effects);
     request.set.clone_from(&arguments.set);
     request.skip_bad_rows = arguments.skip_bad_rows;
+    request.progress = progress::shown(arguments.quiet);
+    request.memory = Some(arguments.memory.for_samples());
     let opened = open(&request)?;
     if !arguments.quiet {
         render::all(&opened.warnings);

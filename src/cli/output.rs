@@ -1,15 +1,16 @@
 //! Standard output and files.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
 
 use serde_json::Value;
 
 use super::Failure;
-use crate::campaign::write::write_whole;
+use crate::campaign::whole::WholeFile;
 
 /// Writes text to standard output.
 pub(super) fn text(text: &str) -> Result<(), Failure> {
+    super::progress::clear();
     let mut out = anstream::stdout();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(broken)
 }
@@ -24,11 +25,25 @@ pub(super) fn json(value: &Value) -> Result<(), Failure> {
 
 /// Writes a file whole or not at all.
 pub(super) fn file(path: &Path, content: &str) -> Result<(), Failure> {
+    written(path, |file| file.write_all(content.as_bytes()))
+}
+
+/// The same for one that may be larger than memory.
+pub(super) fn written<T>(
+    path: &Path,
+    fill: impl FnOnce(&mut WholeFile) -> io::Result<T>,
+) -> Result<T, Failure> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    folder
-        .map_or(Ok(()), std::fs::create_dir_all)
-        .and_then(|()| write_whole(path, content.as_bytes()))
-        .map_err(|error| Failure::Could(format!("cannot write {}: {error}", path.display())))
+    let write = || {
+        folder.map_or(Ok(()), std::fs::create_dir_all)?;
+        let mut file = WholeFile::create(path)?;
+        let filled = fill(&mut file)?;
+        file.finish()?;
+        Ok(filled)
+    };
+    write().map_err(|error: io::Error| {
+        Failure::Could(format!("cannot write {}: {error}", path.display()))
+    })
 }
 
 fn broken(error: std::io::Error) -> Failure {

@@ -17,6 +17,7 @@ pub(super) fn all(diagnostics: &[Diagnostic]) {
 /// Draws one message on standard error; a closed pipe is no reason to stop.
 pub(super) fn one(diagnostic: &Diagnostic) {
     use std::io::Write;
+    super::progress::clear();
     let text = drawn(diagnostic);
     let _ = writeln!(anstream::stderr(), "{text}\n");
 }

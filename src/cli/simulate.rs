@@ -8,10 +8,11 @@ use serde_json::{Map, Value, json};
 use super::arguments::CampaignArguments;
 use super::calibrate::{estimate, verdict};
 use super::{Failure, load, output};
-use crate::campaign::write;
+use crate::campaign::write::write_campaign_with;
+use crate::campaign::write_run::RunTable;
 use crate::diagnostic::Diagnostic;
 use crate::engine::point::from_components;
-use crate::engine::simulate::simulate;
+use crate::engine::simulate::draw_run;
 use crate::engine::{Point, Problem};
 use crate::report;
 
@@ -45,12 +46,15 @@ impl Simulate {
         let mut problem = loaded.problem;
         let point = truth(&mut problem, &loaded.stated)?;
         let complete = problem.reading_count() == 0;
-        simulate(&mut problem, &point, self.seed, complete);
-        let part = &problem.parts[0];
-        write::write_campaign(folder, &loaded.campaigns[0], &loaded.models[0], &part.runs)
-            .map_err(|error| {
-                Failure::Could(format!("cannot write into {}: {error}", folder.display()))
-            })?;
+        let (campaign, model) = (&loaded.campaigns[0], &loaded.models[0]);
+        let draw = &mut |run: usize, table: &mut RunTable| {
+            draw_run(&problem, (0, run), &point, self.seed, complete, &mut |stretch, drawn| {
+                table.write(stretch, Some(drawn))
+            })
+        };
+        write_campaign_with(folder, campaign, model, &problem.parts[0].runs, draw).map_err(
+            |error| Failure::Could(format!("cannot write into {}: {error}", folder.display())),
+        )?;
         let truth = truth_of(&problem, &point, self.seed, &self.common);
         let text =
             serde_json::to_string_pretty(&truth).map_err(|e| Failure::Could(e.to_string()))?;

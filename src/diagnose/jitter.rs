@@ -83,6 +83,25 @@ fn white_randoms(candidate: &Candidate) -> Vec<(String, Unit)> {
         .collect()
 }
 
+impl Pairs {
+    /// Adds a sample: its whitened residuals (NaN where there is no reading), the covariance that
+    /// whitened them, and the derivatives that are not whitened yet.
+    fn add(&mut self, z: &[f64], covariance: DMatrix<f64>, g: &DVector<f64>) {
+        let Some(factor) = covariance.cholesky() else { return };
+        let Some(a) = factor.l_dirty().solve_lower_triangular(g) else { return };
+        for m in 0..z.len() {
+            for n in 0..m {
+                let (product, weight) = (z[m] * z[n], a[m] * a[n]);
+                if product.is_finite() {
+                    self.sum += weight * product;
+                    self.weights += weight * weight;
+                    self.scatter += (weight * product).powi(2);
+                }
+            }
+        }
+    }
+}
+
 /// Sums over pairs of readings of a sample.
 struct Pairs {
     /// `Σ a_m a_n z_m z_n`.
@@ -111,39 +130,21 @@ fn pairs(stage: &Stage, left: &[Left], candidate: &Candidate, name: &str) -> Opt
             return None;
         }
         let active = active_randoms(part);
-        for run in (0..part.runs.len()).filter(|run| !part.runs[*run].record.is_spilled()) {
+        for (run, data) in part.runs.iter().enumerate() {
             let residuals = &left[fitted.problem.run_index(p, run)].residuals;
             let parameters = fitted.problem.parameters(p, run, &fitted.fit.point);
             let mut memory = Vec::new();
-            for sample in (0..part.runs[run].record.len()).step_by(stride) {
-                let z: Vec<f64> = residuals.iter().map(|row| row[sample]).collect();
-                let mut covariance =
-                    covariance_of(part, run, sample, &parameters, &active, &mut memory).covariance;
-                let slopes = covariance_of(&with, run, sample, &parameters, &[k], &mut memory);
-                for (m, value) in z.iter().enumerate().filter(|(_, value)| value.is_nan()) {
-                    let _ = value;
-                    covariance.row_mut(m).fill(0.0);
-                    covariance.column_mut(m).fill(0.0);
-                    covariance[(m, m)] = 1.0;
+            data.record.walk(|stretch| {
+                for sample in stretch.each().filter(|sample| sample.number % stride == 0) {
+                    let z: Vec<f64> = residuals.iter().map(|row| row[sample.number]).collect();
+                    let covariance =
+                        covariance_of(part, run, sample, &parameters, &active, &mut memory)
+                            .covariance;
+                    let slopes = covariance_of(&with, run, sample, &parameters, &[k], &mut memory);
+                    let g = slopes.sensitivities.column(0).into_owned();
+                    pairs.add(&z, covariance, &g);
                 }
-                let Some(factor) = covariance.cholesky() else { continue };
-                let g: DMatrix<f64> = slopes.sensitivities;
-                let Some(a): Option<DVector<f64>> =
-                    factor.l_dirty().solve_lower_triangular(&g.column(0).into_owned())
-                else {
-                    continue;
-                };
-                for m in 0..z.len() {
-                    for n in 0..m {
-                        let (product, weight) = (z[m] * z[n], a[m] * a[n]);
-                        if product.is_finite() {
-                            pairs.sum += weight * product;
-                            pairs.weights += weight * weight;
-                            pairs.scatter += (weight * product).powi(2);
-                        }
-                    }
-                }
-            }
+            });
         }
     }
     (pairs.scatter > 0.0).then_some(pairs)

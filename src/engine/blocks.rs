@@ -4,6 +4,8 @@
 //! Answers: which blocks there are, what one thread keeps between them, and each chunk of a block
 //! loaded with its weights. What is summed is the caller's business.
 
+use std::convert::Infallible;
+
 use rayon::prelude::*;
 
 use crate::campaign::run::Samples;
@@ -12,6 +14,7 @@ use crate::engine::mixing::Mixing;
 use crate::engine::point::Point;
 use crate::engine::problem::{ParameterLeaves, Problem};
 use crate::engine::whitening::Whitened;
+use crate::progress::Task;
 
 /// Samples in one block.
 const BLOCK: usize = 64 * LANES;
@@ -63,6 +66,23 @@ pub(super) struct Loaded<'a> {
     pub(super) whitened: &'a Whitened<'a>,
 }
 
+/// Computes something of every item, many at a time, and takes the results in order. A thread keeps
+/// its memory as long as it can.
+///
+/// # Errors
+/// The first that `take` gives; nothing more is computed then.
+pub(crate) fn in_waves<I: Sync, M: Default, T: Send, E>(
+    items: &[I],
+    compute: impl Fn(&mut M, &I) -> T + Sync,
+    mut take: impl FnMut(&I, T) -> Result<(), E>,
+) -> Result<(), E> {
+    for wave in items.chunks(WAVE) {
+        let made: Vec<T> = wave.par_iter().map_init(M::default, &compute).collect();
+        wave.iter().zip(made).try_for_each(|(item, one)| take(item, one))?;
+    }
+    Ok(())
+}
+
 impl Problem {
     fn blocks(&self) -> Vec<Block> {
         let mut blocks = Vec::new();
@@ -111,13 +131,16 @@ impl Problem {
     ) {
         let mut blocks = self.blocks();
         blocks.retain(|block| wanted(*block));
-        for wave in blocks.chunks(WAVE) {
-            let made: Vec<T> = wave
-                .par_iter()
-                .map_init(Memory::default, |memory, block| compute(memory, *block))
-                .collect();
-            wave.iter().zip(made).for_each(|(block, one)| take(*block, one));
-        }
+        let samples = |block: &Block| (block.end - block.start) as u64;
+        let (mut done, all) = (0, blocks.iter().map(samples).sum());
+        let task = Task::Fitting { iteration: self.iteration };
+        let take = |block: &Block, one| {
+            take(*block, one);
+            done += samples(block);
+            self.progress.tell(task, done, all);
+            Ok::<_, Infallible>(())
+        };
+        let Ok(()) = in_waves(&blocks, |memory, block| compute(memory, *block), take);
     }
 
     /// Puts 1 where there is a reading and 0 where there is none; the number of readings.

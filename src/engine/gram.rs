@@ -106,6 +106,9 @@ pub trait LeastSquares {
     /// The blocks of unknowns.
     fn columns(&self) -> &Columns;
 
+    /// Hears that an iteration of a fit begins, from 1.
+    fn begins(&mut self, _iteration: usize) {}
+
     /// Lets the weights (input errors, noise levels) follow a point; `cost` and `normal` use them
     /// until the next call.
     fn reweight(&mut self, point: &Self::Point);

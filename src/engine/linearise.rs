@@ -32,7 +32,7 @@ impl Problem {
             .collect();
         let readings = self.walk_block(block, &program.code, plan, memory, &mut |loaded, mixed| {
             for group in 0..program.code.group_count() {
-                loaded.workspace.compute(&program.code, group, loaded.chunk);
+                loaded.workspace.compute(&program.code, group, loaded.chunk.inputs());
                 for (index, row) in program.rows_of(group) {
                     silence(loaded, part, program, index, row);
                     let lanes = loaded.workspace.lanes(&program.code, group, row.outputs());
@@ -69,7 +69,7 @@ impl Problem {
     ) -> usize {
         self.walk_block(block, &program.code, plan, memory, &mut |loaded, _| {
             for group in 0..program.code.group_count() {
-                loaded.workspace.compute(&program.code, group, loaded.chunk);
+                loaded.workspace.compute(&program.code, group, loaded.chunk.inputs());
             }
         })
     }
@@ -82,7 +82,7 @@ impl Problem {
         let mut squares = Products::new(1, self.set);
         self.walk_block(block, &program.code, plan, memory, &mut |loaded, mixed| {
             for group in 0..program.code.group_count() {
-                loaded.workspace.compute(&program.code, group, loaded.chunk);
+                loaded.workspace.compute(&program.code, group, loaded.chunk.inputs());
                 for (index, row) in program.rows_of(group) {
                     silence(loaded, part, program, index, row);
                     let lanes = loaded.workspace.lanes(&program.code, group, row.outputs());
@@ -139,6 +139,10 @@ impl LeastSquares for Problem {
 
     fn columns(&self) -> &Columns {
         &self.layout.columns
+    }
+
+    fn begins(&mut self, iteration: usize) {
+        self.iteration = iteration;
     }
 
     fn reweight(&mut self, point: &Point) {

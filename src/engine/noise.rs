@@ -10,6 +10,7 @@
 
 use nalgebra::DMatrix;
 
+use crate::campaign::Sample;
 use crate::engine::problem::{Part, SampleLeaves};
 use crate::model::Process;
 use crate::number::{Gradient, Number, partial, partials};
@@ -40,7 +41,7 @@ pub struct SampleCovariance {
 pub fn covariance_of(
     part: &Part,
     run: usize,
-    sample: usize,
+    sample: Sample<'_>,
     parameters: &[[Gradient<CHUNK>; 4]],
     active: &[usize],
     workspace: &mut Vec<Gradient<CHUNK>>,
@@ -55,18 +56,13 @@ pub fn covariance_of(
         for (seed, random) in chunk.iter().enumerate() {
             randoms[*random] = partial(0.0, seed);
         }
-        let leaves = SampleLeaves {
-            parameters,
-            randoms: &randoms,
-            columns: part.columns(),
-            run: &part.runs[run],
-            sample,
-        };
+        let leaves =
+            SampleLeaves { parameters, randoms: &randoms, columns: part.columns(), sample };
         let outputs = part.evaluate(&leaves, workspace);
         for (slot, sigma) in part.slots().iter().zip(&part.sigma) {
-            let present = part.is_present(run, sample, slot);
+            let present = part.is_present(sample, slot);
             let factor = slot.sigma_factor.map_or(1.0, |output| outputs[output].value());
-            let residual = part.residual(run, sample, slot, outputs);
+            let residual = part.residual(sample, slot, outputs);
             for (component, residual) in residual.iter().take(slot.components).enumerate() {
                 let row = slot.residual + component;
                 covariance[(row, row)] = if present { (sigma * factor).powi(2) } else { 1.0 };

@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use crate::campaign::file::CampaignFile;
-use crate::campaign::load::{Campaign, LoadOptions};
+use crate::campaign::load::{Campaign, LoadOptions, MEMORY};
+use crate::campaign::recorder::Store;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::engine::problem::{Part, Problem};
 use crate::library::Library;
 use crate::model::{Model, Override, Process};
+use crate::progress::Progress;
 use crate::system::{Selected, System};
 use crate::units::parse_quantity;
 
@@ -24,6 +26,10 @@ pub struct Request {
     pub set: Vec<String>,
     /// Leave bad rows of data files out.
     pub skip_bad_rows: bool,
+    /// Bytes of memory for the samples of all campaigns, see [`LoadOptions::memory`].
+    pub memory: Option<u64>,
+    /// Who is told how far reading and estimates have come.
+    pub progress: Progress,
 }
 
 impl Request {
@@ -83,6 +89,7 @@ impl Recipe {
 /// Every fault found in what the user gave.
 pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
     let set = request.set.iter().map(|text| stated(text)).collect::<Result<Vec<_>, _>>()?;
+    let mut store = Store::new(request.memory.unwrap_or(MEMORY));
     let mut parts = Vec::new();
     let mut campaigns = Vec::new();
     let mut models = Vec::new();
@@ -114,9 +121,12 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         overrides.extend(set.iter().cloned());
         library.check_overrides(&model, &overrides)?;
         let selected = select(&library, &file, &request.with)?;
-        let options =
-            LoadOptions { skip_bad_rows: request.skip_bad_rows, ..LoadOptions::default() };
-        let mut campaign = file.load(&model, &options)?;
+        let options = LoadOptions {
+            skip_bad_rows: request.skip_bad_rows,
+            progress: request.progress.clone(),
+            ..LoadOptions::default()
+        };
+        let mut campaign = file.load_into(&mut store, &model, &options)?;
         warnings.append(&mut campaign.warnings);
         warnings.extend(left_out(&campaign));
         let recipe = Recipe {
@@ -144,7 +154,9 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         }
     }
     let stated = set.into_iter().map(|said| said.name).collect();
-    Ok(Opened { problem: Problem::new(parts), campaigns, models, warnings, stated, recipes })
+    let mut problem = Problem::new(parts);
+    problem.progress = request.progress.clone();
+    Ok(Opened { problem, campaigns, models, warnings, stated, recipes })
 }
 
 /// Rows listed in one warning.

@@ -6,7 +6,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::campaign::load::DELAY_RANGE;
-use crate::campaign::{Run, Track};
+use crate::campaign::record::BLOCK;
+use crate::campaign::run::Samples;
+use crate::campaign::{Run, Sample, Track};
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share};
 use crate::engine::point::{Point, seeded};
@@ -16,6 +18,7 @@ use crate::engine::rows::{Direction, Sweep};
 use crate::engine::whitening::Whitening;
 use crate::graph::{Clock, Leaf, MeasurandKind, NodeId, Value};
 use crate::number::{Gradient, Number};
+use crate::progress::Progress;
 use crate::quaternion::Quaternion;
 use crate::system::System;
 
@@ -172,32 +175,37 @@ impl Part {
     }
 
     /// Whether a measurand of a sample was read.
-    pub fn is_present(&self, run: usize, sample: usize, slot: &Slot) -> bool {
-        !self.runs[run].held().readings[slot.column][sample].is_nan()
+    pub fn is_present(&self, sample: Sample<'_>, slot: &Slot) -> bool {
+        !sample.reading(slot.column).is_nan()
+    }
+
+    /// Number of readings of each measurand in a run.
+    pub fn present_in(&self, run: usize) -> Vec<usize> {
+        let mut counts = vec![0; self.slots.len()];
+        self.runs[run].record.walk(|stretch| {
+            for (slot, count) in self.slots.iter().zip(&mut counts) {
+                let readings = &stretch.samples.readings[slot.column][stretch.range()];
+                *count += readings.iter().filter(|reading| !reading.is_nan()).count();
+            }
+        });
+        counts
     }
 
     /// The residual of [`Part::evaluate_one`]'s outputs, see [`Part::residual`].
     pub fn residual_of_one<N: Number>(
         &self,
-        run: usize,
-        sample: usize,
+        sample: Sample<'_>,
         measurand: usize,
         outputs: &[N],
     ) -> [N; 3] {
         let slot = Slot { output: 0, ..self.slots[measurand].clone() };
-        self.residual(run, sample, &slot, outputs)
+        self.residual(sample, &slot, outputs)
     }
 
     /// `reading - prediction` of one measurand: wrapped for an angle, a rotation vector for a
     /// rotation (from predicted to read, in the predicted frame).
-    pub fn residual<N: Number>(
-        &self,
-        run: usize,
-        sample: usize,
-        slot: &Slot,
-        outputs: &[N],
-    ) -> [N; 3] {
-        let reading = |k: usize| self.runs[run].held().readings[slot.column + k][sample];
+    pub fn residual<N: Number>(&self, sample: Sample<'_>, slot: &Slot, outputs: &[N]) -> [N; 3] {
+        let reading = |k: usize| sample.reading(slot.column + k);
         let zero = N::constant(0.0);
         match slot.kind {
             MeasurandKind::Plain => [-outputs[slot.output] + reading(0), zero, zero],
@@ -234,16 +242,13 @@ pub struct SampleLeaves<'a, N> {
     pub randoms: &'a [N],
     /// First reading column of each measurand.
     pub columns: &'a [usize],
-    /// The run.
-    pub run: &'a Run,
     /// The sample.
-    pub sample: usize,
+    pub sample: Sample<'a>,
 }
 
 impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
     fn leaf(&self, leaf: Leaf) -> N {
-        let samples = self.run.held();
-        let i = self.sample;
+        let Sample { samples, at: i, number } = self.sample;
         match leaf {
             Leaf::Parameter { parameter, component } => {
                 self.parameters[parameter as usize][component as usize]
@@ -258,7 +263,7 @@ impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
                 Clock::Time => samples.time[i],
                 Clock::RunTime => samples.run_time[i],
                 Clock::SetupTime => samples.setup_time[i],
-                Clock::Index => i as f64,
+                Clock::Index => number as f64,
                 Clock::UniformTime => samples.uniform_time[i],
             }),
             Leaf::Reading { measurand, component } => {
@@ -269,8 +274,8 @@ impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
     }
 
     fn signal(&self, input: u32, order: u8, offset: N) -> N {
-        let samples = self.run.held();
-        samples.inputs[input as usize].at(self.sample, samples.time[self.sample], offset, order)
+        let Sample { samples, at, .. } = self.sample;
+        samples.inputs[input as usize].at(at, samples.time[at], offset, order)
     }
 }
 
@@ -309,6 +314,10 @@ pub struct Problem {
     pub(crate) programs: Vec<Arc<Programs>>,
     /// With what the lanes are computed.
     pub(crate) set: InstructionSet,
+    /// Who is told how far estimates have come.
+    pub progress: Progress,
+    /// Iteration of the fit that goes on.
+    pub(crate) iteration: usize,
 }
 
 impl Problem {
@@ -337,6 +346,8 @@ impl Problem {
             whitening: Vec::new(),
             programs: Vec::new(),
             set: InstructionSet::best(),
+            progress: Progress::default(),
+            iteration: 0,
         };
         problem.compute_with(problem.set, Sweep::Backward);
         let start = Point::start(&problem.layout);
@@ -443,40 +454,31 @@ impl Problem {
 
     /// Number of readings there are, a rotation counting as one.
     pub fn reading_count(&self) -> usize {
-        self.parts
-            .iter()
-            .flat_map(|part| {
-                part.runs.iter().enumerate().flat_map(move |(run, data)| {
-                    part.slots.iter().map(move |slot| {
-                        (0..data.record.len()).filter(|i| part.is_present(run, *i, slot)).count()
-                    })
-                })
-            })
-            .sum()
+        let runs = self.parts.iter().flat_map(|part| (0..part.runs.len()).map(move |r| (part, r)));
+        runs.flat_map(|(part, run)| part.present_in(run)).sum()
     }
 
     /// The first reading whose prediction is undefined at a point: campaign, run, sample, measurand.
     pub fn first_undefined(&self, point: &Point) -> Option<(usize, usize, usize, usize)> {
-        let mut workspace = Vec::new();
+        let (mut workspace, mut scratch) = (Vec::new(), Samples::default());
         for (p, part) in self.parts.iter().enumerate() {
             let randoms = vec![0.0; part.random_sigma.len()];
             for (r, run) in part.runs.iter().enumerate() {
                 let parameters = self.parameters::<f64>(p, r, point);
-                for sample in 0..run.record.len() {
-                    let leaves = SampleLeaves {
-                        parameters: &parameters,
-                        randoms: &randoms,
-                        columns: part.columns(),
-                        run,
-                        sample,
-                    };
-                    let outputs = part.evaluate(&leaves, &mut workspace);
-                    for (m, slot) in part.slots.iter().enumerate() {
-                        if part.is_present(r, sample, slot) {
-                            let residual = part.residual(r, sample, slot, outputs);
-                            if residual.iter().any(|value| !value.is_finite()) {
-                                return Some((p, r, sample, m));
-                            }
+                let undefined = |sample: Sample<'_>, workspace: &mut Vec<f64>| {
+                    let (parameters, randoms) = (&parameters[..], &randoms[..]);
+                    let columns = part.columns();
+                    let leaves = SampleLeaves { parameters, randoms, columns, sample };
+                    let outputs = part.evaluate(&leaves, workspace);
+                    part.slots.iter().position(|slot| {
+                        part.is_present(sample, slot)
+                            && !part.residual(sample, slot, outputs).iter().all(|v| v.is_finite())
+                    })
+                };
+                for range in run.record.ranges(BLOCK) {
+                    for sample in run.record.stretch(range, &mut scratch).each() {
+                        if let Some(m) = undefined(sample, &mut workspace) {
+                            return Some((p, r, sample.number, m));
                         }
                     }
                 }

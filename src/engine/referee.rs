@@ -4,6 +4,7 @@
 
 use nalgebra::DMatrix;
 
+use crate::campaign::Sample;
 use crate::engine::point::Point;
 use crate::engine::problem::{Problem, SampleLeaves};
 use crate::engine::visits::Visitor;
@@ -43,23 +44,18 @@ impl Problem {
         let mut workspace = Vec::new();
         let mut jacobian = DMatrix::zeros(part.residual_count(), touched.len());
         let mut values = vec![0.0; part.residual_count()];
-        for sample in 0..part.runs[run].record.len() {
+        let mut each = |sample: Sample<'_>| {
             jacobian.fill(0.0);
             values.fill(0.0);
             for (number, parameters) in chunks.iter().enumerate() {
-                let leaves = SampleLeaves {
-                    parameters,
-                    randoms: &randoms,
-                    columns: part.columns(),
-                    run: &part.runs[run],
-                    sample,
-                };
+                let leaves =
+                    SampleLeaves { parameters, randoms: &randoms, columns: part.columns(), sample };
                 let outputs = part.evaluate(&leaves, &mut workspace);
                 for slot in part.slots() {
-                    if !part.is_present(run, sample, slot) {
+                    if !part.is_present(sample, slot) {
                         continue;
                     }
-                    let residual = part.residual(run, sample, slot, outputs);
+                    let residual = part.residual(sample, slot, outputs);
                     for (component, residual) in residual.iter().take(slot.components).enumerate() {
                         let row = slot.residual + component;
                         values[row] = residual.value();
@@ -72,8 +68,9 @@ impl Problem {
                     }
                 }
             }
-            visit(sample, &jacobian, &values);
-        }
+            visit(sample.number, &jacobian, &values);
+        };
+        part.runs[run].record.walk(|stretch| stretch.each().for_each(&mut each));
     }
 }
 

@@ -1,140 +1,163 @@
 //! Readings drawn from a model: predictions, random quantities, noise.
 //!
 //! Every reading's noise comes from a stream of its own run and kind, so adding a run never changes
-//! the others. Random quantities are drawn first and act through the graph, exactly as they act in
-//! reality; only then the reading's own noise is added.
+//! the others. Random quantities act through the graph, exactly as they act in reality; only then the
+//! reading's own noise is added. A run is drawn a stretch at a time, however long it is.
+
+use std::convert::Infallible;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
+use crate::campaign::record::BLOCK;
+use crate::campaign::{Samples, Stretch};
 use crate::engine::point::Point;
-use crate::engine::problem::{Problem, SampleLeaves};
+use crate::engine::problem::{Problem, SampleLeaves, Slot};
 use crate::graph::MeasurandKind;
 use crate::model::{Process, Shape};
+use crate::progress::Task;
 use crate::quaternion::Quaternion;
+use crate::system::RandomSetting;
 
-/// Replaces all readings of a problem by drawn ones. With `complete`, readings that are missing
-/// are drawn too (a planned run has none); otherwise they stay missing.
+/// Replaces all readings of a problem by drawn ones, in memory. With `complete`, readings that are
+/// missing are drawn too (a planned run has none); otherwise they stay missing.
 pub fn simulate(problem: &mut Problem, point: &Point, seed: u64, complete: bool) {
     for p in 0..problem.parts.len() {
         for r in 0..problem.parts[p].runs.len() {
-            let stream = problem.run_index(p, r) as u64;
-            let readings = draw_run(problem, p, r, point, seed, stream, complete);
-            problem.parts[p].runs[r].record.edit(|samples| samples.readings = readings);
+            let mut all: Vec<Vec<f64>> = Vec::new();
+            let keep = &mut |_: Stretch<'_>, drawn: &[Vec<f64>]| {
+                all.resize(drawn.len(), Vec::new());
+                all.iter_mut().zip(drawn).for_each(|(all, drawn)| all.extend_from_slice(drawn));
+                Ok::<_, Infallible>(())
+            };
+            let Ok(()) = draw_run(problem, (p, r), point, seed, complete, keep);
+            problem.parts[p].runs[r].record.edit(|samples| samples.readings = all);
         }
     }
 }
 
-fn generator(seed: u64, stream: u64) -> ChaCha12Rng {
+/// What sees the readings of a run as they are drawn.
+pub type Drawn<'a, E> = dyn FnMut(Stretch<'_>, &[Vec<f64>]) -> Result<(), E> + 'a;
+
+/// Draws the readings of one run and shows them in their order, a stretch at a time: the stretch as
+/// recorded, and the columns of its readings as drawn.
+///
+/// # Errors
+/// The first that `visit` gives; nothing more is drawn then.
+pub fn draw_run<E>(
+    problem: &Problem,
+    (p, r): (usize, usize),
+    point: &Point,
+    seed: u64,
+    complete: bool,
+    visit: &mut Drawn<'_, E>,
+) -> Result<(), E> {
+    let part = &problem.parts[p];
+    let record = &part.runs[r].record;
     let mut generator = ChaCha12Rng::seed_from_u64(seed);
-    generator.set_stream(stream);
-    generator
+    generator.set_stream(problem.run_index(p, r) as u64);
+    // All of a quantity's draws come before those of the next one, and of the noise.
+    let mut randoms: Vec<Draws<'_>> = Vec::new();
+    for (k, random) in part.system.randoms.iter().enumerate() {
+        let sigma = part.random_sigma_in(r, k);
+        randoms.push(Draws { random, sigma, generator: generator.clone(), last: None });
+        for _ in 0..record.len() {
+            unit_draw(random, &mut generator);
+        }
+    }
+    let parameters = problem.parameters::<f64>(p, r, point);
+    let mut values = vec![0.0; randoms.len()];
+    let (mut workspace, mut scratch) = (Vec::new(), Samples::default());
+    let mut drawn: Vec<Vec<f64>> = Vec::new();
+    for range in record.ranges(BLOCK) {
+        let stretch = record.stretch(range, &mut scratch);
+        drawn.clear();
+        drawn.extend(stretch.samples.readings.iter().map(|c| c[stretch.range()].to_vec()));
+        for (row, sample) in stretch.each().enumerate() {
+            for (value, draws) in values.iter_mut().zip(&mut randoms) {
+                *value = draws.next(sample.time());
+            }
+            let (randoms, columns) = (&values[..], part.columns());
+            let leaves = SampleLeaves { parameters: &parameters, randoms, columns, sample };
+            let outputs = part.evaluate(&leaves, &mut workspace);
+            for (slot, sigma) in part.slots().iter().zip(&part.sigma) {
+                let sigma = sigma * slot.sigma_factor.map_or(1.0, |output| outputs[output]);
+                let noise: [f64; 3] = std::array::from_fn(|_| sigma * normal(&mut generator));
+                if complete || part.is_present(sample, slot) {
+                    let read = reading(slot, &outputs[slot.output..], noise);
+                    for (column, value) in drawn[slot.column..].iter_mut().zip(read) {
+                        column[row] = value;
+                    }
+                }
+            }
+        }
+        visit(stretch, &drawn)?;
+        let done = (stretch.first + stretch.len) as u64;
+        problem.progress.tell(Task::Drawing, done, record.len() as u64);
+    }
+    Ok(())
+}
+
+/// A prediction with its noise, in as many columns as the reading has.
+fn reading(slot: &Slot, predicted: &[f64], noise: [f64; 3]) -> impl Iterator<Item = f64> {
+    let (values, count) = match slot.kind {
+        MeasurandKind::Plain => ([predicted[0] + noise[0], 0.0, 0.0, 0.0], 1),
+        MeasurandKind::Angle { period } => {
+            let value = predicted[0] + noise[0];
+            ([if period > 0.0 { value.rem_euclid(period) } else { value }, 0.0, 0.0, 0.0], 1)
+        }
+        MeasurandKind::Rotation => {
+            let v = [predicted[1], predicted[2], predicted[3]];
+            let read = Quaternion { w: predicted[0], v } * Quaternion::turn(noise);
+            ([read.w, read.v[0], read.v[1], read.v[2]], 4)
+        }
+    };
+    values.into_iter().take(count)
 }
 
 fn normal(generator: &mut ChaCha12Rng) -> f64 {
     StandardNormal.sample(generator)
 }
 
-fn draw_run(
-    problem: &Problem,
-    p: usize,
-    r: usize,
-    point: &Point,
-    seed: u64,
-    stream: u64,
-    complete: bool,
-) -> Vec<Vec<f64>> {
-    let part = &problem.parts[p];
-    let run = &part.runs[r];
-    let count = run.record.len();
-    let mut generator = generator(seed, stream);
-    let randoms: Vec<Vec<f64>> = (0..part.random_sigma.len())
-        .map(|k| draw_random(problem, p, r, k, &mut generator))
-        .collect();
-    let parameters = problem.parameters::<f64>(p, r, point);
-    let mut readings = run.held().readings.clone();
-    for column in &mut readings {
-        column.resize(count, f64::NAN);
-    }
-    let mut workspace = Vec::new();
-    for sample in 0..count {
-        let randoms: Vec<f64> = randoms.iter().map(|draws| draws[sample]).collect();
-        let leaves = SampleLeaves {
-            parameters: &parameters,
-            randoms: &randoms,
-            columns: part.columns(),
-            run,
-            sample,
-        };
-        let outputs = part.evaluate(&leaves, &mut workspace);
-        for (slot, sigma) in part.slots().iter().zip(&part.sigma) {
-            let sigma = sigma * slot.sigma_factor.map_or(1.0, |output| outputs[output]);
-            let noise: [f64; 3] = std::array::from_fn(|_| sigma * normal(&mut generator));
-            if !complete && !part.is_present(r, sample, slot) {
-                continue;
-            }
-            let predicted = &outputs[slot.output..];
-            match slot.kind {
-                MeasurandKind::Plain => readings[slot.column][sample] = predicted[0] + noise[0],
-                MeasurandKind::Angle { period } => {
-                    let value = predicted[0] + noise[0];
-                    readings[slot.column][sample] =
-                        if period > 0.0 { value.rem_euclid(period) } else { value };
-                }
-                MeasurandKind::Rotation => {
-                    let true_rotation = Quaternion {
-                        w: predicted[0],
-                        v: [predicted[1], predicted[2], predicted[3]],
-                    };
-                    let read = true_rotation * Quaternion::turn(noise);
-                    for (k, value) in
-                        [read.w, read.v[0], read.v[1], read.v[2]].into_iter().enumerate()
-                    {
-                        readings[slot.column + k][sample] = value;
-                    }
-                }
-            }
-        }
-    }
-    readings
-}
-
-/// One random quantity over a run.
-fn draw_random(
-    problem: &Problem,
-    p: usize,
-    r: usize,
-    k: usize,
-    generator: &mut ChaCha12Rng,
-) -> Vec<f64> {
-    let part = &problem.parts[p];
-    let sigma = part.random_sigma_in(r, k);
-    let random = &part.system.randoms[k];
-    let time = &part.runs[r].held().time;
-    let unit_draw = |generator: &mut ChaCha12Rng| match random.shape {
+/// A draw of a random quantity's shape, with standard deviation 1.
+fn unit_draw(random: &RandomSetting, generator: &mut ChaCha12Rng) -> f64 {
+    match random.shape {
         Shape::Normal => normal(generator),
         Shape::Uniform => {
             let uniform: f64 = StandardUniform.sample(generator);
             (2.0 * uniform - 1.0) * 3.0_f64.sqrt()
         }
-    };
-    let mut state = 0.0;
-    (0..time.len())
-        .map(|i| {
-            let elapsed = if i == 0 { 0.0 } else { (time[i] - time[i - 1]).max(0.0) };
-            let draw = unit_draw(generator);
-            state = match random.process {
-                Process::White => sigma * draw,
-                Process::Walk => state + sigma * elapsed.sqrt() * draw,
-                Process::Memory => {
-                    // First-order autoregressive with correlation exp(-Δ/T), stationary from the start.
-                    let memory = random.memory.unwrap_or(0.0);
-                    let rho = if i == 0 || memory <= 0.0 { 0.0 } else { (-elapsed / memory).exp() };
-                    rho * state + sigma * (1.0 - rho * rho).sqrt() * draw
-                }
-            };
-            state
-        })
-        .collect()
+    }
+}
+
+/// One random quantity over a run.
+struct Draws<'a> {
+    random: &'a RandomSetting,
+    sigma: f64,
+    generator: ChaCha12Rng,
+    /// Time of the sample before (s), and the value there.
+    last: Option<(f64, f64)>,
+}
+
+impl Draws<'_> {
+    /// The value at the next sample.
+    fn next(&mut self, time: f64) -> f64 {
+        let elapsed = self.last.map_or(0.0, |(before, _)| (time - before).max(0.0));
+        let state = self.last.map_or(0.0, |(_, state)| state);
+        let (sigma, draw) = (self.sigma, unit_draw(self.random, &mut self.generator));
+        let value = match self.random.process {
+            Process::White => sigma * draw,
+            Process::Walk => state + sigma * elapsed.sqrt() * draw,
+            Process::Memory => {
+                // First-order autoregressive with correlation exp(-Δ/T), stationary from the start.
+                let memory = self.random.memory.unwrap_or(0.0);
+                let first = self.last.is_none() || memory <= 0.0;
+                let rho = if first { 0.0 } else { (-elapsed / memory).exp() };
+                rho * state + sigma * (1.0 - rho * rho).sqrt() * draw
+            }
+        };
+        self.last = Some((time, value));
+        value
+    }
 }

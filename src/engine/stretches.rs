@@ -95,7 +95,7 @@ impl Problem {
         self.walk_block(block, &program.code, plan, memory, &mut |loaded, mixed| {
             let (start, len) = (loaded.chunk.first, loaded.chunk.len);
             for group in 0..program.code.group_count() {
-                loaded.workspace.compute(&program.code, group, loaded.chunk);
+                loaded.workspace.compute(&program.code, group, loaded.chunk.inputs());
                 for (index, row) in program.rows_of(group) {
                     silence(loaded, part, program, index, row);
                     let lanes = loaded.workspace.lanes(&program.code, group, row.outputs());

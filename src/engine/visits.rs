@@ -2,6 +2,8 @@
 
 use nalgebra::DMatrix;
 
+use crate::campaign::record::BLOCK;
+use crate::campaign::{Sample, Samples, Stretch};
 use crate::engine::lanes::{Chunk, LANES, Lanes, Workspace};
 use crate::engine::point::Point;
 use crate::engine::problem::{ParameterLeaves, Problem};
@@ -13,10 +15,8 @@ pub type Visitor<'a> = dyn FnMut(usize, &DMatrix<f64>, &[f64]) + 'a;
 /// One row of the samples of a chunk, not whitened.
 #[derive(Clone, Copy, Debug)]
 pub struct ChunkRows<'a> {
-    /// Number of the first sample in its run.
-    pub first: usize,
-    /// Number of samples; further lanes mean nothing.
-    pub len: usize,
+    /// The samples; lanes beyond them mean nothing.
+    pub stretch: Stretch<'a>,
     /// Which residual component.
     pub row: usize,
     /// 1 where there is a reading, else 0.
@@ -28,14 +28,6 @@ pub struct ChunkRows<'a> {
 }
 
 impl Problem {
-    /// Calls `visit` for each chunk of a run.
-    fn visit_chunks(&self, part: usize, run: usize, visit: &mut dyn FnMut(&Chunk<'_>)) {
-        let data = &self.parts[part];
-        data.runs[run].record.walk(|stretch| {
-            Chunk::all(stretch, data.columns()).for_each(|chunk| visit(&chunk));
-        });
-    }
-
     /// Shows the rows of a run a chunk at a time, not whitened.
     pub fn visit_rows(
         &self,
@@ -45,31 +37,33 @@ impl Problem {
         visit: &mut dyn FnMut(&ChunkRows<'_>),
     ) {
         let program = self.programs[part].rows(&self.parts[part].system.assembly);
-        self.visit_program(program, part, run, point, visit);
+        self.visit_program(program, (part, run), point, 1.0, visit);
     }
 
     fn visit_program(
         &self,
         program: &RowsProgram,
-        part: usize,
-        run: usize,
+        (part, run): (usize, usize),
         point: &Point,
+        share: f64,
         visit: &mut dyn FnMut(&ChunkRows<'_>),
     ) {
         let data = &self.parts[part];
+        let record = &data.runs[run].record;
         let code = &program.code;
         let mut workspace = Workspace::new(code, self.set);
         workspace.hold_still(code, &ParameterLeaves(&self.parameters(part, run, point)));
-        let mut weights = Vec::new();
-        self.visit_chunks(part, run, &mut |chunk| {
+        let (mut weights, mut scratch) = (Vec::new(), Samples::default());
+        // A share is taken chunk by chunk; all of a run in larger pieces.
+        let step = if share < 1.0 { LANES } else { BLOCK };
+        let mut visit_chunk = |chunk: &Chunk<'_>| {
             self.present(part, chunk, &mut weights);
             workspace.load(code, chunk, &weights);
             for group in 0..code.group_count() {
-                workspace.compute(code, group, chunk);
+                workspace.compute(code, group, chunk.inputs());
                 for (number, row) in program.rows_of(group) {
                     visit(&ChunkRows {
-                        first: chunk.first,
-                        len: chunk.len,
+                        stretch: chunk.stretch(),
                         row: number,
                         present: &weights[data.measurand_of(number)],
                         directions: &row.directions,
@@ -77,7 +71,11 @@ impl Problem {
                     });
                 }
             }
-        });
+        };
+        for range in record.share(share, step) {
+            let stretch = record.stretch(range, &mut scratch);
+            Chunk::all(stretch, data.columns()).for_each(|chunk| visit_chunk(&chunk));
+        }
     }
 
     /// Calls `visit(sample, jacobian, residual)` for each sample of a run: the Jacobian of the
@@ -90,7 +88,7 @@ impl Problem {
         let mut jacobians = vec![DMatrix::zeros(rows, size); LANES];
         let mut values = vec![vec![0.0; rows]; LANES];
         self.visit_rows(part, run, point, &mut |chunk| {
-            for lane in 0..chunk.len {
+            for lane in 0..chunk.stretch.len {
                 let there = chunk.present[lane] != 0.0;
                 let jacobian = &mut jacobians[lane];
                 jacobian.row_mut(chunk.row).fill(0.0);
@@ -101,7 +99,7 @@ impl Problem {
                     }
                 }
                 if chunk.row + 1 == rows {
-                    visit(chunk.first + lane, jacobian, &values[lane]);
+                    visit(chunk.stretch.first + lane, jacobian, &values[lane]);
                 }
             }
         });
@@ -114,18 +112,30 @@ impl Problem {
         part: usize,
         run: usize,
         point: &Point,
-        visit: &mut dyn FnMut(usize, &[f64]),
+        visit: &mut dyn FnMut(Sample<'_>, &[f64]),
+    ) {
+        self.visit_share_of_residuals((part, run), point, 1.0, visit);
+    }
+
+    /// The same for about this share of a run's samples, spread evenly.
+    pub fn visit_share_of_residuals(
+        &self,
+        (part, run): (usize, usize),
+        point: &Point,
+        share: f64,
+        visit: &mut dyn FnMut(Sample<'_>, &[f64]),
     ) {
         let data = &self.parts[part];
         let program = self.programs[part].residuals(&data.system.assembly);
         let rows = data.residual_count();
         let mut values = vec![vec![0.0; rows]; LANES];
-        self.visit_program(program, part, run, point, &mut |chunk| {
-            for (lane, values) in values.iter_mut().enumerate().take(chunk.len) {
+        self.visit_program(program, (part, run), point, share, &mut |chunk| {
+            for ((lane, values), sample) in values.iter_mut().enumerate().zip(chunk.stretch.each())
+            {
                 let there = chunk.present[lane] != 0.0;
                 values[chunk.row] = if there { chunk.lanes[0][lane] } else { f64::NAN };
                 if chunk.row + 1 == rows {
-                    visit(chunk.first + lane, values);
+                    visit(sample, values);
                 }
             }
         });

@@ -197,7 +197,7 @@ impl<'a> Maker<'a> {
         let Self { part, program, .. } = *self;
         let len = chunk.len;
         self.workspace.load(&program.code, chunk, &[]);
-        self.workspace.compute(&program.code, 0, chunk);
+        self.workspace.compute(&program.code, 0, chunk.inputs());
         let outputs = self.workspace.outputs(&program.code, 0);
         let deviation = |measurand: usize| {
             let sigma = part.sigma[measurand];

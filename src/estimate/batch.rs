@@ -149,8 +149,9 @@ pub fn fit<P: LeastSquares>(
     let mut point = start;
     let (mut iterations, mut evaluations) = (0, 0);
     loop {
-        problem.reweight(&point);
         iterations += 1;
+        problem.begins(iterations);
+        problem.reweight(&point);
         evaluations += 1;
         let mut here = Fit {
             cost: problem.cost(&point),

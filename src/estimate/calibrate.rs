@@ -220,12 +220,9 @@ pub fn finish(
 fn count(problem: &Problem) -> usize {
     let mut count = 0;
     for part in &problem.parts {
-        for (r, run) in part.runs.iter().enumerate() {
-            for slot in part.slots() {
-                let present =
-                    (0..run.record.len()).filter(|i| part.is_present(r, *i, slot)).count();
-                count += present * slot.components;
-            }
+        for run in 0..part.runs.len() {
+            let counts = part.present_in(run);
+            count += part.slots().iter().zip(counts).map(|(s, n)| n * s.components).sum::<usize>();
         }
     }
     count
@@ -249,7 +246,7 @@ pub fn rms(problem: &Problem, point: &Point) -> Vec<(String, f64)> {
     let mut sums: Vec<(String, f64, usize)> = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         for r in 0..part.runs.len() {
-            for residuals in problem.residuals(p, r, point) {
+            problem.visit_residuals(p, r, point, &mut |_, residuals| {
                 for (measurand, slot) in
                     part.system.assembly.names.measurands.iter().zip(part.slots())
                 {
@@ -266,7 +263,7 @@ pub fn rms(problem: &Problem, point: &Point) -> Vec<(String, f64)> {
                         None => sums.push((measurand.name.clone(), square, 1)),
                     }
                 }
-            }
+            });
         }
     }
     sums.into_iter().map(|(name, sum, count)| (name, (sum / count as f64).sqrt())).collect()

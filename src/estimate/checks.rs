@@ -156,7 +156,7 @@ fn alternatives(problem: &Problem, p: usize, start: &Point) -> Vec<Diagnostic> {
         looked_at.push(setup);
         let parameters = problem.parameters::<f64>(p, r, start);
         let fit = |run: &Run| {
-            align(&pairs(part, run, &parameters), false).ok().map(|alignment| alignment.rms)
+            align(&pairs(part, run, &parameters, 1.0), false).ok().map(|alignment| alignment.rms)
         };
         let short = shortened(run);
         let Some(as_given) = fit(&short) else { continue };

@@ -5,13 +5,16 @@
 //! time: a weight that knew the reading's own error would bias the mean. The common part (the
 //! transformation and whatever else the readings share) does not shrink with their number:
 //! `u(mean)² = s̄ Σ s̄ᵀ + Σ w² u_random² / (Σ w)²` with the weighted mean sensitivity `s̄`.
+//! Readings are summed up as they are solved: memory does not grow with their number.
+
+use std::convert::Infallible;
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use crate::engine::Point;
 use crate::engine::problem::Problem;
-use crate::estimate::newton::{Given, ReadingDelay, RunDelays, State, delays_of_run};
+use crate::estimate::median::Median;
+use crate::estimate::newton::{Given, ReadingDelay, RunDelays, State, each_delay};
 use crate::graph::MeasurandKind;
 
 /// What came of one measurand's readings.
@@ -35,24 +38,57 @@ pub struct Summary {
     pub common: Option<f64>,
     /// Random part of it (s).
     pub random: Option<f64>,
-    /// Median expanded uncertainty (k = 2) of a solved reading (s).
+    /// Median expanded uncertainty (k = 2) of a solved reading (s), see [`super::median`].
     pub median_expanded_uncertainty: Option<f64>,
 }
 
-/// All readings of one campaign with their delays.
+/// What came of the readings of one campaign.
 #[derive(Clone, Debug)]
 pub struct Delays {
     /// One for each measurand that has a delay of its own reading by reading.
     pub measurands: Vec<Summary>,
-    /// One for each reading.
-    pub readings: Vec<ReadingDelay>,
     /// Measurands left out, with the reason.
     pub left_out: Vec<(String, String)>,
 }
 
-/// Solves every reading of a campaign for its delay.
+/// Solves every reading of a campaign for its delay; `given` says at which point and how far.
 ///
-/// `runs` are the runs to use; `range` (s) is the farthest delay looked for.
+/// `runs` are the runs to use. `visit` sees every reading once: measurand by measurand, run by run, in
+/// the order of samples.
+///
+/// # Errors
+/// The first that `visit` gives; nothing more is solved then.
+pub fn each<E>(
+    given: &Given<'_>,
+    part: usize,
+    runs: &[usize],
+    visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
+) -> Result<Delays, E> {
+    let (problem, covariance) = (given.problem, given.covariance);
+    let data = &problem.parts[part];
+    let mut all = Delays { measurands: Vec::new(), left_out: Vec::new() };
+    let touched = |run| problem.layout.columns.touched_by(problem.run_index(part, run));
+    let columns: Vec<Vec<usize>> = (0..data.runs.len()).map(touched).collect();
+    for (measurand, declared) in data.system.assembly.names.measurands.iter().enumerate() {
+        if declared.kind == MeasurandKind::Rotation {
+            let why =
+                "a rotation has three components and no single delay; the joint estimate has it";
+            all.left_out.push((declared.name.clone(), why.to_owned()));
+            continue;
+        }
+        let mut tally = Tally::new(covariance.nrows());
+        each_delay(given, part, runs, measurand, |run, found| {
+            tally.add(&columns[run], &found);
+            found.readings.iter().try_for_each(&mut *visit)
+        })?;
+        all.measurands.push(tally.summary(declared.name.clone(), covariance));
+    }
+    Ok(all)
+}
+
+/// The same without looking at each reading.
+///
+/// `range` (s) is the farthest delay looked for.
 pub fn delays(
     problem: &Problem,
     part: usize,
@@ -62,75 +98,68 @@ pub fn delays(
     range: f64,
 ) -> Delays {
     let given = Given { problem, point, covariance, range };
-    let data = &problem.parts[part];
-    let mut all = Delays { measurands: Vec::new(), readings: Vec::new(), left_out: Vec::new() };
-    for (measurand, declared) in data.system.assembly.names.measurands.iter().enumerate() {
-        if declared.kind == MeasurandKind::Rotation {
-            let why =
-                "a rotation has three components and no single delay; the joint estimate has it";
-            all.left_out.push((declared.name.clone(), why.to_owned()));
-            continue;
-        }
-        let found: Vec<RunDelays> =
-            runs.par_iter().map(|run| delays_of_run(&given, part, *run, measurand)).collect();
-        let indices = runs.iter().map(|run| problem.run_index(part, *run));
-        let columns: Vec<Vec<usize>> =
-            indices.map(|run| problem.layout.columns.touched_by(run)).collect();
-        all.measurands.push(summarise(declared.name.clone(), &columns, &found, covariance));
-        all.readings.extend(found.into_iter().flat_map(|run| run.readings));
-    }
+    let Ok(all) = each(&given, part, runs, &mut |_| Ok::<_, Infallible>(()));
     all
 }
 
-/// What came of one measurand; `columns` are those that each run touches.
-fn summarise(
-    measurand: String,
-    columns: &[Vec<usize>],
-    found: &[RunDelays],
-    covariance: &DMatrix<f64>,
-) -> Summary {
-    let all = || found.iter().flat_map(|run| &run.readings);
-    let count = |state| all().filter(|reading| reading.state == state).count();
-    let mut mean_sensitivity = DVector::<f64>::zeros(covariance.nrows());
-    let (mut weights, mut weighted, mut variance) = (0.0, 0.0, 0.0);
-    let mut expanded = Vec::new();
-    for reading in all().filter(|reading| reading.state == State::Solved) {
-        let weight = reading.random_at_reference.powi(-2);
-        variance += (weight * reading.random).powi(2);
-        weights += weight;
-        weighted += weight * reading.delay;
-        expanded.push(reading.expanded_uncertainty());
-    }
-    for (columns, run) in columns.iter().zip(found) {
-        for (column, value) in columns.iter().zip(run.weighted_sensitivity.iter()) {
-            mean_sensitivity[*column] += value;
-        }
-    }
-    let any = weights > 0.0;
-    mean_sensitivity /= if any { weights } else { 1.0 };
-    let common =
-        (mean_sensitivity.transpose() * covariance * &mean_sensitivity)[(0, 0)].max(0.0).sqrt();
-    let random = variance.sqrt() / weights;
-    Summary {
-        measurand,
-        readings: all().count(),
-        solved: count(State::Solved),
-        blind: count(State::Blind),
-        failed: count(State::Failed),
-        mean: any.then(|| weighted / weights),
-        sigma_of_mean: any.then(|| common.hypot(random)),
-        common: any.then_some(common),
-        random: any.then_some(random),
-        median_expanded_uncertainty: median(&mut expanded),
-    }
+/// Sums over the readings of one measurand.
+#[derive(Default)]
+struct Tally {
+    /// Solved, blind, failed.
+    counts: [usize; 3],
+    weights: f64,
+    weighted: f64,
+    variance: f64,
+    /// `Σ w dt/dθ` over all columns.
+    sensitivity: DVector<f64>,
+    expanded: Median,
 }
 
-fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    match values.len() {
-        0 => None,
-        n if n % 2 == 1 => Some(values[middle]),
-        _ => Some(0.5 * (values[middle - 1] + values[middle])),
+impl Tally {
+    fn new(columns: usize) -> Self {
+        Self { sensitivity: DVector::zeros(columns), ..Self::default() }
+    }
+
+    /// Adds readings of a run that touches these columns.
+    fn add(&mut self, columns: &[usize], found: &RunDelays) {
+        for reading in &found.readings {
+            let place = match reading.state {
+                State::Solved => 0,
+                State::Blind => 1,
+                State::Failed => 2,
+            };
+            self.counts[place] += 1;
+            if reading.state == State::Solved {
+                let weight = reading.random_at_reference.powi(-2);
+                self.variance += (weight * reading.random).powi(2);
+                self.weights += weight;
+                self.weighted += weight * reading.delay;
+                self.expanded.see(reading.expanded_uncertainty());
+            }
+        }
+        for (column, value) in columns.iter().zip(found.weighted_sensitivity.iter()) {
+            self.sensitivity[*column] += value;
+        }
+    }
+
+    fn summary(self, measurand: String, covariance: &DMatrix<f64>) -> Summary {
+        let [solved, blind, failed] = self.counts;
+        let any = self.weights > 0.0;
+        let mean_sensitivity = self.sensitivity / if any { self.weights } else { 1.0 };
+        let common =
+            (mean_sensitivity.transpose() * covariance * &mean_sensitivity)[(0, 0)].max(0.0).sqrt();
+        let random = self.variance.sqrt() / self.weights;
+        Summary {
+            measurand,
+            readings: solved + blind + failed,
+            solved,
+            blind,
+            failed,
+            mean: any.then(|| self.weighted / self.weights),
+            sigma_of_mean: any.then(|| common.hypot(random)),
+            common: any.then_some(common),
+            random: any.then_some(random),
+            median_expanded_uncertainty: self.expanded.value(),
+        }
     }
 }

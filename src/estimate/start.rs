@@ -3,13 +3,18 @@
 //! A model's `[coordinates]` gives the target in the rig's frame and, from one sample's readings, in
 //! the instrument's frame; the rotation and translation between them follow without iteration.
 //! Reference runs (slow or static) are used where a transformation has any. What a user stated
-//! (`start`, `value`, `fixed`) is left alone.
+//! (`start`, `value`, `fixed`) is left alone. Long runs are looked at in [`ENOUGH`] samples, spread
+//! evenly: a start need not be better.
 
-use crate::campaign::{Role, Run};
+use crate::campaign::{Role, Run, Samples};
+use crate::engine::lanes::LANES;
 use crate::engine::point::{Point, from_components};
 use crate::engine::pointwise::Program;
 use crate::engine::problem::{Part, Problem, SampleLeaves};
 use crate::estimate::align::{Alignment, Degenerate, Pair, align};
+
+/// Samples that are enough for one transformation's start.
+pub const ENOUGH: usize = 1 << 17;
 
 /// What became of one transformation's start.
 #[derive(Clone, Debug)]
@@ -20,25 +25,28 @@ pub struct Aligned {
     pub result: Result<Alignment, Degenerate>,
 }
 
-/// The coordinates of the target in every sample of a run that has all its readings.
-pub fn pairs(part: &Part, run: &Run, parameters: &[[f64; 4]]) -> Vec<Pair> {
+/// The coordinates of the target in every sample of a run, or of this share of it, that has all its
+/// readings.
+pub fn pairs(part: &Part, run: &Run, parameters: &[[f64; 4]], share: f64) -> Vec<Pair> {
     let mut pairs = Vec::new();
     let Some(coordinates) = &part.system.assembly.coordinates else { return pairs };
     let mut outputs = coordinates.from.to_vec();
     outputs.extend_from_slice(&coordinates.measured);
     let program = Program::new(&part.system.assembly.graph, &outputs);
     let randoms = vec![0.0; part.random_sigma.len()];
-    let mut workspace = Vec::new();
-    for sample in 0..run.record.len() {
-        let leaves =
-            SampleLeaves { parameters, randoms: &randoms, columns: part.columns(), run, sample };
-        let out = program.evaluate(&leaves, &mut workspace);
-        if out.iter().all(|value| value.is_finite()) {
-            pairs.push(Pair {
-                source: [out[0], out[1], out[2]],
-                target: [out[3], out[4], out[5]],
-                weight: 1.0,
-            });
+    let (mut workspace, mut scratch) = (Vec::new(), Samples::default());
+    for range in run.record.share(share, LANES) {
+        for sample in run.record.stretch(range, &mut scratch).each() {
+            let (randoms, columns) = (&randoms[..], part.columns());
+            let leaves = SampleLeaves { parameters, randoms, columns, sample };
+            let out = program.evaluate(&leaves, &mut workspace);
+            if out.iter().all(|value| value.is_finite()) {
+                pairs.push(Pair {
+                    source: [out[0], out[1], out[2]],
+                    target: [out[3], out[4], out[5]],
+                    weight: 1.0,
+                });
+            }
         }
     }
     pairs
@@ -95,14 +103,15 @@ fn gather(
                 && problem.layout.instance_in(p, *r, coordinates.translation) == translation
         })
         .collect();
-    let any_reference = sharing.iter().any(|r| part.runs[*r].role == Role::Reference);
+    let reference = |r: &usize| part.runs[*r].role == Role::Reference;
+    let any_reference = sharing.iter().any(reference);
+    let used: Vec<usize> = sharing.into_iter().filter(|r| !any_reference || reference(r)).collect();
+    let samples: usize = used.iter().map(|r| part.runs[*r].record.len()).sum();
+    let share = ENOUGH as f64 / samples.max(1) as f64;
     let mut all = Vec::new();
-    for r in sharing {
-        if any_reference && part.runs[r].role != Role::Reference {
-            continue;
-        }
+    for r in used {
         let parameters = problem.parameters::<f64>(p, r, point);
-        all.extend(pairs(part, &part.runs[r], &parameters));
+        all.extend(pairs(part, &part.runs[r], &parameters, share));
     }
     all
 }

@@ -4,10 +4,12 @@
 //! With the sample covariance `V(θ) = diag((σ f(θ))²) + Σ_k s_k² g_k g_kᵀ` the log likelihood is
 //! `-½ Σ (ln det V + c rᵀ V⁻¹ r)`, maximised by Fisher scoring over `s_k²` and θ; `c = n / (n - u)`
 //! makes up for the `u` unknowns fitted to the residuals. Quantities that are correlated from sample
-//! to sample are not estimated here.
+//! to sample are not estimated here. Of long runs [`ENOUGH`] samples are looked at, spread evenly:
+//! they give a level to half a percent, and that is what its standard uncertainty says.
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::campaign::Sample as Seen;
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::engine::point::Point;
 use crate::engine::problem::{Part, Problem};
@@ -15,6 +17,8 @@ use crate::graph::Scope;
 use crate::model::Process;
 use crate::units::Unit;
 
+/// Samples that are enough for the levels.
+pub const ENOUGH: usize = 1 << 17;
 /// Scoring steps of one call.
 const MAXIMUM_STEPS: usize = 40;
 
@@ -99,11 +103,14 @@ pub fn estimate(
     unknown: &[Unknown],
 ) -> (Vec<Level>, f64) {
     let old: Vec<f64> = unknown.iter().map(|one| current(problem, point, one)).collect();
-    let samples = gather(problem, point, unknown);
+    let all = problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len());
+    let all = all.sum::<usize>().max(1) as f64;
+    let samples = gather(problem, point, unknown, ENOUGH as f64 / all);
     let readings: usize =
         samples.iter().map(|s| s.residual.iter().filter(|r| **r != 0.0).count()).sum();
-    let unknowns = problem.layout.columns.len();
-    let correction = readings as f64 / (readings.saturating_sub(unknowns)).max(1) as f64;
+    // The unknowns were fitted to all samples; a part of them has its share of the unknowns.
+    let unknowns = problem.layout.columns.len() as f64 * samples.len() as f64 / all;
+    let correction = readings as f64 / (readings as f64 - unknowns).max(1.0);
     // Random levels are scored as variances.
     let mut theta: DVector<f64> = DVector::from_iterator(
         unknown.len(),
@@ -213,7 +220,7 @@ fn level(problem: &Problem, unknown: &Unknown, value: f64, sigma: Option<f64>) -
     }
 }
 
-fn gather(problem: &Problem, point: &Point, unknown: &[Unknown]) -> Vec<Sample> {
+fn gather(problem: &Problem, point: &Point, unknown: &[Unknown], share: f64) -> Vec<Sample> {
     let mut samples = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         // Unknown levels that stand at zero must stay visible to the score.
@@ -234,7 +241,8 @@ fn gather(problem: &Problem, point: &Point, unknown: &[Unknown]) -> Vec<Sample> 
                     found.ok_or(part.random_sigma_in(r, *k).powi(2))
                 })
                 .collect();
-            gather_run(problem, &visible, (p, r), point, unknown, &active, &source, &mut samples);
+            let to = &mut samples;
+            gather_run(problem, &visible, (p, r), point, unknown, &active, &source, share, to);
         }
     }
     samples
@@ -249,21 +257,21 @@ fn gather_run(
     unknown: &[Unknown],
     active: &[usize],
     source: &[Result<usize, f64>],
+    share: f64,
     samples: &mut Vec<Sample>,
 ) {
     const STEP: f64 = 1e-4;
     let parameters = problem.parameters(p, r, point);
     let mut workspace = Vec::new();
-    let residuals = problem.residuals(p, r, point);
-    let factor_at = |point: &Point, sample: usize, workspace: &mut Vec<_>| {
+    let factor_at = |point: &Point, sample: Seen<'_>, workspace: &mut Vec<_>| {
         let parameters = problem.parameters(p, r, point);
         let made = covariance_of(part, r, sample, &parameters, &[], workspace);
         made.covariance.diagonal()
     };
-    for (sample, residual) in residuals.iter().enumerate() {
+    problem.visit_share_of_residuals((p, r), point, share, &mut |sample, residual| {
         let mut stated = DVector::from_element(residual.len(), 1.0);
         for (slot, sigma) in part.slots().iter().zip(&part.sigma) {
-            if part.is_present(r, sample, slot) {
+            if part.is_present(sample, slot) {
                 stated.rows_mut(slot.residual, slot.components).fill(sigma * sigma);
             }
         }
@@ -290,7 +298,7 @@ fn gather_run(
             sensitivities: made.sensitivities,
             source: source.to_vec(),
         });
-    }
+    });
 }
 
 /// Gradient of the log likelihood and its expected negative Hessian.

@@ -1,36 +1,34 @@
 //! Results reading by reading, as CSV in the same form as campaign data: `name [unit]` a column.
 
-use crate::engine::Problem;
-use crate::estimate::calibrate::Calibration;
-use crate::estimate::delays::Delays;
+use std::io::{self, Write};
 
-/// One row a reading: run, row of its data file, measurand, time, state, delay and uncertainties.
-pub fn delays(problem: &Problem, part: usize, delays: &Delays) -> String {
-    let data = &problem.parts[part];
-    let mut text = String::from(
-        "run,row,measurand,time [s],state,delay [s],standard_uncertainty [s],expanded_uncertainty [s],random_part [s],common_part [s]\n",
-    );
-    for reading in &delays.readings {
-        let run = &data.runs[reading.run];
-        let measurand = &data.system.assembly.names.measurands[reading.measurand].name;
-        let row = run.held().rows.get(reading.sample).copied().unwrap_or(reading.sample + 1);
-        let time = run.held().time[reading.sample];
-        let state = reading.state.word();
-        let numbers = [
-            reading.delay,
-            reading.standard_uncertainty(),
-            reading.expanded_uncertainty(),
-            reading.random,
-            reading.common,
-        ]
-        .map(|value| if value.is_finite() { format!("{value:.9e}") } else { String::new() })
-        .join(",");
-        text.push_str(&format!(
-            "{},{row},{measurand},{time},{state},{numbers}\n",
-            quoted(&run.name)
-        ));
+use crate::campaign::Sample;
+use crate::engine::Part;
+use crate::estimate::calibrate::Calibration;
+use crate::estimate::newton::ReadingDelay;
+
+/// The header of a table of delays: one row a reading, its run, row of its data file, measurand,
+/// time, state, delay and uncertainties.
+pub const DELAYS: &str = "run,row,measurand,time [s],state,delay [s],standard_uncertainty [s],expanded_uncertainty [s],random_part [s],common_part [s]\n";
+
+/// One row of it.
+///
+/// # Errors
+/// Those of `out`.
+pub fn delay(part: &Part, reading: &ReadingDelay, out: &mut dyn Write) -> io::Result<()> {
+    let run = quoted(&part.runs[reading.run].name);
+    let measurand = &part.system.assembly.names.measurands[reading.measurand].name;
+    let ReadingDelay { row, time, .. } = reading;
+    write!(out, "{run},{row},{measurand},{time},{}", reading.state.word())?;
+    let (standard, expanded) = (reading.standard_uncertainty(), reading.expanded_uncertainty());
+    for value in [reading.delay, standard, expanded, reading.random, reading.common] {
+        if value.is_finite() {
+            write!(out, ",{value:.9e}")?;
+        } else {
+            write!(out, ",")?;
+        }
     }
-    text
+    writeln!(out)
 }
 
 /// A CSV cell, quoted where it must be.
@@ -56,31 +54,43 @@ pub fn parameters(result: &Calibration) -> String {
 }
 
 /// One row a reading component: campaign, run, row of its data file, time, measurand, residual (SI).
-pub fn residuals(result: &Calibration) -> String {
-    let mut text = String::from("campaign,run,row,time [s],measurand,component,residual\n");
+///
+/// # Errors
+/// Those of `out`.
+pub fn residuals(result: &Calibration, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "campaign,run,row,time [s],measurand,component,residual")?;
+    let mut written = Ok(());
     let problem = &result.problem;
     for (p, part) in problem.parts.iter().enumerate() {
         let label = quoted(part.label.as_deref().unwrap_or_default());
         for (r, run) in part.runs.iter().enumerate() {
-            for (sample, values) in problem.residuals(p, r, &result.fit.point).iter().enumerate() {
-                let row = run.held().rows.get(sample).copied().unwrap_or(sample + 1);
-                for (measurand, slot) in
-                    part.system.assembly.names.measurands.iter().zip(part.slots())
-                {
-                    for component in 0..slot.components {
-                        let value = values[slot.residual + component];
-                        if value.is_finite() {
-                            text.push_str(&format!(
-                                "{label},{},{row},{},{},{component},{value:.9e}\n",
-                                quoted(&run.name),
-                                run.held().time[sample],
-                                measurand.name
-                            ));
-                        }
-                    }
+            let name = quoted(&run.name);
+            problem.visit_residuals(p, r, &result.fit.point, &mut |sample, values| {
+                if written.is_ok() {
+                    written = residual_rows(out, part, &format!("{label},{name}"), sample, values);
                 }
+            });
+        }
+    }
+    written
+}
+
+fn residual_rows(
+    out: &mut dyn Write,
+    part: &Part,
+    labels: &str,
+    sample: Sample<'_>,
+    values: &[f64],
+) -> io::Result<()> {
+    let (row, time) = (sample.row(), sample.time());
+    for (measurand, slot) in part.system.assembly.names.measurands.iter().zip(part.slots()) {
+        let name = &measurand.name;
+        for component in 0..slot.components {
+            let value = values[slot.residual + component];
+            if value.is_finite() {
+                writeln!(out, "{labels},{row},{time},{name},{component},{value:.9e}")?;
             }
         }
     }
-    text
+    Ok(())
 }

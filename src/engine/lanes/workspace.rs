@@ -40,6 +40,17 @@ impl<'a> Chunk<'a> {
         })
     }
 
+    /// The inputs, as [`Workspace::compute`] wants them.
+    pub fn inputs(&self) -> &'a [Track] {
+        &self.samples.inputs
+    }
+
+    /// Its samples as a stretch of their run.
+    pub fn stretch(&self) -> Stretch<'a> {
+        let Self { samples, start, first, len, .. } = *self;
+        Stretch { samples, start, first, len }
+    }
+
     /// A reading column's values.
     pub fn readings(&self, column: usize) -> &'a [f64] {
         &self.samples.readings[column][self.start..self.start + self.len]
@@ -123,6 +134,18 @@ impl Workspace {
         }
     }
 
+    /// The columns that were filled, to be computed with later in another order.
+    pub fn loaded(&self, code: &Code) -> impl Iterator<Item = &Lanes> {
+        self.slots[..code.columns.len()].iter().map(|slot| &**slot)
+    }
+
+    /// Fills the columns with such as [`Workspace::loaded`] showed.
+    pub fn reload(&mut self, columns: &[Lanes]) {
+        for (slot, column) in self.slots.iter_mut().zip(columns) {
+            **slot = *column;
+        }
+    }
+
     /// Changes a value that the caller supplies.
     pub fn give(&mut self, code: &Code, index: u32, values: &Lanes) {
         if let Some(slot) = code.columns.iter().position(|column| *column == Column::Given(index)) {
@@ -130,9 +153,9 @@ impl Workspace {
         }
     }
 
-    /// Computes one group of outputs for the chunk that was loaded; those before it in order must have
-    /// been computed.
-    pub fn compute(&mut self, code: &Code, group: usize, chunk: &Chunk<'_>) {
+    /// Computes one group of outputs for the columns that were filled; those before it in order must
+    /// have been computed. `inputs` are those of the run.
+    pub fn compute(&mut self, code: &Code, group: usize, inputs: &[Track]) {
         self.group = group;
         let start = if group == 0 { 0 } else { code.groups[group - 1].end };
         self.set.run(Execution {
@@ -140,7 +163,7 @@ impl Workspace {
             slots: &mut self.slots,
             spare: &mut self.spare,
             stills: &self.stills,
-            tracks: &chunk.samples.inputs,
+            tracks: inputs,
         });
     }
 

@@ -1,25 +1,22 @@
-//! Newton's iteration for the readings of a chunk at once: each on its own way, all evaluated
-//! together.
+//! Newton's iteration, safeguarded: each reading on its own way, all evaluated together.
+//!
+//! A step is halved while it does not bring the prediction nearer to the reading. This is what a
+//! delay is; [`super::quick`] is the short way to the same for readings that behave.
 
-use crate::engine::lanes::{Chunk, LANES, Lanes, Workspace};
-use crate::engine::programs::DelayProgram;
+use crate::engine::lanes::{LANES, Lanes};
 
 /// Newton steps before giving up.
-pub(super) const MAXIMUM_STEPS: u32 = 50;
+const MAXIMUM_STEPS: u32 = 50;
 /// Times that a step is halved before giving up.
 const HALVINGS: u32 = 20;
-/// Evaluations after which nobody waits for readings that are blind anyway.
-const IMPATIENCE: u32 = 4;
 /// A step that is this part of the range, or less, need not be halved.
 const ROUNDING: f64 = 1e-9;
 /// A step this small (s), or this small against the delay, ends the iteration.
-const TOLERANCE: f64 = 1e-14;
+pub(super) const TOLERANCE: f64 = 1e-14;
 
 /// Where a reading's iteration stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stage {
-    /// There is no reading.
-    Absent,
     /// A step is to be tried.
     Trying,
     /// Solved.
@@ -28,9 +25,11 @@ pub(super) enum Stage {
     Failed,
 }
 
-/// The readings of a chunk, each with its delay.
+/// Some readings, each with its delay.
 #[derive(Debug)]
 pub(super) struct Roots {
+    /// The first so many lanes are readings.
+    len: usize,
     pub(super) stage: [Stage; LANES],
     /// Delay (s).
     pub(super) delay: Lanes,
@@ -40,56 +39,44 @@ pub(super) struct Roots {
     slope: Lanes,
     /// The step to be tried (s).
     step: Lanes,
-    /// The step taken last (s).
-    taken: Lanes,
     reading: Lanes,
     halvings: [u32; LANES],
     pub(super) steps: [u32; LANES],
+    range: f64,
 }
 
 impl Roots {
-    /// Solves `prediction(delay) = reading` for each reading of a chunk, from the reference time,
-    /// within `±range`: steps are halved while they do not bring the prediction nearer. The chunk is
-    /// loaded; `value` and `slope` are those at the reference time. Readings that are not `sighted`
-    /// may be given up: nobody waits for them.
+    /// Solves `prediction(delay) = reading` for the first `len` readings, from the reference time,
+    /// within `±range`. `value` and `slope` are those at the reference time; `evaluate` gives
+    /// value and slope at delays.
     pub(super) fn find(
-        program: &DelayProgram,
-        workspace: &mut Workspace,
-        chunk: &Chunk<'_>,
-        present: &[bool; LANES],
-        sighted: &[bool; LANES],
+        len: usize,
         [value, slope, reading]: [Lanes; 3],
         range: f64,
+        mut evaluate: impl FnMut(&Lanes) -> [Lanes; 2],
     ) -> Self {
         let mut roots = Self {
-            stage: present.map(|there| if there { Stage::Trying } else { Stage::Absent }),
+            len,
+            stage: [Stage::Failed; LANES],
             delay: [0.0; LANES],
             value,
             slope,
             step: [0.0; LANES],
-            taken: [0.0; LANES],
             reading,
             halvings: [0; LANES],
             steps: [0; LANES],
+            range,
         };
-        (0..LANES).filter(|lane| present[*lane]).for_each(|lane| roots.propose(lane, range));
-        let mut passes = 0;
-        let trying = |roots: &Self, passes| {
-            let waits = |lane: &usize| passes < IMPATIENCE || sighted[*lane];
-            (0..LANES).filter(waits).any(|lane| roots.stage[lane] == Stage::Trying)
-        };
-        while trying(&roots, passes) {
-            passes += 1;
+        (0..len).for_each(|lane| roots.propose(lane));
+        while roots.stage[..roots.len].contains(&Stage::Trying) {
             let mut trial = roots.delay;
             for (delay, step) in trial.iter_mut().zip(&roots.step) {
                 *delay = (*delay + step).clamp(-range, range);
             }
-            workspace.give(&program.code, 0, &trial);
-            workspace.compute(&program.code, 0, chunk);
-            let outputs = workspace.outputs(&program.code, 0);
-            for lane in 0..LANES {
+            let [value, slope] = evaluate(&trial);
+            for lane in 0..len {
                 if roots.stage[lane] == Stage::Trying {
-                    roots.judge(lane, trial[lane], outputs[0][lane], outputs[1][lane], range);
+                    roots.judge(lane, trial[lane], value[lane], slope[lane]);
                 }
             }
         }
@@ -97,7 +84,7 @@ impl Roots {
     }
 
     /// Sets the next step, or ends.
-    fn propose(&mut self, lane: usize, range: f64) {
+    fn propose(&mut self, lane: usize) {
         let value = self.value[lane];
         let step = -value / self.slope[lane];
         self.stage[lane] = if value == 0.0 {
@@ -108,7 +95,7 @@ impl Roots {
             self.delay[lane] += step;
             Stage::Solved
         } else {
-            self.step[lane] = step.clamp(-range, range);
+            self.step[lane] = step.clamp(-self.range, self.range);
             self.halvings[lane] = 0;
             Stage::Trying
         };
@@ -117,27 +104,23 @@ impl Roots {
         }
     }
 
-    /// Whether nothing worth a further evaluation is left after a step: by its size, by what rounding
-    /// of the reading leaves of any step, or as the next one, by the quadratic convergence that the
-    /// last two show, would be.
+    /// Whether a step is not worth a further evaluation: by its size, or by what rounding of the reading
+    /// leaves of any step.
     fn is_last(&self, lane: usize, step: f64) -> bool {
         let rounding = 8.0 * f64::EPSILON * self.reading[lane].abs() / self.slope[lane].abs();
         let tolerance = TOLERANCE.max(4.0 * f64::EPSILON * self.delay[lane].abs());
-        let taken = self.taken[lane];
-        let next = (step / taken).powi(2) * step.abs();
-        step.abs() <= tolerance.max(rounding) || (taken != 0.0 && next <= tolerance)
+        step.abs() <= tolerance.max(rounding)
     }
 
     /// Takes a step that was tried, or halves it.
-    fn judge(&mut self, lane: usize, trial: f64, value: f64, slope: f64, range: f64) {
+    fn judge(&mut self, lane: usize, trial: f64, value: f64, slope: f64) {
         if value.abs() < self.value[lane].abs() {
-            self.taken[lane] = self.delay[lane] - trial;
             self.delay[lane] = trial;
             self.value[lane] = value;
             self.slope[lane] = slope;
             self.steps[lane] += 1;
-            self.propose(lane, range);
-        } else if self.step[lane].abs() <= ROUNDING * range {
+            self.propose(lane);
+        } else if self.step[lane].abs() <= ROUNDING * self.range {
             // A tiny step that does not descend: rounding has been reached.
             self.stage[lane] = Stage::Solved;
             self.step[lane] = 0.0;

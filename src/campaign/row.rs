@@ -1,0 +1,133 @@
+//! One line of a table as numbers in SI; and, where it is none, what is wrong with which cell.
+//!
+//! A line without quotes is cut at its commas and its cells are parsed where they stand. Only what
+//! that way does not take goes the slow way, which knows quotes and finds the words for faults.
+
+use std::sync::Arc;
+
+use crate::campaign::header::{self, Column};
+use crate::campaign::table::TIME;
+use crate::diagnostic::Diagnostic;
+
+/// Reads the rows of one table in their order.
+#[derive(Debug)]
+pub(crate) struct Reader {
+    file: Arc<str>,
+    /// The column of times.
+    time: Option<usize>,
+    last_time: f64,
+    /// The row at hand, NaN where a cell is empty or not wanted.
+    row: Vec<f64>,
+}
+
+impl Reader {
+    pub(crate) fn new(file: Arc<str>, columns: &[Column]) -> Self {
+        let time = columns.iter().position(|column| column.wanted.as_deref() == Some(TIME));
+        Self { file, time, last_time: f64::NEG_INFINITY, row: vec![f64::NAN; columns.len()] }
+    }
+
+    /// Reads a line; not empty on failure.
+    pub(crate) fn read(
+        &mut self,
+        number: usize,
+        line: &[u8],
+        columns: &[Column],
+    ) -> Result<&[f64], Vec<Diagnostic>> {
+        if !self.plain(line, columns) {
+            self.with_words(number, line, columns)?;
+        }
+        if let Some(time) = self.time {
+            self.last_time = self.row[time];
+        }
+        Ok(&self.row)
+    }
+
+    /// Reads a line of plain cells; whether there is nothing to say about it.
+    fn plain(&mut self, line: &[u8], columns: &[Column]) -> bool {
+        let Ok(text) = std::str::from_utf8(line) else { return false };
+        let ends = memchr::memchr_iter(b',', line).chain(std::iter::once(line.len()));
+        let mut start = 0;
+        let mut found = 0;
+        for (index, end) in ends.enumerate() {
+            let Some(column) = columns.get(index) else { return false };
+            let cell = text[start..end].trim();
+            start = end + 1;
+            found += 1;
+            self.row[index] = f64::NAN;
+            if cell.starts_with('"') {
+                return false;
+            }
+            if column.wanted.is_some() && !cell.is_empty() {
+                match cell.parse::<f64>().map(|value| column.unit.to_si(value)) {
+                    Ok(value) if value.is_finite() => self.row[index] = value,
+                    _ => return false,
+                }
+            }
+        }
+        // A time that is missing is not in order, either.
+        found == columns.len() && self.time.is_none_or(|time| self.row[time] >= self.last_time)
+    }
+
+    /// Reads any line; not empty on failure.
+    fn with_words(
+        &mut self,
+        number: usize,
+        line: &[u8],
+        columns: &[Column],
+    ) -> Result<(), Vec<Diagnostic>> {
+        let Ok(text) = std::str::from_utf8(line) else {
+            return Err(vec![header::not_utf8(&self.file, number, line)]);
+        };
+        let fault = |message: String, cell: (usize, usize)| {
+            Diagnostic::error(message).at(header::place(&self.file, number, text, cell))
+        };
+        let mut faults = Vec::new();
+        let mut found = 0;
+        for (index, (cell, span)) in header::cells(text).enumerate() {
+            found += 1;
+            let Some(column) = columns.get(index) else {
+                continue;
+            };
+            self.row[index] = f64::NAN;
+            if column.wanted.is_none() {
+                continue;
+            }
+            if cell.is_empty() {
+                if Some(index) == self.time {
+                    faults.push(fault("the row has no time".into(), span));
+                }
+                continue;
+            }
+            match cell.parse::<f64>() {
+                Ok(value) if column.unit.to_si(value).is_finite() => {
+                    self.row[index] = column.unit.to_si(value);
+                }
+                Ok(value) => {
+                    let what = if value.is_nan() { "is not a number" } else { "is not finite" };
+                    faults.push(
+                        fault(format!("`{cell}` in column `{}` {what}", column.name), span)
+                            .help("leave the cell empty where a reading is missing"),
+                    );
+                }
+                Err(_) => {
+                    let shown: String = cell.chars().take(40).collect();
+                    let message =
+                        format!("expected a number in column `{}`, found `{shown}`", column.name);
+                    faults.push(fault(message, span));
+                }
+            }
+            if Some(index) == self.time && self.row[index] < self.last_time {
+                faults.push(
+                    fault("time runs backwards here".into(), span)
+                        .help("the rows of a file are in the order of time"),
+                );
+            }
+        }
+        if found != columns.len() {
+            let message =
+                format!("expected {} cells as in the header, found {found}", columns.len());
+            return Err(vec![fault(message, (0, text.len()))]);
+        }
+        if faults.is_empty() { Ok(()) } else { Err(faults) }
+    }
+}

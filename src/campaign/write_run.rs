@@ -1,0 +1,114 @@
+//! The table of one run as CSV: `time [s]`, captured inputs and readings in the model's units.
+//!
+//! Rows are written as they come, so a run may be longer than memory. Numbers have the digits that
+//! give the same `f64` back; a reading that is missing is an empty cell. Constants and streams are
+//! not in it.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::campaign::record::{Record, Stretch};
+use crate::campaign::samples::{derived_symbol, reading_columns};
+use crate::campaign::signal::Track;
+use crate::campaign::whole::WholeFile;
+use crate::graph::MeasurandKind;
+use crate::model::Model;
+use crate::units::Unit;
+
+/// A table in the making.
+#[derive(Debug)]
+pub struct RunTable {
+    file: WholeFile,
+    /// Whether there is a column of times.
+    timed: bool,
+    /// Units of the captured columns, in the order of [`Track::columns`], and of the readings.
+    captured: Vec<Unit>,
+    readings: Vec<Unit>,
+    /// The text of the rows at hand.
+    text: Vec<u8>,
+}
+
+impl RunTable {
+    /// Begins the table of a run of a model with its header; `record` says which columns there are.
+    ///
+    /// # Errors
+    /// The disk's.
+    pub fn create(path: &Path, model: &Model, record: &Record) -> io::Result<Self> {
+        let times = [record.first_time(), record.last_time()];
+        let timed = record.inputs().iter().any(Track::moves)
+            || times.into_iter().flatten().any(|time| time != 0.0);
+        let mut header = Vec::new();
+        let mut captured = Vec::new();
+        for (input, track) in model.inputs.iter().zip(record.inputs()) {
+            let Track::Captured { rate, acceleration, .. } = track else { continue };
+            let there = [true, rate.is_some(), acceleration.is_some()];
+            let orders = ["", "_rate", "_acceleration"].iter().enumerate();
+            for (order, suffix) in orders.filter(|(order, _)| there[*order]) {
+                let unit = match order {
+                    0 => input.unit.clone(),
+                    _ => derived_symbol(&input.unit, order as u8)
+                        .and_then(|symbol| Unit::parse(&symbol).ok())
+                        .unwrap_or_else(Unit::one),
+                };
+                header.push(format!("{}{suffix} [{}]", input.name, unit.symbol));
+                captured.push(unit);
+            }
+        }
+        let mut readings = Vec::new();
+        for (index, name) in reading_columns(model) {
+            let measurand = &model.measurands[index];
+            let unit = match measurand.kind {
+                MeasurandKind::Rotation => Unit::one(),
+                _ => measurand.unit.clone(),
+            };
+            header.push(format!("{name} [{}]", unit.symbol));
+            readings.push(unit);
+        }
+        if timed {
+            header.insert(0, "time [s]".to_owned());
+        }
+        let mut file = WholeFile::create(path)?;
+        writeln!(file, "{}", header.join(","))?;
+        Ok(Self { file, timed, captured, readings, text: Vec::new() })
+    }
+
+    /// Adds the samples of a stretch, with these columns of readings instead of its own, if any.
+    ///
+    /// # Errors
+    /// The disk's.
+    pub fn write(&mut self, stretch: Stretch<'_>, other: Option<&[Vec<f64>]>) -> io::Result<()> {
+        let (range, samples) = (stretch.range(), stretch.samples);
+        let (readings, read) = match other {
+            Some(readings) => (readings, 0..stretch.len),
+            None => (samples.readings.as_slice(), range.clone()),
+        };
+        let second = Unit::one();
+        let time = self.timed.then_some((&second, &samples.time[range.clone()]));
+        let captured = samples.inputs.iter().flat_map(Track::columns);
+        let captured = self.captured.iter().zip(captured.map(|column| &column[range.clone()]));
+        let readings = self.readings.iter().zip(readings.iter().map(|c| &c[read.clone()]));
+        let columns: Vec<(&Unit, &[f64])> =
+            time.into_iter().chain(captured).chain(readings).collect();
+        self.text.clear();
+        for row in 0..stretch.len {
+            for (number, (unit, values)) in columns.iter().enumerate() {
+                if number > 0 {
+                    self.text.push(b',');
+                }
+                if !values[row].is_nan() {
+                    write!(self.text, "{:?}", unit.from_si(values[row]))?;
+                }
+            }
+            self.text.push(b'\n');
+        }
+        self.file.write_all(&self.text)
+    }
+
+    /// Puts the file in its place.
+    ///
+    /// # Errors
+    /// The disk's.
+    pub fn finish(self) -> io::Result<()> {
+        self.file.finish()
+    }
+}
