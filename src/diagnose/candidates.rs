@@ -104,7 +104,9 @@ fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, Stri
             for member in members(effect, &chosen) {
                 let selected = Selected { member, ..selected.clone() };
                 match recipe.with(std::slice::from_ref(&selected)) {
-                    Ok(system) => join(&mut found, recipes.len(), campaign, selected, system),
+                    Ok(system) => {
+                        join(&mut found, (campaign, recipes.len()), selected, None, system)
+                    }
                     Err(faults) => why.extend(faults.0.into_iter().map(|fault| fault.message)),
                 }
             }
@@ -115,11 +117,11 @@ fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, Stri
 }
 
 /// Adds a campaign's system to the candidate that is the same in other campaigns.
-fn join(
+pub(super) fn join(
     found: &mut Vec<Candidate>,
-    campaigns: usize,
-    campaign: usize,
+    (campaign, campaigns): (usize, usize),
     selected: Selected,
+    place: Option<Place>,
     system: System,
 ) {
     let name = match &selected.head {
@@ -133,7 +135,7 @@ fn join(
         None => {
             let mut systems = vec![None; campaigns];
             systems[campaign] = system;
-            found.push(Candidate { name, selected, place: None, systems });
+            found.push(Candidate { name, selected, place, systems });
         }
     }
 }

@@ -249,18 +249,28 @@ impl Evidence {
         })
     }
 
+    /// Sums of products of the nominal columns with some others.
+    fn across(&self, columns: &[Column]) -> DMatrix<f64> {
+        let mut across = DMatrix::zeros(self.nominal.length.len(), columns.len());
+        for (j, column) in columns.iter().enumerate() {
+            for (run, index) in &column.at {
+                let (gram, touched) = (&self.runs[*run].gram, &self.touched[*run]);
+                for (place, nominal) in touched.iter().enumerate() {
+                    across[(*nominal, j)] += gram[(place, touched.len() + index)];
+                }
+            }
+        }
+        across
+    }
+
     fn entry(&self, owners: Vec<Owner>, columns: Vec<Column>) -> Entry {
-        let (n, k) = (self.nominal.length.len(), columns.len());
-        let mut across = DMatrix::zeros(n, k);
+        let k = columns.len();
+        let across = self.across(&columns);
         let mut score = DVector::zeros(k);
         for (j, column) in columns.iter().enumerate() {
             for (run, index) in &column.at {
                 let gram = &self.runs[*run].gram;
-                let at = self.touched[*run].len() + index;
-                score[j] += gram[(gram.nrows() - 1, at)];
-                for (place, nominal) in self.touched[*run].iter().enumerate() {
-                    across[(*nominal, j)] += gram[(place, at)];
-                }
+                score[j] += gram[(gram.nrows() - 1, self.touched[*run].len() + index)];
             }
         }
         let own = self.products(&columns, &columns);
@@ -281,15 +291,7 @@ impl Evidence {
     /// `W_aᵀ S_ab W_b`: the cosines between what two candidates do beyond the nominal parameters.
     pub fn overlap(&self, a: &Entry, b: &Entry) -> DMatrix<f64> {
         let own = self.products(&a.columns, &b.columns);
-        let mut across = DMatrix::zeros(self.nominal.length.len(), b.columns.len());
-        for (j, column) in b.columns.iter().enumerate() {
-            for (run, index) in &column.at {
-                for (place, nominal) in self.touched[*run].iter().enumerate() {
-                    across[(*nominal, j)] +=
-                        self.runs[*run].gram[(place, self.touched[*run].len() + index)];
-                }
-            }
-        }
+        let across = self.across(&b.columns);
         a.basis.tr_mul(&(own - a.coupling.tr_mul(&across))) * &b.basis
     }
 

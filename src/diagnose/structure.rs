@@ -18,7 +18,7 @@ use crate::model::Model;
 use crate::system::Selected;
 use crate::units::{Dimension, Unit};
 
-use super::candidates::Candidate;
+use super::candidates::{Candidate, join};
 
 /// Waves over a signal, where there are few signals and where there are many.
 const ORDERS: (usize, usize) = (8, 3);
@@ -75,17 +75,9 @@ pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
     let mut found: Vec<Candidate> = Vec::new();
     for (campaign, recipe) in recipes.iter().enumerate() {
         for (effect, place) in effects(&recipe.model) {
-            let name = effect.name.clone();
             let selected = Selected { effect, head: None, member: BTreeMap::new() };
-            let Ok(system) = recipe.with(std::slice::from_ref(&selected)) else { continue };
-            let system = Some(Arc::new(system));
-            match found.iter_mut().find(|one| one.name == name) {
-                Some(one) => one.systems[campaign] = system,
-                None => {
-                    let mut systems = vec![None; recipes.len()];
-                    systems[campaign] = system;
-                    found.push(Candidate { name, selected, place: Some(place), systems });
-                }
+            if let Ok(system) = recipe.with(std::slice::from_ref(&selected)) {
+                join(&mut found, (campaign, recipes.len()), selected, Some(place), system);
             }
         }
     }

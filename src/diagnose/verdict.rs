@@ -14,10 +14,8 @@ const PLACES: usize = 5;
 /// A block that explains less of the best is no place of its own.
 const LEAST_SHARE: f64 = 0.2;
 
-/// Odds against each effect beyond the first.
+/// Odds against a second effect.
 const FURTHER: f64 = 10.0;
-/// Blocks that are tried as a simpler account.
-const LOOKED_AT: usize = 12;
 
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -93,7 +91,7 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
         };
         return (verdict, Vec::new());
     }
-    if left.is_empty() && !one_block_is_simpler(search, first) {
+    if left.is_empty() && !blocks_are_simpler(search, first) {
         return (Verdict::Explained, search.adopted.clone());
     }
     // One effect may still be the cause although its form is another.
@@ -106,35 +104,53 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
     (Verdict::Unknown, Vec::new())
 }
 
-/// Whether one block of unknown structure does what several effects do only together: then they
-/// imitate it. It must leave nothing behind, and be the less surprising account; more than two effects
-/// that one block can stand for are never believed.
-fn one_block_is_simpler(search: &Search, first: &Stage) -> bool {
+/// Whether blocks of unknown structure account for everything more simply than several effects: then
+/// those effects imitate what nobody wrote down. Of three effects and more fewer blocks are simpler;
+/// of two effects one block, if it is also less surprising by chance.
+fn blocks_are_simpler(search: &Search, first: &Stage) -> bool {
     let count = search.adopted.len();
     if count < 2 {
         return false;
     }
+    let Some(blocks) = blocks_needed(first, count - 1) else { return false };
+    if count > 2 {
+        return true;
+    }
     let gain = search.adopted.iter().map(|one| one.score.gain).sum();
     let degrees = search.adopted.iter().map(|one| one.score.degrees).sum();
-    let choices = count as f64 * (first.effects as f64).ln();
-    let more = (count - 1) as f64 * FURTHER.ln();
-    let together = of_gain(gain, degrees, 1).ln_p + choices + more;
-    let blocks = ((first.candidates.len() - first.effects) as f64).ln();
-    first.blocks_found().into_iter().take(LOOKED_AT).any(|block| {
-        let simpler = count > 2 || first.scores[block].ln_p + blocks < together;
-        simpler && suffices(first, block)
-    })
+    let choices = count as f64 * (first.effects as f64).ln() + FURTHER.ln();
+    let together = of_gain(gain, degrees, 1).ln_p + choices;
+    let among = ((first.candidates.len() - first.effects) as f64).ln();
+    blocks.iter().any(|block| first.scores[*block].ln_p + among < together)
 }
 
-/// Whether nothing significant is left beyond a block.
-fn suffices(stage: &Stage, block: usize) -> bool {
+/// The blocks, taken greedily, beyond which nothing significant is left; `None` where it takes more.
+fn blocks_needed(stage: &Stage, most: usize) -> Option<Vec<usize>> {
     let level = level(stage.candidates.len());
-    let entry = stage.entry(block);
-    (0..stage.candidates.len()).filter(|n| stage.scores[*n].ln_p <= level).all(|n| {
-        let (gain, degrees) = stage.evidence.beyond(entry, stage.entry(n));
-        let left = of_gain(gain, degrees, stage.members[n]);
-        left.ln_p > level || left.lambda() < LEAST_LAMBDA
-    })
+    let strong: Vec<usize> =
+        (0..stage.candidates.len()).filter(|n| stage.scores[*n].ln_p <= level).collect();
+    let mut taken: Vec<usize> = Vec::new();
+    loop {
+        let entries: Vec<_> = taken.iter().map(|n| stage.entry(*n)).collect();
+        let whole = stage.evidence.together(&entries);
+        let left: Vec<(usize, Score)> = strong
+            .iter()
+            .map(|n| {
+                let (gain, degrees) = stage.evidence.beyond(&whole, stage.entry(*n));
+                (*n, of_gain(gain, degrees, stage.members[*n]))
+            })
+            .filter(|(_, score)| score.ln_p <= level && score.lambda() >= LEAST_LAMBDA)
+            .collect();
+        if left.is_empty() {
+            return Some(taken);
+        }
+        if taken.len() == most {
+            return None;
+        }
+        let blocks = left.iter().filter(|(n, _)| *n >= stage.effects);
+        let best = blocks.min_by(|a, b| a.1.ln_p.total_cmp(&b.1.ln_p))?;
+        taken.push(best.0);
+    }
 }
 
 /// What the best block still explains.
