@@ -76,8 +76,9 @@ fn the_gap_closes_on_readings_that_were_not_fitted_to() {
     assert!(gap.closed.unwrap() > 0.99);
     let [low, high] = gap.closed_interval.unwrap();
     assert!(low > 0.9 && high <= 1.0);
-    // The drop on left-out runs is the effect's squared length but for what estimation costs.
-    assert!((gap.held_out_drop / gap.lambda.powi(2) - 1.0).abs() < 0.05, "{gap:?}");
+    // No less than within the fit: left out, a run does not pull parameters to make up for the effect.
+    assert!(gap.held_out_drop > gap.lambda.powi(2), "{gap:?}");
+    assert!(gap.held_out_drop < 1.2 * gap.lambda.powi(2), "{gap:?}");
     for ((name, before), (_, after)) in gap.before.iter().zip(&gap.after) {
         assert!(after <= before, "{name}");
     }

@@ -5,8 +5,11 @@ use std::path::Path;
 
 use homepoint::diagnose::candidates::{Candidate, Wanted, offer};
 use homepoint::diagnose::evidence::Evidence;
+use homepoint::diagnose::gap::drops;
 use homepoint::diagnose::stage::Fitted;
 use homepoint::diagnose::structure::blocks;
+use homepoint::engine::Problem;
+use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
@@ -84,6 +87,36 @@ fn stretches_add_up_to_the_sums_of_their_run() {
     // Independent noise: scores scatter as the model says.
     let inflation = evidence.inflation(&evidence.entries[0], &left);
     assert!((0.5..2.0).contains(&inflation), "{inflation}");
+}
+
+#[test]
+fn a_drop_is_what_two_fits_without_the_run_leave_of_it() {
+    let (opened, fitted) = example();
+    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let candidate = offered.iter().find(|one| one.name == "encoder_eccentricity").unwrap();
+    let options = Options::default();
+    let after = fitted.with(&candidate.selected, &[], &options).unwrap().unwrap();
+    let before = after.without(&[&candidate.selected], &options).unwrap();
+    let drops = drops(&before, &after, 0.0);
+    assert_eq!(drops.len(), 12);
+    for run in [0, 7] {
+        let squares = |model: &Fitted| {
+            let mut rest = model.clone();
+            rest.problem.parts[0].runs[run].record.edit(|samples| {
+                samples.readings.iter_mut().for_each(|column| column.fill(f64::NAN));
+            });
+            let rest = Fitted { problem: Problem::new(rest.problem.parts), ..rest };
+            let rest = rest.again(&options).unwrap();
+            let gram = &model.problem.normal(&rest.fit.point).runs[run].gram;
+            gram[(gram.nrows() - 1, gram.nrows() - 1)]
+        };
+        let due = squares(&before) - squares(&after);
+        assert!(
+            (drops[run] - due).abs() < 0.01 * due.abs().max(1.0),
+            "{run}: {} {due}",
+            drops[run]
+        );
+    }
 }
 
 #[test]

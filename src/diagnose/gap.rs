@@ -134,7 +134,7 @@ struct Fold {
 }
 
 /// The drop of each fold.
-fn drops(before: &Fitted, after: &Fitted, memory: f64) -> Vec<f64> {
+pub fn drops(before: &Fitted, after: &Fitted, memory: f64) -> Vec<f64> {
     let Some(step) = switched_off(before, after) else { return Vec::new() };
     let normal = after.problem.normal(&after.fit.point);
     let has_own = normal.columns.runs.iter().any(|(_, count)| *count > 0);
