@@ -14,8 +14,8 @@ const PLACES: usize = 5;
 /// A block that explains less of the best is no place of its own.
 const LEAST_SHARE: f64 = 0.2;
 
-/// Odds against a second effect.
-const FURTHER: f64 = 10.0;
+/// Odds against two effects of the library in a place that one unknown cause would do for.
+const FURTHER: f64 = 1000.0;
 
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
