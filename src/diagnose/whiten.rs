@@ -206,9 +206,9 @@ fn name_levels(stage: &Stage, stated: &[Vec<f64>], noise: &mut Noise) {
     for candidate in &stage.noise {
         let (mut squares, mut count, mut readings) = (0.0, 0, 0);
         for (part, stated) in parts.iter().zip(stated) {
-            for measurand in 0..part.slots().len() {
+            for (measurand, (sigma, stated)) in part.sigma.iter().zip(stated).enumerate() {
                 if patches_level(candidate, part, measurand) {
-                    squares += (part.sigma[measurand] / stated[measurand]).powi(2);
+                    squares += (sigma / stated).powi(2);
                     count += 1;
                     readings += part.runs.iter().map(|run| run.record.len()).sum::<usize>();
                 }
