@@ -4,16 +4,20 @@
 //! |---|---|
 //! | [`mod@file`] | what campaign.toml says, with the place of everything |
 //! | [`load`] | a campaign file read against its model |
-//! | [`table`] | a CSV file (plain or .gz) as columns in SI, with the place of every cell |
+//! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `row`, `lines` | a line of it as numbers; its lines, one after the other |
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | [`run`] | one run; the samples of a stretch of it: times, inputs, readings |
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
 //! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
+//! | [`timing`] | when a reading was asked for: captures made into reference times |
+//! | [`calibration`] | an input's certificate: corrections, and what they leave open |
+//! | [`statement`] | how well a value is known, as a certificate states it |
 //! | [`plan`] | a run that is not measured yet |
 //! | [`whole`] | a file that is whole or not there |
 //! | [`mod@write`], [`write_run`] | a campaign of the same form |
 
+pub mod calibration;
 mod captured;
 pub mod entries;
 pub mod file;
@@ -21,6 +25,8 @@ pub mod header;
 mod lines;
 pub mod load;
 pub mod overrides;
+#[cfg(feature = "parquet")]
+mod parquet;
 pub mod plan;
 mod readings;
 pub mod record;
@@ -32,7 +38,9 @@ pub mod signal;
 mod smoothing;
 mod spill;
 pub mod spline;
+pub mod statement;
 pub mod table;
+pub mod timing;
 pub mod whole;
 pub mod write;
 pub mod write_run;

@@ -17,22 +17,32 @@
 //! | [`delays`] | their means |
 //! | [`median`] | the median of numbers however many |
 //! | [`transformation`] | where delays take their transformation from |
+//! | [`systematic`] | what the inputs' calibration leaves open in them |
+//! | [`blind`] | arm angles at which a measurand does not show its delay |
+//! | [`budget`] | what the uncertainty of a delay is made of |
+//! | [`coverage`] | coverage factors from degrees of freedom |
+//! | [`differences`] | the seed's own way to the uncertainty of a delay, by differences over 1 ms |
 //! | [`compare`] | both ways side by side |
 
 pub mod align;
 pub mod arrow;
 pub mod batch;
+pub mod blind;
+pub mod budget;
 pub mod calibrate;
 pub mod checks;
 mod cholesky;
 pub mod compare;
 pub mod conic;
 pub mod covariance;
+pub mod coverage;
 pub mod delays;
+pub mod differences;
 pub mod median;
 pub mod newton;
 pub mod observability;
 pub mod start;
+pub mod systematic;
 pub mod transformation;
 pub mod variance;
 pub mod words;

@@ -91,6 +91,15 @@ impl Library {
         if folder.is_dir() { self.with_effects_dir(&folder) } else { Ok(self) }
     }
 
+    /// The same with one more effect.
+    ///
+    /// # Errors
+    /// Every fault of its text, a name that is taken.
+    pub fn with_effect(mut self, source: Source) -> Result<Self, Diagnostics> {
+        self.add(source)?;
+        Ok(self)
+    }
+
     fn add(&mut self, source: Source) -> Result<(), Diagnostics> {
         let effect = Effect::parse(source)?;
         if let Some(other) = self.effects.get(&effect.name) {

@@ -15,7 +15,7 @@ pub enum Task {
         /// From 1.
         iteration: usize,
     },
-    /// Readings are solved for their delays; counted in samples of a measurand, twice.
+    /// Readings are solved for their delays; counted in samples of a measurand.
     Solving,
     /// Readings are drawn; counted in samples.
     Drawing,

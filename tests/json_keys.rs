@@ -6,10 +6,11 @@ use std::path::Path;
 
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
+use homepoint::estimate::budget::budgets;
 use homepoint::estimate::calibrate::calibrate;
 use homepoint::estimate::compare::compare;
-use homepoint::estimate::transformation::delays_of;
-use homepoint::report::json;
+use homepoint::estimate::transformation::{Transformation, delays_of};
+use homepoint::report::{self, json};
 use serde_json::Value;
 
 /// Every path to a value with the value's type; lists and the names of measurands as `*`.
@@ -52,6 +53,13 @@ fn results_have_the_promised_keys() {
     paths(&json::comparison(&rows), "compare", &mut found);
     let told = json::calibration(&undetermined)["unobservable"].clone();
     paths(&told, "undetermined", &mut found);
+    let captured = open(&Request::new([folder.join("tests/cli/captures")])).unwrap();
+    let joint = calibrate(captured.problem.clone(), &Options::default()).unwrap();
+    let taken = Transformation::of(&captured.problem, &joint, 0);
+    for budget in budgets(&taken, 0, &captured.campaigns[0]) {
+        paths(&report::budget::json(&budget), "budget", &mut found);
+    }
+    paths(&report::timing::json(&captured.campaigns[0]), "timing", &mut found);
     insta::assert_snapshot!(found.into_iter().collect::<Vec<_>>().join("\n"));
     // A parameter is called by its components.
     let json = json::calibration(&result);

@@ -220,6 +220,20 @@ impl Reader {
         }
     }
 
+    /// A plain number, with or without quotes.
+    pub fn number(&mut self, item: &Item, what: &str) -> Option<f64> {
+        let text = match &item.value {
+            Value::Text(text) | Value::Bare(text) => text.trim(),
+            _ => "",
+        };
+        let found = text.parse().ok().filter(|number: &f64| number.is_finite());
+        if found.is_none() {
+            let message = format!("expected a plain number for {what}, found {}", item.kind());
+            self.fault(item.span, message, format!("as in {what} = 2"));
+        }
+        found
+    }
+
     /// A number with its unit, or a list of them.
     pub fn quantities(&mut self, item: &Item) -> Option<Vec<Quantity>> {
         match &item.value {

@@ -11,6 +11,8 @@ use crate::campaign::entries::{Entry, Item, Quantity, Reader, Value, get};
 use crate::campaign::overrides;
 use crate::campaign::plan::{self, Leg};
 use crate::campaign::run::Role;
+use crate::campaign::statement;
+use crate::campaign::timing::{self, RunTiming, Timing};
 use crate::campaign::{header, lines};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span};
 use crate::model::Override;
@@ -18,7 +20,7 @@ use crate::units::Unit;
 
 pub use crate::campaign::load::{Campaign, LeftOut, LoadOptions};
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "title",
     "model",
     "instrument",
@@ -30,10 +32,11 @@ const KEYS: [&str; 12] = [
     "measurands",
     "runs",
     "delay_range",
+    "timing",
     "truth",
 ];
-const RUN_KEYS: [&str; 8] =
-    ["name", "setup", "role", "data", "signals", "columns", "inputs", "plan"];
+const RUN_KEYS: [&str; 9] =
+    ["name", "setup", "role", "data", "signals", "columns", "inputs", "plan", "timing"];
 
 /// Something named in a file, and where.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,8 +54,12 @@ pub struct Named {
 pub struct InputOverride {
     /// The input's name.
     pub name: Named,
-    /// Standard uncertainty of one value.
+    /// Standard uncertainty of one value, new in every sample.
     pub sigma: Option<Item>,
+    /// Resolution.
+    pub resolution: Option<Item>,
+    /// Its calibration.
+    pub calibration: Option<Item>,
     /// Time constant of the smoothing of its stream.
     pub smooth: Option<Item>,
     /// Period by which recorded values jump.
@@ -64,8 +71,8 @@ pub struct InputOverride {
 pub struct MeasurandOverride {
     /// The measurand's name.
     pub name: Named,
-    /// Standard uncertainty of one reading.
-    pub sigma: Option<Item>,
+    /// Standard uncertainty of one reading, see [`crate::campaign::statement`].
+    pub said: Vec<Entry>,
 }
 
 /// One entry of `columns`: the model's name, and what the file calls it.
@@ -100,6 +107,8 @@ pub struct RunEntry {
     pub inputs: Vec<(Named, Quantity)>,
     /// How it will be measured; empty for a run with data.
     pub plan: Vec<Leg>,
+    /// What it says of its captures.
+    pub timing: RunTiming,
 }
 
 /// A campaign file, read and checked for form.
@@ -129,6 +138,8 @@ pub struct CampaignFile {
     pub measurands: Vec<MeasurandOverride>,
     /// `delay_range` (s).
     pub delay_range: Option<f64>,
+    /// `[timing]`.
+    pub timing: Option<Timing>,
     /// `[[runs]]`.
     pub runs: Vec<RunEntry>,
     pub(crate) reader: Reader,
@@ -185,6 +196,8 @@ impl CampaignFile {
         });
         let delay_range = get(&entries, "delay_range")
             .and_then(|item| reader.positive_of(item, "delay_range", seconds().dimension));
+        let timing =
+            get(&entries, "timing").and_then(|item| timing::read::timing(&mut reader, item));
         let parameters = table(&mut reader, "parameters");
         let inputs = table(&mut reader, "inputs");
         let measurands = table(&mut reader, "measurands");
@@ -206,7 +219,8 @@ impl CampaignFile {
             inputs: inputs.iter().map(|entry| input(&mut reader, entry)).collect(),
             measurands: measurands.iter().map(|entry| measurand(&mut reader, entry)).collect(),
             delay_range,
-            runs: runs(&mut reader, get(&entries, "runs")),
+            timing,
+            runs: runs(&mut reader, get(&entries, "runs"), get(&entries, "timing").is_some()),
             reader: reader.clone(),
         };
         Diagnostics(reader.faults).into_result(Self {
@@ -235,10 +249,12 @@ fn key(reader: &Reader, entry: &Entry) -> Named {
 
 fn input(reader: &mut Reader, entry: &Entry) -> InputOverride {
     let entries = reader.table(&entry.item, "arm_angle = { sigma = \"0.2 arcsec\" }");
-    reader.only(entries, &["sigma", "smooth", "period"]);
+    reader.only(entries, &["sigma", "resolution", "calibration", "smooth", "period"]);
     InputOverride {
         name: key(reader, entry),
         sigma: get(entries, "sigma").cloned(),
+        resolution: get(entries, "resolution").cloned(),
+        calibration: get(entries, "calibration").cloned(),
         smooth: get(entries, "smooth").cloned(),
         period: get(entries, "period").cloned(),
     }
@@ -246,11 +262,12 @@ fn input(reader: &mut Reader, entry: &Entry) -> InputOverride {
 
 fn measurand(reader: &mut Reader, entry: &Entry) -> MeasurandOverride {
     let entries = reader.table(&entry.item, "horizontal = { sigma = \"1.5 arcsec\" }");
-    reader.only(entries, &["sigma"]);
-    MeasurandOverride { name: key(reader, entry), sigma: get(entries, "sigma").cloned() }
+    reader.only(entries, &statement::KEYS);
+    MeasurandOverride { name: key(reader, entry), said: entries.to_vec() }
 }
 
-fn runs(reader: &mut Reader, item: Option<&Item>) -> Vec<RunEntry> {
+/// The runs; with `timed`, the campaign has a `[timing]`.
+fn runs(reader: &mut Reader, item: Option<&Item>, timed: bool) -> Vec<RunEntry> {
     let Some(item) = item else {
         reader.fault(
             Span::default(),
@@ -272,6 +289,10 @@ fn runs(reader: &mut Reader, item: Option<&Item>) -> Vec<RunEntry> {
         let Some(run) = run(reader, item) else {
             continue;
         };
+        if let (Some(item), false) = (run_timing(item), timed) {
+            let help = "write it once for all runs: [timing], then method = \"trigger\"";
+            reader.fault(item.span, "the campaign has no [timing]", help);
+        }
         let line = run.name.place.line;
         if let Some(before) = seen.insert(run.name.text.clone(), line) {
             let message = format!("two runs are called `{}`", run.name.text);
@@ -329,6 +350,13 @@ fn run(reader: &mut Reader, item: &Item) -> Option<RunEntry> {
     if let (Some(item), Some(_)) = (get(entries, "signals"), get(entries, "plan")) {
         reader.fault(item.span, "a planned run has no streams yet", "leave `signals` out");
     }
+    let timing = get(entries, "timing").map(|item| timing::read::run(reader, item));
+    if let (Some(item), true) = (
+        timing.as_ref().and_then(|timing| timing.captures.as_ref()),
+        get(entries, "plan").is_some(),
+    ) {
+        reader.fault(item.span, "a planned run has no captures yet", "leave `captures` out");
+    }
     let setup = get(entries, "setup").and_then(|item| reader.text(item, "setup = \"A\""));
     let columns = get(entries, "columns").map(|item| columns(reader, item));
     let inputs = get(entries, "inputs").map(|item| {
@@ -345,7 +373,14 @@ fn run(reader: &mut Reader, item: &Item) -> Option<RunEntry> {
         columns: columns.unwrap_or_default(),
         inputs: inputs.unwrap_or_default(),
         plan: plan.unwrap_or_default(),
+        timing: timing.unwrap_or_default(),
     })
+}
+
+/// What a run says of its timing, as written.
+fn run_timing(item: &Item) -> Option<&Item> {
+    let Value::Table(entries) = &item.value else { return None };
+    get(entries, "timing")
 }
 
 fn columns(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {

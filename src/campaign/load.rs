@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 use std::path::PathBuf;
 
-use crate::campaign::entries::Item;
+use crate::campaign::calibration::InputSpread;
+use crate::campaign::entries::{Item, get};
 use crate::campaign::file::{CampaignFile, InputOverride, Named, RunEntry};
 use crate::campaign::plan::Planned;
 use crate::campaign::record::{BLOCK, Record};
@@ -12,7 +13,10 @@ use crate::campaign::run::{Run, Samples};
 use crate::campaign::samples::{InputSetting, Loader, column_count, missing, reading_columns};
 use crate::campaign::signal::Track;
 use crate::campaign::spline::Smoothing;
+use crate::campaign::statement;
 use crate::campaign::table::Skipped;
+use crate::campaign::timing::Timing;
+use crate::campaign::timing::captures::RequestToReply;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
 use crate::formula::{Expression, ExpressionKind};
 use crate::model::{Model, Override};
@@ -91,17 +95,28 @@ pub struct Campaign {
     pub parameters: Vec<Override>,
     /// What was written of inputs.
     pub inputs: Vec<InputOverride>,
-    /// Standard uncertainty (SI) of each input of the model, if known.
+    /// Standard uncertainty (SI) of each input of the model as it scatters from sample to sample, if
+    /// known.
     pub input_sigma: Vec<Option<f64>>,
+    /// What it is made of, and what calibration leaves open.
+    pub input_spread: Vec<InputSpread>,
     /// Standard uncertainty (SI) of one reading of each measurand of the model; 1 for one that the
     /// campaign neither states nor reads.
     pub measurand_sigma: Vec<f64>,
+    /// Degrees of freedom on which that rests, if few.
+    pub measurand_degrees_of_freedom: Vec<Option<f64>>,
     /// Margin kept to the ends of streams (s).
     pub delay_range: f64,
+    /// How reference times were captured, if the campaign says so.
+    pub timing: Option<Timing>,
+    /// The time from request to reply in each run that captured it.
+    pub request_to_reply: Vec<RequestToReply>,
     /// What the user should look at.
     pub warnings: Vec<Diagnostic>,
-    /// Rows left out.
+    /// Rows left out, of each file the first [`MOST_LISTED`](super::table::MOST_LISTED).
     pub skipped: Vec<Skipped>,
+    /// How many in all.
+    pub skipped_count: usize,
     /// Samples whose readings are not used.
     pub left_out: Vec<LeftOut>,
 }
@@ -136,14 +151,18 @@ impl CampaignFile {
             warnings: Vec::new(),
             warned: HashSet::new(),
             skipped: Vec::new(),
+            skipped_count: 0,
             left_out: Vec::new(),
+            timing: self.timing.clone(),
+            request_to_reply: Vec::new(),
             store,
             progress: options.progress.clone(),
             bytes: (0, self.bytes()),
         };
-        let (inputs, input_sigma) = self.input_settings(model, &mut loader);
+        let (inputs, input_spread) = self.input_settings(model, &mut loader);
         loader.inputs = inputs;
-        let mut measurand_sigma = self.measurand_sigmas(model, &mut loader);
+        let (mut measurand_sigma, measurand_degrees_of_freedom) =
+            self.measurand_sigmas(model, &mut loader);
         self.check_constants(model, &mut loader);
         let (setups, mut runs) = self.load_runs(model, &mut loader);
         setup_times(&mut runs);
@@ -168,18 +187,26 @@ impl CampaignFile {
             entries: self.runs,
             parameters: self.parameters,
             inputs: self.inputs,
-            input_sigma,
+            input_sigma: input_spread.iter().map(InputSpread::random).collect(),
+            input_spread,
             measurand_sigma,
+            measurand_degrees_of_freedom,
             delay_range: loader.delay_range,
+            timing: self.timing,
+            request_to_reply: loader.request_to_reply,
             warnings: loader.warnings,
             skipped: loader.skipped,
+            skipped_count: loader.skipped_count,
             left_out: loader.left_out,
         })
     }
 
     /// Bytes of all data files, as far as they are there.
     fn bytes(&self) -> u64 {
-        let names = self.runs.iter().flat_map(|run| run.data.iter().chain(&run.signals));
+        let names = self
+            .runs
+            .iter()
+            .flat_map(|run| run.data.iter().chain(&run.signals).chain(run.timing.captures.iter()));
         let size = |name: &Named| std::fs::metadata(self.folder.join(&name.text)).ok();
         names.filter_map(size).map(|file| file.len()).sum()
     }
@@ -188,7 +215,7 @@ impl CampaignFile {
         &self,
         model: &Model,
         loader: &mut Loader<'_>,
-    ) -> (Vec<InputSetting>, Vec<Option<f64>>) {
+    ) -> (Vec<InputSetting>, Vec<InputSpread>) {
         let known: Vec<&str> = model.inputs.iter().map(|input| input.name.as_str()).collect();
         for over in &self.inputs {
             if !known.contains(&over.name.text.as_str()) {
@@ -196,7 +223,7 @@ impl CampaignFile {
             }
         }
         let mut settings = Vec::new();
-        let mut sigmas = Vec::new();
+        let mut spreads = Vec::new();
         for input in &model.inputs {
             let over = self.inputs.iter().find(|over| over.name.text == input.name);
             let dimension = input.unit.dimension;
@@ -206,41 +233,52 @@ impl CampaignFile {
             };
             let sigma =
                 say(over.and_then(|o| o.sigma.as_ref()), "sigma", dimension).or(input.sigma);
+            let resolution = say(over.and_then(|o| o.resolution.as_ref()), "resolution", dimension);
             let smooth = say(over.and_then(|o| o.smooth.as_ref()), "smooth", Dimension::TIME)
                 .or(input.smooth);
             let period =
                 say(over.and_then(|o| o.period.as_ref()), "period", dimension).or(input.period);
-            let smoothing = match (smooth, sigma) {
+            let (calibration, corrections) = over
+                .and_then(|o| o.calibration.as_ref())
+                .map_or((None, None), |item| loader.calibration(input, item));
+            let spread = InputSpread { noise: sigma, resolution, calibration };
+            let smoothing = match (smooth, spread.random().filter(|sigma| *sigma > 0.0)) {
                 // `smooth` is the period of an oscillation that comes out half as large.
                 (Some(period), _) => Smoothing::TimeConstant(period / std::f64::consts::TAU),
                 (None, Some(sigma)) => Smoothing::Misfit(sigma),
                 (None, None) => Smoothing::CrossValidation,
             };
-            settings.push(InputSetting { smoothing, period, needed: needs(model, &input.name) });
-            sigmas.push(sigma);
+            let needed = needs(model, &input.name);
+            settings.push(InputSetting { smoothing, period, needed, corrections });
+            spreads.push(spread);
         }
-        (settings, sigmas)
+        (settings, spreads)
     }
 
-    fn measurand_sigmas(&self, model: &Model, loader: &mut Loader<'_>) -> Vec<f64> {
+    /// Standard uncertainty of a reading of each measurand, and the degrees of freedom it rests on.
+    fn measurand_sigmas(
+        &self,
+        model: &Model,
+        loader: &mut Loader<'_>,
+    ) -> (Vec<f64>, Vec<Option<f64>>) {
         let known: Vec<&str> = model.measurands.iter().map(|m| m.name.as_str()).collect();
         for over in &self.measurands {
             if !known.contains(&over.name.text.as_str()) {
                 loader.reader.unknown(over.name.span, "measurand", &over.name.text, &known);
             }
         }
-        let mut sigmas = Vec::new();
+        let (mut sigmas, mut degrees) = (Vec::new(), Vec::new());
         for measurand in &model.measurands {
             let name = &measurand.name;
             let over = self.measurands.iter().find(|over| &over.name.text == name);
-            let stated = over.and_then(|over| over.sigma.as_ref());
-            let sigma = match stated {
-                Some(item) => {
-                    let what = format!("sigma of `{name}`");
-                    loader.reader.positive_of(item, &what, measurand.unit.dimension)
-                }
-                None => measurand.sigma,
-            };
+            let said = over.map_or(&[][..], |over| &over.said);
+            let stated = get(said, "sigma").or(get(said, "U"));
+            let what = format!("`{name}`");
+            let dimension = measurand.unit.dimension;
+            let spread = statement::spread(&mut loader.reader, said, &what, dimension);
+            let own = if stated.is_none() { measurand.sigma } else { None };
+            let sigma = spread.map(|spread| spread.sigma).or(own);
+            degrees.push(spread.and_then(|spread| spread.degrees_of_freedom));
             sigmas.push(match (sigma, stated) {
                 (None, None) => f64::NAN,
                 // A fault is noted already.
@@ -248,7 +286,7 @@ impl CampaignFile {
                 (Some(sigma), _) => sigma,
             });
         }
-        sigmas
+        (sigmas, degrees)
     }
 
     /// A sigma is needed of every measurand that is read, or may be: then a fault, else 1.

@@ -4,13 +4,26 @@
 //! and applied later, by name.
 
 use crate::campaign::entries::{Entry, Item, Reader, Value};
+use crate::campaign::statement;
 use crate::graph::Scope;
 use crate::model::Override;
 use crate::model::parameter::SCOPES;
 use crate::units::Unit;
 
-const KEYS: [&str; 9] =
-    ["value", "sigma", "lower", "upper", "start", "plausible", "fixed", "scope", "sum"];
+const KEYS: [&str; 12] = [
+    "value",
+    "sigma",
+    "U",
+    "k",
+    "degrees_of_freedom",
+    "lower",
+    "upper",
+    "start",
+    "plausible",
+    "fixed",
+    "scope",
+    "sum",
+];
 
 /// Reads `[parameters]`. A name with a dot may be quoted or not: `horizontal.delay = { ... }`.
 pub(crate) fn read(reader: &mut Reader, entries: &[Entry]) -> Vec<Override> {
@@ -25,20 +38,26 @@ fn read_one(reader: &mut Reader, entry: &Entry, name: &str, found: &mut Vec<Over
     let entries = reader.table(&entry.item, "radius = { value = \"1.146 m\", sigma = \"20 um\" }");
     let mut this =
         Override { name: name.to_owned(), place: Some(reader.place(entry.span)), ..nothing() };
-    let mut said = false;
-    for entry in entries {
+    // An effect's parameter may be called `k`: a table is always a name, no key takes one.
+    let is_name = |entry: &&Entry| matches!(entry.item.value, Value::Table(_));
+    let (names, said): (Vec<&Entry>, Vec<&Entry>) = entries.iter().partition(is_name);
+    for entry in names {
+        read_one(reader, entry, &format!("{name}.{}", entry.key), found);
+    }
+    let said: Vec<Entry> = said.into_iter().cloned().collect();
+    let coverage = statement::coverage(reader, &said, &format!("`{name}`"));
+    this.degrees_of_freedom = coverage.degrees_of_freedom;
+    for entry in &said {
         let item = &entry.item;
-        if matches!(item.value, Value::Table(_)) && !KEYS.contains(&entry.key.as_str()) {
-            read_one(reader, entry, &format!("{name}.{}", entry.key), found);
-            continue;
-        }
-        said = true;
         match entry.key.as_str() {
             "value" => this.value = several(reader, item),
-            "sigma" => {
-                this.sigma = several(reader, item);
+            key @ ("sigma" | "U") => {
+                let stated = several(reader, item);
+                let by = if key == "U" { coverage.factor.unwrap_or(1.0) } else { 1.0 };
+                let divided = |(value, unit)| (value / by, unit);
+                this.sigma = stated.map(|stated| stated.into_iter().map(divided).collect());
                 if this.sigma.iter().flatten().any(|(value, _)| *value <= 0.0) {
-                    let message = format!("sigma of `{name}` must be greater than zero");
+                    let message = format!("{key} of `{name}` must be greater than zero");
                     reader.fault(
                         item.span,
                         message,
@@ -57,10 +76,11 @@ fn read_one(reader: &mut Reader, entry: &Entry, name: &str, found: &mut Vec<Over
                 Some(text) => reader.unknown(item.span, "sum", &text, &["zero"]),
                 None => {}
             },
+            "k" | "degrees_of_freedom" => {}
             key => reader.unknown(entry.span, "key", key, &KEYS),
         }
     }
-    if said {
+    if !said.is_empty() {
         if this.fixed == Some(true) && this.sigma.is_some() {
             let message = format!("`{name}` is either fixed or known with a standard uncertainty");
             reader.fault(
@@ -105,5 +125,6 @@ fn nothing() -> Override {
         fixed: None,
         scope: None,
         sum_zero: None,
+        degrees_of_freedom: None,
     }
 }

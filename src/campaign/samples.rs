@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::campaign::calibration::Corrections;
 use crate::campaign::captured::{Captured, columns_of};
 use crate::campaign::entries::Reader;
 use crate::campaign::file::{LeftOut, Named, RunEntry};
@@ -15,6 +16,8 @@ use crate::campaign::run::Samples;
 use crate::campaign::signal::{Track, unwrap};
 use crate::campaign::spline::{Smoothing, Spline};
 use crate::campaign::table::{Skipped, TIME, Table, TableError};
+use crate::campaign::timing::captures::{Captures, RequestToReply};
+use crate::campaign::timing::{COLUMNS, Timing};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, Model};
@@ -62,6 +65,8 @@ pub(crate) struct InputSetting {
     pub(crate) period: Option<f64>,
     /// Some formula of the model needs it.
     pub(crate) needed: bool,
+    /// From its calibration.
+    pub(crate) corrections: Option<Corrections>,
 }
 
 /// Reads runs against a model and collects what was found on the way.
@@ -75,11 +80,14 @@ pub(crate) struct Loader<'a> {
     pub(crate) warnings: Vec<Diagnostic>,
     pub(crate) warned: HashSet<String>,
     pub(crate) skipped: Vec<Skipped>,
+    pub(crate) skipped_count: usize,
     pub(crate) left_out: Vec<LeftOut>,
     pub(crate) store: &'a mut Store,
     pub(crate) progress: Progress,
     /// Bytes of data files read so far, and of all.
     pub(crate) bytes: (u64, u64),
+    pub(crate) timing: Option<Timing>,
+    pub(crate) request_to_reply: Vec<RequestToReply>,
 }
 
 impl Loader<'_> {
@@ -99,20 +107,32 @@ impl Loader<'_> {
     pub(crate) fn run(&mut self, entry: &RunEntry) -> Option<Record> {
         let data = entry.data.as_ref()?;
         let (every, streamed) = (self.wanted(entry, true), self.wanted(entry, false));
-        let table = self.table(data, &every);
+        let beside = entry.timing.captures.as_ref();
+        let table = match beside {
+            // Times are the captures' business then.
+            Some(_) => self.table(data, &without_times(&every)),
+            None => self.table(data, &every),
+        };
+        let captures = beside.map(|name| self.table(name, &every));
         let streams: Vec<_> = entry
             .signals
             .iter()
             .map(|name| {
                 let mut stream = self.table(name, &streamed)?;
                 self.more(name, &mut stream, usize::MAX)?;
-                self.skipped.append(&mut stream.skipped);
+                self.note_skipped(&mut stream);
                 Some(stream)
             })
             .collect();
         let mut table = table?;
+        let captures = captures.map_or(Some(None), |captures| captures.map(Some))?;
         let streams: Vec<Table> = streams.into_iter().collect::<Option<_>>()?;
-        self.check_columns(entry, &every, &table, &streams);
+        let tables: Vec<&Table> = [&table].into_iter().chain(&captures).chain(&streams).collect();
+        self.check_columns(entry, &every, &tables);
+        let mut captures = match self.timing.clone() {
+            Some(timing) => Captures::begin(self, timing, entry, &mut table, captures)?,
+            None => None,
+        };
         let before = self.reader.faults.len();
         let inputs: Vec<Track> = (0..self.model.inputs.len())
             .map(|index| self.track(index, entry, &table, &streams))
@@ -124,8 +144,8 @@ impl Loader<'_> {
             self.reader.fault(data.span, message, help);
         }
         self.check_readings(data, &table);
-        let record = self.rows(entry, data, &mut table, &inputs);
-        self.skipped.append(&mut table.skipped);
+        let record = self.rows(entry, data, &mut table, captures.as_mut(), &inputs);
+        self.note_skipped(&mut table);
         record.filter(|_| self.reader.faults.len() == before)
     }
 
@@ -135,6 +155,7 @@ impl Loader<'_> {
         entry: &RunEntry,
         data: &Named,
         table: &mut Table,
+        mut captures: Option<&mut Captures>,
         inputs: &[Track],
     ) -> Option<Record> {
         let mut recorder = Recorder::new(inputs, column_count(self.model));
@@ -147,15 +168,22 @@ impl Loader<'_> {
         // The tracks without columns, too, for they say where they have values.
         samples.inputs = inputs.to_vec();
         while self.more(data, table, BLOCK)? {
+            if let Some(captures) = &mut captures {
+                captures.refer(self, table)?;
+            }
             let count = table.lines.len();
             samples.rows.clone_from(&table.lines);
-            if !table.take(TIME, &mut samples.time) {
+            if !table.copy(TIME, &mut samples.time) {
                 samples.time.resize(count, 0.0);
-                samples.time.truncate(count);
             }
             let mut usable = vec![true; count];
-            for (captured, track) in captured.iter_mut().zip(&mut samples.inputs) {
+            let tracks = samples.inputs.iter_mut().zip(&self.inputs);
+            for (captured, (track, setting)) in captured.iter_mut().zip(tracks) {
                 captured.take(table, &samples.time, track, &mut usable);
+                if let (Some(corrections), Track::Captured { .. }) = (&setting.corrections, &track)
+                {
+                    corrections.correct_track(track);
+                }
             }
             self.take_readings(table, &mut samples, &mut readings);
             self.leave_out(&mut samples, &usable, &mut readings);
@@ -163,6 +191,10 @@ impl Loader<'_> {
                 self.cannot_keep(entry, &error);
                 return None;
             }
+        }
+        if let Some(captures) = captures {
+            let replied = captures.end(self, table)?;
+            self.request_to_reply.extend(replied);
         }
         for name in captured.iter().flat_map(|input| input.without_value(table)) {
             let message = format!("run `{}` has no value in column `{name}`", entry.name.text);
@@ -185,7 +217,9 @@ impl Loader<'_> {
             let header = word.map(|word| (word.header.clone(), word.unit.clone()));
             Wanted { name, header, dimension, example }
         };
-        let mut found = vec![want(TIME.into(), Dimension::TIME, "s".into())];
+        let times = if readings && self.timing.is_some() { &COLUMNS[..] } else { &[TIME][..] };
+        let time = |name: &&str| want((*name).into(), Dimension::TIME, "s".into());
+        let mut found: Vec<Wanted> = times.iter().map(time).collect();
         for input in &self.model.inputs {
             let mut dimension = input.unit.dimension;
             for (order, suffix) in ["", "_rate", "_acceleration"].iter().enumerate() {
@@ -210,19 +244,19 @@ impl Loader<'_> {
         found
     }
 
+    fn note_skipped(&mut self, table: &mut Table) {
+        self.skipped.append(&mut table.skipped);
+        self.skipped_count += table.skipped_count;
+    }
+
     /// Opens a table.
-    fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
-        if name.text.ends_with(".parquet") {
-            let help = "write the table as CSV (plain or .gz)";
-            self.reader.fault(name.span, "this program was built without Parquet", help);
-            return None;
-        }
+    pub(crate) fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
         let table = Table::open(&self.folder.join(&name.text), wanted, self.skip_bad_rows);
         self.told(name, table)
     }
 
     /// Reads on in a table; `None` after a fault.
-    fn more(&mut self, name: &Named, table: &mut Table, most: usize) -> Option<bool> {
+    pub(crate) fn more(&mut self, name: &Named, table: &mut Table, most: usize) -> Option<bool> {
         let before = table.bytes_read();
         let more = table.more(most);
         self.bytes.0 += table.bytes_read() - before;
@@ -242,8 +276,8 @@ impl Loader<'_> {
     }
 
     /// Faults names of `columns` that mean nothing and warns of columns that nothing declares.
-    fn check_columns(&mut self, entry: &RunEntry, all: &[Wanted], data: &Table, streams: &[Table]) {
-        let tables = || std::iter::once(data).chain(streams);
+    fn check_columns(&mut self, entry: &RunEntry, all: &[Wanted], tables: &[&Table]) {
+        let tables = || tables.iter().copied();
         let known: Vec<&str> = all.iter().map(|want| want.name.as_str()).collect();
         for word in &entry.columns {
             if !known.contains(&word.name.text.as_str()) {
@@ -302,7 +336,11 @@ impl Loader<'_> {
                     format!("expected a unit such as `{}`", input.unit.symbol),
                 );
             }
-            return Track::Constant(quantity.value);
+            let mut constant = Track::Constant(quantity.value);
+            if let Some(corrections) = &self.inputs[index].corrections {
+                corrections.correct_track(&mut constant);
+            }
+            return constant;
         }
         if captured {
             return self.captured(index, data);
@@ -357,6 +395,11 @@ impl Loader<'_> {
         if let Some(period) = self.inputs[index].period {
             unwrap(&mut values, period, |_, _| 0.0);
         }
+        if let Some(corrections) = &self.inputs[index].corrections {
+            for value in &mut values {
+                corrections.correct(value);
+            }
+        }
         match Spline::fit(&times, &values, self.inputs[index].smoothing) {
             Ok(spline) => Track::Logged(Arc::new(spline)),
             Err(error) => {
@@ -366,6 +409,11 @@ impl Loader<'_> {
             }
         }
     }
+}
+
+/// The same columns but for times.
+fn without_times(wanted: &[Wanted]) -> Vec<Wanted> {
+    wanted.iter().filter(|want| !COLUMNS.contains(&want.name.as_str())).cloned().collect()
 }
 
 /// The inputs of a plan or run whose track is missing although the model needs it.

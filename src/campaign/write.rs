@@ -7,9 +7,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::campaign::file::{Campaign, RunEntry};
-use crate::campaign::header::{cells, split};
-use crate::campaign::lines;
 use crate::campaign::run::{Role, Run};
+use crate::campaign::table::names_in;
 use crate::campaign::whole::write_whole;
 use crate::campaign::write_run::RunTable;
 use crate::model::parameter::SCOPES;
@@ -49,7 +48,10 @@ pub fn write_campaign_with(
     copy_declarations(folder, campaign)?;
     let files = file_names(runs);
     for (index, (run, file)) in runs.iter().zip(&files).enumerate() {
-        let mut table = RunTable::create(&folder.join(file), model, &run.record)?;
+        let timing = campaign.timing.as_ref().zip(campaign.entries.get(index));
+        let capturing = timing.map(|(timing, entry)| timing.capturing(&entry.timing));
+        let path = folder.join(file);
+        let mut table = RunTable::create_captured(&path, model, &run.record, capturing)?;
         fill(index, &mut table)?;
         table.finish()?;
     }
@@ -100,12 +102,15 @@ pub fn write_campaign_toml(
         line(format!("effects = [{}]", names.join(", ")));
     }
     line(format!("delay_range = \"{:?} s\"", campaign.delay_range));
-    if let serde_json::Value::Object(entries) = &campaign.metadata
-        && !entries.is_empty()
-    {
-        line("\n[metadata]".into());
-        for (key, value) in entries {
-            line(format!("{} = {}", quoted(key), free(value)));
+    let timing = campaign.timing.as_ref().map(|timing| &timing.written);
+    for (head, table) in [("metadata", Some(&campaign.metadata)), ("timing", timing)] {
+        if let Some(serde_json::Value::Object(entries)) = table
+            && !entries.is_empty()
+        {
+            line(format!("\n[{head}]"));
+            for (key, value) in entries {
+                line(format!("{} = {}", quoted(key), free(value)));
+            }
         }
     }
     if !campaign.parameters.is_empty() {
@@ -115,16 +120,25 @@ pub fn write_campaign_toml(
     let inputs: Vec<String> = model
         .inputs
         .iter()
-        .zip(&campaign.input_sigma)
-        .filter_map(|(input, value)| {
-            let mut words: Vec<_> = value.iter().map(|value| sigma(&input.unit, *value)).collect();
+        .zip(&campaign.input_spread)
+        .filter_map(|(input, spread)| {
+            let noise = spread.noise.iter();
+            let mut words: Vec<_> = noise.map(|value| sigma(&input.unit, *value)).collect();
             let over = campaign.inputs.iter().find(|over| over.name.text == input.name);
-            for (key, item) in over
-                .into_iter()
-                .flat_map(|over| [("smooth", &over.smooth), ("period", &over.period)])
-            {
-                words
-                    .extend(item.as_ref().map(|item| format!("{key} = {}", free(&item.to_json()))));
+            for (key, item) in over.into_iter().flat_map(|over| {
+                [
+                    ("resolution", &over.resolution),
+                    ("calibration", &over.calibration),
+                    ("smooth", &over.smooth),
+                    ("period", &over.period),
+                ]
+            }) {
+                words.extend(item.as_ref().map(|item| {
+                    let mut value = item.to_json();
+                    // What is written is corrected already.
+                    value.as_object_mut().and_then(|table| table.remove("corrections"));
+                    format!("{key} = {}", free(&value))
+                }));
             }
             (!words.is_empty()).then(|| format!("{} = {{ {} }}", input.name, words.join(", ")))
         })
@@ -134,8 +148,11 @@ pub fn write_campaign_toml(
         inputs.into_iter().for_each(&mut line);
     }
     line("\n[measurands]".into());
-    for (measurand, value) in model.measurands.iter().zip(&campaign.measurand_sigma) {
-        line(format!("{} = {{ {} }}", measurand.name, sigma(&measurand.unit, *value)));
+    let known = campaign.measurand_sigma.iter().zip(&campaign.measurand_degrees_of_freedom);
+    for (measurand, (value, degrees)) in model.measurands.iter().zip(known) {
+        let mut words = vec![sigma(&measurand.unit, *value)];
+        words.extend(degrees_of_freedom(*degrees));
+        line(format!("{} = {{ {} }}", measurand.name, words.join(", ")));
     }
     for ((run, file), entry) in runs.iter().zip(files).zip(&campaign.entries) {
         line("\n[[runs]]".into());
@@ -157,6 +174,10 @@ fn sigma(unit: &Unit, sigma: f64) -> String {
     format!("sigma = \"{:?} {symbol}\"", sigma / unit.factor)
 }
 
+fn degrees_of_freedom(stated: Option<f64>) -> Option<String> {
+    stated.map(|stated| format!("degrees_of_freedom = {stated}"))
+}
+
 /// Lines of a run for its streams, what they call their columns, and its constants.
 fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]) -> Vec<String> {
     let mut found = Vec::new();
@@ -172,7 +193,7 @@ fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]
         let headers: Vec<String> = entry
             .signals
             .iter()
-            .flat_map(|stream| header_names(&campaign.folder.join(&stream.text)))
+            .flat_map(|stream| names_in(&campaign.folder.join(&stream.text)))
             .collect();
         // The data file is written in the model's names; only streams keep their own.
         let words: Vec<_> = entry
@@ -185,6 +206,9 @@ fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]
             found.push(format!("columns = {{ {} }}", words.join(", ")));
         }
     }
+    if let Some(bits) = entry.timing.bits {
+        found.push(format!("timing = {{ bits = {bits} }}"));
+    }
     if !entry.inputs.is_empty() {
         let words: Vec<_> = entry
             .inputs
@@ -194,13 +218,6 @@ fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]
         found.push(format!("inputs = {{ {} }}", words.join(", ")));
     }
     found
-}
-
-fn header_names(path: &Path) -> Vec<String> {
-    let Ok(mut lines) = lines::Lines::open(path) else { return Vec::new() };
-    let line = lines.next().ok().flatten();
-    let text = line.and_then(|(_, line)| std::str::from_utf8(line).ok()).unwrap_or("");
-    cells(text).map(|(cell, _)| split(cell).0.to_owned()).collect()
 }
 
 /// The file of a model that does not come from the library.
@@ -253,6 +270,7 @@ fn parameter_line(parameter: &Override) -> String {
         words.extend(value.as_ref().map(|value| format!("{key} = {}", list(value))));
     }
     words.extend(parameter.plausible.as_ref().map(|one| format!("plausible = {}", text(one))));
+    words.extend(degrees_of_freedom(parameter.degrees_of_freedom));
     words.extend(parameter.fixed.map(|fixed| format!("fixed = {fixed}")));
     words.extend(parameter.scope.map(|scope| {
         let word = SCOPES.iter().find(|(_, known)| *known == scope).map_or("run", |(word, _)| word);

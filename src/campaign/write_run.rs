@@ -10,6 +10,8 @@ use std::path::Path;
 use crate::campaign::record::{Record, Stretch};
 use crate::campaign::samples::{derived_symbol, reading_columns};
 use crate::campaign::signal::Track;
+use crate::campaign::table::TIME;
+use crate::campaign::timing::captures::Capturing;
 use crate::campaign::whole::WholeFile;
 use crate::graph::MeasurandKind;
 use crate::model::Model;
@@ -19,6 +21,8 @@ use crate::units::Unit;
 #[derive(Debug)]
 pub struct RunTable {
     file: WholeFile,
+    /// How times and inputs are captures, if they are.
+    capturing: Option<Capturing>,
     /// Whether there is a column of times.
     timed: bool,
     /// Units of the captured columns, in the order of [`Track::columns`], and of the readings.
@@ -34,6 +38,16 @@ impl RunTable {
     /// # Errors
     /// The disk's.
     pub fn create(path: &Path, model: &Model, record: &Record) -> io::Result<Self> {
+        Self::create_captured(path, model, record, None)
+    }
+
+    /// The same; with `capturing`, times and inputs are written as they would have been captured.
+    pub(crate) fn create_captured(
+        path: &Path,
+        model: &Model,
+        record: &Record,
+        capturing: Option<Capturing>,
+    ) -> io::Result<Self> {
         let times = [record.first_time(), record.last_time()];
         let timed = record.inputs().iter().any(Track::moves)
             || times.into_iter().flatten().any(|time| time != 0.0);
@@ -65,11 +79,12 @@ impl RunTable {
             readings.push(unit);
         }
         if timed {
-            header.insert(0, "time [s]".to_owned());
+            let name = capturing.map_or(TIME, |capturing| capturing.column);
+            header.insert(0, format!("{name} [s]"));
         }
         let mut file = WholeFile::create(path)?;
         writeln!(file, "{}", header.join(","))?;
-        Ok(Self { file, timed, captured, readings, text: Vec::new() })
+        Ok(Self { file, capturing, timed, captured, readings, text: Vec::new() })
     }
 
     /// Adds the samples of a stretch, with these columns of readings instead of its own, if any.
@@ -77,6 +92,11 @@ impl RunTable {
     /// # Errors
     /// The disk's.
     pub fn write(&mut self, stretch: Stretch<'_>, other: Option<&[Vec<f64>]>) -> io::Result<()> {
+        let captured = self.capturing.map(|capturing| capturing.captured(stretch));
+        let stretch = match &captured {
+            Some(samples) => Stretch { samples, start: 0, ..stretch },
+            None => stretch,
+        };
         let (range, samples) = (stretch.range(), stretch.samples);
         let (readings, read) = match other {
             Some(readings) => (readings, 0..stretch.len),

@@ -13,6 +13,7 @@ use crate::engine::open::{Request, open};
 use crate::estimate::checks;
 use crate::library::Library;
 use crate::model::Model;
+use crate::report;
 use crate::system::{System, testable};
 
 #[derive(Debug, Args)]
@@ -80,8 +81,10 @@ impl Check {
         render::all(&opened.warnings);
         render::all(&checks::check(&opened.problem));
         let part = &opened.problem.parts[0];
+        let timing = report::timing::text(&opened.campaigns[0]);
+        let timing = timing.lines().map(|line| format!("\n  {line}")).collect::<String>();
         Ok(format!(
-            "a campaign of `{}`, {} runs in {} setups, {} readings, {} unknowns",
+            "a campaign of `{}`, {} runs in {} setups, {} readings, {} unknowns{timing}",
             opened.models[0].name,
             part.runs.len(),
             part.setups.len(),

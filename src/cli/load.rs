@@ -1,5 +1,7 @@
 //! What a command works on: campaigns read, warnings told, names for the result.
 
+use std::io;
+
 use serde_json::{Value, json};
 
 use super::arguments::CampaignArguments;
@@ -9,6 +11,7 @@ use crate::engine::Problem;
 use crate::engine::open::{Recipe, Request, correlated, open};
 use crate::estimate::checks;
 use crate::model::Model;
+use crate::report;
 
 /// Campaigns, ready.
 pub(super) struct Loaded {
@@ -62,6 +65,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
                 "title": campaign.title,
                 "model": campaign.model.text,
                 "metadata": campaign.metadata,
+                "timing": report::timing::json(campaign),
                 "rows_left_out": campaign
                     .skipped
                     .iter()
@@ -81,6 +85,22 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         stated: opened.stated,
         recipes: opened.recipes,
     })
+}
+
+/// Whether all samples could be read back from where they were kept: results are good for nothing
+/// otherwise.
+pub(super) fn read_back(problem: &Problem) -> io::Result<()> {
+    let mut runs = problem.parts.iter().flat_map(|part| &part.runs);
+    let lost = runs.find_map(|run| Some((&run.name, run.record.fault()?)));
+    lost.map_or(Ok(()), |(name, why)| {
+        let message = format!("run `{name}` cannot be read back from its temporary file: {why}");
+        Err(io::Error::other(message))
+    })
+}
+
+/// The same, as the end of a command.
+pub(super) fn trust(problem: &Problem) -> Result<(), Failure> {
+    read_back(problem).map_err(|error| Failure::Could(error.to_string()))
 }
 
 /// Refuses what estimators cannot take account of.

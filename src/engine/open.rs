@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::campaign::calibration::InputSpread;
 use crate::campaign::file::CampaignFile;
 use crate::campaign::load::{Campaign, LoadOptions, MEMORY};
 use crate::campaign::recorder::Store;
+use crate::campaign::timing::enter::EFFECT;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::engine::problem::{Part, Problem};
 use crate::library::Library;
@@ -117,7 +119,16 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
                     .collect(),
             )
         })?;
-        let mut overrides: Vec<Override> = file.parameters.clone();
+        let mut overrides: Vec<Override> = Vec::new();
+        if let Some(timing) = &file.timing {
+            library = library.with_effect(timing.effect()).map_err(|faults| {
+                Diagnostics(
+                    faults.0.into_iter().map(|fault| fault.at(timing.place.clone())).collect(),
+                )
+            })?;
+            overrides.extend(timing.overrides(file.runs.iter().map(|run| &run.timing)));
+        }
+        overrides.extend(file.parameters.iter().cloned());
         overrides.extend(set.iter().cloned());
         library.check_overrides(&model, &overrides)?;
         let selected = select(&library, &file, &request.with)?;
@@ -144,6 +155,8 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         part.instrument.clone_from(&campaign.instrument);
         part.rig.clone_from(&campaign.rig);
         part.delay_range = campaign.delay_range;
+        let left = |spread: &InputSpread| spread.calibration.map_or(0.0, |spread| spread.sigma);
+        part.calibration = campaign.input_spread.iter().map(left).collect();
         parts.push(part);
         campaigns.push(campaign);
         models.push(model);
@@ -165,8 +178,8 @@ const MOST_ROWS: usize = 12;
 /// What is not used of a campaign's data, counted and listed.
 fn left_out(campaign: &Campaign) -> Vec<Diagnostic> {
     let mut told = Vec::new();
-    if !campaign.skipped.is_empty() {
-        let count = campaign.skipped.len();
+    let count = campaign.skipped_count;
+    if count > 0 {
         let rows =
             if count == 1 { "1 bad row is".to_owned() } else { format!("{count} bad rows are") };
         let mut warning = Diagnostic::warning(format!("{rows} left out of `{}`", campaign.name));
@@ -214,6 +227,9 @@ fn select(
             selected.push(one);
         }
     };
+    if file.timing.is_some() {
+        add(library.select(EFFECT)?);
+    }
     for name in &file.effects {
         add(library.select(&name.text).map_err(|faults| {
             Diagnostics(faults.0.into_iter().map(|fault| fault.at(name.place.clone())).collect())

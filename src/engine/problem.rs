@@ -43,6 +43,9 @@ pub struct Part {
     pub random_sigma: Vec<f64>,
     /// Farthest delay looked for (s).
     pub delay_range: f64,
+    /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever the
+    /// same position comes by; 0 where nothing is said. The estimates' weights do not hold it.
+    pub calibration: Vec<f64>,
     program: Program,
     readers: Vec<Program>,
     slots: Vec<Slot>,
@@ -114,6 +117,7 @@ impl Part {
             sigma,
             random_sigma,
             delay_range: DELAY_RANGE,
+            calibration: Vec::new(),
             program,
             readers,
             columns: slots.iter().map(|slot| slot.column).collect(),

@@ -13,6 +13,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::engine::Point;
 use crate::engine::problem::Problem;
+use crate::estimate::blind::{BlindRange, Sight};
 use crate::estimate::median::Median;
 use crate::estimate::newton::{Given, ReadingDelay, RunDelays, State, each_delay};
 use crate::graph::MeasurandKind;
@@ -40,6 +41,8 @@ pub struct Summary {
     pub random: Option<f64>,
     /// Median expanded uncertainty (k = 2) of a solved reading (s), see [`super::median`].
     pub median_expanded_uncertainty: Option<f64>,
+    /// Arm angles at which it does not show its delay.
+    pub blind_ranges: Vec<BlindRange>,
 }
 
 /// What came of the readings of one campaign.
@@ -77,11 +80,15 @@ pub fn each<E>(
             continue;
         }
         let mut tally = Tally::new(covariance.nrows());
+        let mut sight = Sight::new(data);
         each_delay(given, part, runs, measurand, |run, found| {
             tally.add(&columns[run], &found);
+            sight.see(data, run, &found.readings);
             found.readings.iter().try_for_each(&mut *visit)
         })?;
-        all.measurands.push(tally.summary(declared.name.clone(), covariance));
+        let mut summary = tally.summary(declared.name.clone(), covariance);
+        summary.blind_ranges = sight.ranges(data);
+        all.measurands.push(summary);
     }
     Ok(all)
 }
@@ -160,6 +167,7 @@ impl Tally {
             common: any.then_some(common),
             random: any.then_some(random),
             median_expanded_uncertainty: self.expanded.value(),
+            blind_ranges: Vec::new(),
         }
     }
 }

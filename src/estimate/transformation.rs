@@ -6,6 +6,8 @@
 
 use std::convert::Infallible;
 
+use nalgebra::DMatrix;
+
 use crate::campaign::Role;
 use crate::campaign::record::Change;
 use crate::engine::Problem;
@@ -33,13 +35,66 @@ impl From {
     }
 }
 
-/// The delays of one campaign's readings: of its kinematic runs, or of all if it has no others.
+/// The fit that a campaign's transformation is taken from.
+#[derive(Debug)]
+pub struct Transformation<'a> {
+    joint: &'a Calibration,
+    reference: Option<Calibration>,
+}
+
+impl<'a> Transformation<'a> {
+    /// From the reference runs of a campaign if they determine it, else from the joint fit.
+    pub fn of(problem: &Problem, joint: &'a Calibration, part: usize) -> Self {
+        Self { joint, reference: reference_fit(problem, part) }
+    }
+
+    /// Which of the two.
+    pub fn from(&self) -> From {
+        if self.reference.is_some() { From::ReferenceRuns } else { From::JointFit }
+    }
+
+    /// The fit. That of reference runs has the same layout; only readings were taken away.
+    pub fn fit(&self) -> &Calibration {
+        self.reference.as_ref().unwrap_or(self.joint)
+    }
+
+    /// The joint fit's problem: all readings, with their weights.
+    pub fn problem(&self) -> &Problem {
+        &self.joint.problem
+    }
+
+    /// The delays of one campaign's readings, of its kinematic runs, or of all if it has no others; with
+    /// the fit's own covariance unless another is given. `visit` sees every reading once, see [`each`].
+    ///
+    /// # Errors
+    /// The first that `visit` gives; nothing more is solved then.
+    pub fn delays<E>(
+        &self,
+        part: usize,
+        covariance: Option<&DMatrix<f64>>,
+        visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
+    ) -> Result<Delays, E> {
+        let data = &self.problem().parts[part];
+        let kinematic: Vec<usize> =
+            (0..data.runs.len()).filter(|r| data.runs[*r].role == Role::Kinematic).collect();
+        let wanted = if kinematic.is_empty() { (0..data.runs.len()).collect() } else { kinematic };
+        let given = Given {
+            problem: self.problem(),
+            point: &self.fit().fit.point,
+            covariance: covariance.unwrap_or(&self.fit().covariance),
+            range: data.delay_range,
+        };
+        each(&given, part, &wanted, visit)
+    }
+}
+
+/// The delays of one campaign's readings, see [`Transformation::delays`].
 pub fn delays_of(problem: &Problem, joint: &Calibration, part: usize) -> (From, Delays) {
     let Ok(found) = each_delay_of(problem, joint, part, &mut |_| Ok::<_, Infallible>(()));
     found
 }
 
-/// The same; `visit` sees every reading once, see [`each`].
+/// The same; `visit` sees every reading once.
 ///
 /// # Errors
 /// The first that `visit` gives; nothing more is solved then.
@@ -49,17 +104,8 @@ pub fn each_delay_of<E>(
     part: usize,
     visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
 ) -> Result<(From, Delays), E> {
-    let runs = &problem.parts[part].runs;
-    let kinematic: Vec<usize> =
-        (0..runs.len()).filter(|r| runs[*r].role == Role::Kinematic).collect();
-    let wanted = if kinematic.is_empty() { (0..runs.len()).collect() } else { kinematic };
-    let range = problem.parts[part].delay_range;
-    let reference = reference_fit(problem, part);
-    let from = if reference.is_some() { From::ReferenceRuns } else { From::JointFit };
-    // The reference fit has the same layout; only readings were taken away.
-    let Calibration { fit, covariance, .. } = reference.as_ref().unwrap_or(joint);
-    let given = Given { problem: &joint.problem, point: &fit.point, covariance, range };
-    Ok((from, each(&given, part, &wanted, visit)?))
+    let transformation = Transformation::of(problem, joint, part);
+    Ok((transformation.from(), transformation.delays(part, None, visit)?))
 }
 
 /// A fit of the reference runs alone, if every setup has some and they determine what they must.

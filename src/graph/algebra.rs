@@ -53,6 +53,23 @@ impl Graph {
         [w, x, y, z]
     }
 
+    /// The rotation by an angle about the coordinate axis of this number. What it turns is turned by
+    /// sine and cosine of the angle itself, eq. (8) multiplied out.
+    pub fn rotation_about_coordinate(&mut self, number: usize, angle: NodeId) -> [NodeId; 4] {
+        let [zero, one] = [0.0, 1.0].map(|value| self.constant(value));
+        let mut axis = [zero; 3];
+        axis[number] = one;
+        let quaternion = self.rotation_about(axis, angle);
+        let (i, j) = ((number + 1) % 3, (number + 2) % 3);
+        let (cos, sin) = (self.unary(Unary::Cos, angle), self.unary(Unary::Sin, angle));
+        let mut matrix = [[zero; 3]; 3];
+        matrix[number][number] = one;
+        (matrix[i][i], matrix[j][j]) = (cos, cos);
+        (matrix[i][j], matrix[j][i]) = (self.negate(sin), sin);
+        self.matrices.insert(quaternion, matrix);
+        quaternion
+    }
+
     /// The rotation by a rotation vector, smooth at zero:
     /// (c₀(|v|²/4), v/2 · c₁(|v|²/4)) with the Stumpff functions.
     pub fn turn(&mut self, v: [NodeId; 3]) -> [NodeId; 4] {
@@ -65,8 +82,21 @@ impl Graph {
         [w, x, y, z]
     }
 
-    /// The quaternion product, eq. (3): first `q`, then `p`.
+    /// The quaternion product, eq. (3): first `q`, then `p`. Where the matrix of one of them is known,
+    /// so is that of both: turned by nothing, a turn stays what it is, bit by bit.
     pub fn compose(&mut self, p: [NodeId; 4], q: [NodeId; 4]) -> [NodeId; 4] {
+        let product = self.quaternion_product(p, q);
+        if self.matrices.contains_key(&p) || self.matrices.contains_key(&q) {
+            let (left, right) = (self.matrix(p), self.matrix(q));
+            let matrix = left.map(|row| {
+                [0, 1, 2].map(|j| self.dot(row, [right[0][j], right[1][j], right[2][j]]))
+            });
+            self.matrices.insert(product, matrix);
+        }
+        product
+    }
+
+    fn quaternion_product(&mut self, p: [NodeId; 4], q: [NodeId; 4]) -> [NodeId; 4] {
         let ([pw, pv @ ..], [qw, qv @ ..]) = (p, q);
         let dot = self.dot(pv, qv);
         let ww = self.multiply(pw, qw);
@@ -80,8 +110,14 @@ impl Graph {
     }
 
     /// The inverse of a rotation.
-    pub fn inverse(&mut self, [w, x, y, z]: [NodeId; 4]) -> [NodeId; 4] {
-        [w, self.negate(x), self.negate(y), self.negate(z)]
+    pub fn inverse(&mut self, q: [NodeId; 4]) -> [NodeId; 4] {
+        let [w, x, y, z] = q;
+        let inverse = [w, self.negate(x), self.negate(y), self.negate(z)];
+        if let Some(matrix) = self.matrices.get(&q).copied() {
+            let transposed = [0, 1, 2].map(|i| matrix.map(|row| row[i]));
+            self.matrices.insert(inverse, transposed);
+        }
+        inverse
     }
 
     /// A vector turned, `q v q⁻¹` for unit q, by the rotation's matrix: where the rotation stands
@@ -91,7 +127,11 @@ impl Graph {
     }
 
     /// The matrix of a rotation, row by row, eq. (6).
-    pub fn matrix(&mut self, [w, u @ ..]: [NodeId; 4]) -> [[NodeId; 3]; 3] {
+    pub fn matrix(&mut self, q: [NodeId; 4]) -> [[NodeId; 3]; 3] {
+        if let Some(known) = self.matrices.get(&q) {
+            return *known;
+        }
+        let [w, u @ ..] = q;
         let one = self.constant(1.0);
         [0, 1, 2].map(|i| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);

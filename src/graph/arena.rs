@@ -21,6 +21,8 @@ pub struct Graph {
     full: bool,
     /// Without a limit: what an engine derives from a graph that was within it.
     boundless: bool,
+    /// Matrices that are simpler than what the quaternions they belong to would give.
+    pub(super) matrices: HashMap<[NodeId; 4], [[NodeId; 3]; 3]>,
 }
 
 impl Graph {

@@ -208,8 +208,7 @@ fn several(graph: &mut Graph, arguments: &Arguments<'_>) -> Result<Typed, Fault>
                 Function::RotationY => 1,
                 _ => 2,
             };
-            let axis = [0, 1, 2].map(|i| graph.constant(if i == about { 1.0 } else { 0.0 }));
-            Ok(Typed::rotation(graph.rotation_about(axis, angle)))
+            Ok(Typed::rotation(graph.rotation_about_coordinate(about, angle)))
         }
         Function::Rotation => {
             let (axis, angle) = (arguments.vector(0)?, arguments.plain(1)?);

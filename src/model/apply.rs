@@ -16,6 +16,9 @@ impl Override {
         };
         set(&mut setting.value, &self.value);
         set(&mut setting.sigma, &self.sigma);
+        if self.sigma.is_some() {
+            setting.degrees_of_freedom = self.degrees_of_freedom;
+        }
         set(&mut setting.lower, &self.lower);
         set(&mut setting.upper, &self.upper);
         if self.value.is_some() {

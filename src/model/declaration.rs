@@ -126,6 +126,8 @@ pub struct Setting {
     pub plausible: Option<f64>,
     /// Magnitude such rigs show (effects).
     pub typical: Option<f64>,
+    /// Degrees of freedom on which `sigma` rests; `None`: as if infinitely many.
+    pub degrees_of_freedom: Option<f64>,
 }
 
 impl Setting {
@@ -142,6 +144,7 @@ impl Setting {
             start: None,
             plausible: None,
             typical: None,
+            degrees_of_freedom: None,
         }
     }
 
@@ -225,4 +228,6 @@ pub struct Override {
     pub scope: Option<Scope>,
     /// Contrasts: the values sum to zero over the scope.
     pub sum_zero: Option<bool>,
+    /// Degrees of freedom on which `sigma` rests.
+    pub degrees_of_freedom: Option<f64>,
 }

@@ -143,6 +143,7 @@ pub fn said_of(section: &Section<'_>, known: Option<(&Unit, Kind)>) -> Override 
         sum_zero: section
             .get("sum")
             .and_then(|item| item.choice(&[("zero", true), ("free", false)])),
+        degrees_of_freedom: None,
     };
     if let (Some(lower), Some(upper)) = (&said.lower, &said.upper)
         && lower.iter().zip(upper).any(|((lower, _), (upper, _))| lower >= upper)

@@ -7,6 +7,7 @@ use crate::estimate::compare::Comparison;
 use crate::estimate::delays::Summary;
 use crate::estimate::words::Unobservable;
 use crate::graph::Scope;
+use crate::report::budget;
 
 /// The word for a scope.
 pub fn scope_word(scope: Scope) -> &'static str {
@@ -83,6 +84,7 @@ pub fn delays(measurands: &[Summary]) -> Value {
                 "common_part": number(one.common),
                 "random_part": number(one.random),
                 "median_expanded_uncertainty": number(one.median_expanded_uncertainty),
+                "blind_ranges": budget::blind_json(&one.blind_ranges),
             });
             (one.measurand.clone(), value)
         })

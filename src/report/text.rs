@@ -7,6 +7,7 @@ use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::compare::Comparison;
 use crate::estimate::delays::Delays;
 use crate::estimate::transformation::From;
+use crate::report::budget;
 use crate::report::figure;
 use crate::report::json::scope_word;
 use crate::units::{Dimension, Unit};
@@ -24,7 +25,7 @@ pub(crate) fn table(header: &[&str]) -> Table {
     table
 }
 
-fn align_right(table: &mut Table, columns: &[usize]) {
+pub(crate) fn align_right(table: &mut Table, columns: &[usize]) {
     for index in columns {
         if let Some(column) = table.column_mut(*index) {
             column.set_cell_alignment(CellAlignment::Right);
@@ -156,6 +157,9 @@ pub fn delays(title: &str, from: &From, delays: &Delays) -> String {
     }
     align_right(&mut rows, &[1, 2, 3, 4, 5, 6, 7]);
     text.push_str(&drawn(&rows));
+    for one in &delays.measurands {
+        text.push_str(&budget::blind_text(&one.measurand, &one.blind_ranges));
+    }
     for (name, why) in &delays.left_out {
         text.push_str(&format!("`{name}` is left out: {why}\n"));
     }

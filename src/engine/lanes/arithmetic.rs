@@ -7,11 +7,40 @@
 //!
 //! It does not detect the instruction set.
 
+use std::ops::{Deref, DerefMut};
+
 /// Samples in one chunk.
 pub const LANES: usize = 128;
 
 /// One quantity over a chunk of samples.
 pub type Lanes = [f64; LANES];
+
+/// Lanes that begin with a cache line: no register is loaded from two of them.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+pub struct Aligned(Lanes);
+
+impl Default for Aligned {
+    fn default() -> Self {
+        Self([0.0; LANES])
+    }
+}
+
+impl Deref for Aligned {
+    type Target = Lanes;
+
+    #[inline(always)]
+    fn deref(&self) -> &Lanes {
+        &self.0
+    }
+}
+
+impl DerefMut for Aligned {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut Lanes {
+        &mut self.0
+    }
+}
 
 /// How multiply-adds are computed on an instruction set.
 pub trait Arithmetic: Copy + Send + Sync + 'static {

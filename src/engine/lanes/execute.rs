@@ -3,7 +3,7 @@
 use crate::engine::lanes::dispatch::Simd;
 
 use crate::campaign::Track;
-use crate::engine::lanes::arithmetic::{Arithmetic, LANES, Lanes};
+use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES, Lanes};
 use crate::engine::lanes::dispatch::Task;
 use crate::engine::lanes::instruction::{Instruction, Operand, Sign, Slot};
 use crate::engine::lanes::math;
@@ -15,9 +15,9 @@ pub(super) struct Execution<'a> {
     /// What to compute.
     pub(super) instructions: &'a [Instruction],
     /// Values of a chunk, by slot.
-    pub(super) slots: &'a mut [Box<Lanes>],
+    pub(super) slots: &'a mut [Box<Aligned>],
     /// A further one: results come here first, so that no step reads where it writes.
-    pub(super) spare: &'a mut [Box<Lanes>; 2],
+    pub(super) spare: &'a mut [Box<Aligned>; 2],
     /// Numbers that stand still.
     pub(super) stills: &'a [f64],
     /// Inputs of the run.
@@ -58,7 +58,7 @@ fn with(
     out: &mut Lanes,
     a: &Lanes,
     b: Operand,
-    slots: &[Box<Lanes>],
+    slots: &[Box<Aligned>],
     stills: &[f64],
     f: impl Fn(f64, f64) -> f64,
 ) {
@@ -77,7 +77,7 @@ fn multiply_add(
     a: &Lanes,
     b: Operand,
     c: Operand,
-    slots: &[Box<Lanes>],
+    slots: &[Box<Aligned>],
     stills: &[f64],
     f: impl Fn(f64, f64, f64) -> f64,
 ) {
@@ -106,8 +106,8 @@ fn multiply_add(
 #[inline(always)]
 fn step<A: Arithmetic>(
     instruction: &Instruction,
-    slots: &mut [Box<Lanes>],
-    spare: &mut [Box<Lanes>; 2],
+    slots: &mut [Box<Aligned>],
+    spare: &mut [Box<Aligned>; 2],
     stills: &[f64],
     tracks: &[Track],
 ) {
@@ -228,7 +228,7 @@ fn signal<A: Arithmetic>(
     offset: Operand,
     columns: [Slot; 3],
     time: Slot,
-    slots: &[Box<Lanes>],
+    slots: &[Box<Aligned>],
     stills: &[f64],
     out: &mut Lanes,
 ) {
@@ -270,7 +270,7 @@ fn signal<A: Arithmetic>(
         (_, 0) if moves => {
             multiply_add(out, rate, offset, Operand::Lane(columns[0]), slots, stills, A::mul_add);
         }
-        (_, 0) => *out = **value,
+        (_, 0) => *out = ***value,
         (_, 1) if bends => {
             multiply_add(
                 out,
@@ -282,8 +282,8 @@ fn signal<A: Arithmetic>(
                 A::mul_add,
             );
         }
-        (_, 1) if moves => *out = **rate,
-        (_, 2) if bends => *out = **acceleration,
+        (_, 1) if moves => *out = ***rate,
+        (_, 2) if bends => *out = ***acceleration,
         _ => out.fill(0.0),
     }
 }

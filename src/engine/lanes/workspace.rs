@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::campaign::Track;
 use crate::campaign::record::Stretch;
 use crate::campaign::run::Samples;
-use crate::engine::lanes::arithmetic::{LANES, Lanes};
+use crate::engine::lanes::arithmetic::{Aligned, LANES, Lanes};
 use crate::engine::lanes::compile::Code;
 use crate::engine::lanes::dispatch::InstructionSet;
 use crate::engine::lanes::execute::Execution;
@@ -61,8 +61,8 @@ impl<'a> Chunk<'a> {
 #[expect(clippy::vec_box, reason = "steps put results in place by exchanging pointers")]
 #[derive(Debug)]
 pub struct Workspace {
-    slots: Vec<Box<Lanes>>,
-    spare: [Box<Lanes>; 2],
+    slots: Vec<Box<Aligned>>,
+    spare: [Box<Aligned>; 2],
     stills: Vec<f64>,
     scratch: Vec<f64>,
     set: InstructionSet,
@@ -73,7 +73,7 @@ pub struct Workspace {
 impl Workspace {
     /// Memory for a program.
     pub fn new(code: &Code, set: InstructionSet) -> Self {
-        let lanes = || Box::new([0.0; LANES]);
+        let lanes = Box::<Aligned>::default;
         Self {
             slots: (0..code.slots).map(|_| lanes()).collect(),
             spare: [lanes(), lanes()],
@@ -120,7 +120,7 @@ impl Workspace {
                     &samples.readings[first + component as usize][stretch.clone()]
                 }
                 Column::Given(index) => {
-                    **slot = given[index as usize];
+                    ***slot = given[index as usize];
                     continue;
                 }
             };
@@ -136,20 +136,20 @@ impl Workspace {
 
     /// The columns that were filled, to be computed with later in another order.
     pub fn loaded(&self, code: &Code) -> impl Iterator<Item = &Lanes> {
-        self.slots[..code.columns.len()].iter().map(|slot| &**slot)
+        self.slots[..code.columns.len()].iter().map(|slot| &***slot)
     }
 
     /// Fills the columns with such as [`Workspace::loaded`] showed.
     pub fn reload(&mut self, columns: &[Lanes]) {
         for (slot, column) in self.slots.iter_mut().zip(columns) {
-            **slot = *column;
+            ***slot = *column;
         }
     }
 
     /// Changes a value that the caller supplies.
     pub fn give(&mut self, code: &Code, index: u32, values: &Lanes) {
         if let Some(slot) = code.columns.iter().position(|column| *column == Column::Given(index)) {
-            *self.slots[slot] = *values;
+            **self.slots[slot] = *values;
         }
     }
 
@@ -171,7 +171,7 @@ impl Workspace {
     pub fn lanes(&self, code: &Code, group: usize, outputs: Range<usize>) -> Vec<&Lanes> {
         debug_assert_eq!(group, self.group, "another group was computed since");
         let slots = &code.groups[group].outputs[outputs];
-        slots.iter().map(|slot| &*self.slots[*slot as usize]).collect()
+        slots.iter().map(|slot| &**self.slots[*slot as usize]).collect()
     }
 
     /// All outputs of a group that was just computed.

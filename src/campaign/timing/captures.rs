@@ -1,0 +1,339 @@
+//! The captures of a run made into reference times, with the inputs at them, block by block.
+//!
+//! Captures stand in the data file, or in a file of their own, row by row. They must make sense:
+//! edges in order, each reply after its request and before the next one, a capture for each reading.
+
+use std::ops::Range;
+
+use crate::campaign::file::{Named, RunEntry};
+use crate::campaign::record::Stretch;
+use crate::campaign::run::Samples;
+use crate::campaign::samples::Loader;
+use crate::campaign::signal::Track;
+use crate::campaign::table::{TIME, Table};
+use crate::campaign::timing::{Method, REPLY, RunTiming, Timing};
+use crate::diagnostic::{Diagnostic, Place};
+
+/// The time from request to reply (start bit to start bit) in a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RequestToReply {
+    /// The run.
+    pub run: String,
+    /// Replies captured.
+    pub count: usize,
+    /// Mean (s).
+    pub mean: f64,
+    /// Standard deviation (s).
+    pub standard_deviation: f64,
+    /// Smallest (s).
+    pub smallest: f64,
+    /// Largest (s).
+    pub largest: f64,
+}
+
+/// What is wrong with a row: row, column, message, help.
+type Fault = (usize, &'static str, String, String);
+
+/// The captures of a run as they are read.
+#[derive(Debug)]
+pub(crate) struct Captures {
+    /// The column of edges.
+    edge: &'static str,
+    has_replies: bool,
+    /// From an edge to the reference time (s).
+    shift: f64,
+    /// How long a request is (s).
+    length: f64,
+    inputs: Vec<String>,
+    /// Their own file with its name, and the columns taken from it.
+    beside: Option<(Named, Table)>,
+    shared: Vec<String>,
+    /// Edge and reply of the row before.
+    last: (f64, f64),
+    replied: RequestToReply,
+}
+
+impl Captures {
+    /// Looks at the columns of a run's data, whose captures may stand in a table of their own, and
+    /// adds those that come from captures. `Some(None)`: the data have ready times. `None` after a fault.
+    pub(crate) fn begin(
+        loader: &mut Loader<'_>,
+        timing: Timing,
+        entry: &RunEntry,
+        data: &mut Table,
+        beside: Option<Table>,
+    ) -> Option<Option<Self>> {
+        let from = beside.as_ref().unwrap_or(data);
+        let edge = timing.method.column();
+        let Some(edges) = from.column(edge).cloned() else {
+            if data.column(TIME).is_some() && beside.is_none() {
+                return Some(None);
+            }
+            let message = format!("`{}` has no column `{edge} [s]`", from.file);
+            let help = format!(
+                "method = \"{}\" takes the reference times from it; columns found: {}",
+                timing.method.word(),
+                from.names()
+            );
+            let span = entry.timing.captures.as_ref().or(entry.data.as_ref()).map(|name| name.span);
+            loader.reader.fault(span.unwrap_or(entry.name.span), message, help);
+            return None;
+        };
+        let mut faults = Vec::new();
+        if let Some(time) = from.column(TIME) {
+            let message = format!("the file has ready times and captures, `{TIME}` and `{edge}`");
+            let fault = Diagnostic::error(message).at(from.header_place(time));
+            faults.push(fault.help("keep one: `[timing]` makes the times from captures"));
+        }
+        let has_replies = timing.method != Method::Trigger && from.column(REPLY).is_some();
+        let wanted = |column: &&crate::campaign::header::Column| column.wanted.is_some();
+        let own: Vec<_> =
+            beside.iter().flat_map(|table| &table.columns).filter(wanted).cloned().collect();
+        for column in &own {
+            let Some(name) = column.wanted.as_deref() else { continue };
+            if data.column(name).is_some() {
+                let message = format!("`{}` stands in `{}`, too", column.name, data.file);
+                let fault = Diagnostic::error(message).at(from.header_place(column));
+                faults.push(fault.help("keep one of the columns"));
+            }
+        }
+        if !faults.is_empty() {
+            loader.reader.faults.extend(faults);
+            return None;
+        }
+        let mut shared = Vec::new();
+        for column in &own {
+            let Some(name) = column.wanted.as_deref() else { continue };
+            data.add(name, column);
+            shared.push(name.to_owned());
+        }
+        data.add(TIME, &edges);
+        let name = entry.timing.captures.clone();
+        Some(Some(Self {
+            edge,
+            has_replies,
+            shift: timing.shift(&entry.timing),
+            length: timing.length(&entry.timing),
+            inputs: loader.model.inputs.iter().map(|input| input.name.clone()).collect(),
+            beside: name.zip(beside),
+            shared,
+            last: (f64::NEG_INFINITY, f64::NAN),
+            replied: RequestToReply {
+                run: entry.name.text.clone(),
+                count: 0,
+                mean: 0.0,
+                standard_deviation: 0.0,
+                smallest: f64::INFINITY,
+                largest: f64::NEG_INFINITY,
+            },
+        }))
+    }
+
+    /// Puts reference times, and inputs at them, into the rows at hand; `None` after a fault.
+    pub(crate) fn refer(&mut self, loader: &mut Loader<'_>, data: &mut Table) -> Option<()> {
+        let count = data.lines.len();
+        if let Some((name, captures)) = &mut self.beside {
+            loader.more(name, captures, count)?;
+            skipped(loader, captures);
+            skipped(loader, data);
+            if captures.lines.len() < count {
+                let row = captures.lines.len();
+                let place = first_cell(data, row);
+                let fault =
+                    Diagnostic::error("this reading has no capture").at_maybe(place.as_ref());
+                loader.reader.faults.push(fault.help(pairing(captures, data)));
+                return None;
+            }
+        }
+        let from = self.beside.as_ref().map_or(&*data, |(_, captures)| captures);
+        let edges = from.values(self.edge).unwrap_or_default().to_vec();
+        let replies = from.values(REPLY).filter(|_| self.has_replies).map(<[f64]>::to_vec);
+        if let Some((row, column, message, help)) = self.fault(&edges, replies.as_deref()) {
+            let place = from.column(column).map(|column| from.cell_place(row, column));
+            let fault = Diagnostic::error(message).at_maybe(place.as_ref()).help(help);
+            loader.reader.faults.push(fault);
+            return None;
+        }
+        self.replied.see(&edges, replies.as_deref().unwrap_or_default());
+        self.last.0 = edges.last().copied().unwrap_or(self.last.0);
+        self.last.1 = replies.and_then(|replies| replies.last().copied()).unwrap_or(f64::NAN);
+        if let Some((_, captures)) = &mut self.beside {
+            for name in &self.shared {
+                if let Some(values) = data.values_mut(name) {
+                    captures.copy(name, values);
+                }
+            }
+        }
+        if let Some(times) = data.values_mut(TIME) {
+            times.clear();
+            times.extend(edges.iter().map(|edge| edge + self.shift));
+        }
+        for input in &self.inputs {
+            move_columns(data, input, self.shift);
+        }
+        Some(())
+    }
+
+    /// After the last row of the data: no capture may be left. The time from request to reply, if
+    /// replies were captured.
+    pub(crate) fn end(
+        &mut self,
+        loader: &mut Loader<'_>,
+        data: &Table,
+    ) -> Option<Option<RequestToReply>> {
+        if let Some((name, captures)) = &mut self.beside {
+            let more = loader.more(name, captures, 1)?;
+            skipped(loader, captures);
+            skipped(loader, data);
+            if more {
+                let place = first_cell(captures, 0);
+                let fault =
+                    Diagnostic::error("this capture has no reading").at_maybe(place.as_ref());
+                loader.reader.faults.push(fault.help(pairing(captures, data)));
+                return None;
+            }
+        }
+        let RequestToReply { count, standard_deviation, .. } = &mut self.replied;
+        let freedom = count.saturating_sub(1).max(1) as f64;
+        *standard_deviation = (*standard_deviation / freedom).sqrt();
+        Some(Some(self.replied.clone()).filter(|replied| replied.count > 0))
+    }
+
+    fn fault(&self, edges: &[f64], replies: Option<&[f64]>) -> Option<Fault> {
+        let mut last = self.last;
+        for (row, edge) in edges.iter().enumerate() {
+            let reply = replies.map_or(f64::NAN, |replies| replies[row]);
+            let (column, message, help) = if edge.is_nan() {
+                let help = "every sample has its edge; leave out the reading, not the capture";
+                (self.edge, format!("the row has no `{}`", self.edge), help)
+            } else if *edge <= last.0 {
+                let help = "rows are in the order of their edges, each later than the one before";
+                (self.edge, "the edges are out of order here".to_owned(), help)
+            } else if last.1 >= *edge {
+                let help = "requests and replies alternate: is a capture missing?";
+                let message = "this request comes before the reply to the one before";
+                (self.edge, message.to_owned(), help)
+            } else if reply <= *edge {
+                let message = "the reply comes before its request".to_owned();
+                (REPLY, message, "are the two columns exchanged?")
+            } else if reply < edge + self.length {
+                let message = format!(
+                    "the reply comes {:.2} µs after its request began, which is {:.2} µs long",
+                    1e6 * (reply - edge),
+                    1e6 * self.length
+                );
+                let help =
+                    "check `baud` and `bits`: nothing can reply before the request is complete";
+                (REPLY, message, help)
+            } else {
+                last = (*edge, reply);
+                continue;
+            };
+            return Some((row, column, message, help.to_owned()));
+        }
+        None
+    }
+}
+
+impl RequestToReply {
+    /// Takes further pairs; until the end `standard_deviation` is the sum of squares about the mean.
+    fn see(&mut self, requests: &[f64], replies: &[f64]) {
+        let times = requests.iter().zip(replies).map(|(request, reply)| reply - request);
+        for time in times.filter(|time| !time.is_nan()) {
+            self.count += 1;
+            let before = time - self.mean;
+            self.mean += before / self.count as f64;
+            self.standard_deviation += before * (time - self.mean);
+            self.smallest = self.smallest.min(time);
+            self.largest = self.largest.max(time);
+        }
+    }
+}
+
+/// Faults a table that left a row out: pairs would shift.
+fn skipped(loader: &mut Loader<'_>, table: &Table) {
+    if let Some(row) = table.skipped.first() {
+        let message = format!(
+            "row {} of `{}` is bad, and captures belong to readings row by row",
+            row.row, table.file
+        );
+        let known = loader.reader.faults.iter().any(|fault| fault.message == message);
+        if !known {
+            let help = "mend the row: leaving it out would shift all that follow; a reading that is not there is an empty cell";
+            loader.reader.faults.push(Diagnostic::error(message).help(help));
+        }
+    }
+}
+
+fn pairing(captures: &Table, data: &Table) -> String {
+    format!(
+        "the rows of `{}` and `{}` belong together one by one; a reading that is not there is an empty cell",
+        captures.file, data.file
+    )
+}
+
+fn first_cell(table: &Table, row: usize) -> Option<Place> {
+    table.columns.first().map(|column| table.cell_place(row, column))
+}
+
+/// How a run's samples are written as captures.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Capturing {
+    /// The column of edges.
+    pub(crate) column: &'static str,
+    /// From the reference time back to the edge (s).
+    shift: f64,
+}
+
+impl Timing {
+    /// How a run's samples are written as captures.
+    pub(crate) fn capturing(&self, run: &RunTiming) -> Capturing {
+        Capturing { column: self.method.column(), shift: -self.shift(run) }
+    }
+}
+
+impl Capturing {
+    /// Times and inputs of a stretch as they would have been captured: the inverse of what reading
+    /// does.
+    pub(crate) fn captured(&self, stretch: Stretch<'_>) -> Samples {
+        let range: Range<usize> = stretch.range();
+        let time = stretch.samples.time[range.clone()].iter().map(|time| time + self.shift);
+        let cut = |column: &[f64]| column[range.clone()].to_vec();
+        let inputs = stretch.samples.inputs.iter().map(|track| match track {
+            Track::Captured { value, rate, acceleration } => {
+                let (mut value, mut rate) = (cut(value), rate.as_deref().map(cut));
+                let acceleration = acceleration.as_deref().map(cut);
+                for row in 0..value.len() {
+                    if let Some(rate) = &mut rate {
+                        let bend = acceleration.as_ref().map_or(0.0, |column| column[row]);
+                        (value[row], rate[row]) = moved(value[row], rate[row], bend, self.shift);
+                    }
+                }
+                Track::Captured { value, rate, acceleration }
+            }
+            other => other.clone(),
+        });
+        let readings = stretch.samples.readings.iter().map(|column| cut(column)).collect();
+        Samples { time: time.collect(), inputs: inputs.collect(), readings, ..Samples::default() }
+    }
+}
+
+/// Value and rate a while later, at constant acceleration.
+fn moved(value: f64, rate: f64, acceleration: f64, by: f64) -> (f64, f64) {
+    (value + by * (rate + 0.5 * by * acceleration), rate + by * acceleration)
+}
+
+/// Moves a captured input along its rate. Without a rate it stands still.
+fn move_columns(table: &mut Table, input: &str, by: f64) {
+    let [name, rate, acceleration] = crate::campaign::captured::columns_of(input);
+    let Some(mut rates) = table.values(&rate).map(<[f64]>::to_vec) else { return };
+    let accelerations = table.values(&acceleration).map(<[f64]>::to_vec);
+    let Some(values) = table.values_mut(&name) else { return };
+    for (row, (value, rate)) in values.iter_mut().zip(&mut rates).enumerate() {
+        let bend = accelerations.as_ref().map_or(0.0, |column| column[row]);
+        (*value, *rate) = moved(*value, *rate, bend, by);
+    }
+    if let Some(values) = table.values_mut(&rate) {
+        *values = rates;
+    }
+}
