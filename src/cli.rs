@@ -12,6 +12,7 @@ mod compare;
 mod completions;
 mod delays;
 mod deviations;
+mod diagnose;
 mod load;
 mod new;
 mod output;
@@ -55,6 +56,8 @@ enum Command {
     Delays(delays::DelaysCommand),
     /// Estimate delays, transformation and all other parameters jointly
     Calibrate(calibrate::CalibrateCommand),
+    /// Find out why simulation and reality differ
+    Diagnose(diagnose::Diagnose),
     /// Compare the readings' own delays with the joint estimate
     Compare(compare::CompareCommand),
     /// Tell how far measured points lie from the arm, and what the head must follow
@@ -105,6 +108,7 @@ pub fn run() -> ExitCode {
         Command::Simulate(command) => command.run(),
         Command::Delays(command) => command.run(),
         Command::Calibrate(command) => command.run(),
+        Command::Diagnose(command) => command.run(),
         Command::Compare(command) => command.run(),
         Command::Deviations(command) => command.run(),
         Command::Completions(command) => command.run(Cli::command()),

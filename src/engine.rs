@@ -13,6 +13,7 @@
 //! | [`gram`] | the form of those sums, and what an estimator asks of a problem |
 //! | [`open`] | from what a user names to a problem |
 //! | [`lanes`] | the same graph over chunks of samples, vectorised |
+//! | [`stretches`] | what a step leaves of the readings, and its scores stretch by stretch |
 //! | [`simulate`] | readings drawn from a model |
 
 pub(crate) mod blocks;
@@ -32,6 +33,7 @@ pub mod referee;
 pub mod rows;
 pub mod signatures;
 pub mod simulate;
+pub mod stretches;
 pub mod visits;
 pub mod whitening;
 

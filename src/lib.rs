@@ -9,6 +9,7 @@
 //! | nouns | [`model`], [`effect`], [`library`], [`campaign`], [`system`] |
 //! | engine | [`engine`] |
 //! | estimate | [`estimate`] |
+//! | diagnose | [`diagnose`] |
 //! | faces | [`report`], `cli` |
 
 pub mod number;
@@ -30,6 +31,8 @@ pub mod system;
 pub mod engine;
 
 pub mod estimate;
+
+pub mod diagnose;
 
 pub mod report;
 

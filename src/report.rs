@@ -8,12 +8,16 @@
 //! | [`figure`] | a value with its standard uncertainty as people write it |
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
 //! | [`text`] | tables and sentences for the terminal |
+//! | [`diagnosis`], `diagnosis_text` | why simulation and reality differ, for programs and for people |
 //! | [`timing`] | how reference times came about |
 //! | [`table`] | results reading by reading, as CSV |
 
 pub mod budget;
 pub mod conditions;
 pub mod deviations;
+pub mod diagnosis;
+#[cfg(feature = "cli")]
+pub mod diagnosis_text;
 pub mod figure;
 pub mod json;
 pub mod table;

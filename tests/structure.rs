@@ -13,6 +13,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("nouns", &["model", "effect", "library", "campaign", "system"]),
     ("engine", &["engine"]),
     ("estimate", &["estimate"]),
+    ("diagnose", &["diagnose"]),
     ("faces", &["report", "cli", "main", "lib"]),
 ];
 

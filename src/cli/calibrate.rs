@@ -42,11 +42,7 @@ impl CalibrateCommand {
 
 /// Fits, or says which reading makes that impossible.
 pub(super) fn estimate(problem: Problem) -> Result<Calibration, Failure> {
-    if problem.reading_count() == 0 {
-        return Err(Failure::Could(
-            "there are no readings to estimate from: all runs are planned or empty (try `simulate`)".to_owned(),
-        ));
-    }
+    load::refuse_empty(&problem)?;
     let result = calibrate(problem, &crate::estimate::batch::Options::default())
         .map_err(|error| Failure::Could(error.to_string()))?;
     load::trust(&result.problem)?;

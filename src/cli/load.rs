@@ -8,7 +8,7 @@ use super::arguments::CampaignArguments;
 use super::{Failure, progress, render};
 use crate::campaign::load::Campaign;
 use crate::engine::Problem;
-use crate::engine::open::{Request, correlated, open};
+use crate::engine::open::{Recipe, Request, correlated, open};
 use crate::estimate::checks;
 use crate::model::Model;
 use crate::report;
@@ -28,6 +28,8 @@ pub(super) struct Loaded {
     pub(super) about: Value,
     /// Parameters that `--set` stated.
     pub(super) stated: Vec<String>,
+    /// From what each campaign's model with effects was put together.
+    pub(super) recipes: Vec<Recipe>,
 }
 
 /// Reads everything and tells warnings.
@@ -81,6 +83,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         titles,
         about,
         stated: opened.stated,
+        recipes: opened.recipes,
     })
 }
 
@@ -120,6 +123,16 @@ pub(super) fn table_name(what: &str, labels: &[String], part: usize) -> String {
         1 => format!("{what}.csv"),
         _ => format!("{what}_{}.csv", labels[part].replace(['/', '\\'], "_")),
     }
+}
+
+/// Refuses campaigns without readings.
+pub(super) fn refuse_empty(problem: &Problem) -> Result<(), Failure> {
+    if problem.reading_count() > 0 {
+        return Ok(());
+    }
+    let why =
+        "there are no readings to estimate from: all runs are planned or empty (try `simulate`)";
+    Err(Failure::Could(why.to_owned()))
 }
 
 /// Adds the keys of one object to another.

@@ -26,7 +26,7 @@ const WAVE: usize = 64;
 pub(super) struct Block {
     pub(super) part: usize,
     pub(super) run: usize,
-    start: usize,
+    pub(super) start: usize,
     end: usize,
 }
 

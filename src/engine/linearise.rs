@@ -103,7 +103,7 @@ impl Problem {
 }
 
 /// Where a reading is missing, its row is zero, whatever the model says there.
-fn silence(
+pub(super) fn silence(
     loaded: &mut Loaded<'_>,
     part: &Part,
     program: &RowsProgram,

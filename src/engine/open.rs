@@ -55,6 +55,34 @@ pub struct Opened {
     pub warnings: Vec<Diagnostic>,
     /// Names of the parameters that `set` stated.
     pub stated: Vec<String>,
+    /// From what each campaign's model with effects was put together.
+    pub recipes: Vec<Recipe>,
+}
+
+/// From what a model with effects was put together, so that it can be done again with other effects.
+#[derive(Clone, Debug)]
+pub struct Recipe {
+    /// The effects that can be named here.
+    pub library: Library,
+    /// The model.
+    pub model: Model,
+    /// The effects that are in use.
+    pub effects: Vec<Selected>,
+    /// What the campaign and the user state of parameters.
+    pub overrides: Vec<Override>,
+    /// What the campaign states of the inputs.
+    pub input_sigma: Vec<Option<f64>>,
+}
+
+impl Recipe {
+    /// The model with the effects in use and some more.
+    ///
+    /// # Errors
+    /// As [`System::build`].
+    pub fn with(&self, more: &[Selected]) -> Result<System, Diagnostics> {
+        let all: Vec<Selected> = self.effects.iter().chain(more).cloned().collect();
+        System::build(&self.model, &all, &self.overrides, &self.input_sigma)
+    }
 }
 
 /// Reads campaigns, models and effects, and puts them together.
@@ -68,6 +96,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
     let mut campaigns = Vec::new();
     let mut models = Vec::new();
     let mut warnings = Vec::new();
+    let mut recipes = Vec::new();
     for path in &request.campaigns {
         let file = CampaignFile::read(path)?;
         let mut library = Library::builtin()?.with_effects_beside(&file.folder)?;
@@ -111,7 +140,15 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         let mut campaign = file.load_into(&mut store, &model, &options)?;
         warnings.append(&mut campaign.warnings);
         warnings.extend(left_out(&campaign));
-        let system = System::build(&model, &selected, &overrides, &campaign.input_sigma)?;
+        let recipe = Recipe {
+            library,
+            model: model.clone(),
+            effects: selected,
+            overrides,
+            input_sigma: campaign.input_sigma.clone(),
+        };
+        let system = recipe.with(&[])?;
+        recipes.push(recipe);
         let runs = std::mem::take(&mut campaign.runs);
         let mut part =
             Part::new(system, campaign.setups.clone(), runs, campaign.measurand_sigma.clone());
@@ -132,7 +169,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
     let stated = set.into_iter().map(|said| said.name).collect();
     let mut problem = Problem::new(parts);
     problem.progress = request.progress.clone();
-    Ok(Opened { problem, campaigns, models, warnings, stated })
+    Ok(Opened { problem, campaigns, models, warnings, stated, recipes })
 }
 
 /// Rows listed in one warning.

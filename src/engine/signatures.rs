@@ -92,6 +92,11 @@ impl Signatures {
 }
 
 impl Signatures {
+    /// The campaign.
+    pub fn part(&self) -> usize {
+        self.part
+    }
+
     /// For each residual component, the number of columns that it hangs on, nominal ones counted.
     pub fn columns_by_row(&self) -> Vec<usize> {
         self.program.rows.iter().map(|row| row.directions.len()).collect()

@@ -187,7 +187,11 @@ fn fit_with_levels(
     Ok((best, levels))
 }
 
-fn finish(
+/// What a fit says: its covariance, what it does not determine, its residuals.
+///
+/// # Errors
+/// [`FitError`] if sums do not fit their blocks.
+pub fn finish(
     problem: Problem,
     fit: Fit<Point>,
     levels: Vec<variance::Level>,

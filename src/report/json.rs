@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::estimate::calibrate::Calibration;
+use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::compare::Comparison;
 use crate::estimate::delays::Summary;
 use crate::estimate::words::Unobservable;
@@ -25,22 +25,21 @@ pub(crate) fn number(value: Option<f64>) -> Value {
     value.filter(|value| value.is_finite()).map_or(Value::Null, |value| json!(value))
 }
 
+/// One component of a parameter.
+pub(crate) fn estimate(one: &Estimate) -> Value {
+    json!({
+        "name": one.name,
+        "scope": scope_word(one.scope),
+        "of": one.of,
+        "value": number(one.value),
+        "sigma": number(one.sigma),
+        "unit": one.unit,
+    })
+}
+
 /// The result of `calibrate`.
 pub fn calibration(result: &Calibration) -> Value {
-    let parameters: Vec<Value> = result
-        .estimates()
-        .into_iter()
-        .map(|one| {
-            json!({
-                "name": one.name,
-                "scope": scope_word(one.scope),
-                "of": one.of,
-                "value": number(one.value),
-                "sigma": number(one.sigma),
-                "unit": one.unit,
-            })
-        })
-        .collect();
+    let parameters: Vec<Value> = result.estimates().iter().map(estimate).collect();
     let rms: Map<String, Value> =
         result.rms.iter().map(|(name, value)| (name.clone(), number(Some(*value)))).collect();
     json!({

@@ -78,20 +78,25 @@ fn fit(result: &Calibration) -> String {
         result.unknowns(),
         result.fit.iterations
     );
-    let names = |name: &str| {
-        let mut all =
-            result.problem.parts.iter().flat_map(|part| &part.system.assembly.names.measurands);
-        all.find(|measurand| measurand.name == name).map_or_else(Unit::one, |m| m.unit.clone())
-    };
     let rms: Vec<String> = result
         .rms
         .iter()
         .map(|(name, value)| {
-            format!("{name} {}", figure::uncertainty(*value, &residual_unit(*value, &names(name))))
+            format!(
+                "{name} {}",
+                figure::uncertainty(*value, &residual_unit(*value, &unit_of(result, name)))
+            )
         })
         .collect();
     text.push_str(&format!("residual rms: {}\n", rms.join(", ")));
     text
+}
+
+/// The unit in which a measurand is declared.
+pub(crate) fn unit_of(result: &Calibration, name: &str) -> Unit {
+    let mut all =
+        result.problem.parts.iter().flat_map(|part| &part.system.assembly.names.measurands);
+    all.find(|measurand| measurand.name == name).map_or_else(Unit::one, |m| m.unit.clone())
 }
 
 /// Residuals of angles are small: they are read more easily in parts of a radian.

@@ -1,0 +1,171 @@
+//! Where simulation and reality differ, which unmodelled effect causes it, and how far the gap
+//! shrinks once that effect is added.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`candidates`] | what may be added to the model |
+//! | [`structure`] | what an effect that nobody wrote down could look like |
+//! | [`evidence`] | what each of them would explain, from one pass |
+//! | [`score`], [`tail`] | how unlikely that is by chance |
+//! | [`stage`] | a fitted model with all of that |
+//! | [`whiten`], [`jitter`] | the noise, before anything is tested against it |
+//! | [`search`] | which effects are adopted |
+//! | [`verdict`] | the answer |
+//! | [`probability`] | how probable each cause is |
+//! | [`gap`], [`holdout`] | how far the gap shrinks |
+//! | [`hidden`] | what could still hide |
+
+pub mod candidates;
+pub mod evidence;
+pub mod gap;
+pub mod hidden;
+pub mod holdout;
+pub mod jitter;
+pub mod probability;
+pub mod score;
+pub mod search;
+pub mod stage;
+pub mod structure;
+pub mod tail;
+pub mod verdict;
+pub mod whiten;
+
+use crate::engine::Problem;
+use crate::engine::open::{Opened, Recipe};
+use crate::estimate::batch::{FitError, Options};
+use crate::estimate::calibrate::{Calibration, calibrate, finish};
+
+use crate::system::Selected;
+
+use candidates::{NotTestable, Wanted};
+use gap::{Gap, gap};
+use hidden::{Hidden, hidden};
+use holdout::holdout;
+use search::{Adopted, Search, search};
+use stage::Fitted;
+use verdict::{Absorbed, Location, Ranked, Verdict};
+use whiten::NoiseEffect;
+
+/// The answer.
+#[derive(Clone, Debug)]
+pub struct Diagnosis {
+    /// The joint estimate with the nominal model.
+    pub nominal: Calibration,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The effects that it names, in order of adoption.
+    pub effects: Vec<Adopted>,
+    /// The effects on the noise that it names.
+    pub noise: Vec<NoiseEffect>,
+    /// The joint estimate with those effects; `None` without any.
+    pub explained: Option<Calibration>,
+    /// All testable effects, best first.
+    pub candidates: Vec<Ranked>,
+    /// Effects that nominal parameters take up.
+    pub absorbed: Vec<Absorbed>,
+    /// Effects that cannot be tested here.
+    pub not_testable: Vec<NotTestable>,
+    /// Where the gap lies, best first.
+    pub locations: Vec<Location>,
+    /// The effect nearest to what is there, where nothing in the library explains it.
+    pub nearest: Option<Ranked>,
+    /// Effects that are beyond chance in what is left, but too small to be declared.
+    pub suspected: Vec<String>,
+    /// How far the gap shrinks with the named effects.
+    pub gap: Option<Gap>,
+    /// What could still hide, largest first.
+    pub hidden: Vec<Hidden>,
+    /// The search, for those who want to know more; `None` where there was none.
+    pub search: Option<Search>,
+}
+
+/// Diagnoses campaigns.
+///
+/// # Errors
+/// [`FitError`] where a problem cannot be fitted at all.
+pub fn diagnose(
+    problem: Problem,
+    recipes: Vec<Recipe>,
+    wanted: &Wanted,
+    options: &Options,
+) -> Result<Diagnosis, FitError> {
+    let nominal = calibrate(problem, options)?;
+    let mut diagnosis = Diagnosis {
+        verdict: Verdict::Unobservable,
+        effects: Vec::new(),
+        noise: Vec::new(),
+        explained: None,
+        candidates: Vec::new(),
+        absorbed: Vec::new(),
+        not_testable: Vec::new(),
+        locations: Vec::new(),
+        nearest: None,
+        suspected: Vec::new(),
+        gap: None,
+        hidden: Vec::new(),
+        search: None,
+        nominal,
+    };
+    if !diagnosis.nominal.is_sound() {
+        return Ok(diagnosis);
+    }
+    let (problem, fit) = (diagnosis.nominal.problem.clone(), diagnosis.nominal.fit.clone());
+    let Some(search) = search(Fitted { recipes, problem, fit }, wanted, options)? else {
+        return Ok(diagnosis);
+    };
+    (diagnosis.verdict, diagnosis.effects) = verdict::verdict(&search);
+    if let Some(stage) = search.stages.get(diagnosis.effects.len())
+        && matches!(diagnosis.verdict, Verdict::Explained | Verdict::ShapeDiffers)
+    {
+        diagnosis.noise.clone_from(&stage.noise_found.effects);
+        if !diagnosis.effects.is_empty() {
+            let effects: Vec<&Selected> =
+                diagnosis.effects.iter().map(|one| &one.candidate.selected).collect();
+            let before = stage.fitted.without(&effects, options)?;
+            let in_data = diagnosis.effects.iter().all(|one| one.evidence() == "data");
+            let memory = stage.noise_found.memory;
+            let left = verdict::leftover(stage);
+            diagnosis.gap = Some(gap(&before, &stage.fitted, left, memory, in_data));
+        }
+        let Fitted { problem, fit, .. } = stage.fitted.clone();
+        diagnosis.explained = Some(finish(problem, fit, Vec::new(), Vec::new())?);
+    }
+    if let Some(first) = search.stages.first() {
+        diagnosis.candidates = verdict::ranked(first);
+        (diagnosis.absorbed, diagnosis.not_testable) = verdict::silent(first);
+        diagnosis.locations = verdict::locations(first);
+    }
+    if diagnosis.verdict == Verdict::Unknown {
+        let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);
+        diagnosis.nearest = diagnosis.candidates.iter().max_by(by_share).cloned();
+    } else if let Some(stage) = search.stages.get(diagnosis.effects.len()) {
+        diagnosis.hidden = hidden(stage);
+        let name = |number: usize| stage.candidates[number].name.clone();
+        diagnosis.suspected = stage.suspected().into_iter().map(name).collect();
+    }
+    diagnosis.search = Some(search);
+    Ok(diagnosis)
+}
+
+/// Judges how far the gap shrinks on a campaign that the fit never saw; without named effects nothing
+/// changes.
+///
+/// # Errors
+/// [`FitError`] where a problem cannot be fitted at all.
+pub fn judge(
+    diagnosis: &mut Diagnosis,
+    held_out: &Opened,
+    wanted: &Wanted,
+    options: &Options,
+) -> Result<(), FitError> {
+    let Some(search) = &diagnosis.search else { return Ok(()) };
+    let Some(stage) = search.stages.get(diagnosis.effects.len()) else { return Ok(()) };
+    if diagnosis.effects.is_empty() {
+        return Ok(());
+    }
+    let effects: Vec<&Selected> =
+        diagnosis.effects.iter().map(|one| &one.candidate.selected).collect();
+    let before = stage.fitted.without(&effects, options)?;
+    diagnosis.gap = Some(holdout(held_out, &before, &stage.fitted, wanted, options)?);
+    Ok(())
+}

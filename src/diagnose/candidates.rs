@@ -1,0 +1,199 @@
+//! What may be added to the model: every effect of the library, at every head, with every member of
+//! its families; and why the rest cannot be tested here.
+//!
+//! It does not look at readings. An effect that acts on noise alone is set apart: it has no signature
+//! and is looked for in the variance.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::effect::{Effect, Members, Target};
+use crate::engine::open::Recipe;
+use crate::graph::Scope;
+use crate::system::{Selected, System, candidates};
+
+use super::structure::Place;
+
+/// Members tried of a family that is a range.
+const MEMBERS: usize = 25;
+
+/// Something that may be added to the model.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// `collimation`, at a head `collimation.a`.
+    pub name: String,
+    /// The effect, its head and the members of its families.
+    pub selected: Selected,
+    /// Where unknown structure would sit; `None` for an effect of the library.
+    pub place: Option<Place>,
+    /// The model with it, campaign by campaign; `None` where it does not fit.
+    pub systems: Vec<Option<Arc<System>>>,
+}
+
+/// An effect that cannot be tested here.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NotTestable {
+    /// The effect.
+    pub name: String,
+    /// A sentence.
+    pub why: String,
+}
+
+/// All that a library offers.
+#[derive(Clone, Debug, Default)]
+pub struct Offer {
+    /// Effects with a signature.
+    pub effects: Vec<Candidate>,
+    /// Effects on the noise.
+    pub noise: Vec<Candidate>,
+    /// The rest.
+    pub not_testable: Vec<NotTestable>,
+}
+
+/// Which effects are wanted.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// None but these, if any are named.
+    pub only: Vec<String>,
+    /// Not these.
+    pub without: Vec<String>,
+}
+
+impl Wanted {
+    fn includes(&self, name: &str) -> bool {
+        (self.only.is_empty() || self.only.iter().any(|one| one == name))
+            && !self.without.iter().any(|one| one == name)
+    }
+}
+
+/// Everything that the campaigns' libraries offer beside the effects in use.
+pub fn offer(recipes: &[Recipe], wanted: &Wanted) -> Offer {
+    let mut offer = Offer::default();
+    let Some(first) = recipes.first() else { return offer };
+    for effect in first.library.effects().filter(|effect| wanted.includes(&effect.name)) {
+        let in_use =
+            |recipe: &Recipe| recipe.effects.iter().any(|one| one.effect.name == effect.name);
+        if recipes.iter().all(in_use) {
+            continue;
+        }
+        match ways(recipes, effect) {
+            Err(why) => {
+                offer.not_testable.push(NotTestable { name: effect.name.clone(), why });
+            }
+            Ok(ways) if is_noise(effect) => offer.noise.extend(ways),
+            Ok(ways) => offer.effects.extend(ways),
+        }
+    }
+    offer
+}
+
+/// One candidate for each head and member, or why there is none.
+fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, String> {
+    let mut found: Vec<Candidate> = Vec::new();
+    let mut why: Vec<String> = Vec::new();
+    for (campaign, recipe) in recipes.iter().enumerate() {
+        let heads = match candidates(&recipe.model, effect, &recipe.overrides) {
+            Ok(heads) => heads,
+            Err(reasons) => {
+                why.extend(reasons);
+                continue;
+            }
+        };
+        for selected in heads {
+            let chosen = chosen_members(recipe, effect);
+            for member in members(effect, &chosen) {
+                let selected = Selected { member, ..selected.clone() };
+                match recipe.with(std::slice::from_ref(&selected)) {
+                    Ok(system) => {
+                        join(&mut found, (campaign, recipes.len()), selected, None, system)
+                    }
+                    Err(faults) => why.extend(faults.0.into_iter().map(|fault| fault.message)),
+                }
+            }
+        }
+    }
+    why.dedup();
+    if found.is_empty() { Err(why.join("; ")) } else { Ok(found) }
+}
+
+/// Adds a campaign's system to the candidate that is the same in other campaigns.
+pub(super) fn join(
+    found: &mut Vec<Candidate>,
+    (campaign, campaigns): (usize, usize),
+    selected: Selected,
+    place: Option<Place>,
+    system: System,
+) {
+    let name = match &selected.head {
+        Some(head) => format!("{}.{head}", selected.effect.name),
+        None => selected.effect.name.clone(),
+    };
+    let system = Some(Arc::new(system));
+    let same = |one: &&mut Candidate| one.name == name && one.selected.member == selected.member;
+    match found.iter_mut().find(same) {
+        Some(one) => one.systems[campaign] = system,
+        None => {
+            let mut systems = vec![None; campaigns];
+            systems[campaign] = system;
+            found.push(Candidate { name, selected, place, systems });
+        }
+    }
+}
+
+/// The members that a campaign chose.
+fn chosen_members(recipe: &Recipe, effect: &Effect) -> BTreeMap<String, f64> {
+    let said = |family: &String| {
+        let name = format!("{}.{family}", effect.name);
+        let line = recipe.overrides.iter().rev().find(|said| said.name == name)?;
+        line.value.as_ref()?.first().map(|(value, _)| *value)
+    };
+    effect.shape.keys().filter_map(|family| Some((family.clone(), said(family)?))).collect()
+}
+
+/// Every combination of members.
+fn members(effect: &Effect, chosen: &BTreeMap<String, f64>) -> Vec<BTreeMap<String, f64>> {
+    let mut all = vec![BTreeMap::new()];
+    for (family, declared) in &effect.shape {
+        let values = match chosen.get(family) {
+            Some(value) => vec![*value],
+            None => values(&declared.members),
+        };
+        let with = |one: &BTreeMap<String, f64>, value: f64| {
+            let mut one = one.clone();
+            one.insert(family.clone(), value);
+            one
+        };
+        all =
+            all.iter().flat_map(|one| values.iter().map(move |value| with(one, *value))).collect();
+    }
+    all
+}
+
+/// The members of a family that are tried: all of a list, a geometric or (through zero) even series
+/// of a range.
+pub fn values(members: &Members) -> Vec<f64> {
+    match members {
+        Members::List(list) => list.clone(),
+        Members::Range { from, to } => (0..MEMBERS)
+            .map(|k| {
+                let share = k as f64 / (MEMBERS - 1) as f64;
+                if *from > 0.0 {
+                    from * (to / from).powf(share)
+                } else {
+                    from + (to - from) * share
+                }
+            })
+            .collect(),
+    }
+}
+
+/// Whether an effect acts on noise alone: all its parameters are random, or all its patches are of
+/// noise levels.
+fn is_noise(effect: &Effect) -> bool {
+    let random = effect.parameters.iter().all(|one| one.setting.scope == Scope::Sample);
+    let levels = effect
+        .patches
+        .iter()
+        .all(|line| matches!(line.target, Target::Sigma(_) | Target::EachAngleSigma));
+    random || levels
+}

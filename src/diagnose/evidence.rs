@@ -1,0 +1,426 @@
+//! Evidence: what each candidate would explain beyond the nominal parameters, from one pass.
+//!
+//! With the whitened normal equations of nominal columns `n` (priors among them) and a candidate's
+//! columns `e`: `S = H_ee - H_en H_nn⁻¹ H_ne` and the score `g = b_e - H_en H_nn⁻¹ b_n`. Without the
+//! effect `gᵀ S⁻¹ g` is chi squared (Rao's score test); `λ² = gᵀ S⁻¹ g` less its degrees is the
+//! squared length of the effect's signature that nominal parameters cannot follow. Columns are cut
+//! where less than [`RANK`] of their length is left; where nothing is left, the effect is absorbed.
+//!
+//! Values of scope setup and run have a column each; sums are kept by run, so nothing more is summed.
+
+use nalgebra::linalg::Cholesky;
+use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
+
+use crate::engine::gram::{Normal, PriorRow, RunGram};
+use crate::engine::signatures::{Candidate as Signed, Signature, Signatures};
+use crate::engine::stretches::Left;
+use crate::engine::{Point, Problem};
+use crate::estimate::arrow::normal_matrix;
+use crate::graph::Scope;
+
+use super::candidates::Candidate;
+
+/// Share of a column's length below which nominal parameters take it up.
+pub const RANK: f64 = 3e-4;
+
+/// One pass over the readings.
+#[derive(Clone, Debug)]
+pub struct Evidence {
+    /// One for each candidate, in their order.
+    pub entries: Vec<Entry>,
+    /// The signatures in each campaign.
+    signatures: Vec<Signatures>,
+    /// Sums of each run over all campaigns.
+    runs: Vec<RunGram>,
+    /// The nominal columns of each run.
+    touched: Vec<Vec<usize>>,
+    nominal: Nominal,
+}
+
+/// The nominal normal equations.
+#[derive(Clone, Debug)]
+struct Nominal {
+    /// Of columns scaled to unit length.
+    factor: Cholesky<f64, Dyn>,
+    length: DVector<f64>,
+    score: DVector<f64>,
+    priors: Vec<PriorRow>,
+}
+
+impl Nominal {
+    /// `H_nn⁻¹` times a matrix.
+    fn solve(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+        let scaled = |m: &DMatrix<f64>| {
+            DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] / self.length[i])
+        };
+        scaled(&self.factor.solve(&scaled(matrix)))
+    }
+}
+
+/// One column: where its signature stands in the sums of which runs.
+#[derive(Clone, Debug)]
+struct Column {
+    /// Run and index among its signatures.
+    at: Vec<(usize, usize)>,
+}
+
+/// Whose value a column is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Owner {
+    /// Full name.
+    pub parameter: String,
+    /// Component of its tangent space.
+    pub component: usize,
+    /// The setup or run.
+    pub of: Option<String>,
+}
+
+/// What a pass says of one candidate.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// Whose values its columns are.
+    pub owners: Vec<Owner>,
+    columns: Vec<Column>,
+    /// Length of each column before anything is taken off it.
+    pub raw: DVector<f64>,
+    /// `W` with `Wᵀ S W = 1`: a column for each degree of freedom.
+    pub basis: DMatrix<f64>,
+    /// `V` with `V W = 1` and `S = Vᵀ V`: from values to lengths in units of the noise.
+    pub lengths: DMatrix<f64>,
+    /// `Wᵀ g`.
+    pub score: DVector<f64>,
+    /// `H_nn⁻¹ H_ne`.
+    pub coupling: DMatrix<f64>,
+    /// Whether every number is finite.
+    pub finite: bool,
+}
+
+impl Entry {
+    /// Directions that nominal parameters cannot follow.
+    pub fn degrees(&self) -> usize {
+        self.score.len()
+    }
+
+    /// What its best values take off the sum of squares.
+    pub fn gain(&self) -> f64 {
+        self.score.norm_squared()
+    }
+
+    /// Its best values, one a column.
+    pub fn values(&self) -> DVector<f64> {
+        &self.basis * &self.score
+    }
+
+    /// Whether it changes readings at all.
+    pub fn acts(&self) -> bool {
+        self.raw.iter().any(|length| *length > 0.0)
+    }
+}
+
+impl Evidence {
+    /// Sums the signatures of candidates at a point and projects them off the nominal parameters.
+    /// `None` where the nominal parameters are not determined.
+    pub fn new(
+        problem: &Problem,
+        normal: &Normal,
+        point: &Point,
+        candidates: &[&Candidate],
+    ) -> Option<Self> {
+        let nominal = nominal(normal)?;
+        let mut runs = Vec::new();
+        let mut touched = Vec::new();
+        let mut signed = Vec::new();
+        let mut columns: Vec<Vec<(Owner, Column)>> = vec![Vec::new(); candidates.len()];
+        for part in 0..problem.parts.len() {
+            let signatures = sign(problem, part, candidates);
+            for (index, signature) in signatures.columns.iter().enumerate() {
+                if let Some(own) =
+                    signature.effect.parse().ok().and_then(|n: usize| columns.get_mut(n))
+                {
+                    join(problem, part, index, signature, own);
+                }
+            }
+            let first = problem.layout.first_run[part];
+            for (run, gram) in problem.gram_with(&signatures, point).into_iter().enumerate() {
+                touched.push(problem.layout.columns.touched_by(first + run));
+                runs.push(gram);
+            }
+            signed.push(signatures);
+        }
+        let mut evidence = Self { entries: Vec::new(), signatures: signed, runs, touched, nominal };
+        for columns in columns {
+            let (owners, columns) = columns.into_iter().unzip();
+            let entry = evidence.entry(owners, columns);
+            evidence.entries.push(entry);
+        }
+        Some(evidence)
+    }
+
+    /// Several candidates as one.
+    pub fn together(&self, entries: &[&Entry]) -> Entry {
+        let owners = entries.iter().flat_map(|one| one.owners.clone()).collect();
+        let columns = entries.iter().flat_map(|one| one.columns.clone()).collect();
+        self.entry(owners, columns)
+    }
+
+    /// What is left of the readings of each run, campaign after campaign, with an entry's best values
+    /// and the nominal parameters that go with them; scores are summed over stretches of so many
+    /// samples.
+    pub fn left(
+        &self,
+        problem: &Problem,
+        point: &Point,
+        entry: &Entry,
+        length: usize,
+    ) -> Vec<Left> {
+        let values = entry.values();
+        let nominal = self.nominal_step(entry);
+        let mut left = Vec::new();
+        for (part, signatures) in self.signatures.iter().enumerate() {
+            let steps: Vec<Vec<f64>> = (0..problem.parts[part].runs.len())
+                .map(|run| {
+                    let run = problem.run_index(part, run);
+                    let touched = &self.touched[run];
+                    let mut step: Vec<f64> = touched.iter().map(|c| nominal[*c]).collect();
+                    step.resize(touched.len() + signatures.columns.len(), 0.0);
+                    for (column, value) in entry.columns.iter().zip(values.iter()) {
+                        for (_, index) in column.at.iter().filter(|(other, _)| *other == run) {
+                            step[touched.len() + index] += value;
+                        }
+                    }
+                    step
+                })
+                .collect();
+            left.extend(problem.left(signatures, point, &steps, length));
+        }
+        left
+    }
+
+    /// How much more an entry's score scatters from stretch to stretch than the noise model says: 1 if
+    /// it is right. `left` is what a good model leaves of each run.
+    pub fn inflation(&self, entry: &Entry, left: &[Left]) -> f64 {
+        let mut sum = 0.0;
+        for (run, left) in left.iter().enumerate() {
+            let touched = &self.touched[run];
+            // Places of this run's columns, once for all its stretches.
+            let own: Vec<(usize, usize)> = entry
+                .columns
+                .iter()
+                .enumerate()
+                .filter_map(|(j, column)| {
+                    let at = column.at.iter().find(|(other, _)| *other == run)?;
+                    Some((j, touched.len() + at.1))
+                })
+                .collect();
+            for score in &left.scores {
+                let mut raw = DVector::zeros(entry.columns.len());
+                for (j, at) in &own {
+                    raw[*j] = score[*at];
+                }
+                for (place, column) in touched.iter().enumerate() {
+                    for j in 0..raw.len() {
+                        raw[j] -= entry.coupling[(*column, j)] * score[place];
+                    }
+                }
+                sum += entry.basis.tr_mul(&raw).norm_squared();
+            }
+        }
+        sum / entry.degrees().max(1) as f64
+    }
+
+    /// The step of the nominal parameters that goes with an entry's best values.
+    fn nominal_step(&self, entry: &Entry) -> DVector<f64> {
+        let score = &self.nominal.score;
+        let score = DMatrix::from_column_slice(score.len(), 1, score.as_slice());
+        self.nominal.solve(&score).column(0) - &entry.coupling * entry.values()
+    }
+
+    /// Sums of products of two sets of columns.
+    fn products(&self, left: &[Column], right: &[Column]) -> DMatrix<f64> {
+        DMatrix::from_fn(left.len(), right.len(), |i, j| {
+            let mut sum = 0.0;
+            for (run, a) in &left[i].at {
+                if let Some((_, b)) = right[j].at.iter().find(|(other, _)| other == run) {
+                    let first = self.touched[*run].len();
+                    sum += self.runs[*run].gram[(first + a, first + b)];
+                }
+            }
+            sum
+        })
+    }
+
+    /// Sums of products of the nominal columns with some others.
+    fn across(&self, columns: &[Column]) -> DMatrix<f64> {
+        let mut across = DMatrix::zeros(self.nominal.length.len(), columns.len());
+        for (j, column) in columns.iter().enumerate() {
+            for (run, index) in &column.at {
+                let (gram, touched) = (&self.runs[*run].gram, &self.touched[*run]);
+                for (place, nominal) in touched.iter().enumerate() {
+                    across[(*nominal, j)] += gram[(place, touched.len() + index)];
+                }
+            }
+        }
+        across
+    }
+
+    fn entry(&self, owners: Vec<Owner>, columns: Vec<Column>) -> Entry {
+        let k = columns.len();
+        let across = self.across(&columns);
+        let mut score = DVector::zeros(k);
+        for (j, column) in columns.iter().enumerate() {
+            for (run, index) in &column.at {
+                let gram = &self.runs[*run].gram;
+                score[j] += gram[(gram.nrows() - 1, self.touched[*run].len() + index)];
+            }
+        }
+        let own = self.products(&columns, &columns);
+        let raw = own.diagonal().map(|square| square.max(0.0).sqrt());
+        let coupling = self.nominal.solve(&across);
+        let left = &own - across.tr_mul(&coupling);
+        let score = score - coupling.tr_mul(&self.nominal.score);
+        let finite = left.iter().chain(score.iter()).all(|value| value.is_finite());
+        let (basis, lengths) = if finite && k > 0 {
+            basis(&left, &raw)
+        } else {
+            (DMatrix::zeros(k, 0), DMatrix::zeros(0, k))
+        };
+        let score = basis.tr_mul(&score);
+        Entry { owners, columns, raw, basis, lengths, score, coupling, finite }
+    }
+
+    /// `W_aᵀ S_ab W_b`: the cosines between what two candidates do beyond the nominal parameters.
+    pub fn overlap(&self, a: &Entry, b: &Entry) -> DMatrix<f64> {
+        let own = self.products(&a.columns, &b.columns);
+        let across = self.across(&b.columns);
+        a.basis.tr_mul(&(own - a.coupling.tr_mul(&across))) * &b.basis
+    }
+
+    /// What `b` explains beyond the nominal parameters and `a`, with its degrees of freedom.
+    pub fn beyond(&self, a: &Entry, b: &Entry) -> (f64, usize) {
+        if a.degrees() == 0 || b.degrees() == 0 {
+            return (b.gain(), b.degrees());
+        }
+        let cosines = self.overlap(a, b);
+        let left = DMatrix::identity(b.degrees(), b.degrees()) - cosines.tr_mul(&cosines);
+        let score = &b.score - cosines.tr_mul(&a.score);
+        // What `a` leaves of directions of `b` that it nearly contains is rounding and small angles.
+        let eigen = SymmetricEigen::new(left);
+        let mut gain = 0.0;
+        let mut degrees = 0;
+        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            if *value > RANK {
+                gain += vector.dot(&score).powi(2) / value;
+                degrees += 1;
+            }
+        }
+        (gain, degrees)
+    }
+
+    /// Part of an entry's gain that lies in prior rows: what its best values take off their squares.
+    pub fn prior_share(&self, entry: &Entry) -> f64 {
+        let own = entry.gain();
+        if own <= 0.0 || self.nominal.priors.is_empty() {
+            return 0.0;
+        }
+        let step = self.nominal_step(entry);
+        let mut gain = 0.0;
+        for row in &self.nominal.priors {
+            let moved: f64 = row.coefficients.iter().map(|(column, by)| by * step[*column]).sum();
+            gain += row.residual.powi(2) - (row.residual - moved).powi(2);
+        }
+        (gain / own).clamp(0.0, 1.0)
+    }
+
+    /// For each nominal column, how much of the length of an entry's first column it takes up.
+    pub fn takers(&self, entry: &Entry) -> Vec<(usize, f64)> {
+        let Some(column) = (0..entry.raw.len()).find(|k| entry.raw[*k] > 0.0) else {
+            return Vec::new();
+        };
+        let mut takers: Vec<(usize, f64)> = (0..self.nominal.length.len())
+            .map(|n| {
+                let share = entry.coupling[(n, column)] * self.nominal.length[n];
+                (n, (share / entry.raw[column]).abs())
+            })
+            .collect();
+        takers.sort_by(|a, b| b.1.total_cmp(&a.1));
+        takers
+    }
+}
+
+/// `W` with `Wᵀ S W = 1` and its counterpart, columns that are taken up left out.
+fn basis(left: &DMatrix<f64>, raw: &DVector<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+    let k = left.nrows();
+    let length = raw.map(|length| if length > 0.0 { length } else { 1.0 });
+    let scaled = DMatrix::from_fn(k, k, |i, j| left[(i, j)] / (length[i] * length[j]));
+    let eigen = SymmetricEigen::new(scaled);
+    let mut order: Vec<usize> = (0..k).filter(|i| eigen.eigenvalues[*i] > RANK * RANK).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let root = |j: usize| eigen.eigenvalues[order[j]].sqrt();
+    let vector = |i: usize, j: usize| eigen.eigenvectors[(i, order[j])];
+    (
+        DMatrix::from_fn(k, order.len(), |i, j| vector(i, j) / (length[i] * root(j))),
+        DMatrix::from_fn(order.len(), k, |j, i| vector(i, j) * length[i] * root(j)),
+    )
+}
+
+fn nominal(normal: &Normal) -> Option<Nominal> {
+    let (hessian, score) = normal_matrix(normal).ok()?;
+    let n = hessian.nrows();
+    let length = DVector::from_fn(n, |i, _| {
+        let square: f64 = hessian[(i, i)];
+        if square > 0.0 { square.sqrt() } else { 1.0 }
+    });
+    let scaled = DMatrix::from_fn(n, n, |i, j| hessian[(i, j)] / (length[i] * length[j]));
+    let factor = Cholesky::new(scaled)?;
+    Some(Nominal { factor, length, score, priors: normal.priors.clone() })
+}
+
+/// The signatures of the candidates that fit a campaign; an effect is called by its number.
+fn sign(problem: &Problem, part: usize, candidates: &[&Candidate]) -> Signatures {
+    let names: Vec<String> = (0..candidates.len()).map(|number| number.to_string()).collect();
+    let signed: Vec<Signed<'_>> = candidates
+        .iter()
+        .zip(&names)
+        .filter_map(|(one, name)| Some(Signed { name, system: one.systems[part].as_deref()? }))
+        .collect();
+    Signatures::new(problem, part, &signed)
+}
+
+/// Gives a signature its columns: one for each value that its scope has in the campaign.
+fn join(
+    problem: &Problem,
+    part: usize,
+    index: usize,
+    signature: &Signature,
+    columns: &mut Vec<(Owner, Column)>,
+) {
+    let data = &problem.parts[part];
+    let label = |name: &str| match &data.label {
+        Some(label) => format!("{label}/{name}"),
+        None => name.to_owned(),
+    };
+    for (run, one) in data.runs.iter().enumerate() {
+        let of = match signature.scope {
+            Scope::Rig if data.rig.is_some() => None,
+            Scope::Instrument if data.instrument.is_some() => None,
+            Scope::Rig | Scope::Instrument => data.label.clone(),
+            Scope::Setup => Some(label(&data.setups[one.setup])),
+            Scope::Run | Scope::Sample => Some(label(&one.name)),
+        };
+        let named = match signature.scope {
+            Scope::Rig => data.rig.as_deref(),
+            Scope::Instrument => data.instrument.as_deref(),
+            Scope::Setup | Scope::Run | Scope::Sample => None,
+        };
+        let owner = Owner {
+            parameter: signature.parameter.clone(),
+            component: signature.component,
+            of: of.or_else(|| named.map(str::to_owned)),
+        };
+        let at = (problem.run_index(part, run), index);
+        match columns.iter_mut().find(|(known, _)| *known == owner) {
+            Some((_, column)) => column.at.push(at),
+            None => columns.push((owner, Column { at: vec![at] })),
+        }
+    }
+}

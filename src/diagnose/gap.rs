@@ -1,0 +1,323 @@
+//! How far the gap shrinks: on readings that the effects were not fitted to.
+//!
+//! For each fold, both models, without and with the adopted effects, are fitted to everything else;
+//! the drop `D = Σ (e₀² - e₁²)` is summed over the folds. Raw rms hides nearly everything, and
+//! subtracting a noise floor from it is ill-conditioned; paired differences are not. The part closed
+//! is `D / (D + leftover)` with the largest block of structure that is left.
+//!
+//! Folds are whole runs, or, with fewer than [`LEAST_RUNS`] runs, stretches of time with a gap about
+//! them. Parameters that belong to a run are fitted to its first half and judged on its second. Sums
+//! are linear about the fit with the effects; the models without them differ by the effects' values,
+//! which is where the linear form is good to second order.
+
+use std::ops::Range;
+
+use nalgebra::linalg::Cholesky;
+use nalgebra::{DMatrix, DVector};
+
+use crate::engine::Problem;
+use crate::engine::gram::{LeastSquares, Normal, PriorRow, RunGram};
+use crate::engine::noise::{active_randoms, covariance_of};
+use crate::estimate::calibrate::rms;
+
+use super::search::LEAST_LAMBDA;
+use super::stage::Fitted;
+
+/// Fewer runs are not left out as wholes.
+pub const LEAST_RUNS: usize = 4;
+/// Folds in time.
+const FOLDS: usize = 5;
+/// Samples looked at for the floor at most.
+const MOST_SAMPLES: usize = 5_000;
+/// Normal quantile of the intervals: 95 %.
+const QUANTILE: f64 = 1.96;
+
+/// The gap before and after.
+#[derive(Clone, Debug)]
+pub struct Gap {
+    /// rms of the residuals of each measurand without the effects (SI).
+    pub before: Vec<(String, f64)>,
+    /// The same with them.
+    pub after: Vec<(String, f64)>,
+    /// What noise alone gives.
+    pub floor: Vec<(String, f64)>,
+    /// Length of what the effects explain, in units of the noise.
+    pub lambda: f64,
+    /// Drop of the sum of squares on readings that the effects were not fitted to.
+    pub held_out_drop: f64,
+    /// Squared length of the largest structure that is left.
+    pub leftover: f64,
+    /// Part of the gap that is closed; `None` where the evidence lies in prior values.
+    pub closed: Option<f64>,
+    /// Its interval (95 %).
+    pub closed_interval: Option<[f64; 2]>,
+    /// Number of folds.
+    pub folds: usize,
+}
+
+/// Drops by fold, with what is left, as parts closed.
+pub fn closed(drops: &[f64], leftover: f64) -> (f64, [f64; 2]) {
+    let total: f64 = drops.iter().sum();
+    let count = drops.len() as f64;
+    let mean = total / count.max(1.0);
+    let scatter: f64 = drops.iter().map(|drop| (drop - mean).powi(2)).sum();
+    let spread = QUANTILE * (scatter * count / (count - 1.0).max(1.0)).sqrt();
+    // What is not seen may be as large as what is just not declared.
+    let most = leftover
+        + if leftover > 0.0 { QUANTILE * 2.0 * leftover.sqrt() } else { LEAST_LAMBDA.powi(2) };
+    let least = (leftover - QUANTILE * 2.0 * leftover.sqrt()).max(0.0);
+    let part = |drop: f64, left: f64| {
+        let drop = drop.max(0.0);
+        if drop + left > 0.0 { drop / (drop + left) } else { 0.0 }
+    };
+    (part(total, leftover), [part(total - spread, most), part(total + spread, least)])
+}
+
+/// The gap of a fitted model against the same without its adopted effects.
+pub fn gap(before: &Fitted, after: &Fitted, leftover: f64, memory: f64, in_data: bool) -> Gap {
+    let drops = drops(before, after, memory);
+    let (part, interval) = closed(&drops, leftover);
+    let gain = before.cost() - after.cost();
+    let degrees =
+        after.problem.layout.columns.len() as f64 - before.problem.layout.columns.len() as f64;
+    Gap {
+        before: rms(&before.problem, &before.fit.point),
+        after: rms(&after.problem, &after.fit.point),
+        floor: floor(after),
+        lambda: (gain - degrees).max(0.0).sqrt(),
+        held_out_drop: drops.iter().sum(),
+        leftover,
+        closed: in_data.then_some(part),
+        closed_interval: in_data.then_some(interval),
+        folds: drops.len(),
+    }
+}
+
+/// rms that the noise alone gives, by measurand.
+pub fn floor(fitted: &Fitted) -> Vec<(String, f64)> {
+    let mut sums: Vec<(String, f64, f64)> = Vec::new();
+    let problem = &fitted.problem;
+    for (p, part) in problem.parts.iter().enumerate() {
+        let samples: usize = part.runs.iter().map(|run| run.record.len()).sum();
+        let stride = samples.div_ceil(MOST_SAMPLES).max(1);
+        let active = active_randoms(part);
+        let mut memory = Vec::new();
+        for (run, data) in part.runs.iter().enumerate() {
+            let parameters = problem.parameters(p, run, &fitted.fit.point);
+            data.record.walk(|stretch| {
+                for sample in stretch.each().filter(|sample| sample.number % stride == 0) {
+                    let made = covariance_of(part, run, sample, &parameters, &active, &mut memory);
+                    let names = &part.system.assembly.names.measurands;
+                    let all = names.iter().zip(part.slots());
+                    for (measurand, slot) in all.filter(|(_, slot)| part.is_present(sample, slot)) {
+                        let rows = slot.residual..slot.residual + slot.components;
+                        let variance: f64 = rows.map(|row| made.covariance[(row, row)]).sum();
+                        match sums.iter_mut().find(|(name, ..)| *name == measurand.name) {
+                            Some((_, sum, count)) => {
+                                *sum += variance;
+                                *count += 1.0;
+                            }
+                            None => sums.push((measurand.name.clone(), variance, 1.0)),
+                        }
+                    }
+                }
+            });
+        }
+    }
+    sums.into_iter().map(|(name, sum, count)| (name, (sum / count).sqrt())).collect()
+}
+
+/// One fold: what is fitted to, and what is judged, as sums of each run.
+struct Fold {
+    training: Vec<RunGram>,
+    judged: Vec<(usize, RunGram)>,
+}
+
+/// The drop of each fold.
+pub fn drops(before: &Fitted, after: &Fitted, memory: f64) -> Vec<f64> {
+    let Some(step) = switched_off(before, after) else { return Vec::new() };
+    let normal = after.problem.normal(&after.fit.point);
+    let has_own = normal.columns.runs.iter().any(|(_, count)| *count > 0);
+    let runs = normal.runs.len();
+    let folds: Vec<Fold> = if runs >= LEAST_RUNS && !has_own {
+        (0..runs)
+            .map(|out| {
+                let mut training = normal.runs.clone();
+                let size = training[out].gram.nrows();
+                let whole = std::mem::replace(&mut training[out], RunGram::empty(size));
+                Fold { training, judged: vec![(out, whole)] }
+            })
+            .collect()
+    } else if runs >= LEAST_RUNS {
+        let first = kept(after, |_, len| 0..len / 2);
+        let second = kept(after, |_, len| len / 2..len);
+        (0..runs)
+            .map(|out| {
+                let mut training = normal.runs.clone();
+                training[out] = first[out].clone();
+                Fold { training, judged: vec![(out, second[out].clone())] }
+            })
+            .collect()
+    } else {
+        let time = if memory > 0.0 { (-1.0 / memory.ln()).ceil() as usize } else { 0 };
+        (0..FOLDS)
+            .map(|fold| {
+                let range = |len: usize| fold * len / FOLDS..(fold + 1) * len / FOLDS;
+                let judged = kept(after, |_, len| range(len));
+                let near = kept(after, |_, len| {
+                    let range = range(len);
+                    range.start.saturating_sub(time)..(range.end + time).min(len)
+                });
+                let training = normal
+                    .runs
+                    .iter()
+                    .zip(near)
+                    .map(|(all, near)| RunGram {
+                        gram: &all.gram - near.gram,
+                        readings: all.readings - near.readings,
+                    })
+                    .collect();
+                Fold { training, judged: judged.into_iter().enumerate().collect() }
+            })
+            .collect()
+    };
+    folds.iter().filter_map(|fold| drop_of(&normal, fold, &step)).collect()
+}
+
+/// The sums with only some samples of each run.
+fn kept(fitted: &Fitted, range: impl Fn(usize, usize) -> Range<usize>) -> Vec<RunGram> {
+    let mut problem: Problem = fitted.problem.clone();
+    for part in &mut problem.parts {
+        for (number, run) in part.runs.iter_mut().enumerate() {
+            let range = range(number, run.record.len());
+            run.record.edit(|samples| {
+                for column in &mut samples.readings {
+                    for (sample, value) in column.iter_mut().enumerate() {
+                        if !range.contains(&sample) {
+                            *value = f64::NAN;
+                        }
+                    }
+                }
+            });
+        }
+    }
+    let mut problem = Problem::new(problem.parts);
+    problem.reweight(&fitted.fit.point);
+    problem.normal(&fitted.fit.point).runs
+}
+
+/// For each column of the model with the effects the step that switches them off; `None` for nominal
+/// columns.
+fn switched_off(before: &Fitted, after: &Fitted) -> Option<Vec<Option<f64>>> {
+    let layout = &after.problem.layout;
+    let mut step = vec![None; layout.columns.len()];
+    for (index, instance) in layout.instances.iter().enumerate() {
+        let known = before.problem.layout.instances.iter().any(|one| one.name == instance.name);
+        if known {
+            continue;
+        }
+        for column in layout.range_of(index) {
+            let component = column - layout.range_of(index).start;
+            step[column] = Some(-after.fit.point.values[index][component]);
+        }
+        // Values that sum to zero share columns: orthonormal, so a column is the sum over its values.
+        if layout.range_of(index).is_empty() {
+            for component in 0..instance.dimension() {
+                for (column, by) in layout.columns_of(index, component) {
+                    let value = -by * after.fit.point.values[index][component];
+                    step[column] = Some(step[column].unwrap_or(0.0) + value);
+                }
+            }
+        }
+    }
+    step.iter().any(Option::is_some).then_some(step)
+}
+
+/// `e₀² - e₁²` of one fold; `None` where the rest does not determine the models.
+fn drop_of(normal: &Normal, fold: &Fold, off: &[Option<f64>]) -> Option<f64> {
+    let (hessian, gradient) = sums(normal, &fold.training);
+    let all: Vec<usize> = (0..off.len()).collect();
+    let nominal: Vec<usize> = all.iter().copied().filter(|c| off[*c].is_none()).collect();
+    let with = solve(&hessian, &gradient, &all)?;
+    // The effects are held off; the rest follows.
+    let held = DVector::from_iterator(off.len(), off.iter().map(|step| step.unwrap_or(0.0)));
+    let without = solve(&hessian, &(gradient - &hessian * &held), &nominal)? + held;
+    let squares = |step: &DVector<f64>| -> f64 {
+        fold.judged
+            .iter()
+            .map(|(run, sums)| {
+                let touched = normal.columns.touched_by(*run);
+                let last = touched.len();
+                let mut move_by = DVector::zeros(last + 1);
+                for (place, column) in touched.iter().enumerate() {
+                    move_by[place] = -step[*column];
+                }
+                move_by[last] = 1.0;
+                move_by.dot(&(&sums.gram * &move_by))
+            })
+            .sum()
+    };
+    Some(squares(&without) - squares(&with))
+}
+
+/// The normal matrix and gradient of some sums with all priors.
+fn sums(normal: &Normal, runs: &[RunGram]) -> (DMatrix<f64>, DVector<f64>) {
+    let n = normal.columns.len();
+    let mut hessian = DMatrix::zeros(n, n);
+    let mut gradient = DVector::zeros(n);
+    for (run, sums) in runs.iter().enumerate() {
+        let touched = normal.columns.touched_by(run);
+        let last = touched.len();
+        for (i, a) in touched.iter().enumerate() {
+            gradient[*a] += sums.gram[(i, last)];
+            for (j, b) in touched.iter().enumerate() {
+                hessian[(*a, *b)] += sums.gram[(i, j)];
+            }
+        }
+    }
+    for PriorRow { coefficients, residual } in &normal.priors {
+        for (a, x) in coefficients {
+            gradient[*a] += x * residual;
+            for (b, y) in coefficients {
+                hessian[(*a, *b)] += x * y;
+            }
+        }
+    }
+    (hessian, gradient)
+}
+
+/// The step along some columns, columns scaled to unit length.
+fn solve(hessian: &DMatrix<f64>, gradient: &DVector<f64>, along: &[usize]) -> Option<DVector<f64>> {
+    let length: Vec<f64> = along
+        .iter()
+        .map(|c| hessian[(*c, *c)].sqrt())
+        .map(|l| if l > 0.0 { l } else { 1.0 })
+        .collect();
+    let scaled = DMatrix::from_fn(along.len(), along.len(), |i, j| {
+        hessian[(along[i], along[j])] / (length[i] * length[j])
+    });
+    let right = DVector::from_fn(along.len(), |i, _| gradient[along[i]] / length[i]);
+    let found = Cholesky::new(scaled)?.solve(&right);
+    let mut step = DVector::zeros(hessian.nrows());
+    for (k, column) in along.iter().enumerate() {
+        step[*column] = found[k] / length[k];
+    }
+    Some(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_lowers_the_part_closed() {
+        let (part, [low, high]) = closed(&[100.0, 120.0, 80.0, 100.0], 100.0);
+        assert!((part - 0.8).abs() < 1e-12);
+        assert!(low < part && part < high && high <= 1.0);
+        let (part, [low, _]) = closed(&[100.0; 4], 0.0);
+        assert_eq!(part, 1.0);
+        // 400 against the 25 that would not be declared.
+        assert!((low - 400.0 / 425.0).abs() < 1e-12);
+        assert_eq!(closed(&[-3.0, 1.0], 0.0).0, 0.0);
+    }
+}

@@ -1,0 +1,38 @@
+//! How unlikely a candidate's gain is by chance.
+
+use super::evidence::Entry;
+use super::tail::ln_chi_squared;
+
+/// A score test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Score {
+    /// What the candidate would take off the sum of squares.
+    pub gain: f64,
+    /// Its degrees of freedom.
+    pub degrees: usize,
+    /// Logarithm of the probability of such a gain without the effect; members of a family are paid
+    /// for.
+    pub ln_p: f64,
+}
+
+impl Score {
+    /// Nothing.
+    pub const NONE: Self = Self { gain: 0.0, degrees: 0, ln_p: 0.0 };
+
+    /// Length of the signature in units of the noise: the gain less what chance gives.
+    pub fn lambda(&self) -> f64 {
+        (self.gain - self.degrees as f64).max(0.0).sqrt()
+    }
+}
+
+/// The score test of an entry, one of so many members.
+pub fn score(entry: &Entry, members: usize) -> Score {
+    let (gain, degrees) = (entry.gain(), entry.degrees());
+    of_gain(gain, degrees, members)
+}
+
+/// The score test of a gain.
+pub fn of_gain(gain: f64, degrees: usize, members: usize) -> Score {
+    let ln_p = ln_chi_squared(gain, degrees) + (members.max(1) as f64).ln();
+    Score { gain, degrees, ln_p: ln_p.min(0.0) }
+}

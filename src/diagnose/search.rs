@@ -1,0 +1,199 @@
+//! The search: which effects are adopted, and whether what is left over looks like noise.
+//!
+//! Forward, one effect at a time, with backward drop: the best few by score are fitted nonlinearly and
+//! tested again; the one that explains most beyond chance is adopted. Then every block of unknown
+//! structure is tried against what is left: that gate, not the effect's own test, decides. A forced
+//! choice would name a wrong effect nearly always when the true one is not in the library.
+
+use crate::estimate::batch::{FitError, Options};
+
+use super::candidates::{Candidate, Wanted};
+use super::probability::probabilities;
+use super::score::{Score, of_gain};
+use super::stage::{Fitted, Stage};
+use super::tail::{ln_chi_squared, ln_f};
+use super::whiten::{Given, Noise, prepare};
+
+/// Probability of any false declaration, split evenly over effects, blocks and noise.
+pub const FALSE_ALARMS: f64 = 0.01;
+/// Effects are not adopted below this length of their signature: their shrinkage is noise.
+pub const LEAST_LAMBDA: f64 = 5.0;
+/// Effects that are fitted and tested again before one is adopted.
+const SHORT_LIST: usize = 3;
+/// Effects that are adopted at most.
+const MOST: usize = 4;
+
+/// Fewer stretches do not show how scores scatter.
+const LEAST_STRETCHES: usize = 20;
+
+/// Effects whose gains differ less cannot be told apart: the 1 % point of chi squared of two degrees.
+const ALIKE: f64 = 9.2;
+
+/// An adopted effect.
+#[derive(Clone, Debug)]
+pub struct Adopted {
+    /// The effect.
+    pub candidate: Candidate,
+    /// Its test when it was adopted, after the nonlinear fit.
+    pub score: Score,
+    /// Part of the evidence that lies in prior values.
+    pub prior_share: f64,
+    /// What it takes off the sum of squares, in units of the noise that is found with it in the model.
+    pub gain: f64,
+    /// Effects that these data cannot tell from it.
+    pub aliases: Vec<String>,
+    /// Probability of it and its aliases together.
+    pub probability: f64,
+}
+
+impl Adopted {
+    /// Where most of its evidence lies: `data`, or `prior` where stated values contradict the data.
+    pub fn evidence(&self) -> &'static str {
+        if self.prior_share > 0.5 { "prior" } else { "data" }
+    }
+}
+
+/// How a search went.
+#[derive(Clone, Debug)]
+pub struct Search {
+    /// The stages: nominal first, then with one more effect each.
+    pub stages: Vec<Stage>,
+    /// The adopted effects, in order.
+    pub adopted: Vec<Adopted>,
+}
+
+/// The level of a test among so many, for a third of the false alarms.
+pub fn level(tests: usize) -> f64 {
+    (FALSE_ALARMS / 3.0 / tests.max(1) as f64).ln()
+}
+
+impl Stage {
+    /// Candidates of the library that pass their test, best first.
+    pub fn declared(&self) -> Vec<usize> {
+        self.passing(0..self.effects)
+    }
+
+    /// Blocks that pass their test, best first.
+    pub fn blocks_found(&self) -> Vec<usize> {
+        self.passing(self.effects..self.candidates.len())
+    }
+
+    /// Candidates of the library that are beyond chance but too small or too poorly supported to be
+    /// declared, best first.
+    pub fn suspected(&self) -> Vec<usize> {
+        let level = level(self.effects);
+        let declared = self.declared();
+        let mut found: Vec<usize> = (0..self.effects)
+            .filter(|n| self.scores[*n].ln_p <= level && !declared.contains(n))
+            .collect();
+        found.sort_by(|a, b| self.scores[*a].ln_p.total_cmp(&self.scores[*b].ln_p));
+        found
+    }
+
+    fn passing(&self, among: std::ops::Range<usize>) -> Vec<usize> {
+        let level = level(among.len());
+        let mut found: Vec<usize> = among.filter(|n| self.passes(*n, level)).collect();
+        found.sort_by(|a, b| self.scores[*a].ln_p.total_cmp(&self.scores[*b].ln_p));
+        found
+    }
+
+    /// Whether a candidate passes its test, is large enough, and is supported by how scores scatter
+    /// from stretch to stretch.
+    fn passes(&self, candidate: usize, level: f64) -> bool {
+        let score = &self.scores[candidate];
+        if score.ln_p > level || score.lambda() < LEAST_LAMBDA {
+            return false;
+        }
+        if self.stretches < LEAST_STRETCHES {
+            // Too short for that: the most that a memory of this strength can pretend.
+            let memory = self.noise_found.memory;
+            let most = (1.0 + memory) / (1.0 - memory);
+            return ln_chi_squared(score.gain / most, score.degrees) <= level;
+        }
+        let degrees = score.degrees as f64;
+        let ratio = score.gain / (degrees * self.inflation[candidate].max(1.0));
+        ln_f(ratio, degrees, self.stretches as f64 - 1.0) <= level
+    }
+}
+
+/// Searches from a fitted nominal model. `None` where its parameters are not determined.
+///
+/// # Errors
+/// [`FitError`] where a model cannot be fitted at all.
+pub fn search(
+    nominal: Fitted,
+    wanted: &Wanted,
+    options: &Options,
+) -> Result<Option<Search>, FitError> {
+    let given = Given::of(&nominal.problem);
+    let Some(stage) = prepare(nominal, wanted, &given, &Noise::default(), options)? else {
+        return Ok(None);
+    };
+    let mut search = Search { stages: vec![stage], adopted: Vec::new() };
+    while search.adopted.len() < MOST {
+        let Some(last) = search.stages.last() else { break };
+        // The gate: an adopted effect is enough unless something is left.
+        if !search.adopted.is_empty() && last.blocks_found().is_empty() {
+            break;
+        }
+        let Some((mut adopted, fitted)) = best(last, options)? else { break };
+        let Some(stage) = prepare(fitted, wanted, &given, &last.noise_found, options)? else {
+            break;
+        };
+        let before = stage.fitted.without(&[&adopted.candidate.selected], options)?;
+        adopted.gain = before.cost() - stage.fitted.cost();
+        search.adopted.push(adopted);
+        search.stages.push(stage);
+    }
+    Ok(Some(search))
+}
+
+/// Effects that explain as much as one of them, but for what chance may do.
+fn alike(stage: &Stage, number: usize) -> Vec<usize> {
+    let own = stage.scores[number].gain;
+    let mut like: Vec<usize> = (0..stage.effects)
+        .filter(|n| *n != number && stage.scores[*n].gain >= (own - ALIKE).max(0.5 * own))
+        .collect();
+    like.sort_by(|a, b| stage.scores[*a].ln_p.total_cmp(&stage.scores[*b].ln_p));
+    like
+}
+
+/// The best of the short list after a nonlinear fit.
+fn best(stage: &Stage, options: &Options) -> Result<Option<(Adopted, Fitted)>, FitError> {
+    let mut best: Option<(Adopted, Fitted)> = None;
+    let level = level(stage.effects);
+    for number in stage.declared().into_iter().take(SHORT_LIST) {
+        let candidate = &stage.candidates[number];
+        let start = stage.start(number);
+        let Some(fitted) = stage.fitted.with(&candidate.selected, &start, options)? else {
+            continue;
+        };
+        if !fitted.is_sound() {
+            continue;
+        }
+        let gain = stage.fitted.cost() - fitted.cost();
+        let linear = &stage.scores[number];
+        let mut score = of_gain(gain, linear.degrees, 1);
+        // Members of a family are paid for as in the linear test.
+        score.ln_p += linear.ln_p - of_gain(linear.gain, linear.degrees, 1).ln_p;
+        if score.ln_p > level || score.lambda() < LEAST_LAMBDA {
+            continue;
+        }
+        if best.as_ref().is_none_or(|(known, _)| score.ln_p < known.score.ln_p) {
+            let prior_share = stage.evidence.prior_share(stage.entry(number));
+            let like = alike(stage, number);
+            let names = like.iter().map(|n| stage.candidates[*n].name.clone()).collect();
+            let probability = probabilities(stage);
+            let adopted = Adopted {
+                candidate: candidate.clone(),
+                score,
+                prior_share,
+                gain,
+                aliases: names,
+                probability: like.iter().chain([&number]).map(|n| probability[*n]).sum(),
+            };
+            best = Some((adopted, fitted));
+        }
+    }
+    Ok(best)
+}

@@ -1,0 +1,293 @@
+//! A stage of the search: the campaigns with the effects adopted so far, fitted, and the evidence of
+//! everything that is not in the model yet.
+
+use nalgebra::DVector;
+
+use crate::engine::open::Recipe;
+use crate::engine::stretches::Left;
+use crate::engine::{Part, Point, Problem};
+use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
+use crate::system::Selected;
+
+use super::candidates::{Candidate, NotTestable, Wanted, offer};
+use super::evidence::{Entry, Evidence};
+use super::score::{Score, of_gain, score};
+use super::search::level;
+use super::structure::blocks;
+use super::whiten::Noise;
+
+/// Structures taken off at most before the noise is judged.
+const MOST_STRUCTURES: usize = 8;
+
+/// The campaigns with some effects, fitted.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// From what its models were put together.
+    pub recipes: Vec<Recipe>,
+    /// The campaigns.
+    pub problem: Problem,
+    /// The fit.
+    pub fit: Fit<Point>,
+}
+
+impl Fitted {
+    /// Whether the fit can be built on.
+    pub fn is_sound(&self) -> bool {
+        self.fit.outcome == Outcome::Converged
+    }
+
+    /// The same campaigns with one more effect, fitted from here. `None` where the effect fits no
+    /// campaign.
+    ///
+    /// # Errors
+    /// [`FitError`] where the problem cannot be fitted at all.
+    pub fn with(
+        &self,
+        more: &Selected,
+        start: &[(String, usize, Option<String>, f64)],
+        options: &Options,
+    ) -> Result<Option<Self>, FitError> {
+        let mut recipes = self.recipes.clone();
+        let mut parts = Vec::with_capacity(recipes.len());
+        let mut fits = false;
+        for (recipe, part) in recipes.iter_mut().zip(&self.problem.parts) {
+            if let Ok(system) = recipe.with(std::slice::from_ref(more)) {
+                fits = true;
+                recipe.effects.push(more.clone());
+                parts.push(rebuilt(part, system));
+            } else {
+                parts.push(part.clone());
+            }
+        }
+        if !fits {
+            return Ok(None);
+        }
+        let mut problem = Problem::new(parts);
+        let mut point = carried(&self.problem, &self.fit.point, &problem);
+        for (name, component, of, value) in start {
+            for (index, instance) in problem.layout.instances.iter().enumerate() {
+                let here = instance.of == *of || instance.of.is_none() || of.is_none();
+                if instance.name == *name && here && !instance.setting.fixed {
+                    point.values[index][*component] = *value;
+                }
+            }
+        }
+        let fit = fit(&mut problem, point, options)?;
+        Ok(Some(Self { recipes, problem, fit }))
+    }
+
+    /// The same campaigns, readings and weights without some effects, fitted from here.
+    ///
+    /// # Errors
+    /// [`FitError`] where the problem cannot be fitted at all.
+    pub fn without(&self, less: &[&Selected], options: &Options) -> Result<Self, FitError> {
+        let mut recipes = self.recipes.clone();
+        let mut parts = Vec::with_capacity(recipes.len());
+        for (recipe, part) in recipes.iter_mut().zip(&self.problem.parts) {
+            let dropped = |one: &Selected| {
+                less.iter().any(|gone| {
+                    gone.effect.name == one.effect.name
+                        && gone.head == one.head
+                        && gone.member == one.member
+                })
+            };
+            recipe.effects.retain(|one| !dropped(one));
+            parts.push(match recipe.with(&[]) {
+                Ok(system) => rebuilt(part, system),
+                Err(_) => part.clone(),
+            });
+        }
+        let mut problem = Problem::new(parts);
+        let point = carried(&self.problem, &self.fit.point, &problem);
+        let fit = fit(&mut problem, point, options)?;
+        Ok(Self { recipes, problem, fit })
+    }
+
+    /// Fitted again from where it stands, with the readings and uncertainties of the problem.
+    ///
+    /// # Errors
+    /// [`FitError`] where the problem cannot be fitted at all.
+    pub fn again(self, options: &Options) -> Result<Self, FitError> {
+        let Self { recipes, mut problem, fit: old } = self;
+        let fit = fit(&mut problem, old.point, options)?;
+        Ok(Self { recipes, problem, fit })
+    }
+
+    /// The sum of squares of the residuals and priors.
+    pub fn cost(&self) -> f64 {
+        self.fit.cost
+    }
+}
+
+/// A part with another system; readings, stated uncertainties and levels of noise as they are.
+pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {
+    let levels: Vec<(String, f64)> = part
+        .system
+        .randoms
+        .iter()
+        .zip(&part.random_sigma)
+        .map(|(random, sigma)| (random.name.clone(), *sigma))
+        .collect();
+    let mut made = Part::new(system, part.setups.clone(), part.runs.clone(), part.sigma.clone());
+    for (random, sigma) in made.system.randoms.iter().zip(&mut made.random_sigma) {
+        if let Some((_, level)) = levels.iter().find(|(name, _)| *name == random.name) {
+            *sigma = *level;
+        }
+    }
+    made.label.clone_from(&part.label);
+    made.instrument.clone_from(&part.instrument);
+    made.rig.clone_from(&part.rig);
+    made.delay_range = part.delay_range;
+    made
+}
+
+/// The values of one problem's point in another problem; what is new starts at what is stated, else
+/// at zero.
+pub fn carried(from: &Problem, point: &Point, to: &Problem) -> Point {
+    let mut carried = Point::start(&to.layout);
+    for (index, instance) in to.layout.instances.iter().enumerate() {
+        let same = from
+            .layout
+            .instances
+            .iter()
+            .position(|one| one.name == instance.name && one.of == instance.of);
+        if let Some(same) = same {
+            carried.values[index] = point.values[same];
+        }
+    }
+    carried
+}
+
+/// A fitted model with the evidence for all that is not in it.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// The model.
+    pub fitted: Fitted,
+    /// Effects of the library, one member of each family, then blocks of unknown structure.
+    pub candidates: Vec<Candidate>,
+    /// Number of effects among the candidates.
+    pub effects: usize,
+    /// For each candidate the number of members of its family that were tried.
+    pub members: Vec<usize>,
+    /// Effects on the noise.
+    pub noise: Vec<Candidate>,
+    /// Effects that cannot be tested.
+    pub not_testable: Vec<NotTestable>,
+    /// Evidence of each candidate.
+    pub evidence: Evidence,
+    /// Score of each candidate.
+    pub scores: Vec<Score>,
+    /// What is known of the noise.
+    pub noise_found: Noise,
+    /// For each candidate how much more its score scatters from stretch to stretch than the noise
+    /// says.
+    pub inflation: Vec<f64>,
+    /// Number of stretches; 0 where they were not looked at.
+    pub stretches: usize,
+}
+
+impl Stage {
+    /// Looks at everything that is not in a fitted model. `None` where its parameters are not
+    /// determined.
+    pub fn new(fitted: Fitted, wanted: &Wanted) -> Option<Self> {
+        let offer = offer(&fitted.recipes, wanted);
+        let (mut candidates, mut members) = best_members(&fitted, offer.effects)?;
+        let effects = candidates.len();
+        candidates.extend(blocks(&fitted.recipes));
+        members.resize(candidates.len(), 1);
+        let all: Vec<&Candidate> = candidates.iter().collect();
+        let evidence = Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, &all)?;
+        let scores: Vec<Score> = evidence
+            .entries
+            .iter()
+            .zip(&members)
+            .map(|(entry, members)| score(entry, *members))
+            .collect();
+        Some(Self {
+            fitted,
+            candidates,
+            effects,
+            members,
+            noise: offer.noise,
+            not_testable: offer.not_testable,
+            inflation: vec![1.0; scores.len()],
+            evidence,
+            scores,
+            noise_found: Noise::default(),
+            stretches: 0,
+        })
+    }
+
+    /// All significant structure, of the library or unknown, taken together greedily.
+    pub fn structure(&self) -> Entry {
+        let level = level(self.candidates.len());
+        let strong: Vec<usize> =
+            (0..self.candidates.len()).filter(|n| self.scores[*n].ln_p <= level).collect();
+        let mut taken: Vec<&Entry> = Vec::new();
+        let mut whole = self.evidence.together(&taken);
+        for _ in 0..MOST_STRUCTURES {
+            let beyond = |n: &usize| {
+                let (gain, degrees) = self.evidence.beyond(&whole, self.entry(*n));
+                (of_gain(gain, degrees, 1).ln_p, *n)
+            };
+            let best = strong.iter().map(beyond).min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((ln_p, number)) = best else { break };
+            if ln_p > level {
+                break;
+            }
+            taken.push(self.entry(number));
+            whole = self.evidence.together(&taken);
+        }
+        whole
+    }
+
+    /// Compares how scores scatter from stretch to stretch with what the noise says; `left` is what is
+    /// left of each run's readings without significant structure.
+    pub fn judge_scatter(&mut self, left: &[Left]) {
+        self.stretches = left.iter().map(|run| run.scores.len()).sum();
+        self.inflation =
+            self.evidence.entries.iter().map(|one| self.evidence.inflation(one, left)).collect();
+    }
+
+    /// The entry of a candidate.
+    pub fn entry(&self, candidate: usize) -> &Entry {
+        &self.evidence.entries[candidate]
+    }
+
+    /// The values of a candidate's parameters that the linearised problem finds best.
+    pub fn start(&self, candidate: usize) -> Vec<(String, usize, Option<String>, f64)> {
+        let entry = self.entry(candidate);
+        let values: DVector<f64> = entry.values();
+        entry
+            .owners
+            .iter()
+            .zip(values.iter())
+            .map(|(owner, value)| {
+                (owner.parameter.clone(), owner.component, owner.of.clone(), *value)
+            })
+            .collect()
+    }
+}
+
+/// Of each family the member that explains most, with the number of members tried.
+fn best_members(fitted: &Fitted, offered: Vec<Candidate>) -> Option<(Vec<Candidate>, Vec<usize>)> {
+    let mut best: Vec<Candidate> = Vec::new();
+    let mut tried = Vec::new();
+    let mut rest = offered.as_slice();
+    while let Some(first) = rest.first() {
+        let count = rest.iter().take_while(|one| one.name == first.name).count();
+        let (family, after) = rest.split_at(count);
+        rest = after;
+        let mut winner = 0;
+        if count > 1 {
+            let members: Vec<&Candidate> = family.iter().collect();
+            let fit = &fitted.fit;
+            let evidence = Evidence::new(&fitted.problem, &fit.normal, &fit.point, &members)?;
+            let gain = |k: &usize| score(&evidence.entries[*k], 1).ln_p;
+            winner = (0..count).min_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(0);
+        }
+        best.push(family[winner].clone());
+        tried.push(count);
+    }
+    Some((best, tried))
+}

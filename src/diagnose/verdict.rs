@@ -1,0 +1,278 @@
+//! The verdict: what the search found, as an answer.
+
+use super::candidates::NotTestable;
+use super::probability::probabilities;
+use super::score::{Score, of_gain};
+use super::search::{Adopted, LEAST_LAMBDA, Search, level};
+use super::stage::Stage;
+use super::structure::Place;
+
+/// Share that an effect must explain to be named although its form does not fit.
+pub const NAMED: f64 = 0.95;
+/// Places shown at most.
+const PLACES: usize = 5;
+/// A block that explains less of the best is no place of its own.
+const LEAST_SHARE: f64 = 0.2;
+
+/// Odds against two effects of the library in a place that one unknown cause would do for.
+const FURTHER: f64 = 1000.0;
+
+/// What was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Verdict {
+    /// Nothing: the model fits.
+    Adequate,
+    /// Effects of the library explain everything that can be seen.
+    Explained,
+    /// An effect explains nearly everything, but its form does not fit.
+    ShapeDiffers,
+    /// Something is there, and nothing in the library explains it.
+    Unknown,
+    /// The nominal parameters are not determined.
+    Unobservable,
+}
+
+impl Verdict {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::Explained => "explained",
+            Self::ShapeDiffers => "shape_differs",
+            Self::Unknown => "unknown",
+            Self::Unobservable => "unobservable",
+        }
+    }
+}
+
+/// A testable effect.
+#[derive(Clone, Debug)]
+pub struct Ranked {
+    /// The effect.
+    pub name: String,
+    /// Its test against the nominal model.
+    pub score: Score,
+    /// Share of what is there that it explains, between 0 and 1.
+    pub share: f64,
+    /// Probability that it, or an effect like it, is the cause.
+    pub probability: f64,
+}
+
+/// An effect that nominal parameters take up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Absorbed {
+    /// The effect.
+    pub name: String,
+    /// The parameters that take it up.
+    pub acts_as: String,
+}
+
+/// Where the gap lies.
+#[derive(Clone, Debug)]
+pub struct Location {
+    /// The block.
+    pub place: Place,
+    /// Share of the best block's gain.
+    pub share: f64,
+}
+
+/// The verdict of a search and the effects that it names.
+pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
+    let (Some(first), Some(last)) = (search.stages.first(), search.stages.last()) else {
+        return (Verdict::Unobservable, Vec::new());
+    };
+    let left = last.blocks_found();
+    if search.adopted.is_empty() {
+        let noise = !last.noise_found.effects.is_empty();
+        let verdict = match (left.is_empty(), noise) {
+            (false, _) => Verdict::Unknown,
+            (true, true) => Verdict::Explained,
+            (true, false) => Verdict::Adequate,
+        };
+        return (verdict, Vec::new());
+    }
+    if left.is_empty() && !blocks_are_simpler(search, first) {
+        return (Verdict::Explained, search.adopted.clone());
+    }
+    // One effect may still be the cause although its form is another.
+    let second = &search.stages[1];
+    let gain = search.adopted[0].gain;
+    let share = gain / (gain + leftover(second));
+    if share >= NAMED {
+        return (Verdict::ShapeDiffers, search.adopted[..1].to_vec());
+    }
+    (Verdict::Unknown, Vec::new())
+}
+
+/// Whether blocks of unknown structure account for everything more simply than several effects: then
+/// those effects imitate what nobody wrote down. Of three effects and more fewer blocks are simpler;
+/// of two effects one block, if it is also less surprising by chance.
+fn blocks_are_simpler(search: &Search, first: &Stage) -> bool {
+    let count = search.adopted.len();
+    if count < 2 {
+        return false;
+    }
+    let Some(blocks) = blocks_needed(first, count - 1) else { return false };
+    if count > 2 {
+        return true;
+    }
+    let gain = search.adopted.iter().map(|one| one.score.gain).sum();
+    let degrees = search.adopted.iter().map(|one| one.score.degrees).sum();
+    let choices = count as f64 * (first.effects as f64).ln() + FURTHER.ln();
+    let together = of_gain(gain, degrees, 1).ln_p + choices;
+    let among = ((first.candidates.len() - first.effects) as f64).ln();
+    blocks.iter().any(|block| first.scores[*block].ln_p + among < together)
+}
+
+/// The blocks, taken greedily, beyond which nothing significant is left; `None` where it takes more.
+fn blocks_needed(stage: &Stage, most: usize) -> Option<Vec<usize>> {
+    let level = level(stage.candidates.len());
+    let strong: Vec<usize> =
+        (0..stage.candidates.len()).filter(|n| stage.scores[*n].ln_p <= level).collect();
+    let mut taken: Vec<usize> = Vec::new();
+    loop {
+        let entries: Vec<_> = taken.iter().map(|n| stage.entry(*n)).collect();
+        let whole = stage.evidence.together(&entries);
+        let left: Vec<(usize, Score)> = strong
+            .iter()
+            .map(|n| {
+                let (gain, degrees) = stage.evidence.beyond(&whole, stage.entry(*n));
+                (*n, of_gain(gain, degrees, stage.members[*n]))
+            })
+            .filter(|(_, score)| score.ln_p <= level && score.lambda() >= LEAST_LAMBDA)
+            .collect();
+        if left.is_empty() {
+            return Some(taken);
+        }
+        if taken.len() == most {
+            return None;
+        }
+        let blocks = left.iter().filter(|(n, _)| *n >= stage.effects);
+        let best = blocks.min_by(|a, b| a.1.ln_p.total_cmp(&b.1.ln_p))?;
+        taken.push(best.0);
+    }
+}
+
+/// What the best block still explains.
+pub fn leftover(stage: &Stage) -> f64 {
+    let found = stage.blocks_found();
+    found.iter().map(|block| stage.scores[*block].lambda().powi(2)).fold(0.0, f64::max)
+}
+
+/// Where the gap lies, best first.
+pub fn locations(stage: &Stage) -> Vec<Location> {
+    let found = stage.blocks_found();
+    let most = leftover(stage);
+    let share = |block: &usize| stage.scores[*block].lambda().powi(2) / most;
+    found
+        .iter()
+        .filter(|block| share(block) >= LEAST_SHARE)
+        .filter_map(|block| {
+            let place = stage.candidates[*block].place.clone()?;
+            Some(Location { place, share: share(block) })
+        })
+        .take(PLACES)
+        .collect()
+}
+
+/// All testable effects, best first.
+pub fn ranked(stage: &Stage) -> Vec<Ranked> {
+    let blocks = stage.blocks_found();
+    let probability = probabilities(stage);
+    let share = |number: usize| {
+        let own = stage.scores[number].lambda().powi(2);
+        let entry = stage.entry(number);
+        let left = blocks.iter().map(|block| {
+            let (gain, degrees) = stage.evidence.beyond(entry, stage.entry(*block));
+            gain - degrees as f64
+        });
+        let left = left.fold(0.0, f64::max);
+        if own > 0.0 { own / (own + left) } else { 0.0 }
+    };
+    let mut all: Vec<(usize, Ranked)> = (0..stage.effects)
+        .filter(|n| stage.entry(*n).degrees() > 0)
+        .map(|n| {
+            let name = stage.candidates[n].name.clone();
+            let score = stage.scores[n];
+            (n, Ranked { name, score, share: share(n), probability: probability[n] })
+        })
+        .collect();
+    all.sort_by(|a, b| a.1.score.ln_p.total_cmp(&b.1.score.ln_p).then(a.0.cmp(&b.0)));
+    all.into_iter().map(|(_, one)| one).collect()
+}
+
+/// Effects that nominal parameters take up, and effects that change no reading here.
+pub fn silent(stage: &Stage) -> (Vec<Absorbed>, Vec<NotTestable>) {
+    let mut absorbed = Vec::new();
+    let mut not_testable = stage.not_testable.clone();
+    for number in (0..stage.effects).filter(|n| stage.entry(*n).degrees() == 0) {
+        let name = stage.candidates[number].name.clone();
+        let entry = stage.entry(number);
+        if !entry.finite {
+            let why = "the recordings do not hold an input that it acts on".to_owned();
+            not_testable.push(NotTestable { name, why });
+        } else if !entry.acts() {
+            not_testable.push(NotTestable { name, why: why_silent(stage, number) });
+        } else {
+            absorbed.push(Absorbed { name, acts_as: acts_as(stage, number) });
+        }
+    }
+    not_testable.sort_by(|a, b| a.name.cmp(&b.name));
+    (absorbed, not_testable)
+}
+
+/// Share of an effect's length above which a parameter is named as taking it up.
+const TAKES_PART: f64 = 0.05;
+
+/// The nominal parameters that take an effect up.
+fn acts_as(stage: &Stage, number: usize) -> String {
+    let layout = &stage.fitted.problem.layout;
+    let takers = stage.evidence.takers(stage.entry(number));
+    let most = takers.first().map_or(0.0, |(_, share)| *share);
+    let mut names: Vec<&str> = Vec::new();
+    for (column, _) in takers.iter().filter(|(_, share)| *share >= TAKES_PART * most) {
+        let owner = layout.instances.iter().enumerate().find(|(index, instance)| {
+            (0..instance.dimension())
+                .any(|k| layout.columns_of(*index, k).iter().any(|(c, _)| c == column))
+        });
+        if let Some((_, instance)) = owner
+            && !names.contains(&instance.name.as_str())
+        {
+            names.push(&instance.name);
+        }
+    }
+    names.join(", ")
+}
+
+/// Why an effect changes no reading here.
+fn why_silent(stage: &Stage, number: usize) -> String {
+    let accelerations: Vec<String> = stage
+        .fitted
+        .recipes
+        .iter()
+        .zip(&stage.fitted.problem.parts)
+        .flat_map(|(recipe, part)| {
+            let captured = |input: usize| {
+                part.runs.iter().any(|run| {
+                    matches!(
+                        run.record.inputs()[input],
+                        crate::campaign::Track::Captured { acceleration: None, .. }
+                    )
+                })
+            };
+            let signals = recipe.model.inputs.iter().enumerate();
+            let moving = signals.filter(move |(index, input)| input.signal && captured(*index));
+            moving.map(|(_, input)| format!("`{}_acceleration`", input.name))
+        })
+        .collect();
+    let patches = &stage.candidates[number].selected.effect.patches;
+    let twice = patches.iter().any(|line| line.formula.text.contains("rate(rate("));
+    if twice && !accelerations.is_empty() {
+        format!(
+            "it changes no reading while rates are constant: it needs a column {}",
+            accelerations.join(" or ")
+        )
+    } else {
+        "it changes no reading in these runs".to_owned()
+    }
+}

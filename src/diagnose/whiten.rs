@@ -1,0 +1,393 @@
+//! The noise, before anything is tested against it: wild readings, levels, jitter, memory.
+//!
+//! Noise is judged on what is left once every significant structure, of the library or unknown, has
+//! been taken off greedily: an effect that is not modelled yet must not pass for noise. Then, in this
+//! order,
+//!
+//! - random quantities that the readings of one sample share are looked for ([`super::jitter`]);
+//! - readings beyond [`TRIM`] robust standard deviations of their measurand are left out;
+//! - the level of each measurand is its scatter over what is stated;
+//! - memory is the correlation of a measurand's neighbours in time.
+//!
+//! Each is tested one-sidedly. What is accepted enters the covariance, but for memory: that widens the
+//! stretches over which scores are summed.
+
+use crate::campaign::Run;
+use crate::effect::Target;
+use crate::engine::stretches::Left;
+use crate::engine::{Part, Problem};
+use crate::estimate::batch::{FitError, Options};
+use crate::graph::MeasurandKind;
+
+use crate::system::Selected;
+use crate::units::Unit;
+
+use super::candidates::{Candidate, Wanted};
+use super::jitter::jitter;
+use super::search::level;
+use super::stage::{Fitted, Stage, rebuilt};
+use super::tail::{ln_chi_squared, ln_normal};
+
+/// Readings farther out are left out, in robust standard deviations.
+pub const TRIM: f64 = 4.5;
+/// Share of readings farther out by chance.
+const BEYOND_TRIM: f64 = 6.8e-6;
+/// Where more readings than this share are far out, the noise has long tails and none is left out.
+const MOST_WILD: f64 = 0.05;
+/// Standard deviation over median absolute deviation of a normal distribution.
+const NORMAL: f64 = 1.482_602_2;
+
+/// Something found in the noise.
+#[derive(Clone, Debug)]
+pub struct NoiseEffect {
+    /// The effect of the library.
+    pub name: String,
+    /// Where it is part of the model: as what.
+    pub selected: Option<Selected>,
+    /// The name of its parameter.
+    pub parameter: String,
+    /// Unit in which the parameter is declared.
+    pub unit: Unit,
+    /// Its size (SI).
+    pub value: f64,
+    /// Standard uncertainty.
+    pub sigma: f64,
+    /// Logarithm of the probability of such a finding by chance.
+    pub ln_p: f64,
+}
+
+/// The noise of campaigns.
+#[derive(Clone, Debug, Default)]
+pub struct Noise {
+    /// Effects of the library that were accepted.
+    pub effects: Vec<NoiseEffect>,
+    /// For each measurand the factor on its stated standard uncertainty that was found, where it
+    /// differs from 1.
+    pub levels: Vec<(String, f64)>,
+    /// Readings left out.
+    pub wild: usize,
+    /// Correlation of neighbours in time, the largest of all measurands; 0 where there is none.
+    pub memory: f64,
+    /// Samples in a stretch.
+    pub stretch: usize,
+}
+
+/// What the campaigns give.
+#[derive(Clone, Debug)]
+pub struct Given {
+    /// Their runs with every reading.
+    pub whole: Vec<Vec<Run>>,
+    /// The uncertainties that they state.
+    pub stated: Vec<Vec<f64>>,
+}
+
+impl Given {
+    /// What a problem's campaigns give.
+    pub fn of(problem: &Problem) -> Self {
+        Self {
+            whole: problem.parts.iter().map(|part| part.runs.clone()).collect(),
+            stated: problem.parts.iter().map(|part| part.sigma.clone()).collect(),
+        }
+    }
+}
+
+impl Noise {
+    /// Part of the readings that counts where neighbours are alike.
+    fn alike(&self) -> f64 {
+        (1.0 - self.memory.powi(2)) / (1.0 + self.memory.powi(2))
+    }
+
+    /// The effects that it put into the model.
+    pub fn selected(&self) -> Vec<&Selected> {
+        self.effects.iter().filter_map(|one| one.selected.as_ref()).collect()
+    }
+}
+
+/// One measurand's residuals, run after run.
+struct Sequence {
+    measurand: usize,
+    part: usize,
+    runs: Vec<Vec<f64>>,
+}
+
+impl Sequence {
+    fn present(&self) -> impl Iterator<Item = f64> + '_ {
+        self.runs.iter().flatten().copied().filter(|value| !value.is_nan())
+    }
+}
+
+/// The residuals of each component of each measurand.
+fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
+    let mut all = Vec::new();
+    for (p, part) in problem.parts.iter().enumerate() {
+        for row in 0..part.residual_count() {
+            let runs = (0..part.runs.len())
+                .map(|run| left[problem.run_index(p, run)].residuals[row].clone())
+                .collect();
+            all.push(Sequence { measurand: part.measurand_of(row), part: p, runs });
+        }
+    }
+    all
+}
+
+/// Rounds of judging the noise and fitting again.
+const ROUNDS: usize = 5;
+/// Stretches that a campaign is cut into.
+const STRETCHES: usize = 60;
+/// Correlation times in a stretch at least.
+const TIMES: f64 = 3.0;
+
+/// A stage whose noise is what its weights say: judged, changed and fitted again until it stands.
+/// What was `known` of the noise is judged anew. `None` where the parameters are not determined.
+///
+/// # Errors
+/// [`FitError`] where a model cannot be fitted at all.
+pub fn prepare(
+    mut fitted: Fitted,
+    wanted: &Wanted,
+    given: &Given,
+    known: &Noise,
+    options: &Options,
+) -> Result<Option<Stage>, FitError> {
+    let mut noise = Noise::default();
+    let whole = given.whole.iter().zip(&given.stated);
+    for (part, (runs, stated)) in fitted.problem.parts.iter_mut().zip(whole) {
+        part.runs.clone_from(runs);
+        part.sigma.clone_from(stated);
+    }
+    fitted = fitted.without(&known.selected(), options)?;
+    for round in 0..ROUNDS {
+        let Some(mut stage) = Stage::new(fitted, wanted) else { return Ok(None) };
+        let structure = stage.structure();
+        noise.stretch = stretch(&stage.fitted.problem, noise.memory);
+        let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
+        let left = stage.evidence.left(problem, point, &structure, noise.stretch);
+        let unknowns = problem.layout.columns.len() + structure.degrees();
+        if round + 1 < ROUNDS
+            && let Some(changed) = whiten(&stage, &left, unknowns, &mut noise)
+        {
+            fitted = changed.again(options)?;
+            continue;
+        }
+        if noise.memory > 0.0 {
+            noise.stretch = stretch(problem, noise.memory);
+            let left = stage.evidence.left(problem, point, &structure, noise.stretch);
+            stage.judge_scatter(&left);
+        } else {
+            stage.judge_scatter(&left);
+        }
+        name_levels(&stage, &given.stated, &mut noise);
+        name_wild(&stage, &mut noise);
+        stage.noise_found = noise;
+        return Ok(Some(stage));
+    }
+    Ok(None)
+}
+
+/// Samples in a stretch: enough stretches over all runs, each of several correlation times.
+fn stretch(problem: &Problem, memory: f64) -> usize {
+    let runs = problem.parts.iter().flat_map(|part| &part.runs);
+    let samples: usize = runs.map(|run| run.record.len()).sum();
+    let time = if memory > 0.0 { -1.0 / memory.ln() } else { 0.0 };
+    samples.div_ceil(STRETCHES).max((TIMES * time).ceil() as usize).max(1)
+}
+
+/// Names the effects of the library that stand for scatter beyond what is stated.
+fn name_levels(stage: &Stage, stated: &[Vec<f64>], noise: &mut Noise) {
+    let parts = &stage.fitted.problem.parts;
+    for (part, stated) in parts.iter().zip(stated) {
+        let names = &part.system.assembly.names.measurands;
+        for ((measurand, sigma), stated) in names.iter().zip(&part.sigma).zip(stated) {
+            if sigma != stated {
+                noise.levels.push((measurand.name.clone(), sigma / stated));
+            }
+        }
+    }
+    for candidate in &stage.noise {
+        let (mut squares, mut count, mut readings) = (0.0, 0, 0);
+        for (part, stated) in parts.iter().zip(stated) {
+            for (measurand, (sigma, stated)) in part.sigma.iter().zip(stated).enumerate() {
+                if patches_level(candidate, part, measurand) {
+                    squares += (sigma / stated).powi(2);
+                    count += 1;
+                    readings += part.runs.iter().map(|run| run.record.len()).sum::<usize>();
+                }
+            }
+        }
+        let level = (squares / f64::from(count.max(1))).sqrt() - 1.0;
+        let parameter = candidate.selected.effect.parameters.first();
+        if let (Some(parameter), true) = (parameter, level > 0.0) {
+            let sigma = (1.0 + level) / (2.0 * readings.max(1) as f64).sqrt();
+            noise.effects.push(NoiseEffect {
+                name: candidate.name.clone(),
+                selected: None,
+                parameter: format!("{}.{}", candidate.name, parameter.name),
+                unit: parameter.unit.clone(),
+                value: level,
+                sigma,
+                ln_p: ln_normal(level / sigma),
+            });
+        }
+    }
+}
+
+/// Whether an effect patches the noise level of a measurand.
+fn patches_level(candidate: &Candidate, part: &Part, measurand: usize) -> bool {
+    let one = &part.system.assembly.names.measurands[measurand];
+    candidate.selected.effect.patches.iter().any(|line| match &line.target {
+        Target::Sigma(name) => *name == one.name,
+        Target::EachAngleSigma => matches!(one.kind, MeasurandKind::Angle { .. }),
+        _ => false,
+    })
+}
+
+/// Names outliers where there are more wild readings than chance gives.
+fn name_wild(stage: &Stage, noise: &mut Noise) {
+    let readings = stage.fitted.problem.reading_count() + noise.wild;
+    let ln_p = ln_wild(noise.wild, readings);
+    if noise.wild > 0 && ln_p <= level(stage.noise.len() + 1) {
+        let share = noise.wild as f64 / readings as f64;
+        noise.effects.push(NoiseEffect {
+            name: "outliers".to_owned(),
+            selected: None,
+            parameter: "outliers.share".to_owned(),
+            unit: Unit::one(),
+            value: share,
+            sigma: (share / readings as f64).sqrt(),
+            ln_p,
+        });
+    }
+}
+
+/// Judges the noise of a stage by what is left of its readings, changes what it finds in the fitted
+/// model, and says whether anything was changed.
+fn whiten(stage: &Stage, left: &[Left], unknowns: usize, noise: &mut Noise) -> Option<Fitted> {
+    let mut fitted = stage.fitted.clone();
+    let all = sequences(&fitted.problem, left);
+    let tests = all.len() + stage.noise.len();
+    noise.memory = memory(&all, level(tests));
+    if let Some((found, candidate)) = jitter(stage, left, level(tests), noise.alike()) {
+        let mut parts = Vec::new();
+        for (campaign, part) in fitted.problem.parts.iter().enumerate() {
+            let Some(system) = &candidate.systems[campaign] else {
+                parts.push(part.clone());
+                continue;
+            };
+            let mut part = rebuilt(part, (**system).clone());
+            for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
+                if random.name == found.parameter {
+                    *sigma = found.value;
+                }
+            }
+            parts.push(part);
+            fitted.recipes[campaign].effects.push(candidate.selected.clone());
+        }
+        fitted.problem = Problem::new(parts);
+        noise.effects.push(found);
+        return Some(fitted);
+    }
+    if let Some(wild) = trim(&mut fitted.problem, &all) {
+        noise.wild += wild;
+        return Some(fitted);
+    }
+    levels(stage, &mut fitted.problem, &all, unknowns, noise).then_some(fitted)
+}
+
+/// Leaves wild readings out; their number, `None` where there is none.
+fn trim(problem: &mut Problem, all: &[Sequence]) -> Option<usize> {
+    let mut wild = 0;
+    for one in all {
+        let mut sizes: Vec<f64> = one.present().map(f64::abs).collect();
+        if sizes.is_empty() {
+            continue;
+        }
+        let middle = sizes.len() / 2;
+        let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+        let limit = TRIM * NORMAL * *median;
+        let far = sizes.iter().filter(|size| **size > limit).count();
+        if far == 0 || far as f64 > MOST_WILD * sizes.len() as f64 {
+            continue;
+        }
+        let part = &mut problem.parts[one.part];
+        let slot = part.slots()[one.measurand].clone();
+        let width = if slot.components == 3 { 4 } else { 1 };
+        for (run, residuals) in part.runs.iter_mut().zip(&one.runs) {
+            if run.record.is_spilled() || !residuals.iter().any(|value| value.abs() > limit) {
+                continue;
+            }
+            run.record.edit(|samples| {
+                for (sample, value) in residuals.iter().enumerate() {
+                    if value.abs() > limit {
+                        for column in &mut samples.readings[slot.column..slot.column + width] {
+                            column[sample] = f64::NAN;
+                        }
+                        wild += 1;
+                    }
+                }
+            });
+        }
+    }
+    (wild > 0).then_some(wild)
+}
+
+/// Logarithm of the probability of so many wild readings among normal ones.
+pub fn ln_wild(wild: usize, readings: usize) -> f64 {
+    // Poisson: the chance of at least so many is that of a chi squared below twice the mean.
+    let mean = BEYOND_TRIM * readings as f64;
+    let upper = ln_chi_squared(2.0 * mean, 2 * wild);
+    (-upper.exp()).ln_1p().max(-700.0)
+}
+
+/// The largest correlation of neighbours that is more than chance; 0 where there is none.
+fn memory(all: &[Sequence], level: f64) -> f64 {
+    all.iter()
+        .map(|one| {
+            let (mut products, mut squares, mut count) = (0.0, 0.0, 0);
+            for run in &one.runs {
+                for pair in run.windows(2).filter(|pair| pair.iter().all(|value| !value.is_nan())) {
+                    products += pair[0] * pair[1];
+                    squares += 0.5 * (pair[0] * pair[0] + pair[1] * pair[1]);
+                    count += 1;
+                }
+            }
+            let correlation = if squares > 0.0 { products / squares } else { 0.0 };
+            let ln_p = ln_normal(correlation * f64::from(count).sqrt());
+            if ln_p <= level { correlation.min(0.99) } else { 0.0 }
+        })
+        .fold(0.0, f64::max)
+}
+
+/// Lets stated uncertainties follow the scatter; whether any did.
+fn levels(
+    stage: &Stage,
+    problem: &mut Problem,
+    all: &[Sequence],
+    unknowns: usize,
+    noise: &mut Noise,
+) -> bool {
+    let readings: usize = all.iter().map(|one| one.present().count()).sum();
+    let freedom = readings.saturating_sub(unknowns).max(1) as f64 / readings.max(1) as f64;
+    let tests = all.len() + stage.noise.len();
+    let mut found: Vec<(usize, usize, f64)> = Vec::new();
+    for (p, part) in problem.parts.iter().enumerate() {
+        for measurand in 0..part.slots().len() {
+            let own = || all.iter().filter(|one| one.part == p && one.measurand == measurand);
+            let count: usize = own().map(|one| one.present().count()).sum();
+            let squares: f64 = own().flat_map(Sequence::present).map(|value| value * value).sum();
+            if count < 3 {
+                continue;
+            }
+            let variance = squares / (count as f64 * freedom);
+            let size =
+                (variance - 1.0).abs() * (0.5 * noise.alike() * freedom * count as f64).sqrt();
+            if ln_normal(size) <= level(tests) - std::f64::consts::LN_2 {
+                found.push((p, measurand, variance.sqrt()));
+            }
+        }
+    }
+    for (p, measurand, factor) in &found {
+        let part: &mut Part = &mut problem.parts[*p];
+        part.sigma[*measurand] *= factor;
+    }
+    !found.is_empty()
+}

@@ -1,0 +1,179 @@
+//! What a step leaves of the readings, and its products with all columns summed over stretches.
+//!
+//! Sums over stretches of consecutive samples say how scores scatter, whatever the noise is like
+//! within a stretch: what a sandwich estimate of uncertainty needs (Huber 1967; Liang and Zeger 1986).
+
+use nalgebra::DVector;
+
+use crate::engine::blocks::{Block, Memory, Plan};
+use crate::engine::lanes::{LANES, Lanes};
+use crate::engine::linearise::silence;
+use crate::engine::point::Point;
+use crate::engine::problem::Problem;
+use crate::engine::signatures::Signatures;
+
+/// What a step leaves of one run.
+#[derive(Clone, Debug, Default)]
+pub struct Left {
+    /// For each residual component its whitened residuals, one a sample; NaN where there is no
+    /// reading.
+    pub residuals: Vec<Vec<f64>>,
+    /// For each stretch the products of what is left with the columns that the run touches and those
+    /// of the signatures.
+    pub scores: Vec<DVector<f64>>,
+}
+
+impl Problem {
+    /// Takes a step off the residuals of every run of a campaign (`residual - J step`, whitened) and
+    /// sums over stretches of so many samples. `steps` holds for each run one number for each column
+    /// that it touches, then one for each of the signatures.
+    pub fn left(
+        &self,
+        signatures: &Signatures,
+        point: &Point,
+        steps: &[Vec<f64>],
+        length: usize,
+    ) -> Vec<Left> {
+        let part = signatures.part();
+        let rows = self.parts[part].residual_count();
+        let more = signatures.columns.len();
+        let plans: Vec<Plan> =
+            (0..self.parts[part].runs.len()).map(|run| self.plan(part, run, point, more)).collect();
+        let mut left: Vec<Left> = plans
+            .iter()
+            .zip(&self.parts[part].runs)
+            .map(|(plan, run)| Left {
+                residuals: vec![Vec::with_capacity(run.record.len()); rows],
+                scores: vec![
+                    DVector::zeros(plan.size - 1);
+                    run.record.len().div_ceil(length.max(1))
+                ],
+            })
+            .collect();
+        self.in_order(
+            |block| block.part == part,
+            |memory, block| {
+                let plan = &plans[block.run];
+                self.block_left(block, signatures, plan, &steps[block.run], length.max(1), memory)
+            },
+            |block, made| {
+                let whole = &mut left[block.run];
+                for (all, own) in whole.residuals.iter_mut().zip(made.residuals) {
+                    all.extend(own);
+                }
+                for (number, own) in made.scores.iter().enumerate() {
+                    whole.scores[block.start / length.max(1) + number] += own;
+                }
+            },
+        );
+        left
+    }
+
+    fn block_left(
+        &self,
+        block: Block,
+        signatures: &Signatures,
+        plan: &Plan,
+        step: &[f64],
+        length: usize,
+        memory: &mut Memory,
+    ) -> Left {
+        let part = &self.parts[block.part];
+        let program = &signatures.program;
+        let correlated = self.whitening[block.part][block.run].is_correlated();
+        let directions: Vec<&[usize]> =
+            program.rows.iter().map(|row| row.directions.as_slice()).collect();
+        memory.mixed.prepare(&directions, correlated);
+        let mut made = Summing {
+            left: Left { residuals: vec![Vec::new(); program.rows.len()], scores: Vec::new() },
+            plan,
+            step,
+            length,
+            // Number of the block's first stretch.
+            first: block.start / length,
+        };
+        self.walk_block(block, &program.code, plan, memory, &mut |loaded, mixed| {
+            let (start, len) = (loaded.chunk.first, loaded.chunk.len);
+            for group in 0..program.code.group_count() {
+                loaded.workspace.compute(&program.code, group, loaded.chunk.inputs());
+                for (index, row) in program.rows_of(group) {
+                    silence(loaded, part, program, index, row);
+                    let lanes = loaded.workspace.lanes(&program.code, group, row.outputs());
+                    match loaded.whitened.triangles(loaded.number, program.rows.len()) {
+                        None => made.add(index, &lanes, &row.directions, start, len),
+                        Some(triangles) => mixed.add(self.set, index, &lanes, triangles),
+                    }
+                }
+            }
+            if correlated {
+                for row in 0..program.rows.len() {
+                    let directions = mixed.directions(row).to_vec();
+                    mixed.take(row, |lanes| made.add(row, lanes, &directions, start, len));
+                }
+            }
+            for (row, residuals) in made.left.residuals.iter_mut().enumerate() {
+                let weights = &loaded.weights[part.measurand_of(row)];
+                let new = residuals.len() - len;
+                for (value, weight) in residuals[new..].iter_mut().zip(weights) {
+                    if *weight == 0.0 {
+                        *value = f64::NAN;
+                    }
+                }
+            }
+        });
+        made.left
+    }
+}
+
+/// Sums of one block as they grow.
+struct Summing<'a> {
+    left: Left,
+    plan: &'a Plan,
+    step: &'a [f64],
+    length: usize,
+    first: usize,
+}
+
+impl Summing<'_> {
+    /// Adds a row of a chunk: its residual, then its derivatives along some directions.
+    fn add(
+        &mut self,
+        row: usize,
+        lanes: &[&Lanes],
+        directions: &[usize],
+        start: usize,
+        len: usize,
+    ) {
+        let mut left: Lanes = *lanes[0];
+        let slope = |direction: usize| -> f64 {
+            self.plan.movers[direction].iter().map(|(column, by)| by * self.step[*column]).sum()
+        };
+        for (direction, column) in directions.iter().zip(&lanes[1..]) {
+            let by = slope(*direction);
+            if by != 0.0 {
+                for lane in 0..LANES {
+                    left[lane] -= by * column[lane];
+                }
+            }
+        }
+        self.left.residuals[row].extend_from_slice(&left[..len]);
+        let mut from = 0;
+        while from < len {
+            let stretch = (start + from) / self.length;
+            let to = len.min((stretch + 1) * self.length - start);
+            let number = stretch - self.first;
+            while self.left.scores.len() <= number {
+                self.left.scores.push(DVector::zeros(self.plan.size - 1));
+            }
+            let scores = &mut self.left.scores[number];
+            for (direction, column) in directions.iter().zip(&lanes[1..]) {
+                let sum: f64 =
+                    left[from..to].iter().zip(&column[from..to]).map(|(a, b)| a * b).sum();
+                for (place, by) in &self.plan.movers[*direction] {
+                    scores[*place] += by * sum;
+                }
+            }
+            from = to;
+        }
+    }
+}

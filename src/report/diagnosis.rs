@@ -1,0 +1,131 @@
+//! The result of `diagnose` for programs: the keys of `docs/formats.md`, section 6.
+
+use serde_json::{Map, Value, json};
+
+use crate::diagnose::Diagnosis;
+use crate::diagnose::gap::Gap;
+use crate::diagnose::hidden::Hidden;
+use crate::diagnose::search::Adopted;
+use crate::diagnose::structure::Of;
+use crate::diagnose::verdict::{Location, Ranked};
+use crate::diagnose::whiten::NoiseEffect;
+use crate::estimate::calibrate::Estimate;
+use crate::report::json::{estimate, number, unobservable};
+
+/// The result of `diagnose`, at most `top` candidates.
+pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
+    let candidates = diagnosis.candidates.iter().take(top.unwrap_or(usize::MAX));
+    let absorbed = diagnosis.absorbed.iter();
+    let not_testable = diagnosis.not_testable.iter();
+    let noise = diagnosis.noise.iter().map(noise_effect);
+    let effects = diagnosis.effects.iter().map(|one| effect(diagnosis, one));
+    json!({
+        "verdict": diagnosis.verdict.word(),
+        "effects": noise.chain(effects).collect::<Vec<_>>(),
+        "candidates": candidates.map(candidate).collect::<Vec<_>>(),
+        "absorbed": absorbed
+            .map(|one| json!({ "name": one.name, "acts_as": one.acts_as }))
+            .collect::<Vec<_>>(),
+        "not_testable": not_testable
+            .map(|one| json!({ "name": one.name, "why": one.why }))
+            .collect::<Vec<_>>(),
+        "where": diagnosis.locations.iter().map(location).collect::<Vec<_>>(),
+        "nearest": diagnosis.nearest.as_ref().map(|one| json!({
+            "name": one.name,
+            "share": number(Some(one.share)),
+        })),
+        "suspected": diagnosis.suspected,
+        "gap": diagnosis.gap.as_ref().map(gap),
+        "hidden": diagnosis.hidden.iter().map(hidden).collect::<Vec<_>>(),
+        "unobservable": unobservable(&diagnosis.nominal.unobservable),
+    })
+}
+
+/// The estimates that belong to an effect.
+pub(crate) fn estimates_of(diagnosis: &Diagnosis, adopted: &Adopted) -> Vec<Estimate> {
+    let prefix = format!("{}.", adopted.candidate.name);
+    let all = diagnosis.explained.iter().flat_map(|one| one.estimates());
+    all.filter(|one| one.name.starts_with(&prefix)).collect()
+}
+
+fn effect(diagnosis: &Diagnosis, adopted: &Adopted) -> Value {
+    let member: Map<String, Value> = adopted
+        .candidate
+        .selected
+        .member
+        .iter()
+        .map(|(family, value)| (family.clone(), json!(value)))
+        .collect();
+    json!({
+        "name": adopted.candidate.name,
+        "member": if member.is_empty() { Value::Null } else { Value::Object(member) },
+        "probability": number(Some(adopted.probability)),
+        "aliases": adopted.aliases,
+        "evidence": adopted.evidence(),
+        "parameters": estimates_of(diagnosis, adopted).iter().map(estimate).collect::<Vec<_>>(),
+    })
+}
+
+fn noise_effect(one: &NoiseEffect) -> Value {
+    json!({
+        "name": one.name,
+        "member": Value::Null,
+        "probability": number(Some(1.0 - one.ln_p.exp())),
+        "aliases": [],
+        "evidence": "data",
+        "parameters": [{
+            "name": one.parameter,
+            "scope": "sample",
+            "of": Value::Null,
+            "value": number(Some(one.value)),
+            "sigma": number(Some(one.sigma)),
+            "unit": one.unit.si_symbol(),
+        }],
+    })
+}
+
+fn candidate(one: &Ranked) -> Value {
+    json!({
+        "name": one.name,
+        "p": one.score.ln_p.exp(),
+        "ln_p": number(Some(one.score.ln_p)),
+        "lambda": number(Some(one.score.lambda())),
+        "probability": number(Some(one.probability)),
+        "share": number(Some(one.share)),
+    })
+}
+
+fn location(one: &Location) -> Value {
+    let (key, of) = match &one.place.of {
+        Of::Measurand(name) => ("measurand", name),
+        Of::Channel(name) => ("channel", name),
+    };
+    json!({
+        key: of,
+        "covariate": one.place.covariate,
+        "share": number(Some(one.share)),
+        "words": one.place.words,
+    })
+}
+
+/// The gap before and after.
+pub(crate) fn gap(one: &Gap) -> Value {
+    let rms = |list: &[(String, f64)]| -> Map<String, Value> {
+        list.iter().map(|(name, value)| (name.clone(), number(Some(*value)))).collect()
+    };
+    json!({
+        "before": rms(&one.before),
+        "after": rms(&one.after),
+        "floor": rms(&one.floor),
+        "lambda": number(Some(one.lambda)),
+        "held_out_drop": number(Some(one.held_out_drop)),
+        "leftover": number(Some(one.leftover)),
+        "closed": number(one.closed),
+        "closed_interval": one.closed_interval,
+        "folds": one.folds,
+    })
+}
+
+fn hidden(one: &Hidden) -> Value {
+    json!({ "name": one.name, "delay": one.delay, "bias": number(Some(one.bias)) })
+}

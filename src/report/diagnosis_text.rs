@@ -1,0 +1,220 @@
+//! The result of `diagnose` for people: the verdict first, in a sentence that can be read aloud.
+
+use crate::diagnose::Diagnosis;
+use crate::diagnose::gap::Gap;
+use crate::diagnose::verdict::Verdict;
+use crate::diagnose::whiten::Noise;
+use crate::report::diagnosis::estimates_of;
+use crate::report::figure;
+use crate::report::text::{drawn, residual_unit, table, trouble, unit_of};
+use crate::units::{Dimension, Unit};
+
+/// Candidates shown unless another number is asked for.
+const TOP: usize = 8;
+
+/// The result of `diagnose`, at most `top` candidates.
+pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
+    let mut text = format!("{title}\n\n{}\n", sentence(diagnosis));
+    if diagnosis.verdict == Verdict::Unobservable {
+        text.push_str(&trouble(&diagnosis.nominal));
+        return text;
+    }
+    if !diagnosis.suspected.is_empty() {
+        let names = diagnosis.suspected.join("`, `");
+        text.push_str(&format!("Suspected, but too small to be declared: `{names}`.\n"));
+    }
+    text.push_str(&noise(diagnosis));
+    text.push_str(&effects(diagnosis));
+    if let Some(found) = &diagnosis.gap {
+        text.push_str(&gap(diagnosis, found));
+    }
+    text.push_str(&places(diagnosis));
+    text.push_str(&candidates(diagnosis, top.unwrap_or(TOP)));
+    text.push_str(&could_hide(diagnosis));
+    let absorbed = diagnosis.absorbed.iter().map(|one| [one.name.as_str(), &one.acts_as]);
+    text.push_str(&listed(
+        "cannot be seen here: these act as nominal parameters do",
+        ["effect", "acts as"],
+        absorbed.collect(),
+    ));
+    let not_testable = diagnosis.not_testable.iter().map(|one| [one.name.as_str(), &one.why]);
+    text.push_str(&listed("cannot be tested here", ["effect", "why"], not_testable.collect()));
+    text
+}
+
+/// A table of two columns under a line; nothing where there are no rows.
+fn listed(line: &str, header: [&str; 2], rows: Vec<[&str; 2]>) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let mut made = table(&header);
+    for row in rows {
+        made.add_row(row);
+    }
+    format!("\n{line}\n{}", drawn(&made))
+}
+
+/// The noise as it was found.
+fn noise(diagnosis: &Diagnosis) -> String {
+    let mut text = String::new();
+    for one in &diagnosis.noise {
+        let figure = figure::measured(one.value, one.sigma, &one.unit);
+        text.push_str(&format!("\n{}\n  {} = {figure}\n", one.name, one.parameter));
+    }
+    let Some(found) = last_noise(diagnosis) else { return text };
+    for (measurand, factor) in &found.levels {
+        text.push_str(&format!(
+            "`{measurand}` scatters {factor:.2} times as much as stated; that is used.\n"
+        ));
+    }
+    if found.wild > 0 {
+        text.push_str(&format!("{} wild readings are left out.\n", found.wild));
+    }
+    if found.memory > 0.0 {
+        text.push_str(&format!(
+            "Readings next to each other are alike (correlation {:.2}): what is left has a memory.\n",
+            found.memory
+        ));
+    }
+    text
+}
+
+/// The noise with everything in the model that was adopted.
+fn last_noise(diagnosis: &Diagnosis) -> Option<&Noise> {
+    let stages = &diagnosis.search.as_ref()?.stages;
+    stages.last().map(|stage| &stage.noise_found)
+}
+
+/// The named effects with their values and what cannot be told from them.
+fn effects(diagnosis: &Diagnosis) -> String {
+    let mut text = String::new();
+    for one in &diagnosis.effects {
+        let candidate = &one.candidate;
+        text.push_str(&format!("\n{}: {}\n", candidate.name, candidate.selected.effect.title));
+        for (family, value) in &candidate.selected.member {
+            let unit = candidate.selected.effect.shape.get(family).map(|shape| &shape.unit);
+            let shown = unit.map_or_else(String::new, |unit| figure::value(*value, None, unit));
+            text.push_str(&format!("  {family} {shown}\n"));
+        }
+        for estimate in estimates_of(diagnosis, one) {
+            let Some(value) = estimate.value else { continue };
+            let figure = figure::measured(value, estimate.sigma.unwrap_or(0.0), &estimate.declared);
+            let of = estimate.of.map_or_else(String::new, |of| format!(" ({of})"));
+            text.push_str(&format!("  {}{of} = {figure}\n", estimate.name));
+        }
+        if !one.aliases.is_empty() {
+            let names = one.aliases.join("`, `");
+            text.push_str(&format!("  These data cannot tell it from `{names}`.\n"));
+        }
+        if one.evidence() == "prior" {
+            text.push_str("  Its evidence lies in stated values that the readings contradict.\n");
+        }
+    }
+    text
+}
+
+/// How far the gap shrinks.
+fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
+    let mut text = String::new();
+    if let (Some(closed), Some([low, high])) = (gap.closed, gap.closed_interval) {
+        text.push_str(&format!(
+            "\nOn readings that it was not fitted to, this closes {:.0} % of the gap ({:.0} to {:.0} %, {} folds).\n",
+            100.0 * closed,
+            100.0 * low,
+            100.0 * high,
+            gap.folds
+        ));
+    }
+    let mut rows = table(&["rms", "before", "after", "noise alone"]);
+    let shown = |list: &[(String, f64)], name: &str| {
+        let value = list.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
+        value.map_or_else(String::new, |value| {
+            figure::uncertainty(value, &residual_unit(value, &unit_of(&diagnosis.nominal, name)))
+        })
+    };
+    for (name, _) in &gap.before {
+        rows.add_row([
+            name.clone(),
+            shown(&gap.before, name),
+            shown(&gap.after, name),
+            shown(&gap.floor, name),
+        ]);
+    }
+    text.push_str(&drawn(&rows));
+    text
+}
+
+fn places(diagnosis: &Diagnosis) -> String {
+    let shares: Vec<String> =
+        diagnosis.locations.iter().map(|one| format!("{:.0} %", 100.0 * one.share)).collect();
+    let rows = diagnosis.locations.iter().zip(&shares);
+    let rows = rows.map(|(one, share)| [one.place.words.as_str(), share]);
+    listed("where the gap lies", ["", "share of the best"], rows.collect())
+}
+
+fn candidates(diagnosis: &Diagnosis, top: usize) -> String {
+    let mut rows = table(&["effect", "p", "lambda", "share", "probability"]);
+    for one in diagnosis.candidates.iter().take(top) {
+        rows.add_row([
+            one.name.clone(),
+            probability(one.score.ln_p),
+            format!("{:.1}", one.score.lambda()),
+            format!("{:.0} %", 100.0 * one.share),
+            format!("{:.2}", one.probability),
+        ]);
+    }
+    format!("\ncandidates, best first\n{}", drawn(&rows))
+}
+
+/// The largest shift of a delay that could go unnoticed.
+fn could_hide(diagnosis: &Diagnosis) -> String {
+    let Some(worst) = diagnosis.hidden.first() else { return String::new() };
+    let second = Unit::coherent(Dimension::TIME);
+    format!(
+        "\nWhat could still hide: `{}`, just too small to be declared, would shift `{}` by {}.\n",
+        worst.name,
+        worst.delay,
+        figure::uncertainty(worst.bias, &second)
+    )
+}
+
+/// The verdict.
+fn sentence(diagnosis: &Diagnosis) -> String {
+    let noise = diagnosis.noise.iter().map(|one| &one.name);
+    let effects = diagnosis.effects.iter().map(|one| &one.candidate.name);
+    let names: Vec<String> = effects.chain(noise).map(|name| format!("`{name}`")).collect();
+    let names = names.join(" and ");
+    let place = diagnosis.locations.first().map_or("", |one| one.place.words.as_str());
+    match diagnosis.verdict {
+        Verdict::Adequate => {
+            "Nothing was found: the readings follow the model as closely as their noise lets them."
+                .to_owned()
+        }
+        Verdict::Explained => format!(
+            "The gap between model and readings is explained by {names}; what is left looks like noise{}.",
+            if last_noise(diagnosis).is_some_and(|noise| noise.memory > 0.0) {
+                " with a memory"
+            } else {
+                ""
+            }
+        ),
+        Verdict::ShapeDiffers => format!(
+            "Nearly all of the gap is explained by {names}, but its form does not quite fit."
+        ),
+        Verdict::Unknown => {
+            format!("There is a gap that no effect of the library explains. It looks like {place}.")
+        }
+        Verdict::Unobservable => {
+            "No diagnosis: these readings do not determine the model's own parameters.".to_owned()
+        }
+    }
+}
+
+/// A probability from its logarithm, readable far below what a double holds.
+fn probability(ln_p: f64) -> String {
+    let tenth = ln_p / std::f64::consts::LN_10;
+    if tenth > -3.0 {
+        return format!("{:.3}", ln_p.exp());
+    }
+    format!("1e{}", tenth.floor())
+}

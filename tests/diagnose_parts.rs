@@ -1,0 +1,158 @@
+//! The parts of a diagnosis, each against a second route to the same number.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+use std::path::Path;
+
+use homepoint::diagnose::candidates::{Candidate, Wanted, offer};
+use homepoint::diagnose::evidence::Evidence;
+use homepoint::diagnose::gap::drops;
+use homepoint::diagnose::stage::Fitted;
+use homepoint::diagnose::structure::blocks;
+use homepoint::engine::Problem;
+use homepoint::engine::gram::LeastSquares;
+use homepoint::engine::open::{Opened, Request, open};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::calibrate;
+use homepoint::report;
+
+fn example() -> (Opened, Fitted) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
+    let opened = open(&Request::new([folder])).unwrap();
+    let nominal = calibrate(opened.problem.clone(), &Options::default()).unwrap();
+    let fitted =
+        Fitted { recipes: opened.recipes.clone(), problem: nominal.problem, fit: nominal.fit };
+    (opened, fitted)
+}
+
+fn evidence(fitted: &Fitted, candidates: &[&Candidate]) -> Evidence {
+    Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, candidates).unwrap()
+}
+
+#[test]
+fn a_gain_is_what_the_nonlinear_fit_takes_off() {
+    let (opened, fitted) = example();
+    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let mut compared = 0;
+    for name in ["collimation", "encoder_eccentricity", "station_drift", "clock_drift"] {
+        let candidate = offered.iter().find(|one| one.name == name).unwrap();
+        let gain = evidence(&fitted, &[candidate]).entries[0].gain();
+        let with = fitted.with(&candidate.selected, &[], &Options::default()).unwrap().unwrap();
+        let taken = fitted.cost() - with.cost();
+        assert!((gain - taken).abs() < 0.02 * gain.max(1.0), "{name}: {gain} {taken}");
+        compared += 1;
+    }
+    assert_eq!(compared, 4);
+}
+
+#[test]
+fn what_is_explained_beyond_an_effect_is_what_both_explain_less_its_own() {
+    let (opened, fitted) = example();
+    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let pick = |name: &str| offered.iter().find(|one| one.name == name).unwrap();
+    let (first, second) = (pick("beam_offset"), pick("horizontal_circle_eccentricity"));
+    let evidence = evidence(&fitted, &[first, second]);
+    let [a, b] = evidence.entries.as_slice() else { unreachable!() };
+    let (beyond, degrees) = evidence.beyond(a, b);
+    let both = evidence.together(&[a, b]);
+    assert!((both.gain() - a.gain() - beyond).abs() < 1e-6 * both.gain());
+    assert_eq!(both.degrees(), a.degrees() + degrees);
+}
+
+#[test]
+fn stretches_add_up_to_the_sums_of_their_run() {
+    let (opened, fitted) = example();
+    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let candidate = offered.iter().find(|one| one.name == "station_drift").unwrap();
+    let evidence = evidence(&fitted, &[candidate]);
+    let nothing = evidence.together(&[]);
+    let (problem, point) = (&fitted.problem, &fitted.fit.point);
+    let left = evidence.left(problem, point, &nothing, 17);
+    let normal = &fitted.fit.normal;
+    for (run, left) in left.iter().enumerate() {
+        let samples = problem.parts[0].runs[run].record.len();
+        assert_eq!(left.scores.len(), samples.div_ceil(17));
+        let squares: f64 =
+            left.residuals.iter().flatten().filter(|one| !one.is_nan()).map(|one| one * one).sum();
+        let last = normal.runs[run].gram.nrows() - 1;
+        let due = normal.runs[run].gram[(last, last)];
+        // At the fit the nominal step is nothing but what convergence left.
+        assert!((squares / due - 1.0).abs() < 1e-6, "{run}: {squares} {due}");
+        for column in 0..last {
+            let sum: f64 = left.scores.iter().map(|one| one[column]).sum();
+            let due = normal.runs[run].gram[(column, last)];
+            let scale = (normal.runs[run].gram[(column, column)] * squares).sqrt();
+            assert!((sum - due).abs() < 1e-6 * scale, "{run} {column}: {sum} {due}");
+        }
+    }
+    // Independent noise: scores scatter as the model says.
+    let inflation = evidence.inflation(&evidence.entries[0], &left);
+    assert!((0.5..2.0).contains(&inflation), "{inflation}");
+}
+
+#[test]
+fn a_drop_is_what_two_fits_without_the_run_leave_of_it() {
+    let (opened, fitted) = example();
+    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let candidate = offered.iter().find(|one| one.name == "encoder_eccentricity").unwrap();
+    let options = Options::default();
+    let after = fitted.with(&candidate.selected, &[], &options).unwrap().unwrap();
+    let before = after.without(&[&candidate.selected], &options).unwrap();
+    let drops = drops(&before, &after, 0.0);
+    assert_eq!(drops.len(), 12);
+    for run in [0, 7] {
+        let squares = |model: &Fitted| {
+            let mut rest = model.clone();
+            rest.problem.parts[0].runs[run].record.edit(|samples| {
+                samples.readings.iter_mut().for_each(|column| column.fill(f64::NAN));
+            });
+            let rest = Fitted { problem: Problem::new(rest.problem.parts), ..rest };
+            let rest = rest.again(&options).unwrap();
+            let gram = &model.problem.normal(&rest.fit.point).runs[run].gram;
+            gram[(gram.nrows() - 1, gram.nrows() - 1)]
+        };
+        let due = squares(&before) - squares(&after);
+        assert!(
+            (drops[run] - due).abs() < 0.01 * due.abs().max(1.0),
+            "{run}: {} {due}",
+            drops[run]
+        );
+    }
+}
+
+#[test]
+fn every_shipped_model_has_blocks_of_unknown_structure() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    for (name, least) in [("rotating_arm", 90), ("rail_car", 20), ("hand_eye", 60)] {
+        let opened = open(&Request::new([folder.join(name)])).unwrap();
+        let found = blocks(&opened.recipes);
+        assert!(found.len() >= least, "{name}: {}", found.len());
+        assert!(found.iter().all(|one| one.place.is_some()));
+    }
+}
+
+#[test]
+fn a_diagnosis_has_the_promised_keys() {
+    let (opened, _) = example();
+    let options = Options::default();
+    let found =
+        homepoint::diagnose::diagnose(opened.problem, opened.recipes, &Wanted::default(), &options);
+    let json = report::diagnosis::json(&found.unwrap(), None);
+    for key in
+        ["verdict", "effects", "candidates", "absorbed", "not_testable", "where", "nearest", "gap"]
+    {
+        assert!(json.get(key).is_some(), "{key}");
+    }
+    for key in ["name", "p", "lambda", "probability", "share"] {
+        assert!(json["candidates"][0].get(key).is_some(), "{key}");
+    }
+    assert!(json["absorbed"][0]["acts_as"].is_string());
+    assert!(json["not_testable"][0]["why"].is_string());
+    assert_eq!(json["verdict"], "adequate");
+    let whole: f64 = json["candidates"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|one| one["probability"].as_f64().unwrap())
+        .sum();
+    assert!(whole > 0.0 && whole < 1.0, "{whole}");
+}
