@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`mod@file`] | what campaign.toml says, with the place of everything |
 //! | [`load`] | a campaign file read against its model |
-//! | [`table`] | a CSV file (plain or .gz) as columns in SI, with the place of every cell |
+//! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `row`, `lines` | a line of it as numbers; its lines, one after the other |
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | [`run`] | one run; the samples of a stretch of it: times, inputs, readings |
@@ -26,6 +26,8 @@ pub mod header;
 mod lines;
 pub mod load;
 pub mod overrides;
+#[cfg(feature = "parquet")]
+mod parquet;
 pub mod plan;
 mod readings;
 pub mod record;

@@ -484,6 +484,7 @@ fn bad_rows_can_be_skipped() {
     let skipped: Vec<_> = campaign.skipped.iter().map(|row| row.row).collect();
     assert_eq!(skipped, [6, 7, 8]);
     assert!(campaign.skipped[0].reason.contains("expected a number"));
+    assert_eq!(campaign.skipped_count, 3);
 }
 
 #[test]
@@ -669,4 +670,66 @@ fn what_is_written_reads_the_same() {
     }
     let names: Vec<_> = fs::read_dir(&out).unwrap().map(|f| f.unwrap().file_name()).collect();
     assert_eq!(names.len(), 4, "no part of a file is left: {names:?}");
+}
+
+#[test]
+fn faults_far_down_a_long_file_are_told_at_their_place() {
+    let mut slow = String::from(
+        "time [s],arm_angle [deg],arm_angle_rate [deg/s],horizontal [gon],distance [mm]\n",
+    );
+    for row in 0..40_000 {
+        let distance = if row == 34_998 { "1o00" } else { "1000" };
+        slow += &format!("{row},{},10,1.25,{distance}\n", row * 10);
+    }
+    assert_fault("far", CAMPAIGN, &slow, "found `1o00`", ("slow.csv", 35_000, 22), "--skip-bad");
+    let folder = Folder::new("far_packed", &[("campaign.toml", CAMPAIGN)]);
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(slow.as_bytes()).unwrap();
+    let packed = packed.finish().unwrap();
+    fs::write(folder.0.join("slow.csv"), &packed).unwrap();
+    let faults = folder.load(&LoadOptions::default()).unwrap_err();
+    let place = faults.0[0].place.clone().unwrap();
+    assert_eq!((place.line, place.column, faults.0.len()), (35_000, 22, 1));
+    for memory in [0, u64::MAX] {
+        let options = LoadOptions { skip_bad_rows: true, memory, ..LoadOptions::default() };
+        let campaign = folder.load(&options).unwrap();
+        assert_eq!(campaign.skipped.iter().map(|row| row.row).collect::<Vec<_>>(), [35_000]);
+        let record = &campaign.runs[0].record;
+        assert_eq!((record.len(), record.is_spilled()), (39_999, memory == 0));
+        assert_eq!((record.row(34_997), record.row(34_998)), (34_999, 35_001));
+    }
+    // Half of a packed file is told where it is named.
+    fs::write(folder.0.join("slow.csv"), &packed[..packed.len() / 2]).unwrap();
+    let faults = folder.load(&LoadOptions::default()).unwrap_err();
+    assert!(faults.0[0].message.contains("cannot be unpacked"), "{faults}");
+    assert_eq!(faults.0[0].place.as_ref().unwrap().line, 8);
+}
+
+#[test]
+fn of_very_many_bad_rows_all_are_counted_and_some_are_listed() {
+    let mut slow =
+        String::from("time [s],arm_angle [deg],arm_angle_rate [deg/s],horizontal [gon]\n");
+    (0..30_000).for_each(|row| slow += &format!("{row},x,10,1.25\n{row},0,10,1.25\n"));
+    let folder = Folder::new("many_bad", &[("campaign.toml", CAMPAIGN), ("slow.csv", &slow)]);
+    let options = LoadOptions { skip_bad_rows: true, ..LoadOptions::default() };
+    let campaign = folder.load(&options).unwrap();
+    assert_eq!((campaign.skipped.len(), campaign.skipped_count), (10_000, 30_000));
+    assert_eq!(campaign.runs[0].record.len(), 30_000);
+}
+
+#[test]
+fn a_column_may_be_an_inputs_rate_and_a_reading_at_once() {
+    let text = MODEL.replace(
+        "[measurands]",
+        "[measurands]\narm_angle_rate = { value = 'rate(arm_angle)', unit = \"deg/s\", sigma = \"1 deg/s\" }",
+    );
+    let model = Model::parse(Source::new("arm.toml", text)).unwrap();
+    let folder = Folder::new("both", &[("campaign.toml", CAMPAIGN), ("slow.csv", SLOW)]);
+    let campaign =
+        CampaignFile::read(&folder.0).unwrap().load(&model, &LoadOptions::default()).unwrap();
+    let samples = campaign.runs[0].held();
+    let Track::Captured { rate: Some(rate), .. } = &samples.inputs[0] else {
+        panic!("{:?}", samples.inputs[0]);
+    };
+    assert_eq!((rate, rate.len()), (&samples.readings[0], 3));
 }

@@ -30,7 +30,7 @@ impl Captured {
     /// Takes the columns of the rows at hand into a track. A sample that lacks one is not usable.
     pub(crate) fn take(
         &mut self,
-        table: &mut Table,
+        table: &Table,
         time: &[f64],
         track: &mut Track,
         usable: &mut [bool],
@@ -40,7 +40,7 @@ impl Captured {
         let columns = [Some(&mut *value), rate.as_mut(), acceleration.as_mut()];
         for ((name, seen), column) in self.names.iter().zip(&mut self.seen).zip(columns) {
             let Some(column) = column else { continue };
-            table.take(name, column);
+            table.copy(name, column);
             for (usable, value) in usable.iter_mut().zip(column.iter()) {
                 *usable &= !value.is_nan();
                 *seen |= !value.is_nan();

@@ -116,8 +116,10 @@ pub struct Campaign {
     pub request_to_reply: Vec<RequestToReply>,
     /// What the user should look at.
     pub warnings: Vec<Diagnostic>,
-    /// Rows left out.
+    /// Rows left out, of each file the first [`MOST_LISTED`](super::table::MOST_LISTED).
     pub skipped: Vec<Skipped>,
+    /// How many in all.
+    pub skipped_count: usize,
     /// Samples whose readings are not used.
     pub left_out: Vec<LeftOut>,
 }
@@ -152,6 +154,7 @@ impl CampaignFile {
             warnings: Vec::new(),
             warned: HashSet::new(),
             skipped: Vec::new(),
+            skipped_count: 0,
             left_out: Vec::new(),
             timing: self.timing.clone(),
             request_to_reply: Vec::new(),
@@ -197,6 +200,7 @@ impl CampaignFile {
             request_to_reply: loader.request_to_reply,
             warnings: loader.warnings,
             skipped: loader.skipped,
+            skipped_count: loader.skipped_count,
             left_out: loader.left_out,
         })
     }

@@ -63,14 +63,13 @@ impl Loader<'_> {
     /// Takes the readings of the rows at hand in SI; quaternions are normalised.
     pub(crate) fn take_readings(
         &mut self,
-        table: &mut Table,
+        table: &Table,
         samples: &mut Samples,
         known: &mut Readings,
     ) {
         let columns = reading_columns(self.model);
         for ((_, name), column) in columns.iter().zip(&mut samples.readings) {
-            if !table.take(name, column) {
-                column.clear();
+            if !table.copy(name, column) {
                 column.resize(samples.time.len(), f64::NAN);
             }
         }

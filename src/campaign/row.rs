@@ -9,6 +9,16 @@ use crate::campaign::header::{self, Column};
 use crate::campaign::table::TIME;
 use crate::diagnostic::Diagnostic;
 
+const NO_TIME: &str = "the row has no time";
+const BACKWARDS: &str = "time runs backwards here";
+const IN_ORDER: &str = "the rows of a file are in the order of time";
+
+fn not_finite(cell: &str, value: f64, column: &Column) -> Diagnostic {
+    let what = if value.is_nan() { "is not a number" } else { "is not finite" };
+    Diagnostic::error(format!("`{cell}` in column `{}` {what}", column.name))
+        .help("leave the cell empty where a reading is missing")
+}
+
 /// Reads the rows of one table in their order.
 #[derive(Debug)]
 pub(crate) struct Reader {
@@ -35,6 +45,42 @@ impl Reader {
     ) -> Result<&[f64], Vec<Diagnostic>> {
         if !self.plain(line, columns) {
             self.with_words(number, line, columns)?;
+        }
+        if let Some(time) = self.time {
+            self.last_time = self.row[time];
+        }
+        Ok(&self.row)
+    }
+
+    /// Takes a row of a file that is no text: the cells of the wanted columns, `None` where empty; not
+    /// empty on failure.
+    #[cfg(feature = "parquet")]
+    pub(crate) fn take(
+        &mut self,
+        number: usize,
+        cells: &[Option<f64>],
+        columns: &[Column],
+    ) -> Result<&[f64], Vec<Diagnostic>> {
+        let mut faults = Vec::new();
+        let wanted = columns.iter().filter(|column| column.wanted.is_some());
+        for (column, cell) in wanted.zip(cells) {
+            let value = cell.map_or(f64::NAN, |cell| column.unit.to_si(cell));
+            self.row[column.index] = value;
+            let is_time = Some(column.index) == self.time;
+            let fault = match cell {
+                Some(cell) if !value.is_finite() => not_finite(&cell.to_string(), *cell, column),
+                None if is_time => Diagnostic::error(NO_TIME),
+                Some(_) if is_time && value < self.last_time => {
+                    Diagnostic::error(BACKWARDS).help(IN_ORDER)
+                }
+                _ => continue,
+            };
+            let mut place = header::place(&self.file, number, "", (0, 0));
+            place.column = column.index + 1;
+            faults.push(fault.at(place));
+        }
+        if !faults.is_empty() {
+            return Err(faults);
         }
         if let Some(time) = self.time {
             self.last_time = self.row[time];
@@ -94,7 +140,7 @@ impl Reader {
             }
             if cell.is_empty() {
                 if Some(index) == self.time {
-                    faults.push(fault("the row has no time".into(), span));
+                    faults.push(fault(NO_TIME.into(), span));
                 }
                 continue;
             }
@@ -103,11 +149,8 @@ impl Reader {
                     self.row[index] = column.unit.to_si(value);
                 }
                 Ok(value) => {
-                    let what = if value.is_nan() { "is not a number" } else { "is not finite" };
-                    faults.push(
-                        fault(format!("`{cell}` in column `{}` {what}", column.name), span)
-                            .help("leave the cell empty where a reading is missing"),
-                    );
+                    let at = header::place(&self.file, number, text, span);
+                    faults.push(not_finite(cell, value, column).at(at));
                 }
                 Err(_) => {
                     let shown: String = cell.chars().take(40).collect();
@@ -117,10 +160,7 @@ impl Reader {
                 }
             }
             if Some(index) == self.time && self.row[index] < self.last_time {
-                faults.push(
-                    fault("time runs backwards here".into(), span)
-                        .help("the rows of a file are in the order of time"),
-                );
+                faults.push(fault(BACKWARDS.into(), span).help(IN_ORDER));
             }
         }
         if found != columns.len() {

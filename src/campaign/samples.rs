@@ -80,6 +80,7 @@ pub(crate) struct Loader<'a> {
     pub(crate) warnings: Vec<Diagnostic>,
     pub(crate) warned: HashSet<String>,
     pub(crate) skipped: Vec<Skipped>,
+    pub(crate) skipped_count: usize,
     pub(crate) left_out: Vec<LeftOut>,
     pub(crate) store: &'a mut Store,
     pub(crate) progress: Progress,
@@ -119,7 +120,7 @@ impl Loader<'_> {
             .map(|name| {
                 let mut stream = self.table(name, &streamed)?;
                 self.more(name, &mut stream, usize::MAX)?;
-                self.skipped.append(&mut stream.skipped);
+                self.note_skipped(&mut stream);
                 Some(stream)
             })
             .collect();
@@ -144,7 +145,7 @@ impl Loader<'_> {
         }
         self.check_readings(data, &table);
         let record = self.rows(entry, data, &mut table, captures.as_mut(), &inputs);
-        self.skipped.append(&mut table.skipped);
+        self.note_skipped(&mut table);
         record.filter(|_| self.reader.faults.len() == before)
     }
 
@@ -172,9 +173,8 @@ impl Loader<'_> {
             }
             let count = table.lines.len();
             samples.rows.clone_from(&table.lines);
-            if !table.take(TIME, &mut samples.time) {
+            if !table.copy(TIME, &mut samples.time) {
                 samples.time.resize(count, 0.0);
-                samples.time.truncate(count);
             }
             let mut usable = vec![true; count];
             let tracks = samples.inputs.iter_mut().zip(&self.inputs);
@@ -244,13 +244,13 @@ impl Loader<'_> {
         found
     }
 
+    fn note_skipped(&mut self, table: &mut Table) {
+        self.skipped.append(&mut table.skipped);
+        self.skipped_count += table.skipped_count;
+    }
+
     /// Opens a table.
     pub(crate) fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
-        if name.text.ends_with(".parquet") {
-            let help = "write the table as CSV (plain or .gz)";
-            self.reader.fault(name.span, "this program was built without Parquet", help);
-            return None;
-        }
         let table = Table::open(&self.folder.join(&name.text), wanted, self.skip_bad_rows);
         self.told(name, table)
     }

@@ -1,4 +1,4 @@
-//! A CSV file, plain or `.gz`, as columns in SI, rows as they are wanted.
+//! A CSV file, plain or `.gz`, or a Parquet file, as columns in SI, rows as they are wanted.
 //!
 //! One header row, `name [unit]` a column; UTF-8, commas, `#` comments; an empty cell is a reading
 //! that is not there (NaN). Every fault has the file, line and column of its cell. A table knows
@@ -10,9 +10,13 @@ use std::sync::Arc;
 
 use crate::campaign::header::{self, Column, Wanted};
 use crate::campaign::lines::{self, Lines};
+#[cfg(feature = "parquet")]
+use crate::campaign::parquet::Rows;
 use crate::campaign::row::Reader;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 
+/// How many rows that are left out of a file are listed; the rest is counted.
+pub const MOST_LISTED: usize = 10_000;
 /// How many faults are reported before reading stops.
 const MOST_FAULTS: usize = 20;
 
@@ -41,9 +45,11 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// Line (from 1) of each row at hand.
     pub lines: Vec<usize>,
-    /// Rows left out so far.
+    /// Rows left out so far, the first [`MOST_LISTED`] of them; and how many in all.
     pub skipped: Vec<Skipped>,
-    source: Lines,
+    /// See [`Table::skipped`].
+    pub skipped_count: usize,
+    source: Source,
     reader: Reader,
     /// Columns of the file; those behind were added to it.
     width: usize,
@@ -54,6 +60,14 @@ pub struct Table {
     count: usize,
     /// Line and text of the header.
     header: (usize, String),
+}
+
+/// Where rows come from.
+#[derive(Debug)]
+enum Source {
+    Text(Lines),
+    #[cfg(feature = "parquet")]
+    Parquet(Box<Rows>),
 }
 
 /// Why a table could not be read.
@@ -85,6 +99,9 @@ impl Table {
     /// The file cannot be read, or the header is at fault.
     pub fn open(path: &Path, wanted: &[Wanted], skip_bad_rows: bool) -> Result<Self, TableError> {
         let file: Arc<str> = path.display().to_string().into();
+        if is_parquet(path) {
+            return Self::open_parquet(path, file, wanted, skip_bad_rows);
+        }
         let unreadable =
             |error: std::io::Error| TableError::Unreadable(lines::reason(path, &error));
         let mut source = Lines::open(path).map_err(unreadable)?;
@@ -99,7 +116,18 @@ impl Table {
             .map_err(|_| TableError::Content(header::not_utf8(&file, number, line).into()))?;
         let columns = header::read(&file, number, header, wanted).map_err(TableError::Content)?;
         let header = (number, header.to_owned());
-        Ok(Self {
+        Ok(Self::new(path, file, columns, header, Source::Text(source), skip_bad_rows))
+    }
+
+    fn new(
+        path: &Path,
+        file: Arc<str>,
+        columns: Vec<Column>,
+        header: (usize, String),
+        source: Source,
+        skip: bool,
+    ) -> Self {
+        Self {
             path: path.to_owned(),
             reader: Reader::new(file.clone(), &columns),
             file,
@@ -107,12 +135,42 @@ impl Table {
             columns,
             lines: Vec::new(),
             skipped: Vec::new(),
+            skipped_count: 0,
             source,
-            skip: skip_bad_rows,
+            skip,
             faults: Vec::new(),
             count: 0,
             header,
-        })
+        }
+    }
+
+    #[cfg(not(feature = "parquet"))]
+    fn open_parquet(path: &Path, _: Arc<str>, _: &[Wanted], _: bool) -> Result<Self, TableError> {
+        Err(TableError::Unreadable(format!(
+            "`{}` cannot be read: this program was built without the feature `parquet` (build it with `--features parquet`, or write the table as CSV, plain or .gz)",
+            path.display()
+        )))
+    }
+
+    /// The names of columns are taken as the header of a text file would be.
+    #[cfg(feature = "parquet")]
+    fn open_parquet(
+        path: &Path,
+        file: Arc<str>,
+        wanted: &[Wanted],
+        skip: bool,
+    ) -> Result<Self, TableError> {
+        let mut rows = Rows::open(path).map_err(TableError::Unreadable)?;
+        let header = quoted(&rows.names());
+        let columns = header::read(&file, 1, &header, wanted).map_err(TableError::Content)?;
+        let read = columns.iter().filter(|column| column.wanted.is_some());
+        rows.want(read.map(|column| column.index).collect()).map_err(|(column, found)| {
+            let message = format!("the column `{}` holds {found}", columns[column].name);
+            let place = place_in(&file, 1, &header, column);
+            let fault = Diagnostic::error(message).at(place).help("write it as numbers");
+            TableError::Content(fault.into())
+        })?;
+        Ok(Self::new(path, file, columns, (1, header), Source::Parquet(Box::new(rows)), skip))
     }
 
     /// Puts the next rows in the place of those at hand, at most so many; whether there are any.
@@ -123,12 +181,25 @@ impl Table {
     pub fn more(&mut self, most: usize) -> Result<bool, TableError> {
         self.columns.iter_mut().for_each(|column| column.values.clear());
         self.lines.clear();
+        #[cfg(feature = "parquet")]
+        let mut cells = Vec::new();
         while self.lines.len() < most {
-            let next = self.source.next().map_err(|error| lines::reason(&self.path, &error));
-            let Some((number, line)) = next.map_err(TableError::Unreadable)? else {
-                return self.end();
+            let (number, read) = match &mut self.source {
+                Source::Text(lines) => {
+                    let next = lines.next().map_err(|error| lines::reason(&self.path, &error));
+                    let Some((number, line)) = next.map_err(TableError::Unreadable)? else {
+                        return self.end();
+                    };
+                    (number, self.reader.read(number, line, &self.columns[..self.width]))
+                }
+                #[cfg(feature = "parquet")]
+                Source::Parquet(rows) => {
+                    let next = rows.next(&mut cells).map_err(TableError::Unreadable)?;
+                    let Some(number) = next else { return self.end() };
+                    (number, self.reader.take(number, &cells, &self.columns[..self.width]))
+                }
             };
-            match self.reader.read(number, line, &self.columns[..self.width]) {
+            match read {
                 Ok(row) => {
                     self.count += 1;
                     // With a fault nothing of the table will be used.
@@ -140,8 +211,11 @@ impl Table {
                     }
                 }
                 Err(mut found) if self.skip => {
-                    let reason = found.swap_remove(0).message;
-                    self.skipped.push(Skipped { file: self.file.clone(), row: number, reason });
+                    self.skipped_count += 1;
+                    if self.skipped.len() < MOST_LISTED {
+                        let reason = found.swap_remove(0).message;
+                        self.skipped.push(Skipped { file: self.file.clone(), row: number, reason });
+                    }
                 }
                 Err(found) => {
                     self.faults.extend(found);
@@ -161,7 +235,7 @@ impl Table {
         if let Some(last) = faults.last_mut() {
             last.help.push("--skip-bad-rows leaves such rows out".into());
         } else if self.count == 0 {
-            let message = match self.skipped.len() {
+            let message = match self.skipped_count {
                 0 => "the file has a header but no rows".to_owned(),
                 count => format!("all {count} rows of the file are bad"),
             };
@@ -173,7 +247,11 @@ impl Table {
 
     /// Bytes of the file, packed as it is, read so far.
     pub(crate) fn bytes_read(&self) -> u64 {
-        self.source.bytes_read()
+        match &self.source {
+            Source::Text(lines) => lines.bytes_read(),
+            #[cfg(feature = "parquet")]
+            Source::Parquet(rows) => rows.bytes_read(),
+        }
     }
 
     /// The values at hand of a wanted column, if the file has it.
@@ -186,10 +264,13 @@ impl Table {
         self.columns.iter().find(|column| column.wanted.as_deref() == Some(wanted))
     }
 
-    /// Takes the values at hand of a wanted column, for a column of no use any more; whether the file
-    /// has it.
-    pub(crate) fn take(&mut self, wanted: &str, into: &mut Vec<f64>) -> bool {
-        self.values_mut(wanted).map(|values| std::mem::swap(values, into)).is_some()
+    /// Puts the values at hand of a wanted column in the place of what is there; whether the file has
+    /// it.
+    pub(crate) fn copy(&self, wanted: &str, into: &mut Vec<f64>) -> bool {
+        let values = self.values(wanted);
+        into.clear();
+        into.extend_from_slice(values.unwrap_or_default());
+        values.is_some()
     }
 
     /// Adds a column that the file does not hold; the caller fills it, for the rows at hand.
@@ -214,7 +295,7 @@ impl Table {
     /// The place of a header cell.
     pub fn header_place(&self, column: &Column) -> Place {
         let (number, text) = &self.header;
-        self.place_on_line(*number, text, column.index)
+        place_in(&self.file, *number, text, column.index)
     }
 
     /// The place of a cell by its row (index into [`Table::lines`]) and column. The file is read
@@ -222,6 +303,11 @@ impl Table {
     pub fn cell_place(&self, row: usize, column: &Column) -> Place {
         let wanted = self.lines.get(row).copied().unwrap_or(1);
         let mut text = String::new();
+        if is_parquet(&self.path) {
+            let mut place = header::place(&self.file, wanted, "", (0, 0));
+            place.column = column.index + 1;
+            return place;
+        }
         if let Ok(mut lines) = Lines::open(&self.path) {
             while let Ok(Some((number, line))) = lines.next() {
                 if number >= wanted {
@@ -230,13 +316,32 @@ impl Table {
                 }
             }
         }
-        self.place_on_line(wanted, &text, column.index)
+        place_in(&self.file, wanted, &text, column.index)
     }
+}
 
-    fn place_on_line(&self, number: usize, text: &str, index: usize) -> Place {
-        let span = header::cells(text).nth(index).map_or((0, 0), |(_, span)| span);
-        header::place(&self.file, number, text, span)
-    }
+/// The names of a file's columns, without their units; none where it cannot be read.
+pub(crate) fn names_in(path: &Path) -> Vec<String> {
+    let columns = Table::open(path, &[], false).map(|table| table.columns).unwrap_or_default();
+    columns.into_iter().map(|column| column.name).collect()
+}
+
+fn is_parquet(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "parquet")
+}
+
+/// Names as the header of a text file.
+#[cfg(feature = "parquet")]
+fn quoted(names: &[String]) -> String {
+    let quoted: Vec<String> =
+        names.iter().map(|name| format!("\"{}\"", name.replace('"', "'"))).collect();
+    quoted.join(",")
+}
+
+/// The place of a cell by its column.
+fn place_in(file: &Arc<str>, number: usize, text: &str, index: usize) -> Place {
+    let span = header::cells(text).nth(index).map_or((0, 0), |(_, span)| span);
+    header::place(file, number, text, span)
 }
 
 fn whole_line(file: &Arc<str>, number: usize, text: &str) -> Place {

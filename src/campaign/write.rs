@@ -7,9 +7,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::campaign::file::{Campaign, RunEntry};
-use crate::campaign::header::{cells, split};
-use crate::campaign::lines;
 use crate::campaign::run::{Role, Run};
+use crate::campaign::table::names_in;
 use crate::campaign::whole::write_whole;
 use crate::campaign::write_run::RunTable;
 use crate::model::parameter::SCOPES;
@@ -195,7 +194,7 @@ fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]
         let headers: Vec<String> = entry
             .signals
             .iter()
-            .flat_map(|stream| header_names(&campaign.folder.join(&stream.text)))
+            .flat_map(|stream| names_in(&campaign.folder.join(&stream.text)))
             .collect();
         // The data file is written in the model's names; only streams keep their own.
         let words: Vec<_> = entry
@@ -220,13 +219,6 @@ fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]
         found.push(format!("inputs = {{ {} }}", words.join(", ")));
     }
     found
-}
-
-fn header_names(path: &Path) -> Vec<String> {
-    let Ok(mut lines) = lines::Lines::open(path) else { return Vec::new() };
-    let line = lines.next().ok().flatten();
-    let text = line.and_then(|(_, line)| std::str::from_utf8(line).ok()).unwrap_or("");
-    cells(text).map(|(cell, _)| split(cell).0.to_owned()).collect()
 }
 
 /// The file of a model that does not come from the library.

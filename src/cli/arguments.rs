@@ -51,9 +51,9 @@ pub(super) struct Memory {
 }
 
 impl Memory {
-    /// The half of it is for samples; the other half for what is made of those that are held.
+    /// A third of it is for samples; the rest for what is made of those that are held.
     pub(super) fn for_samples(self) -> u64 {
-        self.memory / 2
+        self.memory / 3
     }
 }
 
@@ -104,7 +104,7 @@ pub(super) struct CampaignArguments {
     /// Write tables into this folder
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
-    /// No warnings
+    /// No warnings, no progress
     #[arg(long)]
     pub(super) quiet: bool,
     /// Threads to use; the result is the same at any number

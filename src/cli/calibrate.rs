@@ -32,7 +32,8 @@ impl CalibrateCommand {
         if let Some(folder) = &self.common.out {
             output::file(&folder.join("parameters.csv"), &report::table::parameters(&result))?;
             output::written(&folder.join("residuals.csv"), |file| {
-                report::table::residuals(&result, file)
+                report::table::residuals(&result, file)?;
+                load::read_back(&result.problem)
             })?;
         }
         verdict(&result)
@@ -48,6 +49,7 @@ pub(super) fn estimate(problem: Problem) -> Result<Calibration, Failure> {
     }
     let result = calibrate(problem, &crate::estimate::batch::Options::default())
         .map_err(|error| Failure::Could(error.to_string()))?;
+    load::trust(&result.problem)?;
     if result.fit.outcome != Outcome::NotFinite {
         return Ok(result);
     }

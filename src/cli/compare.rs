@@ -28,6 +28,7 @@ impl CompareCommand {
         let mut text = String::new();
         for part in 0..calibration.problem.parts.len() {
             let (from, delays) = delays_of(&loaded.problem, &calibration, part);
+            load::trust(&loaded.problem)?;
             let rows = compare(&calibration, part, &delays.measurands);
             text.push_str(&report::text::comparison(&loaded.titles[part], &from, &rows));
             load::put(

@@ -63,10 +63,13 @@ impl DelaysCommand {
                         let row = &mut |reading: &ReadingDelay| {
                             table::delay(data, &widening.see(reading), file)
                         };
-                        given.each_delay(part, &runs, row)
+                        let found = given.each_delay(part, &runs, row)?;
+                        load::read_back(&given.problem)?;
+                        Ok(found)
                     })?
                 }
             };
+            load::trust(&given.problem)?;
             widening.widen(&mut found);
             text.push_str(&report::text::delays(&loaded.titles[part], &given.from, &found));
             text.push_str(&report::timing::text(campaign));

@@ -29,6 +29,7 @@ impl DeviationsCommand {
             let runs: Vec<Shown> = (0..given.problem.parts[part].runs.len())
                 .map(|run| deviations(&given.problem, part, run, &given.point))
                 .collect();
+            load::trust(&given.problem)?;
             let specification = &loaded.campaigns[part].specification;
             let shown = Whole { problem: &given.problem, part, specification, runs: &runs };
             told.push_str(&text(&loaded.titles[part], given.from, shown));

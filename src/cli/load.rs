@@ -1,5 +1,7 @@
 //! What a command works on: campaigns read, warnings told, names for the result.
 
+use std::io;
+
 use serde_json::{Value, json};
 
 use super::arguments::CampaignArguments;
@@ -80,6 +82,22 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         about,
         stated: opened.stated,
     })
+}
+
+/// Whether all samples could be read back from where they were kept: results are good for nothing
+/// otherwise.
+pub(super) fn read_back(problem: &Problem) -> io::Result<()> {
+    let mut runs = problem.parts.iter().flat_map(|part| &part.runs);
+    let lost = runs.find_map(|run| Some((&run.name, run.record.fault()?)));
+    lost.map_or(Ok(()), |(name, why)| {
+        let message = format!("run `{name}` cannot be read back from its temporary file: {why}");
+        Err(io::Error::other(message))
+    })
+}
+
+/// The same, as the end of a command.
+pub(super) fn trust(problem: &Problem) -> Result<(), Failure> {
+    read_back(problem).map_err(|error| Failure::Could(error.to_string()))
 }
 
 /// Refuses what estimators cannot take account of.

@@ -50,7 +50,8 @@ impl Simulate {
         let draw = &mut |run: usize, table: &mut RunTable| {
             draw_run(&problem, (0, run), &point, self.seed, complete, &mut |stretch, drawn| {
                 table.write(stretch, Some(drawn))
-            })
+            })?;
+            load::read_back(&problem)
         };
         write_campaign_with(folder, campaign, model, &problem.parts[0].runs, draw).map_err(
             |error| Failure::Could(format!("cannot write into {}: {error}", folder.display())),
@@ -133,7 +134,9 @@ fn without_effects(problem: &Problem) -> Problem {
             }
         }
     }
-    Problem::new(parts)
+    let mut alone = Problem::new(parts);
+    alone.progress = problem.progress.clone();
+    alone
 }
 
 /// What was put in, for a reader who wants to compare; no estimator reads it.

@@ -141,8 +141,8 @@ const MOST_ROWS: usize = 12;
 /// What is not used of a campaign's data, counted and listed.
 fn left_out(campaign: &Campaign) -> Vec<Diagnostic> {
     let mut told = Vec::new();
-    if !campaign.skipped.is_empty() {
-        let count = campaign.skipped.len();
+    let count = campaign.skipped_count;
+    if count > 0 {
         let rows =
             if count == 1 { "1 bad row is".to_owned() } else { format!("{count} bad rows are") };
         let mut warning = Diagnostic::warning(format!("{rows} left out of `{}`", campaign.name));

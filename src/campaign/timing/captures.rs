@@ -160,7 +160,7 @@ impl Captures {
         if let Some((_, captures)) = &mut self.beside {
             for name in &self.shared {
                 if let Some(values) = data.values_mut(name) {
-                    captures.take(name, values);
+                    captures.copy(name, values);
                 }
             }
         }
