@@ -98,7 +98,10 @@ impl DelaysCommand {
             solved.push(found);
         }
         let agreement = repeatability::of_campaigns(&given, &solved);
-        if !agreement.is_empty() {
+        // Delays of unlike instruments need not agree.
+        let named: Vec<_> = loaded.problem.parts.iter().map(|part| &part.instrument).collect();
+        let one_instrument = named.iter().all(|name| name.is_some() && *name == named[0]);
+        if one_instrument && !agreement.is_empty() {
             text.push_str(&report::conditions::repeatability_text(&loaded.labels, &agreement));
             let value = report::conditions::repeatability_json(&loaded.labels, &agreement);
             load::merge(&mut whole, value);
