@@ -21,9 +21,9 @@ use crate::estimate::newton::{Given, RunDelays};
 use crate::progress::Task;
 
 /// Samples in one block.
-const BLOCK: usize = 16 * LANES;
+const BLOCK: usize = 64 * LANES;
 /// Blocks that are in memory with their readings at a time.
-const WAVE: usize = 64;
+const WAVE: usize = 32;
 
 /// Some samples of a run.
 #[derive(Clone, Debug)]
