@@ -26,6 +26,8 @@ const MOST: usize = 4;
 /// Fewer stretches do not show how scores scatter.
 const LEAST_STRETCHES: usize = 20;
 
+/// Logarithms of probabilities that differ less do not tell effects apart: half of [`ALIKE`].
+const TIE: f64 = 4.6;
 /// Effects whose gains differ less cannot be told apart: the 1 % point of chi squared of two degrees.
 const ALIKE: f64 = 9.2;
 
@@ -160,7 +162,8 @@ fn alike(stage: &Stage, number: usize) -> Vec<usize> {
 
 /// The best of the short list after a nonlinear fit.
 fn best(stage: &Stage, options: &Options) -> Result<Option<(Adopted, Fitted)>, FitError> {
-    let mut best: Option<(Adopted, Fitted)> = None;
+    let mut best: Option<(Adopted, Fitted, f64)> = None;
+    let probability = probabilities(stage);
     let level = level(stage.effects);
     for number in stage.declared().into_iter().take(SHORT_LIST) {
         let candidate = &stage.candidates[number];
@@ -179,11 +182,16 @@ fn best(stage: &Stage, options: &Options) -> Result<Option<(Adopted, Fitted)>, F
         if score.ln_p > level || score.lambda() < LEAST_LAMBDA {
             continue;
         }
-        if best.as_ref().is_none_or(|(known, _)| score.ln_p < known.score.ln_p) {
+        // Of effects that are one to rounding, the one whose usual size is nearest.
+        let own = probability[number];
+        let better = best.as_ref().is_none_or(|(known, _, other)| {
+            let apart = known.score.ln_p - score.ln_p;
+            apart > TIE || (apart > -TIE && own > *other)
+        });
+        if better {
             let prior_share = stage.evidence.prior_share(stage.entry(number));
             let like = alike(stage, number);
             let names = like.iter().map(|n| stage.candidates[*n].name.clone()).collect();
-            let probability = probabilities(stage);
             let adopted = Adopted {
                 candidate: candidate.clone(),
                 score,
@@ -192,8 +200,8 @@ fn best(stage: &Stage, options: &Options) -> Result<Option<(Adopted, Fitted)>, F
                 aliases: names,
                 probability: like.iter().chain([&number]).map(|n| probability[*n]).sum(),
             };
-            best = Some((adopted, fitted));
+            best = Some((adopted, fitted, own));
         }
     }
-    Ok(best)
+    Ok(best.map(|(adopted, fitted, _)| (adopted, fitted)))
 }
