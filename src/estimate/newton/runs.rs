@@ -49,8 +49,9 @@ pub fn each_delay<E>(
     if data.slots()[measurand].components != 1 {
         return Ok(());
     }
-    let solver = |run: usize, best: f64| {
-        let mut solver = Solver::new(given, [part, run, measurand]);
+    let solver = |block: &Block, best: f64| {
+        let place = [part, block.run, measurand];
+        let mut solver = Solver::new(given, place, block.range.len());
         solver.best = best;
         solver
     };
@@ -64,7 +65,7 @@ pub fn each_delay<E>(
             && blocks(data, *run).len() > WAVE
         {
             let look = |scratch: &mut Samples, block: &Block| {
-                let mut solver = solver(block.run, f64::INFINITY);
+                let mut solver = solver(block, f64::INFINITY);
                 each_chunk(data, block.run, block.range.clone(), scratch, |chunk| {
                     solver.look(chunk)
                 });
@@ -76,7 +77,7 @@ pub fn each_delay<E>(
             });
         }
         let solve = |scratch: &mut Samples, block: &Block| {
-            let mut solver = solver(block.run, best[block.run]);
+            let mut solver = solver(block, best[block.run]);
             each_chunk(data, block.run, block.range.clone(), scratch, |chunk| solver.next(chunk));
             solver.careful();
             solver

@@ -69,8 +69,8 @@ struct Solution<'s> {
 }
 
 impl<'a> Solver<'a> {
-    /// For the readings of `[campaign, run, measurand]`.
-    pub(super) fn new(given: &'a Given<'a>, place: [usize; 3]) -> Self {
+    /// For at most `len` readings of `[campaign, run, measurand]`.
+    pub(super) fn new(given: &'a Given<'a>, place: [usize; 3], len: usize) -> Self {
         let [part, run, measurand] = place;
         let problem = given.problem;
         let data = &problem.parts[part];
@@ -94,7 +94,7 @@ impl<'a> Solver<'a> {
             deviations,
             covariance: along(given, part, run, &program.directions),
             best: f64::INFINITY,
-            readings: Vec::new(),
+            readings: Vec::with_capacity(len),
             ends: Vec::new(),
             sums: Vec::new(),
             waiting: Waiting {
