@@ -93,8 +93,11 @@ fn a_real_recording_gives_up_its_effects_one_after_the_other() {
     let adopted = names(&found);
     assert_eq!(adopted.first(), Some(&"arrival_stamps"), "{adopted:?}");
     assert!(adopted.contains(&"acceleration_lag"), "{adopted:?}");
-    let clock = found.effects.iter().find(|one| one.candidate.name == "clock_drift").unwrap();
-    assert!(clock.aliases.iter().any(|one| one == "sample_clock_rate"));
+    // Which of the two is named is a matter of rounding.
+    let clocks = ["clock_drift", "sample_clock_rate"];
+    let is_clock = |name: &str| clocks.contains(&name);
+    let clock = found.effects.iter().find(|one| is_clock(&one.candidate.name)).unwrap();
+    assert!(clock.aliases.iter().any(|one| is_clock(one) && *one != clock.candidate.name));
     let gap = found.gap.unwrap();
     let worst = gap.after.iter().map(|(_, rms)| *rms).fold(0.0, f64::max);
     assert!(worst < 0.25e-3, "{worst}");
