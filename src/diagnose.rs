@@ -9,11 +9,11 @@
 //! | [`score`], [`tail`] | how unlikely that is by chance |
 //! | [`stage`] | a fitted model with all of that |
 //! | [`whiten`], [`jitter`] | the noise, before anything is tested against it |
-//! | [`search`] | which effects are adopted |
+//! | [`mod@search`] | which effects are adopted |
 //! | [`verdict`] | the answer |
 //! | [`probability`] | how probable each cause is |
-//! | [`gap`], [`holdout`] | how far the gap shrinks |
-//! | [`hidden`] | what could still hide |
+//! | [`mod@gap`], [`mod@holdout`] | how far the gap shrinks |
+//! | [`mod@hidden`] | what could still hide |
 
 pub mod candidates;
 pub mod evidence;

@@ -1,5 +1,5 @@
-//! The median of positive numbers, however many: exact up to [`ENOUGH`], else from a histogram whose
-//! classes are [`WIDTH`] wide on the scale of logarithms.
+//! The median of positive numbers, however many: exact up to `ENOUGH`, else from a histogram whose
+//! classes are `WIDTH` wide on the scale of logarithms.
 //!
 //! The histogram's median is that of the numbers to half a class, 5 parts in 100,000, and its
 //! memory does not grow with their count.

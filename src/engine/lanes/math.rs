@@ -27,8 +27,8 @@
 //! | [`pow`] | logarithm and exponent as sums of two numbers | 0.7 |
 //! | [`powi`] | squaring: the bits of [`crate::number::Number::powi`] | n/2 |
 //! | [`hypot`] | root of the sum of squares | 1.1 |
-//! | [`stumpff`], orders 0 to 4 | series or recurrence, of the larger of value and swing | 1.7 |
-//! | [`stumpff`], orders 5 to 8 | the same | 2.4 |
+//! | [`stumpff()`], orders 0 to 4 | series or recurrence, of the larger of value and swing | 1.7 |
+//! | [`stumpff()`], orders 5 to 8 | the same | 2.4 |
 //! | [`round_to_even`], [`floor`], [`sign`], [`min`], [`max`], ... | as defined | none |
 //! | [`sqrt`], [`fract`], [`add`], ... | one operation | 0.5 |
 //!
