@@ -168,10 +168,12 @@ fn a_serial_request_counts_from_its_last_bit() {
     are_true(&delays(&opened), 2e-12);
     let reply = &opened.campaigns[0].request_to_reply[0];
     assert_eq!((reply.run.as_str(), reply.count), ("fast", COUNT));
-    assert!((reply.smallest - 12e-3).abs() < 1e-9 && (reply.largest - 12.02e-3).abs() < 1e-9);
-    assert!((reply.mean - 12.01e-3).abs() < 1e-9);
+    assert!(
+        (reply.time.smallest - 12e-3).abs() < 1e-9 && (reply.time.largest - 12.02e-3).abs() < 1e-9
+    );
+    assert!((reply.time.mean - 12.01e-3).abs() < 1e-9);
     // 20 each of -10, 0 and 10 µs about their mean.
-    assert!((reply.standard_deviation - (40.0_f64 / 59.0).sqrt() * 1e-5).abs() < 1e-10);
+    assert!((reply.time.standard_deviation - (40.0_f64 / 59.0).sqrt() * 1e-5).abs() < 1e-10);
 }
 
 #[test]
@@ -348,7 +350,7 @@ fn a_run_may_be_longer_than_memory() {
     assert_eq!((&reply, &blind), (&other_reply, &other_blind));
     assert!(!blind.is_empty());
     assert_eq!(reply.count, count as usize);
-    assert!((reply.mean - 12.0005e-3).abs() < 1e-9);
+    assert!((reply.time.mean - 12.0005e-3).abs() < 1e-9);
     for (few, many) in few.iter().zip(&many) {
         assert_eq!(few.contributions, many.contributions);
     }

@@ -69,10 +69,17 @@ impl DelaysCommand {
                     })?
                 }
             };
+            if let Some(folder) = &self.common.out {
+                let replies = report::timing::replies(campaign, &loaded.models[part]);
+                if !replies.is_empty() {
+                    let name = load::table_name("replies", &loaded.labels, part);
+                    output::file(&folder.join(name), &replies)?;
+                }
+            }
             load::trust(&given.problem)?;
             widening.widen(&mut found);
             text.push_str(&report::text::delays(&loaded.titles[part], &given.from, &found));
-            text.push_str(&report::timing::text(campaign));
+            text.push_str(&report::timing::text(campaign, &loaded.models[part]));
             let mut value = report::json::delays(&found.measurands);
             if self.budget {
                 let budgets = budgets(given, part, campaign);

@@ -66,15 +66,8 @@ pub fn json(whole: Whole<'_>) -> Value {
 
 fn found_json(whole: Whole<'_>, found: &RunDeviations) -> Value {
     let frame = |spreads: &[Spread; 3]| -> Value {
-        let entries = CHANNELS.iter().zip(spreads).map(|(name, one)| {
-            let value = json!({
-                "mean": number(Some(one.mean)),
-                "deviation": number(Some(one.deviation)),
-                "minimum": number(Some(one.minimum)),
-                "maximum": number(Some(one.maximum)),
-            });
-            ((*name).to_owned(), value)
-        });
+        let entries = CHANNELS.iter().zip(spreads);
+        let entries = entries.map(|(name, one)| ((*name).to_owned(), spread_json(one)));
         Value::Object(entries.collect::<Map<_, _>>())
     };
     let by_direction: Map<String, Value> = found
@@ -98,7 +91,23 @@ fn found_json(whole: Whole<'_>, found: &RunDeviations) -> Value {
         "arm_frame": frame(&found.in_arm_frame),
         "circle_frame": found.in_circle_frame.as_ref().map_or(Value::Null, frame),
         "circle": circle_json(&found.circle),
+        "gap": gap_json(found),
         "tangential_by_direction": by_direction,
+    })
+}
+
+fn gap_json(found: &RunDeviations) -> Value {
+    let Some(gap) = &found.intersection else { return Value::Null };
+    let [as_read, without_delays] = gap.spreads.each_ref().map(spread_json);
+    json!({ "as_read": as_read, "without_delays": without_delays, "expected": gap.expected })
+}
+
+fn spread_json(one: &Spread) -> Value {
+    json!({
+        "mean": number(Some(one.mean)),
+        "deviation": number(Some(one.deviation)),
+        "minimum": number(Some(one.minimum)),
+        "maximum": number(Some(one.maximum)),
     })
 }
 
@@ -167,7 +176,7 @@ fn speeds_json(whole: Whole<'_>, head: &Head) -> Value {
 }
 
 /// One row a sample: run, row of its data file, time, arm angle, deviations in both frames, rates of
-/// the head's angles, speeds of the target.
+/// the head's angles, speeds of the target, the point from the readings, the gap where there is one.
 pub fn table(whole: Whole<'_>) -> String {
     let mut text = String::from("run,row,time [s],arm_angle [rad]");
     for frame in ["arm", "circle"] {
@@ -186,9 +195,15 @@ pub fn table(whole: Whole<'_>) -> String {
     for name in SPEEDS {
         text.push_str(&format!(",{name} [m/s]"));
     }
+    text.push_str(",x [m],y [m],z [m]");
+    let found = whole.runs.iter().filter_map(|(_, found)| found.as_ref().ok());
+    if found.clone().any(|found| found.intersection.is_some()) {
+        text.push_str(",gap [m],gap_without_delays [m]");
+    }
     text.push('\n');
     for (run, (head, found)) in whole.runs.iter().enumerate() {
         let Ok(found) = found else { continue };
+        let gaps = found.intersection.as_ref().map(|gap| [&gap.as_read, &gap.without_delays]);
         let data = &whole.problem.parts[whole.part].runs[run];
         let samples = data.record.whole();
         for one in &found.samples {
@@ -208,6 +223,9 @@ pub fn table(whole: Whole<'_>) -> String {
                 } else {
                     text.push(',');
                 }
+            }
+            for value in one.point.iter().chain(gaps.iter().flatten().map(|gaps| &gaps[k])) {
+                text.push_str(&format!(",{value:.9e}"));
             }
             text.push('\n');
         }
@@ -283,6 +301,15 @@ fn run_text(whole: Whole<'_>, run: usize, (head, found): &Shown) -> String {
                 let mean = micrometres(found.in_arm_frame[2].mean);
                 let delay = delay * 1e6;
                 text.push_str(&format!("  mean tangential {mean}: as a delay of {delay:.1} µs\n"));
+            }
+            if let Some(gap) = &found.intersection {
+                let [read, out] = gap.spreads.map(|one| {
+                    format!("{} ± {}", micrometres(one.mean), micrometres(one.deviation))
+                });
+                let expected = micrometres(gap.expected);
+                text.push_str(&format!(
+                    "  lines of sight miss each other by {read} as read, {out} with the delays taken out; ± {expected} expected\n"
+                ));
             }
             for one in &found.by_direction {
                 let difference = measured(one.growing - one.falling, one.sigma, &metre);
