@@ -12,6 +12,7 @@ use super::calibrate::{estimate, unsound};
 use super::load::Loaded;
 use super::{Failure, load, output};
 use crate::estimate::bias::bias;
+use crate::estimate::blind::ArmAngle;
 use crate::estimate::budget::budgets;
 use crate::estimate::conditions::self_calibration;
 use crate::estimate::newton::ReadingDelay;
@@ -60,8 +61,9 @@ impl DelaysCommand {
                     let data = &given.problem.parts[part];
                     output::written(&folder.join(name), |file| {
                         file.write_all(table::DELAYS.as_bytes())?;
+                        let mut arm = ArmAngle::of(data);
                         let row = &mut |reading: &ReadingDelay| {
-                            table::delay(data, &widening.see(reading), file)
+                            table::delay(data, &widening.see(reading), &mut arm, file)
                         };
                         let found = given.each_delay(part, &runs, row)?;
                         load::read_back(&given.problem)?;

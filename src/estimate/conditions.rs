@@ -306,16 +306,27 @@ impl SelfCalibration {
             }
         }
         for measurand in measurands {
-            let told = [Changed::Direction, Changed::Rate, Changed::Setup, Changed::Platform]
-                .map(|changed| self.judged(measurand, changed).map(|(_, differs)| differs));
+            let kinds = [Changed::Direction, Changed::Rate, Changed::Setup, Changed::Platform];
+            let told =
+                kinds.map(|changed| self.judged(measurand, changed).map(|(_, differs)| differs));
+            // What stays does so within what could have been seen.
+            let within = |changed| {
+                let sigmas = self
+                    .contrasts
+                    .iter()
+                    .filter(|one| one.measurand == measurand && one.changed == changed);
+                let most = sigmas.map(|one| 2e6 * one.sigma).fold(0.0, f64::max);
+                format!("to within {most:.*} µs (k = 2)", if most < 10.0 { 1 } else { 0 })
+            };
             let mut say = |text: &str| words.push(format!("`{measurand}` {text}"));
             match told[0] {
                 Some(true) => say(
                     "changes with the sense of rotation: something turns with the arm, which belongs to the rig (homepoint, encoder, runout, transformation)",
                 ),
-                Some(false) => say(
-                    "stays when the arm turns the other way: its delay belongs to the instrument",
-                ),
+                Some(false) => say(&format!(
+                    "stays when the arm turns the other way, {}: its delay belongs to the instrument",
+                    within(Changed::Direction)
+                )),
                 None => say(
                     "was not read in both senses at one rate: rig and instrument are not told apart; add a run the other way",
                 ),
@@ -334,14 +345,19 @@ impl SelfCalibration {
                 Some(true) => say(
                     "changes with the setup: it hangs on distance or pose, so on the transformation or on how the instrument sees the arm",
                 ),
-                Some(false) => say("stays when the distance changes"),
+                Some(false) => {
+                    say(&format!("stays when the distance changes, {}", within(Changed::Setup)));
+                }
                 None => {}
             }
             match told[3] {
                 Some(true) => say(
                     "changes with the platform's rate: something turns with the platform, or the delay depends on how fast the head moves",
                 ),
-                Some(false) => say("stays when the platform turns at another rate"),
+                Some(false) => say(&format!(
+                    "stays when the platform turns at another rate, {}",
+                    within(Changed::Platform)
+                )),
                 None => {}
             }
         }
