@@ -309,14 +309,14 @@ impl SelfCalibration {
             let kinds = [Changed::Direction, Changed::Rate, Changed::Setup, Changed::Platform];
             let told =
                 kinds.map(|changed| self.judged(measurand, changed).map(|(_, differs)| differs));
-            // What stays does so within what could have been seen.
+            // What stays does so within what the best pair of runs could have shown.
             let within = |changed| {
                 let sigmas = self
                     .contrasts
                     .iter()
                     .filter(|one| one.measurand == measurand && one.changed == changed);
-                let most = sigmas.map(|one| 2e6 * one.sigma).fold(0.0, f64::max);
-                format!("to within {most:.*} µs (k = 2)", if most < 10.0 { 1 } else { 0 })
+                let least = sigmas.map(|one| 2e6 * one.sigma).fold(f64::INFINITY, f64::min);
+                format!("to within {least:.*} µs (k = 2)", if least < 10.0 { 1 } else { 0 })
             };
             let mut say = |text: &str| words.push(format!("`{measurand}` {text}"));
             match told[0] {
