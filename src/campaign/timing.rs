@@ -17,7 +17,7 @@
 //! | `read` | what `[timing]` and a run's `timing` say |
 //! | [`captures`] | the captures of a run made into reference times |
 //! | [`replies`] | when replies came, and how far the arm had turned |
-//! | [`capturing`] | a simulated run written as it would have been captured |
+//! | `capturing` | a simulated run written as it would have been captured |
 //! | [`chain`] | how well a reference time is known, and the lag of eq. (1) |
 //! | [`enter`] | the same as an effect of the model |
 //!

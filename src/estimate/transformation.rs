@@ -7,7 +7,7 @@
 //!   form, refined by least squares. A slow run's delay goes into it as a turn `ω_slow τ` about the arm
 //!   axis, and a run at ω gets its delays wrong by `-τ ω_slow / ω`.
 //! - *Iterated*: the paper's way again and again, each time with the delays found, until transformation
-//!   and delays agree. One direction of one slow run will do. What errors do there: [`iteration`].
+//!   and delays agree. One direction of one slow run will do. What errors do there: `iteration`.
 //!
 //! Residuals of the reference runs give each measurand's standard uncertainty, the paper's boundary
 //! values.
