@@ -102,3 +102,40 @@ fn every_plan_gives_its_recordings_again() {
     }
     assert!(count >= 20, "{count}");
 }
+
+/// The commands that lessons and documents name, with their own words for folders.
+fn commands(text: &str) -> impl Iterator<Item = &str> {
+    let named = text.lines().filter_map(|line| {
+        line.strip_prefix("#   homepoint ").or_else(|| line.strip_prefix("$ homepoint "))
+    });
+    // What a command is for stands behind it, after a gap.
+    named.map(|line| line.split("  ").next().unwrap()).filter(|line| !line.contains(" A B"))
+}
+
+#[test]
+fn every_command_that_is_named_runs() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let out = std::env::temp_dir().join(format!("named-{}", std::process::id()));
+    let mut texts = vec![root.join("docs/the-seed.md")];
+    for lesson in fs::read_dir(root.join("examples")).unwrap() {
+        texts.push(lesson.unwrap().path().join("campaign.toml"));
+    }
+    let mut run = HashSet::new();
+    for text in texts {
+        for said in commands(&fs::read_to_string(text).unwrap()) {
+            let mut words: Vec<String> = said.split_whitespace().map(str::to_owned).collect();
+            if let Some(at) = words.iter().position(|word| word == "--out") {
+                words[at + 1] = out.to_string_lossy().into_owned();
+            }
+            if !run.insert(words.clone()) {
+                continue;
+            }
+            let mut command = Command::new(env!("CARGO_BIN_EXE_homepoint"));
+            let done = command.current_dir(root).args(&words).output().unwrap();
+            let told = String::from_utf8_lossy(&done.stderr).into_owned();
+            assert!(done.status.success() && !done.stdout.is_empty(), "{said}: {told}");
+        }
+    }
+    drop(fs::remove_dir_all(out));
+    assert!(run.len() > 15, "{}", run.len());
+}
