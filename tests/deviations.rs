@@ -14,6 +14,7 @@ use homepoint::estimate::circle::{Circle, NoCircle};
 use homepoint::estimate::conditions::{Changed, self_calibration};
 use homepoint::estimate::deviations::{NoDeviations, RunDeviations, deviations};
 use homepoint::estimate::head::Head;
+use homepoint::estimate::intersection::intersection;
 use homepoint::estimate::newton::State;
 use homepoint::estimate::repeatability::repeatability;
 use homepoint::estimate::transformation::{
@@ -371,9 +372,9 @@ fn lines_of_sight_meet_when_each_angle_has_its_delay() {
     };
     let base = [value("base_distance"), 0.0, value("base_height")];
     for (name, moves) in [("slow", false), ("ccw50", true), ("cw50", true)] {
-        let (_, found) = shown(&given, name);
-        let gap = found.intersection.unwrap();
-        let samples = given.problem.parts[0].runs[run_named(&given.problem, name)].held();
+        let run = run_named(&given.problem, name);
+        let gap = intersection(&given.problem, 0, run, &given.point).unwrap();
+        let samples = given.problem.parts[0].runs[run].held();
         for (k, found) in gap.as_read.iter().enumerate() {
             let by_hand = gap_by_hand([0, 1, 2, 3].map(|column| samples.readings[column][k]), base);
             assert!((found - by_hand).abs() < 1e-12, "{name} {k}: {found} {by_hand}");
@@ -389,8 +390,8 @@ fn lines_of_sight_meet_when_each_angle_has_its_delay() {
         assert_eq!(read.deviation > 3.0 * gap.expected, moves, "{name} {read:?}");
     }
     // A model without more readings than its point needs has no such check.
-    let (_, found) = shown(&by(&example("01_at901_without_t_cam"), Choice::Best), "slow_ccw");
-    assert!(found.intersection.is_none());
+    let given = by(&example("05_two_rotations"), Choice::Best);
+    assert!(intersection(&given.problem, 0, 0, &given.point).is_none());
 }
 
 /// Runs that differ in the platform's rate alone.

@@ -15,7 +15,6 @@ use crate::engine::{Part, Point};
 use crate::estimate::align::Pair;
 use crate::estimate::circle::{Circle, NoCircle};
 use crate::estimate::head::{Head, head};
-use crate::estimate::intersection::{Intersection, intersection};
 use crate::estimate::start::numbered_pairs;
 use crate::quaternion::Quaternion;
 
@@ -86,8 +85,6 @@ pub struct RunDeviations {
     pub in_circle_frame: Option<[Spread; 3]>,
     /// Tangential deviations by the direction of each angle.
     pub by_direction: Vec<ByDirection>,
-    /// Whether the lines of sight meet, for a model that can tell.
-    pub intersection: Option<Intersection>,
 }
 
 impl RunDeviations {
@@ -182,7 +179,6 @@ fn points(
         in_circle_frame: circle.is_ok().then(|| channel(|one| one.circle)),
         circle,
         by_direction: Vec::new(),
-        intersection: intersection(problem, part, run, point),
         samples,
     })
 }
