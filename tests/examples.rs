@@ -28,6 +28,8 @@ fn told(name: &str) -> String {
     for one in result.estimates().iter().filter(|one| !one.fixed) {
         let of = one.of.as_deref().unwrap_or("-");
         let (value, sigma) = (one.value.unwrap(), one.sigma.unwrap());
+        // What is nothing but rounding is nothing.
+        let value = if value.abs() < 1e-6 * sigma { 0.0 } else { value };
         writeln!(text, "{} {of} {} ± {}", one.name, sig(value), figure::sig(sigma, 3)).unwrap();
     }
     let (from, delays) = delays_of(&problem, &result, 0);
