@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use crate::engine::lanes::identities::rewritten;
 use crate::engine::lanes::instruction::{Column, Instruction, Operand, Product, Slot, Still};
 use crate::engine::lanes::schedule::{Form, Schedule, results, schedule};
 use crate::engine::lanes::sums::Term;
@@ -42,11 +43,12 @@ impl Code {
     }
 
     /// Compiles groups of outputs. Those of a group are valid until the next group is computed.
-    pub fn new(graph: &mut Graph, groups: &[Vec<NodeId>]) -> Self {
+    pub fn new(graph: &Graph, groups: &[Vec<NodeId>]) -> Self {
+        let (mut graph, groups) = rewritten(graph, groups);
         let zero = graph.constant(0.0);
-        let schedule = schedule(graph, groups);
+        let schedule = schedule(&mut graph, &groups);
         let mut compiler = Compiler {
-            graph,
+            graph: &graph,
             zero,
             products: Vec::new(),
             columns: HashMap::new(),
@@ -276,7 +278,7 @@ impl Compiler<'_> {
             return Instruction::Binary { function, a, b, out: self.place(node) };
         }
         if self.graph.is_moving(a) {
-            let (a, b) = (self.lane(a), self.operand(b));
+            let (a, b) = (self.lane(a), self.lane(b));
             return Instruction::Divide { a, b, out: self.place(node) };
         }
         let (b, a) = (self.still(a), self.lane(b));
