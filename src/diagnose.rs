@@ -21,6 +21,7 @@ pub mod gap;
 pub mod hidden;
 pub mod holdout;
 pub mod jitter;
+pub mod power;
 pub mod probability;
 pub mod score;
 pub mod search;

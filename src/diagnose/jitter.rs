@@ -34,7 +34,7 @@ pub(super) fn jitter<'s>(
     let mut best: Option<(NoiseEffect, &Candidate, f64, f64)> = None;
     for candidate in &stage.noise {
         for (name, unit) in white_randoms(candidate) {
-            let Some(Pairs { sum, weights, scatter, typical }) =
+            let Some(Pairs { sum, weights, scatter, typical, .. }) =
                 pairs(stage, left, candidate, &name)
             else {
                 continue;
@@ -71,7 +71,7 @@ pub(super) fn jitter<'s>(
 }
 
 /// The random quantities of an effect that are independent from sample to sample.
-fn white_randoms(candidate: &Candidate) -> Vec<(String, Unit)> {
+pub(super) fn white_randoms(candidate: &Candidate) -> Vec<(String, Unit)> {
     let Some(system) = candidate.systems.iter().flatten().next() else { return Vec::new() };
     let name = &candidate.name;
     let own = |effect: &Option<String>| effect.as_ref().is_some_and(|own| own == name);
@@ -96,6 +96,7 @@ impl Pairs {
                     self.sum += weight * product;
                     self.weights += weight * weight;
                     self.scatter += (weight * product).powi(2);
+                    self.products.push(weight);
                 }
             }
         }
@@ -103,20 +104,29 @@ impl Pairs {
 }
 
 /// Sums over pairs of readings of a sample.
-struct Pairs {
+pub(super) struct Pairs {
     /// `Σ a_m a_n z_m z_n`.
     sum: f64,
     /// `Σ (a_m a_n)²`.
-    weights: f64,
+    pub(super) weights: f64,
     /// `Σ (a_m a_n z_m z_n)²`: the variance of the sum, wild readings or not.
     scatter: f64,
     /// The usual size of the effect.
-    typical: f64,
+    pub(super) typical: f64,
+    /// `a_m a_n`, pair after pair: the pattern in which it shows.
+    pub(super) products: Vec<f64>,
 }
 
-fn pairs(stage: &Stage, left: &[Left], candidate: &Candidate, name: &str) -> Option<Pairs> {
+/// The sums of a random quantity; `None` where readings of a sample share nothing of it.
+pub(super) fn pairs(
+    stage: &Stage,
+    left: &[Left],
+    candidate: &Candidate,
+    name: &str,
+) -> Option<Pairs> {
     let fitted = &stage.fitted;
-    let mut pairs = Pairs { sum: 0.0, weights: 0.0, scatter: 0.0, typical: 1.0 };
+    let mut pairs =
+        Pairs { sum: 0.0, weights: 0.0, scatter: 0.0, typical: 1.0, products: Vec::new() };
     let samples: usize =
         fitted.problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum();
     let stride = samples.div_ceil(MOST_SAMPLES).max(1);

@@ -29,7 +29,7 @@ const LEAST_STRETCHES: usize = 20;
 /// Logarithms of probabilities that differ less do not tell effects apart: half of [`ALIKE`].
 const TIE: f64 = 4.6;
 /// Effects whose gains differ less cannot be told apart: the 1 % point of chi squared of two degrees.
-const ALIKE: f64 = 9.2;
+pub const ALIKE: f64 = 9.2;
 
 /// An adopted effect.
 #[derive(Clone, Debug)]

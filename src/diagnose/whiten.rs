@@ -185,7 +185,7 @@ pub fn prepare(
 }
 
 /// Samples in a stretch: enough stretches over all runs, each of several correlation times.
-fn stretch(problem: &Problem, memory: f64) -> usize {
+pub(super) fn stretch(problem: &Problem, memory: f64) -> usize {
     let runs = problem.parts.iter().flat_map(|part| &part.runs);
     let samples: usize = runs.map(|run| run.record.len()).sum();
     let time = if memory > 0.0 { -1.0 / memory.ln() } else { 0.0 };
@@ -232,7 +232,7 @@ fn name_levels(stage: &Stage, stated: &[Vec<f64>], noise: &mut Noise) {
 }
 
 /// Whether an effect patches the noise level of a measurand.
-fn patches_level(candidate: &Candidate, part: &Part, measurand: usize) -> bool {
+pub(super) fn patches_level(candidate: &Candidate, part: &Part, measurand: usize) -> bool {
     let one = &part.system.assembly.names.measurands[measurand];
     candidate.selected.effect.patches.iter().any(|line| match &line.target {
         Target::Sigma(name) => *name == one.name,
