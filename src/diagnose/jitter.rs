@@ -34,7 +34,7 @@ pub(super) fn jitter<'s>(
     let mut best: Option<(NoiseEffect, &Candidate, f64, f64)> = None;
     for candidate in &stage.noise {
         for (name, unit) in white_randoms(candidate) {
-            let Some(Pairs { sum, weights, scatter, typical, .. }) =
+            let Some(Pairs { sum, weights, scatter, typical }) =
                 pairs(stage, left, candidate, &name)
             else {
                 continue;
@@ -96,7 +96,6 @@ impl Pairs {
                     self.sum += weight * product;
                     self.weights += weight * weight;
                     self.scatter += (weight * product).powi(2);
-                    self.products.push(weight);
                 }
             }
         }
@@ -104,29 +103,20 @@ impl Pairs {
 }
 
 /// Sums over pairs of readings of a sample.
-pub(super) struct Pairs {
+struct Pairs {
     /// `Σ a_m a_n z_m z_n`.
     sum: f64,
     /// `Σ (a_m a_n)²`.
-    pub(super) weights: f64,
+    weights: f64,
     /// `Σ (a_m a_n z_m z_n)²`: the variance of the sum, wild readings or not.
     scatter: f64,
     /// The usual size of the effect.
-    pub(super) typical: f64,
-    /// `a_m a_n`, pair after pair: the pattern in which it shows.
-    pub(super) products: Vec<f64>,
+    typical: f64,
 }
 
-/// The sums of a random quantity; `None` where readings of a sample share nothing of it.
-pub(super) fn pairs(
-    stage: &Stage,
-    left: &[Left],
-    candidate: &Candidate,
-    name: &str,
-) -> Option<Pairs> {
+fn pairs(stage: &Stage, left: &[Left], candidate: &Candidate, name: &str) -> Option<Pairs> {
     let fitted = &stage.fitted;
-    let mut pairs =
-        Pairs { sum: 0.0, weights: 0.0, scatter: 0.0, typical: 1.0, products: Vec::new() };
+    let mut pairs = Pairs { sum: 0.0, weights: 0.0, scatter: 0.0, typical: 1.0 };
     let samples: usize =
         fitted.problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum();
     let stride = samples.div_ceil(MOST_SAMPLES).max(1);

@@ -11,6 +11,7 @@ use crate::system::Selected;
 
 use super::candidates::{Candidate, NotTestable, Wanted, offer};
 use super::evidence::{Entry, Evidence};
+use super::scan::{Scanned, scan};
 use super::score::{Score, of_gain, score};
 use super::search::level;
 use super::structure::blocks;
@@ -190,8 +191,13 @@ impl Stage {
     /// Looks at everything that is not in a fitted model. `None` where its parameters are not
     /// determined.
     pub fn new(fitted: Fitted, wanted: &Wanted) -> Option<Self> {
+        Self::again(fitted, wanted, &mut Scanned::new())
+    }
+
+    /// The same; families that were scanned with nearly the same readings are not scanned again.
+    pub fn again(fitted: Fitted, wanted: &Wanted, scanned: &mut Scanned) -> Option<Self> {
         let offer = offer(&fitted.recipes, wanted);
-        let (mut candidates, mut members) = best_members(&fitted, offer.effects)?;
+        let (mut candidates, mut members) = best_members(&fitted, offer.effects, scanned)?;
         let effects = candidates.len();
         candidates.extend(blocks(&fitted.recipes));
         members.resize(candidates.len(), 1);
@@ -270,7 +276,11 @@ impl Stage {
 }
 
 /// Of each family the member that explains most, with the number of members tried.
-fn best_members(fitted: &Fitted, offered: Vec<Candidate>) -> Option<(Vec<Candidate>, Vec<usize>)> {
+fn best_members(
+    fitted: &Fitted,
+    offered: Vec<Candidate>,
+    scanned: &mut Scanned,
+) -> Option<(Vec<Candidate>, Vec<usize>)> {
     let mut best: Vec<Candidate> = Vec::new();
     let mut tried = Vec::new();
     let mut rest = offered.as_slice();
@@ -279,6 +289,13 @@ fn best_members(fitted: &Fitted, offered: Vec<Candidate>) -> Option<(Vec<Candida
         let (family, after) = rest.split_at(count);
         rest = after;
         let mut winner = 0;
+        if count > 1
+            && let Some((found, members)) = scan(fitted, first, scanned)
+        {
+            best.push(found);
+            tried.push(members);
+            continue;
+        }
         if count > 1 {
             let members: Vec<&Candidate> = family.iter().collect();
             let fit = &fitted.fit;

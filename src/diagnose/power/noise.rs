@@ -6,12 +6,14 @@
 //! quantile of [`CAUGHT`] the effect is declared with that probability.
 
 use crate::diagnose::candidates::Candidate;
-use crate::diagnose::jitter::{pairs, white_randoms};
+use nalgebra::DVector;
+
+use crate::diagnose::jitter::white_randoms;
 use crate::diagnose::search::level;
-use crate::diagnose::stage::Stage;
+use crate::diagnose::stage::{Fitted, Stage, rebuilt};
 use crate::diagnose::tail::ln_normal;
 use crate::diagnose::whiten::{ln_wild, patches_level};
-use crate::engine::stretches::Left;
+use crate::engine::noise::{active_randoms, covariance_of};
 use crate::units::Unit;
 
 use super::detection::{leads, solved};
@@ -72,25 +74,9 @@ struct Shared<'a> {
 impl<'a> Shared<'a> {
     fn new(stage: &'a Stage, candidate: &'a Candidate) -> Option<Self> {
         let (name, unit) = white_randoms(candidate).into_iter().next()?;
-        let problem = &stage.fitted.problem;
-        let runs =
-            problem.parts.iter().flat_map(|part| part.runs.iter().map(move |run| (part, run)));
-        // Whitened residuals of one: what is summed then is the weights.
-        let left: Vec<Left> = runs
-            .map(|(part, run)| Left {
-                residuals: vec![vec![1.0; run.record.len()]; part.residual_count()],
-                scores: Vec::new(),
-            })
-            .collect();
-        let pairs = pairs(stage, &left, candidate, &name)?;
-        let (strength, typical) = (pairs.weights.sqrt(), pairs.typical);
-        (strength > 0.0).then_some(Self {
-            candidate,
-            unit,
-            typical,
-            strength,
-            products: pairs.products,
-        })
+        let (products, typical) = pattern(stage, candidate, &name)?;
+        let strength = products.iter().map(|one| one * one).sum::<f64>().sqrt();
+        (strength > 0.0).then_some(Self { candidate, unit, typical, strength, products })
     }
 
     fn row(&self, others: &[Self], bar: f64) -> Row {
@@ -127,6 +113,42 @@ impl<'a> Shared<'a> {
             words: String::new(),
         }
     }
+}
+
+/// `a_m a_n` of the whitened derivatives along a random quantity, for every pair of readings of every
+/// sample, and its usual size.
+fn pattern(stage: &Stage, candidate: &Candidate, name: &str) -> Option<(Vec<f64>, f64)> {
+    let Fitted { problem, fit, .. } = &stage.fitted;
+    let (mut products, mut typical) = (Vec::new(), 1.0);
+    for (p, part) in problem.parts.iter().enumerate() {
+        let Some(system) = &candidate.systems[p] else { continue };
+        let with = rebuilt(part, (**system).clone());
+        let k = with.system.randoms.iter().position(|random| random.name == name)?;
+        typical = with.system.randoms[k].typical.unwrap_or(1.0);
+        if with.system.settings.len() != part.system.settings.len() {
+            return None;
+        }
+        let active = active_randoms(part);
+        let mut memory = Vec::new();
+        for (run, data) in part.runs.iter().enumerate() {
+            let parameters = problem.parameters(p, run, &fit.point);
+            data.record.walk(|stretch| {
+                for sample in stretch.each() {
+                    let made = covariance_of(part, run, sample, &parameters, &active, &mut memory);
+                    let own = covariance_of(&with, run, sample, &parameters, &[k], &mut memory);
+                    let g: DVector<f64> = own.sensitivities.column(0).into_owned();
+                    let Some(factor) = made.covariance.cholesky() else { continue };
+                    let Some(a) = factor.l_dirty().solve_lower_triangular(&g) else { continue };
+                    products.extend(
+                        (0..a.len())
+                            .flat_map(|m| (0..m).map(move |n| (m, n)))
+                            .map(|(m, n)| a[m] * a[n]),
+                    );
+                }
+            });
+        }
+    }
+    Some((products, typical))
 }
 
 /// A level of the noise.

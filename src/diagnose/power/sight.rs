@@ -59,7 +59,7 @@ pub fn directions(way: Way<'_>) -> Vec<DVector<f64>> {
     let count = if scale.len() > 1 { DIRECTIONS } else { 1 };
     let contrast = way.candidate.sums_to_zero();
     let mut generator = ChaCha12Rng::seed_from_u64(1);
-    let draw = |_| {
+    let mut draw = || {
         let mut direction =
             DVector::from_fn(scale.len(), |_, _| StandardNormal.sample(&mut generator));
         normalise(&mut direction, &groups);
@@ -72,7 +72,10 @@ pub fn directions(way: Way<'_>) -> Vec<DVector<f64>> {
         }
         direction.component_mul(&scale)
     };
-    (0..count).map(draw).collect()
+    // Values that sum to zero may all be zero: drawn again, a few times.
+    (0..count)
+        .filter_map(|_| (0..DIRECTIONS).map(|_| draw()).find(|one| one.norm() > 0.0))
+        .collect()
 }
 
 /// The weight of each value, and the values that belong to one setup, run and measurand.
