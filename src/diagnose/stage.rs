@@ -224,27 +224,30 @@ impl Stage {
         })
     }
 
-    /// All significant structure, of the library or unknown, taken together greedily.
+    /// All significant structure, of the library or unknown, taken together.
     pub fn structure(&self) -> Entry {
+        let taken: Vec<&Entry> = self.structures().into_iter().map(|n| self.entry(n)).collect();
+        self.evidence.together(&taken)
+    }
+
+    /// The candidates, of the library or unknown, that are significant one after the other, greedily.
+    pub fn structures(&self) -> Vec<usize> {
         let level = level(self.candidates.len());
         let strong: Vec<usize> =
             (0..self.candidates.len()).filter(|n| self.scores[*n].ln_p <= level).collect();
-        let mut taken: Vec<&Entry> = Vec::new();
-        let mut whole = self.evidence.together(&taken);
+        let mut taken: Vec<usize> = Vec::new();
         for _ in 0..MOST_STRUCTURES {
+            let entries: Vec<&Entry> = taken.iter().map(|n| self.entry(*n)).collect();
+            let whole = self.evidence.together(&entries);
             let beyond = |n: &usize| {
                 let (gain, degrees) = self.evidence.beyond(&whole, self.entry(*n));
                 (of_gain(gain, degrees, 1).ln_p, *n)
             };
             let best = strong.iter().map(beyond).min_by(|a, b| a.0.total_cmp(&b.0));
-            let Some((ln_p, number)) = best else { break };
-            if ln_p > level {
-                break;
-            }
-            taken.push(self.entry(number));
-            whole = self.evidence.together(&taken);
+            let Some((_, number)) = best.filter(|(ln_p, _)| *ln_p <= level) else { break };
+            taken.push(number);
         }
-        whole
+        taken
     }
 
     /// Compares how scores scatter from stretch to stretch with what the noise says; `left` is what is
