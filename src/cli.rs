@@ -16,6 +16,7 @@ mod diagnose;
 mod load;
 mod new;
 mod output;
+mod power;
 mod progress;
 mod render;
 mod show;
@@ -58,6 +59,8 @@ enum Command {
     Calibrate(calibrate::CalibrateCommand),
     /// Find out why simulation and reality differ
     Diagnose(diagnose::Diagnose),
+    /// Find out what a campaign can see, before there are any data
+    Power(power::PowerCommand),
     /// Compare the readings' own delays with the joint estimate
     Compare(compare::CompareCommand),
     /// Tell how far measured points lie from the arm, and what the head must follow
@@ -109,6 +112,7 @@ pub fn run() -> ExitCode {
         Command::Delays(command) => command.run(),
         Command::Calibrate(command) => command.run(),
         Command::Diagnose(command) => command.run(),
+        Command::Power(command) => command.run(),
         Command::Compare(command) => command.run(),
         Command::Deviations(command) => command.run(),
         Command::Completions(command) => command.run(Cli::command()),

@@ -9,6 +9,7 @@
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
 //! | [`text`] | tables and sentences for the terminal |
 //! | [`diagnosis`], `diagnosis_text` | why simulation and reality differ, for programs and for people |
+//! | [`power`], `power_text` | what a campaign can see |
 //! | [`timing`] | how reference times came about |
 //! | [`table`] | results reading by reading, as CSV |
 
@@ -20,6 +21,9 @@ pub mod diagnosis;
 pub mod diagnosis_text;
 pub mod figure;
 pub mod json;
+pub mod power;
+#[cfg(feature = "cli")]
+pub mod power_text;
 pub mod table;
 #[cfg(feature = "cli")]
 pub mod text;

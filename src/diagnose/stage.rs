@@ -11,6 +11,7 @@ use crate::system::Selected;
 
 use super::candidates::{Candidate, NotTestable, Wanted, offer};
 use super::evidence::{Entry, Evidence};
+use super::scan::{Scanned, scan};
 use super::score::{Score, of_gain, score};
 use super::search::level;
 use super::structure::blocks;
@@ -190,8 +191,13 @@ impl Stage {
     /// Looks at everything that is not in a fitted model. `None` where its parameters are not
     /// determined.
     pub fn new(fitted: Fitted, wanted: &Wanted) -> Option<Self> {
+        Self::again(fitted, wanted, &mut Scanned::new())
+    }
+
+    /// The same; families that were scanned with nearly the same readings are not scanned again.
+    pub fn again(fitted: Fitted, wanted: &Wanted, scanned: &mut Scanned) -> Option<Self> {
         let offer = offer(&fitted.recipes, wanted);
-        let (mut candidates, mut members) = best_members(&fitted, offer.effects)?;
+        let (mut candidates, mut members) = best_members(&fitted, offer.effects, scanned)?;
         let effects = candidates.len();
         candidates.extend(blocks(&fitted.recipes));
         members.resize(candidates.len(), 1);
@@ -218,27 +224,30 @@ impl Stage {
         })
     }
 
-    /// All significant structure, of the library or unknown, taken together greedily.
+    /// All significant structure, of the library or unknown, taken together.
     pub fn structure(&self) -> Entry {
+        let taken: Vec<&Entry> = self.structures().into_iter().map(|n| self.entry(n)).collect();
+        self.evidence.together(&taken)
+    }
+
+    /// The candidates, of the library or unknown, that are significant one after the other, greedily.
+    pub fn structures(&self) -> Vec<usize> {
         let level = level(self.candidates.len());
         let strong: Vec<usize> =
             (0..self.candidates.len()).filter(|n| self.scores[*n].ln_p <= level).collect();
-        let mut taken: Vec<&Entry> = Vec::new();
-        let mut whole = self.evidence.together(&taken);
+        let mut taken: Vec<usize> = Vec::new();
         for _ in 0..MOST_STRUCTURES {
+            let entries: Vec<&Entry> = taken.iter().map(|n| self.entry(*n)).collect();
+            let whole = self.evidence.together(&entries);
             let beyond = |n: &usize| {
                 let (gain, degrees) = self.evidence.beyond(&whole, self.entry(*n));
                 (of_gain(gain, degrees, 1).ln_p, *n)
             };
             let best = strong.iter().map(beyond).min_by(|a, b| a.0.total_cmp(&b.0));
-            let Some((ln_p, number)) = best else { break };
-            if ln_p > level {
-                break;
-            }
-            taken.push(self.entry(number));
-            whole = self.evidence.together(&taken);
+            let Some((_, number)) = best.filter(|(ln_p, _)| *ln_p <= level) else { break };
+            taken.push(number);
         }
-        whole
+        taken
     }
 
     /// Compares how scores scatter from stretch to stretch with what the noise says; `left` is what is
@@ -270,7 +279,11 @@ impl Stage {
 }
 
 /// Of each family the member that explains most, with the number of members tried.
-fn best_members(fitted: &Fitted, offered: Vec<Candidate>) -> Option<(Vec<Candidate>, Vec<usize>)> {
+fn best_members(
+    fitted: &Fitted,
+    offered: Vec<Candidate>,
+    scanned: &mut Scanned,
+) -> Option<(Vec<Candidate>, Vec<usize>)> {
     let mut best: Vec<Candidate> = Vec::new();
     let mut tried = Vec::new();
     let mut rest = offered.as_slice();
@@ -279,6 +292,13 @@ fn best_members(fitted: &Fitted, offered: Vec<Candidate>) -> Option<(Vec<Candida
         let (family, after) = rest.split_at(count);
         rest = after;
         let mut winner = 0;
+        if count > 1
+            && let Some((found, members)) = scan(fitted, first, scanned)
+        {
+            best.push(found);
+            tried.push(members);
+            continue;
+        }
         if count > 1 {
             let members: Vec<&Candidate> = family.iter().collect();
             let fit = &fitted.fit;

@@ -7,7 +7,8 @@
 //! - random quantities that the readings of one sample share are looked for ([`super::jitter`]);
 //! - readings beyond [`TRIM`] robust standard deviations of their measurand are left out;
 //! - the level of each measurand is its scatter over what is stated;
-//! - memory is the correlation of a measurand's neighbours in time.
+//! - memory is the correlation of a measurand's neighbours in time ([`super::memory`]), and what wanders
+//!   from run to run a random walk ([`super::wander`]).
 //!
 //! Each is tested one-sidedly. What is accepted enters the covariance, but for memory: that widens the
 //! stretches over which scores are summed.
@@ -24,6 +25,9 @@ use crate::units::Unit;
 
 use super::candidates::{Candidate, Wanted};
 use super::jitter::jitter;
+use super::lost::Lost;
+use super::memory::{memory, name_memory, wanders, white_parts};
+use super::scan::Scanned;
 use super::search::level;
 use super::stage::{Fitted, Stage, rebuilt};
 use super::tail::{ln_chi_squared, ln_normal};
@@ -56,6 +60,19 @@ pub struct NoiseEffect {
     pub ln_p: f64,
 }
 
+/// A reading that is left out because it is wild.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOut {
+    /// Name of the run.
+    pub run: String,
+    /// Row of its data file.
+    pub row: usize,
+    /// The measurand.
+    pub measurand: String,
+    /// How far out it was, in standard deviations as weighed when it was left out.
+    pub deviations: f64,
+}
+
 /// The noise of campaigns.
 #[derive(Clone, Debug, Default)]
 pub struct Noise {
@@ -66,6 +83,8 @@ pub struct Noise {
     pub levels: Vec<(String, f64)>,
     /// Readings left out.
     pub wild: usize,
+    /// Which ones.
+    pub left_out: Vec<LeftOut>,
     /// Correlation of neighbours in time, the largest of all measurands; 0 where there is none.
     pub memory: f64,
     /// Samples in a stretch.
@@ -79,6 +98,8 @@ pub struct Given {
     pub whole: Vec<Vec<Run>>,
     /// The uncertainties that they state.
     pub stated: Vec<Vec<f64>>,
+    /// Stretches of lost samples, left out already.
+    pub lost: Vec<Lost>,
 }
 
 impl Given {
@@ -87,6 +108,32 @@ impl Given {
         Self {
             whole: problem.parts.iter().map(|part| part.runs.clone()).collect(),
             stated: problem.parts.iter().map(|part| part.sigma.clone()).collect(),
+            lost: Vec::new(),
+        }
+    }
+}
+
+impl Given {
+    /// What is given, with one more selected effect in the place of the noise that was found without it.
+    fn anew(
+        &self,
+        stage: &Stage,
+        noise: &Noise,
+        selected: &Selected,
+        options: &Options,
+    ) -> Result<Option<Fitted>, FitError> {
+        let mut fitted = stage.fitted.clone();
+        self.put_into(&mut fitted.problem);
+        fitted.without(&noise.selected(), options)?.with(selected, &[], options)
+    }
+
+    /// Puts the runs with every reading and the stated uncertainties back.
+    fn put_into(&self, problem: &mut Problem) {
+        for (part, (runs, stated)) in
+            problem.parts.iter_mut().zip(self.whole.iter().zip(&self.stated))
+        {
+            part.runs.clone_from(runs);
+            part.sigma.clone_from(stated);
         }
     }
 }
@@ -104,20 +151,20 @@ impl Noise {
 }
 
 /// One measurand's residuals, run after run.
-struct Sequence {
-    measurand: usize,
-    part: usize,
-    runs: Vec<Vec<f64>>,
+pub(super) struct Sequence {
+    pub(super) measurand: usize,
+    pub(super) part: usize,
+    pub(super) runs: Vec<Vec<f64>>,
 }
 
 impl Sequence {
-    fn present(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(super) fn present(&self) -> impl Iterator<Item = f64> + '_ {
         self.runs.iter().flatten().copied().filter(|value| !value.is_nan())
     }
 }
 
 /// The residuals of each component of each measurand.
-fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
+pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
     let mut all = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         for row in 0..part.residual_count() {
@@ -131,7 +178,8 @@ fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
 }
 
 /// Rounds of judging the noise and fitting again.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 6;
+
 /// Stretches that a campaign is cut into.
 const STRETCHES: usize = 60;
 /// Correlation times in a stretch at least.
@@ -150,14 +198,13 @@ pub fn prepare(
     options: &Options,
 ) -> Result<Option<Stage>, FitError> {
     let mut noise = Noise::default();
-    let whole = given.whole.iter().zip(&given.stated);
-    for (part, (runs, stated)) in fitted.problem.parts.iter_mut().zip(whole) {
-        part.runs.clone_from(runs);
-        part.sigma.clone_from(stated);
-    }
+    let mut scanned = Scanned::new();
+    given.put_into(&mut fitted.problem);
     fitted = fitted.without(&known.selected(), options)?;
     for round in 0..ROUNDS {
-        let Some(mut stage) = Stage::new(fitted, wanted) else { return Ok(None) };
+        let Some(mut stage) = Stage::again(fitted, wanted, &mut scanned) else {
+            return Ok(None);
+        };
         let structure = stage.structure();
         noise.stretch = stretch(&stage.fitted.problem, noise.memory);
         let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
@@ -169,6 +216,16 @@ pub fn prepare(
             fitted = changed.again(options)?;
             continue;
         }
+        if round + 1 < ROUNDS
+            && let Some(found) = wanders(&stage, &noise)
+            && let Some(selected) = &found.selected
+            && let Some(changed) = given.anew(&stage, &noise, selected, options)?
+        {
+            // A walk passes for levels and jitter: they are judged again beside it.
+            noise = Noise { effects: vec![found], ..Noise::default() };
+            fitted = changed;
+            continue;
+        }
         if noise.memory > 0.0 {
             noise.stretch = stretch(problem, noise.memory);
             let left = stage.evidence.left(problem, point, &structure, noise.stretch);
@@ -176,8 +233,11 @@ pub fn prepare(
         } else {
             stage.judge_scatter(&left);
         }
-        name_levels(&stage, &given.stated, &mut noise);
+        let white = white_parts(&stage, &left);
+        name_levels(&stage, &given.stated, &white, &mut noise);
+        name_memory(&stage, &left, &mut noise);
         name_wild(&stage, &mut noise);
+        name_lost(&given.lost, &mut noise);
         stage.noise_found = noise;
         return Ok(Some(stage));
     }
@@ -185,7 +245,7 @@ pub fn prepare(
 }
 
 /// Samples in a stretch: enough stretches over all runs, each of several correlation times.
-fn stretch(problem: &Problem, memory: f64) -> usize {
+pub(super) fn stretch(problem: &Problem, memory: f64) -> usize {
     let runs = problem.parts.iter().flat_map(|part| &part.runs);
     let samples: usize = runs.map(|run| run.record.len()).sum();
     let time = if memory > 0.0 { -1.0 / memory.ln() } else { 0.0 };
@@ -193,7 +253,13 @@ fn stretch(problem: &Problem, memory: f64) -> usize {
 }
 
 /// Names the effects of the library that stand for scatter beyond what is stated.
-fn name_levels(stage: &Stage, stated: &[Vec<f64>], noise: &mut Noise) {
+/// What has a memory is no matter of levels: `white` is the part of the variance without.
+fn name_levels(
+    stage: &Stage,
+    stated: &[Vec<f64>],
+    white: &[(usize, usize, f64)],
+    noise: &mut Noise,
+) {
     let parts = &stage.fitted.problem.parts;
     for (part, stated) in parts.iter().zip(stated) {
         let names = &part.system.assembly.names.measurands;
@@ -205,40 +271,60 @@ fn name_levels(stage: &Stage, stated: &[Vec<f64>], noise: &mut Noise) {
     }
     for candidate in &stage.noise {
         let (mut squares, mut count, mut readings) = (0.0, 0, 0);
-        for (part, stated) in parts.iter().zip(stated) {
+        for (p, (part, stated)) in parts.iter().zip(stated).enumerate() {
             for (measurand, (sigma, stated)) in part.sigma.iter().zip(stated).enumerate() {
                 if patches_level(candidate, part, measurand) {
-                    squares += (sigma / stated).powi(2);
+                    let own = white.iter().filter(|(q, m, _)| (*q, *m) == (p, measurand));
+                    let white = own.map(|(.., part)| *part).fold(1.0, f64::min);
+                    squares += white * (sigma / stated).powi(2);
                     count += 1;
                     readings += part.runs.iter().map(|run| run.record.len()).sum::<usize>();
                 }
             }
         }
-        let level = (squares / f64::from(count.max(1))).sqrt() - 1.0;
+        let size = (squares / f64::from(count.max(1))).sqrt() - 1.0;
         let parameter = candidate.selected.effect.parameters.first();
-        if let (Some(parameter), true) = (parameter, level > 0.0) {
-            let sigma = (1.0 + level) / (2.0 * readings.max(1) as f64).sqrt();
+        // How much of the variance has a memory is known less well than the variance.
+        let remembers = white.iter().any(|(.., part)| *part < 1.0);
+        let freedom = 2.0 * readings.max(1) as f64 / if remembers { 9.0 } else { 1.0 };
+        let sigma = (1.0 + size) / freedom.sqrt();
+        let beyond = ln_normal(size / sigma) <= level(2 * stage.noise.len() + 1);
+        if let (Some(parameter), true) = (parameter, size > 0.0 && beyond) {
             noise.effects.push(NoiseEffect {
                 name: candidate.name.clone(),
                 selected: None,
                 parameter: format!("{}.{}", candidate.name, parameter.name),
                 unit: parameter.unit.clone(),
-                value: level,
+                value: size,
                 sigma,
-                ln_p: ln_normal(level / sigma),
+                ln_p: ln_normal(size / sigma),
             });
         }
     }
 }
 
 /// Whether an effect patches the noise level of a measurand.
-fn patches_level(candidate: &Candidate, part: &Part, measurand: usize) -> bool {
+pub(super) fn patches_level(candidate: &Candidate, part: &Part, measurand: usize) -> bool {
     let one = &part.system.assembly.names.measurands[measurand];
     candidate.selected.effect.patches.iter().any(|line| match &line.target {
         Target::Sigma(name) => *name == one.name,
         Target::EachAngleSigma => matches!(one.kind, MeasurandKind::Angle { .. }),
         _ => false,
     })
+}
+
+/// Names samples that were lost.
+fn name_lost(lost: &[Lost], noise: &mut Noise) {
+    let Some(first) = lost.first() else { return };
+    noise.effects.push(NoiseEffect {
+        name: "lost_samples".to_owned(),
+        selected: None,
+        parameter: "lost_samples.periods".to_owned(),
+        unit: Unit::one(),
+        value: first.periods as f64,
+        sigma: 0.0,
+        ln_p: lost.iter().map(|one| one.ln_p).fold(0.0, f64::min),
+    });
 }
 
 /// Names outliers where there are more wild readings than chance gives.
@@ -287,47 +373,58 @@ fn whiten(stage: &Stage, left: &[Left], unknowns: usize, noise: &mut Noise) -> O
         return Some(fitted);
     }
     if let Some(wild) = trim(&mut fitted.problem, &all) {
-        noise.wild += wild;
+        noise.wild += wild.len();
+        noise.left_out.extend(wild);
         return Some(fitted);
     }
     levels(stage, &mut fitted.problem, &all, unknowns, noise).then_some(fitted)
 }
 
-/// Leaves wild readings out; their number, `None` where there is none.
-fn trim(problem: &mut Problem, all: &[Sequence]) -> Option<usize> {
-    let mut wild = 0;
+/// The median of some numbers, which change their order.
+pub(super) fn median(numbers: &mut [f64]) -> Option<f64> {
+    let middle = numbers.len() / 2;
+    if numbers.is_empty() {
+        return None;
+    }
+    let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median)
+}
+
+/// Leaves wild readings out and lists them; `None` where there is none.
+fn trim(problem: &mut Problem, all: &[Sequence]) -> Option<Vec<LeftOut>> {
+    let mut wild = Vec::new();
     for one in all {
         let mut sizes: Vec<f64> = one.present().map(f64::abs).collect();
-        if sizes.is_empty() {
-            continue;
-        }
-        let middle = sizes.len() / 2;
-        let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-        let limit = TRIM * NORMAL * *median;
+        let Some(median) = median(&mut sizes) else { continue };
+        let limit = TRIM * NORMAL * median;
         let far = sizes.iter().filter(|size| **size > limit).count();
         if far == 0 || far as f64 > MOST_WILD * sizes.len() as f64 {
             continue;
         }
         let part = &mut problem.parts[one.part];
         let slot = part.slots()[one.measurand].clone();
+        let name = part.system.assembly.names.measurands[one.measurand].name.clone();
         let width = if slot.components == 3 { 4 } else { 1 };
         for (run, residuals) in part.runs.iter_mut().zip(&one.runs) {
             if run.record.is_spilled() || !residuals.iter().any(|value| value.abs() > limit) {
                 continue;
             }
+            let far = residuals.iter().enumerate().filter(|(_, value)| value.abs() > limit);
+            let far: Vec<(usize, f64)> = far.map(|(sample, value)| (sample, *value)).collect();
+            wild.extend(far.iter().map(|(sample, value)| LeftOut {
+                run: run.name.clone(),
+                row: run.record.row(*sample),
+                measurand: name.clone(),
+                deviations: *value,
+            }));
             run.record.edit(|samples| {
-                for (sample, value) in residuals.iter().enumerate() {
-                    if value.abs() > limit {
-                        for column in &mut samples.readings[slot.column..slot.column + width] {
-                            column[sample] = f64::NAN;
-                        }
-                        wild += 1;
-                    }
+                for column in &mut samples.readings[slot.column..slot.column + width] {
+                    far.iter().for_each(|(sample, _)| column[*sample] = f64::NAN);
                 }
             });
         }
     }
-    (wild > 0).then_some(wild)
+    (!wild.is_empty()).then_some(wild)
 }
 
 /// Logarithm of the probability of so many wild readings among normal ones.
@@ -336,25 +433,6 @@ pub fn ln_wild(wild: usize, readings: usize) -> f64 {
     let mean = BEYOND_TRIM * readings as f64;
     let upper = ln_chi_squared(2.0 * mean, 2 * wild);
     (-upper.exp()).ln_1p().max(-700.0)
-}
-
-/// The largest correlation of neighbours that is more than chance; 0 where there is none.
-fn memory(all: &[Sequence], level: f64) -> f64 {
-    all.iter()
-        .map(|one| {
-            let (mut products, mut squares, mut count) = (0.0, 0.0, 0);
-            for run in &one.runs {
-                for pair in run.windows(2).filter(|pair| pair.iter().all(|value| !value.is_nan())) {
-                    products += pair[0] * pair[1];
-                    squares += 0.5 * (pair[0] * pair[0] + pair[1] * pair[1]);
-                    count += 1;
-                }
-            }
-            let correlation = if squares > 0.0 { products / squares } else { 0.0 };
-            let ln_p = ln_normal(correlation * f64::from(count).sqrt());
-            if ln_p <= level { correlation.min(0.99) } else { 0.0 }
-        })
-        .fold(0.0, f64::max)
 }
 
 /// Lets stated uncertainties follow the scatter; whether any did.

@@ -8,7 +8,7 @@ use crate::engine::lanes::instruction::{Column, Instruction, Operand, Product, S
 use crate::engine::lanes::schedule::{Form, Schedule, results, schedule};
 use crate::engine::lanes::sums::Term;
 use crate::engine::pointwise::Program;
-use crate::graph::{Binary, Clock, Graph, Leaf, Node, NodeId};
+use crate::graph::{Binary, Graph, Leaf, Node, NodeId};
 
 /// Outputs that are there at the same time.
 #[derive(Clone, Debug)]
@@ -145,7 +145,7 @@ impl Compiler<'_> {
                     for order in 0..3 {
                         self.column(Column::Input(input, order));
                     }
-                    self.column(Column::Clock(Clock::Time));
+                    self.column(Column::SignalTime);
                 }
                 Node::Leaf(leaf) => {
                     column_of(leaf).map(|column| self.column(column));
@@ -267,7 +267,7 @@ impl Compiler<'_> {
 
     fn signal(&mut self, node: NodeId, input: u32, order: u8, offset: NodeId) -> Instruction {
         let columns = [0, 1, 2].map(|order| self.column(Column::Input(input, order)));
-        let time = self.column(Column::Clock(Clock::Time));
+        let time = self.column(Column::SignalTime);
         let offset = self.operand(offset);
         Instruction::Signal { input, order, offset, columns, time, out: self.place(node) }
     }

@@ -29,6 +29,8 @@ pub(super) enum Column {
     Reading(u32, u8),
     /// A value that the caller supplies.
     Given(u32),
+    /// The time of the sample, where a logged stream needs it.
+    SignalTime,
     /// 1.
     One,
 }
