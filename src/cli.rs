@@ -20,6 +20,7 @@ mod progress;
 mod render;
 mod show;
 mod simulate;
+mod trials;
 
 use std::process::ExitCode;
 
@@ -58,6 +59,8 @@ enum Command {
     Calibrate(calibrate::CalibrateCommand),
     /// Find out why simulation and reality differ
     Diagnose(diagnose::Diagnose),
+    /// Try the diagnosis on simulated campaigns of the same design
+    Trials(trials::Trials),
     /// Compare the readings' own delays with the joint estimate
     Compare(compare::CompareCommand),
     /// Tell how far measured points lie from the arm, and what the head must follow
@@ -109,6 +112,7 @@ pub fn run() -> ExitCode {
         Command::Delays(command) => command.run(),
         Command::Calibrate(command) => command.run(),
         Command::Diagnose(command) => command.run(),
+        Command::Trials(command) => command.run(),
         Command::Compare(command) => command.run(),
         Command::Deviations(command) => command.run(),
         Command::Completions(command) => command.run(Cli::command()),
