@@ -4,6 +4,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`candidates`] | what may be added to the model |
+//! | [`catalogue`] | all that has been made of the models so far |
 //! | [`structure`] | what an effect that nobody wrote down could look like |
 //! | [`evidence`] | what each of them would explain, from one pass |
 //! | [`score`], [`tail`] | how unlikely that is by chance |
@@ -16,6 +17,7 @@
 //! | [`mod@hidden`] | what could still hide |
 
 pub mod candidates;
+pub mod catalogue;
 pub mod evidence;
 pub mod gap;
 pub mod hidden;

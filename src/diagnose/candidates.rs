@@ -12,6 +12,7 @@ use crate::engine::open::Recipe;
 use crate::graph::Scope;
 use crate::system::{Selected, System, candidates};
 
+use super::catalogue::Catalogue;
 use super::structure::Place;
 
 /// Members tried of a family that is a range.
@@ -57,10 +58,14 @@ pub struct Wanted {
     pub only: Vec<String>,
     /// Not these.
     pub without: Vec<String>,
+    /// What has been made of the models so far: one for several diagnoses of campaigns with the same
+    /// models saves its making.
+    pub catalogue: Catalogue,
 }
 
 impl Wanted {
-    fn includes(&self, name: &str) -> bool {
+    /// Whether an effect is.
+    pub fn includes(&self, name: &str) -> bool {
         (self.only.is_empty() || self.only.iter().any(|one| one == name))
             && !self.without.iter().any(|one| one == name)
     }

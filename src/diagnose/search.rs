@@ -24,7 +24,7 @@ const SHORT_LIST: usize = 3;
 const MOST: usize = 4;
 
 /// Fewer stretches do not show how scores scatter.
-const LEAST_STRETCHES: usize = 20;
+pub(super) const LEAST_STRETCHES: usize = 20;
 
 /// Logarithms of probabilities that differ less do not tell effects apart: half of [`ALIKE`].
 const TIE: f64 = 4.6;
@@ -77,7 +77,14 @@ impl Stage {
 
     /// Blocks that pass their test, best first.
     pub fn blocks_found(&self) -> Vec<usize> {
-        self.passing(self.effects..self.candidates.len())
+        let mut found = self.passing(self.effects..self.candidates.len());
+        found.retain(|block| !self.is_scatter_of_runs(*block));
+        found
+    }
+
+    /// Whether nothing is left, of the library or unknown.
+    pub fn is_clear(&self) -> bool {
+        self.blocks_found().is_empty() && self.declared().is_empty()
     }
 
     /// Candidates of the library that are beyond chance but too small or too poorly supported to be
@@ -135,7 +142,7 @@ pub fn search(
     while search.adopted.len() < MOST {
         let Some(last) = search.stages.last() else { break };
         // The gate: an adopted effect is enough unless something is left.
-        if !search.adopted.is_empty() && last.blocks_found().is_empty() {
+        if !search.adopted.is_empty() && last.is_clear() {
             break;
         }
         let Some((mut adopted, fitted)) = best(last, options)? else { break };

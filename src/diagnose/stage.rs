@@ -9,11 +9,12 @@ use crate::engine::{Part, Point, Problem};
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
 use crate::system::Selected;
 
-use super::candidates::{Candidate, NotTestable, Wanted, offer};
+use super::candidates::{Candidate, NotTestable, Offer, Wanted};
+use super::catalogue::Made;
 use super::evidence::{Entry, Evidence};
 use super::score::{Score, of_gain, score};
 use super::search::level;
-use super::structure::blocks;
+use super::structure::Place;
 use super::whiten::Noise;
 
 /// Structures taken off at most before the noise is judged.
@@ -190,13 +191,20 @@ impl Stage {
     /// Looks at everything that is not in a fitted model. `None` where its parameters are not
     /// determined.
     pub fn new(fitted: Fitted, wanted: &Wanted) -> Option<Self> {
-        let offer = offer(&fitted.recipes, wanted);
-        let (mut candidates, mut members) = best_members(&fitted, offer.effects)?;
+        let made = wanted.catalogue.of(&fitted.recipes);
+        let Offer { effects, mut noise, mut not_testable } = made.offer.clone();
+        let is_wanted = |one: &Candidate| wanted.includes(&one.selected.effect.name);
+        let effects = effects.into_iter().filter(is_wanted).collect();
+        noise.retain(is_wanted);
+        not_testable.retain(|one| wanted.includes(&one.name));
+        let (mut candidates, mut members) = best_members(&fitted, &made, effects)?;
         let effects = candidates.len();
-        candidates.extend(blocks(&fitted.recipes));
+        candidates.extend(made.blocks.iter().cloned());
         members.resize(candidates.len(), 1);
         let all: Vec<&Candidate> = candidates.iter().collect();
-        let evidence = Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, &all)?;
+        let signatures = made.signatures(&fitted.problem, &all);
+        let Fit { normal, point, .. } = &fitted.fit;
+        let evidence = Evidence::with(&fitted.problem, normal, point, all.len(), signatures)?;
         let scores: Vec<Score> = evidence
             .entries
             .iter()
@@ -208,8 +216,8 @@ impl Stage {
             candidates,
             effects,
             members,
-            noise: offer.noise,
-            not_testable: offer.not_testable,
+            noise,
+            not_testable,
             inflation: vec![1.0; scores.len()],
             evidence,
             scores,
@@ -218,11 +226,26 @@ impl Stage {
         })
     }
 
-    /// All significant structure, of the library or unknown, taken together greedily.
+    /// Whether a candidate stands for scatter from run to run.
+    pub fn is_scatter_of_runs(&self, candidate: usize) -> bool {
+        let place = self.candidates[candidate].place.as_ref();
+        place.is_some_and(Place::is_scatter_of_runs)
+    }
+
+    /// Whether readings scatter from run to run.
+    pub fn runs_scatter(&self) -> bool {
+        let level = level(self.candidates.len());
+        let all = self.effects..self.candidates.len();
+        all.into_iter().any(|n| self.is_scatter_of_runs(n) && self.scores[n].ln_p <= level)
+    }
+
+    /// All significant structure, of the library or unknown, taken together greedily; scatter from run
+    /// to run is none.
     pub fn structure(&self) -> Entry {
         let level = level(self.candidates.len());
-        let strong: Vec<usize> =
-            (0..self.candidates.len()).filter(|n| self.scores[*n].ln_p <= level).collect();
+        let strong: Vec<usize> = (0..self.candidates.len())
+            .filter(|n| self.scores[*n].ln_p <= level && !self.is_scatter_of_runs(*n))
+            .collect();
         let mut taken: Vec<&Entry> = Vec::new();
         let mut whole = self.evidence.together(&taken);
         for _ in 0..MOST_STRUCTURES {
@@ -270,7 +293,11 @@ impl Stage {
 }
 
 /// Of each family the member that explains most, with the number of members tried.
-fn best_members(fitted: &Fitted, offered: Vec<Candidate>) -> Option<(Vec<Candidate>, Vec<usize>)> {
+fn best_members(
+    fitted: &Fitted,
+    made: &Made,
+    offered: Vec<Candidate>,
+) -> Option<(Vec<Candidate>, Vec<usize>)> {
     let mut best: Vec<Candidate> = Vec::new();
     let mut tried = Vec::new();
     let mut rest = offered.as_slice();
@@ -282,7 +309,9 @@ fn best_members(fitted: &Fitted, offered: Vec<Candidate>) -> Option<(Vec<Candida
         if count > 1 {
             let members: Vec<&Candidate> = family.iter().collect();
             let fit = &fitted.fit;
-            let evidence = Evidence::new(&fitted.problem, &fit.normal, &fit.point, &members)?;
+            let signatures = made.signatures(&fitted.problem, &members);
+            let evidence =
+                Evidence::with(&fitted.problem, &fit.normal, &fit.point, count, signatures)?;
             let gain = |k: &usize| score(&evidence.entries[*k], 1).ln_p;
             winner = (0..count).min_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(0);
         }

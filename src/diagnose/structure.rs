@@ -26,6 +26,10 @@ const ORDERS: (usize, usize) = (8, 3);
 const FEW: usize = 2;
 /// Waves over the reading of a circle.
 const CIRCLE_ORDERS: usize = 4;
+/// The covariate of a block with a value for each run.
+const RUN: &str = "run";
+/// How channels of timing are called.
+const TIMING: &str = "time of ";
 /// Waves of an error in time.
 const TIMING_ORDERS: usize = 2;
 
@@ -38,6 +42,16 @@ pub struct Place {
     pub covariate: String,
     /// A phrase.
     pub words: String,
+}
+
+impl Place {
+    /// Whether it is an error of readings, or a displacement, that each run has for itself. What differs
+    /// from run to run and follows nothing else cannot be told from noise of long memory (a station
+    /// that wanders), so it is scatter and no structure; a time of its own is another matter.
+    pub fn is_scatter_of_runs(&self) -> bool {
+        let timing = matches!(&self.of, Of::Channel(name) if name.starts_with(TIMING));
+        self.covariate == RUN && !timing
+    }
 }
 
 /// What is wrong.
@@ -135,7 +149,7 @@ fn of_the_rig(model: &Model, timing: bool) -> Vec<Covariate> {
     all.push(Covariate::new("time", "setup", clock));
     all.push(Covariate::new("run time", "instrument", vec![("run_time".to_owned(), time)]));
     all.push(Covariate::new("setup", "setup", vec![("1".to_owned(), Dimension::NONE)]));
-    all.push(Covariate::new("run", "run", vec![("1".to_owned(), Dimension::NONE)]));
+    all.push(Covariate::new(RUN, "run", vec![("1".to_owned(), Dimension::NONE)]));
     all
 }
 
@@ -210,7 +224,7 @@ fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         let name = &measurand.name;
         for covariate in of_the_rig(model, true) {
             let place = Place {
-                of: Of::Channel(format!("time of {name}")),
+                of: Of::Channel(format!("{TIMING}{name}")),
                 words: format!("a timing error of `{name}` over {}", covariate.name),
                 covariate: covariate.name.clone(),
             };

@@ -24,7 +24,7 @@ use crate::units::Unit;
 
 use super::candidates::{Candidate, Wanted};
 use super::jitter::jitter;
-use super::search::level;
+use super::search::{LEAST_STRETCHES, level};
 use super::stage::{Fitted, Stage, rebuilt};
 use super::tail::{ln_chi_squared, ln_normal};
 
@@ -169,8 +169,11 @@ pub fn prepare(
             fitted = changed.again(options)?;
             continue;
         }
-        if noise.memory > 0.0 {
-            noise.stretch = stretch(problem, noise.memory);
+        if noise.memory > 0.0 || stage.runs_scatter() {
+            noise.stretch = match whole_runs(problem) {
+                Some(whole) if stage.runs_scatter() => whole,
+                _ => stretch(problem, noise.memory),
+            };
             let left = stage.evidence.left(problem, point, &structure, noise.stretch);
             stage.judge_scatter(&left);
         } else {
@@ -190,6 +193,12 @@ fn stretch(problem: &Problem, memory: f64) -> usize {
     let samples: usize = runs.map(|run| run.record.len()).sum();
     let time = if memory > 0.0 { -1.0 / memory.ln() } else { 0.0 };
     samples.div_ceil(STRETCHES).max((TIMES * time).ceil() as usize).max(1)
+}
+
+/// The length of the longest run, where there are runs enough to be stretches by themselves.
+fn whole_runs(problem: &Problem) -> Option<usize> {
+    let lengths = problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len());
+    (lengths.clone().count() >= LEAST_STRETCHES).then(|| lengths.max()).flatten()
 }
 
 /// Names the effects of the library that stand for scatter beyond what is stated.

@@ -9,8 +9,10 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::diagnose::stage::{carried, rebuilt};
 use crate::engine::gram::LeastSquares;
+use crate::engine::problem::wrapped;
 use crate::engine::simulate::simulate;
 use crate::engine::{Point, Problem};
+use crate::graph::MeasurandKind;
 use crate::system::Selected;
 
 use super::design::{Cause, Design, Dose};
@@ -24,8 +26,10 @@ const NAMELESS: f64 = 0.5;
 const PAIRS_WITH_OWN_FORM: f64 = 1.0 / 3.0;
 /// Two effects of a pair share no more of their signatures than this.
 const APART: f64 = 0.5;
-/// Sizes of noise, in usual sizes.
-const NOISE_SIZES: (f64, f64) = (0.5, 2.0);
+/// rms of what noise adds to the readings, in units of the stated noise.
+const NOISE_SIZES: (f64, f64) = (0.5, 3.0);
+/// Factors on the usual size of a wrong level.
+const LEVEL_SIZES: (f64, f64) = (0.5, 2.0);
 /// Noise that no effect describes.
 const FOREIGN: [&str; 2] = ["wild_readings", "long_tails"];
 /// Share of wild readings, and how far out they are, in standard deviations.
@@ -201,24 +205,63 @@ fn make_noise(design: &Design, trial: &Trial, drawn: &mut Drawn, chance: &mut Ch
         return;
     }
     let way = ways[chance.random_range(0..ways.len())];
-    let (from, to): (f64, f64) = NOISE_SIZES;
-    let size = from * (to / from).powf(chance.random::<f64>());
+    let share = chance.random::<f64>();
+    let between = |(from, to): (f64, f64)| from * (to / from).powf(share);
     let (mut full, mut point) = with(design, std::slice::from_ref(&way.selected), &[]);
-    for part in &mut full.parts {
-        for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
-            if random.effect.as_deref() == Some(name) {
-                *sigma = size * random.typical.unwrap_or(0.0);
-            }
-        }
-    }
     for (index, instance) in full.layout.instances.iter().enumerate() {
         let own = instance.name.split('.').next() == Some(name);
         if let (true, Some(typical)) = (own, instance.setting.typical) {
-            point.values[index][0] = size * typical;
+            point.values[index][0] = between(LEVEL_SIZES) * typical;
         }
     }
+    let added = added(&full, &point, name, trial.seed);
+    let by = if added > 0.0 { between(NOISE_SIZES) / added } else { 0.0 };
+    set_randoms(&mut full, name, by);
     simulate(&mut full, &point, trial.seed, design.planned);
     take_readings(&mut drawn.problem, &full);
+}
+
+/// Gives the random quantities of an effect so many times their usual size.
+fn set_randoms(problem: &mut Problem, effect: &str, by: f64) {
+    for part in &mut problem.parts {
+        for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
+            if random.effect.as_deref() == Some(effect) {
+                *sigma = by * random.typical.unwrap_or(0.0);
+            }
+        }
+    }
+}
+
+/// rms of what an effect's random quantities of their usual size add to the readings, in units of the
+/// stated noise.
+fn added(full: &Problem, point: &Point, effect: &str, seed: u64) -> f64 {
+    let mut quiet = full.clone();
+    for part in &mut quiet.parts {
+        part.sigma.fill(0.0);
+        part.random_sigma.fill(0.0);
+    }
+    let mut moved = quiet.clone();
+    // Of a tenth of the size, where it is linear.
+    set_randoms(&mut moved, effect, 0.1);
+    simulate(&mut quiet, point, seed, true);
+    simulate(&mut moved, point, seed, true);
+    let (mut squares, mut count) = (0.0, 0.0);
+    for ((part, other), stated) in quiet.parts.iter().zip(&moved.parts).zip(&full.parts) {
+        for (run, other) in part.runs.iter().zip(&other.runs) {
+            for (slot, sigma) in part.slots().iter().zip(&stated.sigma) {
+                let columns = [run, other].map(|run| &run.held().readings[slot.column]);
+                let period = match slot.kind {
+                    MeasurandKind::Angle { period } => period,
+                    _ => 0.0,
+                };
+                for (a, b) in columns[0].iter().zip(columns[1]) {
+                    squares += (wrapped(b - a, period) / sigma).powi(2);
+                    count += 1.0;
+                }
+            }
+        }
+    }
+    10.0 * (squares / f64::max(count, 1.0)).sqrt()
 }
 
 /// Adds what no normal distribution gives.

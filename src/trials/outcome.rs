@@ -7,10 +7,11 @@ use serde::{Deserialize, Serialize};
 use crate::diagnose::candidates::Wanted;
 use crate::diagnose::probability::probabilities;
 use crate::diagnose::search::Search;
+use crate::diagnose::stage::Stage;
 use crate::diagnose::verdict::Verdict;
 use crate::diagnose::{Diagnosis, diagnose};
+use crate::engine::Problem;
 use crate::engine::gram::LeastSquares;
-use crate::engine::{Point, Problem};
 use crate::estimate::batch::Options;
 
 use super::design::Design;
@@ -204,23 +205,27 @@ fn probability(outcome: &mut Outcome, design: &Design, drawn: &Drawn, kind: Kind
 }
 
 /// How much less the model with the named effects misses readings without noise than the nominal one,
-/// in units of what the effects that were put in make up.
+/// in units of what the effects that were put in make up. `None` where noise is part of the model, for
+/// then the units are others.
 fn closed_in_truth(lambda: f64, drawn: &Drawn, found: &Diagnosis) -> Option<f64> {
     let truth = drawn.noiseless()?;
     let search = found.search.as_ref()?;
     let (first, last) = (search.stages.first()?, search.stages.get(found.effects.len())?);
-    let missed = |problem: &Problem, point: &Point| {
-        let mut problem = problem.clone();
+    if !last.noise_found.selected().is_empty() {
+        return None;
+    }
+    let missed = |stage: &Stage, weighed: &Problem| {
+        let mut problem = stage.fitted.problem.clone();
         take_readings(&mut problem, &truth);
-        for (part, judged) in problem.parts.iter_mut().zip(&last.fitted.problem.parts) {
-            part.sigma.clone_from(&judged.sigma);
+        for (part, weighed) in problem.parts.iter_mut().zip(&weighed.parts) {
+            part.sigma.clone_from(&weighed.sigma);
         }
-        problem.reweight(point);
-        let priors = point.priors(&problem.layout);
-        problem.cost(point) - priors.iter().map(|row| row.residual.powi(2)).sum::<f64>()
+        problem.reweight(&stage.fitted.fit.point);
+        problem.cost(&stage.fitted.fit.point)
     };
-    let before = missed(&first.fitted.problem, &first.fitted.fit.point);
-    let after = missed(&last.fitted.problem, &last.fitted.fit.point);
-    let whole = drawn.doses.len() as f64 * lambda * lambda;
-    (whole > 0.0).then(|| (before - after) / whole)
+    // Levels of noise that were found to be others than stated are units, too.
+    let (found_units, stated_units) = (&last.fitted.problem, &drawn.problem);
+    let before = missed(first, found_units);
+    let whole = drawn.doses.len() as f64 * lambda * lambda * before / missed(first, stated_units);
+    (whole > 0.0).then(|| (before - missed(last, found_units)) / whole)
 }
