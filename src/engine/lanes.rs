@@ -18,6 +18,7 @@
 //! | [`dispatch`] | which instruction set |
 //! | `instruction` | what a program is made of |
 //! | `schedule` | which nodes are computed together, and when |
+//! | `sums` | which sums of products are one instruction |
 //! | `compile` | instructions, and the memory of each value |
 //! | `execute` | the instructions over one chunk |
 //! | `workspace` | a chunk's memory, filled from samples |
@@ -31,6 +32,7 @@ mod instruction;
 pub mod math;
 pub mod products;
 mod schedule;
+mod sums;
 mod workspace;
 
 pub use arithmetic::{LANES, Lanes};

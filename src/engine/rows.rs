@@ -9,7 +9,7 @@
 use std::collections::HashSet;
 use std::ops::Range;
 
-use crate::graph::derivative::{Tangent, adjoint, seeds, tangent};
+use crate::graph::derivative::{Tangent, adjoint, along, seeds, tangent};
 use crate::graph::import::Import;
 use crate::graph::{Assembly, Graph, Leaf, MeasurandKind, NodeId, Unary, Value};
 
@@ -171,17 +171,14 @@ impl Rows {
             let ends = adjoint(
                 graph,
                 &needed,
-                &[(*residual, root)],
+                *residual,
+                root,
                 |node| active.contains(&node),
                 |graph, node| !graph.is_moving(node),
             );
             let mut row = Derivatives::default();
             for (index, tangent) in tangents.iter().enumerate() {
-                let pairs: Vec<(NodeId, NodeId)> = ends
-                    .iter()
-                    .filter_map(|(node, adjoint)| Some((*adjoint, *tangent.get(node)?)))
-                    .collect();
-                let sum = graph.sum_of_products(&pairs);
+                let sum = along(graph, &ends, tangent);
                 if sum != zero {
                     row.directions.push(index);
                     row.nodes.push(sum);

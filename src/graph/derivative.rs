@@ -9,7 +9,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::graph::node::{Leaf, NodeId};
+use crate::graph::node::{Leaf, Node, NodeId, Unary};
 use crate::graph::partials::change;
 use crate::graph::{Graph, Kind};
 
@@ -18,7 +18,7 @@ pub type Tangent = HashMap<NodeId, NodeId>;
 
 /// The nodes that direction `component` of a parameter's tangent space moves, with their
 /// derivatives: a number or a vector by its component, a rotation `q turn(δ)` by `δ` at zero, which
-/// is `½ q (0, e_k)`.
+/// is `½ q (0, e_k)`. The rotation's matrix is among them, by its own simpler rule.
 pub fn seeds(graph: &mut Graph, parameter: u32, kind: Kind, component: usize) -> Tangent {
     let leaf =
         |graph: &mut Graph, component: u8| graph.leaf(Leaf::Parameter { parameter, component });
@@ -36,13 +36,27 @@ pub fn seeds(graph: &mut Graph, parameter: u32, kind: Kind, component: usize) ->
                 1 => [(-1.0, y), (-1.0, z), (1.0, w), (1.0, x)],
                 _ => [(-1.0, z), (1.0, y), (-1.0, x), (1.0, w)],
             };
-            [w, x, y, z]
+            let moved: Tangent = [w, x, y, z]
                 .into_iter()
                 .zip(rows)
                 .map(|(node, (sign, by))| (node, half(graph, sign, by)))
-                .collect()
+                .collect();
+            moved.into_iter().chain(matrix_seeds(graph, [w, x, y, z], component)).collect()
         }
     }
+}
+
+/// How the matrix `R` of a rotation of length one moves: `R [e_k ×]`, which is `R` with two of its
+/// columns exchanged, one of them negated, and nothing in the third.
+fn matrix_seeds(graph: &mut Graph, q: [NodeId; 4], k: usize) -> Vec<(NodeId, NodeId)> {
+    let zero = graph.constant(0.0);
+    let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+    let mut seeds = Vec::with_capacity(9);
+    for row in graph.matrix(q) {
+        let negated = graph.negate(row[next]);
+        seeds.extend([(row[k], zero), (row[next], row[last]), (row[last], negated)]);
+    }
+    seeds
 }
 
 /// How `nodes` (operands before users) move where the seeds do.
@@ -62,55 +76,98 @@ pub fn tangent(graph: &mut Graph, nodes: &[NodeId], seeds: &Tangent) -> Tangent 
     moved
 }
 
-/// The gradient of `Σ weight · output` over some outputs.
+/// Where an adjoint sweep ended: how often it came to each node, with which factors.
+pub type Ends = BTreeMap<NodeId, Vec<Arrival>>;
+
+/// A node where a sweep ends is an operand: what its derivative by it multiplies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Arrival {
+    /// The adjoint of the node whose operand it is.
+    pub adjoint: NodeId,
+    /// The derivative of that node by this one.
+    pub slope: NodeId,
+}
+
+/// The adjoint sweep from `output`, which counts `weight` times.
 ///
-/// `nodes` are all that the outputs need (operands before users), `is_active` says which of them hang
-/// on an unknown. The sweep ends at nodes for which `is_end` holds and returns their adjoints, in
-/// order.
+/// `nodes` are all that the output needs (operands before users), `is_active` says which of them hang
+/// on an unknown. The sweep ends at nodes for which `is_end` holds; the derivative of the output by
+/// one of them is the sum of `adjoint · slope` over its arrivals.
 pub fn adjoint(
     graph: &mut Graph,
     nodes: &[NodeId],
-    outputs: &[(NodeId, NodeId)],
+    output: NodeId,
+    weight: NodeId,
     is_active: impl Fn(NodeId) -> bool,
     is_end: impl Fn(&Graph, NodeId) -> bool,
-) -> BTreeMap<NodeId, NodeId> {
-    let mut adjoints: HashMap<NodeId, NodeId> = HashMap::new();
-    let mut ends = BTreeMap::new();
-    for (output, weight) in outputs {
-        accumulate(graph, &mut adjoints, *output, *weight);
-    }
+) -> Ends {
+    let mut adjoints = HashMap::from([(output, weight)]);
+    let mut ends = Ends::new();
+    let one = graph.constant(1.0);
     for &node in nodes.iter().rev() {
         let Some(adjoint) = adjoints.remove(&node) else { continue };
         if !is_active(node) {
             continue;
         }
         if is_end(graph, node) {
-            ends.insert(node, adjoint);
+            ends.entry(node).or_default().push(Arrival { adjoint, slope: one });
             continue;
         }
         let mut operands: Vec<NodeId> = graph.node(node).operands().collect();
         operands.dedup();
         for operand in operands.into_iter().filter(|operand| is_active(*operand)) {
-            let one = graph.constant(1.0);
             let slope = change(graph, node, |which| (which == operand).then_some(one));
-            if let Some(slope) = slope {
-                let share = graph.multiply(adjoint, slope);
-                accumulate(graph, &mut adjoints, operand, share);
+            let Some(slope) = slope else { continue };
+            if is_end(graph, operand) {
+                ends.entry(operand).or_default().push(Arrival { adjoint, slope });
+                continue;
             }
+            let share = graph.multiply(adjoint, slope);
+            let sum = match adjoints.get(&operand) {
+                Some(before) => graph.add(*before, share),
+                None => share,
+            };
+            adjoints.insert(operand, sum);
         }
     }
     ends
 }
 
-fn accumulate(
-    graph: &mut Graph,
-    adjoints: &mut HashMap<NodeId, NodeId>,
-    node: NodeId,
-    share: NodeId,
-) {
-    let sum = match adjoints.get(&node) {
-        Some(before) => graph.add(*before, share),
-        None => share,
-    };
-    adjoints.insert(node, sum);
+/// The derivative along a direction from where a sweep ended: `Σ tangent · adjoint · slope`.
+///
+/// Where a node moves as another moving one is, but for the sign (the columns of a rotation's matrix
+/// turn into each other), terms with the same slope are added first: such a sum is the adjoint of what
+/// the other one multiplies, and mostly is there already. For `p = R v` with adjoint `g` this gives
+/// `v × (Rᵀ g)` instead of a derivative by each of the nine numbers in `R`.
+pub fn along(graph: &mut Graph, ends: &Ends, tangent: &Tangent) -> NodeId {
+    let zero = graph.constant(0.0);
+    let mut groups: Vec<((NodeId, bool), Vec<(NodeId, NodeId)>)> = Vec::new();
+    let mut pairs = Vec::new();
+    for (end, arrivals) in ends {
+        let Some(&moved) = tangent.get(end).filter(|moved| **moved != zero) else { continue };
+        let (size, negative) = match graph.node(moved) {
+            Node::Unary(Unary::Negate, size) => (size, true),
+            _ => (moved, false),
+        };
+        if !tangent.contains_key(&size) {
+            let terms: Vec<_> = arrivals.iter().map(|a| (a.adjoint, a.slope)).collect();
+            pairs.push((graph.sum_of_products(&terms), moved));
+            continue;
+        }
+        for arrival in arrivals {
+            let key = (arrival.slope, negative);
+            match groups.iter_mut().find(|(other, _)| *other == key) {
+                Some((_, terms)) => terms.push((arrival.adjoint, size)),
+                None => groups.push((key, vec![(arrival.adjoint, size)])),
+            }
+        }
+    }
+    for ((slope, negative), terms) in groups {
+        // From the last row to the first, as the sweep goes.
+        let terms: Vec<_> = terms.into_iter().rev().collect();
+        let sum = graph.sum_of_products(&terms);
+        let slope = if negative { graph.negate(slope) } else { slope };
+        pairs.push((slope, sum));
+    }
+    graph.sum_of_products(&pairs)
 }

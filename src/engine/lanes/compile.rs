@@ -3,8 +3,9 @@
 
 use std::collections::HashMap;
 
-use crate::engine::lanes::instruction::{Column, Instruction, Operand, Slot, Still};
-use crate::engine::lanes::schedule::{Form, operands, results, schedule};
+use crate::engine::lanes::instruction::{Column, Instruction, Operand, Product, Slot, Still};
+use crate::engine::lanes::schedule::{Form, Schedule, results, schedule};
+use crate::engine::lanes::sums::Term;
 use crate::engine::pointwise::Program;
 use crate::graph::{Binary, Clock, Graph, Leaf, Node, NodeId};
 
@@ -22,6 +23,8 @@ pub(super) struct Group {
 pub struct Code {
     /// What to compute, group after group.
     pub(super) instructions: Vec<Instruction>,
+    /// Of what its sums are made.
+    pub(super) products: Vec<Product>,
     /// The outputs.
     pub(super) groups: Vec<Group>,
     /// What the first slots hold.
@@ -45,6 +48,7 @@ impl Code {
         let mut compiler = Compiler {
             graph,
             zero,
+            products: Vec::new(),
             columns: HashMap::new(),
             column_list: Vec::new(),
             stills: HashMap::new(),
@@ -53,8 +57,8 @@ impl Code {
             free: Vec::new(),
             count: 0,
         };
-        compiler.find_columns(&schedule.steps, groups);
-        let last = last_uses(graph, &schedule.steps, &schedule.ends, groups);
+        compiler.find_columns(&schedule, groups);
+        let last = last_uses(compiler.graph, &schedule, groups);
         let mut ending: Vec<Vec<NodeId>> =
             vec![Vec::new(); schedule.steps.len() + groups.len() + 1];
         for (node, moment) in &last {
@@ -66,7 +70,7 @@ impl Code {
         let (mut moment, mut step) = (0, 0);
         for (group, end) in groups.iter().zip(&schedule.ends) {
             while step < *end {
-                instructions.push(compiler.instruction(schedule.steps[step]));
+                instructions.push(compiler.instruction(&schedule, schedule.steps[step]));
                 compiler.release(&ending[moment]);
                 step += 1;
                 moment += 1;
@@ -77,23 +81,19 @@ impl Code {
             moment += 1;
         }
         let stills = Program::new(compiler.graph, &compiler.still_list);
-        let (columns, slots) = (compiler.column_list, compiler.count);
-        Self { instructions, groups: made, columns, slots, stills }
+        let (products, columns) = (compiler.products, compiler.column_list);
+        Self { instructions, products, groups: made, columns, slots: compiler.count, stills }
     }
 }
 
 /// For each value in a slot, the moment of its last use: steps and ends of groups count.
-fn last_uses(
-    graph: &Graph,
-    steps: &[Form],
-    ends: &[usize],
-    groups: &[Vec<NodeId>],
-) -> HashMap<NodeId, usize> {
+fn last_uses(graph: &Graph, schedule: &Schedule, groups: &[Vec<NodeId>]) -> HashMap<NodeId, usize> {
     let mut last = HashMap::new();
+    let steps = &schedule.steps;
     let (mut moment, mut step) = (0, 0);
-    for (group, end) in groups.iter().zip(ends) {
+    for (group, end) in groups.iter().zip(&schedule.ends) {
         while step < *end {
-            for node in operands(graph, steps[step]) {
+            for node in schedule.operands(graph, steps[step]) {
                 last.insert(node, moment);
             }
             // A value that nobody uses (the unwanted half of a pair) ends at once.
@@ -114,6 +114,7 @@ fn last_uses(
 struct Compiler<'a> {
     graph: &'a Graph,
     zero: NodeId,
+    products: Vec<Product>,
     columns: HashMap<Column, Slot>,
     column_list: Vec<Column>,
     stills: HashMap<NodeId, Still>,
@@ -126,11 +127,15 @@ struct Compiler<'a> {
 
 impl Compiler<'_> {
     /// Gives the first slots to what is read from the samples.
-    fn find_columns(&mut self, steps: &[Form], groups: &[Vec<NodeId>]) {
-        let inner = steps.iter().flat_map(|form| operands(self.graph, *form));
+    fn find_columns(&mut self, schedule: &Schedule, groups: &[Vec<NodeId>]) {
+        let steps = &schedule.steps;
+        let inner = steps.iter().flat_map(|form| schedule.operands(self.graph, *form));
         let results = steps.iter().flat_map(|form| results(*form)).flatten();
         let outputs = groups.iter().flatten().copied();
         let nodes: Vec<NodeId> = inner.chain(results).chain(outputs).collect();
+        if schedule.sums.values().flatten().any(|term| term.lanes == [None, None]) {
+            self.column(Column::One);
+        }
         for node in nodes {
             match self.graph.node(node) {
                 Node::Leaf(Leaf::Input(input)) | Node::Signal { input, .. } => {
@@ -209,7 +214,7 @@ impl Compiler<'_> {
         .unwrap_or(0)
     }
 
-    fn instruction(&mut self, form: Form) -> Instruction {
+    fn instruction(&mut self, schedule: &Schedule, form: Form) -> Instruction {
         match form {
             Form::Fill(node) => {
                 let value = self.still(node);
@@ -219,10 +224,7 @@ impl Compiler<'_> {
                 let a = self.lane(angle);
                 Instruction::SinCos { a, sin: self.place(sin), cos: self.place(cos) }
             }
-            Form::MultiplyAdd { node, sign, factors: [a, b], addend } => {
-                let (a, b, c) = (self.lane(a), self.operand(b), self.operand(addend));
-                Instruction::MultiplyAdd { sign, a, b, c, out: self.place(node) }
-            }
+            Form::Sum(node) => self.sum(node, &schedule.sums[&node]),
             Form::Node(node) => self.node(node),
         }
     }
@@ -244,6 +246,22 @@ impl Compiler<'_> {
         }
     }
 
+    fn sum(&mut self, node: NodeId, terms: &[Term]) -> Instruction {
+        let first = self.products.len() as u32;
+        let (count, mut pairs) = (terms.len() as u8, 0);
+        for (index, term) in terms.iter().enumerate() {
+            let factor = self.still(term.factor);
+            let [a, b] = term.lanes;
+            let a = match a {
+                Some(a) => self.lane(a),
+                None => self.column(Column::One),
+            };
+            pairs |= u8::from(b.is_some()) << index;
+            self.products.push(Product { factor, a, b: b.map_or(a, |b| self.lane(b)) });
+        }
+        Instruction::Sum { first, count, pairs, out: self.place(node) }
+    }
+
     fn signal(&mut self, node: NodeId, input: u32, order: u8, offset: NodeId) -> Instruction {
         let columns = [0, 1, 2].map(|order| self.column(Column::Input(input, order)));
         let time = self.column(Column::Clock(Clock::Time));
@@ -252,42 +270,16 @@ impl Compiler<'_> {
     }
 
     fn binary(&mut self, node: NodeId, function: Binary, a: NodeId, b: NodeId) -> Instruction {
-        let (a, b) = match function {
-            Binary::Add | Binary::Multiply if !self.graph.is_moving(a) => (b, a),
-            _ => (a, b),
-        };
-        if !self.graph.is_moving(a) && matches!(function, Binary::Subtract | Binary::Divide) {
-            let (b, a) = (self.still(a), self.lane(b));
-            let out = self.place(node);
-            return if function == Binary::Subtract {
-                Instruction::SubtractFrom { a, b, out }
-            } else {
-                Instruction::DivideInto { a, b, out }
-            };
+        if function != Binary::Divide {
+            let (a, b) = (self.lane(a), self.lane(b));
+            return Instruction::Binary { function, a, b, out: self.place(node) };
         }
-        let left = self.lane(a);
-        match function {
-            Binary::Add => {
-                let b = self.operand(b);
-                Instruction::Add { a: left, b, out: self.place(node) }
-            }
-            Binary::Subtract => {
-                let b = self.operand(b);
-                Instruction::Subtract { a: left, b, out: self.place(node) }
-            }
-            Binary::Multiply => {
-                let b = self.operand(b);
-                Instruction::Multiply { a: left, b, out: self.place(node) }
-            }
-            Binary::Divide => {
-                let b = self.operand(b);
-                Instruction::Divide { a: left, b, out: self.place(node) }
-            }
-            _ => {
-                let b = self.lane(b);
-                Instruction::Binary { function, a: left, b, out: self.place(node) }
-            }
+        if self.graph.is_moving(a) {
+            let (a, b) = (self.lane(a), self.operand(b));
+            return Instruction::Divide { a, b, out: self.place(node) };
         }
+        let (b, a) = (self.still(a), self.lane(b));
+        Instruction::DivideInto { a, b, out: self.place(node) }
     }
 }
 

@@ -5,7 +5,7 @@ use crate::engine::lanes::dispatch::Simd;
 use crate::campaign::Track;
 use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES, Lanes};
 use crate::engine::lanes::dispatch::Task;
-use crate::engine::lanes::instruction::{Instruction, Operand, Sign, Slot};
+use crate::engine::lanes::instruction::{Instruction, Operand, Product, Slot};
 use crate::engine::lanes::math;
 use crate::graph::{Binary, Unary};
 
@@ -14,6 +14,8 @@ use crate::graph::{Binary, Unary};
 pub(super) struct Execution<'a> {
     /// What to compute.
     pub(super) instructions: &'a [Instruction],
+    /// The products of its sums.
+    pub(super) products: &'a [Product],
     /// Values of a chunk, by slot.
     pub(super) slots: &'a mut [Box<Aligned>],
     /// A further one: results come here first, so that no step reads where it writes.
@@ -28,10 +30,16 @@ impl Task for Execution<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<A: Arithmetic, S: Simd>(self, _: S) {
-        let Self { instructions, slots, spare, stills, tracks } = self;
+    fn run<A: Arithmetic, S: Simd>(self, simd: S) {
+        let Self { instructions, products, slots, spare, stills, tracks } = self;
         for instruction in instructions {
-            step::<A>(instruction, slots, spare, stills, tracks);
+            if let Instruction::Sum { first, count, pairs, out } = *instruction {
+                let products = &products[first as usize..first as usize + usize::from(count)];
+                sum::<A, S>(simd, products, pairs, slots, stills, &mut spare[0]);
+                std::mem::swap(&mut slots[out as usize], &mut spare[0]);
+            } else {
+                step::<A>(instruction, slots, spare, stills, tracks);
+            }
         }
     }
 }
@@ -103,6 +111,75 @@ fn multiply_add(
     }
 }
 
+/// `Σ factor · a · b` over at most [`MOST_TERMS`](super::sums::MOST_TERMS) products: a loop for each
+/// number of them and each pattern of pairs.
+#[inline(always)]
+fn sum<A: Arithmetic, S: Simd>(
+    simd: S,
+    products: &[Product],
+    pairs: u8,
+    slots: &[Box<Aligned>],
+    stills: &[f64],
+    out: &mut Lanes,
+) {
+    macro_rules! loops {
+        ($($count:literal: $($pairs:literal)*;)*) => {
+            match (products.len(), pairs) {
+                $($(($count, $pairs) => {
+                    products_added::<A, S, $count, $pairs>(simd, products, slots, stills, out);
+                })*)*
+                _ => out.fill(f64::NAN),
+            }
+        };
+    }
+    loops! {
+        1: 0 1;
+        2: 0 1 2 3;
+        3: 0 1 2 3 4 5 6 7;
+        4: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15;
+    }
+}
+
+#[expect(clippy::needless_range_loop, reason = "indices say which product is meant")]
+#[inline(always)]
+fn products_added<A: Arithmetic, S: Simd, const N: usize, const PAIRS: u8>(
+    simd: S,
+    products: &[Product],
+    slots: &[Box<Aligned>],
+    stills: &[f64],
+    out: &mut Lanes,
+) {
+    let steps = LANES / S::F64_LANES;
+    let registers = |slot: Slot| &S::as_simd_f64s(&slots[slot as usize][..]).0[..steps];
+    let factor = |index: usize| simd.splat_f64s(stills[products[index].factor as usize]);
+    let (mut factors, mut left) = ([factor(0); N], [registers(products[0].a); N]);
+    let mut right = [registers(products[0].b); N];
+    for index in 1..N {
+        factors[index] = factor(index);
+        left[index] = registers(products[index].a);
+        right[index] = registers(products[index].b);
+    }
+    let out = &mut S::as_mut_simd_f64s(&mut out[..]).0[..steps];
+    for step in 0..steps {
+        let scaled = |index: usize| {
+            if PAIRS >> index & 1 == 1 {
+                simd.mul_f64s(factors[index], left[index][step])
+            } else {
+                factors[index]
+            }
+        };
+        let mut sum = simd.mul_f64s(scaled(0), right[0][step]);
+        for index in 1..N {
+            sum = if A::FUSED {
+                simd.mul_add_f64s(scaled(index), right[index][step], sum)
+            } else {
+                simd.add_f64s(simd.mul_f64s(scaled(index), right[index][step]), sum)
+            };
+        }
+        out[step] = sum;
+    }
+}
+
 #[inline(always)]
 fn step<A: Arithmetic>(
     instruction: &Instruction,
@@ -135,23 +212,6 @@ fn step<A: Arithmetic>(
             binary::<A>(function, &slots[a as usize], &slots[b as usize], first);
             out
         }
-        Instruction::Add { a, b, out } => {
-            with(first, &slots[a as usize], b, slots, stills, |a, b| a + b);
-            out
-        }
-        Instruction::Subtract { a, b, out } => {
-            with(first, &slots[a as usize], b, slots, stills, |a, b| a - b);
-            out
-        }
-        Instruction::SubtractFrom { a, b, out } => {
-            let b = stills[b as usize];
-            map(first, &slots[a as usize], |a| b - a);
-            out
-        }
-        Instruction::Multiply { a, b, out } => {
-            with(first, &slots[a as usize], b, slots, stills, |a, b| a * b);
-            out
-        }
         Instruction::Divide { a, b, out } => {
             with(first, &slots[a as usize], b, slots, stills, |a, b| a / b);
             out
@@ -161,21 +221,8 @@ fn step<A: Arithmetic>(
             map(first, &slots[a as usize], |a| b / a);
             out
         }
-        Instruction::MultiplyAdd { sign, a, b, c, out } => {
-            let a = &slots[a as usize];
-            match sign {
-                Sign::Plus => {
-                    multiply_add(first, a, b, c, slots, stills, |a, b, c| A::mul_add(a, b, c));
-                }
-                Sign::MinusProduct => {
-                    multiply_add(first, a, b, c, slots, stills, |a, b, c| A::mul_add(-a, b, c));
-                }
-                Sign::MinusAddend => {
-                    multiply_add(first, a, b, c, slots, stills, |a, b, c| A::mul_add(a, b, -c));
-                }
-            }
-            out
-        }
+        // Computed by `sum`.
+        Instruction::Sum { out, .. } => out,
     };
     std::mem::swap(&mut slots[target as usize], first);
 }

@@ -29,17 +29,17 @@ pub(super) enum Column {
     Reading(u32, u8),
     /// A value that the caller supplies.
     Given(u32),
+    /// 1.
+    One,
 }
 
-/// The sums of a product and a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Sign {
-    /// `a b + c`
-    Plus,
-    /// `c - a b`
-    MinusProduct,
-    /// `a b - c`
-    MinusAddend,
+/// `factor · a`, or `factor · a · b`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Product {
+    pub(super) factor: Still,
+    pub(super) a: Slot,
+    /// `a` again where the product has no second moving factor.
+    pub(super) b: Slot,
 }
 
 /// One step over all samples of the chunk; `out` differs from all operands.
@@ -56,18 +56,11 @@ pub(super) enum Instruction {
     SinCos { a: Slot, sin: Slot, cos: Slot },
     /// A function of two numbers that is no sum, difference, product or quotient.
     Binary { function: Binary, a: Slot, b: Slot, out: Slot },
-    /// `a + b`
-    Add { a: Slot, b: Operand, out: Slot },
-    /// `a - b`
-    Subtract { a: Slot, b: Operand, out: Slot },
-    /// `b - a`
-    SubtractFrom { a: Slot, b: Still, out: Slot },
-    /// `a b`
-    Multiply { a: Slot, b: Operand, out: Slot },
     /// `a / b`
     Divide { a: Slot, b: Operand, out: Slot },
     /// `b / a`
     DivideInto { a: Slot, b: Still, out: Slot },
-    /// `± a b ± c`
-    MultiplyAdd { sign: Sign, a: Slot, b: Operand, c: Operand, out: Slot },
+    /// The sum of `count` products from number `first` on; bit i of `pairs` says whether the i-th has
+    /// two moving factors.
+    Sum { first: u32, count: u8, pairs: u8, out: Slot },
 }

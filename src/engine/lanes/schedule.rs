@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use crate::engine::lanes::instruction::Sign;
+use crate::engine::lanes::sums::{Sums, sums};
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId, Unary};
 
 /// What one instruction computes.
@@ -16,8 +16,8 @@ pub(super) enum Form {
     Node(NodeId),
     /// A node that stands still, in all lanes.
     Fill(NodeId),
-    /// A sum of a product, which nothing else needs, and another node.
-    MultiplyAdd { node: NodeId, sign: Sign, factors: [NodeId; 2], addend: NodeId },
+    /// A node as the sum of its terms, see [`super::sums`].
+    Sum(NodeId),
     /// Sine and cosine of one node.
     SinCos { angle: NodeId, sin: NodeId, cos: NodeId },
 }
@@ -29,14 +29,30 @@ pub(super) struct Schedule {
     pub(super) steps: Vec<Form>,
     /// For each group, the number of steps after which its outputs are there.
     pub(super) ends: Vec<usize>,
+    /// The terms of the nodes that are sums.
+    pub(super) sums: Sums,
+}
+
+impl Schedule {
+    /// The nodes that a step is made of.
+    pub(super) fn operands(&self, graph: &Graph, form: Form) -> Vec<NodeId> {
+        match form {
+            Form::Node(node) => graph.node(node).operands().collect(),
+            Form::Fill(_) => Vec::new(),
+            Form::Sum(node) => {
+                self.sums[&node].iter().flat_map(|term| term.lanes).flatten().collect()
+            }
+            Form::SinCos { angle, .. } => vec![angle],
+        }
+    }
 }
 
 /// Puts the steps for some groups of outputs in order.
-pub(super) fn schedule(graph: &Graph, groups: &[Vec<NodeId>]) -> Schedule {
+pub(super) fn schedule(graph: &mut Graph, groups: &[Vec<NodeId>]) -> Schedule {
     let mut scheduler = Scheduler::new(graph, groups);
     for group in groups {
         for output in group {
-            if graph.is_moving(*output) {
+            if scheduler.graph.is_moving(*output) {
                 scheduler.compute(*output);
             } else {
                 scheduler.fill(*output);
@@ -49,13 +65,11 @@ pub(super) fn schedule(graph: &Graph, groups: &[Vec<NodeId>]) -> Schedule {
 
 /// Whether a function of two numbers has an instruction for a second operand that stands still.
 fn is_arithmetic(function: Binary) -> bool {
-    matches!(function, Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide)
+    matches!(function, Binary::Divide)
 }
 
 struct Scheduler<'a> {
     graph: &'a Graph,
-    /// How often each node is needed.
-    uses: Vec<u32>,
     /// Sine and cosine of a node, where both are needed.
     pairs: HashMap<NodeId, (NodeId, NodeId)>,
     done: Vec<bool>,
@@ -63,13 +77,14 @@ struct Scheduler<'a> {
 }
 
 impl<'a> Scheduler<'a> {
-    fn new(graph: &'a Graph, groups: &[Vec<NodeId>]) -> Self {
+    fn new(graph: &'a mut Graph, groups: &[Vec<NodeId>]) -> Self {
         let outputs: Vec<NodeId> = groups.iter().flatten().copied().collect();
         let mut uses = vec![0; graph.nodes().len()];
         outputs.iter().for_each(|output| uses[output.0 as usize] += 1);
+        let needed = graph.needed_by(&outputs);
         let mut sines = HashMap::new();
         let mut cosines = HashMap::new();
-        for node in graph.needed_by(&outputs).into_iter().filter(|node| graph.is_moving(*node)) {
+        for &node in needed.iter().filter(|node| graph.is_moving(**node)) {
             graph.node(node).operands().for_each(|operand| uses[operand.0 as usize] += 1);
             match graph.node(node) {
                 Node::Unary(Unary::Sin, angle) => sines.insert(angle, node),
@@ -81,8 +96,9 @@ impl<'a> Scheduler<'a> {
             .into_iter()
             .filter_map(|(angle, sin)| Some((angle, (sin, *cosines.get(&angle)?))))
             .collect();
+        let sums = sums(graph, &needed, &uses);
         let done = vec![false; graph.nodes().len()];
-        Self { graph, uses, pairs, done, schedule: Schedule::default() }
+        Self { graph, pairs, done, schedule: Schedule { sums, ..Schedule::default() } }
     }
 
     fn is_done(&self, node: NodeId) -> bool {
@@ -99,7 +115,7 @@ impl<'a> Scheduler<'a> {
             }
             let form = self.form(node);
             let before = waiting.len();
-            let operands = operands(self.graph, form);
+            let operands = self.schedule.operands(self.graph, form);
             // The last one pushed is computed first: the first operand.
             waiting.extend(operands.into_iter().rev().filter(|operand| {
                 self.graph.is_moving(*operand)
@@ -143,55 +159,16 @@ impl<'a> Scheduler<'a> {
                 Some((sin, cos)) => Form::SinCos { angle, sin: *sin, cos: *cos },
                 None => Form::Node(node),
             },
-            Node::Binary(Binary::Add, a, b) => match (self.product(b), self.product(a)) {
-                (Some(factors), _) => self.fused(node, Sign::Plus, factors, a),
-                (None, Some(factors)) => self.fused(node, Sign::Plus, factors, b),
-                (None, None) => Form::Node(node),
-            },
-            Node::Binary(Binary::Subtract, a, b) => match (self.product(b), self.product(a)) {
-                (Some(factors), _) => self.fused(node, Sign::MinusProduct, factors, a),
-                (None, Some(factors)) => self.fused(node, Sign::MinusAddend, factors, b),
-                (None, None) => Form::Node(node),
-            },
+            _ if self.schedule.sums.contains_key(&node) => Form::Sum(node),
             _ => Form::Node(node),
         }
-    }
-
-    fn fused(&self, node: NodeId, sign: Sign, [a, b]: [NodeId; 2], addend: NodeId) -> Form {
-        // The first factor is one that moves.
-        let factors = if self.graph.is_moving(a) { [a, b] } else { [b, a] };
-        Form::MultiplyAdd { node, sign, factors, addend }
-    }
-
-    /// The factors of a moving product that nothing else needs.
-    fn product(&self, node: NodeId) -> Option<[NodeId; 2]> {
-        match self.graph.node(node) {
-            Node::Binary(Binary::Multiply, a, b)
-                if self.uses[node.0 as usize] == 1
-                    && self.graph.is_moving(node)
-                    && !self.is_done(node) =>
-            {
-                Some([a, b])
-            }
-            _ => None,
-        }
-    }
-}
-
-/// The nodes that a step is made of.
-pub(super) fn operands(graph: &Graph, form: Form) -> Vec<NodeId> {
-    match form {
-        Form::Node(node) => graph.node(node).operands().collect(),
-        Form::Fill(_) => Vec::new(),
-        Form::MultiplyAdd { factors: [a, b], addend, .. } => vec![a, b, addend],
-        Form::SinCos { angle, .. } => vec![angle],
     }
 }
 
 /// The nodes that a step computes.
 pub(super) fn results(form: Form) -> [Option<NodeId>; 2] {
     match form {
-        Form::Node(node) | Form::Fill(node) | Form::MultiplyAdd { node, .. } => [Some(node), None],
+        Form::Node(node) | Form::Fill(node) | Form::Sum(node) => [Some(node), None],
         Form::SinCos { sin, cos, .. } => [Some(sin), Some(cos)],
     }
 }

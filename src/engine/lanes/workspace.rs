@@ -123,6 +123,10 @@ impl Workspace {
                     ***slot = given[index as usize];
                     continue;
                 }
+                Column::One => {
+                    slot.fill(1.0);
+                    continue;
+                }
             };
             slot[..values.len()].copy_from_slice(values);
             let last = values.last().copied().unwrap_or(0.0);
@@ -160,6 +164,7 @@ impl Workspace {
         let start = if group == 0 { 0 } else { code.groups[group - 1].end };
         self.set.run(Execution {
             instructions: &code.instructions[start..code.groups[group].end],
+            products: &code.products,
             slots: &mut self.slots,
             spare: &mut self.spare,
             stills: &self.stills,

@@ -45,6 +45,10 @@ const SINE: [f64; 12] = [
     0.03190583989639543,
 ];
 
+/// Between these sizes |x| + |y| a quotient of x and y has all its digits.
+const SMALLEST: f64 = 4.0 * f64::MIN_POSITIVE;
+const LARGEST: f64 = 0.25 * f64::MAX;
+
 /// Inverse tangent in radians, in [-π/2, π/2].
 #[inline(always)]
 pub fn atan<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
@@ -71,6 +75,12 @@ pub fn acos<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
 }
 
 #[inline(always)]
+fn is_plain(size: f64) -> bool {
+    let clamped = if size >= SMALLEST { size } else { f64::INFINITY };
+    clamped <= LARGEST
+}
+
+#[inline(always)]
 fn arctangent<A: Arithmetic>(x: f64) -> f64 {
     let size = x.abs();
     let steep = size > 1.0;
@@ -85,24 +95,22 @@ fn angle<A: Arithmetic>(y: f64, x: f64) -> f64 {
     let (small, large) = if steep { (along, across) } else { (across, along) };
     // Adding zero: an angle of -0 is 0, as in `Number`.
     let angle = quotient_angle::<A>(small, large, steep, x < 0.0).copysign(y) + 0.0;
-    let size = small + large;
-    let inside = (4.0 * f64::MIN_POSITIVE..=0.25 * f64::MAX).contains(&size);
-    let elsewhere = if size == 0.0 { 0.0 } else { f64::NAN };
-    if inside { angle } else { elsewhere }
+    if is_plain(small + large) { angle } else { f64::NAN }
 }
 
 /// Inverse tangent of small / large <= 1; that from π/2 if `steep`; and from π if `backward`.
 #[inline(always)]
 fn quotient_angle<A: Arithmetic>(small: f64, large: f64, steep: bool, backward: bool) -> f64 {
+    const SIGN: u64 = 1 << 63;
     let beyond = small > 0.5 * large;
     let above = if beyond { small - large } else { small };
     let below = if beyond { small + large } else { large };
     let k = if beyond { 1.0 } else { 0.0 };
     let k = if steep { 2.0 - k } else { k };
     let k = if backward { 4.0 - k } else { k };
-    let t = above / below;
-    let t = if steep { -t } else { t };
-    let t = if backward { -t } else { t };
+    // Each of the two turns t around.
+    let turned = (if steep { SIGN } else { 0 }) ^ (if backward { SIGN } else { 0 });
+    let t = f64::from_bits((above / below).to_bits() ^ turned);
     let z = t * t;
     from_quarter_turns::<A>(k, t, t * z * polynomial::<A, 12>(z, TANGENT))
 }

@@ -8,10 +8,10 @@
 //! sine and cosine, each with its rounding error. Beyond |x| = 2^20: lane by lane, the same after
 //! [`super::far_angle`].
 
-use std::f64::consts::FRAC_2_PI;
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use super::super::arithmetic::{Arithmetic, Lanes, Plain};
-use super::{WHOLE, any_nan, far_angle, map_or, pair, polynomial, redo};
+use super::{Outside, WHOLE, far_angle, map_or, pair, polynomial};
 
 /// Largest argument of the kernels.
 const LARGEST: f64 = 1_048_576.0;
@@ -19,6 +19,9 @@ const LARGEST: f64 = 1_048_576.0;
 /// π/2 as a sum: three parts of 33 bits and the rest.
 const HALF_PI: [f64; 4] =
     [1.5707963267341256, 6.077100506303966e-11, 2.0222662487111665e-21, 8.4784276603689e-32];
+
+/// π/2 as a sum, the middle part of 33 bits: with a fused multiply-add the first needs no spare bits.
+const HALF_PI_FUSED: [f64; 3] = [FRAC_PI_2, 6.12323399538461e-17, 3.5215598651832e-27];
 
 /// `(sin r / r - 1) / r²` in powers of r².
 const SINE: [f64; 6] = [
@@ -55,12 +58,23 @@ pub fn cos<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
 /// Sine and cosine of angles in radians, at little more than the price of one of them.
 #[inline(always)]
 pub fn sin_cos<A: Arithmetic>(x: &Lanes, sin: &mut Lanes, cos: &mut Lanes) {
+    let mut outside = Outside::default();
     for ((sin, cos), &x) in sin.iter_mut().zip(cos.iter_mut()).zip(x) {
-        (*sin, *cos) = sine_and_cosine::<A>(x);
+        (*sin, *cos) = near_sine_and_cosine::<A>(x);
+        outside.unless(x.abs() <= LARGEST);
     }
-    if any_nan(sin) {
-        redo(x, sin, far_sine);
-        redo(x, cos, far_cosine);
+    if outside.any() {
+        redo_far(x, sin, cos);
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn redo_far(x: &Lanes, sin: &mut Lanes, cos: &mut Lanes) {
+    for ((sin, cos), &x) in sin.iter_mut().zip(cos).zip(x) {
+        if !(x.abs() <= LARGEST) {
+            (*sin, *cos) = (far_sine(x), far_cosine(x));
+        }
     }
 }
 
@@ -81,11 +95,17 @@ fn cosine<A: Arithmetic>(x: f64) -> f64 {
 }
 
 #[inline(always)]
-fn sine_and_cosine<A: Arithmetic>(x: f64) -> (f64, f64) {
+fn near_sine_and_cosine<A: Arithmetic>(x: f64) -> (f64, f64) {
     let (quadrant, r) = reduce::<A>(x);
     let (sine, cosine) = in_quadrant::<A>(quadrant, r);
     // Zero keeps its sign.
     let sine = if x == 0.0 { x } else { sine };
+    (sine, cosine)
+}
+
+#[inline(always)]
+fn sine_and_cosine<A: Arithmetic>(x: f64) -> (f64, f64) {
+    let (sine, cosine) = near_sine_and_cosine::<A>(x);
     if x.abs() <= LARGEST { (sine, cosine) } else { (f64::NAN, f64::NAN) }
 }
 
@@ -155,6 +175,11 @@ fn far(x: f64, function: fn(u64, (f64, f64)) -> f64) -> f64 {
 fn reduce<A: Arithmetic>(x: f64) -> (u64, (f64, f64)) {
     let shifted = A::mul_add(x, FRAC_2_PI, WHOLE);
     let n = shifted - WHOLE;
+    if A::FUSED {
+        let first = A::mul_add(-n, HALF_PI_FUSED[0], x); // exact
+        let (high, error) = pair::sum(first, -n * HALF_PI_FUSED[1]);
+        return (shifted.to_bits(), (high, A::mul_add(-n, HALF_PI_FUSED[2], error)));
+    }
     let first = A::mul_add(-n, HALF_PI[0], x); // exact
     let (second, e1) = pair::sum(first, -n * HALF_PI[1]);
     let (high, e2) = pair::sum(second, -n * HALF_PI[2]);

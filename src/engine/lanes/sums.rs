@@ -1,0 +1,147 @@
+//! Which nodes one instruction computes as a sum of products: `Σ factor · a` and `Σ factor · a · b`,
+//! where factors stand still and a, b move.
+//!
+//! Answers: the terms of every sum, difference, product and negative. A sum takes in what nothing else
+//! needs, and a product whose factor stands still wherever it is needed: to multiply once more costs
+//! less than to read what was multiplied. Terms are added in the order of the graph, so a small number
+//! that is added to a difference of large ones keeps its digits; and a sum times a factor is not
+//! multiplied out.
+
+use std::collections::HashMap;
+
+use crate::graph::{Binary, Graph, Node, NodeId, Unary};
+
+/// A sum of one instruction has at most this many terms.
+pub(super) const MOST_TERMS: usize = 4;
+
+/// `factor`, `factor · a` or `factor · a · b`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Term {
+    /// Stands still.
+    pub(super) factor: NodeId,
+    /// Move.
+    pub(super) lanes: [Option<NodeId>; 2],
+}
+
+/// The terms of each node that is a sum.
+pub(super) type Sums = HashMap<NodeId, Vec<Term>>;
+
+/// The sums among `nodes`, operands before users; `uses` says how often each is needed.
+pub(super) fn sums(graph: &mut Graph, nodes: &[NodeId], uses: &[u32]) -> Sums {
+    let mut finder = Finder { graph, uses, sums: Sums::new() };
+    for &node in nodes.iter().filter(|node| finder.graph.is_moving(**node)).collect::<Vec<_>>() {
+        if let Some(terms) = finder.terms(node) {
+            finder.sums.insert(node, terms);
+        }
+    }
+    finder.sums
+}
+
+struct Finder<'a> {
+    graph: &'a mut Graph,
+    uses: &'a [u32],
+    sums: Sums,
+}
+
+impl Finder<'_> {
+    fn terms(&mut self, node: NodeId) -> Option<Vec<Term>> {
+        let one = self.graph.constant(1.0);
+        match self.graph.node(node) {
+            Node::Binary(Binary::Add, a, b) => Some(self.sum([a, b], false)),
+            Node::Binary(Binary::Subtract, a, b) => Some(self.sum([a, b], true)),
+            Node::Binary(Binary::Multiply, a, b) => Some(vec![self.product(one, a, b)]),
+            Node::Unary(Unary::Negate, a) => Some(match self.part(a, MOST_TERMS) {
+                Some(part) => self.negated(part),
+                None => {
+                    let term = self.term(a);
+                    self.negated(vec![term])
+                }
+            }),
+            _ => None,
+        }
+    }
+
+    /// The terms of `a + b` or `a - b`: those of the longer part that fits, then the other as one.
+    fn sum(&mut self, [a, b]: [NodeId; 2], subtract: bool) -> Vec<Term> {
+        let [left, right] = [a, b].map(|node| self.part(node, MOST_TERMS - 1));
+        let length = |part: &Option<Vec<Term>>| part.as_ref().map_or(0, Vec::len);
+        let (mut terms, last) = if length(&right) > length(&left) {
+            let right = right.unwrap_or_default();
+            (if subtract { self.negated(right) } else { right }, self.term(a))
+        } else {
+            let left = match left {
+                Some(part) => part,
+                None => vec![self.term(a)],
+            };
+            let term = self.term(b);
+            (left, if subtract { self.negated(vec![term])[0] } else { term })
+        };
+        terms.push(last);
+        terms
+    }
+
+    /// The terms of a sum that nothing else needs, where there are more than one and at most `most`.
+    fn part(&self, node: NodeId, most: usize) -> Option<Vec<Term>> {
+        let terms = self.sums.get(&node)?;
+        (self.is_needed_once(node) && (2..=most).contains(&terms.len())).then(|| terms.clone())
+    }
+
+    /// A node as one term.
+    fn term(&mut self, node: NodeId) -> Term {
+        if !self.graph.is_moving(node) {
+            return Term { factor: node, lanes: [None, None] };
+        }
+        let (factor, rest) = self.scaled(node);
+        match self.graph.node(rest) {
+            Node::Binary(Binary::Multiply, a, b)
+                if self.is_needed_once(rest) && (rest == node || self.is_needed_once(node)) =>
+            {
+                self.product(factor, a, b)
+            }
+            _ => Term { factor, lanes: [Some(rest), None] },
+        }
+    }
+
+    fn product(&mut self, factor: NodeId, a: NodeId, b: NodeId) -> Term {
+        let mut factor = factor;
+        let mut lanes = [None, None];
+        let mut count = 0;
+        for operand in [a, b] {
+            let (by, rest) = self.scaled(operand);
+            factor = self.graph.multiply(factor, by);
+            if self.graph.is_moving(rest) {
+                lanes[count] = Some(rest);
+                count += 1;
+            } else {
+                factor = self.graph.multiply(factor, rest);
+            }
+        }
+        Term { factor, lanes }
+    }
+
+    /// A node as a factor that stands still and the rest.
+    fn scaled(&mut self, node: NodeId) -> (NodeId, NodeId) {
+        let (mut factor, mut rest) = (self.graph.constant(1.0), node);
+        loop {
+            (factor, rest) = match self.graph.node(rest) {
+                Node::Binary(Binary::Multiply, a, b) if !self.graph.is_moving(a) => {
+                    (self.graph.multiply(factor, a), b)
+                }
+                Node::Binary(Binary::Multiply, a, b) if !self.graph.is_moving(b) => {
+                    (self.graph.multiply(factor, b), a)
+                }
+                Node::Unary(Unary::Negate, a) => (self.graph.negate(factor), a),
+                _ => return (factor, rest),
+            };
+        }
+    }
+
+    fn negated(&mut self, terms: Vec<Term>) -> Vec<Term> {
+        let negate = |term: Term| Term { factor: self.graph.negate(term.factor), ..term };
+        terms.into_iter().map(negate).collect()
+    }
+
+    fn is_needed_once(&self, node: NodeId) -> bool {
+        self.uses[node.0 as usize] == 1
+    }
+}
