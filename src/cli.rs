@@ -16,6 +16,7 @@ mod diagnose;
 mod load;
 mod new;
 mod output;
+mod power;
 mod progress;
 mod render;
 mod show;
@@ -61,6 +62,8 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     /// Try the diagnosis on simulated campaigns of the same design
     Trials(trials::Trials),
+    /// Find out what a campaign can see, before there are any data
+    Power(power::PowerCommand),
     /// Compare the readings' own delays with the joint estimate
     Compare(compare::CompareCommand),
     /// Tell how far measured points lie from the arm, and what the head must follow
@@ -113,6 +116,7 @@ pub fn run() -> ExitCode {
         Command::Calibrate(command) => command.run(),
         Command::Diagnose(command) => command.run(),
         Command::Trials(command) => command.run(),
+        Command::Power(command) => command.run(),
         Command::Compare(command) => command.run(),
         Command::Deviations(command) => command.run(),
         Command::Completions(command) => command.run(Cli::command()),

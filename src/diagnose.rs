@@ -7,10 +7,12 @@
 //! | [`catalogue`] | all that has been made of the models so far |
 //! | [`structure`] | what an effect that nobody wrote down could look like |
 //! | [`evidence`] | what each of them would explain, from one pass |
+//! | [`mod@scan`] | which member of a family explains most |
 //! | [`score`], [`tail`] | how unlikely that is by chance |
 //! | [`stage`] | a fitted model with all of that |
+//! | [`lost`] | stretches of readings shifted by whole samples |
 //! | [`whiten`], [`jitter`] | the noise, before anything is tested against it |
-//! | [`mod@search`] | which effects are adopted |
+//! | [`mod@search`], [`mod@pairs`] | which effects are adopted |
 //! | [`verdict`] | the answer |
 //! | [`probability`] | how probable each cause is |
 //! | [`mod@gap`], [`mod@holdout`] | how far the gap shrinks |
@@ -23,7 +25,11 @@ pub mod gap;
 pub mod hidden;
 pub mod holdout;
 pub mod jitter;
+pub mod lost;
+pub mod pairs;
+pub mod power;
 pub mod probability;
+pub mod scan;
 pub mod score;
 pub mod search;
 pub mod stage;
@@ -43,6 +49,7 @@ use candidates::{NotTestable, Wanted};
 use gap::{Gap, gap};
 use hidden::{Hidden, hidden};
 use holdout::holdout;
+use lost::Lost;
 use search::{Adopted, Search, search};
 use stage::Fitted;
 use verdict::{Absorbed, Location, Ranked, Verdict};
@@ -77,9 +84,65 @@ pub struct Diagnosis {
     pub gap: Option<Gap>,
     /// What could still hide, largest first.
     pub hidden: Vec<Hidden>,
+    /// Stretches of lost samples; they are left out of everything but the first fit.
+    pub lost: Vec<Lost>,
+    /// The delays of the nominal model with all readings and without those that are left out; empty if
+    /// none are.
+    pub delays: Vec<Twice>,
     /// The search, for those who want to know more; `None` where there was none.
     pub search: Option<Search>,
 }
+
+/// A delay with all readings and without those that are left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Twice {
+    /// Its name.
+    pub name: String,
+    /// The setup or run.
+    pub of: Option<String>,
+    /// With all readings (s).
+    pub with: f64,
+    /// Without those left out (s).
+    pub without: f64,
+    /// Standard uncertainty without them (s).
+    pub sigma: Option<f64>,
+}
+
+/// Leaves lost samples out and fits again, until none are found.
+fn without_lost(
+    whole: Calibration,
+    options: &Options,
+) -> Result<(Calibration, Vec<Lost>), FitError> {
+    let (mut nominal, mut lost) = (whole, Vec::new());
+    for _ in 0..LOST_ROUNDS {
+        let more = lost::find(&nominal.problem, &nominal.fit.point);
+        if more.is_empty() {
+            break;
+        }
+        let mut problem = nominal.problem.clone();
+        lost::leave_out(&mut problem, &more);
+        lost.extend(more);
+        nominal = calibrate(problem, options)?;
+    }
+    Ok((nominal, lost))
+}
+
+/// The delays with and without what is left out.
+fn twice(whole: &Calibration, stage: &stage::Stage) -> Result<Vec<Twice>, FitError> {
+    let Fitted { problem, fit, .. } = stage.fitted.clone();
+    let without = finish(problem, fit, Vec::new(), Vec::new())?.estimates();
+    let with = whole.estimates();
+    let delays = without.into_iter().filter(|one| one.name.ends_with(".delay") && !one.fixed);
+    let pairs = delays.filter_map(|one| {
+        let same = with.iter().find(|other| other.name == one.name && other.of == one.of)?;
+        let (with, without) = (same.value?, one.value?);
+        Some(Twice { name: one.name, of: one.of, with, without, sigma: one.sigma })
+    });
+    Ok(pairs.collect())
+}
+
+/// Rounds of looking for lost samples and fitting again.
+const LOST_ROUNDS: usize = 4;
 
 /// Diagnoses campaigns.
 ///
@@ -91,7 +154,8 @@ pub fn diagnose(
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Diagnosis, FitError> {
-    let nominal = calibrate(problem, options)?;
+    let whole = calibrate(problem, options)?;
+    let (nominal, lost) = without_lost(whole.clone(), options)?;
     let mut diagnosis = Diagnosis {
         verdict: Verdict::Unobservable,
         effects: Vec::new(),
@@ -106,13 +170,16 @@ pub fn diagnose(
         gap: None,
         hidden: Vec::new(),
         search: None,
+        lost,
+        delays: Vec::new(),
         nominal,
     };
     if !diagnosis.nominal.is_sound() {
         return Ok(diagnosis);
     }
     let (problem, fit) = (diagnosis.nominal.problem.clone(), diagnosis.nominal.fit.clone());
-    let Some(search) = search(Fitted { recipes, problem, fit }, wanted, options)? else {
+    let Some(search) = search(Fitted { recipes, problem, fit }, &diagnosis.lost, wanted, options)?
+    else {
         return Ok(diagnosis);
     };
     (diagnosis.verdict, diagnosis.effects) = verdict::verdict(&search);
@@ -136,6 +203,11 @@ pub fn diagnose(
         diagnosis.candidates = verdict::ranked(first);
         (diagnosis.absorbed, diagnosis.not_testable) = verdict::silent(first);
         diagnosis.locations = verdict::locations(first);
+    }
+    if let Some(first) = search.stages.first()
+        && (!diagnosis.lost.is_empty() || !first.noise_found.left_out.is_empty())
+    {
+        diagnosis.delays = twice(&whole, first)?;
     }
     if diagnosis.verdict == Verdict::Unknown {
         let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);

@@ -10,6 +10,7 @@
 //! | [`text`] | tables and sentences for the terminal |
 //! | [`diagnosis`], `diagnosis_text` | why simulation and reality differ, for programs and for people |
 //! | [`trials`], `trials_text` | how well a diagnosis does on campaigns whose truth is known |
+//! | [`power`], `power_text` | what a campaign can see |
 //! | [`timing`] | how reference times came about |
 //! | [`table`] | results reading by reading, as CSV |
 
@@ -21,6 +22,9 @@ pub mod diagnosis;
 pub mod diagnosis_text;
 pub mod figure;
 pub mod json;
+pub mod power;
+#[cfg(feature = "cli")]
+pub mod power_text;
 pub mod table;
 #[cfg(feature = "cli")]
 pub mod text;

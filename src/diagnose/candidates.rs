@@ -11,6 +11,7 @@ use crate::effect::{Effect, Members, Target};
 use crate::engine::open::Recipe;
 use crate::graph::Scope;
 use crate::system::{Selected, System, candidates};
+use crate::units::Unit;
 
 use super::catalogue::Catalogue;
 use super::structure::Place;
@@ -29,6 +30,37 @@ pub struct Candidate {
     pub place: Option<Place>,
     /// The model with it, campaign by campaign; `None` where it does not fit.
     pub systems: Vec<Option<Arc<System>>>,
+}
+
+impl Candidate {
+    /// The usual size (SI) of one of its parameters, by full name.
+    pub fn typical(&self, parameter: &str) -> Option<f64> {
+        self.find(parameter).and_then(|(system, index)| system.settings[index].typical)
+    }
+
+    /// The unit in which one of its parameters is declared, by full name.
+    pub fn unit(&self, parameter: &str) -> Unit {
+        let found = self.find(parameter);
+        found.map_or_else(Unit::one, |(s, index)| s.assembly.names.parameters[index].unit.clone())
+    }
+
+    /// The measurand (by index) for which a parameter is, if there is one for each.
+    pub fn measurand(&self, parameter: &str) -> Option<usize> {
+        self.find(parameter).and_then(|(system, index)| system.declared[index].measurand)
+    }
+
+    /// Whether its values sum to zero over their scope.
+    pub fn sums_to_zero(&self) -> bool {
+        self.selected.effect.parameters.iter().any(|one| one.setting.sum_zero)
+    }
+
+    fn find(&self, parameter: &str) -> Option<(&System, usize)> {
+        self.systems.iter().flatten().find_map(|system| {
+            let names = &system.assembly.names.parameters;
+            let index = names.iter().position(|one| one.name == parameter)?;
+            Some((&**system, index))
+        })
+    }
 }
 
 /// An effect that cannot be tested here.
@@ -64,6 +96,12 @@ pub struct Wanted {
 }
 
 impl Wanted {
+    /// As asked for.
+    pub fn new(only: &[String], without: &[String]) -> Self {
+        let (only, without) = (only.to_vec(), without.to_vec());
+        Self { only, without, ..Self::default() }
+    }
+
     /// Whether an effect is.
     pub fn includes(&self, name: &str) -> bool {
         (self.only.is_empty() || self.only.iter().any(|one| one == name))

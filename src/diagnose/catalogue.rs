@@ -18,7 +18,7 @@ use super::structure::blocks;
 
 /// Models with certain effects that are kept at most.
 const MOST_MODELS: usize = 24;
-/// Lists of candidates whose signatures are kept at most for each.
+/// Families whose signatures are kept at most for each.
 const MOST_LISTS: usize = 8;
 
 /// What has been made so far; clones share it.

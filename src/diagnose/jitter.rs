@@ -71,7 +71,7 @@ pub(super) fn jitter<'s>(
 }
 
 /// The random quantities of an effect that are independent from sample to sample.
-fn white_randoms(candidate: &Candidate) -> Vec<(String, Unit)> {
+pub(super) fn white_randoms(candidate: &Candidate) -> Vec<(String, Unit)> {
     let Some(system) = candidate.systems.iter().flatten().next() else { return Vec::new() };
     let name = &candidate.name;
     let own = |effect: &Option<String>| effect.as_ref().is_some_and(|own| own == name);

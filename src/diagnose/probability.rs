@@ -75,12 +75,7 @@ fn typical(stage: &Stage, number: usize) -> Vec<f64> {
             if candidate.place.is_some() {
                 return if *raw > 0.0 { whole / raw } else { 0.0 };
             }
-            let declared = candidate.systems.iter().flatten().find_map(|system| {
-                let names = &system.assembly.names.parameters;
-                let index = names.iter().position(|one| one.name == owner.parameter)?;
-                system.settings[index].typical
-            });
-            declared.unwrap_or(0.0)
+            candidate.typical(&owner.parameter).unwrap_or(0.0)
         })
         .collect()
 }

@@ -3,11 +3,14 @@
 //! Forward, one effect at a time, with backward drop: the best few by score are fitted nonlinearly and
 //! tested again; the one that explains most beyond chance is adopted. Then every block of unknown
 //! structure is tried against what is left: that gate, not the effect's own test, decides. A forced
-//! choice would name a wrong effect nearly always when the true one is not in the library.
+//! choice would name a wrong effect nearly always when the true one is not in the library. Where the gate
+//! stays shut, pairs of the best are tried ([`super::pairs`]).
 
 use crate::estimate::batch::{FitError, Options};
 
 use super::candidates::{Candidate, Wanted};
+use super::lost::Lost;
+use super::pairs::pairs;
 use super::probability::probabilities;
 use super::score::{Score, of_gain};
 use super::stage::{Fitted, Stage};
@@ -29,7 +32,7 @@ pub(super) const LEAST_STRETCHES: usize = 20;
 /// Logarithms of probabilities that differ less do not tell effects apart: half of [`ALIKE`].
 const TIE: f64 = 4.6;
 /// Effects whose gains differ less cannot be told apart: the 1 % point of chi squared of two degrees.
-const ALIKE: f64 = 9.2;
+pub const ALIKE: f64 = 9.2;
 
 /// An adopted effect.
 #[derive(Clone, Debug)]
@@ -125,36 +128,112 @@ impl Stage {
     }
 }
 
-/// Searches from a fitted nominal model. `None` where its parameters are not determined.
+/// What all stages of a search have in common.
+struct Common<'a> {
+    given: Given,
+    wanted: &'a Wanted,
+    options: &'a Options,
+}
+
+/// Searches from a fitted nominal model, from which lost samples are left out. `None` where its
+/// parameters are not determined.
 ///
 /// # Errors
 /// [`FitError`] where a model cannot be fitted at all.
 pub fn search(
     nominal: Fitted,
+    lost: &[Lost],
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Option<Search>, FitError> {
-    let given = Given::of(&nominal.problem);
+    let given = Given { lost: lost.to_vec(), ..Given::of(&nominal.problem) };
     let Some(stage) = prepare(nominal, wanted, &given, &Noise::default(), options)? else {
         return Ok(None);
     };
+    let common = Common { given, wanted, options };
     let mut search = Search { stages: vec![stage], adopted: Vec::new() };
     while search.adopted.len() < MOST {
         let Some(last) = search.stages.last() else { break };
-        // The gate: an adopted effect is enough unless something is left.
-        if !search.adopted.is_empty() && last.is_clear() {
+        if search.passes_gate() {
             break;
         }
-        let Some((mut adopted, fitted)) = best(last, options)? else { break };
-        let Some(stage) = prepare(fitted, wanted, &given, &last.noise_found, options)? else {
+        let Some((adopted, fitted)) = best(last, options)? else { break };
+        if !search.adopt(adopted, fitted, &common)? {
             break;
+        }
+        search = search.without_needless(&common)?;
+    }
+    if search.adopted.is_empty() || search.passes_gate() {
+        return Ok(Some(search));
+    }
+    let tried = pairs(&search.stages[0]);
+    for (first, second) in tried.into_iter().take(SHORT_LIST) {
+        let name = |number: usize| search.stages[0].candidates[number].name.clone();
+        let named = [name(first), name(second)];
+        if let Some(found) = search.anew(&named, &common)?.filter(Search::passes_gate) {
+            return Ok(Some(found));
+        }
+    }
+    Ok(Some(search))
+}
+
+impl Search {
+    /// The gate: adopted effects are enough where nothing is left.
+    fn passes_gate(&self) -> bool {
+        let last = self.stages.last();
+        !self.adopted.is_empty() && last.is_some_and(Stage::is_clear)
+    }
+
+    /// Adds an effect with its fit; whether that can be built on.
+    fn adopt(
+        &mut self,
+        mut adopted: Adopted,
+        fitted: Fitted,
+        common: &Common<'_>,
+    ) -> Result<bool, FitError> {
+        let Some(last) = self.stages.last() else { return Ok(false) };
+        let Common { given, wanted, options } = common;
+        let Some(stage) = prepare(fitted, wanted, given, &last.noise_found, options)? else {
+            return Ok(false);
         };
         let before = stage.fitted.without(&[&adopted.candidate.selected], options)?;
         adopted.gain = before.cost() - stage.fitted.cost();
-        search.adopted.push(adopted);
-        search.stages.push(stage);
+        self.adopted.push(adopted);
+        self.stages.push(stage);
+        Ok(true)
     }
-    Ok(Some(search))
+
+    /// Backward drop: without the effects that add nothing to those that came after them.
+    fn without_needless(self, common: &Common<'_>) -> Result<Self, FitError> {
+        let Some(last) = self.stages.last() else { return Ok(self) };
+        let count = self.adopted.len();
+        for (number, one) in self.adopted.iter().enumerate().take(count.saturating_sub(1)) {
+            let before = last.fitted.without(&[&one.candidate.selected], common.options)?;
+            let score = of_gain(before.cost() - last.fitted.cost(), one.score.degrees, 1);
+            if score.ln_p > level(last.effects) {
+                let mut names: Vec<String> =
+                    self.adopted.iter().map(|one| one.candidate.name.clone()).collect();
+                names.remove(number);
+                return Ok(self.anew(&names, common)?.unwrap_or(self));
+            }
+        }
+        Ok(self)
+    }
+
+    /// The search that adopts effects of these names one after the other; `None` where it cannot.
+    fn anew(&self, names: &[String], common: &Common<'_>) -> Result<Option<Self>, FitError> {
+        let mut search = Self { stages: self.stages[..1].to_vec(), adopted: Vec::new() };
+        for name in names {
+            let Some(last) = search.stages.last() else { return Ok(None) };
+            let number = (0..last.effects).find(|n| last.candidates[*n].name == *name);
+            let found = number.map(|number| adopted(last, number, common.options)).transpose()?;
+            let Some((adopted, fitted)) = found.flatten() else { return Ok(None) };
+            if !search.adopt(adopted, fitted, common)? {
+                return Ok(None);
+            }
+        }
+        Ok(Some(search))
+    }
 }
 
 /// Effects that explain as much as one of them, but for what chance may do.
@@ -171,44 +250,48 @@ fn alike(stage: &Stage, number: usize) -> Vec<usize> {
 fn best(stage: &Stage, options: &Options) -> Result<Option<(Adopted, Fitted)>, FitError> {
     let mut best: Option<(Adopted, Fitted, f64)> = None;
     let probability = probabilities(stage);
-    let level = level(stage.effects);
     for number in stage.declared().into_iter().take(SHORT_LIST) {
-        let candidate = &stage.candidates[number];
-        let start = stage.start(number);
-        let Some(fitted) = stage.fitted.with(&candidate.selected, &start, options)? else {
-            continue;
-        };
-        if !fitted.is_sound() {
-            continue;
-        }
-        let gain = stage.fitted.cost() - fitted.cost();
-        let linear = &stage.scores[number];
-        let mut score = of_gain(gain, linear.degrees, 1);
-        // Members of a family are paid for as in the linear test.
-        score.ln_p += linear.ln_p - of_gain(linear.gain, linear.degrees, 1).ln_p;
-        if score.ln_p > level || score.lambda() < LEAST_LAMBDA {
-            continue;
-        }
+        let Some((adopted, fitted)) = adopted(stage, number, options)? else { continue };
         // Of effects that are one to rounding, the one whose usual size is nearest.
         let own = probability[number];
         let better = best.as_ref().is_none_or(|(known, _, other)| {
-            let apart = known.score.ln_p - score.ln_p;
+            let apart = known.score.ln_p - adopted.score.ln_p;
             apart > TIE || (apart > -TIE && own > *other)
         });
         if better {
-            let prior_share = stage.evidence.prior_share(stage.entry(number));
-            let like = alike(stage, number);
-            let names = like.iter().map(|n| stage.candidates[*n].name.clone()).collect();
-            let adopted = Adopted {
-                candidate: candidate.clone(),
-                score,
-                prior_share,
-                gain,
-                aliases: names,
-                probability: like.iter().chain([&number]).map(|n| probability[*n]).sum(),
-            };
             best = Some((adopted, fitted, own));
         }
     }
     Ok(best.map(|(adopted, fitted, _)| (adopted, fitted)))
+}
+
+/// A candidate after a nonlinear fit, if it passes its test there.
+fn adopted(
+    stage: &Stage,
+    number: usize,
+    options: &Options,
+) -> Result<Option<(Adopted, Fitted)>, FitError> {
+    let candidate = &stage.candidates[number];
+    let start = stage.start(number);
+    let fitted = stage.fitted.with(&candidate.selected, &start, options)?;
+    let Some(fitted) = fitted.filter(Fitted::is_sound) else { return Ok(None) };
+    let gain = stage.fitted.cost() - fitted.cost();
+    let linear = &stage.scores[number];
+    let mut score = of_gain(gain, linear.degrees, 1);
+    // Members of a family are paid for as in the linear test.
+    score.ln_p += linear.ln_p - of_gain(linear.gain, linear.degrees, 1).ln_p;
+    if score.ln_p > level(stage.effects) || score.lambda() < LEAST_LAMBDA {
+        return Ok(None);
+    }
+    let probability = probabilities(stage);
+    let like = alike(stage, number);
+    let adopted = Adopted {
+        candidate: candidate.clone(),
+        score,
+        prior_share: stage.evidence.prior_share(stage.entry(number)),
+        gain,
+        aliases: like.iter().map(|n| stage.candidates[*n].name.clone()).collect(),
+        probability: like.iter().chain([&number]).map(|n| probability[*n]).sum(),
+    };
+    Ok(Some((adopted, fitted)))
 }

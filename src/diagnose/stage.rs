@@ -12,6 +12,7 @@ use crate::system::Selected;
 use super::candidates::{Candidate, NotTestable, Offer, Wanted};
 use super::catalogue::Made;
 use super::evidence::{Entry, Evidence};
+use super::scan::{Scanned, scan};
 use super::score::{Score, of_gain, score};
 use super::search::level;
 use super::structure::Place;
@@ -191,20 +192,24 @@ impl Stage {
     /// Looks at everything that is not in a fitted model. `None` where its parameters are not
     /// determined.
     pub fn new(fitted: Fitted, wanted: &Wanted) -> Option<Self> {
+        Self::again(fitted, wanted, &mut Scanned::new())
+    }
+
+    /// The same; families that were scanned with nearly the same readings are not scanned again.
+    pub fn again(fitted: Fitted, wanted: &Wanted, scanned: &mut Scanned) -> Option<Self> {
         let made = wanted.catalogue.of(&fitted.recipes);
         let Offer { effects, mut noise, mut not_testable } = made.offer.clone();
         let is_wanted = |one: &Candidate| wanted.includes(&one.selected.effect.name);
         let effects = effects.into_iter().filter(is_wanted).collect();
         noise.retain(is_wanted);
         not_testable.retain(|one| wanted.includes(&one.name));
-        let (mut candidates, mut members) = best_members(&fitted, &made, effects)?;
+        let (mut candidates, mut members) = best_members(&fitted, &made, effects, scanned)?;
         let effects = candidates.len();
         candidates.extend(made.blocks.iter().cloned());
         members.resize(candidates.len(), 1);
         let all: Vec<&Candidate> = candidates.iter().collect();
-        let signatures = made.signatures(&fitted.problem, &all);
         let Fit { normal, point, .. } = &fitted.fit;
-        let evidence = Evidence::with(&fitted.problem, normal, point, all.len(), signatures)?;
+        let evidence = Evidence::new(&fitted.problem, normal, point, &all)?;
         let scores: Vec<Score> = evidence
             .entries
             .iter()
@@ -297,6 +302,7 @@ fn best_members(
     fitted: &Fitted,
     made: &Made,
     offered: Vec<Candidate>,
+    scanned: &mut Scanned,
 ) -> Option<(Vec<Candidate>, Vec<usize>)> {
     let mut best: Vec<Candidate> = Vec::new();
     let mut tried = Vec::new();
@@ -306,6 +312,13 @@ fn best_members(
         let (family, after) = rest.split_at(count);
         rest = after;
         let mut winner = 0;
+        if count > 1
+            && let Some((found, members)) = scan(fitted, first, scanned)
+        {
+            best.push(found);
+            tried.push(members);
+            continue;
+        }
         if count > 1 {
             let members: Vec<&Candidate> = family.iter().collect();
             let fit = &fitted.fit;

@@ -226,7 +226,7 @@ pub fn silent(stage: &Stage) -> (Vec<Absorbed>, Vec<NotTestable>) {
 const TAKES_PART: f64 = 0.05;
 
 /// The nominal parameters that take an effect up.
-fn acts_as(stage: &Stage, number: usize) -> String {
+pub(super) fn acts_as(stage: &Stage, number: usize) -> String {
     let layout = &stage.fitted.problem.layout;
     let takers = stage.evidence.takers(stage.entry(number));
     let most = takers.first().map_or(0.0, |(_, share)| *share);
@@ -246,7 +246,7 @@ fn acts_as(stage: &Stage, number: usize) -> String {
 }
 
 /// Why an effect changes no reading here.
-fn why_silent(stage: &Stage, number: usize) -> String {
+pub(super) fn why_silent(stage: &Stage, number: usize) -> String {
     let accelerations: Vec<String> = stage
         .fitted
         .recipes

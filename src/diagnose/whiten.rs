@@ -24,6 +24,8 @@ use crate::units::Unit;
 
 use super::candidates::{Candidate, Wanted};
 use super::jitter::jitter;
+use super::lost::Lost;
+use super::scan::Scanned;
 use super::search::{LEAST_STRETCHES, level};
 use super::stage::{Fitted, Stage, rebuilt};
 use super::tail::{ln_chi_squared, ln_normal};
@@ -56,6 +58,19 @@ pub struct NoiseEffect {
     pub ln_p: f64,
 }
 
+/// A reading that is left out because it is wild.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOut {
+    /// Name of the run.
+    pub run: String,
+    /// Row of its data file.
+    pub row: usize,
+    /// The measurand.
+    pub measurand: String,
+    /// How far out it was, in standard deviations as weighed when it was left out.
+    pub deviations: f64,
+}
+
 /// The noise of campaigns.
 #[derive(Clone, Debug, Default)]
 pub struct Noise {
@@ -66,6 +81,8 @@ pub struct Noise {
     pub levels: Vec<(String, f64)>,
     /// Readings left out.
     pub wild: usize,
+    /// Which ones.
+    pub left_out: Vec<LeftOut>,
     /// Correlation of neighbours in time, the largest of all measurands; 0 where there is none.
     pub memory: f64,
     /// Samples in a stretch.
@@ -79,6 +96,8 @@ pub struct Given {
     pub whole: Vec<Vec<Run>>,
     /// The uncertainties that they state.
     pub stated: Vec<Vec<f64>>,
+    /// Stretches of lost samples, left out already.
+    pub lost: Vec<Lost>,
 }
 
 impl Given {
@@ -87,6 +106,7 @@ impl Given {
         Self {
             whole: problem.parts.iter().map(|part| part.runs.clone()).collect(),
             stated: problem.parts.iter().map(|part| part.sigma.clone()).collect(),
+            lost: Vec::new(),
         }
     }
 }
@@ -150,6 +170,7 @@ pub fn prepare(
     options: &Options,
 ) -> Result<Option<Stage>, FitError> {
     let mut noise = Noise::default();
+    let mut scanned = Scanned::new();
     let whole = given.whole.iter().zip(&given.stated);
     for (part, (runs, stated)) in fitted.problem.parts.iter_mut().zip(whole) {
         part.runs.clone_from(runs);
@@ -157,7 +178,9 @@ pub fn prepare(
     }
     fitted = fitted.without(&known.selected(), options)?;
     for round in 0..ROUNDS {
-        let Some(mut stage) = Stage::new(fitted, wanted) else { return Ok(None) };
+        let Some(mut stage) = Stage::again(fitted, wanted, &mut scanned) else {
+            return Ok(None);
+        };
         let structure = stage.structure();
         noise.stretch = stretch(&stage.fitted.problem, noise.memory);
         let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
@@ -181,6 +204,7 @@ pub fn prepare(
         }
         name_levels(&stage, &given.stated, &mut noise);
         name_wild(&stage, &mut noise);
+        name_lost(&given.lost, &mut noise);
         stage.noise_found = noise;
         return Ok(Some(stage));
     }
@@ -188,7 +212,7 @@ pub fn prepare(
 }
 
 /// Samples in a stretch: enough stretches over all runs, each of several correlation times.
-fn stretch(problem: &Problem, memory: f64) -> usize {
+pub(super) fn stretch(problem: &Problem, memory: f64) -> usize {
     let runs = problem.parts.iter().flat_map(|part| &part.runs);
     let samples: usize = runs.map(|run| run.record.len()).sum();
     let time = if memory > 0.0 { -1.0 / memory.ln() } else { 0.0 };
@@ -241,13 +265,27 @@ fn name_levels(stage: &Stage, stated: &[Vec<f64>], noise: &mut Noise) {
 }
 
 /// Whether an effect patches the noise level of a measurand.
-fn patches_level(candidate: &Candidate, part: &Part, measurand: usize) -> bool {
+pub(super) fn patches_level(candidate: &Candidate, part: &Part, measurand: usize) -> bool {
     let one = &part.system.assembly.names.measurands[measurand];
     candidate.selected.effect.patches.iter().any(|line| match &line.target {
         Target::Sigma(name) => *name == one.name,
         Target::EachAngleSigma => matches!(one.kind, MeasurandKind::Angle { .. }),
         _ => false,
     })
+}
+
+/// Names samples that were lost.
+fn name_lost(lost: &[Lost], noise: &mut Noise) {
+    let Some(first) = lost.first() else { return };
+    noise.effects.push(NoiseEffect {
+        name: "lost_samples".to_owned(),
+        selected: None,
+        parameter: "lost_samples.periods".to_owned(),
+        unit: Unit::one(),
+        value: first.periods as f64,
+        sigma: 0.0,
+        ln_p: lost.iter().map(|one| one.ln_p).fold(0.0, f64::min),
+    });
 }
 
 /// Names outliers where there are more wild readings than chance gives.
@@ -296,47 +334,58 @@ fn whiten(stage: &Stage, left: &[Left], unknowns: usize, noise: &mut Noise) -> O
         return Some(fitted);
     }
     if let Some(wild) = trim(&mut fitted.problem, &all) {
-        noise.wild += wild;
+        noise.wild += wild.len();
+        noise.left_out.extend(wild);
         return Some(fitted);
     }
     levels(stage, &mut fitted.problem, &all, unknowns, noise).then_some(fitted)
 }
 
-/// Leaves wild readings out; their number, `None` where there is none.
-fn trim(problem: &mut Problem, all: &[Sequence]) -> Option<usize> {
-    let mut wild = 0;
+/// The median of some numbers, which change their order.
+pub(super) fn median(numbers: &mut [f64]) -> Option<f64> {
+    let middle = numbers.len() / 2;
+    if numbers.is_empty() {
+        return None;
+    }
+    let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median)
+}
+
+/// Leaves wild readings out and lists them; `None` where there is none.
+fn trim(problem: &mut Problem, all: &[Sequence]) -> Option<Vec<LeftOut>> {
+    let mut wild = Vec::new();
     for one in all {
         let mut sizes: Vec<f64> = one.present().map(f64::abs).collect();
-        if sizes.is_empty() {
-            continue;
-        }
-        let middle = sizes.len() / 2;
-        let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-        let limit = TRIM * NORMAL * *median;
+        let Some(median) = median(&mut sizes) else { continue };
+        let limit = TRIM * NORMAL * median;
         let far = sizes.iter().filter(|size| **size > limit).count();
         if far == 0 || far as f64 > MOST_WILD * sizes.len() as f64 {
             continue;
         }
         let part = &mut problem.parts[one.part];
         let slot = part.slots()[one.measurand].clone();
+        let name = part.system.assembly.names.measurands[one.measurand].name.clone();
         let width = if slot.components == 3 { 4 } else { 1 };
         for (run, residuals) in part.runs.iter_mut().zip(&one.runs) {
             if run.record.is_spilled() || !residuals.iter().any(|value| value.abs() > limit) {
                 continue;
             }
+            let far = residuals.iter().enumerate().filter(|(_, value)| value.abs() > limit);
+            let far: Vec<(usize, f64)> = far.map(|(sample, value)| (sample, *value)).collect();
+            wild.extend(far.iter().map(|(sample, value)| LeftOut {
+                run: run.name.clone(),
+                row: run.record.row(*sample),
+                measurand: name.clone(),
+                deviations: *value,
+            }));
             run.record.edit(|samples| {
-                for (sample, value) in residuals.iter().enumerate() {
-                    if value.abs() > limit {
-                        for column in &mut samples.readings[slot.column..slot.column + width] {
-                            column[sample] = f64::NAN;
-                        }
-                        wild += 1;
-                    }
+                for column in &mut samples.readings[slot.column..slot.column + width] {
+                    far.iter().for_each(|(sample, _)| column[*sample] = f64::NAN);
                 }
             });
         }
     }
-    (wild > 0).then_some(wild)
+    (!wild.is_empty()).then_some(wild)
 }
 
 /// Logarithm of the probability of so many wild readings among normal ones.

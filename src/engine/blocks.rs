@@ -41,6 +41,13 @@ pub(super) struct Plan {
     pub(super) size: usize,
 }
 
+impl Plan {
+    /// Appends values after those of the parameters.
+    pub(super) fn give(&mut self, constants: &[f64]) {
+        self.parameters.extend(constants.iter().map(|value| [*value, 0.0, 0.0, 0.0]));
+    }
+}
+
 /// What one thread keeps between blocks.
 #[derive(Debug, Default)]
 pub(super) struct Memory {

@@ -56,18 +56,33 @@ pub struct Signatures {
 impl Signatures {
     /// The signatures of candidates in a campaign of a problem.
     pub fn new(problem: &Problem, part: usize, candidates: &[Candidate<'_>]) -> Self {
+        Self::open(problem, part, candidates, "", true)
+    }
+
+    /// The same with a constant of each candidate left open, by its name in the effect's file: its
+    /// values are given with each pass ([`Problem::gram_at`]). Not `among` the nominal columns, those
+    /// are not computed, and their sums are zero.
+    pub fn open(
+        problem: &Problem,
+        part: usize,
+        candidates: &[Candidate<'_>],
+        open: &str,
+        among: bool,
+    ) -> Self {
         let system = &problem.parts[part].system;
         let directions = problem.programs(part).directions();
-        let mut made = RowsProgram::nodes(&system.assembly, directions, Sweep::Backward);
+        let computed = if among { directions } else { &[] };
+        let mut made = RowsProgram::nodes(&system.assembly, computed, Sweep::Backward);
         let nominal: HashMap<&str, u32> = (0..)
             .zip(&system.assembly.names.parameters)
             .map(|(index, parameter)| (parameter.name.as_str(), index))
             .collect();
         let mut columns = Vec::new();
-        for candidate in candidates {
+        for (number, candidate) in candidates.iter().enumerate() {
             let mut adding = Adding {
                 nominal: &nominal,
                 candidate,
+                open: (open, number),
                 rows: Rows::new(&candidate.system.assembly),
                 import: Import::default(),
             };
@@ -107,6 +122,8 @@ impl Signatures {
 struct Adding<'a> {
     nominal: &'a HashMap<&'a str, u32>,
     candidate: &'a Candidate<'a>,
+    /// The constant that is left open, and the number of the candidate.
+    open: (&'a str, usize),
     rows: Rows,
     import: Import,
 }
@@ -135,7 +152,7 @@ impl Adding<'_> {
 
     /// Adds one column to the rows that hang on it; whether any does.
     fn append(&mut self, number: usize, found: &[Derivatives], made: &mut RowNodes) -> bool {
-        let (system, nominal) = (self.candidate.system, self.nominal);
+        let (system, nominal, (open, candidate)) = (self.candidate.system, self.nominal, self.open);
         let names = &system.assembly.names.parameters;
         // Switched off: what is free is zero, constants and members of families are what they are.
         let mut off = |graph: &mut Graph, leaf| match leaf {
@@ -144,6 +161,10 @@ impl Adding<'_> {
                 let index = parameter as usize;
                 if let Some(parameter) = nominal.get(names[index].name.as_str()) {
                     return graph.leaf(Leaf::Parameter { parameter: *parameter, component });
+                }
+                if system.declared[index].local == open {
+                    let parameter = (nominal.len() + candidate) as u32;
+                    return graph.leaf(Leaf::Parameter { parameter, component });
                 }
                 let setting = &system.settings[index];
                 let stated = setting.fixed.then_some(setting.value.as_ref()).flatten();
@@ -172,10 +193,26 @@ impl Problem {
     /// The Gram sums of every run of a campaign at a point, the signatures' columns among them: first
     /// the columns that the run touches, then the signatures', last the residual.
     pub fn gram_with(&self, signatures: &Signatures, point: &Point) -> Vec<RunGram> {
+        self.gram_at(signatures, point, &[])
+    }
+
+    /// The same with values for the constants that the signatures leave open, one a candidate.
+    pub fn gram_at(
+        &self,
+        signatures: &Signatures,
+        point: &Point,
+        constants: &[f64],
+    ) -> Vec<RunGram> {
         let part = signatures.part;
         let more = signatures.columns.len();
         let runs = self.parts[part].runs.len();
-        let plans: Vec<_> = (0..runs).map(|run| self.plan(part, run, point, more)).collect();
+        let plans: Vec<_> = (0..runs)
+            .map(|run| {
+                let mut plan = self.plan(part, run, point, more);
+                plan.give(constants);
+                plan
+            })
+            .collect();
         let mut sums: Vec<RunGram> = plans.iter().map(|plan| RunGram::empty(plan.size)).collect();
         self.in_order(
             |block| block.part == part,

@@ -8,7 +8,7 @@ use crate::diagnose::hidden::Hidden;
 use crate::diagnose::search::Adopted;
 use crate::diagnose::structure::Of;
 use crate::diagnose::verdict::{Location, Ranked};
-use crate::diagnose::whiten::NoiseEffect;
+use crate::diagnose::whiten::{Noise, NoiseEffect};
 use crate::estimate::calibrate::Estimate;
 use crate::report::json::{estimate, number, unobservable};
 
@@ -37,8 +37,51 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         "suspected": diagnosis.suspected,
         "gap": diagnosis.gap.as_ref().map(gap),
         "hidden": diagnosis.hidden.iter().map(hidden).collect::<Vec<_>>(),
+        "left_out": left_out(diagnosis),
         "unobservable": unobservable(&diagnosis.nominal.unobservable),
     })
+}
+
+/// Readings that are left out, by row, and the delays with and without them.
+fn left_out(diagnosis: &Diagnosis) -> Value {
+    let wild = last_noise(diagnosis).into_iter().flat_map(|noise| &noise.left_out);
+    let wild = wild.map(|one| {
+        json!({
+            "run": one.run,
+            "row": one.row,
+            "measurand": one.measurand,
+            "deviations": number(Some(one.deviations)),
+        })
+    });
+    let lost = diagnosis.lost.iter().map(|one| {
+        json!({
+            "run": one.name,
+            "first_row": one.rows.0,
+            "last_row": one.rows.1,
+            "periods": one.periods,
+            "ln_p": number(Some(one.ln_p)),
+        })
+    });
+    let delays = diagnosis.delays.iter().map(|one| {
+        json!({
+            "name": one.name,
+            "of": one.of,
+            "with": number(Some(one.with)),
+            "without": number(Some(one.without)),
+            "sigma": number(one.sigma),
+        })
+    });
+    json!({
+        "readings": wild.collect::<Vec<_>>(),
+        "lost": lost.collect::<Vec<_>>(),
+        "delays": delays.collect::<Vec<_>>(),
+    })
+}
+
+/// The noise with everything in the model that was adopted.
+pub(crate) fn last_noise(diagnosis: &Diagnosis) -> Option<&Noise> {
+    let stages = &diagnosis.search.as_ref()?.stages;
+    stages.last().map(|stage| &stage.noise_found)
 }
 
 /// The estimates that belong to an effect.

@@ -2,15 +2,18 @@
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::gap::Gap;
+use crate::diagnose::lost::Lost;
 use crate::diagnose::verdict::Verdict;
-use crate::diagnose::whiten::Noise;
-use crate::report::diagnosis::estimates_of;
+use crate::diagnose::whiten::{LeftOut, Noise};
+use crate::report::diagnosis::{estimates_of, last_noise};
 use crate::report::figure;
 use crate::report::text::{drawn, residual_unit, table, trouble, unit_of};
 use crate::units::{Dimension, Unit};
 
 /// Candidates shown unless another number is asked for.
 const TOP: usize = 8;
+/// Readings left out that are shown.
+const SHOWN: usize = 5;
 
 /// The result of `diagnose`, at most `top` candidates.
 pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
@@ -57,7 +60,7 @@ fn listed(line: &str, header: [&str; 2], rows: Vec<[&str; 2]>) -> String {
 /// The noise as it was found.
 fn noise(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
-    for one in &diagnosis.noise {
+    for one in diagnosis.noise.iter().filter(|one| one.name != "lost_samples") {
         let figure = figure::measured(one.value, one.sigma, &one.unit);
         text.push_str(&format!("\n{}\n  {} = {figure}\n", one.name, one.parameter));
     }
@@ -67,9 +70,7 @@ fn noise(diagnosis: &Diagnosis) -> String {
             "`{measurand}` scatters {factor:.2} times as much as stated; that is used.\n"
         ));
     }
-    if found.wild > 0 {
-        text.push_str(&format!("{} wild readings are left out.\n", found.wild));
-    }
+    text.push_str(&left_out(diagnosis, found));
     if found.memory > 0.0 {
         text.push_str(&format!(
             "Readings next to each other are alike (correlation {:.2}): what is left has a memory.\n",
@@ -79,10 +80,40 @@ fn noise(diagnosis: &Diagnosis) -> String {
     text
 }
 
-/// The noise with everything in the model that was adopted.
-fn last_noise(diagnosis: &Diagnosis) -> Option<&Noise> {
-    let stages = &diagnosis.search.as_ref()?.stages;
-    stages.last().map(|stage| &stage.noise_found)
+/// What is left out, by row, and what that does to the delays.
+fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
+    let mut text = String::new();
+    for one in &diagnosis.lost {
+        let (Lost { name, rows: (first, last), periods, .. }, side) =
+            (one, if one.periods > 0 { "later" } else { "earlier" });
+        let plural = if periods.abs() == 1 { "" } else { "s" };
+        text.push_str(&format!(
+            "Rows {first} to {last} of run `{name}` belong {} sample{plural} {side}; they are left out.\n",
+            periods.abs()
+        ));
+    }
+    if found.wild > 0 {
+        text.push_str(&format!("{} wild readings are left out:", found.wild));
+        for one in found.left_out.iter().take(SHOWN) {
+            let LeftOut { run, row, measurand, deviations } = one;
+            text.push_str(&format!(
+                "\n  `{measurand}` in row {row} of run `{run}` ({deviations:.0} deviations)"
+            ));
+        }
+        let more = found.left_out.len().saturating_sub(SHOWN);
+        text.push_str(if more > 0 { "\n  ... all with `--format json`\n" } else { "\n" });
+    }
+    let second = Unit::coherent(Dimension::TIME);
+    let mut rows = table(&["nominal delay", "with all readings", "without those left out"]);
+    for one in &diagnosis.delays {
+        let of = one.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
+        let figure = |value| figure::value(value, one.sigma, &second);
+        rows.add_row([format!("{}{of}", one.name), figure(one.with), figure(one.without)]);
+    }
+    if !diagnosis.delays.is_empty() {
+        text.push_str(&drawn(&rows));
+    }
+    text
 }
 
 /// The named effects with their values and what cannot be told from them.

@@ -157,7 +157,10 @@ impl Design {
         let (candidate, entry) = (&self.ways[way], &self.evidence.entries[way]);
         let drawn = DVector::from_iterator(
             entry.owners.len(),
-            entry.owners.iter().map(|owner| typical(candidate, &owner.parameter) * chance()),
+            entry
+                .owners
+                .iter()
+                .map(|owner| candidate.typical(&owner.parameter).unwrap_or(1.0) * chance()),
         );
         let signature = &entry.lengths * &drawn;
         let length = signature.norm();
@@ -322,14 +325,4 @@ fn causes(
         causes.push(Cause { name: way.name.clone(), names, in_library, ways: vec![number] });
     }
     causes
-}
-
-/// The usual size of a parameter.
-fn typical(candidate: &Candidate, parameter: &str) -> f64 {
-    let declared = candidate.systems.iter().flatten().find_map(|system| {
-        let names = &system.assembly.names.parameters;
-        let index = names.iter().position(|one| one.name == parameter)?;
-        system.settings[index].typical
-    });
-    declared.unwrap_or(1.0)
 }

@@ -1,0 +1,74 @@
+//! `homepoint power`: what a campaign can see, before there are any data.
+
+use clap::Args;
+use serde_json::json;
+
+use super::arguments::{CampaignArguments, Format};
+use super::calibrate::{estimate, verdict};
+use super::{Failure, load, output, render};
+use crate::diagnose::candidates::Wanted;
+use crate::diagnose::power::power;
+use crate::diagnostic::Diagnostic;
+use crate::engine::{Point, Problem};
+use crate::report;
+
+#[derive(Debug, Args)]
+pub(super) struct PowerCommand {
+    #[command(flatten)]
+    common: CampaignArguments,
+    /// Leave an effect out of the library (repeat for more)
+    #[arg(long = "without", value_name = "EFFECT")]
+    without: Vec<String>,
+    /// Look at this effect alone (repeat for more)
+    #[arg(long = "only", value_name = "EFFECT")]
+    only: Vec<String>,
+}
+
+impl PowerCommand {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        let loaded = load::load(&self.common)?;
+        load::refuse_correlated(&loaded.problem)?;
+        for name in self.without.iter().chain(&self.only) {
+            for recipe in &loaded.recipes {
+                recipe.library.effect(name)?;
+            }
+        }
+        let wanted = Wanted::new(&self.only, &self.without);
+        let point = self.point(&loaded.problem)?;
+        let found = power(loaded.problem, loaded.recipes, point, &wanted)
+            .map_err(|error| Failure::Could(error.to_string()))?;
+        match self.common.format {
+            Format::Json => {
+                let mut value = json!({ "campaigns": loaded.about });
+                load::merge(&mut value, report::power::json(&found));
+                output::json(&value)?;
+            }
+            Format::Text => output::text(&report::power_text::text(&loaded.title, &found))?,
+        }
+        verdict(&found.nominal)
+    }
+
+    /// Where the design stands: at a fit of its readings, else at what is stated.
+    fn point(&self, problem: &Problem) -> Result<Point, Failure> {
+        if problem.reading_count() > 0 {
+            let fitted = estimate(problem.clone())?;
+            if fitted.is_sound() {
+                return Ok(fitted.fit.point);
+            }
+        }
+        let silent = |instance: &&crate::engine::layout::Instance| {
+            let setting = &instance.setting;
+            setting.value.is_none() && setting.start.is_none() && instance.dimension() > 1
+        };
+        let mut names: Vec<&str> =
+            problem.layout.instances.iter().filter(silent).map(|one| one.name.as_str()).collect();
+        names.dedup();
+        if !names.is_empty() && !self.common.quiet {
+            let message =
+                format!("nobody says where `{}` stand: they are taken as zero", names.join("`, `"));
+            let help = "state them: what a campaign can see depends on where things are, as in position = { value = [\"2 m\", \"0 m\", \"0.5 m\"] }";
+            render::all(&[Diagnostic::warning(message).help(help)]);
+        }
+        Ok(Point::stated(&problem.layout))
+    }
+}

@@ -1,0 +1,293 @@
+//! Power: what a campaign can see, confuse or not see, from its design alone.
+//!
+//! For each effect of the library the size that is declared, and the size that is told from all other
+//! effects, with probability [`sight::CAUGHT`] at the search's own levels (at most
+//! [`super::search::FALSE_ALARMS`] false alarms in all); the shift of each delay that an effect of the
+//! detectable size causes while nobody knows of it; and what would help. All of it follows from one pass
+//! over the design: the noncentrality of the test that will be made is the squared length of the effect's
+//! signature (Cox and Hinkley, *Theoretical Statistics*, 9.3).
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`mod@design`] | predicted readings instead of recorded ones |
+//! | [`detection`] | how often a signature of some length passes the test |
+//! | [`mod@sight`] | sizes, from the columns of one pass |
+//! | [`noise`] | the same for effects on the noise |
+//! | [`remedies`] | what would be added to a campaign, tried |
+//! | [`words`] | a sentence for each row |
+//!
+//! It is linear: sizes far beyond the typical ones are extrapolated. Structure outside the library has no
+//! size and is not in it.
+
+pub mod design;
+pub mod detection;
+pub mod noise;
+pub mod remedies;
+pub mod sight;
+pub mod words;
+
+use std::collections::BTreeMap;
+
+use crate::engine::open::Recipe;
+use crate::engine::{Point, Problem};
+use crate::estimate::batch::FitError;
+use crate::estimate::calibrate::{Calibration, finish};
+use crate::units::Unit;
+
+use super::candidates::Wanted;
+use super::search::level;
+use super::stage::Stage;
+use super::verdict::{acts_as, why_silent};
+use super::whiten::stretch;
+use detection::bar;
+use remedies::{Remedy, remedies};
+use sight::{Sight, Way, shift, sight};
+
+/// An effect that is seen only beyond so many times its usual size does not act.
+const BEYOND: f64 = 1e4;
+
+/// What a campaign makes of an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum State {
+    /// It is seen, and told from others if it is large enough.
+    Visible,
+    /// It is seen, but others do the same.
+    Alias,
+    /// Nominal parameters take it up.
+    Absorbed,
+    /// It changes no reading, or needs what is not there.
+    NotTestable,
+}
+
+impl State {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Visible => "visible",
+            Self::Alias => "alias",
+            Self::Absorbed => "absorbed",
+            Self::NotTestable => "not_testable",
+        }
+    }
+}
+
+/// One effect of the library before a campaign.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The effect, with its head.
+    pub name: String,
+    /// What the campaign makes of it.
+    pub state: State,
+    /// Unit in which sizes are read; that of the effect's first parameter.
+    pub unit: Unit,
+    /// The usual size (SI).
+    pub typical: Option<f64>,
+    /// The size that is declared (SI).
+    pub detectable: Option<f64>,
+    /// The size that is told from other effects (SI).
+    pub identifiable: Option<f64>,
+    /// Effects that do the same or nearly so; of an absorbed one the parameters that take it up.
+    pub with: Vec<String>,
+    /// The detectable size of each member of a family.
+    pub members: Vec<(BTreeMap<String, f64>, f64)>,
+    /// The largest shift of each delay (s) by an effect of the detectable size that nobody knows of.
+    pub shifts: Vec<(String, f64)>,
+    /// A sentence to act on.
+    pub words: String,
+}
+
+/// How well a delay will be known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DelaySigma {
+    /// The measurand.
+    pub measurand: String,
+    /// Its delay's largest standard uncertainty over the scope (s); `None` where it is not determined.
+    pub sigma: Option<f64>,
+}
+
+/// The table.
+#[derive(Clone, Debug)]
+pub struct Power {
+    /// What a fit of the design would say.
+    pub nominal: Calibration,
+    /// One row for each effect: visible ones first.
+    pub rows: Vec<Row>,
+    /// One for each measurand.
+    pub delays: Vec<DelaySigma>,
+}
+
+/// What campaigns can see, with their parameters at a point.
+///
+/// # Errors
+/// [`FitError`] if sums do not fit their blocks.
+pub fn power(
+    problem: Problem,
+    recipes: Vec<Recipe>,
+    point: Point,
+    wanted: &Wanted,
+) -> Result<Power, FitError> {
+    let fitted = design::design(recipes, problem, point);
+    let nominal = finish(fitted.problem.clone(), fitted.fit.clone(), Vec::new(), Vec::new())?;
+    let delays = delays(&nominal);
+    let mut power = Power { nominal, rows: Vec::new(), delays };
+    if !power.nominal.is_sound() {
+        return Ok(power);
+    }
+    let Some(stage) = design::stage(fitted, wanted) else { return Ok(power) };
+    let mut rows = rows(&stage);
+    let open = |row: &Row| matches!(row.state, State::Alias | State::Absorbed | State::NotTestable);
+    let tried = if rows.iter().any(open) { remedies(&stage.fitted) } else { Vec::new() };
+    let tried: Vec<(Remedy, Vec<Row>)> = tried
+        .into_iter()
+        .filter_map(|(remedy, fitted)| Some((remedy, self::rows(&design::stage(fitted, wanted)?))))
+        .collect();
+    for row in &mut rows {
+        row.words = words::words(row, &stage, &tried);
+    }
+    power.rows = rows;
+    Ok(power)
+}
+
+/// The library's rows before a design, without words.
+fn rows(stage: &Stage) -> Vec<Row> {
+    let names: Vec<&str> = {
+        let mut names: Vec<&str> = stage.candidates.iter().map(|one| one.name.as_str()).collect();
+        names.dedup();
+        names
+    };
+    let own = stretch(&stage.fitted.problem, 0.0);
+    let runs = stage.fitted.problem.parts.iter().flat_map(|part| &part.runs);
+    let stretches: usize = runs.map(|run| run.record.len().div_ceil(own)).sum();
+    let ways = |wanted: &dyn Fn(&str) -> bool| -> Vec<(usize, Way<'_>)> {
+        let all = stage.candidates.iter().zip(&stage.evidence.entries).enumerate();
+        all.filter(|(_, (candidate, _))| wanted(&candidate.name))
+            .map(|(number, (candidate, entry))| (number, Way { candidate, entry }))
+            .collect()
+    };
+    let mut rows: Vec<Row> = names
+        .iter()
+        .map(|name| {
+            let own = ways(&|other| other == *name);
+            let numbers: Vec<usize> = own.iter().map(|(number, _)| *number).collect();
+            let own: Vec<Way<'_>> = own.into_iter().map(|(_, way)| way).collect();
+            let others: Vec<Way<'_>> = ways(&|other| other != *name)
+                .into_iter()
+                .map(|(_, way)| way)
+                .filter(|way| way.entry.degrees() > 0)
+                .collect();
+            let bar = |degrees| bar(degrees, own.len(), level(names.len()), stretches);
+            let seen = sight(&stage.evidence, &own, &others, bar);
+            row(stage, &numbers, &own, seen)
+        })
+        .collect();
+    rows.extend(noise::rows(stage));
+    let missing = stage.not_testable.iter().filter(|one| !noise::has_detector(&one.name));
+    rows.extend(missing.map(|one| not_testable(&one.name, one.why.clone())));
+    rows.sort_by(|a, b| (a.state as u8, &a.name).cmp(&(b.state as u8, &b.name)));
+    rows
+}
+
+fn not_testable(name: &str, why: String) -> Row {
+    Row {
+        name: name.to_owned(),
+        state: State::NotTestable,
+        unit: Unit::one(),
+        typical: None,
+        detectable: None,
+        identifiable: None,
+        with: Vec::new(),
+        members: Vec::new(),
+        shifts: Vec::new(),
+        words: why,
+    }
+}
+
+fn row(stage: &Stage, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Row {
+    let Some((way, number)) = ways.first().zip(numbers.first()) else {
+        return not_testable("", String::new());
+    };
+    let name = &way.candidate.name;
+    let Some(owner) = way.entry.owners.first().filter(|_| ways.iter().any(|w| w.entry.acts()))
+    else {
+        return not_testable(name, why_silent(stage, *number));
+    };
+    if ways.iter().any(|way| !way.entry.finite) {
+        let why = "the recordings do not hold an input that it acts on".to_owned();
+        return not_testable(name, why);
+    }
+    let absorbed = ways.iter().all(|way| way.entry.degrees() == 0);
+    let typical = way.candidate.typical(&owner.parameter);
+    if let Some((size, typical)) =
+        seen.detectable.zip(typical).filter(|(size, typical)| *size > BEYOND * typical)
+    {
+        let times = (size / typical).log10().floor();
+        let why = format!(
+            "these runs hardly make it act: it would have to be 1e{times} times its usual size"
+        );
+        return not_testable(name, why);
+    }
+    let state = match (absorbed, seen.detectable, seen.identifiable) {
+        (true, ..) | (_, None, _) => State::Absorbed,
+        (_, _, None) => State::Alias,
+        _ => State::Visible,
+    };
+    let with = if absorbed {
+        acts_as(stage, *number).split(", ").map(str::to_owned).collect()
+    } else {
+        seen.with
+    };
+    let size = seen.detectable.unwrap_or(0.0);
+    let shifts = delay_rows(stage)
+        .into_iter()
+        .map(|(delay, row)| {
+            let largest = ways.iter().map(|way| size * shift(*way, &row)).fold(0.0, f64::max);
+            (delay, largest)
+        })
+        .filter(|_| seen.detectable.is_some())
+        .collect();
+    Row {
+        name: name.clone(),
+        state,
+        unit: way.candidate.unit(&owner.parameter),
+        typical,
+        detectable: seen.detectable,
+        identifiable: seen.identifiable,
+        with,
+        members: seen.members,
+        shifts,
+        words: String::new(),
+    }
+}
+
+/// Each free delay with its columns and their coefficients.
+fn delay_rows(stage: &Stage) -> Vec<(String, Vec<(usize, f64)>)> {
+    let layout = &stage.fitted.problem.layout;
+    let delays = layout.instances.iter().enumerate();
+    let delays = delays.filter(|(_, instance)| instance.name.ends_with(".delay"));
+    let rows = delays.map(|(index, instance)| {
+        let of = instance.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
+        (format!("{}{of}", instance.name), layout.columns_of(index, 0))
+    });
+    rows.filter(|(_, row)| !row.is_empty()).collect()
+}
+
+/// The standard uncertainty of each measurand's delay, the largest where there are several.
+fn delays(nominal: &Calibration) -> Vec<DelaySigma> {
+    let estimates = nominal.estimates();
+    let mut found: Vec<DelaySigma> = Vec::new();
+    for part in &nominal.problem.parts {
+        let names = &part.system.assembly.names;
+        for (parameter, declared) in names.parameters.iter().zip(&part.system.declared) {
+            for measurand in &declared.delay_of {
+                let own = || estimates.iter().filter(|one| one.name == parameter.name);
+                let known = own().all(|one| one.sigma.is_some());
+                let most = own().filter_map(|one| one.sigma).fold(0.0, f64::max);
+                let measurand = names.measurands[*measurand].name.clone();
+                if !found.iter().any(|one| one.measurand == measurand) {
+                    found.push(DelaySigma { measurand, sigma: known.then_some(most) });
+                }
+            }
+        }
+    }
+    found
+}

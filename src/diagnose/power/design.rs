@@ -1,0 +1,76 @@
+//! A campaign as a design: the readings that its model predicts, without noise, and what a fit to them
+//! would say. Nothing is fitted; readings that were recorded say only which of them there are.
+
+use std::convert::Infallible;
+
+use crate::diagnose::candidates::{Wanted, offer};
+use crate::diagnose::evidence::Evidence;
+use crate::diagnose::score::score;
+use crate::diagnose::stage::{Fitted, Stage};
+use crate::diagnose::whiten::Noise;
+use crate::engine::gram::LeastSquares;
+use crate::engine::open::Recipe;
+use crate::engine::simulate::draw_run;
+use crate::engine::{Point, Problem};
+use crate::estimate::batch::{Fit, Outcome};
+
+/// Campaigns with the readings that are predicted at a point, as if just fitted. Runs that are not
+/// measured yet have every reading; others those that were recorded. Noise levels that nobody states are
+/// the usual ones.
+pub fn design(recipes: Vec<Recipe>, mut problem: Problem, point: Point) -> Fitted {
+    for part in &mut problem.parts {
+        for (sigma, random) in part.random_sigma.iter_mut().zip(&part.system.randoms) {
+            if *sigma == 0.0 {
+                *sigma = random.sigma.or(random.typical).unwrap_or(0.0);
+            }
+        }
+    }
+    let mut silent = problem.clone();
+    for part in &mut silent.parts {
+        part.sigma.fill(0.0);
+        part.random_sigma.fill(0.0);
+    }
+    for p in 0..problem.parts.len() {
+        for r in 0..problem.parts[p].runs.len() {
+            let planned = problem.parts[p].present_in(r).iter().all(|count| *count == 0);
+            let mut columns: Vec<Vec<f64>> = Vec::new();
+            let Ok(()) = draw_run(&silent, (p, r), &point, 1, planned, &mut |_, drawn| {
+                columns.resize(drawn.len(), Vec::new());
+                columns.iter_mut().zip(drawn).for_each(|(all, drawn)| all.extend(drawn));
+                Ok::<_, Infallible>(())
+            });
+            problem.parts[p].runs[r].record.edit(|samples| samples.readings = columns);
+        }
+    }
+    let mut problem = Problem::new(problem.parts);
+    problem.reweight(&point);
+    let (normal, cost) = (problem.normal(&point), problem.cost(&point));
+    let outcome = if cost.is_finite() { Outcome::Converged } else { Outcome::NotFinite };
+    let fit = Fit { point, cost, normal, iterations: 0, evaluations: 0, remaining: 0.0, outcome };
+    Fitted { recipes, problem, fit }
+}
+
+/// The library before a design: every effect at every head with every member of its families, and no
+/// unknown structure. `None` where the model's own parameters are not determined.
+pub fn stage(fitted: Fitted, wanted: &Wanted) -> Option<Stage> {
+    let offer = offer(&fitted.recipes, wanted);
+    let all: Vec<_> = offer.effects.iter().collect();
+    let evidence = Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, &all)?;
+    let candidates = offer.effects;
+    let like = |n: usize| candidates.iter().filter(|one| one.name == candidates[n].name).count();
+    let members: Vec<usize> = (0..candidates.len()).map(like).collect();
+    let scores = evidence.entries.iter().zip(&members).map(|(entry, m)| score(entry, *m)).collect();
+    Some(Stage {
+        effects: candidates.len(),
+        inflation: vec![1.0; candidates.len()],
+        fitted,
+        candidates,
+        members,
+        noise: offer.noise,
+        not_testable: offer.not_testable,
+        evidence,
+        scores,
+        noise_found: Noise::default(),
+        stretches: 0,
+    })
+}

@@ -1,0 +1,214 @@
+//! What a campaign sees of effects on the noise: they show in the scatter and not in the mean.
+//!
+//! Each has a statistic that is normal of variance one without it and has a mean with it: shared errors
+//! `s² √W` with `W = Σ (a_m a_n)²` over pairs of readings of a sample ([`crate::diagnose::jitter`]), a level
+//! `((1 + k)² - 1) √(n / 2)`, memory its correlation times `√n`. Where the mean exceeds the bar by the
+//! quantile of [`CAUGHT`] the effect is declared with that probability.
+
+use crate::diagnose::candidates::Candidate;
+use nalgebra::DVector;
+
+use crate::diagnose::jitter::white_randoms;
+use crate::diagnose::search::level;
+use crate::diagnose::stage::{Fitted, Stage, rebuilt};
+use crate::diagnose::tail::ln_normal;
+use crate::diagnose::whiten::{ln_wild, patches_level};
+use crate::engine::noise::{active_randoms, covariance_of};
+use crate::units::Unit;
+
+use super::detection::{leads, solved};
+use super::sight::{CAUGHT, FAR};
+use super::{Row, State, not_testable};
+
+/// Squared cosine from which on two patterns of scatter are one.
+const SAME: f64 = 0.99;
+
+/// Whether a built-in detector looks for an effect that has no form.
+pub fn has_detector(name: &str) -> bool {
+    name == "outliers"
+}
+
+/// The rows of the effects on the noise.
+pub fn rows(stage: &Stage) -> Vec<Row> {
+    let problem = &stage.fitted.problem;
+    let rows: usize = problem.parts.iter().map(|part| part.residual_count()).sum();
+    let level = level(rows + stage.noise.len());
+    let bar =
+        solved(|size| ln_normal(size) <= level) + solved(|z| ln_normal(z) <= (1.0 - CAUGHT).ln());
+    let shared: Vec<Shared<'_>> =
+        stage.noise.iter().filter_map(|one| Shared::new(stage, one)).collect();
+    let mut named: Vec<&str> = Vec::new();
+    let mut rows: Vec<Row> = stage
+        .noise
+        .iter()
+        .filter(|candidate| {
+            let new = !named.contains(&candidate.name.as_str());
+            named.push(&candidate.name);
+            new
+        })
+        .map(|candidate| {
+            if let Some(own) = shared.iter().find(|one| one.candidate.name == candidate.name) {
+                own.row(&shared, bar)
+            } else {
+                scatter(stage, candidate, level).unwrap_or_else(|| {
+                    let why = "the readings of a sample share nothing of it".to_owned();
+                    not_testable(&candidate.name, why)
+                })
+            }
+        })
+        .collect();
+    rows.extend(stage.not_testable.iter().any(|one| one.name == "outliers").then(|| wild(stage)));
+    rows
+}
+
+/// A random quantity that the readings of a sample share.
+struct Shared<'a> {
+    candidate: &'a Candidate,
+    unit: Unit,
+    typical: f64,
+    /// `√W`.
+    strength: f64,
+    products: Vec<f64>,
+}
+
+impl<'a> Shared<'a> {
+    fn new(stage: &'a Stage, candidate: &'a Candidate) -> Option<Self> {
+        let (name, unit) = white_randoms(candidate).into_iter().next()?;
+        let (products, typical) = pattern(stage, candidate, &name)?;
+        let strength = products.iter().map(|one| one * one).sum::<f64>().sqrt();
+        (strength > 0.0).then_some(Self { candidate, unit, typical, strength, products })
+    }
+
+    fn row(&self, others: &[Self], bar: f64) -> Row {
+        let detectable = (bar / self.strength).sqrt();
+        let cosine = |other: &Self| {
+            let sum: f64 = self.products.iter().zip(&other.products).map(|(a, b)| a * b).sum();
+            sum / (self.strength * other.strength)
+        };
+        let mut near: Vec<(&str, f64)> = others
+            .iter()
+            .filter(|other| other.candidate.name != self.candidate.name)
+            .map(|other| (other.candidate.name.as_str(), cosine(other).powi(2).min(1.0)))
+            .collect();
+        near.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let nearest = near.first().map_or(0.0, |(_, square)| *square);
+        let told = solved(|size| {
+            let length = (size * self.typical).powi(2) * self.strength;
+            length >= bar && leads(length * (1.0 - nearest).sqrt(), 1, 1) >= CAUGHT
+        });
+        let told = told * self.typical;
+        let most = FAR * self.typical.max(detectable);
+        let identifiable = (nearest < SAME && told <= most).then_some(told);
+        near.retain(|(_, square)| *square >= if identifiable.is_none() { SAME } else { 0.81 });
+        Row {
+            name: self.candidate.name.clone(),
+            state: if identifiable.is_some() { State::Visible } else { State::Alias },
+            unit: self.unit.clone(),
+            typical: Some(self.typical),
+            detectable: Some(detectable),
+            identifiable,
+            with: near.into_iter().map(|(name, _)| name.to_owned()).collect(),
+            members: Vec::new(),
+            shifts: Vec::new(),
+            words: String::new(),
+        }
+    }
+}
+
+/// `a_m a_n` of the whitened derivatives along a random quantity, for every pair of readings of every
+/// sample, and its usual size.
+fn pattern(stage: &Stage, candidate: &Candidate, name: &str) -> Option<(Vec<f64>, f64)> {
+    let Fitted { problem, fit, .. } = &stage.fitted;
+    let (mut products, mut typical) = (Vec::new(), 1.0);
+    for (p, part) in problem.parts.iter().enumerate() {
+        let Some(system) = &candidate.systems[p] else { continue };
+        let with = rebuilt(part, (**system).clone());
+        let k = with.system.randoms.iter().position(|random| random.name == name)?;
+        typical = with.system.randoms[k].typical.unwrap_or(1.0);
+        if with.system.settings.len() != part.system.settings.len() {
+            return None;
+        }
+        let active = active_randoms(part);
+        let mut memory = Vec::new();
+        for (run, data) in part.runs.iter().enumerate() {
+            let parameters = problem.parameters(p, run, &fit.point);
+            data.record.walk(|stretch| {
+                for sample in stretch.each() {
+                    let made = covariance_of(part, run, sample, &parameters, &active, &mut memory);
+                    let own = covariance_of(&with, run, sample, &parameters, &[k], &mut memory);
+                    let g: DVector<f64> = own.sensitivities.column(0).into_owned();
+                    let Some(factor) = made.covariance.cholesky() else { continue };
+                    let Some(a) = factor.l_dirty().solve_lower_triangular(&g) else { continue };
+                    products.extend(
+                        (0..a.len())
+                            .flat_map(|m| (0..m).map(move |n| (m, n)))
+                            .map(|(m, n)| a[m] * a[n]),
+                    );
+                }
+            });
+        }
+    }
+    Some((products, typical))
+}
+
+/// A level of the noise.
+fn scatter(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Row> {
+    let parameter = candidate.selected.effect.parameters.first()?;
+    let problem = &stage.fitted.problem;
+    let mut readings = 0;
+    for part in &problem.parts {
+        for (measurand, count) in
+            (0..part.runs.len()).flat_map(|r| part.present_in(r).into_iter().enumerate())
+        {
+            if patches_level(candidate, part, measurand) {
+                readings = readings.max(count * part.runs.len());
+            }
+        }
+    }
+    if readings == 0 {
+        return None;
+    }
+    // Levels are looked for above and below one.
+    let level = level - std::f64::consts::LN_2;
+    let z =
+        solved(|size| ln_normal(size) <= level) + solved(|z| ln_normal(z) <= (1.0 - CAUGHT).ln());
+    let size = (1.0 + z * (2.0 / readings as f64).sqrt()).sqrt() - 1.0;
+    Some(Row {
+        name: candidate.name.clone(),
+        state: State::Visible,
+        unit: parameter.unit.clone(),
+        typical: parameter.setting.typical,
+        detectable: Some(size),
+        identifiable: Some(size),
+        with: Vec::new(),
+        members: Vec::new(),
+        shifts: Vec::new(),
+        words: String::new(),
+    })
+}
+
+/// Wild readings.
+fn wild(stage: &Stage) -> Row {
+    let readings = stage.fitted.problem.reading_count();
+    let level = level(stage.noise.len() + 1);
+    let least = (1..=readings).find(|count| ln_wild(*count, readings) <= level);
+    // Poisson: so many are there with the probability asked for if their mean is that much larger.
+    let mean = least.map(|count| {
+        let count = count as f64;
+        let z = solved(|z| ln_normal(z) <= (1.0 - CAUGHT).ln());
+        (0.5 * z + (0.25 * z * z + count).sqrt()).powi(2)
+    });
+    let share = mean.map(|mean| mean / readings as f64);
+    Row {
+        name: "outliers".to_owned(),
+        state: if share.is_some() { State::Visible } else { State::NotTestable },
+        unit: Unit::one(),
+        typical: Some(0.01),
+        detectable: share,
+        identifiable: share,
+        with: Vec::new(),
+        members: Vec::new(),
+        shifts: Vec::new(),
+        words: String::new(),
+    }
+}

@@ -1,0 +1,238 @@
+//! What could be added to a campaign, tried one at a time on the design: a run of opposite sense, at
+//! another rate, with ramps, with a signal that stood still; another setup; a stated length.
+//!
+//! Whether one of them helps an effect is not a rule of thumb but the same computation with it added.
+
+use crate::campaign::{Run, Samples, Track};
+use crate::diagnose::stage::{Fitted, carried};
+use crate::engine::{Point, Problem};
+use crate::graph::{Kind, Scope};
+use crate::quaternion::Quaternion;
+use crate::units::Dimension;
+
+use super::design::design;
+
+/// Swings of a run with ramps.
+const SWINGS: f64 = 4.0;
+/// Rate of the slower run over that of the one it is made from.
+const SLOWER: f64 = 0.4;
+/// Rate of a signal that stood still (rad/s or its unit a second): 20 degrees a second.
+const TURNING: f64 = 0.35;
+/// Standard uncertainty of a length that is stated (m).
+const LENGTH: f64 = 2e-6;
+
+/// Something to be added.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remedy {
+    /// `a run of opposite sense`.
+    pub words: String,
+}
+
+/// Designs with one thing more each, the cheapest first.
+pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
+    let mut all = Vec::new();
+    let Some(Template { part, run, signal, senses }) = template(&fitted.problem) else {
+        return all;
+    };
+    let mut add = |words: &str, change: &dyn Fn(&mut Problem)| {
+        let mut problem = fitted.problem.clone();
+        change(&mut problem);
+        let problem = Problem::new(problem.parts);
+        let point = with_setups(&fitted.problem, &fitted.fit.point, &problem);
+        let made = design(fitted.recipes.clone(), problem, point);
+        all.push((Remedy { words: words.to_owned() }, made));
+    };
+    let more = |problem: &mut Problem, motion: &dyn Fn(f64, [f64; 3], [f64; 3]) -> [f64; 3]| {
+        let mut run: Run = problem.parts[part].runs[run].clone();
+        run.name = "one_run_more".to_owned();
+        run.record.edit(|samples| moved(samples, signal, motion));
+        problem.parts[part].runs.push(run);
+    };
+    if senses < 2 {
+        add("a run of opposite sense", &|problem| {
+            more(problem, &|_, first, now| [2.0 * first[0] - now[0], -now[1], -now[2]]);
+        });
+    }
+    add("a slower run", &|problem| {
+        more(problem, &|_, first, now| {
+            [first[0] + SLOWER * (now[0] - first[0]), SLOWER * now[1], SLOWER * now[2]]
+        });
+    });
+    add("a run whose rate swings", &|problem| {
+        more(problem, &|share, first, now| {
+            // The rate goes as the sine of the phase; `now` gives time by its own mean rate.
+            let phase = std::f64::consts::TAU * SWINGS * share;
+            let time = if first[1] == 0.0 { 0.0 } else { (now[0] - first[0]) / first[1] };
+            let turn =
+                if share > 0.0 { std::f64::consts::TAU * SWINGS * share / time } else { 0.0 };
+            let angle = if turn > 0.0 { first[1] / turn * (1.0 - phase.cos()) } else { 0.0 };
+            [first[0] + angle, first[1] * phase.sin(), first[1] * turn * phase.cos()]
+        });
+    });
+    let names = &fitted.problem.parts[part].system.assembly.names;
+    for (input, declared) in names.inputs.iter().enumerate() {
+        if declared.signal && stands_still(&fitted.problem, part, input) {
+            add(&format!("a run in which `{}` moves", declared.name), &|problem| {
+                let mut run: Run = problem.parts[part].runs[run].clone();
+                run.name = "one_run_more".to_owned();
+                run.record.edit(|samples| {
+                    let start = samples.run_time.clone();
+                    let first = at(samples, input, 0);
+                    let value = start.iter().map(|time| first[0] + TURNING * time).collect();
+                    let rate = Some(vec![TURNING; start.len()]);
+                    let acceleration = Some(vec![0.0; start.len()]);
+                    samples.inputs[input] = Track::Captured { value, rate, acceleration };
+                    forget(samples);
+                });
+                problem.parts[part].runs.push(run);
+            });
+        }
+    }
+    let settings = &fitted.problem.parts[part].system.settings;
+    if settings.iter().any(|setting| setting.scope == Scope::Setup && !setting.fixed) {
+        add("another setup", &|problem| {
+            let part = &mut problem.parts[part];
+            let setup = part.runs[run].setup;
+            part.setups.push(NEW.to_owned());
+            let mut again: Vec<Run> =
+                part.runs.iter().filter(|run| run.setup == setup).cloned().collect();
+            for run in &mut again {
+                run.name = format!("{}_again", run.name);
+                run.setup = part.setups.len() - 1;
+                run.record.edit(forget);
+            }
+            part.runs.append(&mut again);
+        });
+    }
+    for (index, (parameter, setting)) in names.parameters.iter().zip(settings).enumerate() {
+        let own = fitted.problem.parts[part].system.declared[index].effect.is_none();
+        let length =
+            parameter.kind == Kind::Scalar && parameter.unit.dimension == Dimension::LENGTH;
+        if own && length && !setting.fixed && setting.sigma.is_none() {
+            let words = format!("a calibrated `{}` (to {:.0} µm)", parameter.name, 1e6 * LENGTH);
+            let instance = fitted.problem.layout.instance_in(part, run, index);
+            let value = fitted.fit.point.values[instance][0];
+            add(&words, &|problem| {
+                let setting = &mut problem.parts[part].system.settings[index];
+                setting.value = Some(vec![value]);
+                setting.sigma = Some(vec![LENGTH]);
+            });
+        }
+    }
+    all
+}
+
+/// Name of a setup that is added.
+const NEW: &str = "another setup";
+
+/// The run from which further ones are made: the one that moves fastest.
+struct Template {
+    part: usize,
+    run: usize,
+    signal: usize,
+    /// Senses in which the signal moves, over all runs.
+    senses: usize,
+}
+
+fn template(problem: &Problem) -> Option<Template> {
+    let mut best: Option<(f64, Template)> = None;
+    for (p, part) in problem.parts.iter().enumerate() {
+        let inputs = &part.system.assembly.names.inputs;
+        for (input, _) in inputs.iter().enumerate().filter(|(_, input)| input.signal) {
+            let rates: Vec<f64> = part.runs.iter().map(|run| mean_rate(run, input)).collect();
+            let senses = [1.0, -1.0].iter().filter(|sense| rates.iter().any(|r| r * **sense > 0.0));
+            let senses = senses.count();
+            for (run, rate) in rates.iter().enumerate() {
+                let faster = best.as_ref().is_none_or(|(most, _)| rate.abs() > *most);
+                if rate.is_finite() && *rate != 0.0 && faster {
+                    best = Some((rate.abs(), Template { part: p, run, signal: input, senses }));
+                }
+            }
+        }
+    }
+    best.map(|(_, template)| template)
+}
+
+fn mean_rate(run: &Run, input: usize) -> f64 {
+    let (mut first, mut last) = (None, None);
+    run.record.walk(|stretch| {
+        for sample in stretch.each() {
+            let value = sample.samples.inputs[input].at(sample.at, sample.time(), 0.0, 0);
+            first = first.or(Some((sample.time(), value)));
+            last = Some((sample.time(), value));
+        }
+    });
+    match (first, last) {
+        (Some((from, a)), Some((to, b))) if to > from => (b - a) / (to - from),
+        _ => 0.0,
+    }
+}
+
+fn stands_still(problem: &Problem, part: usize, input: usize) -> bool {
+    let runs = &problem.parts[part].runs;
+    let moves = |run: &Run| {
+        let mut moves = false;
+        run.record.walk(|stretch| {
+            for sample in stretch.each() {
+                moves |= sample.samples.inputs[input].at(sample.at, sample.time(), 0.0, 1) != 0.0;
+            }
+        });
+        moves
+    };
+    !runs.iter().any(moves)
+}
+
+/// Value, rate and acceleration of an input.
+fn at(samples: &Samples, input: usize, sample: usize) -> [f64; 3] {
+    [0, 1, 2].map(|order| samples.inputs[input].at(sample, samples.time[sample], 0.0, order))
+}
+
+/// Lets an input move otherwise: `motion` of the share of the run that is over, the state at its start
+/// and the state there.
+fn moved(
+    samples: &mut Samples,
+    input: usize,
+    motion: &dyn Fn(f64, [f64; 3], [f64; 3]) -> [f64; 3],
+) {
+    let count = samples.len();
+    let first = at(samples, input, 0);
+    let states: Vec<[f64; 3]> = (0..count)
+        .map(|sample| motion(sample as f64 / count as f64, first, at(samples, input, sample)))
+        .collect();
+    let column = |order: usize| states.iter().map(|state| state[order]).collect();
+    samples.inputs[input] =
+        Track::Captured { value: column(0), rate: Some(column(1)), acceleration: Some(column(2)) };
+    forget(samples);
+}
+
+/// A run that is not measured yet.
+fn forget(samples: &mut Samples) {
+    samples.readings.iter_mut().for_each(|column| column.fill(f64::NAN));
+}
+
+/// The point with a setup that may have been added: the instrument beside where it stood, turned to the
+/// rig, farther and higher.
+fn with_setups(from: &Problem, point: &Point, to: &Problem) -> Point {
+    let mut made = carried(from, point, to);
+    let turn = Quaternion::turn([0.05, 0.1, 0.6]);
+    for (index, instance) in to.layout.instances.iter().enumerate() {
+        if !instance.of.as_deref().is_some_and(|of| of.ends_with(NEW)) {
+            continue;
+        }
+        let same = |one: &&crate::engine::layout::Instance| one.name == instance.name;
+        let Some(first) = from.layout.instances.iter().position(|one| same(&one)) else { continue };
+        let value = point.values[first];
+        made.values[index] = match instance.kind {
+            Kind::Rotation => {
+                let q = turn * Quaternion { w: value[0], v: [value[1], value[2], value[3]] };
+                [q.w, q.v[0], q.v[1], q.v[2]]
+            }
+            Kind::Vector => {
+                let v = turn.rotate([value[0], value[1], value[2]]);
+                [1.3 * v[0], 1.3 * v[1], 1.3 * v[2] + 0.3, 0.0]
+            }
+            Kind::Scalar => value,
+        };
+    }
+    made
+}

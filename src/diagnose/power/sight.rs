@@ -1,0 +1,240 @@
+//! How well one effect is seen and told from others, from the columns of one pass.
+//!
+//! The *size* of an effect is the length of its parameters together, each weighed by its typical value
+//! and counted in the unit of the first: the amplitude of a cosine and sine pair. A value for each
+//! setup, run or measurand has that size in each of them. Nobody knows the phase: probabilities are
+//! means over directions ([`DIRECTIONS`] random ones, always the same) and over the members of a family.
+//! Directions that nominal parameters take up are left aside.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha12Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::detection::{exceeds, leads, solved};
+use crate::diagnose::candidates::Candidate;
+use crate::diagnose::evidence::{Entry, Evidence};
+
+/// Directions over which probabilities are taken, of effects with more than one value.
+const DIRECTIONS: usize = 48;
+/// Part of the strongest direction's squared length below which a direction is none.
+const NOTHING: f64 = 1e-6;
+/// Probability with which an effect of the stated size is declared, or told from the others.
+pub const CAUGHT: f64 = 0.9;
+/// Sizes beyond so many times the typical and the detectable one are not thought of.
+pub const FAR: f64 = 30.0;
+/// Squared cosine from which on two effects are worth a word.
+const LIKE: f64 = 0.81;
+/// Other explanations looked at in each direction, and named at most: the nearest ones.
+const NEAREST: usize = 4;
+
+/// One way of an effect with its columns.
+#[derive(Clone, Copy, Debug)]
+pub struct Way<'a> {
+    /// The effect.
+    pub candidate: &'a Candidate,
+    /// What a pass says of it.
+    pub entry: &'a Entry,
+}
+
+/// How well an effect is seen.
+#[derive(Clone, Debug, Default)]
+pub struct Sight {
+    /// The size at which it is declared with probability [`CAUGHT`] (SI); `None` if never.
+    pub detectable: Option<f64>,
+    /// The size at which it is declared and leads every other explanation; `None` if never.
+    pub identifiable: Option<f64>,
+    /// Effects that do the same, or nearly so, nearest first.
+    pub with: Vec<String>,
+    /// The detectable size of each member of a family.
+    pub members: Vec<(BTreeMap<String, f64>, f64)>,
+}
+
+/// Directions in the space of an entry's values: for each setup, run and measurand of length one, each
+/// value weighed by its typical size over the first one's.
+pub fn directions(way: Way<'_>) -> Vec<DVector<f64>> {
+    let (scale, groups) = groups(way);
+    let count = if scale.len() > 1 { DIRECTIONS } else { 1 };
+    let contrast = way.candidate.sums_to_zero();
+    let mut generator = ChaCha12Rng::seed_from_u64(1);
+    let mut draw = || {
+        let mut direction =
+            DVector::from_fn(scale.len(), |_, _| StandardNormal.sample(&mut generator));
+        normalise(&mut direction, &groups);
+        if contrast {
+            // Values over one scope sum to zero, parameter by parameter.
+            let mean = direction.mean();
+            direction.add_scalar_mut(-mean);
+            let length = direction.norm() / (groups.len() as f64).sqrt();
+            direction /= if length > 0.0 { length } else { 1.0 };
+        }
+        direction.component_mul(&scale)
+    };
+    // Values that sum to zero may all be zero: drawn again, a few times.
+    (0..count)
+        .filter_map(|_| (0..DIRECTIONS).map(|_| draw()).find(|one| one.norm() > 0.0))
+        .collect()
+}
+
+/// The weight of each value, and the values that belong to one setup, run and measurand.
+pub fn groups(way: Way<'_>) -> (DVector<f64>, Vec<Vec<usize>>) {
+    let typical = |k: usize| way.candidate.typical(&way.entry.owners[k].parameter).unwrap_or(1.0);
+    let count = way.entry.owners.len();
+    let scale = DVector::from_fn(count, |k, _| typical(k) / typical(0));
+    let mut groups: Vec<(_, Vec<usize>)> = Vec::new();
+    for (k, owner) in way.entry.owners.iter().enumerate() {
+        let key = (owner.of.clone(), way.candidate.measurand(&owner.parameter));
+        match groups.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, group)) => group.push(k),
+            None => groups.push((key, vec![k])),
+        }
+    }
+    (scale, groups.into_iter().map(|(_, group)| group).collect())
+}
+
+fn normalise(direction: &mut DVector<f64>, groups: &[Vec<usize>]) {
+    for group in groups {
+        let length = group.iter().map(|k| direction[*k].powi(2)).sum::<f64>().sqrt();
+        group.iter().for_each(|k| direction[*k] /= length);
+    }
+}
+
+/// What a direction of one member does, for size one.
+struct Ray {
+    member: usize,
+    degrees: usize,
+    /// The gain that it must exceed.
+    bar: f64,
+    /// Squared length of its signature.
+    square: f64,
+    /// The nearest other explanations: number, length that they do not follow, degrees.
+    others: Vec<(usize, f64, usize)>,
+}
+
+impl Ray {
+    fn detected(&self, size: f64) -> f64 {
+        exceeds(self.bar, self.degrees, size * size * self.square)
+    }
+
+    fn identified(&self, size: f64) -> f64 {
+        let least = |least: f64, (_, apart, degrees): &(usize, f64, usize)| {
+            least.min(leads(size * apart, self.degrees, *degrees))
+        };
+        self.detected(size) * self.others.iter().take(NEAREST).fold(1.0, least)
+    }
+}
+
+/// How well an effect, given by its `ways`, is seen among others. `bar` is the gain that an entry of so
+/// many degrees must exceed.
+pub fn sight(
+    evidence: &Evidence,
+    ways: &[Way<'_>],
+    others: &[Way<'_>],
+    bar: impl Fn(usize) -> f64,
+) -> Sight {
+    let rays = rays(evidence, ways, others, bar);
+    let mean = |rays: &[&Ray], size: f64, of: fn(&Ray, f64) -> f64| {
+        rays.iter().map(|ray| of(ray, size)).sum::<f64>() / rays.len() as f64
+    };
+    let Some(first) = ways.first() else { return Sight::default() };
+    let typical = first.candidate.typical(&first.entry.owners[0].parameter).unwrap_or(1.0);
+    let caught = |rays: &[&Ray], of: fn(&Ray, f64) -> f64| {
+        let size = typical * solved(|size| mean(rays, size * typical, of) >= CAUGHT);
+        size.is_finite().then_some(size)
+    };
+    let all: Vec<&Ray> = rays.iter().collect();
+    if all.is_empty() {
+        return Sight::default();
+    }
+    let detectable = caught(&all, Ray::detected);
+    let most = FAR * typical.max(detectable.unwrap_or(0.0));
+    let identifiable = caught(&all, Ray::identified).filter(|size| *size <= most);
+    let members = ways.iter().enumerate().filter(|_| ways.len() > 1).filter_map(|(number, way)| {
+        let own: Vec<&Ray> = rays.iter().filter(|ray| ray.member == number).collect();
+        if own.is_empty() {
+            return None;
+        }
+        Some((way.candidate.selected.member.clone(), caught(&own, Ray::detected)?))
+    });
+    let with = alike(&rays, others, identifiable.is_none().then_some(most));
+    Sight { detectable, identifiable, with, members: members.collect() }
+}
+
+fn rays(
+    evidence: &Evidence,
+    ways: &[Way<'_>],
+    others: &[Way<'_>],
+    bar: impl Fn(usize) -> f64,
+) -> Vec<Ray> {
+    let mut rays = Vec::new();
+    for (member, way) in ways.iter().enumerate().filter(|(_, way)| way.entry.degrees() > 0) {
+        let cosines: Vec<DMatrix<f64>> =
+            others.iter().map(|other| evidence.overlap(other.entry, way.entry)).collect();
+        for direction in directions(*way) {
+            let signature = &way.entry.lengths * &direction;
+            let square = signature.norm_squared();
+            let mut apart: Vec<(usize, f64, usize)> = cosines
+                .iter()
+                .enumerate()
+                .map(|(number, cosines)| {
+                    let left = (square - (cosines * &signature).norm_squared()).max(0.0);
+                    (number, left.sqrt(), others[number].entry.degrees())
+                })
+                .collect();
+            apart.sort_by(|a, b| a.1.total_cmp(&b.1));
+            // Many members of a family may be near: of each effect only the nearest.
+            let mut named: Vec<&str> = Vec::new();
+            apart.retain(|(number, ..)| {
+                let name = others[*number].candidate.name.as_str();
+                let new = !named.contains(&name);
+                named.push(name);
+                new
+            });
+            let degrees = way.entry.degrees();
+            rays.push(Ray { member, degrees, bar: bar(degrees), square, others: apart });
+        }
+    }
+    let most = rays.iter().map(|ray| ray.square).fold(0.0, f64::max);
+    rays.retain(|ray| ray.square > NOTHING * most);
+    rays
+}
+
+/// The effects that stand in the way of naming this one, nearest first: those that it cannot be told
+/// from at a size, if one is given, else those that do nearly the same.
+fn alike(rays: &[Ray], others: &[Way<'_>], size: Option<f64>) -> Vec<String> {
+    let mut found: Vec<(&str, f64, f64)> = Vec::new();
+    for ray in rays {
+        for (number, apart, degrees) in &ray.others {
+            let name = others[*number].candidate.name.as_str();
+            let share = apart * apart / ray.square;
+            let told = size.map_or(0.0, |size| leads(size * apart, ray.degrees, *degrees));
+            match found.iter_mut().find(|(known, ..)| *known == name) {
+                Some((_, sum, all)) => {
+                    *sum += share;
+                    *all += told;
+                }
+                None => found.push((name, share, told)),
+            }
+        }
+    }
+    let count = rays.len() as f64;
+    found.retain(|(_, share, told)| match size {
+        Some(_) => told / count < CAUGHT,
+        None => share / count < 1.0 - LIKE,
+    });
+    found.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(b.0)));
+    found.into_iter().map(|(name, ..)| name.to_owned()).take(NEAREST).collect()
+}
+
+/// The largest shift that an effect of size one causes in a nominal combination of columns (`row`: column
+/// and coefficient), whatever its direction.
+pub fn shift(way: Way<'_>, row: &[(usize, f64)]) -> f64 {
+    let (scale, groups) = groups(way);
+    let moves = |k: usize| -> f64 {
+        row.iter().map(|(column, by)| by * way.entry.coupling[(*column, k)]).sum::<f64>() * scale[k]
+    };
+    let length = |group: &Vec<usize>| group.iter().map(|k| moves(*k).powi(2)).sum::<f64>().sqrt();
+    groups.iter().map(length).sum()
+}

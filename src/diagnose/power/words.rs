@@ -1,0 +1,101 @@
+//! A sentence for each row of the table that a person can act on.
+
+use crate::diagnose::stage::Stage;
+
+use super::remedies::Remedy;
+use super::{Row, State};
+
+/// More readings than that are no advice.
+const MOST_TIMES: f64 = 200.0;
+
+/// So many times the readings are simpler than anything else.
+const FEW_TIMES: f64 = 3.0;
+
+/// What to do about an effect; `tried` are designs with one thing more each.
+pub fn words(row: &Row, stage: &Stage, tried: &[(Remedy, Vec<Row>)]) -> String {
+    let visible = |other: &Row| other.state == State::Visible;
+    let seen = |other: &Row| matches!(other.state, State::Visible | State::Alias);
+    let helps = |good: fn(&Row) -> bool| helps(row, tried, good);
+    match row.state {
+        State::NotTestable => match helps(seen) {
+            Some(remedy) => format!("{}; {remedy} would show it", row.words),
+            None => row.words.clone(),
+        },
+        State::Absorbed => {
+            let help = match (helps(visible), helps(seen)) {
+                (Some(remedy), _) => format!("{remedy} would show it"),
+                (None, Some(remedy)) => format!("{remedy} would show it, though not by its name"),
+                (None, None) => "nothing tried here would show it".to_owned(),
+            };
+            format!("it acts as {}; {help}", listed(&row.with))
+        }
+        State::Alias => {
+            let help = match helps(visible) {
+                Some(remedy) => format!("{remedy} separates them"),
+                None => {
+                    "nothing tried here separates them, and either corrects the readings".to_owned()
+                }
+            };
+            format!("it does what {} can do; {help}", listed(&row.with))
+        }
+        State::Visible => of_visible(row, stage, tried),
+    }
+}
+
+/// The first remedy that makes the row of the same effect good.
+fn helps(row: &Row, tried: &[(Remedy, Vec<Row>)], good: impl Fn(&Row) -> bool) -> Option<String> {
+    let same = |other: &Row| other.name == row.name && good(other);
+    let found = tried.iter().find(|(_, rows)| rows.iter().any(same));
+    found.map(|(remedy, _)| remedy.words.clone())
+}
+
+/// `a`, `b` and `c`.
+fn listed(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match quoted.split_last() {
+        None => "others".to_owned(),
+        Some((last, [])) => last.clone(),
+        Some((last, rest)) => format!("{} and {last}", rest.join(", ")),
+    }
+}
+
+fn of_visible(row: &Row, stage: &Stage, tried: &[(Remedy, Vec<Row>)]) -> String {
+    let (Some(seen), Some(told)) = (row.detectable, row.identifiable) else {
+        return String::new();
+    };
+    let Some(typical) = row.typical else { return "it is seen and told from others".to_owned() };
+    let times = |size: f64| (size / typical).powi(2);
+    let readings = stage.fitted.problem.reading_count() as f64;
+    let more = |size: f64| {
+        let times = times(size);
+        (times <= MOST_TIMES)
+            .then(|| format!("{} readings instead of {readings:.0}", round(times * readings)))
+    };
+    if told <= typical {
+        return "a usual one is seen and named".to_owned();
+    }
+    let enough = |other: &Row| other.identifiable.is_some_and(|size| size <= typical);
+    let found = |other: &Row| other.detectable.is_some_and(|size| size <= typical);
+    if seen <= typical {
+        let taken = if row.with.is_empty() {
+            "a usual one is seen, but not always named".to_owned()
+        } else {
+            format!("a usual one is seen, but may be taken for {}", listed(&row.with))
+        };
+        return match helps(row, tried, enough).or_else(|| more(told)) {
+            Some(help) => format!("{taken}; {help} would tell"),
+            None => taken,
+        };
+    }
+    let cheap = more(seen).filter(|_| times(seen) <= FEW_TIMES);
+    match cheap.or_else(|| helps(row, tried, found)).or_else(|| more(seen)) {
+        Some(help) => format!("a usual one goes unseen; {help} would show it"),
+        None => "a usual one goes unseen, and is far too small for such a campaign".to_owned(),
+    }
+}
+
+/// Two significant digits, upwards.
+fn round(number: f64) -> String {
+    let digits = 10_f64.powf(number.log10().floor() - 1.0);
+    format!("{:.0}", (number / digits).ceil() * digits)
+}

@@ -1,0 +1,311 @@
+//! Families over a range (a frequency, a period, a width): which member explains most.
+//!
+//! A line is as narrow as the recordings are long: a fixed grid of members would miss it. So the grid is
+//! made from the signatures themselves: neighbours are so near that their squared cosine is
+//! [`NEIGHBOURS`]. The constant is left open in one compiled program, and each member costs one pass over
+//! the readings for its own columns. What nominal parameters take up only raises a gain, so the
+//! [`BEST`] members by the plain gain are looked at again with that taken off, and polished by golden
+//! section; coupling between values of different runs is left aside. The best is then tested like any
+//! other candidate; every member of the grid is paid for, twice for the polishing.
+
+use nalgebra::linalg::Cholesky;
+use nalgebra::{DMatrix, DVector, Dyn};
+
+use crate::effect::{Effect, Members};
+use crate::engine::gram::RunGram;
+use crate::engine::signatures::{Candidate as Signed, Signatures};
+use crate::estimate::arrow::normal_matrix;
+use crate::graph::Scope;
+use crate::system::{Selected, System};
+
+use super::candidates::{Candidate, join};
+use super::stage::Fitted;
+
+/// Squared cosine between the signatures of neighbours.
+const NEIGHBOURS: f64 = 0.4;
+/// Members that are looked at again.
+const BEST: usize = 40;
+/// Members at most.
+const MOST: usize = 2_000;
+/// Member times sample at most: longer campaigns are scanned more coarsely.
+const MOST_WORK: usize = 20_000_000;
+/// Halvings in search of a step.
+const HALVINGS: usize = 16;
+/// Steps of the golden section.
+const POLISH: usize = 12;
+
+/// What was found before: the family, its best member, and the number of members.
+pub type Scanned = Vec<(String, Candidate, usize)>;
+
+/// The best member of a family, if it is not among those `known`, and the number of members that it was chosen among. `None` where the
+/// effect has not just one range, or its member cannot be left open.
+pub fn scan(
+    fitted: &Fitted,
+    family: &Candidate,
+    known: &mut Scanned,
+) -> Option<(Candidate, usize)> {
+    if let Some((_, candidate, members)) = known.iter().find(|(name, ..)| *name == family.name) {
+        return Some((candidate.clone(), *members));
+    }
+    let effect = &family.selected.effect;
+    let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
+    let Members::Range { from, to } = declared.members else { return None };
+    let scan = Scan::new(fitted, family, name)?;
+    let grid = scan.grid(from, to)?;
+    let plain: Vec<f64> = grid.iter().map(|value| scan.plain_gain(*value)).collect();
+    let mut order: Vec<usize> = (0..grid.len()).collect();
+    order.sort_by(|a, b| plain[*b].total_cmp(&plain[*a]));
+    order.truncate(BEST);
+    let mut gains: Vec<f64> = vec![0.0; grid.len()];
+    order.iter().for_each(|member| gains[*member] = scan.gain(grid[*member]));
+    let best = order.into_iter().max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
+    let low = grid[best.saturating_sub(1)];
+    let high = grid[(best + 1).min(grid.len() - 1)];
+    let value = scan.polished(low, high, (grid[best], gains[best]));
+    let mut selected =
+        Selected { effect: family.selected.effect.clone(), ..family.selected.clone() };
+    selected.member.insert(name.clone(), value);
+    let mut found = Vec::new();
+    for (campaign, recipe) in fitted.recipes.iter().enumerate() {
+        if let Ok(system) = recipe.with(std::slice::from_ref(&selected)) {
+            join(&mut found, (campaign, fitted.recipes.len()), selected.clone(), None, system);
+        }
+    }
+    let candidate: Candidate = found.pop()?;
+    known.push((family.name.clone(), candidate.clone(), 2 * grid.len()));
+    Some((candidate, 2 * grid.len()))
+}
+
+/// A family whose constant is left open.
+struct Scan<'a> {
+    fitted: &'a Fitted,
+    /// One program for each campaign that it fits: its columns alone, with the nominal ones, and of two
+    /// members at once.
+    alone: Vec<Signatures>,
+    single: Vec<Signatures>,
+    double: Vec<Signatures>,
+    factor: Cholesky<f64, Dyn>,
+    /// Length of each nominal column.
+    length: DVector<f64>,
+    score: DVector<f64>,
+    samples: usize,
+}
+
+/// Sums of one value's columns: with themselves, with the nominal columns, with what is left.
+struct Group {
+    key: (usize, usize),
+    own: DMatrix<f64>,
+    across: DMatrix<f64>,
+    score: DVector<f64>,
+}
+
+impl<'a> Scan<'a> {
+    fn new(fitted: &'a Fitted, family: &Candidate, name: &str) -> Option<Self> {
+        let problem = &fitted.problem;
+        let selected = Selected {
+            effect: opened(&family.selected.effect, name)?.into(),
+            member: Default::default(),
+            head: family.selected.head.clone(),
+        };
+        let (mut alone, mut single, mut double) = (Vec::new(), Vec::new(), Vec::new());
+        for (part, recipe) in fitted.recipes.iter().enumerate() {
+            let Ok(system) = recipe.with(std::slice::from_ref(&selected)) else { continue };
+            let system: &System = &system;
+            let of = |name| Signed { name, system };
+            alone.push(Signatures::open(problem, part, &[of("0")], name, false));
+            single.push(Signatures::open(problem, part, &[of("0")], name, true));
+            double.push(Signatures::open(problem, part, &[of("0"), of("1")], name, false));
+        }
+        let (hessian, score) = normal_matrix(&fitted.fit.normal).ok()?;
+        let length = hessian.diagonal().map(|s| if s > 0.0 { s.sqrt() } else { 1.0 });
+        let scaled = DMatrix::from_fn(hessian.nrows(), hessian.nrows(), |i, j| {
+            hessian[(i, j)] / (length[i] * length[j])
+        });
+        let factor = Cholesky::new(scaled)?;
+        let runs = problem.parts.iter().flat_map(|part| &part.runs);
+        let samples = runs.map(|run| run.record.len()).sum();
+        Some(Self { fitted, alone, single, double, factor, length, score, samples })
+    }
+
+    /// Sums over runs of columns that hold together: over a campaign, a setup or a run.
+    fn groups(&self, signatures: &Signatures, constants: &[f64]) -> Vec<Group> {
+        let problem = &self.fitted.problem;
+        let part = signatures.part();
+        let n = self.length.len();
+        let mut groups: Vec<Group> = Vec::new();
+        let grams = problem.gram_at(signatures, &self.fitted.fit.point, constants);
+        for (run, RunGram { gram, .. }) in grams.iter().enumerate() {
+            let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
+            let k = gram.nrows() - 1 - touched.len();
+            let key = match signatures.columns.first().map(|one| one.scope) {
+                Some(Scope::Run) => (2, run),
+                Some(Scope::Setup) => (1, problem.parts[part].runs[run].setup),
+                _ => (0, 0),
+            };
+            let at = groups.iter().position(|group| group.key == key).unwrap_or_else(|| {
+                let own = DMatrix::zeros(k, k);
+                groups.push(Group {
+                    key,
+                    own,
+                    across: DMatrix::zeros(n, k),
+                    score: DVector::zeros(k),
+                });
+                groups.len() - 1
+            });
+            let group = &mut groups[at];
+            let first = touched.len();
+            for j in 0..k {
+                group.score[j] += gram[(gram.nrows() - 1, first + j)];
+                for i in 0..k {
+                    group.own[(i, j)] += gram[(first + i, first + j)];
+                }
+                for (place, column) in touched.iter().enumerate() {
+                    group.across[(*column, j)] += gram[(place, first + j)];
+                }
+            }
+        }
+        groups
+    }
+
+    /// What a member takes off the sum of squares while nominal parameters stand still.
+    fn plain_gain(&self, value: f64) -> f64 {
+        let groups = self.alone.iter().flat_map(|one| self.groups(one, &[value]));
+        groups
+            .filter_map(|Group { own, score, .. }| {
+                Some(score.dot(&Cholesky::new(own)?.solve(&score)))
+            })
+            .sum()
+    }
+
+    /// What a member takes off the sum of squares.
+    fn gain(&self, value: f64) -> f64 {
+        let groups = self.single.iter().flat_map(|one| self.groups(one, &[value]));
+        groups
+            .map(|Group { own, across, score, .. }| {
+                let scaled = DMatrix::from_fn(across.nrows(), across.ncols(), |i, j| {
+                    across[(i, j)] / self.length[i]
+                });
+                let solved = self.factor.solve(&scaled);
+                let mut left = &own - scaled.tr_mul(&solved);
+                let nominal = self.score.component_div(&self.length);
+                let score = score - solved.tr_mul(&nominal);
+                for i in 0..left.nrows() {
+                    // What nominal parameters take up is nothing.
+                    left[(i, i)] += super::evidence::RANK.powi(2) * own[(i, i)];
+                }
+                Cholesky::new(left).map_or(0.0, |factor| score.dot(&factor.solve(&score)))
+            })
+            .sum()
+    }
+
+    /// Mean squared cosine between two members.
+    fn alike(&self, a: f64, b: f64) -> f64 {
+        let (mut sum, mut all) = (0.0, 0.0);
+        for group in self.double.iter().flat_map(|one| self.groups(one, &[a, b])) {
+            let k = group.own.nrows() / 2;
+            let block = |i, j| group.own.view((i, j), (k, k)).into_owned();
+            let (Some(left), Some(right)) =
+                (Cholesky::new(block(0, 0)), Cholesky::new(block(k, k)))
+            else {
+                continue;
+            };
+            let Some(half) = left.l().solve_lower_triangular(&block(0, k)) else { continue };
+            let Some(cosines) = right.l().solve_lower_triangular(&half.transpose()) else {
+                continue;
+            };
+            sum += cosines.norm_squared();
+            all += k as f64;
+        }
+        if all > 0.0 { sum / all } else { 1.0 }
+    }
+
+    /// The distance from a member to a neighbour, looked for up to `range` in a direction (1 or -1).
+    fn step(&self, at: f64, direction: f64, range: f64) -> f64 {
+        let (mut near, mut far) = (0.0, range);
+        for _ in 0..HALVINGS {
+            let middle = if near == 0.0 { 0.25 * far } else { (near * far).sqrt() };
+            if self.alike(at, at + direction * middle) < NEIGHBOURS {
+                far = middle;
+            } else {
+                near = middle;
+            }
+            if near > 0.0 && far / near < 1.2 {
+                break;
+            }
+        }
+        if near > 0.0 { near } else { far }
+    }
+
+    /// The members that are tried: steps are a power of the member between both ends.
+    fn grid(&self, from: f64, to: f64) -> Option<Vec<f64>> {
+        let range = to - from;
+        let (first, last) = (self.step(from, 1.0, 0.5 * range), self.step(to, -1.0, 0.5 * range));
+        let power = if from > 0.0 { (last / first).ln() / (to / from).ln() } else { 0.0 };
+        let step = |value: f64| {
+            if from > 0.0 { first * (value / from).powf(power) } else { first.min(last) }
+        };
+        let most = MOST.min(MOST_WORK / self.samples.max(1)).max(25);
+        let count = |coarse: f64| {
+            let (mut value, mut grid) = (from, Vec::new());
+            while value < to && grid.len() <= most {
+                grid.push(value);
+                value += coarse * step(value);
+            }
+            grid.push(to);
+            grid
+        };
+        let mut coarse = 1.0;
+        loop {
+            let grid = count(coarse);
+            if !step(from).is_finite() || step(from) <= 0.0 {
+                return None;
+            }
+            if grid.len() <= most {
+                return Some(grid);
+            }
+            coarse *= 1.5;
+        }
+    }
+
+    /// The best value between two members about the best one.
+    fn polished(&self, mut low: f64, mut high: f64, best: (f64, f64)) -> f64 {
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let mut best = best;
+        let mut try_at = |value: f64| {
+            let gain = self.gain(value);
+            if gain > best.1 {
+                best = (value, gain);
+            }
+            gain
+        };
+        let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
+        let (mut at_a, mut at_b) = (try_at(a), try_at(b));
+        for _ in 0..POLISH {
+            if at_a > at_b {
+                (high, b, at_b) = (b, a, at_a);
+                a = high - golden * (high - low);
+                at_a = try_at(a);
+            } else {
+                (low, a, at_a) = (a, b, at_b);
+                b = low + golden * (high - low);
+                at_b = try_at(b);
+            }
+        }
+        best.0
+    }
+}
+
+/// The effect with its family as a constant whose value can be given.
+fn opened(effect: &Effect, family: &str) -> Option<Effect> {
+    let mut effect = effect.clone();
+    let declared = effect.shape.shift_remove(family)?;
+    let mut constant = effect.parameters.first()?.clone();
+    constant.name = family.to_owned();
+    constant.unit = declared.unit;
+    constant.per_measurand = false;
+    constant.setting = crate::model::Setting::new(Scope::Instrument);
+    constant.setting.fixed = true;
+    constant.setting.value = Some(vec![declared.members.default_member()]);
+    effect.parameters.push(constant);
+    Some(effect)
+}

@@ -1,0 +1,43 @@
+//! The result of `power` for programs: the keys of `docs/formats.md`, section 6.
+
+use serde_json::{Map, Value, json};
+
+use crate::diagnose::power::sight::CAUGHT;
+use crate::diagnose::power::{Power, Row};
+use crate::diagnose::search::FALSE_ALARMS;
+use crate::report::json::{number, unobservable};
+
+/// The result of `power`.
+pub fn json(power: &Power) -> Value {
+    let delays: Map<String, Value> =
+        power.delays.iter().map(|one| (one.measurand.clone(), number(one.sigma))).collect();
+    json!({
+        "false_alarms": FALSE_ALARMS,
+        "caught": CAUGHT,
+        "effects": power.rows.iter().map(row).collect::<Vec<_>>(),
+        "delays": delays,
+        "unobservable": unobservable(&power.nominal.unobservable),
+    })
+}
+
+fn row(row: &Row) -> Value {
+    let shifts: Map<String, Value> =
+        row.shifts.iter().map(|(delay, shift)| (delay.clone(), number(Some(*shift)))).collect();
+    let members: Vec<Value> = row
+        .members
+        .iter()
+        .map(|(member, size)| json!({ "member": member, "detectable": number(Some(*size)) }))
+        .collect();
+    json!({
+        "name": row.name,
+        "state": row.state.word(),
+        "detectable": number(row.detectable),
+        "identifiable": number(row.identifiable),
+        "typical": number(row.typical),
+        "unit": row.unit.si_symbol(),
+        "with": row.with,
+        "members": members,
+        "delay_shifts": shifts,
+        "words": row.words,
+    })
+}

@@ -1,0 +1,96 @@
+//! The result of `power` for people: one sentence for each effect, under its figures.
+
+use crate::diagnose::power::sight::CAUGHT;
+use crate::diagnose::power::{Power, Row, State};
+use crate::diagnose::search::FALSE_ALARMS;
+use crate::report::figure;
+use crate::report::text::{align_right, drawn, table, trouble};
+use crate::units::{Dimension, Unit};
+
+/// The result of `power`.
+pub fn text(title: &str, power: &Power) -> String {
+    let mut text = format!("{title}\n");
+    if !power.nominal.is_sound() {
+        text.push_str("\nThis design cannot determine the model's own parameters.\n");
+        text.push_str(&trouble(&power.nominal));
+        return text;
+    }
+    text.push_str(&delays(power));
+    text.push_str(&format!(
+        "\nSizes that are seen, and named, in {:.0} of 100 campaigns, with at most {:.0} false alarm in 100\n\
+         over all tests; a cosine and sine pair counts by its amplitude. The shift is what an effect just\n\
+         seen would do to a delay if nobody looked for it.\n",
+        100.0 * CAUGHT,
+        100.0 * FALSE_ALARMS,
+    ));
+    text.push_str(&sizes(power, State::Visible, "what this campaign can see and name"));
+    text.push_str(&sizes(power, State::Alias, "what it can see, but not tell apart"));
+    text.push_str(&listed(power, State::Absorbed, "what it cannot see: parameters take it up"));
+    text.push_str(&listed(power, State::NotTestable, "what it cannot test"));
+    text
+}
+
+fn delays(power: &Power) -> String {
+    let second = Unit::coherent(Dimension::TIME);
+    let mut rows = table(&["delay of", "u (k=1)"]);
+    for one in &power.delays {
+        let sigma = one.sigma.map_or_else(String::new, |u| figure::uncertainty(u, &second));
+        rows.add_row([one.measurand.clone(), sigma]);
+    }
+    align_right(&mut rows, &[1]);
+    format!("\n{}", drawn(&rows))
+}
+
+fn sizes(power: &Power, state: State, line: &str) -> String {
+    let second = Unit::coherent(Dimension::TIME);
+    let of_state: Vec<&Row> = power.rows.iter().filter(|row| row.state == state).collect();
+    if of_state.is_empty() {
+        return String::new();
+    }
+    let mut rows = table(&["effect", "usual", "seen from", "named from", "shifts a delay by"]);
+    for row in &of_state {
+        let size = |size: Option<f64>| {
+            let shown = |size| figure::uncertainty(size, &small(&row.unit, row.typical));
+            size.map_or_else(|| "-".to_owned(), shown)
+        };
+        let worst = row.shifts.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        let shift = worst.map_or_else(
+            || "-".to_owned(),
+            |(delay, shift)| format!("{} ({delay})", figure::uncertainty(*shift, &second)),
+        );
+        let (seen, named) = (size(row.detectable), size(row.identifiable));
+        rows.add_row([row.name.clone(), size(row.typical), seen, named, shift]);
+    }
+    align_right(&mut rows, &[1, 2, 3]);
+    let drawn = drawn(&rows);
+    let mut lines = drawn.lines();
+    let mut text = format!("\n{line}\n{}\n", lines.next().unwrap_or_default());
+    for (line, row) in lines.zip(&of_state) {
+        text.push_str(&format!("{line}\n    {}\n", row.words));
+    }
+    text
+}
+
+fn listed(power: &Power, state: State, line: &str) -> String {
+    let of_state = power.rows.iter().filter(|row| row.state == state);
+    let lines: Vec<String> =
+        of_state.map(|row| format!("{}\n    {}\n", row.name, row.words)).collect();
+    if lines.is_empty() { String::new() } else { format!("\n{line}\n{}", lines.concat()) }
+}
+
+/// The unit in which a small size is read: µrad for rad, µm/h for m/s, µs/(rad/s) for s/(rad/s).
+fn small(declared: &Unit, typical: Option<f64>) -> Unit {
+    if typical.is_none_or(|size| size / declared.factor > 0.01) {
+        return declared.clone();
+    }
+    let symbol = declared.symbol.as_str();
+    let symbol = match symbol {
+        "1" => "ppm".to_owned(),
+        "1/s" => "ppm/h".to_owned(),
+        "m/s" | "rad/s" => format!("u{}/h", symbol.trim_end_matches("/s")),
+        _ if symbol.starts_with(['m', 'r', 's']) => format!("u{symbol}"),
+        _ => return declared.clone(),
+    };
+    let same = |unit: &Unit| unit.dimension == declared.dimension;
+    Unit::parse(&symbol).ok().filter(same).unwrap_or_else(|| declared.clone())
+}
