@@ -81,7 +81,7 @@ impl Stage {
     /// Blocks that pass their test, best first.
     pub fn blocks_found(&self) -> Vec<usize> {
         let mut found = self.passing(self.effects..self.candidates.len());
-        found.retain(|block| !self.is_scatter_of_runs(*block));
+        found.retain(|block| !self.is_scatter(*block));
         found
     }
 

@@ -186,6 +186,8 @@ pub struct Stage {
     pub inflation: Vec<f64>,
     /// Number of stretches; 0 where they were not looked at.
     pub stretches: usize,
+    /// Whether readings scatter from run to run more than within a run.
+    pub runs_scatter: bool,
 }
 
 impl Stage {
@@ -228,32 +230,31 @@ impl Stage {
             scores,
             noise_found: Noise::default(),
             stretches: 0,
+            runs_scatter: false,
         })
     }
 
-    /// Whether a candidate stands for scatter from run to run.
-    pub fn is_scatter_of_runs(&self, candidate: usize) -> bool {
+    /// Whether a block is not counted as structure: scatter from run to run, and where there is such
+    /// scatter everything that each run has for itself.
+    pub fn is_scatter(&self, candidate: usize) -> bool {
         let place = self.candidates[candidate].place.as_ref();
-        place.is_some_and(Place::is_scatter_of_runs)
+        place.is_some_and(|place| {
+            place.is_scatter_of_runs() || (self.runs_scatter && place.is_of_runs())
+        })
     }
 
-    /// Whether readings scatter from run to run.
-    pub fn runs_scatter(&self) -> bool {
+    /// All significant structure, of the library or unknown, taken together greedily; and whether
+    /// readings scatter from run to run, which is noise and not taken off. From then on nothing is taken
+    /// off that has values nearly as many as there are runs: it would take that noise with it.
+    pub fn structure(&self) -> (Entry, bool) {
         let level = level(self.candidates.len());
-        let all = self.effects..self.candidates.len();
-        all.into_iter().any(|n| self.is_scatter_of_runs(n) && self.scores[n].ln_p <= level)
-    }
-
-    /// All significant structure, of the library or unknown, taken together greedily; scatter from run
-    /// to run is none.
-    pub fn structure(&self) -> Entry {
-        let level = level(self.candidates.len());
-        let strong: Vec<usize> = (0..self.candidates.len())
-            .filter(|n| self.scores[*n].ln_p <= level && !self.is_scatter_of_runs(*n))
-            .collect();
+        let mut strong: Vec<usize> =
+            (0..self.candidates.len()).filter(|n| self.scores[*n].ln_p <= level).collect();
+        let runs = self.fitted.fit.normal.runs.len();
         let mut taken: Vec<&Entry> = Vec::new();
         let mut whole = self.evidence.together(&taken);
-        for _ in 0..MOST_STRUCTURES {
+        let mut runs_scatter = false;
+        while taken.len() < MOST_STRUCTURES {
             let beyond = |n: &usize| {
                 let (gain, degrees) = self.evidence.beyond(&whole, self.entry(*n));
                 (of_gain(gain, degrees, 1).ln_p, *n)
@@ -263,10 +264,16 @@ impl Stage {
             if ln_p > level {
                 break;
             }
+            let place = self.candidates[number].place.as_ref();
+            if place.is_some_and(Place::is_scatter_of_runs) {
+                runs_scatter = true;
+                strong.retain(|n| 2 * self.entry(*n).degrees() < runs);
+                continue;
+            }
             taken.push(self.entry(number));
             whole = self.evidence.together(&taken);
         }
-        whole
+        (whole, runs_scatter)
     }
 
     /// Compares how scores scatter from stretch to stretch with what the noise says; `left` is what is

@@ -45,12 +45,17 @@ pub struct Place {
 }
 
 impl Place {
+    /// Whether each run has a value for itself.
+    pub fn is_of_runs(&self) -> bool {
+        self.covariate == RUN
+    }
+
     /// Whether it is an error of readings, or a displacement, that each run has for itself. What differs
     /// from run to run and follows nothing else cannot be told from noise of long memory (a station
     /// that wanders), so it is scatter and no structure; a time of its own is another matter.
     pub fn is_scatter_of_runs(&self) -> bool {
         let timing = matches!(&self.of, Of::Channel(name) if name.starts_with(TIMING));
-        self.covariate == RUN && !timing
+        self.is_of_runs() && !timing
     }
 }
 

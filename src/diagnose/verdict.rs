@@ -128,7 +128,7 @@ fn blocks_are_simpler(search: &Search, first: &Stage) -> bool {
 fn blocks_needed(stage: &Stage, most: usize) -> Option<Vec<usize>> {
     let level = level(stage.candidates.len());
     let strong: Vec<usize> = (0..stage.candidates.len())
-        .filter(|n| stage.scores[*n].ln_p <= level && !stage.is_scatter_of_runs(*n))
+        .filter(|n| stage.scores[*n].ln_p <= level && !stage.is_scatter(*n))
         .collect();
     let mut taken: Vec<usize> = Vec::new();
     loop {

@@ -181,7 +181,8 @@ pub fn prepare(
         let Some(mut stage) = Stage::again(fitted, wanted, &mut scanned) else {
             return Ok(None);
         };
-        let structure = stage.structure();
+        let (structure, runs_scatter) = stage.structure();
+        stage.runs_scatter = runs_scatter;
         noise.stretch = stretch(&stage.fitted.problem, noise.memory);
         let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
         let left = stage.evidence.left(problem, point, &structure, noise.stretch);
@@ -192,11 +193,8 @@ pub fn prepare(
             fitted = changed.again(options)?;
             continue;
         }
-        if noise.memory > 0.0 || stage.runs_scatter() {
-            noise.stretch = match whole_runs(problem) {
-                Some(whole) if stage.runs_scatter() => whole,
-                _ => stretch(problem, noise.memory),
-            };
+        if noise.memory > 0.0 || runs_scatter {
+            noise.stretch = whole_runs(problem).unwrap_or_else(|| stretch(problem, noise.memory));
             let left = stage.evidence.left(problem, point, &structure, noise.stretch);
             stage.judge_scatter(&left);
         } else {
@@ -219,7 +217,8 @@ pub(super) fn stretch(problem: &Problem, memory: f64) -> usize {
     samples.div_ceil(STRETCHES).max((TIMES * time).ceil() as usize).max(1)
 }
 
-/// The length of the longest run, where there are runs enough to be stretches by themselves.
+/// The length of the longest run, where there are runs enough to be stretches by themselves: then
+/// memory of any length within a run does no harm.
 fn whole_runs(problem: &Problem) -> Option<usize> {
     let lengths = problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len());
     (lengths.clone().count() >= LEAST_STRETCHES).then(|| lengths.max()).flatten()

@@ -145,7 +145,8 @@ fn two(design: &Design, lambda: f64, chance: &mut ChaCha12Rng) -> Vec<Dose> {
         else {
             break;
         };
-        if design.alike_parts(first, &second) < APART {
+        let same = second.cause.names.iter().any(|name| design.is_named(first, name));
+        if !same && design.alike_parts(first, &second) < APART {
             doses.push(second);
             break;
         }
