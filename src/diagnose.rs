@@ -10,6 +10,8 @@
 //! | [`mod@scan`] | which member of a family explains most |
 //! | [`score`], [`tail`] | how unlikely that is by chance |
 //! | [`stage`] | a fitted model with all of that |
+//! | [`memory`] | noise that is like itself for a while |
+//! | [`wander`] | random walks, tested in the variance |
 //! | [`lost`] | stretches of readings shifted by whole samples |
 //! | [`whiten`], [`jitter`] | the noise, before anything is tested against it |
 //! | [`mod@search`], [`mod@pairs`] | which effects are adopted |
@@ -26,6 +28,7 @@ pub mod hidden;
 pub mod holdout;
 pub mod jitter;
 pub mod lost;
+pub mod memory;
 pub mod pairs;
 pub mod power;
 pub mod probability;
@@ -36,6 +39,7 @@ pub mod stage;
 pub mod structure;
 pub mod tail;
 pub mod verdict;
+pub mod wander;
 pub mod whiten;
 
 use crate::engine::Problem;

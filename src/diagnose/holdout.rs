@@ -40,7 +40,7 @@ pub fn holdout(
         (rms(&without.problem, &without.fit.point), rms(&with.problem, &with.fit.point));
     let floor = floor(&with);
     if let Some(mut stage) = Stage::new(with, wanted) {
-        let (structure, _) = stage.structure();
+        let structure = stage.structure();
         let problem = &stage.fitted.problem;
         let samples: usize =
             problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum();

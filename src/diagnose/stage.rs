@@ -186,8 +186,6 @@ pub struct Stage {
     pub inflation: Vec<f64>,
     /// Number of stretches; 0 where they were not looked at.
     pub stretches: usize,
-    /// Whether readings scatter from run to run more than within a run.
-    pub runs_scatter: bool,
 }
 
 impl Stage {
@@ -230,50 +228,56 @@ impl Stage {
             scores,
             noise_found: Noise::default(),
             stretches: 0,
-            runs_scatter: false,
         })
     }
 
-    /// Whether a block is not counted as structure: scatter from run to run, and where there is such
-    /// scatter everything that each run has for itself.
+    /// Whether a block is not counted as structure: noise with a memory scatters from run to run, so what
+    /// each run has for itself says nothing then.
     pub fn is_scatter(&self, candidate: usize) -> bool {
-        let place = self.candidates[candidate].place.as_ref();
-        place.is_some_and(|place| {
-            place.is_scatter_of_runs() || (self.runs_scatter && place.is_of_runs())
-        })
+        self.noise_found.memory > 0.0 && self.is_of_runs(candidate)
     }
 
-    /// All significant structure, of the library or unknown, taken together greedily; and whether
-    /// readings scatter from run to run, which is noise and not taken off. From then on nothing is taken
-    /// off that has values nearly as many as there are runs: it would take that noise with it.
-    pub fn structure(&self) -> (Entry, bool) {
+    fn is_of_runs(&self, candidate: usize) -> bool {
+        self.candidates[candidate].place.as_ref().is_some_and(Place::is_of_runs)
+    }
+
+    /// All significant structure, of the library or unknown, taken together.
+    pub fn structure(&self) -> Entry {
+        self.together(&self.structures())
+    }
+
+    /// The same but for what each run has for itself.
+    pub fn structure_over_runs(&self) -> Entry {
+        self.together(&self.structures_among(|n| !self.is_of_runs(n)))
+    }
+
+    /// The candidates, of the library or unknown, that are significant one after the other, greedily.
+    pub fn structures(&self) -> Vec<usize> {
+        self.structures_among(|_| true)
+    }
+
+    fn together(&self, candidates: &[usize]) -> Entry {
+        let entries: Vec<&Entry> = candidates.iter().map(|n| self.entry(*n)).collect();
+        self.evidence.together(&entries)
+    }
+
+    fn structures_among(&self, wanted: impl Fn(usize) -> bool) -> Vec<usize> {
         let level = level(self.candidates.len());
-        let mut strong: Vec<usize> =
-            (0..self.candidates.len()).filter(|n| self.scores[*n].ln_p <= level).collect();
-        let runs = self.fitted.fit.normal.runs.len();
-        let mut taken: Vec<&Entry> = Vec::new();
-        let mut whole = self.evidence.together(&taken);
-        let mut runs_scatter = false;
-        while taken.len() < MOST_STRUCTURES {
+        let strong: Vec<usize> = (0..self.candidates.len())
+            .filter(|n| self.scores[*n].ln_p <= level && wanted(*n))
+            .collect();
+        let mut taken: Vec<usize> = Vec::new();
+        for _ in 0..MOST_STRUCTURES {
+            let whole = self.together(&taken);
             let beyond = |n: &usize| {
                 let (gain, degrees) = self.evidence.beyond(&whole, self.entry(*n));
                 (of_gain(gain, degrees, 1).ln_p, *n)
             };
             let best = strong.iter().map(beyond).min_by(|a, b| a.0.total_cmp(&b.0));
-            let Some((ln_p, number)) = best else { break };
-            if ln_p > level {
-                break;
-            }
-            let place = self.candidates[number].place.as_ref();
-            if place.is_some_and(Place::is_scatter_of_runs) {
-                runs_scatter = true;
-                strong.retain(|n| 2 * self.entry(*n).degrees() < runs);
-                continue;
-            }
-            taken.push(self.entry(number));
-            whole = self.evidence.together(&taken);
+            let Some((_, number)) = best.filter(|(ln_p, _)| *ln_p <= level) else { break };
+            taken.push(number);
         }
-        (whole, runs_scatter)
+        taken
     }
 
     /// Compares how scores scatter from stretch to stretch with what the noise says; `left` is what is

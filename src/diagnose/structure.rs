@@ -28,8 +28,6 @@ const FEW: usize = 2;
 const CIRCLE_ORDERS: usize = 4;
 /// The covariate of a block with a value for each run.
 const RUN: &str = "run";
-/// How channels of timing are called.
-const TIMING: &str = "time of ";
 /// Waves of an error in time.
 const TIMING_ORDERS: usize = 2;
 
@@ -48,14 +46,6 @@ impl Place {
     /// Whether each run has a value for itself.
     pub fn is_of_runs(&self) -> bool {
         self.covariate == RUN
-    }
-
-    /// Whether it is an error of readings, or a displacement, that each run has for itself. What differs
-    /// from run to run and follows nothing else cannot be told from noise of long memory (a station
-    /// that wanders), so it is scatter and no structure; a time of its own is another matter.
-    pub fn is_scatter_of_runs(&self) -> bool {
-        let timing = matches!(&self.of, Of::Channel(name) if name.starts_with(TIMING));
-        self.is_of_runs() && !timing
     }
 }
 
@@ -229,7 +219,7 @@ fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         let name = &measurand.name;
         for covariate in of_the_rig(model, true) {
             let place = Place {
-                of: Of::Channel(format!("{TIMING}{name}")),
+                of: Of::Channel(format!("time of {name}")),
                 words: format!("a timing error of `{name}` over {}", covariate.name),
                 covariate: covariate.name.clone(),
             };

@@ -16,7 +16,14 @@ pub fn ln_chi_squared(value: f64, degrees: usize) -> f64 {
     if degrees == 0 || value.is_nan() || value <= 0.0 {
         return 0.0;
     }
-    let (a, x) = (0.5 * degrees as f64, 0.5 * value);
+    ln_gamma_tail(0.5 * degrees as f64, 0.5 * value)
+}
+
+/// `ln Q(a, x)` of the incomplete gamma function: half the degrees and half the value of chi squared.
+pub fn ln_gamma_tail(a: f64, x: f64) -> f64 {
+    if a.is_nan() || x.is_nan() || a <= 0.0 || x <= 0.0 {
+        return 0.0;
+    }
     if x < a + 1.0 {
         return (-gamma_lr(a, x)).ln_1p();
     }

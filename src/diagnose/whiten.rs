@@ -7,7 +7,8 @@
 //! - random quantities that the readings of one sample share are looked for ([`super::jitter`]);
 //! - readings beyond [`TRIM`] robust standard deviations of their measurand are left out;
 //! - the level of each measurand is its scatter over what is stated;
-//! - memory is the correlation of a measurand's neighbours in time.
+//! - memory is the correlation of a measurand's neighbours in time ([`super::memory`]), and what wanders
+//!   from run to run a random walk ([`super::wander`]).
 //!
 //! Each is tested one-sidedly. What is accepted enters the covariance, but for memory: that widens the
 //! stretches over which scores are summed.
@@ -25,6 +26,7 @@ use crate::units::Unit;
 use super::candidates::{Candidate, Wanted};
 use super::jitter::jitter;
 use super::lost::Lost;
+use super::memory::{memory, name_memory, wanders, white_parts};
 use super::scan::Scanned;
 use super::search::{LEAST_STRETCHES, level};
 use super::stage::{Fitted, Stage, rebuilt};
@@ -124,20 +126,20 @@ impl Noise {
 }
 
 /// One measurand's residuals, run after run.
-struct Sequence {
-    measurand: usize,
-    part: usize,
-    runs: Vec<Vec<f64>>,
+pub(super) struct Sequence {
+    pub(super) measurand: usize,
+    pub(super) part: usize,
+    pub(super) runs: Vec<Vec<f64>>,
 }
 
 impl Sequence {
-    fn present(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(super) fn present(&self) -> impl Iterator<Item = f64> + '_ {
         self.runs.iter().flatten().copied().filter(|value| !value.is_nan())
     }
 }
 
 /// The residuals of each component of each measurand.
-fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
+pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
     let mut all = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         for row in 0..part.residual_count() {
@@ -151,7 +153,8 @@ fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
 }
 
 /// Rounds of judging the noise and fitting again.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 6;
+
 /// Stretches that a campaign is cut into.
 const STRETCHES: usize = 60;
 /// Correlation times in a stretch at least.
@@ -181,8 +184,16 @@ pub fn prepare(
         let Some(mut stage) = Stage::again(fitted, wanted, &mut scanned) else {
             return Ok(None);
         };
-        let (structure, runs_scatter) = stage.structure();
-        stage.runs_scatter = runs_scatter;
+        let structure = stage.structure();
+        if round + 1 < ROUNDS
+            && let Some(found) = wanders(&stage, &noise)
+            && let Some(selected) = &found.selected
+            && let Some(changed) = stage.fitted.with(selected, &[], options)?
+        {
+            noise.effects.push(found);
+            fitted = changed;
+            continue;
+        }
         noise.stretch = stretch(&stage.fitted.problem, noise.memory);
         let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
         let left = stage.evidence.left(problem, point, &structure, noise.stretch);
@@ -193,14 +204,17 @@ pub fn prepare(
             fitted = changed.again(options)?;
             continue;
         }
-        if noise.memory > 0.0 || runs_scatter {
+        if noise.memory > 0.0 {
             noise.stretch = whole_runs(problem).unwrap_or_else(|| stretch(problem, noise.memory));
+            let structure = stage.structure_over_runs();
             let left = stage.evidence.left(problem, point, &structure, noise.stretch);
             stage.judge_scatter(&left);
         } else {
             stage.judge_scatter(&left);
         }
-        name_levels(&stage, &given.stated, &mut noise);
+        let white = white_parts(&stage, &left);
+        name_levels(&stage, &given.stated, &white, &mut noise);
+        name_memory(&stage, &left, &mut noise);
         name_wild(&stage, &mut noise);
         name_lost(&given.lost, &mut noise);
         stage.noise_found = noise;
@@ -225,7 +239,13 @@ fn whole_runs(problem: &Problem) -> Option<usize> {
 }
 
 /// Names the effects of the library that stand for scatter beyond what is stated.
-fn name_levels(stage: &Stage, stated: &[Vec<f64>], noise: &mut Noise) {
+/// What has a memory is no matter of levels: `white` is the part of the variance without.
+fn name_levels(
+    stage: &Stage,
+    stated: &[Vec<f64>],
+    white: &[(usize, usize, f64)],
+    noise: &mut Noise,
+) {
     let parts = &stage.fitted.problem.parts;
     for (part, stated) in parts.iter().zip(stated) {
         let names = &part.system.assembly.names.measurands;
@@ -237,27 +257,33 @@ fn name_levels(stage: &Stage, stated: &[Vec<f64>], noise: &mut Noise) {
     }
     for candidate in &stage.noise {
         let (mut squares, mut count, mut readings) = (0.0, 0, 0);
-        for (part, stated) in parts.iter().zip(stated) {
+        for (p, (part, stated)) in parts.iter().zip(stated).enumerate() {
             for (measurand, (sigma, stated)) in part.sigma.iter().zip(stated).enumerate() {
                 if patches_level(candidate, part, measurand) {
-                    squares += (sigma / stated).powi(2);
+                    let own = white.iter().filter(|(q, m, _)| (*q, *m) == (p, measurand));
+                    let white = own.map(|(.., part)| *part).fold(1.0, f64::min);
+                    squares += white * (sigma / stated).powi(2);
                     count += 1;
                     readings += part.runs.iter().map(|run| run.record.len()).sum::<usize>();
                 }
             }
         }
-        let level = (squares / f64::from(count.max(1))).sqrt() - 1.0;
+        let size = (squares / f64::from(count.max(1))).sqrt() - 1.0;
         let parameter = candidate.selected.effect.parameters.first();
-        if let (Some(parameter), true) = (parameter, level > 0.0) {
-            let sigma = (1.0 + level) / (2.0 * readings.max(1) as f64).sqrt();
+        // How much of the variance has a memory is known less well than the variance.
+        let remembers = white.iter().any(|(.., part)| *part < 1.0);
+        let freedom = 2.0 * readings.max(1) as f64 / if remembers { 9.0 } else { 1.0 };
+        let sigma = (1.0 + size) / freedom.sqrt();
+        let beyond = ln_normal(size / sigma) <= level(2 * stage.noise.len() + 1);
+        if let (Some(parameter), true) = (parameter, size > 0.0 && beyond) {
             noise.effects.push(NoiseEffect {
                 name: candidate.name.clone(),
                 selected: None,
                 parameter: format!("{}.{}", candidate.name, parameter.name),
                 unit: parameter.unit.clone(),
-                value: level,
+                value: size,
                 sigma,
-                ln_p: ln_normal(level / sigma),
+                ln_p: ln_normal(size / sigma),
             });
         }
     }
@@ -393,25 +419,6 @@ pub fn ln_wild(wild: usize, readings: usize) -> f64 {
     let mean = BEYOND_TRIM * readings as f64;
     let upper = ln_chi_squared(2.0 * mean, 2 * wild);
     (-upper.exp()).ln_1p().max(-700.0)
-}
-
-/// The largest correlation of neighbours that is more than chance; 0 where there is none.
-fn memory(all: &[Sequence], level: f64) -> f64 {
-    all.iter()
-        .map(|one| {
-            let (mut products, mut squares, mut count) = (0.0, 0.0, 0);
-            for run in &one.runs {
-                for pair in run.windows(2).filter(|pair| pair.iter().all(|value| !value.is_nan())) {
-                    products += pair[0] * pair[1];
-                    squares += 0.5 * (pair[0] * pair[0] + pair[1] * pair[1]);
-                    count += 1;
-                }
-            }
-            let correlation = if squares > 0.0 { products / squares } else { 0.0 };
-            let ln_p = ln_normal(correlation * f64::from(count).sqrt());
-            if ln_p <= level { correlation.min(0.99) } else { 0.0 }
-        })
-        .fold(0.0, f64::max)
 }
 
 /// Lets stated uncertainties follow the scatter; whether any did.

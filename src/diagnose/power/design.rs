@@ -72,6 +72,5 @@ pub fn stage(fitted: Fitted, wanted: &Wanted) -> Option<Stage> {
         scores,
         noise_found: Noise::default(),
         stretches: 0,
-        runs_scatter: false,
     })
 }

@@ -1,0 +1,229 @@
+//! Effects on the noise and readings that are left out: what was put into simulated readings must come
+//! out, and nothing else.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+use std::path::{Path, PathBuf};
+
+use homepoint::diagnose::candidates::Wanted;
+use homepoint::diagnose::verdict::Verdict;
+use homepoint::diagnose::{Diagnosis, diagnose, judge};
+use homepoint::engine::open::{Opened, Request, open};
+use homepoint::engine::simulate::simulate;
+use homepoint::engine::{Point, Problem};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::calibrate;
+use homepoint::report;
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm")
+}
+
+fn run(problem: Problem, opened: &Opened) -> Diagnosis {
+    let (recipes, wanted) = (opened.recipes.clone(), Wanted::default());
+    diagnose(problem, recipes, &wanted, &Options::default()).unwrap()
+}
+
+/// The example's readings drawn with some effects of the library; what is not set has its usual size.
+fn drawn(with: &[&str], set: &[&str], seed: u64) -> (Opened, Problem) {
+    let opened = open(&Request::new([folder()])).unwrap();
+    let nominal = calibrate(opened.problem.clone(), &Options::default()).unwrap();
+    let mut request = Request::new([folder()]);
+    request.with = with.iter().map(|name| (*name).to_owned()).collect();
+    request.set = set.iter().map(|text| (*text).to_owned()).collect();
+    let mut truth = open(&request).unwrap().problem;
+    let mut point = Point::stated(&truth.layout);
+    for (index, instance) in truth.layout.instances.iter().enumerate() {
+        let same = |one: &homepoint::engine::layout::Instance| {
+            one.name == instance.name && one.of == instance.of
+        };
+        if let Some(known) = nominal.problem.layout.instances.iter().position(same) {
+            point.values[index] = nominal.fit.point.values[known];
+        } else if !request.set.iter().any(|text| text.starts_with(&instance.name)) {
+            point.values[index][0] = instance.setting.typical.unwrap_or(0.0);
+        }
+    }
+    for part in &mut truth.parts {
+        for (sigma, random) in part.random_sigma.iter_mut().zip(&part.system.randoms) {
+            *sigma = random.sigma.or(random.typical).unwrap_or(0.0);
+        }
+    }
+    simulate(&mut truth, &point, seed, true);
+    let mut parts = opened.problem.parts.clone();
+    for (part, other) in parts.iter_mut().zip(&truth.parts) {
+        part.runs.clone_from(&other.runs);
+    }
+    (opened, Problem::new(parts))
+}
+
+fn noise_of<'d>(found: &'d Diagnosis, name: &str) -> &'d homepoint::diagnose::whiten::NoiseEffect {
+    let names: Vec<&str> = found.noise.iter().map(|one| one.name.as_str()).collect();
+    let one = found.noise.iter().find(|one| one.name == name);
+    one.unwrap_or_else(|| unreachable!("{name} in {names:?}, {:?}", found.verdict))
+}
+
+#[test]
+fn lost_samples_are_found_with_their_rows() {
+    let (opened, mut problem) = drawn(&[], &[], 3);
+    // From sample 30 of one run on every reading is that of the next trigger; 20 samples of another
+    // one come two triggers late.
+    let shifted = |problem: &mut Problem, run: usize, range: std::ops::Range<usize>, by: isize| {
+        problem.parts[0].runs[run].record.edit(|samples| {
+            for column in &mut samples.readings {
+                let given = column.clone();
+                for sample in range.clone() {
+                    let other = sample.checked_add_signed(by).and_then(|at| given.get(at));
+                    column[sample] = other.copied().unwrap_or(f64::NAN);
+                }
+            }
+        });
+    };
+    let fast: Vec<usize> = (0..problem.parts[0].runs.len())
+        .filter(|run| problem.parts[0].runs[*run].name.contains("50"))
+        .take(2)
+        .collect();
+    let last = problem.parts[0].runs[fast[0]].record.len();
+    shifted(&mut problem, fast[0], 30..last, 1);
+    shifted(&mut problem, fast[1], 20..40, -2);
+    let before = run(problem.clone(), &opened);
+    assert_eq!(before.verdict, Verdict::Explained);
+    assert!(before.effects.is_empty());
+    let [first, second] = before.lost.as_slice() else { unreachable!("{:?}", before.lost) };
+    let mut found = [first, second];
+    found.sort_by_key(|one| one.run);
+    assert_eq!((found[0].run, found[0].periods), (fast[0], 1));
+    assert_eq!((found[1].run, found[1].periods), (fast[1], -2));
+    assert_eq!(found[0].samples, 30..last);
+    assert_eq!(found[1].samples, 20..40);
+    assert_eq!(noise_of(&before, "lost_samples").name, "lost_samples");
+    // Delays with all readings are far off, without those left out they are as they were put in.
+    for delay in &before.delays {
+        assert!((delay.with - delay.without).abs() > 20.0 * delay.sigma.unwrap(), "{delay:?}");
+    }
+    let json = report::diagnosis::json(&before, None);
+    assert_eq!(json["left_out"]["lost"].as_array().unwrap().len(), 2);
+    assert!(json["left_out"]["delays"][0]["with"].is_number());
+}
+
+#[test]
+fn wild_readings_are_listed_by_row() {
+    let (opened, mut problem) = drawn(&[], &[], 4);
+    let wild = [(0, 11), (0, 40), (3, 7), (5, 25), (5, 26)];
+    let column = problem.parts[0].slots()[0].column;
+    for (run, sample) in wild {
+        problem.parts[0].runs[run].record.edit(|samples| {
+            samples.readings[column][sample] += 2e-4;
+        });
+    }
+    let found = run(problem.clone(), &opened);
+    assert_eq!(found.verdict, Verdict::Explained);
+    assert_eq!(found.noise.len(), 1);
+    assert_eq!(noise_of(&found, "outliers").name, "outliers");
+    let listed = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
+    assert_eq!(listed.len(), wild.len(), "{listed:?}");
+    for (run, sample) in wild {
+        let run = &problem.parts[0].runs[run];
+        let row = run.record.row(sample);
+        assert!(listed.iter().any(|one| one.run == run.name && one.row == row), "{row}");
+    }
+    assert_eq!(found.delays.len(), 3);
+}
+
+#[test]
+fn a_memory_is_named_with_its_size_and_is_no_level() {
+    let set = ["correlated_noise.angle_part=5 urad", "correlated_noise.distance_part=6 um"];
+    let (opened, problem) = drawn(&["correlated_noise"], &set, 5);
+    let found = run(problem, &opened);
+    assert_eq!(found.verdict, Verdict::Explained, "{:?}", found.locations);
+    assert!(found.effects.is_empty());
+    let memory = noise_of(&found, "correlated_noise");
+    let due = if memory.parameter.ends_with("distance") { 6e-6 } else { 5e-6 };
+    assert!((memory.value - due).abs() < 0.25 * due, "{} {}", memory.parameter, memory.value);
+    assert!(found.noise.iter().all(|one| !one.name.ends_with("noise_level")), "{:?}", found.noise);
+}
+
+#[test]
+fn a_walk_is_named_and_nothing_is_built_on_it() {
+    let walk = ["x", "y", "z"].map(|axis| format!("station_random_walk.walk_{axis}=20 um/min^0.5"));
+    let set: Vec<&str> = walk.iter().map(String::as_str).collect();
+    let (opened, problem) = drawn(&["station_random_walk"], &set, 6);
+    let found = run(problem, &opened);
+    let names: Vec<&str> = found.effects.iter().map(|one| one.candidate.name.as_str()).collect();
+    assert_eq!(found.verdict, Verdict::Explained, "{names:?} {:?}", found.locations);
+    assert!(names.is_empty(), "{names:?}");
+    let walk = noise_of(&found, "station_random_walk");
+    // 20 µm per root of a minute.
+    let due = 20e-6 / 60.0_f64.sqrt();
+    assert!((walk.value - due).abs() < 4.0 * walk.sigma, "{} ± {}", walk.value, walk.sigma);
+    assert!(walk.sigma < 0.3 * due);
+}
+
+#[test]
+fn a_sharp_line_between_the_members_of_any_grid_is_found() {
+    let set = [
+        "arm_torsion_oscillation.frequency=7.1373 Hz",
+        "arm_torsion_oscillation.cosine=8 um",
+        "arm_torsion_oscillation.sine=3 um",
+    ];
+    let (opened, problem) = drawn(&["arm_torsion_oscillation"], &set, 7);
+    let found = run(problem, &opened);
+    assert_eq!(found.verdict, Verdict::Explained);
+    let [one] = found.effects.as_slice() else { unreachable!("{:?}", found.candidates[0]) };
+    assert_eq!(one.candidate.name, "arm_torsion_oscillation");
+    let frequency = one.candidate.selected.member["frequency"];
+    // Triggers may be slow enough to show a line at another place: then it is the same line.
+    assert!((frequency - 7.1373).abs() < 0.005, "{frequency}");
+}
+
+#[test]
+fn one_effect_alone_can_be_asked_for() {
+    let (opened, problem) = drawn(&["trunnion_tilt"], &[], 8);
+    let wanted = Wanted { only: vec!["collimation".to_owned()], ..Wanted::default() };
+    let recipes = opened.recipes.clone();
+    let found = diagnose(problem, recipes, &wanted, &Options::default()).unwrap();
+    let names: Vec<&str> = found.candidates.iter().map(|one| one.name.as_str()).collect();
+    assert!(names.iter().all(|name| *name == "collimation"), "{names:?}");
+    assert_ne!(found.verdict, Verdict::Explained);
+}
+
+#[test]
+fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
+    let set = ["trunnion_tilt.tilt=4 arcsec"];
+    let (opened, problem) = drawn(&["trunnion_tilt"], &set, 9);
+    let (mut other, again) = drawn(&["trunnion_tilt"], &set, 10);
+    other.problem = again;
+    let mut found = run(problem, &opened);
+    assert_eq!(found.verdict, Verdict::Explained);
+    judge(&mut found, &other, &Wanted::default(), &Options::default()).unwrap();
+    let gap = found.gap.unwrap();
+    assert_eq!(gap.folds, 12);
+    assert!(gap.closed.unwrap() > 0.9, "{gap:?}");
+    // A campaign without the effect: it does not shrink there.
+    let (mut clean, readings) = drawn(&[], &[], 11);
+    clean.problem = readings;
+    let (_, problem) = drawn(&["trunnion_tilt"], &set, 9);
+    let mut found = run(problem, &opened);
+    judge(&mut found, &clean, &Wanted::default(), &Options::default()).unwrap();
+    assert!(found.gap.as_ref().unwrap().held_out_drop < 0.0, "{:?}", found.gap);
+    assert_eq!(found.gap.unwrap().closed, Some(0.0));
+}
+
+#[test]
+fn two_campaigns_tell_more_than_one() {
+    let request = Request::new([folder(), folder()]);
+    let opened = open(&request).unwrap();
+    let found = run(opened.problem.clone(), &opened);
+    assert_eq!(found.verdict, Verdict::Adequate);
+    let (single, problem) = drawn(&["collimation"], &["collimation.offset=1.2 arcsec"], 12);
+    let lambda = |found: &Diagnosis| {
+        let own = found.candidates.iter().find(|one| one.name == "collimation").unwrap();
+        own.score.gain
+    };
+    let one = lambda(&run(problem.clone(), &single));
+    let mut both = opened.problem.clone();
+    for part in &mut both.parts {
+        part.runs.clone_from(&problem.parts[0].runs);
+    }
+    let two = lambda(&run(Problem::new(both.parts), &opened));
+    // The same readings twice: twice the gain.
+    assert!((two / one - 2.0).abs() < 0.1, "{one} {two}");
+}
