@@ -139,6 +139,9 @@ impl Graph {
                 if y == Some(0.0) {
                     return a;
                 }
+                if a == b {
+                    return self.scale(2.0, a);
+                }
                 if let Some(inner) = negated(self, b) {
                     return self.subtract(a, inner);
                 }

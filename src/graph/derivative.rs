@@ -7,9 +7,9 @@
 //! and the forward tangents of those few, made once for all samples, finish the chain. Both are
 //! expressions like any other: shared, folded, and evaluated by whatever evaluates the graph.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
-use crate::graph::node::{Leaf, Node, NodeId, Unary};
+use crate::graph::node::{Leaf, NodeId};
 use crate::graph::partials::change;
 use crate::graph::{Graph, Kind};
 
@@ -76,8 +76,8 @@ pub fn tangent(graph: &mut Graph, nodes: &[NodeId], seeds: &Tangent) -> Tangent 
     moved
 }
 
-/// Where an adjoint sweep ended: how often it came to each node, with which factors.
-pub type Ends = BTreeMap<NodeId, Vec<Arrival>>;
+/// Where an adjoint sweep ended, in its order; it may come to a node more than once.
+pub type Ends = Vec<(NodeId, Arrival)>;
 
 /// A node where a sweep ends is an operand: what its derivative by it multiplies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,7 +110,7 @@ pub fn adjoint(
             continue;
         }
         if is_end(graph, node) {
-            ends.entry(node).or_default().push(Arrival { adjoint, slope: one });
+            ends.push((node, Arrival { adjoint, slope: one }));
             continue;
         }
         let mut operands: Vec<NodeId> = graph.node(node).operands().collect();
@@ -119,7 +119,7 @@ pub fn adjoint(
             let slope = change(graph, node, |which| (which == operand).then_some(one));
             let Some(slope) = slope else { continue };
             if is_end(graph, operand) {
-                ends.entry(operand).or_default().push(Arrival { adjoint, slope });
+                ends.push((operand, Arrival { adjoint, slope }));
                 continue;
             }
             let share = graph.multiply(adjoint, slope);
@@ -141,33 +141,34 @@ pub fn adjoint(
 /// `v × (Rᵀ g)` instead of a derivative by each of the nine numbers in `R`.
 pub fn along(graph: &mut Graph, ends: &Ends, tangent: &Tangent) -> NodeId {
     let zero = graph.constant(0.0);
-    let mut groups: Vec<((NodeId, bool), Vec<(NodeId, NodeId)>)> = Vec::new();
-    let mut pairs = Vec::new();
-    for (end, arrivals) in ends {
+    let mut alone: Vec<(NodeId, NodeId)> = Vec::new();
+    let mut turning: Vec<((NodeId, bool), NodeId)> = Vec::new();
+    for (end, Arrival { adjoint, slope }) in ends {
         let Some(&moved) = tangent.get(end).filter(|moved| **moved != zero) else { continue };
-        let (size, negative) = match graph.node(moved) {
-            Node::Unary(Unary::Negate, size) => (size, true),
-            _ => (moved, false),
-        };
-        if !tangent.contains_key(&size) {
-            let terms: Vec<_> = arrivals.iter().map(|a| (a.adjoint, a.slope)).collect();
-            pairs.push((graph.sum_of_products(&terms), moved));
-            continue;
-        }
-        for arrival in arrivals {
-            let key = (arrival.slope, negative);
-            match groups.iter_mut().find(|(other, _)| *other == key) {
-                Some((_, terms)) => terms.push((arrival.adjoint, size)),
-                None => groups.push((key, vec![(arrival.adjoint, size)])),
+        let opposite = graph.negate(moved);
+        let signs = [(moved, false), (opposite, true)];
+        match signs.into_iter().find(|(size, _)| tangent.contains_key(size)) {
+            Some((size, negative)) => {
+                let term = graph.multiply(*adjoint, size);
+                add_to(graph, &mut turning, (*slope, negative), term);
+            }
+            None => {
+                let term = graph.multiply(*adjoint, *slope);
+                add_to(graph, &mut alone, moved, term);
             }
         }
     }
-    for ((slope, negative), terms) in groups {
-        // From the last row to the first, as the sweep goes.
-        let terms: Vec<_> = terms.into_iter().rev().collect();
-        let sum = graph.sum_of_products(&terms);
-        let slope = if negative { graph.negate(slope) } else { slope };
-        pairs.push((slope, sum));
-    }
+    let turning = turning
+        .into_iter()
+        .map(|((slope, negative), sum)| (if negative { graph.negate(slope) } else { slope }, sum));
+    let pairs: Vec<_> = turning.chain(alone).collect();
     graph.sum_of_products(&pairs)
+}
+
+/// Adds to the sum of a key.
+fn add_to<K: PartialEq>(graph: &mut Graph, sums: &mut Vec<(K, NodeId)>, key: K, term: NodeId) {
+    match sums.iter_mut().find(|(other, _)| *other == key) {
+        Some((_, sum)) => *sum = graph.add(*sum, term),
+        None => sums.push((key, term)),
+    }
 }

@@ -57,6 +57,7 @@ impl Code {
             free: Vec::new(),
             count: 0,
         };
+        let groups = &schedule.outputs;
         compiler.find_columns(&schedule, groups);
         let last = last_uses(compiler.graph, &schedule, groups);
         let mut ending: Vec<Vec<NodeId>> =
@@ -133,7 +134,7 @@ impl Compiler<'_> {
         let results = steps.iter().flat_map(|form| results(*form)).flatten();
         let outputs = groups.iter().flatten().copied();
         let nodes: Vec<NodeId> = inner.chain(results).chain(outputs).collect();
-        if schedule.sums.values().flatten().any(|term| term.lanes == [None, None]) {
+        if schedule.adds_what_stands_still() {
             self.column(Column::One);
         }
         for node in nodes {
@@ -224,7 +225,7 @@ impl Compiler<'_> {
                 let a = self.lane(angle);
                 Instruction::SinCos { a, sin: self.place(sin), cos: self.place(cos) }
             }
-            Form::Sum(node) => self.sum(node, &schedule.sums[&node]),
+            Form::Sum(node) => self.sum(node, schedule.terms(node)),
             Form::Node(node) => self.node(node),
         }
     }

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use crate::engine::lanes::sums::{Sums, sums};
+use crate::engine::lanes::sums::{Sums, Term, sums};
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId, Unary};
 
 /// What one instruction computes.
@@ -31,6 +31,8 @@ pub(super) struct Schedule {
     pub(super) ends: Vec<usize>,
     /// The terms of the nodes that are sums.
     pub(super) sums: Sums,
+    /// The outputs by group; of two that are the same sum the first stands for both.
+    pub(super) outputs: Vec<Vec<NodeId>>,
 }
 
 impl Schedule {
@@ -40,10 +42,21 @@ impl Schedule {
             Form::Node(node) => graph.node(node).operands().collect(),
             Form::Fill(_) => Vec::new(),
             Form::Sum(node) => {
-                self.sums[&node].iter().flat_map(|term| term.lanes).flatten().collect()
+                self.terms(node).iter().flat_map(|term| term.lanes).flatten().collect()
             }
             Form::SinCos { angle, .. } => vec![angle],
         }
+    }
+
+    /// The terms of a node that is a sum.
+    pub(super) fn terms(&self, node: NodeId) -> &[Term] {
+        self.sums.terms(node).unwrap_or_default()
+    }
+
+    /// Whether some term stands still.
+    pub(super) fn adds_what_stands_still(&self) -> bool {
+        let still = |node: &NodeId| self.terms(*node).iter().any(|term| term.lanes == [None, None]);
+        self.steps.iter().any(|form| matches!(form, Form::Sum(node) if still(node)))
     }
 }
 
@@ -51,13 +64,16 @@ impl Schedule {
 pub(super) fn schedule(graph: &mut Graph, groups: &[Vec<NodeId>]) -> Schedule {
     let mut scheduler = Scheduler::new(graph, groups);
     for group in groups {
-        for output in group {
+        let sums = &scheduler.schedule.sums;
+        let outputs: Vec<NodeId> = group.iter().map(|node| sums.first_alike(*node)).collect();
+        for output in &outputs {
             if scheduler.graph.is_moving(*output) {
                 scheduler.compute(*output);
             } else {
                 scheduler.fill(*output);
             }
         }
+        scheduler.schedule.outputs.push(outputs);
         scheduler.schedule.ends.push(scheduler.schedule.steps.len());
     }
     scheduler.schedule
@@ -159,7 +175,7 @@ impl<'a> Scheduler<'a> {
                 Some((sin, cos)) => Form::SinCos { angle, sin: *sin, cos: *cos },
                 None => Form::Node(node),
             },
-            _ if self.schedule.sums.contains_key(&node) => Form::Sum(node),
+            _ if self.schedule.sums.terms(node).is_some() => Form::Sum(node),
             _ => Form::Node(node),
         }
     }

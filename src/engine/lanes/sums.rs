@@ -15,7 +15,7 @@ use crate::graph::{Binary, Graph, Node, NodeId, Unary};
 pub(super) const MOST_TERMS: usize = 4;
 
 /// `factor`, `factor · a` or `factor · a · b`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Term {
     /// Stands still.
     pub(super) factor: NodeId,
@@ -23,14 +23,39 @@ pub(super) struct Term {
     pub(super) lanes: [Option<NodeId>; 2],
 }
 
-/// The terms of each node that is a sum.
-pub(super) type Sums = HashMap<NodeId, Vec<Term>>;
+/// The sums of a program.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sums {
+    terms: HashMap<NodeId, Vec<Term>>,
+    /// The first node with these terms: two ways of writing one sum are one sum.
+    first: HashMap<Vec<Term>, NodeId>,
+}
+
+impl Sums {
+    /// The terms of a node that is a sum.
+    pub(super) fn terms(&self, node: NodeId) -> Option<&[Term]> {
+        self.terms.get(&node).map(Vec::as_slice)
+    }
+
+    /// The first node with the terms of this one.
+    pub(super) fn first_alike(&self, node: NodeId) -> NodeId {
+        let first = self.terms.get(&node).and_then(|terms| self.first.get(terms));
+        first.copied().unwrap_or(node)
+    }
+
+    fn insert(&mut self, node: NodeId, terms: Vec<Term>) {
+        self.first.entry(terms.clone()).or_insert(node);
+        self.terms.insert(node, terms);
+    }
+}
 
 /// The sums among `nodes`, operands before users; `uses` says how often each is needed.
 pub(super) fn sums(graph: &mut Graph, nodes: &[NodeId], uses: &[u32]) -> Sums {
-    let mut finder = Finder { graph, uses, sums: Sums::new() };
-    for &node in nodes.iter().filter(|node| finder.graph.is_moving(**node)).collect::<Vec<_>>() {
-        if let Some(terms) = finder.terms(node) {
+    let mut finder = Finder { graph, uses, sums: Sums::default() };
+    for &node in nodes {
+        if finder.graph.is_moving(node)
+            && let Some(terms) = finder.terms(node)
+        {
             finder.sums.insert(node, terms);
         }
     }
@@ -82,8 +107,8 @@ impl Finder<'_> {
 
     /// The terms of a sum that nothing else needs, where there are more than one and at most `most`.
     fn part(&self, node: NodeId, most: usize) -> Option<Vec<Term>> {
-        let terms = self.sums.get(&node)?;
-        (self.is_needed_once(node) && (2..=most).contains(&terms.len())).then(|| terms.clone())
+        let terms = self.sums.terms(node)?;
+        (self.is_needed_once(node) && (2..=most).contains(&terms.len())).then(|| terms.to_vec())
     }
 
     /// A node as one term.
@@ -123,6 +148,7 @@ impl Finder<'_> {
     fn scaled(&mut self, node: NodeId) -> (NodeId, NodeId) {
         let (mut factor, mut rest) = (self.graph.constant(1.0), node);
         loop {
+            rest = self.sums.first_alike(rest);
             (factor, rest) = match self.graph.node(rest) {
                 Node::Binary(Binary::Multiply, a, b) if !self.graph.is_moving(a) => {
                     (self.graph.multiply(factor, a), b)
