@@ -49,6 +49,7 @@ pub mod delays;
 pub mod deviations;
 pub mod differences;
 pub mod head;
+pub mod intersection;
 pub mod median;
 pub mod newton;
 pub mod observability;

@@ -15,7 +15,7 @@ use homepoint::estimate::coverage::{Combined, coverage_factor};
 use homepoint::estimate::delays::Summary;
 use homepoint::estimate::newton::{ReadingDelay, State};
 use homepoint::estimate::systematic::Widening;
-use homepoint::estimate::transformation::Transformation;
+use homepoint::estimate::transformation::{Choice, transformation};
 
 #[path = "problems/seed.rs"]
 mod seed;
@@ -82,7 +82,11 @@ impl Solved {
     }
 
     fn budgets(&self) -> (Found, Vec<Budget>) {
-        let taken = Transformation::of(&self.opened.problem, &self.joint, 0);
+        self.budgets_by(Choice::Best)
+    }
+
+    fn budgets_by(&self, choice: Choice) -> (Found, Vec<Budget>) {
+        let taken = transformation(&self.opened.problem, Some(&self.joint), 0, choice).unwrap();
         let mut widening = Widening::new(taken.problem(), 0, &taken.fit().fit.point);
         let mut readings = Vec::new();
         let Ok(mut delays) = taken.delays(0, None, &mut |reading| {
@@ -107,7 +111,18 @@ fn close(found: f64, expected: f64, relative: f64) {
 /// Newton's own uncertainties come from the lanes; the lines are evaluated one by one.
 #[test]
 fn the_lines_add_up_to_the_uncertainty_of_the_delays() {
-    let (delays, budgets) = Solved::of("sum", CAMPAIGN).budgets();
+    add_up(&Solved::of("sum", CAMPAIGN).budgets());
+}
+
+/// What the delays found bring into the transformation stands in its line and in the readings'.
+#[test]
+fn the_lines_add_up_where_transformation_and_delays_are_found_in_turn() {
+    let campaign = CAMPAIGN.replace("-20 deg/s", "5 deg/s");
+    add_up(&Solved::of("turn", &campaign).budgets_by(Choice::Iterated));
+}
+
+#[track_caller]
+fn add_up((delays, budgets): &(Found, Vec<Budget>)) {
     assert_eq!(budgets.len(), 3);
     for (measurand, (budget, summary)) in budgets.iter().zip(&delays.measurands).enumerate() {
         let part = |common: bool, of: fn(&Contribution) -> f64| {

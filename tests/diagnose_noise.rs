@@ -85,7 +85,8 @@ fn lost_samples_are_found_with_their_rows() {
     shifted(&mut problem, fast[0], 30..last, 1);
     shifted(&mut problem, fast[1], 20..40, -2);
     let before = run(problem.clone(), &opened);
-    assert_eq!(before.verdict, Verdict::Explained);
+    let told: Vec<&str> = before.locations.iter().map(|one| one.place.words.as_str()).collect();
+    assert_eq!(before.verdict, Verdict::Explained, "{told:?} {:?} {:?}", before.lost, before.noise);
     assert!(before.effects.is_empty());
     let [first, second] = before.lost.as_slice() else { unreachable!("{:?}", before.lost) };
     let mut found = [first, second];
@@ -209,21 +210,21 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
 
 #[test]
 fn two_campaigns_tell_more_than_one() {
-    let request = Request::new([folder(), folder()]);
-    let opened = open(&request).unwrap();
-    let found = run(opened.problem.clone(), &opened);
-    assert_eq!(found.verdict, Verdict::Adequate);
-    let (single, problem) = drawn(&["collimation"], &["collimation.offset=1.2 arcsec"], 12);
-    let lambda = |found: &Diagnosis| {
+    let opened = open(&Request::new([folder(), folder()])).unwrap();
+    let set = ["collimation.offset=4 arcsec"];
+    let drawn = [12, 13].map(|seed| drawn(&["collimation"], &set, seed));
+    let gain = |found: &Diagnosis| {
         let own = found.candidates.iter().find(|one| one.name == "collimation").unwrap();
         own.score.gain
     };
-    let one = lambda(&run(problem.clone(), &single));
+    let single: f64 = drawn.iter().map(|(opened, one)| gain(&run(one.clone(), opened))).sum();
     let mut both = opened.problem.clone();
-    for part in &mut both.parts {
-        part.runs.clone_from(&problem.parts[0].runs);
+    for (part, (_, one)) in both.parts.iter_mut().zip(&drawn) {
+        part.runs.clone_from(&one.parts[0].runs);
     }
-    let two = lambda(&run(Problem::new(both.parts), &opened));
-    // The same readings twice: twice the gain.
-    assert!((two / one - 2.0).abs() < 0.1, "{one} {two}");
+    let found = run(Problem::new(both.parts), &opened);
+    assert_eq!(found.verdict, Verdict::Explained);
+    assert_eq!(found.effects[0].candidate.name, "collimation");
+    // A value for each campaign, for nobody says that it is the same instrument: the gains add up.
+    assert!((gain(&found) / single - 1.0).abs() < 0.1, "{} {single}", gain(&found));
 }

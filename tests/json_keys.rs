@@ -12,9 +12,10 @@ use homepoint::estimate::calibrate::calibrate;
 use homepoint::estimate::compare::compare;
 use homepoint::estimate::conditions::self_calibration;
 use homepoint::estimate::deviations::deviations;
+use homepoint::estimate::intersection::intersection;
 use homepoint::estimate::repeatability::of_campaigns;
 use homepoint::estimate::transformation::{Choice, Transformation, delays_of, transformation};
-use homepoint::report::deviations::Whole;
+use homepoint::report::deviations::{Shown, Whole};
 use homepoint::report::{self, json};
 use serde_json::Value;
 
@@ -55,8 +56,12 @@ fn results_have_the_promised_keys() {
     let given = transformation(&problem, Some(&result), 0, Choice::Best).unwrap();
     let paper = transformation(&problem, Some(&result), 0, Choice::Paper).unwrap();
     let list = bias(&paper, &paper.iterated(&problem, 0).unwrap(), 0);
-    let runs: Vec<_> = (0..problem.parts[0].runs.len())
-        .map(|run| deviations(&given.problem, 0, run, &given.point))
+    let runs: Vec<Shown> = (0..given.problem.parts[0].runs.len())
+        .map(|run| {
+            let (head, found) = deviations(&given.problem, 0, run, &given.point);
+            let gap = intersection(&given.problem, 0, run, &given.point);
+            Shown { head, found, gap }
+        })
         .collect();
     let specification = &Default::default();
     let whole = Whole { problem: &given.problem, part: 0, specification, runs: &runs };

@@ -11,7 +11,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use homepoint::campaign::Samples;
-use homepoint::campaign::write::write_campaign;
+use homepoint::campaign::write::{write_campaign, write_campaign_with};
+use homepoint::campaign::write_run::RunTable;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::{Point, simulate::simulate};
 use homepoint::estimate::batch::Options;
@@ -168,10 +169,12 @@ fn a_serial_request_counts_from_its_last_bit() {
     are_true(&delays(&opened), 2e-12);
     let reply = &opened.campaigns[0].request_to_reply[0];
     assert_eq!((reply.run.as_str(), reply.count), ("fast", COUNT));
-    assert!((reply.smallest - 12e-3).abs() < 1e-9 && (reply.largest - 12.02e-3).abs() < 1e-9);
-    assert!((reply.mean - 12.01e-3).abs() < 1e-9);
+    assert!(
+        (reply.time.smallest - 12e-3).abs() < 1e-9 && (reply.time.largest - 12.02e-3).abs() < 1e-9
+    );
+    assert!((reply.time.mean - 12.01e-3).abs() < 1e-9);
     // 20 each of -10, 0 and 10 µs about their mean.
-    assert!((reply.standard_deviation - (40.0_f64 / 59.0).sqrt() * 1e-5).abs() < 1e-10);
+    assert!((reply.time.standard_deviation - (40.0_f64 / 59.0).sqrt() * 1e-5).abs() < 1e-10);
 }
 
 #[test]
@@ -348,7 +351,7 @@ fn a_run_may_be_longer_than_memory() {
     assert_eq!((&reply, &blind), (&other_reply, &other_blind));
     assert!(!blind.is_empty());
     assert_eq!(reply.count, count as usize);
-    assert!((reply.mean - 12.0005e-3).abs() < 1e-9);
+    assert!((reply.time.mean - 12.0005e-3).abs() < 1e-9);
     for (few, many) in few.iter().zip(&many) {
         assert_eq!(few.contributions, many.contributions);
     }
@@ -365,4 +368,79 @@ fn a_run_may_be_longer_than_memory() {
         assert_eq!(faults.0[0].message, expected);
         assert_eq!(faults.0[0].place.as_ref().unwrap().line, count.min(rows) as usize + 2);
     }
+}
+
+/// A simulated run's replies: as stated, within their requests, on the clock's grid, from the seed alone.
+#[test]
+fn simulated_replies_are_captured_and_read_back() {
+    let plan = format!(
+        r#"{HEAD}[timing]
+method = "serial"
+baud = "19200 Bd"
+bits = 150
+resolution = "25 ns"
+reply = {{ after = "18 ms", scatter = "4 ms" }}
+[[runs]]
+name = "fast"
+plan = {{ trigger = "40 Hz", duration = "20 s", arm_angle = {{ start = "0 deg", rate = "90 deg/s", acceleration = "2 deg/s^2" }} }}
+"#
+    );
+    let planned = Folder::new("reply-plan", &[("campaign.toml", &plan)]);
+    let mut opened = planned.open();
+    let truth = Point::stated(&opened.problem.layout);
+    simulate(&mut opened.problem, &truth, 5, true);
+    let write = |opened: &Opened, seed: u64, name: &str| {
+        let written = Folder::new(name, &[]);
+        let runs = &opened.problem.parts[0].runs;
+        let fill = &mut |run: usize, table: &mut RunTable| {
+            table.seed(seed, run);
+            runs[run].record.try_walk(|stretch| table.write(stretch, None))
+        };
+        let (campaign, model) = (&opened.campaigns[0], &opened.models[0]);
+        write_campaign_with(&written.0, campaign, model, runs, fill).unwrap();
+        written
+    };
+    let written = write(&opened, 1, "reply-1");
+    let text = |folder: &Folder| fs::read_to_string(folder.0.join("fast.csv")).unwrap();
+    assert!(text(&written).starts_with("request [s],reply [s],arm_angle [rad]"));
+    assert_eq!(text(&written), text(&write(&opened, 1, "reply-1-again")));
+    assert_ne!(text(&written), text(&write(&opened, 2, "reply-2")));
+
+    let again = written.open();
+    let replied = &again.campaigns[0].request_to_reply[0];
+    assert_eq!((replied.count, replied.replies.len()), (800, 800));
+    // 800 draws, cut off where the next request begins and where the request itself ends.
+    let length = 150.0 / 19200.0;
+    assert!(replied.time.smallest >= length && replied.time.largest < 25e-3);
+    assert!((replied.time.mean - 18e-3).abs() < 0.5e-3, "{replied:?}");
+    assert!((replied.time.standard_deviation - 4e-3).abs() < 0.6e-3);
+    for one in &replied.replies {
+        let steps = one.reply / 25e-9;
+        assert!((steps - steps.round()).abs() < 1e-3, "{one:?}");
+        // Where the arm is then, by hand: planned from the reference time zero on.
+        let at = |time: f64| {
+            let since = time - (replied.replies[0].request + length);
+            (90.0 * since + since * since).to_radians()
+        };
+        let [[then, later]] = one.inputs[..] else { unreachable!() };
+        assert!((then - at(one.request)).abs() < 1e-9, "{one:?}");
+        assert!((later - at(one.reply)).abs() < 1e-9, "{one:?}");
+    }
+    let (name, moved) = &replied.moved[0];
+    assert_eq!(name, "arm_angle");
+    assert!(moved.smallest > 0.0 && moved.largest < (130.0 * 25e-3_f64).to_radians());
+    let table = homepoint::report::timing::replies(&again.campaigns[0], &again.models[0]);
+    assert_eq!(table.lines().count(), 801);
+    assert!(table.starts_with(
+        "run,row,request [s],reply [s],request_to_reply [s],arm_angle_at_request [rad],arm_angle_at_reply [rad]\nfast,2,"
+    ));
+    // What was recorded once comes again where the table says nothing.
+    let text = fs::read_to_string(written.0.join("campaign.toml")).unwrap();
+    let silent: String =
+        text.lines().filter(|line| !line.contains("\"reply\"")).collect::<Vec<_>>().join("\n");
+    assert_ne!(silent.lines().count(), text.lines().count());
+    fs::write(written.0.join("campaign.toml"), silent).unwrap();
+    let third = write(&written.open(), 3, "reply-3").open();
+    let replied = &third.campaigns[0].request_to_reply[0];
+    assert!((replied.time.mean - 18e-3).abs() < 0.5e-3, "{replied:?}");
 }

@@ -162,3 +162,160 @@ fn captures_that_make_no_sense() {
         "campaign.toml:11:12 unknown key `captured` | did you mean `captures`?"
     );
 }
+
+#[test]
+fn statements_that_no_circuit_can_keep() {
+    let of = |timing: &str| fault(timing, "", &[("fast.csv", "distance [m]\n1\n")]);
+    assert_eq!(
+        of(&format!("{LINE}baud_tolerance = \"10 %\"")),
+        "campaign.toml:6:22 expected a unit | "
+    );
+    assert_eq!(
+        of(&format!("{LINE}baud_tolerance = \"100000 ppm\"")),
+        "campaign.toml:6:18 a baud rate off by 10.000 % loses bits | the last of ten bits is then read half a bit off; such a line does not work, and crystals keep 100 ppm"
+    );
+    assert_eq!(
+        of("method = \"trigger\"\nedge = \"1 s\""),
+        "campaign.toml:4:8 edge of 1e0 s is no property of an electronic circuit | times of the chain are shorter than 0.1 s: check the unit"
+    );
+    assert_eq!(
+        of("method = \"serial\"\nbaud = \"19200 Bd\"\nbits = 1e12"),
+        "campaign.toml:5:8 a request of 1e12 bits at 1.92e4 Bd takes 5.208e7 s | it is read to take 10 s at most: check `baud` and `bits`"
+    );
+    assert_eq!(
+        of(&format!("{LINE}reply = {{ after = \"2 ms\" }}")),
+        "campaign.toml:6:9 the reply begins before its request of 4.17 ms is complete | count from start bit to start bit"
+    );
+    assert_eq!(
+        of(&format!("{LINE}reply = {{ scatter = \"2 ms\" }}")),
+        "campaign.toml:6:9 `reply` does not say after what time it begins | write reply = { after = \"14 ms\" }"
+    );
+    assert_eq!(
+        of("method = \"trigger\"\nreply = { after = \"2 ms\" }"),
+        "campaign.toml:4:1 `reply` belongs to a serial interface | write method = \"serial\", or leave it out"
+    );
+}
+
+#[test]
+fn times_too_large_to_be_told_apart() {
+    let resolution = "method = \"trigger\"\nresolution = \"25 ns\"";
+    let data = format!("{TRIGGER}1700000000.0,0,10,1\n1700000000.1,1,10,1\n");
+    assert_eq!(
+        fault(resolution, "", &[("fast.csv", &data)]),
+        "fast.csv:2:1 1700000000 s is so large a number that its neighbours are 377 ns apart | count from a later zero, say the start of the day"
+    );
+}
+
+/// Whatever is wrong, the first fault points into a file, and nothing panics or passes.
+#[test]
+fn every_bad_timing_points_into_its_file() {
+    let good = format!("{TRIGGER}1,0,10,1\n1.1,1,10,1\n");
+    let serial = |line: &str| format!("method = \"serial\"\n{line}");
+    let tables = [
+        "method = 5",
+        "method = [\"trigger\"]",
+        "method = \"\"",
+        "method = \"trigger\"\nmethod = \"serial\"",
+        "method = \"trigger\"\nedge = 1",
+        "method = \"trigger\"\nedge = \"\"",
+        "method = \"trigger\"\nedge = \"-1 us\"",
+        "method = \"trigger\"\nedge = \"nan us\"",
+        "method = \"trigger\"\nedge = \"inf us\"",
+        "method = \"trigger\"\nedge = \"1e999 us\"",
+        "method = \"trigger\"\nedge = \"1e300 us\"",
+        "method = \"trigger\"\nedge = [\"1 us\"]",
+        "method = \"trigger\"\nresolution = \"0 ns\"",
+        "method = \"trigger\"\njitter = \"1 h\"",
+        "method = \"trigger\"\njitter = { sigma = \"1 us\" }",
+        "method = \"trigger\"\ncontroller_gate = {}",
+        "method = \"trigger\"\ncontroller_gate = { at_most = \"-1 ns\" }",
+        "method = \"trigger\"\ncontroller_gate = { at_most = \"1 ns\", value = \"1 ns\" }",
+        "method = \"trigger\"\ncontroller_gate = { value = \"-1 ns\", sigma = \"1 ns\" }",
+        "method = \"trigger\"\ncontroller_gate = { value = \"1 ns\", sigma = \"-1 ns\" }",
+        "method = \"trigger\"\ncontroller_gate = { value = \"1 ns\", sigma = \"nan ns\" }",
+        "method = \"trigger\"\ncontroller_gate = { value = \"1 ns\", U = \"1 ns\", k = 0 }",
+        "method = \"trigger\"\ninstrument_gate = { value = \"1e9 s\", sigma = \"1 ns\" }",
+        "method = \"trigger\"\nbaud = \"19200 Bd\"",
+    ];
+    let lines = [
+        "bits = 80",
+        "baud = \"0 Bd\"\nbits = 80",
+        "baud = \"nan Bd\"\nbits = 80",
+        "baud = \"inf Bd\"\nbits = 80",
+        "baud = \"1e999 Bd\"\nbits = 80",
+        "baud = \"1e-30 Bd\"\nbits = 80",
+        "baud = \"19200\"\nbits = 80",
+        "baud = \"19200 Bd\"\nbits = 0",
+        "baud = \"19200 Bd\"\nbits = -80",
+        "baud = \"19200 Bd\"\nbits = nan",
+        "baud = \"19200 Bd\"\nbits = inf",
+        "baud = \"19200 Bd\"\nbits = 1e30",
+        "baud = \"19200 Bd\"\nbits = \"80\"",
+        "baud = \"19200 Bd\"\nbits = true",
+        "baud = \"19200 Bd\"\nbits = 80\nbaud_tolerance = \"-50 ppm\"",
+        "baud = \"19200 Bd\"\nbits = 80\nbaud_tolerance = 50",
+        "baud = \"19200 Bd\"\nbits = 80\nreference = \"end\"",
+        "baud = \"19200 Bd\"\nbits = 80\nreply = \"14 ms\"",
+        "baud = \"19200 Bd\"\nbits = 80\nreply = { after = \"14 ms\", scatter = \"-1 ms\" }",
+        "baud = \"19200 Bd\"\nbits = 80\nreply = { after = \"14 ms\", when = \"1 ms\" }",
+    ];
+    let tables = tables.iter().map(|table| (*table).to_owned()).chain(lines.map(serial));
+    for table in tables {
+        let found = fault(&table, "", &[("fast.csv", &good)]);
+        assert!(found.starts_with("campaign.toml:"), "{table}: {found}");
+    }
+    let captures = [
+        String::new(),
+        "\n\n".to_owned(),
+        "trigger [s]\n".to_owned(),
+        TRIGGER.to_owned(),
+        format!("{TRIGGER}1,0,10,1\n1,1,10,1\n"),
+        format!("{TRIGGER}nan,0,10,1\n"),
+        format!("{TRIGGER}inf,0,10,1\n"),
+        format!("{TRIGGER}1e999,0,10,1\n"),
+        format!("{TRIGGER}1e18,0,10,1\n1e19,1,10,1\n"),
+        format!("{TRIGGER}now,0,10,1\n"),
+        format!("{TRIGGER}1;0;10;1\n"),
+        format!("{TRIGGER}1,0,10\n"),
+        format!("{TRIGGER}1,0,10,1,7\n"),
+        format!("{TRIGGER}1,0,nan,1\n"),
+        format!("{TRIGGER}1,0,1e999,1\n"),
+        TRIGGER.replace("trigger", "triger") + "1,0,10,1\n",
+        TRIGGER.replace("trigger [s]", "trigger") + "1,0,10,1\n",
+        TRIGGER.replace("arm_angle [deg]", "trigger [s]") + "1,1,10,1\n",
+        TRIGGER.replace("arm_angle", "arm") + "1,0,10,1\n",
+    ];
+    for text in captures {
+        let found = fault("method = \"trigger\"", "", &[("fast.csv", &text)]);
+        let points = found.starts_with("fast.csv:") || found.starts_with("campaign.toml:");
+        assert!(points, "{text:?}: {found}");
+    }
+    let replies = [
+        format!("{SERIAL}1,nan,0,10,1\n"),
+        format!("{SERIAL}1,-1,0,10,1\n"),
+        format!("{SERIAL}1,1,0,10,1\n"),
+        format!("{SERIAL}1,1e999,0,10,1\n"),
+        format!("{SERIAL},1.1,0,10,1\n"),
+    ];
+    for text in replies {
+        let found = fault(LINE, "", &[("fast.csv", &text)]);
+        assert!(found.starts_with("fast.csv:2:"), "{text:?}: {found}");
+    }
+    let run = "timing = { captures = \"latch.csv\" }";
+    let beside =
+        ["", "trigger [s]\n", "trigger [s]\n1\n1\n", "trigger [s]\n1\n2\n3\n", "x\n1\n2\n"];
+    for text in beside {
+        let files = [("fast.csv", "distance [m]\n1\n1\n"), ("latch.csv", text)];
+        let found = fault("method = \"trigger\"", run, &files);
+        assert!(found.split(' ').next().unwrap().matches(':').count() == 2, "{text:?}: {found}");
+    }
+    for run in [
+        "timing = 5",
+        "timing = { captures = 5 }",
+        "timing = { bits = -1 }",
+        "timing = { captures = \"none.csv\" }",
+    ] {
+        let found = fault(LINE, run, &[("fast.csv", &format!("{SERIAL}1,1.1,0,10,1\n"))]);
+        assert!(found.starts_with("campaign.toml:"), "{run}: {found}");
+    }
+}

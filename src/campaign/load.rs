@@ -17,7 +17,7 @@ use crate::campaign::spline::Smoothing;
 use crate::campaign::statement;
 use crate::campaign::table::Skipped;
 use crate::campaign::timing::Timing;
-use crate::campaign::timing::captures::RequestToReply;
+use crate::campaign::timing::replies::RequestToReply;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
 use crate::formula::{Expression, ExpressionKind};
 use crate::model::{Model, Override};
@@ -453,7 +453,8 @@ fn setup_times(runs: &mut [Run]) {
 /// Whether a formula of the model names an input.
 fn needs(model: &Model, name: &str) -> bool {
     let coordinates = model.coordinates.iter().flat_map(|coordinates| {
-        [&coordinates.from, &coordinates.measured].into_iter().chain(coordinates.helpers.values())
+        let named = [&coordinates.from, &coordinates.measured].into_iter();
+        named.chain(&coordinates.gap).chain(coordinates.helpers.values())
     });
     model
         .quantities

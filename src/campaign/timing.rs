@@ -16,6 +16,8 @@
 //! |---|---|
 //! | `read` | what `[timing]` and a run's `timing` say |
 //! | [`captures`] | the captures of a run made into reference times |
+//! | [`replies`] | when replies came, and how far the arm had turned |
+//! | `capturing` | a simulated run written as it would have been captured |
 //! | [`chain`] | how well a reference time is known, and the lag of eq. (1) |
 //! | [`enter`] | the same as an effect of the model |
 //!
@@ -29,9 +31,11 @@ use crate::campaign::table::TIME;
 use crate::diagnostic::Place;
 
 pub mod captures;
+pub(crate) mod capturing;
 pub mod chain;
 pub mod enter;
 pub(crate) mod read;
+pub mod replies;
 
 /// What `[timing]` says.
 #[derive(Clone, Debug)]
@@ -48,6 +52,8 @@ pub struct Timing {
     pub controller_gate: Option<Gate>,
     /// Gate delay of the instrument under test; for the lag of eq. (1) alone.
     pub instrument_gate: Option<Gate>,
+    /// When simulated replies come.
+    pub reply: Option<Reply>,
     /// As written, to be written again.
     pub written: Value,
     /// Where the table stands.
@@ -92,6 +98,15 @@ pub struct Gate {
     pub value: f64,
     /// Its standard uncertainty.
     pub spread: Spread,
+}
+
+/// How long after its request a reply begins, start bit to start bit; for simulation alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reply {
+    /// On average (s).
+    pub after: f64,
+    /// Standard deviation (s).
+    pub scatter: f64,
 }
 
 /// What a run says of its captures.

@@ -49,7 +49,8 @@ pub fn write_campaign_with(
     let files = file_names(runs);
     for (index, (run, file)) in runs.iter().zip(&files).enumerate() {
         let timing = campaign.timing.as_ref().zip(campaign.entries.get(index));
-        let capturing = timing.map(|(timing, entry)| timing.capturing(&entry.timing));
+        let replies = campaign.request_to_reply.iter().find(|one| one.run == run.name);
+        let capturing = timing.map(|(timing, entry)| timing.capturing(&entry.timing, replies));
         let path = folder.join(file);
         let mut table = RunTable::create_captured(&path, model, &run.record, capturing)?;
         fill(index, &mut table)?;

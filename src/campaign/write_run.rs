@@ -11,7 +11,7 @@ use crate::campaign::record::{Record, Stretch};
 use crate::campaign::samples::{derived_symbol, reading_columns};
 use crate::campaign::signal::Track;
 use crate::campaign::table::TIME;
-use crate::campaign::timing::captures::Capturing;
+use crate::campaign::timing::capturing::Capturing;
 use crate::campaign::whole::WholeFile;
 use crate::graph::MeasurandKind;
 use crate::model::Model;
@@ -79,12 +79,19 @@ impl RunTable {
             readings.push(unit);
         }
         if timed {
-            let name = capturing.map_or(TIME, |capturing| capturing.column);
-            header.insert(0, format!("{name} [s]"));
+            let names = capturing.as_ref().map_or(&[TIME][..], |capturing| &capturing.columns);
+            header.splice(0..0, names.iter().map(|name| format!("{name} [s]")));
         }
         let mut file = WholeFile::create(path)?;
         writeln!(file, "{}", header.join(","))?;
         Ok(Self { file, capturing, timed, captured, readings, text: Vec::new() })
+    }
+
+    /// Draws what is captured beside the readings from a seed; `run` is the run's number.
+    pub fn seed(&mut self, seed: u64, run: usize) {
+        if let Some(capturing) = &mut self.capturing {
+            capturing.seed(seed, run);
+        }
     }
 
     /// Adds the samples of a stretch, with these columns of readings instead of its own, if any.
@@ -92,7 +99,7 @@ impl RunTable {
     /// # Errors
     /// The disk's.
     pub fn write(&mut self, stretch: Stretch<'_>, other: Option<&[Vec<f64>]>) -> io::Result<()> {
-        let captured = self.capturing.map(|capturing| capturing.captured(stretch));
+        let captured = self.capturing.as_ref().map(|capturing| capturing.captured(stretch));
         let stretch = match &captured {
             Some(samples) => Stretch { samples, start: 0, ..stretch },
             None => stretch,
@@ -107,8 +114,12 @@ impl RunTable {
         let captured = samples.inputs.iter().flat_map(Track::columns);
         let captured = self.captured.iter().zip(captured.map(|column| &column[range.clone()]));
         let readings = self.readings.iter().zip(readings.iter().map(|c| &c[read.clone()]));
+        let requests = time.map_or(&[][..], |(_, times)| times);
+        let replies = self.capturing.as_mut().map(|capturing| capturing.replies(requests));
+        let replies = replies.as_deref().filter(|replies| !replies.is_empty());
+        let replies = replies.map(|replies| (&second, replies));
         let columns: Vec<(&Unit, &[f64])> =
-            time.into_iter().chain(captured).chain(readings).collect();
+            time.into_iter().chain(replies).chain(captured).chain(readings).collect();
         self.text.clear();
         for row in 0..stretch.len {
             for (number, (unit, values)) in columns.iter().enumerate() {

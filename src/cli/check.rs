@@ -81,7 +81,7 @@ impl Check {
         render::all(&opened.warnings);
         render::all(&checks::check(&opened.problem));
         let part = &opened.problem.parts[0];
-        let timing = report::timing::text(&opened.campaigns[0]);
+        let timing = report::timing::text(&opened.campaigns[0], &opened.models[0]);
         let timing = timing.lines().map(|line| format!("\n  {line}")).collect::<String>();
         Ok(format!(
             "a campaign of `{}`, {} runs in {} setups, {} readings, {} unknowns{timing}",

@@ -12,6 +12,7 @@ use super::calibrate::{estimate, unsound};
 use super::load::Loaded;
 use super::{Failure, load, output};
 use crate::estimate::bias::bias;
+use crate::estimate::blind::ArmAngle;
 use crate::estimate::budget::budgets;
 use crate::estimate::conditions::self_calibration;
 use crate::estimate::newton::ReadingDelay;
@@ -60,8 +61,9 @@ impl DelaysCommand {
                     let data = &given.problem.parts[part];
                     output::written(&folder.join(name), |file| {
                         file.write_all(table::DELAYS.as_bytes())?;
+                        let mut arm = ArmAngle::of(data);
                         let row = &mut |reading: &ReadingDelay| {
-                            table::delay(data, &widening.see(reading), file)
+                            table::delay(data, &widening.see(reading), &mut arm, file)
                         };
                         let found = given.each_delay(part, &runs, row)?;
                         load::read_back(&given.problem)?;
@@ -69,10 +71,17 @@ impl DelaysCommand {
                     })?
                 }
             };
+            if let Some(folder) = &self.common.out {
+                let replies = report::timing::replies(campaign, &loaded.models[part]);
+                if !replies.is_empty() {
+                    let name = load::table_name("replies", &loaded.labels, part);
+                    output::file(&folder.join(name), &replies)?;
+                }
+            }
             load::trust(&given.problem)?;
             widening.widen(&mut found);
             text.push_str(&report::text::delays(&loaded.titles[part], &given.from, &found));
-            text.push_str(&report::timing::text(campaign));
+            text.push_str(&report::timing::text(campaign, &loaded.models[part]));
             let mut value = report::json::delays(&found.measurands);
             if self.budget {
                 let budgets = budgets(given, part, campaign);

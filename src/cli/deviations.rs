@@ -7,6 +7,7 @@ use super::arguments::{CampaignArguments, Format, TransformationChoice};
 use super::delays::given_transformation;
 use super::{Failure, load, output};
 use crate::estimate::deviations::deviations;
+use crate::estimate::intersection::intersection;
 use crate::report::deviations::{Shown, Whole, json as result, table, text};
 
 #[derive(Debug, Args)]
@@ -27,7 +28,11 @@ impl DeviationsCommand {
         let given = given_transformation(&loaded, self.transformation, self.common.format)?;
         for (part, given) in given.iter().enumerate() {
             let runs: Vec<Shown> = (0..given.problem.parts[part].runs.len())
-                .map(|run| deviations(&given.problem, part, run, &given.point))
+                .map(|run| {
+                    let (head, found) = deviations(&given.problem, part, run, &given.point);
+                    let gap = intersection(&given.problem, part, run, &given.point);
+                    Shown { head, found, gap }
+                })
                 .collect();
             load::trust(&given.problem)?;
             let specification = &loaded.campaigns[part].specification;

@@ -48,6 +48,7 @@ impl Simulate {
         let complete = problem.reading_count() == 0;
         let (campaign, model) = (&loaded.campaigns[0], &loaded.models[0]);
         let draw = &mut |run: usize, table: &mut RunTable| {
+            table.seed(self.seed, run);
             draw_run(&problem, (0, run), &point, self.seed, complete, &mut |stretch, drawn| {
                 table.write(stretch, Some(drawn))
             })?;

@@ -9,19 +9,22 @@ use crate::engine::stretches::Left;
 use crate::model::Process;
 
 use super::candidates::Candidate;
+use super::gap::LEAST_RUNS;
 use super::search::level;
 use super::stage::Stage;
 use super::tail::ln_normal;
 use super::wander::walk;
 use super::whiten::{Noise, NoiseEffect, Sequence, sequences};
 
-/// A random walk that shows, unless one is in the model already or a memory of each measurand by itself
+/// A random walk that shows, unless one is in the model already, the runs are too few to tell one from
+/// structure, or a memory of each measurand by itself
 /// is the likelier reason.
 pub(super) fn wanders(stage: &Stage, noise: &Noise) -> Option<NoiseEffect> {
     let walks = |one: &NoiseEffect| {
         stage.noise.iter().any(|other| other.name == one.name && is_walk(other))
     };
-    if noise.effects.iter().any(walks) {
+    let runs: usize = stage.fitted.problem.parts.iter().map(|part| part.runs.len()).sum();
+    if noise.effects.iter().any(walks) || runs < LEAST_RUNS {
         return None;
     }
     let rows: usize = stage.fitted.problem.parts.iter().map(|part| part.residual_count()).sum();

@@ -113,6 +113,31 @@ impl Given {
     }
 }
 
+impl Given {
+    /// What is given, with one more selected effect in the place of the noise that was found without it.
+    fn anew(
+        &self,
+        stage: &Stage,
+        noise: &Noise,
+        selected: &Selected,
+        options: &Options,
+    ) -> Result<Option<Fitted>, FitError> {
+        let mut fitted = stage.fitted.clone();
+        self.put_into(&mut fitted.problem);
+        fitted.without(&noise.selected(), options)?.with(selected, &[], options)
+    }
+
+    /// Puts the runs with every reading and the stated uncertainties back.
+    fn put_into(&self, problem: &mut Problem) {
+        for (part, (runs, stated)) in
+            problem.parts.iter_mut().zip(self.whole.iter().zip(&self.stated))
+        {
+            part.runs.clone_from(runs);
+            part.sigma.clone_from(stated);
+        }
+    }
+}
+
 impl Noise {
     /// Part of the readings that counts where neighbours are alike.
     fn alike(&self) -> f64 {
@@ -174,26 +199,13 @@ pub fn prepare(
 ) -> Result<Option<Stage>, FitError> {
     let mut noise = Noise::default();
     let mut scanned = Scanned::new();
-    let whole = given.whole.iter().zip(&given.stated);
-    for (part, (runs, stated)) in fitted.problem.parts.iter_mut().zip(whole) {
-        part.runs.clone_from(runs);
-        part.sigma.clone_from(stated);
-    }
+    given.put_into(&mut fitted.problem);
     fitted = fitted.without(&known.selected(), options)?;
     for round in 0..ROUNDS {
         let Some(mut stage) = Stage::again(fitted, wanted, &mut scanned) else {
             return Ok(None);
         };
         let structure = stage.structure();
-        if round + 1 < ROUNDS
-            && let Some(found) = wanders(&stage, &noise)
-            && let Some(selected) = &found.selected
-            && let Some(changed) = stage.fitted.with(selected, &[], options)?
-        {
-            noise.effects.push(found);
-            fitted = changed;
-            continue;
-        }
         noise.stretch = stretch(&stage.fitted.problem, noise.memory);
         let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
         let left = stage.evidence.left(problem, point, &structure, noise.stretch);
@@ -202,6 +214,16 @@ pub fn prepare(
             && let Some(changed) = whiten(&stage, &left, unknowns, &mut noise)
         {
             fitted = changed.again(options)?;
+            continue;
+        }
+        if round + 1 < ROUNDS
+            && let Some(found) = wanders(&stage, &noise)
+            && let Some(selected) = &found.selected
+            && let Some(changed) = given.anew(&stage, &noise, selected, options)?
+        {
+            // A walk passes for levels and jitter: they are judged again beside it.
+            noise = Noise { effects: vec![found], ..Noise::default() };
+            fitted = changed;
             continue;
         }
         if noise.memory > 0.0 {

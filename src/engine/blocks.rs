@@ -161,13 +161,7 @@ impl Problem {
         weights.resize(slots.len(), [0.0; LANES]);
         let mut readings = 0;
         for (slot, weight) in slots.iter().zip(&mut *weights) {
-            let mut there = 0_u64;
-            for (weight, reading) in weight.iter_mut().zip(chunk.readings(slot.column)) {
-                *weight = if reading.is_nan() { 0.0 } else { 1.0 };
-                there += u64::from(!reading.is_nan());
-            }
-            weight[chunk.len..].fill(0.0);
-            readings += there as usize;
+            readings += chunk.mark_readings(slot.column, self.set, weight);
         }
         readings
     }

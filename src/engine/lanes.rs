@@ -17,6 +17,7 @@
 //! | [`math`] | elementary functions over lanes |
 //! | [`dispatch`] | which instruction set |
 //! | `instruction` | what a program is made of |
+//! | `identities` | what is rewritten first |
 //! | `schedule` | which nodes are computed together, and when |
 //! | `sums` | which sums of products are one instruction |
 //! | `compile` | instructions, and the memory of each value |
@@ -28,6 +29,7 @@ pub mod arithmetic;
 mod compile;
 pub mod dispatch;
 mod execute;
+mod identities;
 mod instruction;
 pub mod math;
 pub mod products;

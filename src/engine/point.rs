@@ -1,5 +1,7 @@
 //! A point: the value of every instance, and how a step in the tangent space moves it.
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::engine::gram::PriorRow;
 use crate::engine::layout::Layout;
 use crate::graph::Kind;
@@ -51,6 +53,27 @@ impl Point {
             *value = retract(instance.kind, *value, tangent);
         }
         Self { values }
+    }
+
+    /// The step that leads to another point, one number a column: the inverse of [`Point::moved`].
+    pub fn step_to(&self, layout: &Layout, other: &Self) -> DVector<f64> {
+        // Contrasts move several instances by one column: least squares over all of them.
+        let count = layout.columns.len();
+        let (mut normal, mut right) = (DMatrix::zeros(count, count), DVector::zeros(count));
+        for (index, instance) in layout.instances.iter().enumerate() {
+            let step = difference(instance.kind, other.values[index], self.values[index]);
+            for (component, step) in step.iter().enumerate().take(instance.dimension()) {
+                let columns = layout.columns_of(index, component);
+                for (a, p) in &columns {
+                    right[*a] += p * step;
+                    for (b, q) in &columns {
+                        normal[(*a, *b)] += p * q;
+                    }
+                }
+            }
+        }
+        // Every column moves some instance.
+        normal.cholesky().map_or(right.clone(), |factor| factor.solve(&right))
     }
 
     /// The components a person reads: a rotation as its rotation vector.

@@ -165,7 +165,7 @@ impl DelayProgram {
             groups[1].push(Import::default().node(&assembly.graph, node, &mut graph, &mut leaf));
             groups[1].len() - 1
         });
-        Self { code: Code::new(&mut graph, &groups), factor, sensitivities, directions: kept }
+        Self { code: Code::new(&graph, &groups), factor, sensitivities, directions: kept }
     }
 }
 
@@ -203,7 +203,7 @@ impl RowsProgram {
 
 impl RowNodes {
     /// A program for these rows.
-    pub fn compile(mut self) -> RowsProgram {
+    pub fn compile(self) -> RowsProgram {
         let mut groups: Vec<Vec<NodeId>> = Vec::new();
         let mut rows = Vec::with_capacity(self.residuals.len());
         for (index, (residual, row)) in self.residuals.iter().zip(self.derivatives).enumerate() {
@@ -214,7 +214,7 @@ impl RowNodes {
             groups[group].extend_from_slice(&row.nodes);
             rows.push(RowOutputs { group, first, directions: row.directions });
         }
-        RowsProgram { code: Code::new(&mut self.graph, &groups), rows }
+        RowsProgram { code: Code::new(&self.graph, &groups), rows }
     }
 }
 
@@ -251,7 +251,7 @@ impl NoiseProgram {
                 outputs.push(import.node(&rows.graph, *node, &mut graph, &mut mean));
             }
         }
-        Self { code: Code::new(&mut graph, &[outputs]), factors, sensitivities }
+        Self { code: Code::new(&graph, &[outputs]), factors, sensitivities }
     }
 }
 

@@ -10,9 +10,35 @@ use std::f64::consts::TAU;
 use crate::campaign::Samples;
 use crate::engine::problem::Part;
 use crate::estimate::newton::{ReadingDelay, State};
+use crate::estimate::systematic::Nearby;
 
 /// The input that is the arm's angle, in every model that has one.
 const ARM_ANGLE: &str = "arm_angle";
+/// The arm's angle at the reference times of readings, in whatever order they come.
+#[derive(Debug)]
+pub struct ArmAngle {
+    /// The input, if the model has one.
+    input: Option<usize>,
+    nearby: Nearby,
+}
+
+impl ArmAngle {
+    /// Of the readings of a campaign.
+    pub fn of(part: &Part) -> Self {
+        let inputs = &part.system.assembly.names.inputs;
+        let input = inputs.iter().position(|input| input.name == ARM_ANGLE);
+        Self { input, nearby: Nearby::default() }
+    }
+
+    /// At a reading, in [0, 2π).
+    pub fn at(&mut self, part: &Part, reading: &ReadingDelay) -> Option<f64> {
+        let input = self.input?;
+        let sample = self.nearby.sample(part, reading);
+        let angle: f64 = sample.samples.inputs[input].at(sample.at, reading.time, 0.0, 0);
+        angle.is_finite().then(|| angle.rem_euclid(TAU))
+    }
+}
+
 /// Ranges closer together than this (rad) are one: between them only noise decides.
 const CLOSE: f64 = TAU / 360.0;
 /// Neighbours farther apart than this (rad) do not speak for what is between them.

@@ -95,7 +95,7 @@ pub fn budgets(transformation: &Transformation, part: usize, campaign: &Campaign
     let mut sensitivities = Sensitivities::new(problem, part, point);
     let mut widening = Widening::new(problem, part, point);
     let mut table = Differences::new(problem, part, point);
-    let Ok(_) = transformation.delays(part, None, &mut |reading| {
+    let Ok(found) = transformation.delays(part, None, &mut |reading| {
         if reading.state == State::Solved {
             let measurand = reading.measurand;
             let (factor, slopes) = sensitivities.of(reading, &active);
@@ -114,7 +114,9 @@ pub fn budgets(transformation: &Transformation, part: usize, campaign: &Campaign
     let given = Given { problem, part, campaign, active: &active };
     let seen = sums.iter().enumerate().filter(|(_, sums)| sums.count > 0.0);
     seen.map(|(measurand, sums)| {
-        let mut contributions = given.random(measurand, sums);
+        let whole = found.measurands.iter().find(|one| one.measurand == names[measurand].name);
+        let random = whole.and_then(|one| one.random).unwrap_or(0.0);
+        let mut contributions = given.random(measurand, sums, random);
         contributions.extend(given.common(measurand, &common, sums.count));
         contributions.extend(given.calibration(&widening.parts(measurand)));
         contributions.retain(|one| one.reading > 0.0 || one.mean > 0.0);
@@ -201,7 +203,7 @@ struct CommonPart {
 fn common_parts(transformation: &Transformation, part: usize) -> Vec<CommonPart> {
     let (problem, fit) = (transformation.problem(), transformation.fit());
     let covariance = &fit.covariance;
-    let mut rest = covariance.clone();
+    let mut rest = transformation.covariance.clone();
     let mut known: Vec<(usize, DMatrix<f64>)> = Vec::new();
     for row in &fit.fit.normal.priors {
         let mut coefficients = DVector::zeros(covariance.nrows());
@@ -209,7 +211,7 @@ fn common_parts(transformation: &Transformation, part: usize) -> Vec<CommonPart>
             coefficients[*column] = *value;
         }
         let along = covariance * coefficients;
-        let own = &along * along.transpose();
+        let own = transformation.carried(&(&along * along.transpose()));
         rest -= &own;
         let column = row.coefficients.first().map_or(0, |(column, _)| *column);
         let instance = instance_of(problem, column);
@@ -261,15 +263,17 @@ struct Given<'a> {
 type Share = (&'static str, String, f64, Option<f64>);
 
 impl Given<'_> {
-    /// What is new in every sample.
-    fn random(&self, measurand: usize, sums: &Sums) -> Vec<Contribution> {
+    /// What is new in every sample. What it does to the mean by way of an iterated transformation is
+    /// in the mean's random part, which is shared out.
+    fn random(&self, measurand: usize, sums: &Sums, random: f64) -> Vec<Contribution> {
         let degrees = self.campaign.measurand_degrees_of_freedom.get(measurand).copied().flatten();
         let shares = std::iter::once(vec![("reading", "reading".to_owned(), 1.0, degrees)])
             .chain(self.active.iter().map(|random| self.shares_of_random(*random)));
+        let all: f64 = sums.squares.iter().map(|(_, mean)| mean).sum();
         let squares = sums.squares.iter().zip(shares);
         squares
             .flat_map(|((single, mean), shares)| {
-                let mean = mean.sqrt() / sums.weights;
+                let mean = random * (mean / all).sqrt();
                 shared_out(shares, (single / sums.count).sqrt(), mean, false)
             })
             .collect()

@@ -14,11 +14,14 @@ use std::convert::Infallible;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use statrs::function::erf::erfc;
 
+use crate::engine::Part;
 use crate::estimate::delays::Delays;
 use crate::estimate::deviations::deviations;
 use crate::estimate::newton::State;
 use crate::estimate::transformation::Transformation;
 
+/// The input that is the platform's angle, in every model that has one.
+const PLATFORM_ANGLE: &str = "platform_angle";
 /// Rates count as the same if they differ by less than this part.
 const SAME_RATE: f64 = 0.05;
 /// Probability of a false alarm, split over the contrasts of one measurand and kind.
@@ -33,6 +36,8 @@ pub struct Condition {
     pub setup: usize,
     /// Rate of the arm (rad/s), its sense in the sign.
     pub rate: f64,
+    /// Rate of the platform under the instrument (rad/s); zero without.
+    pub platform_rate: f64,
     /// The measurand.
     pub measurand: String,
     /// Mean delay (s).
@@ -51,6 +56,8 @@ pub enum Changed {
     Direction,
     /// The rate.
     Rate,
+    /// The rate of the platform, its sense in it.
+    Platform,
     /// The setup: distance and pose of the instrument.
     Setup,
 }
@@ -61,6 +68,7 @@ impl Changed {
         match self {
             Self::Direction => "direction",
             Self::Rate => "rate",
+            Self::Platform => "platform",
             Self::Setup => "setup",
         }
     }
@@ -139,6 +147,7 @@ pub fn self_calibration(given: &Transformation, part: usize) -> SelfCalibration 
                 run,
                 setup,
                 rate: found.arm_rate,
+                platform_rate: platform_rate(data, run),
                 measurand: one.measurand.clone(),
                 mean,
                 random,
@@ -209,12 +218,30 @@ fn contrasts(own: &[&Condition], covariance: &DMatrix<f64>) -> Vec<Contrast> {
 fn changed(a: &Condition, b: &Condition) -> Option<Changed> {
     let same_rate = (a.rate.abs() - b.rate.abs()).abs() <= SAME_RATE * a.rate.abs();
     let same_sense = a.rate * b.rate > 0.0;
-    match (a.setup == b.setup, same_sense, same_rate) {
-        (true, false, true) => Some(Changed::Direction),
-        (true, true, false) => Some(Changed::Rate),
-        (false, true, true) => Some(Changed::Setup),
+    let apart = (a.platform_rate - b.platform_rate).abs();
+    let same_platform = apart <= SAME_RATE * a.platform_rate.abs();
+    match (a.setup == b.setup, same_sense, same_rate, same_platform) {
+        (true, false, true, true) => Some(Changed::Direction),
+        (true, true, false, true) => Some(Changed::Rate),
+        (true, true, true, false) => Some(Changed::Platform),
+        (false, true, true, true) => Some(Changed::Setup),
         _ => None,
     }
+}
+
+/// Mean rate of the platform in a run (rad/s); zero where it stands or there is none.
+fn platform_rate(data: &Part, run: usize) -> f64 {
+    let inputs = &data.system.assembly.names.inputs;
+    let Some(input) = inputs.iter().position(|input| input.name == PLATFORM_ANGLE) else {
+        return 0.0;
+    };
+    let samples = data.runs[run].record.whole();
+    let (Some(last), Some(begin)) = (samples.len().checked_sub(1), samples.time.first()) else {
+        return 0.0;
+    };
+    let at = |row: usize| -> f64 { samples.inputs[input].at(row, samples.time[row], 0.0, 0) };
+    let turned = (at(last) - at(0)) / (samples.time[last] - begin);
+    if turned.is_finite() { turned } else { 0.0 }
 }
 
 /// Generalised least squares of `τ + α / ω` through the runs' means.
@@ -279,16 +306,27 @@ impl SelfCalibration {
             }
         }
         for measurand in measurands {
-            let told = [Changed::Direction, Changed::Rate, Changed::Setup]
-                .map(|changed| self.judged(measurand, changed).map(|(_, differs)| differs));
+            let kinds = [Changed::Direction, Changed::Rate, Changed::Setup, Changed::Platform];
+            let told =
+                kinds.map(|changed| self.judged(measurand, changed).map(|(_, differs)| differs));
+            // What stays does so within what the best pair of runs could have shown.
+            let within = |changed| {
+                let sigmas = self
+                    .contrasts
+                    .iter()
+                    .filter(|one| one.measurand == measurand && one.changed == changed);
+                let least = sigmas.map(|one| 2e6 * one.sigma).fold(f64::INFINITY, f64::min);
+                format!("to within {least:.*} µs (k = 2)", if least < 10.0 { 1 } else { 0 })
+            };
             let mut say = |text: &str| words.push(format!("`{measurand}` {text}"));
             match told[0] {
                 Some(true) => say(
                     "changes with the sense of rotation: something turns with the arm, which belongs to the rig (homepoint, encoder, runout, transformation)",
                 ),
-                Some(false) => say(
-                    "stays when the arm turns the other way: its delay belongs to the instrument",
-                ),
+                Some(false) => say(&format!(
+                    "stays when the arm turns the other way, {}: its delay belongs to the instrument",
+                    within(Changed::Direction)
+                )),
                 None => say(
                     "was not read in both senses at one rate: rig and instrument are not told apart; add a run the other way",
                 ),
@@ -307,7 +345,19 @@ impl SelfCalibration {
                 Some(true) => say(
                     "changes with the setup: it hangs on distance or pose, so on the transformation or on how the instrument sees the arm",
                 ),
-                Some(false) => say("stays when the distance changes"),
+                Some(false) => {
+                    say(&format!("stays when the distance changes, {}", within(Changed::Setup)));
+                }
+                None => {}
+            }
+            match told[3] {
+                Some(true) => say(
+                    "changes with the platform's rate: something turns with the platform, or the delay depends on how fast the head moves",
+                ),
+                Some(false) => say(&format!(
+                    "stays when the platform turns at another rate, {}",
+                    within(Changed::Platform)
+                )),
                 None => {}
             }
         }

@@ -35,6 +35,8 @@ pub struct Deviation {
     pub arm: Triple,
     /// In the fitted circle's frame; NaN where no circle fits.
     pub circle: Triple,
+    /// The point from the sample's readings, in the instrument's frame (m).
+    pub point: [f64; 3],
 }
 
 /// What a deviation does over a run (m).
@@ -154,7 +156,13 @@ fn points(
             let radial = back[0].hypot(back[1]) - source[0].hypot(source[1]);
             let arm = [back[2] - source[2], radial, radius * ahead];
             let circle = [f64::NAN; 3];
-            Deviation { sample: *sample, arm_angle: angle.rem_euclid(TAU), arm, circle }
+            Deviation {
+                sample: *sample,
+                arm_angle: angle.rem_euclid(TAU),
+                arm,
+                circle,
+                point: *target,
+            }
         })
         .collect();
     if let Ok(circle) = &circle {
@@ -201,7 +209,8 @@ fn circle_radius(pairs: &[(usize, Pair)]) -> Result<f64, NoDeviations> {
     if round && radius > 0.0 { Ok(radius) } else { Err(NoDeviations::NotACircle) }
 }
 
-fn spread(values: impl Iterator<Item = f64> + Clone) -> Spread {
+/// Mean, deviation and ends of some values.
+pub(crate) fn spread(values: impl Iterator<Item = f64> + Clone) -> Spread {
     let count = values.clone().count() as f64;
     let mean = values.clone().sum::<f64>() / count;
     let squares: f64 = values.clone().map(|value| (value - mean).powi(2)).sum();

@@ -7,30 +7,28 @@
 //!   form, refined by least squares. A slow run's delay goes into it as a turn `ω_slow τ` about the arm
 //!   axis, and a run at ω gets its delays wrong by `-τ ω_slow / ω`.
 //! - *Iterated*: the paper's way again and again, each time with the delays found, until transformation
-//!   and delays agree. One direction of one slow run will do. With `τ = D(T(τ))` at the end, errors
-//!   grow by `(1 - ∂D/∂τ)⁻¹`, which [`Summary`]s carry; those of single readings do not.
+//!   and delays agree. One direction of one slow run will do. What errors do there: `iteration`.
 //!
 //! Residuals of the reference runs give each measurand's standard uncertainty, the paper's boundary
 //! values.
 
 use std::convert::Infallible;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use crate::campaign::Role;
 use crate::campaign::record::Change;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::Options;
 use crate::estimate::calibrate::{Calibration, calibrate};
-use crate::estimate::delays::{Delays, Summary, each};
+use crate::estimate::delays::{Delays, each};
 use crate::estimate::newton::{Given, ReadingDelay};
 
-/// Rounds of the iteration before giving up.
-const ROUNDS: usize = 60;
-/// Delays that change by less (s) stand.
-const STANDS: f64 = 1e-13;
-/// Change of a delay (s) from which the iteration's gain is found.
-const TRIAL: f64 = 1e-6;
+mod held;
+mod iteration;
+
+use held::Held;
+use iteration::{Gain, iterated};
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,22 +79,15 @@ pub struct Transformation {
     /// Its values.
     pub point: Point,
     fit: Calibration,
-    /// Its covariance.
+    /// Its covariance, which after an iteration holds what the delays found bring in.
     pub covariance: DMatrix<f64>,
     /// Standard deviation of each measurand's residuals in the runs it is from (SI), degrees of
     /// freedom counted: the paper's boundary values.
     pub residuals: Vec<(String, f64)>,
     /// Rounds that were needed.
     pub rounds: usize,
-    /// `∂D/∂τ` of the iteration, and the delay parameter's measurands in its order.
+    /// What the iteration does to errors, if there was one.
     gain: Option<Gain>,
-}
-
-/// How delays found answer to delays put in.
-#[derive(Clone, Debug)]
-struct Gain {
-    measurands: Vec<usize>,
-    answer: DMatrix<f64>,
 }
 
 /// Why there is no such transformation.
@@ -129,7 +120,8 @@ pub fn transformation(
     choice: Choice,
 ) -> Result<Transformation, NoTransformation> {
     match (choice, joint) {
-        (Choice::Paper, _) => paper(problem, joint.map(|joint| &joint.problem), part, &[])
+        (Choice::Paper, _) => Held::new(problem, joint.map(|joint| &joint.problem), part)?
+            .fit(&[])
             .map(|found| Transformation { from: From::Paper, ..found }),
         (Choice::Iterated, _) => iterated(problem, joint.map(|joint| &joint.problem), part),
         (Choice::Best, Some(joint)) => Ok(Transformation::of(problem, joint, part)),
@@ -206,10 +198,7 @@ impl Transformation {
         let given = Given { problem, point, covariance, range };
         let mut found = each(&given, part, runs, visit)?;
         if let Some(gain) = &self.gain {
-            gain.widen(&mut found.measurands, covariance, |summary| {
-                let names = &self.problem.parts[part].system.assembly.names;
-                names.measurands.iter().position(|one| one.name == summary.measurand)
-            });
+            gain.correlate(&mut found, &self.problem, part);
         }
         Ok(found)
     }
@@ -222,47 +211,14 @@ impl Transformation {
         iterated(problem, Some(&self.problem), part)
     }
 
+    /// Some part of the fit's covariance as it is at the end of the iteration, if there was one.
+    pub fn carried(&self, covariance: &DMatrix<f64>) -> DMatrix<f64> {
+        self.gain.as_ref().map_or_else(|| covariance.clone(), |gain| gain.carried(covariance))
+    }
+
     /// The runs of a campaign whose delays are wanted: its kinematic ones, or all if it has no others.
     pub fn wanted(&self, part: usize) -> Vec<usize> {
         wanted(&self.problem, part)
-    }
-}
-
-impl Gain {
-    /// Lets the uncertainties of means grow as errors do at the end of the iteration.
-    fn widen(
-        &self,
-        summaries: &mut [Summary],
-        covariance: &DMatrix<f64>,
-        measurand: impl Fn(&Summary) -> Option<usize>,
-    ) {
-        let count = self.measurands.len();
-        let Some(growth) = (DMatrix::identity(count, count) - &self.answer).try_inverse() else {
-            return;
-        };
-        let place: Vec<Option<usize>> = summaries
-            .iter()
-            .map(|one| self.measurands.iter().position(|m| measurand(one) == Some(*m)))
-            .collect();
-        let columns = covariance.nrows();
-        let mut sensitivity = DMatrix::zeros(count, columns);
-        let mut random = DVector::zeros(count);
-        for (summary, place) in summaries.iter().zip(&place) {
-            let Some(row) = *place else { continue };
-            sensitivity.row_mut(row).copy_from(&summary.sensitivity.transpose());
-            random[row] = summary.random.unwrap_or(0.0).powi(2);
-        }
-        let grown = &growth * sensitivity;
-        let common = &grown * covariance * grown.transpose();
-        let random = &growth * DMatrix::from_diagonal(&random) * growth.transpose();
-        for (summary, place) in summaries.iter_mut().zip(&place) {
-            let (Some(row), Some(_)) = (*place, summary.mean) else { continue };
-            let part = |of: &DMatrix<f64>| of[(row, row)].max(0.0).sqrt();
-            summary.sensitivity = grown.row(row).transpose();
-            summary.common = Some(part(&common));
-            summary.random = Some(part(&random));
-            summary.sigma_of_mean = Some(part(&common).hypot(part(&random)));
-        }
     }
 }
 
@@ -331,98 +287,4 @@ fn alone(problem: &Problem, part: usize) -> Option<Problem> {
         }
     }
     Some(alone)
-}
-
-/// The reference runs alone with delays held: each parameter's as given, else zero.
-fn paper(
-    problem: &Problem,
-    levels: Option<&Problem>,
-    part: usize,
-    held: &[(usize, f64)],
-) -> Result<Transformation, NoTransformation> {
-    let mut parts = problem.parts.clone();
-    for (p, part_held) in parts.iter_mut().enumerate() {
-        for index in free_delays(problem, p) {
-            let given = held.iter().find(|(parameter, _)| p == part && *parameter == index);
-            let setting = &mut part_held.system.settings[index];
-            setting.fixed = true;
-            setting.sigma = None;
-            setting.value = Some(vec![given.map_or(0.0, |(_, delay)| *delay)]);
-        }
-    }
-    let mut whole = Problem::new(parts);
-    let alone = alone(&whole, part).ok_or(NoTransformation::NoReference)?;
-    let undetermined = |why: String| NoTransformation::NotDetermined(why);
-    let fit =
-        calibrate(alone, &Options::default()).map_err(|error| undetermined(error.to_string()))?;
-    if !fit.is_sound() {
-        let words: Vec<&str> = fit.unobservable.iter().map(|one| one.words.as_str()).collect();
-        let why = if words.is_empty() { fit.fit.outcome.to_string() } else { words.join("; ") };
-        return Err(undetermined(why));
-    }
-    let levels = levels.unwrap_or(&fit.problem);
-    for (part, fitted) in whole.parts.iter_mut().zip(&levels.parts) {
-        part.random_sigma.clone_from(&fitted.random_sigma);
-    }
-    Ok(of_fit(From::Iterated, whole, &fit))
-}
-
-/// The delay parameters of a campaign that are not held already.
-fn free_delays(problem: &Problem, part: usize) -> Vec<usize> {
-    let system = &problem.parts[part].system;
-    let is_free = |index: &usize| {
-        !system.declared[*index].delay_of.is_empty() && !system.settings[*index].fixed
-    };
-    (0..system.settings.len()).filter(is_free).collect()
-}
-
-/// Transformation and delays in turn.
-fn iterated(
-    problem: &Problem,
-    levels: Option<&Problem>,
-    part: usize,
-) -> Result<Transformation, NoTransformation> {
-    let free = free_delays(problem, part);
-    let runs = wanted(problem, part);
-    let system = &problem.parts[part].system;
-    let found = |held: &[(usize, f64)]| -> Result<(Transformation, Vec<(usize, f64)>), _> {
-        let given = paper(problem, levels, part, held)?;
-        let solved = given.means(part, &runs).measurands;
-        let names = &system.assembly.names.measurands;
-        let mean_of = |parameter: &usize| {
-            let own = system.declared[*parameter].delay_of.iter();
-            let means: Vec<f64> = own
-                .filter_map(|m| solved.iter().find(|one| one.measurand == names[*m].name)?.mean)
-                .collect();
-            (*parameter, means.iter().sum::<f64>() / means.len().max(1) as f64)
-        };
-        Ok((given, free.iter().map(mean_of).collect()))
-    };
-    let farthest = |a: &[(usize, f64)], b: &[(usize, f64)]| {
-        a.iter().zip(b).map(|(a, b)| (a.1 - b.1).abs()).fold(0.0, f64::max)
-    };
-    let mut held: Vec<(usize, f64)> = free.iter().map(|index| (*index, 0.0)).collect();
-    for round in 1..=ROUNDS {
-        let (mut given, next) = found(&held)?;
-        if farthest(&held, &next) > STANDS {
-            held = next;
-            continue;
-        }
-        let mut answer = DMatrix::zeros(free.len(), free.len());
-        for column in 0..free.len() {
-            let mut tried = held.clone();
-            tried[column].1 += TRIAL;
-            let (_, moved) = found(&tried)?;
-            for row in 0..free.len() {
-                answer[(row, column)] = (moved[row].1 - next[row].1) / TRIAL;
-            }
-        }
-        given.rounds = round;
-        // A delay that measurands share has no mean of its own: their summaries stay as they are.
-        let single = free.iter().all(|index| system.declared[*index].delay_of.len() == 1);
-        let measurands = free.iter().flat_map(|i| system.declared[*i].delay_of.clone()).collect();
-        given.gain = single.then_some(Gain { measurands, answer });
-        return Ok(given);
-    }
-    Err(NoTransformation::NotConverged)
 }

@@ -99,6 +99,16 @@ impl Graph {
         self.intern(Node::Signal { input, order, offset })
     }
 
+    /// The node, simplified.
+    pub fn folded(&mut self, node: Node) -> NodeId {
+        match node {
+            Node::Constant(bits) => self.constant(f64::from_bits(bits)),
+            Node::Leaf(_) | Node::Signal { .. } => self.intern(node),
+            Node::Unary(function, a) => self.unary(function, a),
+            Node::Binary(function, a, b) => self.binary(function, a, b),
+        }
+    }
+
     /// A function of one node.
     pub fn unary(&mut self, function: Unary, a: NodeId) -> NodeId {
         if let Some(value) = self.constant_value(a) {

@@ -11,9 +11,18 @@ use crate::graph::node::{Leaf, Node, NodeId};
 #[derive(Clone, Debug, Default)]
 pub struct Import {
     known: Vec<Option<NodeId>>,
+    rewrite: Option<Rewrite>,
 }
 
+/// Another node for one whose operands are copied already, if there is a better one.
+pub type Rewrite = fn(&mut Graph, Node) -> Option<NodeId>;
+
 impl Import {
+    /// A copy in which nodes are replaced as `rewrite` says.
+    pub fn rewriting(rewrite: Rewrite) -> Self {
+        Self { known: Vec::new(), rewrite: Some(rewrite) }
+    }
+
     /// The node of `into` that stands for `node` of `from`. `leaf` makes the nodes of leaves, and is
     /// asked once for each. The same two graphs must be given to every call.
     pub fn node(
@@ -57,12 +66,18 @@ impl Import {
         leaf: &mut impl FnMut(&mut Graph, Leaf) -> NodeId,
     ) -> NodeId {
         let at = |operand| self.at(operand).unwrap_or(NodeId(0));
-        match node {
-            Node::Constant(bits) => into.constant(f64::from_bits(bits)),
-            Node::Leaf(one) => leaf(into, one),
-            Node::Signal { input, order, offset } => into.signal(input, order, at(offset)),
-            Node::Unary(function, a) => into.unary(function, at(a)),
-            Node::Binary(function, a, b) => into.binary(function, at(a), at(b)),
+        let node = match node {
+            Node::Constant(bits) => return into.constant(f64::from_bits(bits)),
+            Node::Leaf(one) => return leaf(into, one),
+            Node::Signal { input, order, offset } => {
+                Node::Signal { input, order, offset: at(offset) }
+            }
+            Node::Unary(function, a) => Node::Unary(function, at(a)),
+            Node::Binary(function, a, b) => Node::Binary(function, at(a), at(b)),
+        };
+        match self.rewrite.and_then(|rewrite| rewrite(into, node)) {
+            Some(other) => other,
+            None => into.folded(node),
         }
     }
 }

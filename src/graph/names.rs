@@ -164,6 +164,8 @@ pub struct CoordinatesNames {
     pub from: Formula,
     /// The target in the instrument's frame from the readings: measurand names are the readings.
     pub measured: Formula,
+    /// A length that readings without errors make zero, if the model says one.
+    pub gap: Option<Formula>,
     /// Helper lines before `measured`, in order; each may name those before it.
     pub helpers: IndexMap<String, Formula>,
     /// Index of the rotation parameter from `from`'s frame to `measured`'s.

@@ -45,6 +45,8 @@ pub struct CoordinatesGraph {
     pub from: [NodeId; 3],
     /// The target in the instrument's frame, from the readings.
     pub measured: [NodeId; 3],
+    /// What readings without errors make zero, in the unit of `measured`.
+    pub gap: Option<NodeId>,
     /// Index of the rotation parameter from `from`'s frame to `measured`'s.
     pub rotation: usize,
     /// Index of the translation parameter.
@@ -298,6 +300,9 @@ fn coordinates(
         context.helpers.insert(name.clone(), typed);
     }
     let (measured, measured_dimension) = point(resolver, &declared.measured, &context)?;
+    let gap =
+        declared.gap.as_ref().map(|formula| gap(resolver, formula, &context, measured_dimension));
+    let gap = gap.transpose()?;
     let parameters = &resolver.names.parameters;
     let span = declared.from.root.span;
     let rotation = &parameters[declared.rotation];
@@ -316,7 +321,29 @@ fn coordinates(
         return Err(fault(&declared.from, span, message));
     }
     let (rotation, translation) = (declared.rotation, declared.translation);
-    Ok(CoordinatesGraph { from, measured, rotation, translation })
+    Ok(CoordinatesGraph { from, measured, gap, rotation, translation })
+}
+
+/// The node of a gap.
+fn gap(
+    resolver: &mut Resolver<'_>,
+    formula: &Formula,
+    context: &Context,
+    due: Dimension,
+) -> Result<NodeId, Fault> {
+    let typed = resolver.lower(formula, &formula.root, context)?;
+    match typed.value {
+        Value::Scalar(node) if typed.dimension == due => Ok(node),
+        _ => {
+            let span = formula.root.span;
+            let message = format!(
+                "{} is {}; a gap is a number in the unit of the point ({due})",
+                quoted(formula, span),
+                typed.words()
+            );
+            Err(fault(formula, span, message))
+        }
+    }
 }
 
 /// The nodes of a point.

@@ -197,6 +197,8 @@ pub struct Coordinates {
     pub translation: String,
     /// The target in the instrument's frame from the readings.
     pub measured: Formula,
+    /// A length that readings without errors make zero, if they are more than the point needs.
+    pub gap: Option<Formula>,
     /// Helper lines before it, in order.
     pub helpers: IndexMap<String, Formula>,
 }

@@ -329,12 +329,14 @@ impl<'r> Body<'r> {
         let (rotation, translation) = (parameter("rotation"), parameter("translation"));
         let formula = |key: &'static str| point.require(key).and_then(|item| item.formula());
         let (from, measured) = (formula("from"), formula("measured"));
+        let gap = point.get("gap").and_then(|item| item.formula());
         point.finish();
         Some(Coordinates {
             from: from?,
             rotation: rotation?,
             translation: translation?,
             measured: measured?,
+            gap,
             helpers,
         })
     }

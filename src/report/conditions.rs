@@ -54,6 +54,7 @@ pub fn json(given: &Transformation, part: usize, whole: &SelfCalibration) -> Val
                 "run": name(one.run),
                 "setup": setups[one.setup],
                 "arm_rate": number(Some(one.rate)),
+                "platform_rate": number(Some(one.platform_rate)),
                 "measurand": one.measurand,
                 "mean": number(Some(one.mean)),
                 "sigma": number(Some(one.sigma)),
@@ -192,10 +193,14 @@ mod words {
         let setups = &given.problem.parts[part].setups;
         let mut rows = table(&["run", "setup", "arm", "measurand", "delay"]);
         for one in &whole.conditions {
+            let platform = match one.platform_rate.to_degrees() {
+                0.0 => String::new(),
+                rate => format!(", platform {rate:+.1}"),
+            };
             rows.add_row([
                 run_name(given, part, one.run).to_owned(),
                 setups[one.setup].clone(),
-                format!("{:+.1} deg/s", one.rate.to_degrees()),
+                format!("{:+.1}{platform} deg/s", one.rate.to_degrees()),
                 one.measurand.clone(),
                 measured(one.mean, one.sigma, &seconds()),
             ]);

@@ -7,6 +7,7 @@ use crate::engine::Problem;
 use crate::estimate::circle::{Circle, NoCircle};
 use crate::estimate::deviations::{NoDeviations, RunDeviations, Spread};
 use crate::estimate::head::{AngleMotion, Head, Largest};
+use crate::estimate::intersection::Intersection;
 use crate::report::json::number;
 use crate::report::table::quoted;
 
@@ -14,7 +15,15 @@ use crate::report::table::quoted;
 const CHANNELS: [&str; 3] = ["planar", "radial", "tangential"];
 
 /// What one run shows.
-pub type Shown = (Head, Result<RunDeviations, NoDeviations>);
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// What its head must follow.
+    pub head: Head,
+    /// Its deviations, or why it has none.
+    pub found: Result<RunDeviations, NoDeviations>,
+    /// Whether the lines of sight meet, for a model that can tell.
+    pub gap: Option<Intersection>,
+}
 
 /// All runs of a campaign, with what they are held against.
 #[derive(Clone, Copy, Debug)]
@@ -45,14 +54,14 @@ pub fn json(whole: Whole<'_>) -> Value {
         .runs
         .iter()
         .enumerate()
-        .map(|(run, (head, found))| {
+        .map(|(run, Shown { head, found, gap })| {
             let mut value = json!({
                 "run": whole.run_name(run),
                 "head": head_json(whole, run, head),
                 "speeds": speeds_json(whole, head),
             });
             let more = match found {
-                Ok(found) => found_json(whole, found),
+                Ok(found) => found_json(whole, found, gap.as_ref()),
                 Err(why) => json!({ "left_out": why.to_string() }),
             };
             if let (Value::Object(into), Value::Object(more)) = (&mut value, more) {
@@ -64,17 +73,10 @@ pub fn json(whole: Whole<'_>) -> Value {
     json!({ "runs": runs })
 }
 
-fn found_json(whole: Whole<'_>, found: &RunDeviations) -> Value {
+fn found_json(whole: Whole<'_>, found: &RunDeviations, gap: Option<&Intersection>) -> Value {
     let frame = |spreads: &[Spread; 3]| -> Value {
-        let entries = CHANNELS.iter().zip(spreads).map(|(name, one)| {
-            let value = json!({
-                "mean": number(Some(one.mean)),
-                "deviation": number(Some(one.deviation)),
-                "minimum": number(Some(one.minimum)),
-                "maximum": number(Some(one.maximum)),
-            });
-            ((*name).to_owned(), value)
-        });
+        let entries = CHANNELS.iter().zip(spreads);
+        let entries = entries.map(|(name, one)| ((*name).to_owned(), spread_json(one)));
         Value::Object(entries.collect::<Map<_, _>>())
     };
     let by_direction: Map<String, Value> = found
@@ -98,7 +100,22 @@ fn found_json(whole: Whole<'_>, found: &RunDeviations) -> Value {
         "arm_frame": frame(&found.in_arm_frame),
         "circle_frame": found.in_circle_frame.as_ref().map_or(Value::Null, frame),
         "circle": circle_json(&found.circle),
+        "gap": gap.map_or(Value::Null, gap_json),
         "tangential_by_direction": by_direction,
+    })
+}
+
+fn gap_json(gap: &Intersection) -> Value {
+    let [as_read, without_delays] = gap.spreads.each_ref().map(spread_json);
+    json!({ "as_read": as_read, "without_delays": without_delays, "expected": gap.expected })
+}
+
+fn spread_json(one: &Spread) -> Value {
+    json!({
+        "mean": number(Some(one.mean)),
+        "deviation": number(Some(one.deviation)),
+        "minimum": number(Some(one.minimum)),
+        "maximum": number(Some(one.maximum)),
     })
 }
 
@@ -125,7 +142,7 @@ fn circle_json(circle: &Result<Circle, NoCircle>) -> Value {
 
 /// The arm angle of a sample (rad), if its run has one.
 fn arm_angle(whole: Whole<'_>, run: usize, sample: usize) -> Option<f64> {
-    let found = whole.runs[run].1.as_ref().ok()?;
+    let found = whole.runs[run].found.as_ref().ok()?;
     let at = found.samples.binary_search_by_key(&sample, |one| one.sample).ok()?;
     Some(found.samples[at].arm_angle)
 }
@@ -167,7 +184,7 @@ fn speeds_json(whole: Whole<'_>, head: &Head) -> Value {
 }
 
 /// One row a sample: run, row of its data file, time, arm angle, deviations in both frames, rates of
-/// the head's angles, speeds of the target.
+/// the head's angles, speeds of the target, the point from the readings, the gap where there is one.
 pub fn table(whole: Whole<'_>) -> String {
     let mut text = String::from("run,row,time [s],arm_angle [rad]");
     for frame in ["arm", "circle"] {
@@ -178,7 +195,7 @@ pub fn table(whole: Whole<'_>) -> String {
     let angles: Vec<&str> = whole
         .runs
         .first()
-        .map(|(head, _)| head.angles.iter().map(|one| whole.measurand(one.measurand)).collect())
+        .map(|run| run.head.angles.iter().map(|one| whole.measurand(one.measurand)).collect())
         .unwrap_or_default();
     for name in angles {
         text.push_str(&format!(",{name}_rate [rad/s]"));
@@ -186,9 +203,14 @@ pub fn table(whole: Whole<'_>) -> String {
     for name in SPEEDS {
         text.push_str(&format!(",{name} [m/s]"));
     }
+    text.push_str(",x [m],y [m],z [m]");
+    if whole.runs.iter().any(|run| run.gap.is_some()) {
+        text.push_str(",gap [m],gap_without_delays [m]");
+    }
     text.push('\n');
-    for (run, (head, found)) in whole.runs.iter().enumerate() {
+    for (run, Shown { head, found, gap }) in whole.runs.iter().enumerate() {
         let Ok(found) = found else { continue };
+        let gaps = gap.as_ref().map(|gap| [&gap.as_read, &gap.without_delays]);
         let data = &whole.problem.parts[whole.part].runs[run];
         let samples = data.record.whole();
         for one in &found.samples {
@@ -209,6 +231,9 @@ pub fn table(whole: Whole<'_>) -> String {
                     text.push(',');
                 }
             }
+            for value in one.point.iter().chain(gaps.iter().flatten().map(|gaps| &gaps[k])) {
+                text.push_str(&format!(",{value:.9e}"));
+            }
             text.push('\n');
         }
     }
@@ -221,8 +246,8 @@ pub fn text(title: &str, from: crate::estimate::transformation::From, whole: Who
     use crate::report::text::{align_right, drawn, from_words, table};
     let mut text = format!("{title}\ntransformation from {}\n\n", from_words(from));
     let mut rows = table(&["run", "arm", "frame", "deviation", "mean", "deviation", "from", "to"]);
-    for (run, (_, found)) in whole.runs.iter().enumerate() {
-        let Ok(found) = found else { continue };
+    for (run, shown) in whole.runs.iter().enumerate() {
+        let Ok(found) = &shown.found else { continue };
         let frames = [("arm", Some(found.in_arm_frame)), ("circle", found.in_circle_frame)];
         for (frame, spreads) in frames {
             for (channel, one) in CHANNELS.iter().zip(spreads.iter().flatten()) {
@@ -260,7 +285,7 @@ fn micrometres(metres: f64) -> String {
 
 /// A run's circle, head and target in sentences.
 #[cfg(feature = "cli")]
-fn run_text(whole: Whole<'_>, run: usize, (head, found): &Shown) -> String {
+fn run_text(whole: Whole<'_>, run: usize, Shown { head, found, gap }: &Shown) -> String {
     use crate::report::figure::measured;
     use crate::units::{Dimension, Unit};
     let metre = Unit::coherent(Dimension::LENGTH);
@@ -283,6 +308,15 @@ fn run_text(whole: Whole<'_>, run: usize, (head, found): &Shown) -> String {
                 let mean = micrometres(found.in_arm_frame[2].mean);
                 let delay = delay * 1e6;
                 text.push_str(&format!("  mean tangential {mean}: as a delay of {delay:.1} µs\n"));
+            }
+            if let Some(gap) = gap {
+                let [read, out] = gap.spreads.map(|one| {
+                    format!("{} ± {}", micrometres(one.mean), micrometres(one.deviation))
+                });
+                let expected = micrometres(gap.expected);
+                text.push_str(&format!(
+                    "  lines of sight miss each other by {read} as read, {out} with the delays taken out; ± {expected} expected\n"
+                ));
             }
             for one in &found.by_direction {
                 let difference = measured(one.growing - one.falling, one.sigma, &metre);

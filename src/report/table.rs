@@ -4,18 +4,25 @@ use std::io::{self, Write};
 
 use crate::campaign::Sample;
 use crate::engine::Part;
+use crate::estimate::blind::ArmAngle;
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::newton::ReadingDelay;
 
 /// The header of a table of delays: one row a reading, its run, row of its data file, measurand,
-/// time, state, delay and uncertainties.
-pub const DELAYS: &str = "run,row,measurand,time [s],state,delay [s],standard_uncertainty [s],expanded_uncertainty [s],random_part [s],common_part [s]\n";
+/// time, state, delay and uncertainties; at last the arm angle at the reference time, in [0, 2π), where the
+/// model has one.
+pub const DELAYS: &str = "run,row,measurand,time [s],state,delay [s],standard_uncertainty [s],expanded_uncertainty [s],random_part [s],common_part [s],arm_angle [rad]\n";
 
 /// One row of it.
 ///
 /// # Errors
 /// Those of `out`.
-pub fn delay(part: &Part, reading: &ReadingDelay, out: &mut dyn Write) -> io::Result<()> {
+pub fn delay(
+    part: &Part,
+    reading: &ReadingDelay,
+    arm: &mut ArmAngle,
+    out: &mut dyn Write,
+) -> io::Result<()> {
     let run = quoted(&part.runs[reading.run].name);
     let measurand = &part.system.assembly.names.measurands[reading.measurand].name;
     let ReadingDelay { row, time, .. } = reading;
@@ -28,7 +35,10 @@ pub fn delay(part: &Part, reading: &ReadingDelay, out: &mut dyn Write) -> io::Re
             write!(out, ",")?;
         }
     }
-    writeln!(out)
+    match arm.at(part, reading) {
+        Some(angle) => writeln!(out, ",{angle:.9}"),
+        None => writeln!(out, ","),
+    }
 }
 
 /// A CSV cell, quoted where it must be.

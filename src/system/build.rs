@@ -283,6 +283,7 @@ impl Builder<'_> {
                 names.coordinates = Some(CoordinatesNames {
                     from: declared.from.clone(),
                     measured: declared.measured.clone(),
+                    gap: declared.gap.clone(),
                     helpers: declared.helpers.clone(),
                     rotation,
                     translation,

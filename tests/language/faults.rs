@@ -121,6 +121,7 @@ fn indices_that_point_at_nothing_are_faults() {
     declared.0.coordinates = Some(homepoint::graph::CoordinatesNames {
         from: formula("target"),
         measured: formula("distance"),
+        gap: None,
         helpers: Default::default(),
         rotation: 1,
         translation: 2,

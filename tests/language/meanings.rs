@@ -137,6 +137,7 @@ fn coordinates_are_taken_from_readings_at_reference_time_without_effects() {
     declared.0.coordinates = Some(homepoint::graph::CoordinatesNames {
         from: crate::bench::formula("target"),
         measured: crate::bench::formula("distance * direction"),
+        gap: None,
         helpers: [("direction".to_owned(), crate::bench::formula(angles))].into_iter().collect(),
         rotation: 1,
         translation: 2,

@@ -3,33 +3,17 @@
 //! Captures stand in the data file, or in a file of their own, row by row. They must make sense:
 //! edges in order, each reply after its request and before the next one, a capture for each reading.
 
-use std::ops::Range;
-
 use crate::campaign::file::{Named, RunEntry};
-use crate::campaign::record::Stretch;
-use crate::campaign::run::Samples;
 use crate::campaign::samples::Loader;
-use crate::campaign::signal::Track;
 use crate::campaign::table::{TIME, Table};
-use crate::campaign::timing::{Method, REPLY, RunTiming, Timing};
+use crate::campaign::timing::replies::{Moved, RequestToReply};
+use crate::campaign::timing::{Method, REPLY, Timing};
 use crate::diagnostic::{Diagnostic, Place};
 
-/// The time from request to reply (start bit to start bit) in a run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RequestToReply {
-    /// The run.
-    pub run: String,
-    /// Replies captured.
-    pub count: usize,
-    /// Mean (s).
-    pub mean: f64,
-    /// Standard deviation (s).
-    pub standard_deviation: f64,
-    /// Smallest (s).
-    pub smallest: f64,
-    /// Largest (s).
-    pub largest: f64,
-}
+/// Resolution (s) of captures that do not state one, at worst.
+const COARSE: f64 = 1e-6;
+/// A finer one (s) makes no difference.
+const FINE: f64 = 1e-9;
 
 /// What is wrong with a row: row, column, message, help.
 type Fault = (usize, &'static str, String, String);
@@ -48,6 +32,8 @@ pub(crate) struct Captures {
     /// Their own file with its name, and the columns taken from it.
     beside: Option<(Named, Table)>,
     shared: Vec<String>,
+    /// Times beyond this (s) cannot be told apart as finely as they are captured.
+    largest: f64,
     /// Edge and reply of the row before.
     last: (f64, f64),
     replied: RequestToReply,
@@ -117,15 +103,9 @@ impl Captures {
             inputs: loader.model.inputs.iter().map(|input| input.name.clone()).collect(),
             beside: name.zip(beside),
             shared,
+            largest: timing.resolution.unwrap_or(COARSE).max(FINE) / f64::EPSILON,
             last: (f64::NEG_INFINITY, f64::NAN),
-            replied: RequestToReply {
-                run: entry.name.text.clone(),
-                count: 0,
-                mean: 0.0,
-                standard_deviation: 0.0,
-                smallest: f64::INFINITY,
-                largest: f64::NEG_INFINITY,
-            },
+            replied: RequestToReply::new(&entry.name.text),
         }))
     }
 
@@ -154,15 +134,19 @@ impl Captures {
             loader.reader.faults.push(fault);
             return None;
         }
-        self.replied.see(&edges, replies.as_deref().unwrap_or_default());
         self.last.0 = edges.last().copied().unwrap_or(self.last.0);
-        self.last.1 = replies.and_then(|replies| replies.last().copied()).unwrap_or(f64::NAN);
+        let reply = replies.as_ref().and_then(|replies| replies.last().copied());
+        self.last.1 = reply.unwrap_or(f64::NAN);
         if let Some((_, captures)) = &mut self.beside {
             for name in &self.shared {
                 if let Some(values) = data.values_mut(name) {
                     captures.copy(name, values);
                 }
             }
+        }
+        if let Some(replies) = &replies {
+            let inputs = self.inputs.iter().filter_map(|input| Moved::of(data, input));
+            self.replied.see(&data.lines, &edges, replies, &inputs.collect::<Vec<_>>());
         }
         if let Some(times) = data.values_mut(TIME) {
             times.clear();
@@ -193,9 +177,7 @@ impl Captures {
                 return None;
             }
         }
-        let RequestToReply { count, standard_deviation, .. } = &mut self.replied;
-        let freedom = count.saturating_sub(1).max(1) as f64;
-        *standard_deviation = (*standard_deviation / freedom).sqrt();
+        self.replied.end();
         Some(Some(self.replied.clone()).filter(|replied| replied.count > 0))
     }
 
@@ -206,6 +188,13 @@ impl Captures {
             let (column, message, help) = if edge.is_nan() {
                 let help = "every sample has its edge; leave out the reading, not the capture";
                 (self.edge, format!("the row has no `{}`", self.edge), help)
+            } else if edge.abs() > self.largest {
+                let spacing = edge.abs() * f64::EPSILON;
+                let message = format!(
+                    "{edge:.0} s is so large a number that its neighbours are {:.0} ns apart",
+                    1e9 * spacing
+                );
+                (self.edge, message, "count from a later zero, say the start of the day")
             } else if *edge <= last.0 {
                 let help = "rows are in the order of their edges, each later than the one before";
                 (self.edge, "the edges are out of order here".to_owned(), help)
@@ -235,21 +224,6 @@ impl Captures {
     }
 }
 
-impl RequestToReply {
-    /// Takes further pairs; until the end `standard_deviation` is the sum of squares about the mean.
-    fn see(&mut self, requests: &[f64], replies: &[f64]) {
-        let times = requests.iter().zip(replies).map(|(request, reply)| reply - request);
-        for time in times.filter(|time| !time.is_nan()) {
-            self.count += 1;
-            let before = time - self.mean;
-            self.mean += before / self.count as f64;
-            self.standard_deviation += before * (time - self.mean);
-            self.smallest = self.smallest.min(time);
-            self.largest = self.largest.max(time);
-        }
-    }
-}
-
 /// Faults a table that left a row out: pairs would shift.
 fn skipped(loader: &mut Loader<'_>, table: &Table) {
     if let Some(row) = table.skipped.first() {
@@ -276,50 +250,8 @@ fn first_cell(table: &Table, row: usize) -> Option<Place> {
     table.columns.first().map(|column| table.cell_place(row, column))
 }
 
-/// How a run's samples are written as captures.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Capturing {
-    /// The column of edges.
-    pub(crate) column: &'static str,
-    /// From the reference time back to the edge (s).
-    shift: f64,
-}
-
-impl Timing {
-    /// How a run's samples are written as captures.
-    pub(crate) fn capturing(&self, run: &RunTiming) -> Capturing {
-        Capturing { column: self.method.column(), shift: -self.shift(run) }
-    }
-}
-
-impl Capturing {
-    /// Times and inputs of a stretch as they would have been captured: the inverse of what reading
-    /// does.
-    pub(crate) fn captured(&self, stretch: Stretch<'_>) -> Samples {
-        let range: Range<usize> = stretch.range();
-        let time = stretch.samples.time[range.clone()].iter().map(|time| time + self.shift);
-        let cut = |column: &[f64]| column[range.clone()].to_vec();
-        let inputs = stretch.samples.inputs.iter().map(|track| match track {
-            Track::Captured { value, rate, acceleration } => {
-                let (mut value, mut rate) = (cut(value), rate.as_deref().map(cut));
-                let acceleration = acceleration.as_deref().map(cut);
-                for row in 0..value.len() {
-                    if let Some(rate) = &mut rate {
-                        let bend = acceleration.as_ref().map_or(0.0, |column| column[row]);
-                        (value[row], rate[row]) = moved(value[row], rate[row], bend, self.shift);
-                    }
-                }
-                Track::Captured { value, rate, acceleration }
-            }
-            other => other.clone(),
-        });
-        let readings = stretch.samples.readings.iter().map(|column| cut(column)).collect();
-        Samples { time: time.collect(), inputs: inputs.collect(), readings, ..Samples::default() }
-    }
-}
-
 /// Value and rate a while later, at constant acceleration.
-fn moved(value: f64, rate: f64, acceleration: f64, by: f64) -> (f64, f64) {
+pub(super) fn moved(value: f64, rate: f64, acceleration: f64, by: f64) -> (f64, f64) {
     (value + by * (rate + 0.5 * by * acceleration), rate + by * acceleration)
 }
 

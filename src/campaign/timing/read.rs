@@ -3,12 +3,18 @@
 use crate::campaign::entries::{Entry, Item, Reader, Value, get};
 use crate::campaign::file::Named;
 use crate::campaign::statement::{self, Spread};
-use crate::campaign::timing::{Gate, Line, Method, Reference, RunTiming, Timing};
+use crate::campaign::timing::{Gate, Line, Method, Reference, Reply, RunTiming, Timing};
 use crate::units::Dimension;
 
 const COMMON: [&str; 6] =
     ["method", "edge", "resolution", "jitter", "controller_gate", "instrument_gate"];
-const SERIAL: [&str; 4] = ["baud", "baud_tolerance", "bits", "reference"];
+const SERIAL: [&str; 5] = ["baud", "baud_tolerance", "bits", "reference", "reply"];
+/// Edges, gates, resolution and jitter (s) are shorter.
+const LONGEST_LINK: f64 = 0.1;
+/// A request (s) is not longer.
+const LONGEST: f64 = 10.0;
+/// A line whose rate is off by more reads the tenth bit in the place of another.
+const MOST_TOLERANCE: f64 = 0.05;
 const GATE: [&str; 6] = ["at_most", "value", "sigma", "U", "k", "degrees_of_freedom"];
 
 /// Reads `[timing]`; `None` after a fault that leaves nothing to go on with.
@@ -35,9 +41,7 @@ pub(crate) fn timing(reader: &mut Reader, item: &Item) -> Option<Timing> {
             reader.unknown(entry.span, "key", key, &known);
         }
     }
-    let mut width = |key: &str| {
-        get(entries, key).and_then(|item| reader.positive_of(item, key, Dimension::TIME))
-    };
+    let mut width = |key: &str| get(entries, key).and_then(|item| short(reader, item, key));
     let (edge, resolution, jitter) = (width("edge"), width("resolution"), width("jitter"));
     if let (Method::Serial(line), Some(step), Some(item)) =
         (method, resolution, get(entries, "resolution"))
@@ -52,6 +56,7 @@ pub(crate) fn timing(reader: &mut Reader, item: &Item) -> Option<Timing> {
     }
     let mut gate = |key: &str| get(entries, key).and_then(|item| gate(reader, item, key));
     let (controller_gate, instrument_gate) = (gate("controller_gate"), gate("instrument_gate"));
+    let reply = get(entries, "reply").and_then(|item| reply(reader, item, method));
     let written = item.to_json();
     let place = reader.place(item.span);
     Some(Timing {
@@ -61,6 +66,7 @@ pub(crate) fn timing(reader: &mut Reader, item: &Item) -> Option<Timing> {
         jitter,
         controller_gate,
         instrument_gate,
+        reply,
         written,
         place,
     })
@@ -92,7 +98,7 @@ fn line(reader: &mut Reader, item: &Item, entries: &[Entry]) -> Option<Line> {
         found
     };
     let (rate, count) = (need("baud", "baud = \"19200 Bd\""), need("bits", "bits = 80"));
-    let baud = rate.and_then(|item| {
+    let mut baud = rate.and_then(|item| {
         if let Value::Bare(number) = &item.value {
             let help = format!("write baud = \"{number} Bd\"");
             reader.fault(item.span, format!("`{number}` has no unit"), help);
@@ -101,8 +107,25 @@ fn line(reader: &mut Reader, item: &Item, entries: &[Entry]) -> Option<Line> {
         reader.positive_of(item, "baud", Dimension::NONE / Dimension::TIME)
     });
     let bits = count.and_then(|item| bits(reader, item));
-    let tolerance = get(entries, "baud_tolerance")
-        .and_then(|item| reader.positive_of(item, "baud_tolerance", Dimension::NONE));
+    if let (Some(rate), Some(count), Some(item)) = (baud, bits, count)
+        && count / rate > LONGEST
+    {
+        let message =
+            format!("a request of {count:e} bits at {rate:e} Bd takes {:.3e} s", count / rate);
+        let help = format!("it is read to take {LONGEST} s at most: check `baud` and `bits`");
+        reader.fault(item.span, message, help);
+        baud = None;
+    }
+    let tolerance = get(entries, "baud_tolerance").and_then(|item| {
+        let found = reader.positive_of(item, "baud_tolerance", Dimension::NONE)?;
+        if found >= MOST_TOLERANCE {
+            let message = format!("a baud rate off by {:.3} % loses bits", 100.0 * found);
+            let help = "the last of ten bits is then read half a bit off; such a line does not work, and crystals keep 100 ppm";
+            reader.fault(item.span, message, help);
+            return None;
+        }
+        Some(found)
+    });
     let reference = get(entries, "reference").and_then(|item| {
         let text = reader.text(item, "reference = \"complete\"")?;
         match text.as_str() {
@@ -122,6 +145,18 @@ fn line(reader: &mut Reader, item: &Item, entries: &[Entry]) -> Option<Line> {
     })
 }
 
+/// A time of the chain: more than zero, and short beside what it is part of.
+fn short(reader: &mut Reader, item: &Item, what: &str) -> Option<f64> {
+    let found = reader.positive_of(item, what, Dimension::TIME)?;
+    if found >= LONGEST_LINK {
+        let message = format!("{what} of {found:e} s is no property of an electronic circuit");
+        let help = format!("times of the chain are shorter than {LONGEST_LINK} s: check the unit");
+        reader.fault(item.span, message, help);
+        return None;
+    }
+    Some(found)
+}
+
 fn bits(reader: &mut Reader, item: &Item) -> Option<f64> {
     let found = reader.number(item, "bits")?;
     if found < 1.0 || found.fract() != 0.0 {
@@ -132,6 +167,29 @@ fn bits(reader: &mut Reader, item: &Item) -> Option<f64> {
     Some(found)
 }
 
+fn reply(reader: &mut Reader, item: &Item, method: Method) -> Option<Reply> {
+    let Method::Serial(line) = method else { return None };
+    let entries = reader.table(item, "reply = { after = \"14 ms\", scatter = \"0.2 ms\" }");
+    reader.only(entries, &["after", "scatter"]);
+    let mut time = |key: &str| {
+        get(entries, key).and_then(|item| reader.positive_of(item, key, Dimension::TIME))
+    };
+    let (after, scatter) = (time("after"), time("scatter"));
+    if get(entries, "after").is_none() && !entries.is_empty() {
+        let help = "write reply = { after = \"14 ms\" }";
+        reader.fault(item.span, "`reply` does not say after what time it begins", help);
+    }
+    let after = after?;
+    let length = line.bits / line.baud;
+    if after < length {
+        let message =
+            format!("the reply begins before its request of {:.2} ms is complete", 1e3 * length);
+        reader.fault(item.span, message, "count from start bit to start bit");
+        return None;
+    }
+    Some(Reply { after, scatter: scatter.unwrap_or(0.0) })
+}
+
 fn gate(reader: &mut Reader, item: &Item, what: &str) -> Option<Gate> {
     let example = format!("{what} = {{ at_most = \"100 ns\" }}");
     let entries = reader.table(item, &example);
@@ -140,7 +198,7 @@ fn gate(reader: &mut Reader, item: &Item, what: &str) -> Option<Gate> {
     match (get(entries, "at_most"), get(entries, "value")) {
         (Some(item), None) if spread.is_none() => {
             // Anything from nothing to this much is as likely: rectangular.
-            let most = reader.positive_of(item, what, Dimension::TIME)?;
+            let most = short(reader, item, what)?;
             let sigma = most / 12.0_f64.sqrt();
             Some(Gate { value: 0.5 * most, spread: Spread { sigma, ..Spread::default() } })
         }
@@ -148,6 +206,10 @@ fn gate(reader: &mut Reader, item: &Item, what: &str) -> Option<Gate> {
             let value = reader.quantity_of(item, what, Dimension::TIME)?;
             if value < 0.0 {
                 reader.fault(item.span, format!("{what} is a delay and cannot be negative"), "");
+            } else if value >= LONGEST_LINK {
+                let message =
+                    format!("{what} of {value:e} s is no property of an electronic circuit");
+                reader.fault(item.span, message, "check the unit");
             } else if spread.is_none() {
                 let message = format!("the uncertainty of {what} is not stated");
                 reader.fault(item.span, message, "state `sigma`, or `U` with its `k`");

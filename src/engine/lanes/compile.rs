@@ -3,11 +3,12 @@
 
 use std::collections::HashMap;
 
+use crate::engine::lanes::identities::rewritten;
 use crate::engine::lanes::instruction::{Column, Instruction, Operand, Product, Slot, Still};
 use crate::engine::lanes::schedule::{Form, Schedule, results, schedule};
 use crate::engine::lanes::sums::Term;
 use crate::engine::pointwise::Program;
-use crate::graph::{Binary, Clock, Graph, Leaf, Node, NodeId};
+use crate::graph::{Binary, Graph, Leaf, Node, NodeId};
 
 /// Outputs that are there at the same time.
 #[derive(Clone, Debug)]
@@ -42,11 +43,12 @@ impl Code {
     }
 
     /// Compiles groups of outputs. Those of a group are valid until the next group is computed.
-    pub fn new(graph: &mut Graph, groups: &[Vec<NodeId>]) -> Self {
+    pub fn new(graph: &Graph, groups: &[Vec<NodeId>]) -> Self {
+        let (mut graph, groups) = rewritten(graph, groups);
         let zero = graph.constant(0.0);
-        let schedule = schedule(graph, groups);
+        let schedule = schedule(&mut graph, &groups);
         let mut compiler = Compiler {
-            graph,
+            graph: &graph,
             zero,
             products: Vec::new(),
             columns: HashMap::new(),
@@ -143,7 +145,7 @@ impl Compiler<'_> {
                     for order in 0..3 {
                         self.column(Column::Input(input, order));
                     }
-                    self.column(Column::Clock(Clock::Time));
+                    self.column(Column::SignalTime);
                 }
                 Node::Leaf(leaf) => {
                     column_of(leaf).map(|column| self.column(column));
@@ -265,7 +267,7 @@ impl Compiler<'_> {
 
     fn signal(&mut self, node: NodeId, input: u32, order: u8, offset: NodeId) -> Instruction {
         let columns = [0, 1, 2].map(|order| self.column(Column::Input(input, order)));
-        let time = self.column(Column::Clock(Clock::Time));
+        let time = self.column(Column::SignalTime);
         let offset = self.operand(offset);
         Instruction::Signal { input, order, offset, columns, time, out: self.place(node) }
     }
@@ -276,7 +278,7 @@ impl Compiler<'_> {
             return Instruction::Binary { function, a, b, out: self.place(node) };
         }
         if self.graph.is_moving(a) {
-            let (a, b) = (self.lane(a), self.operand(b));
+            let (a, b) = (self.lane(a), self.lane(b));
             return Instruction::Divide { a, b, out: self.place(node) };
         }
         let (b, a) = (self.still(a), self.lane(b));

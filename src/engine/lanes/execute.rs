@@ -60,25 +60,6 @@ fn zip(out: &mut Lanes, a: &Lanes, b: &Lanes, f: impl Fn(f64, f64) -> f64) {
     }
 }
 
-/// `out[i] = f(a[i], b[i])`, where `b` may stand still.
-#[inline(always)]
-fn with(
-    out: &mut Lanes,
-    a: &Lanes,
-    b: Operand,
-    slots: &[Box<Aligned>],
-    stills: &[f64],
-    f: impl Fn(f64, f64) -> f64,
-) {
-    match b {
-        Operand::Lane(b) => zip(out, a, &slots[b as usize], f),
-        Operand::Still(b) => {
-            let b = stills[b as usize];
-            map(out, a, |a| f(a, b));
-        }
-    }
-}
-
 #[inline(always)]
 fn multiply_add(
     out: &mut Lanes,
@@ -213,7 +194,7 @@ fn step<A: Arithmetic>(
             out
         }
         Instruction::Divide { a, b, out } => {
-            with(first, &slots[a as usize], b, slots, stills, |a, b| a / b);
+            zip(first, &slots[a as usize], &slots[b as usize], |a, b| a / b);
             out
         }
         Instruction::DivideInto { a, b, out } => {

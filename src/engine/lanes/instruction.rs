@@ -29,6 +29,8 @@ pub(super) enum Column {
     Reading(u32, u8),
     /// A value that the caller supplies.
     Given(u32),
+    /// The time of the sample, where a logged stream needs it.
+    SignalTime,
     /// 1.
     One,
 }
@@ -57,7 +59,7 @@ pub(super) enum Instruction {
     /// A function of two numbers that is no sum, difference, product or quotient.
     Binary { function: Binary, a: Slot, b: Slot, out: Slot },
     /// `a / b`
-    Divide { a: Slot, b: Operand, out: Slot },
+    Divide { a: Slot, b: Slot, out: Slot },
     /// `b / a`
     DivideInto { a: Slot, b: Still, out: Slot },
     /// The sum of `count` products from number `first` on; bit i of `pairs` says whether the i-th has

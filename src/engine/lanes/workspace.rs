@@ -5,9 +5,9 @@ use std::ops::Range;
 use crate::campaign::Track;
 use crate::campaign::record::Stretch;
 use crate::campaign::run::Samples;
-use crate::engine::lanes::arithmetic::{Aligned, LANES, Lanes};
+use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES, Lanes};
 use crate::engine::lanes::compile::Code;
-use crate::engine::lanes::dispatch::InstructionSet;
+use crate::engine::lanes::dispatch::{InstructionSet, Simd, Task};
 use crate::engine::lanes::execute::Execution;
 use crate::engine::lanes::instruction::Column;
 use crate::engine::pointwise::Leaves;
@@ -51,9 +51,39 @@ impl<'a> Chunk<'a> {
         Stretch { samples, start, first, len }
     }
 
+    /// Puts 1 where a reading column has a value and 0 elsewhere; how many there are.
+    pub fn mark_readings(&self, column: usize, set: InstructionSet, marks: &mut Lanes) -> usize {
+        set.run(Marking { readings: self.readings(column), marks })
+    }
+
     /// A reading column's values.
     pub fn readings(&self, column: usize) -> &'a [f64] {
         &self.samples.readings[column][self.start..self.start + self.len]
+    }
+}
+
+/// Marks where readings are there; how many are.
+struct Marking<'a> {
+    readings: &'a [f64],
+    marks: &'a mut Lanes,
+}
+
+impl Task for Marking<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<A: Arithmetic, S: Simd>(self, _: S) -> usize {
+        let Self { readings, marks } = self;
+        for (mark, reading) in marks.iter_mut().zip(readings) {
+            *mark = if reading.is_nan() { 0.0 } else { 1.0 };
+        }
+        marks[readings.len()..].fill(0.0);
+        // Whole numbers: exact in any order, so there may be many sums at a time.
+        let mut sums = [0.0; 16];
+        for part in marks.chunks_exact(sums.len()) {
+            sums.iter_mut().zip(part).for_each(|(sum, mark)| *sum += mark);
+        }
+        sums.iter().sum::<f64>() as usize
     }
 }
 
@@ -118,6 +148,12 @@ impl Workspace {
                 Column::Reading(measurand, component) => {
                     let first = chunk.columns[measurand as usize];
                     &samples.readings[first + component as usize][stretch.clone()]
+                }
+                Column::SignalTime => {
+                    if !samples.inputs.iter().any(|track| matches!(track, Track::Logged(_))) {
+                        continue;
+                    }
+                    &samples.time[stretch.clone()]
                 }
                 Column::Given(index) => {
                     ***slot = given[index as usize];

@@ -1,0 +1,97 @@
+//! The same numbers with fewer costly instructions: what is rewritten before a graph is compiled.
+//!
+//! | written | computed |
+//! |---|---|
+//! | sin, cos of `± atan2(y, x) + o`, o standing still | sin and cos of o, with `y / r` and `x / r` |
+//! | `a / b`, b standing still | `a · (1 / b)` |
+//!
+//! They agree to a few units in the last place, and at the origin, where atan2 counts as 0, exactly.
+//! They do not hold for infinite x, y and for b below the smallest normal number.
+
+use crate::graph::import::Import;
+use crate::graph::{Binary, Graph, Leaf, Node, NodeId, Unary};
+
+/// A graph with the same outputs, rewritten.
+pub(super) fn rewritten(graph: &Graph, groups: &[Vec<NodeId>]) -> (Graph, Vec<Vec<NodeId>>) {
+    let mut into = Graph::boundless();
+    let mut import = Import::rewriting(rewrite);
+    let mut leaf = |graph: &mut Graph, leaf: Leaf| graph.leaf(leaf);
+    let groups = groups
+        .iter()
+        .map(|group| group.iter().map(|n| import.node(graph, *n, &mut into, &mut leaf)).collect())
+        .collect();
+    (into, groups)
+}
+
+fn rewrite(graph: &mut Graph, node: Node) -> Option<NodeId> {
+    match node {
+        Node::Unary(function @ (Unary::Sin | Unary::Cos), angle) => {
+            let (turn, offset) = of_a_point(graph, angle)?;
+            Some(turned(graph, function, turn, offset))
+        }
+        Node::Binary(Binary::Divide, a, b) if graph.is_moving(a) && !graph.is_moving(b) => {
+            let one = graph.constant(1.0);
+            let reciprocal = graph.divide(one, b);
+            Some(graph.multiply(a, reciprocal))
+        }
+        _ => None,
+    }
+}
+
+/// The angle of a point, `[y, x]`, and whether it counts negative.
+struct Turn {
+    point: [NodeId; 2],
+    negative: bool,
+}
+
+/// An angle as that of a moving point and an offset that stands still.
+fn of_a_point(graph: &mut Graph, angle: NodeId) -> Option<(Turn, NodeId)> {
+    let (mut rest, mut negative, mut offset) = (angle, false, graph.constant(0.0));
+    loop {
+        match graph.node(rest) {
+            Node::Binary(Binary::Atan2, y, x) => {
+                return Some((Turn { point: [y, x], negative }, offset));
+            }
+            Node::Unary(Unary::Negate, inner) => (rest, negative) = (inner, !negative),
+            Node::Binary(function @ (Binary::Add | Binary::Subtract), a, b) => {
+                let (inner, still, first) = match (graph.is_moving(a), graph.is_moving(b)) {
+                    (true, false) => (a, b, false),
+                    (false, true) => (b, a, true),
+                    _ => return None,
+                };
+                // Of a difference either the moving or the still part counts negative.
+                let minus = function == Binary::Subtract;
+                let still_negative = negative ^ (minus && !first);
+                offset = if still_negative {
+                    graph.subtract(offset, still)
+                } else {
+                    graph.add(offset, still)
+                };
+                (rest, negative) = (inner, negative ^ (minus && first));
+            }
+            _ => return None,
+        }
+    }
+}
+
+/// Sine or cosine of `± a + o`.
+fn turned(graph: &mut Graph, function: Unary, turn: Turn, offset: NodeId) -> NodeId {
+    let [y, x] = turn.point;
+    let squares = graph.sum_of_products(&[(y, y), (x, x)]);
+    let reciprocal = graph.unary(Unary::ReciprocalOrZero, squares);
+    let inverse = graph.unary(Unary::Sqrt, reciprocal);
+    let sine = graph.multiply(y, inverse);
+    let sine = if turn.negative { graph.negate(sine) } else { sine };
+    // 1 at the origin, where the angle counts as 0.
+    let (one, sign) = (graph.constant(1.0), graph.unary(Unary::Sign, reciprocal));
+    let origin = graph.subtract(one, sign);
+    let across = graph.multiply(x, inverse);
+    let cosine = graph.add(across, origin);
+    let (sin_o, cos_o) = (graph.unary(Unary::Sin, offset), graph.unary(Unary::Cos, offset));
+    if function == Unary::Sin {
+        graph.sum_of_products(&[(sine, cos_o), (cosine, sin_o)])
+    } else {
+        let [plus, minus] = [(cosine, cos_o), (sine, sin_o)].map(|(a, b)| graph.multiply(a, b));
+        graph.subtract(plus, minus)
+    }
+}

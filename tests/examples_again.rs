@@ -1,0 +1,141 @@
+//! Are the lessons' recordings what their plans say? Each plan names its own command; the program runs
+//! it and the readings come out again, but for the digits that were rounded off.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+use std::collections::HashSet;
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The header and the columns of a CSV file, packed or not.
+fn columns(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
+    let mut text = String::new();
+    let file = fs::File::open(path).unwrap();
+    match path.extension().is_some_and(|end| end == "gz") {
+        true => flate2::read::GzDecoder::new(file).read_to_string(&mut text).unwrap(),
+        false => std::io::BufReader::new(file).read_to_string(&mut text).unwrap(),
+    };
+    let mut lines = text.lines();
+    let header: Vec<String> = lines.next().unwrap().split(',').map(str::to_owned).collect();
+    let mut columns = vec![Vec::new(); header.len()];
+    for line in lines {
+        for (column, cell) in columns.iter_mut().zip(line.split(',')) {
+            column.push(cell.parse::<f64>().unwrap());
+        }
+    }
+    (header, columns)
+}
+
+/// Half of the last digit that the recordings keep, in the unit of the column.
+fn rounding(header: &str) -> f64 {
+    match header.split_once(" [").unwrap().1 {
+        "s]" => 0.5e-9,
+        "m]" => 0.5e-7,
+        _ => 0.5e-8,
+    }
+}
+
+/// Runs the command that a plan names; the folder it wrote.
+fn simulated(plan: &Path) -> PathBuf {
+    let text = fs::read_to_string(plan).unwrap();
+    let said = text.lines().find_map(|line| line.strip_prefix("#   homepoint ")).unwrap();
+    let words: Vec<&str> = said.split_whitespace().collect();
+    let ["simulate", path, "--seed", seed, "--out", "FOLDER"] = words[..] else {
+        unreachable!("{said}")
+    };
+    assert!(plan.ends_with(path), "{} names {path}", plan.display());
+    let name = path.replace(['/', '.'], "_");
+    let out = std::env::temp_dir().join(format!("again-{}-{name}", std::process::id()));
+    let done = Command::new(env!("CARGO_BIN_EXE_homepoint"))
+        .arg("simulate")
+        .arg(plan)
+        .args(["--quiet", "--seed", seed, "--out"])
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    out
+}
+
+#[test]
+fn every_plan_gives_its_recordings_again() {
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let mut count = 0;
+    for lesson in fs::read_dir(examples).unwrap() {
+        let lesson = lesson.unwrap().path();
+        let files = || fs::read_dir(&lesson).unwrap().map(|entry| entry.unwrap().path());
+        let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+        let mut recorded: HashSet<String> =
+            files().map(|path| name(&path)).filter(|name| name.ends_with(".csv.gz")).collect();
+        for plan in files().filter(|path| name(path).starts_with("plan")) {
+            let out = simulated(&plan);
+            for entry in fs::read_dir(&out).unwrap() {
+                let drawn = entry.unwrap().path();
+                let packed = format!("{}.gz", name(&drawn));
+                // A run may be left out of a lesson.
+                if !recorded.remove(&packed) {
+                    continue;
+                }
+                let (header, kept) = columns(&lesson.join(&packed));
+                let (again, drawn) = columns(&drawn);
+                assert_eq!(header, again, "{packed}");
+                for ((header, kept), drawn) in header.iter().zip(kept).zip(drawn) {
+                    assert_eq!(kept.len(), drawn.len(), "{packed} {header}");
+                    for (row, (kept, drawn)) in kept.iter().zip(&drawn).enumerate() {
+                        let most = 1.01 * rounding(header) + 1e-12 * drawn.abs();
+                        assert!(
+                            (kept - drawn).abs() < most,
+                            "{packed} {header} row {row}: {kept} {drawn}"
+                        );
+                    }
+                }
+                count += 1;
+            }
+            fs::remove_dir_all(out).unwrap();
+            assert!(lesson.join("campaign.toml").exists());
+        }
+        // A lesson with a plan holds nothing that does not come from one.
+        if files().any(|path| name(&path).starts_with("plan")) {
+            assert!(recorded.is_empty(), "{}: {recorded:?}", lesson.display());
+        }
+    }
+    assert!(count >= 20, "{count}");
+}
+
+/// The commands that lessons and documents name, with their own words for folders.
+fn commands(text: &str) -> impl Iterator<Item = &str> {
+    let named = text.lines().filter_map(|line| {
+        line.strip_prefix("#   homepoint ").or_else(|| line.strip_prefix("$ homepoint "))
+    });
+    // What a command is for stands behind it, after a gap.
+    named.map(|line| line.split("  ").next().unwrap()).filter(|line| !line.contains(" A B"))
+}
+
+#[test]
+fn every_command_that_is_named_runs() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let out = std::env::temp_dir().join(format!("named-{}", std::process::id()));
+    let mut texts = vec![root.join("docs/the-seed.md")];
+    for lesson in fs::read_dir(root.join("examples")).unwrap() {
+        texts.push(lesson.unwrap().path().join("campaign.toml"));
+    }
+    let mut run = HashSet::new();
+    for text in texts {
+        for said in commands(&fs::read_to_string(text).unwrap()) {
+            let mut words: Vec<String> = said.split_whitespace().map(str::to_owned).collect();
+            if let Some(at) = words.iter().position(|word| word == "--out") {
+                words[at + 1] = out.to_string_lossy().into_owned();
+            }
+            if !run.insert(words.clone()) {
+                continue;
+            }
+            let mut command = Command::new(env!("CARGO_BIN_EXE_homepoint"));
+            let done = command.current_dir(root).args(&words).output().unwrap();
+            let told = String::from_utf8_lossy(&done.stderr).into_owned();
+            assert!(done.status.success() && !done.stdout.is_empty(), "{said}: {told}");
+        }
+    }
+    drop(fs::remove_dir_all(out));
+    assert!(run.len() > 15, "{}", run.len());
+}
