@@ -234,7 +234,7 @@ impl Stage {
     /// Whether a block is not counted as structure: noise with a memory scatters from run to run, so what
     /// each run has for itself says nothing then.
     pub fn is_scatter(&self, candidate: usize) -> bool {
-        self.noise_found.memory > 0.0 && self.is_of_runs(candidate)
+        self.noise_found.runs_scatter && self.is_of_runs(candidate)
     }
 
     fn is_of_runs(&self, candidate: usize) -> bool {

@@ -89,6 +89,9 @@ pub struct Noise {
     pub memory: f64,
     /// Samples in a stretch.
     pub stretch: usize,
+    /// Whether runs are the stretches, for the noise has a memory: what differs from run to run is part
+    /// of it then.
+    pub runs_scatter: bool,
 }
 
 /// What the campaigns give.
@@ -226,9 +229,13 @@ pub fn prepare(
             fitted = changed;
             continue;
         }
-        if noise.memory > 0.0 {
-            noise.stretch = whole_runs(problem).unwrap_or_else(|| stretch(problem, noise.memory));
+        if let (true, Some(whole)) = (noise.memory > 0.0, whole_runs(problem)) {
+            (noise.stretch, noise.runs_scatter) = (whole, true);
             let structure = stage.structure_over_runs();
+            let left = stage.evidence.left(problem, point, &structure, noise.stretch);
+            stage.judge_scatter(&left);
+        } else if noise.memory > 0.0 {
+            noise.stretch = stretch(problem, noise.memory);
             let left = stage.evidence.left(problem, point, &structure, noise.stretch);
             stage.judge_scatter(&left);
         } else {
