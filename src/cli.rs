@@ -21,6 +21,7 @@ mod progress;
 mod render;
 mod show;
 mod simulate;
+mod trials;
 
 use std::process::ExitCode;
 
@@ -59,6 +60,8 @@ enum Command {
     Calibrate(calibrate::CalibrateCommand),
     /// Find out why simulation and reality differ
     Diagnose(diagnose::Diagnose),
+    /// Try the diagnosis on simulated campaigns of the same design
+    Trials(trials::Trials),
     /// Find out what a campaign can see, before there are any data
     Power(power::PowerCommand),
     /// Compare the readings' own delays with the joint estimate
@@ -112,6 +115,7 @@ pub fn run() -> ExitCode {
         Command::Delays(command) => command.run(),
         Command::Calibrate(command) => command.run(),
         Command::Diagnose(command) => command.run(),
+        Command::Trials(command) => command.run(),
         Command::Power(command) => command.run(),
         Command::Compare(command) => command.run(),
         Command::Deviations(command) => command.run(),

@@ -4,6 +4,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`candidates`] | what may be added to the model |
+//! | [`catalogue`] | all that has been made of the models so far |
 //! | [`structure`] | what an effect that nobody wrote down could look like |
 //! | [`evidence`] | what each of them would explain, from one pass |
 //! | [`mod@scan`] | which member of a family explains most |
@@ -20,6 +21,7 @@
 //! | [`mod@hidden`] | what could still hide |
 
 pub mod candidates;
+pub mod catalogue;
 pub mod evidence;
 pub mod gap;
 pub mod hidden;

@@ -10,6 +10,7 @@
 //! | engine | [`engine`] |
 //! | estimate | [`estimate`] |
 //! | diagnose | [`diagnose`] |
+//! | trials | [`trials`] |
 //! | faces | [`report`], `cli` |
 
 pub mod number;
@@ -33,6 +34,8 @@ pub mod engine;
 pub mod estimate;
 
 pub mod diagnose;
+
+pub mod trials;
 
 pub mod report;
 

@@ -19,6 +19,8 @@ pub enum Task {
     Solving,
     /// Readings are drawn; counted in samples.
     Drawing,
+    /// Simulated campaigns are diagnosed; counted in campaigns.
+    Trials,
 }
 
 /// Takes what is told: the task, how much of it is done, and how much there is.

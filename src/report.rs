@@ -9,6 +9,7 @@
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
 //! | [`text`] | tables and sentences for the terminal |
 //! | [`diagnosis`], `diagnosis_text` | why simulation and reality differ, for programs and for people |
+//! | [`trials`], `trials_text` | how well a diagnosis does on campaigns whose truth is known |
 //! | [`power`], `power_text` | what a campaign can see |
 //! | [`timing`] | how reference times came about |
 //! | [`table`] | results reading by reading, as CSV |
@@ -28,3 +29,6 @@ pub mod table;
 #[cfg(feature = "cli")]
 pub mod text;
 pub mod timing;
+pub mod trials;
+#[cfg(feature = "cli")]
+pub mod trials_text;

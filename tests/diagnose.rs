@@ -15,7 +15,7 @@ use homepoint::estimate::batch::Options;
 fn run(folder: &Path, without: &[&str]) -> Diagnosis {
     let opened = open(&Request::new([folder])).unwrap();
     let without = without.iter().map(|name| (*name).to_owned()).collect();
-    let wanted = Wanted { only: Vec::new(), without };
+    let wanted = Wanted { without, ..Wanted::default() };
     diagnose(opened.problem, opened.recipes, &wanted, &Options::default()).unwrap()
 }
 

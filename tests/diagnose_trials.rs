@@ -145,7 +145,7 @@ impl Rig {
 
     fn diagnose(&self, problem: Problem, without: &[&str]) -> Diagnosis {
         let without = without.iter().map(|name| (*name).to_owned()).collect();
-        let wanted = Wanted { only: Vec::new(), without };
+        let wanted = Wanted { without, ..Wanted::default() };
         diagnose(problem, self.opened.recipes.clone(), &wanted, &Options::default()).unwrap()
     }
 

@@ -14,6 +14,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("engine", &["engine"]),
     ("estimate", &["estimate"]),
     ("diagnose", &["diagnose"]),
+    ("trials", &["trials"]),
     ("faces", &["report", "cli", "main", "lib"]),
 ];
 

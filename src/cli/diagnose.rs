@@ -42,7 +42,7 @@ impl Diagnose {
                 recipe.library.effect(name)?;
             }
         }
-        let wanted = Wanted { only: self.only.clone(), without: self.without.clone() };
+        let wanted = Wanted::new(&self.only, &self.without);
         let held_out = self.holdout.as_ref().map(|path| self.opened(path)).transpose()?;
         let mut found = diagnose(loaded.problem, loaded.recipes, &wanted, &Options::default())
             .map_err(|error| Failure::Could(error.to_string()))?;

@@ -33,7 +33,7 @@ impl PowerCommand {
                 recipe.library.effect(name)?;
             }
         }
-        let wanted = Wanted { only: self.only.clone(), without: self.without.clone() };
+        let wanted = Wanted::new(&self.only, &self.without);
         let point = self.point(&loaded.problem)?;
         let found = power(loaded.problem, loaded.recipes, point, &wanted)
             .map_err(|error| Failure::Could(error.to_string()))?;

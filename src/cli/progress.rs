@@ -76,5 +76,6 @@ fn new(task: Task, all: u64) -> ProgressBar {
         Task::Fitting { iteration } => format!("fitting, iteration {iteration}"),
         Task::Solving => "solving for delays".to_owned(),
         Task::Drawing => "drawing".to_owned(),
+        Task::Trials => "trials".to_owned(),
     })
 }

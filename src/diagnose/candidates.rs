@@ -13,6 +13,7 @@ use crate::graph::Scope;
 use crate::system::{Selected, System, candidates};
 use crate::units::Unit;
 
+use super::catalogue::Catalogue;
 use super::structure::Place;
 
 /// Members tried of a family that is a range.
@@ -89,10 +90,20 @@ pub struct Wanted {
     pub only: Vec<String>,
     /// Not these.
     pub without: Vec<String>,
+    /// What has been made of the models so far: one for several diagnoses of campaigns with the same
+    /// models saves its making.
+    pub catalogue: Catalogue,
 }
 
 impl Wanted {
-    fn includes(&self, name: &str) -> bool {
+    /// As asked for.
+    pub fn new(only: &[String], without: &[String]) -> Self {
+        let (only, without) = (only.to_vec(), without.to_vec());
+        Self { only, without, ..Self::default() }
+    }
+
+    /// Whether an effect is.
+    pub fn includes(&self, name: &str) -> bool {
         (self.only.is_empty() || self.only.iter().any(|one| one == name))
             && !self.without.iter().any(|one| one == name)
     }

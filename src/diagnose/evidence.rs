@@ -8,6 +8,8 @@
 //!
 //! Values of scope setup and run have a column each; sums are kept by run, so nothing more is summed.
 
+use std::sync::Arc;
+
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
@@ -29,7 +31,7 @@ pub struct Evidence {
     /// One for each candidate, in their order.
     pub entries: Vec<Entry>,
     /// The signatures in each campaign.
-    signatures: Vec<Signatures>,
+    signatures: Arc<Vec<Signatures>>,
     /// Sums of each run over all campaigns.
     runs: Vec<RunGram>,
     /// The nominal columns of each run.
@@ -126,13 +128,24 @@ impl Evidence {
         point: &Point,
         candidates: &[&Candidate],
     ) -> Option<Self> {
+        let parts = 0..problem.parts.len();
+        let signed = parts.map(|part| sign(problem, part, candidates)).collect();
+        Self::with(problem, normal, point, candidates.len(), Arc::new(signed))
+    }
+
+    /// The same of so many candidates whose signatures in each campaign are known.
+    pub fn with(
+        problem: &Problem,
+        normal: &Normal,
+        point: &Point,
+        candidates: usize,
+        signed: Arc<Vec<Signatures>>,
+    ) -> Option<Self> {
         let nominal = nominal(normal)?;
         let mut runs = Vec::new();
         let mut touched = Vec::new();
-        let mut signed = Vec::new();
-        let mut columns: Vec<Vec<(Owner, Column)>> = vec![Vec::new(); candidates.len()];
-        for part in 0..problem.parts.len() {
-            let signatures = sign(problem, part, candidates);
+        let mut columns: Vec<Vec<(Owner, Column)>> = vec![Vec::new(); candidates];
+        for (part, signatures) in signed.iter().enumerate() {
             for (index, signature) in signatures.columns.iter().enumerate() {
                 if let Some(own) =
                     signature.effect.parse().ok().and_then(|n: usize| columns.get_mut(n))
@@ -141,11 +154,10 @@ impl Evidence {
                 }
             }
             let first = problem.layout.first_run[part];
-            for (run, gram) in problem.gram_with(&signatures, point).into_iter().enumerate() {
+            for (run, gram) in problem.gram_with(signatures, point).into_iter().enumerate() {
                 touched.push(problem.layout.columns.touched_by(first + run));
                 runs.push(gram);
             }
-            signed.push(signatures);
         }
         let mut evidence = Self { entries: Vec::new(), signatures: signed, runs, touched, nominal };
         for columns in columns {
@@ -376,7 +388,7 @@ fn nominal(normal: &Normal) -> Option<Nominal> {
 }
 
 /// The signatures of the candidates that fit a campaign; an effect is called by its number.
-fn sign(problem: &Problem, part: usize, candidates: &[&Candidate]) -> Signatures {
+pub(super) fn sign(problem: &Problem, part: usize, candidates: &[&Candidate]) -> Signatures {
     let names: Vec<String> = (0..candidates.len()).map(|number| number.to_string()).collect();
     let signed: Vec<Signed<'_>> = candidates
         .iter()

@@ -52,7 +52,7 @@ fn adds(stage: &Stage, known: &Entry, candidate: usize) -> bool {
 fn leaves_nothing(stage: &Stage, known: &Entry) -> bool {
     let blocks = stage.effects..stage.candidates.len();
     let level = level(blocks.len());
-    blocks.into_iter().all(|block| {
+    blocks.into_iter().filter(|block| !stage.is_scatter(*block)).all(|block| {
         let (gain, degrees) = stage.evidence.beyond(known, stage.entry(block));
         let score = of_gain(gain, degrees, 1);
         score.ln_p > level || score.lambda() < LEAST_LAMBDA

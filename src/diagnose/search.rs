@@ -27,7 +27,7 @@ const SHORT_LIST: usize = 3;
 const MOST: usize = 4;
 
 /// Fewer stretches do not show how scores scatter.
-const LEAST_STRETCHES: usize = 20;
+pub(super) const LEAST_STRETCHES: usize = 20;
 
 /// Logarithms of probabilities that differ less do not tell effects apart: half of [`ALIKE`].
 const TIE: f64 = 4.6;
@@ -80,7 +80,14 @@ impl Stage {
 
     /// Blocks that pass their test, best first.
     pub fn blocks_found(&self) -> Vec<usize> {
-        self.passing(self.effects..self.candidates.len())
+        let mut found = self.passing(self.effects..self.candidates.len());
+        found.retain(|block| !self.is_scatter(*block));
+        found
+    }
+
+    /// Whether nothing is left, of the library or unknown.
+    pub fn is_clear(&self) -> bool {
+        self.blocks_found().is_empty() && self.declared().is_empty()
     }
 
     /// Candidates of the library that are beyond chance but too small or too poorly supported to be
@@ -174,7 +181,7 @@ impl Search {
     /// The gate: adopted effects are enough where nothing is left.
     fn passes_gate(&self) -> bool {
         let last = self.stages.last();
-        !self.adopted.is_empty() && last.is_some_and(|last| last.blocks_found().is_empty())
+        !self.adopted.is_empty() && last.is_some_and(Stage::is_clear)
     }
 
     /// Adds an effect with its fit; whether that can be built on.

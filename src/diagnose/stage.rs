@@ -9,12 +9,13 @@ use crate::engine::{Part, Point, Problem};
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
 use crate::system::Selected;
 
-use super::candidates::{Candidate, NotTestable, Wanted, offer};
+use super::candidates::{Candidate, NotTestable, Offer, Wanted};
+use super::catalogue::Made;
 use super::evidence::{Entry, Evidence};
 use super::scan::{Scanned, scan};
 use super::score::{Score, of_gain, score};
 use super::search::level;
-use super::structure::blocks;
+use super::structure::Place;
 use super::whiten::Noise;
 
 /// Structures taken off at most before the noise is judged.
@@ -196,13 +197,19 @@ impl Stage {
 
     /// The same; families that were scanned with nearly the same readings are not scanned again.
     pub fn again(fitted: Fitted, wanted: &Wanted, scanned: &mut Scanned) -> Option<Self> {
-        let offer = offer(&fitted.recipes, wanted);
-        let (mut candidates, mut members) = best_members(&fitted, offer.effects, scanned)?;
+        let made = wanted.catalogue.of(&fitted.recipes);
+        let Offer { effects, mut noise, mut not_testable } = made.offer.clone();
+        let is_wanted = |one: &Candidate| wanted.includes(&one.selected.effect.name);
+        let effects = effects.into_iter().filter(is_wanted).collect();
+        noise.retain(is_wanted);
+        not_testable.retain(|one| wanted.includes(&one.name));
+        let (mut candidates, mut members) = best_members(&fitted, &made, effects, scanned)?;
         let effects = candidates.len();
-        candidates.extend(blocks(&fitted.recipes));
+        candidates.extend(made.blocks.iter().cloned());
         members.resize(candidates.len(), 1);
         let all: Vec<&Candidate> = candidates.iter().collect();
-        let evidence = Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, &all)?;
+        let Fit { normal, point, .. } = &fitted.fit;
+        let evidence = Evidence::new(&fitted.problem, normal, point, &all)?;
         let scores: Vec<Score> = evidence
             .entries
             .iter()
@@ -214,8 +221,8 @@ impl Stage {
             candidates,
             effects,
             members,
-            noise: offer.noise,
-            not_testable: offer.not_testable,
+            noise,
+            not_testable,
             inflation: vec![1.0; scores.len()],
             evidence,
             scores,
@@ -224,21 +231,44 @@ impl Stage {
         })
     }
 
+    /// Whether a block is not counted as structure: noise with a memory scatters from run to run, so what
+    /// each run has for itself says nothing then.
+    pub fn is_scatter(&self, candidate: usize) -> bool {
+        self.noise_found.runs_scatter && self.is_of_runs(candidate)
+    }
+
+    fn is_of_runs(&self, candidate: usize) -> bool {
+        self.candidates[candidate].place.as_ref().is_some_and(Place::is_of_runs)
+    }
+
     /// All significant structure, of the library or unknown, taken together.
     pub fn structure(&self) -> Entry {
-        let taken: Vec<&Entry> = self.structures().into_iter().map(|n| self.entry(n)).collect();
-        self.evidence.together(&taken)
+        self.together(&self.structures())
+    }
+
+    /// The same but for what each run has for itself.
+    pub fn structure_over_runs(&self) -> Entry {
+        self.together(&self.structures_among(|n| !self.is_of_runs(n)))
     }
 
     /// The candidates, of the library or unknown, that are significant one after the other, greedily.
     pub fn structures(&self) -> Vec<usize> {
+        self.structures_among(|_| true)
+    }
+
+    fn together(&self, candidates: &[usize]) -> Entry {
+        let entries: Vec<&Entry> = candidates.iter().map(|n| self.entry(*n)).collect();
+        self.evidence.together(&entries)
+    }
+
+    fn structures_among(&self, wanted: impl Fn(usize) -> bool) -> Vec<usize> {
         let level = level(self.candidates.len());
-        let strong: Vec<usize> =
-            (0..self.candidates.len()).filter(|n| self.scores[*n].ln_p <= level).collect();
+        let strong: Vec<usize> = (0..self.candidates.len())
+            .filter(|n| self.scores[*n].ln_p <= level && wanted(*n))
+            .collect();
         let mut taken: Vec<usize> = Vec::new();
         for _ in 0..MOST_STRUCTURES {
-            let entries: Vec<&Entry> = taken.iter().map(|n| self.entry(*n)).collect();
-            let whole = self.evidence.together(&entries);
+            let whole = self.together(&taken);
             let beyond = |n: &usize| {
                 let (gain, degrees) = self.evidence.beyond(&whole, self.entry(*n));
                 (of_gain(gain, degrees, 1).ln_p, *n)
@@ -281,6 +311,7 @@ impl Stage {
 /// Of each family the member that explains most, with the number of members tried.
 fn best_members(
     fitted: &Fitted,
+    made: &Made,
     offered: Vec<Candidate>,
     scanned: &mut Scanned,
 ) -> Option<(Vec<Candidate>, Vec<usize>)> {
@@ -302,7 +333,9 @@ fn best_members(
         if count > 1 {
             let members: Vec<&Candidate> = family.iter().collect();
             let fit = &fitted.fit;
-            let evidence = Evidence::new(&fitted.problem, &fit.normal, &fit.point, &members)?;
+            let signatures = made.signatures(&fitted.problem, &members);
+            let evidence =
+                Evidence::with(&fitted.problem, &fit.normal, &fit.point, count, signatures)?;
             let gain = |k: &usize| score(&evidence.entries[*k], 1).ln_p;
             winner = (0..count).min_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(0);
         }

@@ -26,6 +26,8 @@ const ORDERS: (usize, usize) = (8, 3);
 const FEW: usize = 2;
 /// Waves over the reading of a circle.
 const CIRCLE_ORDERS: usize = 4;
+/// The covariate of a block with a value for each run.
+const RUN: &str = "run";
 /// Waves of an error in time.
 const TIMING_ORDERS: usize = 2;
 
@@ -38,6 +40,13 @@ pub struct Place {
     pub covariate: String,
     /// A phrase.
     pub words: String,
+}
+
+impl Place {
+    /// Whether each run has a value for itself.
+    pub fn is_of_runs(&self) -> bool {
+        self.covariate == RUN
+    }
 }
 
 /// What is wrong.
@@ -135,7 +144,7 @@ fn of_the_rig(model: &Model, timing: bool) -> Vec<Covariate> {
     all.push(Covariate::new("time", "setup", clock));
     all.push(Covariate::new("run time", "instrument", vec![("run_time".to_owned(), time)]));
     all.push(Covariate::new("setup", "setup", vec![("1".to_owned(), Dimension::NONE)]));
-    all.push(Covariate::new("run", "run", vec![("1".to_owned(), Dimension::NONE)]));
+    all.push(Covariate::new(RUN, "run", vec![("1".to_owned(), Dimension::NONE)]));
     all
 }
 

@@ -127,8 +127,9 @@ fn blocks_are_simpler(search: &Search, first: &Stage) -> bool {
 /// The blocks, taken greedily, beyond which nothing significant is left; `None` where it takes more.
 fn blocks_needed(stage: &Stage, most: usize) -> Option<Vec<usize>> {
     let level = level(stage.candidates.len());
-    let strong: Vec<usize> =
-        (0..stage.candidates.len()).filter(|n| stage.scores[*n].ln_p <= level).collect();
+    let strong: Vec<usize> = (0..stage.candidates.len())
+        .filter(|n| stage.scores[*n].ln_p <= level && !stage.is_scatter(*n))
+        .collect();
     let mut taken: Vec<usize> = Vec::new();
     loop {
         let entries: Vec<_> = taken.iter().map(|n| stage.entry(*n)).collect();

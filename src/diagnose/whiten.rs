@@ -28,7 +28,7 @@ use super::jitter::jitter;
 use super::lost::Lost;
 use super::memory::{memory, name_memory, wanders, white_parts};
 use super::scan::Scanned;
-use super::search::level;
+use super::search::{LEAST_STRETCHES, level};
 use super::stage::{Fitted, Stage, rebuilt};
 use super::tail::{ln_chi_squared, ln_normal};
 
@@ -89,6 +89,9 @@ pub struct Noise {
     pub memory: f64,
     /// Samples in a stretch.
     pub stretch: usize,
+    /// Whether runs are the stretches, for the noise has a memory: what differs from run to run is part
+    /// of it then.
+    pub runs_scatter: bool,
 }
 
 /// What the campaigns give.
@@ -228,7 +231,12 @@ pub fn prepare(
             round = 0;
             continue;
         }
-        if noise.memory > 0.0 {
+        if let (true, Some(whole)) = (noise.memory > 0.0, whole_runs(problem)) {
+            (noise.stretch, noise.runs_scatter) = (whole, true);
+            let structure = stage.structure_over_runs();
+            let left = stage.evidence.left(problem, point, &structure, noise.stretch);
+            stage.judge_scatter(&left);
+        } else if noise.memory > 0.0 {
             noise.stretch = stretch(problem, noise.memory);
             let left = stage.evidence.left(problem, point, &structure, noise.stretch);
             stage.judge_scatter(&left);
@@ -251,6 +259,13 @@ pub(super) fn stretch(problem: &Problem, memory: f64) -> usize {
     let samples: usize = runs.map(|run| run.record.len()).sum();
     let time = if memory > 0.0 { -1.0 / memory.ln() } else { 0.0 };
     samples.div_ceil(STRETCHES).max((TIMES * time).ceil() as usize).max(1)
+}
+
+/// The length of the longest run, where there are runs enough to be stretches by themselves: then
+/// memory of any length within a run does no harm.
+fn whole_runs(problem: &Problem) -> Option<usize> {
+    let lengths = problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len());
+    (lengths.clone().count() >= LEAST_STRETCHES).then(|| lengths.max()).flatten()
 }
 
 /// Names the effects of the library that stand for scatter beyond what is stated.

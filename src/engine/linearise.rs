@@ -56,6 +56,7 @@ impl Problem {
                 .collect();
             scatter(&mut gram, products, &columns);
         }
+        both_triangles(&mut gram);
         RunGram { gram, readings }
     }
 
@@ -116,20 +117,30 @@ pub(super) fn silence(
     }
 }
 
-/// Adds products of columns that stand for the given columns of a Gram matrix.
-fn scatter(gram: &mut DMatrix<f64>, products: &Products, columns: &[&[(usize, f64)]]) {
+/// Adds products of columns that stand for the given columns of a Gram matrix: each pair in one order
+/// only, the diagonal halved, so that [`both_triangles`] makes the matrix of it.
+fn scatter(half: &mut DMatrix<f64>, products: &Products, columns: &[&[(usize, f64)]]) {
     for (i, left) in columns.iter().enumerate() {
-        for (j, right) in columns.iter().enumerate().skip(i) {
-            let sum = products.sum(i, j);
-            for (a, p) in *left {
+        for (a, p) in *left {
+            // One column of the matrix at a time, for that is how it lies in memory.
+            let mut target = half.column_mut(*a);
+            for (j, right) in columns.iter().enumerate().skip(i) {
+                let sum = if i == j { 0.5 * products.sum(i, j) } else { products.sum(i, j) };
                 for (b, q) in *right {
-                    let value = p * q * sum;
-                    gram[(*a, *b)] += value;
-                    if i != j {
-                        gram[(*b, *a)] += value;
-                    }
+                    target[*b] += p * q * sum;
                 }
             }
+        }
+    }
+}
+
+/// A matrix and its transpose, added up in place.
+fn both_triangles(half: &mut DMatrix<f64>) {
+    for a in 0..half.nrows() {
+        for b in 0..=a {
+            let sum = half[(a, b)] + half[(b, a)];
+            half[(a, b)] = sum;
+            half[(b, a)] = sum;
         }
     }
 }

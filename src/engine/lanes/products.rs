@@ -2,7 +2,8 @@
 //!
 //! Tiles of 4 by 3 sums stay in registers while the chunk runs through them; each sum has as many
 //! partial sums as a register holds numbers, which are added up at the end. So a product costs one
-//! multiply-add, which is the least it can.
+//! multiply-add, which is the least it can. Where there are so many columns that partial sums would not
+//! stay in the nearest caches, they are added up chunk by chunk.
 
 use crate::engine::lanes::dispatch::Simd;
 
@@ -13,12 +14,15 @@ use crate::engine::lanes::dispatch::{InstructionSet, Task};
 const ROWS: usize = 4;
 /// Columns of a tile.
 const COLUMNS: usize = 3;
+/// With more columns partial sums are added up after each chunk.
+const FEW: usize = 96;
+
 /// Sums of products of every pair of `count` columns.
 #[derive(Clone, Debug)]
 pub struct Products {
     count: usize,
     set: InstructionSet,
-    /// Partial sums of each sum: as many as a register holds numbers.
+    /// Partial sums of each sum: as many as a register holds numbers, or one.
     parts: usize,
     /// `[i][j][part]`; filled for `i <= j`.
     sums: Vec<f64>,
@@ -27,20 +31,23 @@ pub struct Products {
 impl Products {
     /// Of this many columns; all zero.
     pub fn new(count: usize, set: InstructionSet) -> Self {
-        let parts = set.run(Width);
+        let parts = if count > FEW { 1 } else { set.run(Width) };
         Self { count, set, parts, sums: vec![0.0; count * count * parts] }
     }
 
     /// Adds the products of a chunk; one column each.
     pub fn add(&mut self, columns: &[&Lanes]) {
         debug_assert_eq!(columns.len(), self.count);
-        self.set.run(Adding { columns, sums: &mut self.sums });
+        self.set.run(Adding { columns, sums: &mut self.sums, parts: self.parts });
     }
 
     /// The sum for a pair of columns.
     pub fn sum(&self, i: usize, j: usize) -> f64 {
-        let at = (i.min(j) * self.count + i.max(j)) * self.parts;
-        self.sums[at..at + self.parts].iter().sum()
+        let at = i.min(j) * self.count + i.max(j);
+        if self.parts == 1 {
+            return self.sums[at];
+        }
+        self.sums[at * self.parts..(at + 1) * self.parts].iter().sum()
     }
 }
 
@@ -59,6 +66,7 @@ impl Task for Width {
 struct Adding<'a> {
     columns: &'a [&'a Lanes],
     sums: &'a mut [f64],
+    parts: usize,
 }
 
 impl Task for Adding<'_> {
@@ -66,15 +74,16 @@ impl Task for Adding<'_> {
 
     #[inline(always)]
     fn run<A: Arithmetic, S: Simd>(self, simd: S) {
-        let Self { columns, sums } = self;
+        let Self { columns, sums, parts } = self;
         let count = columns.len();
+        let added_up = parts < S::F64_LANES;
         let mut i = 0;
         while i < count {
             let rows = ROWS.min(count - i);
             let mut j = i;
             while j < count {
                 let across = COLUMNS.min(count - j);
-                let at = (i, j, count);
+                let at = (i, j, count, added_up);
                 match (rows, across) {
                     (1, 1) => tile::<A, S, 1, 1>(simd, columns, sums, at),
                     (1, 2) => tile::<A, S, 1, 2>(simd, columns, sums, at),
@@ -103,7 +112,7 @@ fn tile<A: Arithmetic, S: Simd, const R: usize, const C: usize>(
     simd: S,
     columns: &[&Lanes],
     sums: &mut [f64],
-    (i, j, count): (usize, usize, usize),
+    (i, j, count, added_up): (usize, usize, usize, bool),
 ) {
     let steps = LANES / S::F64_LANES;
     let registers = |column: usize| &S::as_simd_f64s(&columns[column][..]).0[..steps];
@@ -126,8 +135,13 @@ fn tile<A: Arithmetic, S: Simd, const R: usize, const C: usize>(
     }
     for r in 0..R {
         for c in 0..C {
-            let at = ((i + r) * count + j + c) * S::F64_LANES;
-            let (sum, _) = S::as_mut_simd_f64s(&mut sums[at..at + S::F64_LANES]);
+            let at = (i + r) * count + j + c;
+            if added_up {
+                sums[at] += simd.reduce_sum_f64s(tile[r][c]);
+                continue;
+            }
+            let (sum, _) =
+                S::as_mut_simd_f64s(&mut sums[at * S::F64_LANES..(at + 1) * S::F64_LANES]);
             sum[0] = simd.add_f64s(sum[0], tile[r][c]);
         }
     }
@@ -139,7 +153,7 @@ mod tests {
 
     #[test]
     fn every_pair_is_summed_on_every_instruction_set() {
-        for count in 1..14 {
+        for count in (1..14).chain([FEW, FEW + 1, FEW + 5]) {
             let columns: Vec<Lanes> = (0..count)
                 .map(|c| std::array::from_fn(|i| ((i * 7 + c * 31) % 23) as f64 - 11.0))
                 .collect();

@@ -1,0 +1,96 @@
+//! What has been made of models and effects, kept for the next time: the same models are looked at
+//! again after each round of judging the noise, and in every trial of one design.
+//!
+//! To put an effect into a model, derive its signature and compile that takes longer than to use it.
+//! What is made depends on the models, what is stated of them, and the effects in use: never on
+//! readings.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::engine::Problem;
+use crate::engine::open::Recipe;
+use crate::engine::signatures::Signatures;
+
+use super::candidates::{Candidate, Offer, Wanted, offer};
+use super::evidence::sign;
+use super::structure::blocks;
+
+/// Models with certain effects that are kept at most.
+const MOST_MODELS: usize = 24;
+/// Families whose signatures are kept at most for each.
+const MOST_LISTS: usize = 8;
+
+/// What has been made so far; clones share it.
+#[derive(Clone, Debug, Default)]
+pub struct Catalogue(Arc<Mutex<HashMap<String, Arc<Made>>>>);
+
+/// What has been made of models with certain effects.
+#[derive(Debug)]
+pub struct Made {
+    /// All that the library offers, whatever is wanted of it.
+    pub offer: Offer,
+    /// Blocks of unknown structure.
+    pub blocks: Vec<Candidate>,
+    signatures: Mutex<HashMap<String, Arc<Vec<Signatures>>>>,
+}
+
+impl Catalogue {
+    /// What there is beside the effects in use.
+    pub fn of(&self, recipes: &[Recipe]) -> Arc<Made> {
+        let key: String = recipes.iter().map(written).collect();
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        if let Some(known) = known {
+            return known;
+        }
+        let made = Arc::new(Made {
+            offer: offer(recipes, &Wanted::default()),
+            blocks: blocks(recipes),
+            signatures: Mutex::default(),
+        });
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if all.len() < MOST_MODELS {
+            all.insert(key, made.clone());
+        }
+        drop(all);
+        made
+    }
+}
+
+impl Made {
+    /// The signatures of some candidates in each campaign of a problem that has the models of which
+    /// this was made.
+    pub fn signatures(&self, problem: &Problem, candidates: &[&Candidate]) -> Arc<Vec<Signatures>> {
+        let key: String = candidates
+            .iter()
+            .map(|one| format!("{} {:?};", one.name, one.selected.member))
+            .collect();
+        let known =
+            self.signatures.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        if let Some(known) = known {
+            return known;
+        }
+        let parts = 0..problem.parts.len();
+        let made: Arc<Vec<Signatures>> =
+            Arc::new(parts.map(|part| sign(problem, part, candidates)).collect());
+        let mut all = self.signatures.lock().unwrap_or_else(PoisonError::into_inner);
+        if all.len() < MOST_LISTS {
+            all.insert(key, made.clone());
+        }
+        made
+    }
+}
+
+/// All that a model with effects hangs on.
+fn written(recipe: &Recipe) -> String {
+    let effects: Vec<String> = recipe
+        .effects
+        .iter()
+        .map(|one| format!("{} {:?} {:?}", one.effect.name, one.head, one.member))
+        .collect();
+    let library: Vec<&str> = recipe.library.effects().map(|one| one.name.as_str()).collect();
+    format!(
+        "{}|{effects:?}|{:?}|{:?}|{library:?}\n",
+        recipe.model.name, recipe.overrides, recipe.input_sigma
+    )
+}

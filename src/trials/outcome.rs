@@ -1,0 +1,231 @@
+//! What a diagnosis made of one trial, against the truth.
+//!
+//! The diagnosis is given readings and a library; what is true is looked at only afterwards.
+
+use serde::{Deserialize, Serialize};
+
+use crate::diagnose::candidates::Wanted;
+use crate::diagnose::probability::probabilities;
+use crate::diagnose::search::Search;
+use crate::diagnose::stage::Stage;
+use crate::diagnose::verdict::Verdict;
+use crate::diagnose::{Diagnosis, diagnose};
+use crate::engine::Problem;
+use crate::engine::gram::LeastSquares;
+use crate::estimate::batch::Options;
+
+use super::design::Design;
+use super::draw::{Drawn, draw, is_foreign, take_readings};
+use super::plan::{Kind, Plan, Trial};
+
+/// One trial: what was true, and what was said.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Its number in the plan.
+    pub trial: usize,
+    /// Seed of its readings.
+    pub seed: u64,
+    /// `none`, `one`, `two`, `withheld`, `noise`.
+    pub kind: String,
+    /// Whether an effect has a form that the library lacks.
+    pub own_form: bool,
+    /// What was put in.
+    pub effects: Vec<String>,
+    /// Length of each effect's signature; 0 where there is none.
+    pub lambda: f64,
+    /// Whether `lambda` was drawn from a range.
+    pub spread: bool,
+    /// Whether it is of the mix over which probabilities are judged.
+    pub mixed: bool,
+    /// The verdict.
+    pub verdict: String,
+    /// The effects it names.
+    pub named: Vec<String>,
+    /// The effects on the noise it names.
+    pub noise: Vec<String>,
+    /// The effects that the data would allow, best first, three at most.
+    pub best: Vec<String>,
+    /// Place of the (first) true effect among the candidates, from 1, effects that are alike counted
+    /// once.
+    pub rank: Option<usize>,
+    /// Whether every effect that is true is named.
+    pub declared: bool,
+    /// Whether what is true is named, and nothing else.
+    pub exact: bool,
+    /// Sum of the squared differences between probabilities and truth, over nothing, unknown and each
+    /// class of effects.
+    pub brier: Option<f64>,
+    /// Probability of the most probable answer.
+    pub confidence: Option<f64>,
+    /// Whether that answer is right.
+    pub sure: Option<bool>,
+    /// Part of the gap that is said to be closed.
+    pub closed: Option<f64>,
+    /// Part of the gap that is closed: how much less the fitted model misses readings without noise.
+    pub closed_in_truth: Option<f64>,
+    /// Why there is no diagnosis.
+    pub failed: Option<String>,
+}
+
+/// Draws a trial and diagnoses it.
+pub fn of(design: &Design, plan: &Plan, number: usize) -> Outcome {
+    let trial = plan.trial(number);
+    let drawn = draw(design, &trial);
+    let without = match (trial.kind, drawn.doses.first()) {
+        (Kind::Withheld, Some(dose)) => design.like(dose),
+        _ => Vec::new(),
+    };
+    let wanted = Wanted { without, ..design.wanted.clone() };
+    let mut outcome = truth(number, &trial, &drawn);
+    let recipes = design.recipes.clone();
+    match diagnose(drawn.problem.clone(), recipes, &wanted, &Options::default()) {
+        Ok(found) => judge(&mut outcome, design, &drawn, trial.kind, &found),
+        Err(error) => outcome.failed = Some(error.to_string()),
+    }
+    outcome
+}
+
+/// The outcome as far as it is known beforehand.
+fn truth(number: usize, trial: &Trial, drawn: &Drawn) -> Outcome {
+    Outcome {
+        trial: number,
+        seed: trial.seed,
+        kind: trial.kind.word().to_owned(),
+        own_form: drawn.doses.iter().any(|dose| !dose.cause.in_library)
+            || drawn.noise.as_deref().is_some_and(is_foreign),
+        effects: match &drawn.noise {
+            Some(noise) => vec![noise.clone()],
+            None => drawn.doses.iter().map(|dose| dose.cause.name.clone()).collect(),
+        },
+        lambda: if drawn.doses.is_empty() { 0.0 } else { trial.lambda },
+        spread: trial.spread && !drawn.doses.is_empty(),
+        mixed: trial.mixed,
+        verdict: String::new(),
+        named: Vec::new(),
+        noise: Vec::new(),
+        best: Vec::new(),
+        rank: None,
+        declared: false,
+        exact: false,
+        brier: None,
+        confidence: None,
+        sure: None,
+        closed: None,
+        closed_in_truth: None,
+        failed: None,
+    }
+}
+
+fn judge(outcome: &mut Outcome, design: &Design, drawn: &Drawn, kind: Kind, found: &Diagnosis) {
+    outcome.verdict = found.verdict.word().to_owned();
+    outcome.named = found.effects.iter().map(|one| one.candidate.name.clone()).collect();
+    outcome.noise = found.noise.iter().map(|one| one.name.clone()).collect();
+    let names: Vec<&str> = found.candidates.iter().map(|one| one.name.as_str()).collect();
+    outcome.best = names.iter().take(3).map(|name| (*name).to_owned()).collect();
+    outcome.rank = rank(design, drawn, &names);
+    let right = |name: &String| drawn.doses.iter().any(|dose| design.is_named(dose, name));
+    outcome.declared = !drawn.doses.is_empty()
+        && kind != Kind::Withheld
+        && drawn
+            .doses
+            .iter()
+            .all(|dose| outcome.named.iter().any(|name| design.is_named(dose, name)));
+    outcome.exact = match kind {
+        Kind::None => found.verdict == Verdict::Adequate,
+        Kind::Noise => outcome.named.is_empty() && found.verdict != Verdict::Unknown,
+        Kind::Withheld => found.verdict == Verdict::Unknown,
+        Kind::One | Kind::Two => {
+            outcome.declared
+                && outcome.named.len() == drawn.doses.len()
+                && outcome.named.iter().all(right)
+        }
+    };
+    if let (true, Some(search)) = (outcome.mixed, &found.search) {
+        probability(outcome, design, drawn, kind, search);
+    }
+    outcome.closed = found.gap.as_ref().and_then(|gap| gap.closed);
+    if outcome.closed.is_some() {
+        outcome.closed_in_truth = closed_in_truth(outcome.lambda, drawn, found);
+    }
+}
+
+/// Where the first of the true effects stands, effects that are alike counted once.
+fn rank(design: &Design, drawn: &Drawn, names: &[&str]) -> Option<usize> {
+    let mut before: Vec<&str> = Vec::new();
+    for name in names {
+        if drawn.doses.iter().any(|dose| design.is_named(dose, name)) {
+            return Some(before.len() + 1);
+        }
+        if !before.iter().any(|known| design.are_alike(known, name)) {
+            before.push(name);
+        }
+    }
+    None
+}
+
+/// How good the probabilities are.
+fn probability(outcome: &mut Outcome, design: &Design, drawn: &Drawn, kind: Kind, search: &Search) {
+    let Some(stage) = search.stages.first() else { return };
+    let each = probabilities(stage);
+    let unknown: f64 = each[stage.effects..].iter().sum();
+    let nothing = 1.0 - each.iter().sum::<f64>();
+    // Classes of effects, each with a name to know it by; the true one first.
+    let mut classes: Vec<(Option<&str>, f64)> = vec![(None, 0.0)];
+    let truth = if kind == Kind::Withheld { None } else { drawn.doses.first() };
+    for (candidate, own) in stage.candidates[..stage.effects].iter().zip(&each) {
+        let name = candidate.name.as_str();
+        if truth.is_some_and(|dose| design.is_named(dose, name)) {
+            classes[0].1 += own;
+            continue;
+        }
+        let known = classes[1..].iter_mut().find(|(known, _)| {
+            known.is_some_and(|known| *own > 1e-6 && design.are_alike(known, name))
+        });
+        match known {
+            Some((_, sum)) => *sum += own,
+            None => classes.push((Some(name), *own)),
+        }
+    }
+    let right = [
+        (nothing, kind == Kind::None),
+        (unknown, kind == Kind::Withheld),
+        (classes[0].1, kind == Kind::One),
+    ];
+    let answers = right.into_iter().chain(classes[1..].iter().map(|(_, own)| (*own, false)));
+    let (mut brier, mut confidence, mut sure) = (0.0, 0.0, false);
+    for (own, is_true) in answers {
+        brier += (own - f64::from(u8::from(is_true))).powi(2);
+        if own > confidence {
+            (confidence, sure) = (own, is_true);
+        }
+    }
+    outcome.brier = Some(brier);
+    outcome.confidence = Some(confidence);
+    outcome.sure = Some(sure);
+}
+
+/// How much less the model with the named effects misses readings without noise than the nominal one,
+/// in units of what the effects that were put in make up. `None` where noise is part of the model, for
+/// then the units are others.
+fn closed_in_truth(lambda: f64, drawn: &Drawn, found: &Diagnosis) -> Option<f64> {
+    let truth = drawn.noiseless()?;
+    let search = found.search.as_ref()?;
+    let (first, last) = (search.stages.first()?, search.stages.get(found.effects.len())?);
+    if !last.noise_found.selected().is_empty() {
+        return None;
+    }
+    let missed = |stage: &Stage, weighed: &Problem| {
+        let mut problem = stage.fitted.problem.clone();
+        take_readings(&mut problem, &truth);
+        for (part, weighed) in problem.parts.iter_mut().zip(&weighed.parts) {
+            part.sigma.clone_from(&weighed.sigma);
+        }
+        problem.reweight(&stage.fitted.fit.point);
+        problem.cost(&stage.fitted.fit.point)
+    };
+    // Levels of noise that were found to be others than stated are units, too.
+    let (found_units, stated_units) = (&last.fitted.problem, &drawn.problem);
+    let before = missed(first, found_units);
+    let whole = drawn.doses.len() as f64 * lambda * lambda * before / missed(first, stated_units);
+    (whole > 0.0).then(|| (before - missed(last, found_units)) / whole)
+}

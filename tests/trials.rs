@@ -1,0 +1,92 @@
+//! `homepoint trials`: the score is the same at any number of threads and after an interruption, what
+//! is drawn has the size that is asked for, and the score can be bad.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+use std::path::PathBuf;
+
+use homepoint::diagnose::candidates::Wanted;
+use homepoint::engine::gram::LeastSquares;
+use homepoint::engine::open::{Request, open};
+use homepoint::engine::{Point, Problem};
+use homepoint::estimate::batch::{Options, fit};
+use homepoint::progress::Progress;
+use homepoint::trials::design::Design;
+use homepoint::trials::draw::draw;
+use homepoint::trials::ledger::{Heading, Ledger, LedgerError};
+use homepoint::trials::plan::{Kind, Plan};
+use homepoint::trials::run;
+use homepoint::trials::tally::tally;
+
+fn design() -> Design {
+    let campaign = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
+    Design::new(open(&Request::new([campaign])).unwrap()).unwrap()
+}
+
+#[test]
+fn threads_and_interruptions_change_nothing() {
+    let design = design();
+    let plan = Plan::standard(6, 11);
+    let at_once = run(&design, &plan, None, 1, &Progress::default()).unwrap();
+    assert_eq!(at_once.len(), 6);
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("trials.jsonl");
+    let heading = Heading::of(&plan, &design);
+    let mut ledger = Ledger::open(&path, &heading).unwrap();
+    let shorter = Plan::standard(3, 11);
+    run(&design, &shorter, Some(&mut ledger), 1, &Progress::default()).unwrap();
+    drop(ledger);
+    // Interrupted in the middle of a line.
+    let whole = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &whole[..whole.len() - 40]).unwrap();
+    let mut ledger = Ledger::open(&path, &heading).unwrap();
+    assert_eq!(ledger.outcomes.len(), 2);
+    let resumed = run(&design, &plan, Some(&mut ledger), 2, &Progress::default()).unwrap();
+    assert_eq!(resumed, at_once);
+    assert_eq!(tally(&resumed), tally(&at_once));
+    assert_eq!(Ledger::open(&path, &heading).unwrap().outcomes.len(), 6);
+
+    // Trials of something else are not mixed in.
+    let other = Heading::of(&Plan::standard(6, 12), &design);
+    let refused = Ledger::open(&path, &other);
+    assert!(matches!(refused, Err(LedgerError::Other { what: "seed" })));
+}
+
+/// What a nominal fit leaves of readings.
+fn left(mut problem: Problem, truth: &Point) -> f64 {
+    let found = fit(&mut problem, truth.clone(), &Options::default()).unwrap();
+    found.cost
+}
+
+#[test]
+fn an_effect_has_the_length_that_is_asked_for() {
+    let design = design();
+    for (number, lambda) in [(0, 25.0), (1, 40.0), (2, 60.0)] {
+        let plan = Plan::of(3, 5, &[Kind::One], &[lambda]);
+        let drawn = draw(&design, &plan.trial(number));
+        // The second route: readings without noise, and a nonlinear fit of the nominal model to them.
+        let mut quiet = design.problem.clone();
+        let truth = drawn.noiseless().unwrap();
+        for (part, other) in quiet.parts.iter_mut().zip(&truth.parts) {
+            for (run, other) in part.runs.iter_mut().zip(&other.runs) {
+                run.record.clone_from(&other.record);
+            }
+        }
+        quiet.reweight(&design.truth);
+        let found = left(quiet, &design.truth).sqrt();
+        let name = &drawn.doses[0].cause.name;
+        assert!((found / lambda - 1.0).abs() < 0.02, "{name}: {found} instead of {lambda}");
+    }
+}
+
+#[test]
+fn a_diagnosis_without_a_library_scores_badly() {
+    let mut design = design();
+    let plan = Plan::of(3, 7, &[Kind::One], &[40.0]);
+    let good = tally(&run(&design, &plan, None, 2, &Progress::default()).unwrap());
+    design.wanted = Wanted { only: vec!["collimation".to_owned()], ..design.wanted.clone() };
+    let bad = tally(&run(&design, &plan, None, 2, &Progress::default()).unwrap());
+    let first = |tally: &homepoint::trials::tally::Tally| tally.cells[0].top1.hits;
+    assert!(first(&good) >= 2, "{:?}", good.confusion);
+    assert!(first(&bad) <= 1, "{:?}", bad.confusion);
+}
