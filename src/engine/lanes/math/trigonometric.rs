@@ -72,7 +72,9 @@ pub fn sin_cos<A: Arithmetic>(x: &Lanes, sin: &mut Lanes, cos: &mut Lanes) {
 #[inline(never)]
 fn redo_far(x: &Lanes, sin: &mut Lanes, cos: &mut Lanes) {
     for ((sin, cos), &x) in sin.iter_mut().zip(cos).zip(x) {
-        if !(x.abs() <= LARGEST) {
+        // What is no number is not near either.
+        let near = x.abs() <= LARGEST;
+        if !near {
             (*sin, *cos) = (far_sine(x), far_cosine(x));
         }
     }
