@@ -119,7 +119,12 @@ fn without_lost(
 ) -> Result<(Calibration, Vec<Lost>), FitError> {
     let (mut nominal, mut lost) = (whole, Vec::new());
     for _ in 0..LOST_ROUNDS {
-        let more = lost::find(&nominal.problem, &nominal.fit.point);
+        // Without gross misfit nothing is lost.
+        if nominal.variance_factor().is_none_or(|factor| factor < GROSS) {
+            break;
+        }
+        let point = lost::sturdy(&nominal.problem, &nominal.fit.point, options)?;
+        let more = lost::find(&nominal.problem, &point);
         if more.is_empty() {
             break;
         }
@@ -145,6 +150,8 @@ fn twice(whole: &Calibration, stage: &stage::Stage) -> Result<Vec<Twice>, FitErr
     Ok(pairs.collect())
 }
 
+/// Variance factor below which no samples are looked for that were lost.
+const GROSS: f64 = 4.0;
 /// Rounds of looking for lost samples and fitting again.
 const LOST_ROUNDS: usize = 4;
 

@@ -8,15 +8,17 @@
 //! `exp(-G / 2)` (Markov's inequality for a likelihood ratio), and all stretches and shifts are paid for.
 //!
 //! A shift by a whole period is gross: several degrees of a fast arm. It spoils the fit in which it is
-//! looked for, so residuals are measured by their own robust scatter, and only stretches that a shift
+//! looked for, so that is made without what is far out ([`sturdy`]), residuals are measured by their own
+//! robust scatter, and only stretches that a shift
 //! carries from far out ([`FAR`]) back among the others ([`NEAR`]) count. What is found is left out, the
 //! rest is fitted again, and the search is repeated. It looks at single shifts of a run's own readings;
 //! a delay that wanders is not its business.
 
 use std::ops::Range;
 
-use crate::engine::problem::SampleLeaves;
+use crate::engine::problem::{SampleLeaves, Slot};
 use crate::engine::{Point, Problem};
+use crate::estimate::batch::{FitError, Options, fit};
 
 use super::search::level;
 use super::whiten::median;
@@ -31,6 +33,10 @@ const NEAR: f64 = 4.0;
 const SHORTEST: usize = 4;
 /// Stretches of one run at most.
 const MOST: usize = 10;
+/// Rounds of fitting without what is far out.
+const ROUNDS: usize = 6;
+/// What is far out, in robust standard deviations.
+const GROSS: f64 = 3.5;
 
 /// A stretch of readings that belong to other moments.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,6 +87,43 @@ pub fn find(problem: &Problem, point: &Point) -> Vec<Lost> {
         }
     }
     found
+}
+
+/// The point of a fit that gross readings do not spoil: what is far out is left out and the rest fitted
+/// again, [`ROUNDS`] times. The point itself where nothing is far out.
+///
+/// # Errors
+/// [`FitError`] where the rest cannot be fitted at all.
+pub fn sturdy(problem: &Problem, point: &Point, options: &Options) -> Result<Point, FitError> {
+    let mut point = point.clone();
+    for _ in 0..ROUNDS {
+        let mut parts = problem.parts.clone();
+        let mut far = false;
+        for (p, part) in parts.iter_mut().enumerate() {
+            let scatter = scatter(problem, p, &point);
+            let slots = part.slots().to_vec();
+            for (r, run) in part.runs.iter_mut().enumerate() {
+                let residuals = problem.residuals(p, r, &point);
+                let gross = |slot: &Slot, sample: usize| {
+                    (slot.residual..slot.residual + slot.components)
+                        .any(|row| residuals[sample][row].abs() > GROSS * scatter[row])
+                };
+                run.record.edit(|samples| {
+                    for slot in &slots {
+                        for sample in (0..residuals.len()).filter(|at| gross(slot, *at)) {
+                            samples.readings[slot.column][sample] = f64::NAN;
+                            far = true;
+                        }
+                    }
+                });
+            }
+        }
+        if !far {
+            break;
+        }
+        point = fit(&mut Problem::new(parts), point, options)?.point;
+    }
+    Ok(point)
 }
 
 /// Leaves the readings of these stretches out.

@@ -35,6 +35,7 @@ use crate::estimate::calibrate::{Calibration, finish};
 use crate::units::Unit;
 
 use super::candidates::Wanted;
+use super::scan::members;
 use super::search::level;
 use super::stage::Stage;
 use super::verdict::{acts_as, why_silent};
@@ -175,7 +176,10 @@ fn rows(stage: &Stage) -> Vec<Row> {
                 .map(|(_, way)| way)
                 .filter(|way| way.entry.degrees() > 0)
                 .collect();
-            let bar = |degrees| bar(degrees, own.len(), level(names.len()), stretches);
+            let scanned = own.first().filter(|_| own.len() > 1);
+            let scanned = scanned.and_then(|way| members(&stage.fitted, way.candidate));
+            let members = scanned.unwrap_or(own.len());
+            let bar = |degrees| bar(degrees, members, level(names.len()), stretches);
             let seen = sight(&stage.evidence, &own, &others, bar);
             row(stage, &numbers, &own, seen)
         })

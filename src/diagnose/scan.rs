@@ -76,6 +76,14 @@ pub fn scan(
     Some((candidate, 2 * grid.len()))
 }
 
+/// The number of members that a family is scanned over, as it is paid for; `None` where it is not.
+pub fn members(fitted: &Fitted, family: &Candidate) -> Option<usize> {
+    let effect = &family.selected.effect;
+    let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
+    let Members::Range { from, to } = declared.members else { return None };
+    Some(2 * Scan::new(fitted, family, name)?.grid(from, to)?.len())
+}
+
 /// A family whose constant is left open.
 struct Scan<'a> {
     fitted: &'a Fitted,

@@ -181,7 +181,7 @@ pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
 }
 
 /// Rounds of judging the noise and fitting again.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 5;
 
 /// Stretches that a campaign is cut into.
 const STRETCHES: usize = 60;
@@ -204,7 +204,9 @@ pub fn prepare(
     let mut scanned = Scanned::new();
     given.put_into(&mut fitted.problem);
     fitted = fitted.without(&known.selected(), options)?;
-    for round in 0..ROUNDS {
+    let mut round = 0;
+    loop {
+        let last = round + 1 >= ROUNDS;
         let Some(mut stage) = Stage::again(fitted, wanted, &mut scanned) else {
             return Ok(None);
         };
@@ -213,13 +215,12 @@ pub fn prepare(
         let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
         let left = stage.evidence.left(problem, point, &structure, noise.stretch);
         let unknowns = problem.layout.columns.len() + structure.degrees();
-        if round + 1 < ROUNDS
-            && let Some(changed) = whiten(&stage, &left, unknowns, &mut noise)
-        {
+        if !last && let Some(changed) = whiten(&stage, &left, unknowns, &mut noise) {
             fitted = changed.again(options)?;
+            round += 1;
             continue;
         }
-        if round + 1 < ROUNDS
+        if !last
             && let Some(found) = wanders(&stage, &noise)
             && let Some(selected) = &found.selected
             && let Some(changed) = given.anew(&stage, &noise, selected, options)?
@@ -227,6 +228,7 @@ pub fn prepare(
             // A walk passes for levels and jitter: they are judged again beside it.
             noise = Noise { effects: vec![found], ..Noise::default() };
             fitted = changed;
+            round = 0;
             continue;
         }
         if let (true, Some(whole)) = (noise.memory > 0.0, whole_runs(problem)) {
@@ -249,7 +251,6 @@ pub fn prepare(
         stage.noise_found = noise;
         return Ok(Some(stage));
     }
-    Ok(None)
 }
 
 /// Samples in a stretch: enough stretches over all runs, each of several correlation times.

@@ -14,6 +14,7 @@ use crate::diagnose::stage::{Fitted, Stage, rebuilt};
 use crate::diagnose::tail::ln_normal;
 use crate::diagnose::whiten::{ln_wild, patches_level};
 use crate::engine::noise::{active_randoms, covariance_of};
+use crate::model::{ParameterDeclaration, Process};
 use crate::units::Unit;
 
 use super::detection::{leads, solved};
@@ -51,8 +52,14 @@ pub fn rows(stage: &Stage) -> Vec<Row> {
                 own.row(&shared, bar)
             } else {
                 scatter(stage, candidate, level).unwrap_or_else(|| {
-                    let why = "the readings of a sample share nothing of it".to_owned();
-                    not_testable(&candidate.name, why)
+                    let process = |one: &ParameterDeclaration| one.process != Process::White;
+                    let slow = candidate.selected.effect.parameters.iter().any(process);
+                    let why = if slow {
+                        "`diagnose` looks for it in the readings; its size is not foretold here"
+                    } else {
+                        "the readings of a sample share nothing of it"
+                    };
+                    not_testable(&candidate.name, why.to_owned())
                 })
             }
         })
