@@ -85,11 +85,6 @@ impl Stage {
         found
     }
 
-    /// Whether nothing is left, of the library or unknown.
-    pub fn is_clear(&self) -> bool {
-        self.blocks_found().is_empty() && self.declared().is_empty()
-    }
-
     /// Candidates of the library that are beyond chance but too small or too poorly supported to be
     /// declared, best first.
     pub fn suspected(&self) -> Vec<usize> {
@@ -178,10 +173,17 @@ pub fn search(
 }
 
 impl Search {
-    /// The gate: adopted effects are enough where nothing is left.
+    /// The gate: adopted effects are enough where no unknown structure is left. One effect alone must also
+    /// leave nothing that another of the library explains; of several the blocks decide, for each more
+    /// would find something to explain.
     fn passes_gate(&self) -> bool {
-        let last = self.stages.last();
-        !self.adopted.is_empty() && last.is_some_and(Stage::is_clear)
+        let Some(last) = self.stages.last() else { return false };
+        let clear = last.blocks_found().is_empty();
+        match self.adopted.len() {
+            0 => false,
+            1 => clear && last.declared().is_empty(),
+            _ => clear,
+        }
     }
 
     /// Adds an effect with its fit; whether that can be built on.
