@@ -11,6 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::engine::Problem;
 use crate::engine::open::Recipe;
 use crate::engine::signatures::Signatures;
+use crate::system::Selected;
 
 use super::candidates::{Candidate, Offer, Wanted, offer};
 use super::evidence::sign;
@@ -86,7 +87,11 @@ fn written(recipe: &Recipe) -> String {
     let effects: Vec<String> = recipe
         .effects
         .iter()
-        .map(|one| format!("{} {:?} {:?}", one.effect.name, one.head, one.member))
+        .map(|one| {
+            let Selected { effect, head, member } = one;
+            // Effects made while noise is judged differ in their text alone.
+            format!("{} {} {head:?} {member:?}", effect.name, effect.source.text)
+        })
         .collect();
     let library: Vec<&str> = recipe.library.effects().map(|one| one.name.as_str()).collect();
     format!(
