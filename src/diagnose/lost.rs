@@ -1,7 +1,7 @@
 //! Lost samples: stretches of a run whose readings belong to moments whole sample periods away.
 //!
 //! An instrument that drops a sample, or a logger that skips a trigger, puts reading `i` beside the stamp
-//! of trigger `i`, though it was taken at trigger `i + n`. For each shift `n` up to [`PERIODS`] every
+//! of trigger `i`, though it was taken at trigger `i + n`. For each shift `n` up to `PERIODS` every
 //! reading is compared with the prediction at sample `i + n`; the stretch over which that lowers the sum
 //! of squares most is the stretch of largest sum (Bentley's and Kadane's scan). A shift is a simple
 //! hypothesis, so for one stretch and one shift the probability of such a gain `G` by chance is below
@@ -10,7 +10,7 @@
 //! A shift by a whole period is gross: several degrees of a fast arm. It spoils the fit in which it is
 //! looked for, so that is made without what is far out ([`sturdy`]), residuals are measured by their own
 //! robust scatter, and only stretches that a shift
-//! carries from far out ([`FAR`]) back among the others ([`NEAR`]) count. What is found is left out, the
+//! carries from far out (`FAR`) back among the others (`NEAR`) count. What is found is left out, the
 //! rest is fitted again, and the search is repeated. It looks at single shifts of a run's own readings;
 //! a delay that wanders is not its business.
 
@@ -90,7 +90,7 @@ pub fn find(problem: &Problem, point: &Point) -> Vec<Lost> {
 }
 
 /// The point of a fit that gross readings do not spoil: what is far out is left out and the rest fitted
-/// again, [`ROUNDS`] times. The point itself where nothing is far out.
+/// again, `ROUNDS` times. The point itself where nothing is far out.
 ///
 /// # Errors
 /// [`FitError`] where the rest cannot be fitted at all.

@@ -1,7 +1,7 @@
 //! Noise with a memory: readings next to each other in time are alike.
 //!
 //! The correlation of neighbours is tested one-sidedly, `r √n` being normal without a memory; its time is
-//! from the correlations at the first [`LAGS`] lags. Stretches over which scores are summed follow the
+//! from the correlations at the first `LAGS` lags. Stretches over which scores are summed follow the
 //! memory, and so does what noise may pretend. Whether a random walk of the whole station is the better
 //! reason, likelihoods decide.
 

@@ -1,7 +1,7 @@
 //! Two effects at once: what the search one by one may miss.
 //!
 //! The effect that explains most alone need not be one of two that explain everything together. Of the
-//! [`BEST`] candidates every pair is tried on the sums of the nominal stage: both must explain something
+//! `BEST` candidates every pair is tried on the sums of the nominal stage: both must explain something
 //! beyond the other, and no block of unknown structure may be left.
 
 use super::evidence::Entry;

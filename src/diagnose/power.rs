@@ -13,7 +13,7 @@
 //! | [`detection`] | how often a signature of some length passes the test |
 //! | [`mod@sight`] | sizes, from the columns of one pass |
 //! | [`noise`] | the same for effects on the noise |
-//! | [`remedies`] | what would be added to a campaign, tried |
+//! | [`mod@remedies`] | what would be added to a campaign, tried |
 //! | [`words`] | a sentence for each row |
 //!
 //! It is linear: sizes far beyond the typical ones are extrapolated. Structure outside the library has no

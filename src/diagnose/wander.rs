@@ -1,7 +1,7 @@
 //! Random walks, tested in the variance.
 //!
 //! A walk `W` over a time `T` is a sum of sines with independent coefficients (Karhunen and Loève):
-//! `W(t) = σ Σ ξ_k √(2 T) / ((k - ½) π) sin((k - ½) π t / T)`. The first [`TERMS`] of every run, and where
+//! `W(t) = σ Σ ξ_k √(2 T) / ((k - ½) π) sin((k - ½) π t / T)`. The first `TERMS` of every run, and where
 //! the walk has come to when the run begins, are columns like those of an effect. With the scores `g` of
 //! coefficients over their share, beyond the nominal parameters, `Q = gᵀ g` has the mean `tr M` without a
 //! walk, `M` being the covariance of `g`: a test of the variance, one-sided. The tail of `Q`, a sum of chi

@@ -3,7 +3,7 @@
 //! The *size* of an effect is the length of its parameters together, each weighed by its typical value
 //! and counted in the unit of the first: the amplitude of a cosine and sine pair. A value for each
 //! setup, run or measurand has that size in each of them. Nobody knows the phase: probabilities are
-//! means over directions ([`DIRECTIONS`] random ones, always the same) and over the members of a family.
+//! means over directions (`DIRECTIONS` random ones, always the same) and over the members of a family.
 //! Directions that nominal parameters take up are left aside.
 
 use std::collections::BTreeMap;
