@@ -95,3 +95,72 @@ fn turned(graph: &mut Graph, function: Unary, turn: Turn, offset: NodeId) -> Nod
         graph.subtract(plus, minus)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::pointwise::{Leaves, Program};
+
+    /// Given values by index, parameters by index.
+    struct Values<'a>(&'a [f64], &'a [f64]);
+
+    impl Leaves<f64> for Values<'_> {
+        fn leaf(&self, leaf: Leaf) -> f64 {
+            match leaf {
+                Leaf::Given(index) => self.0[index as usize],
+                Leaf::Parameter { parameter, .. } => self.1[parameter as usize],
+                _ => f64::NAN,
+            }
+        }
+
+        fn signal(&self, _: u32, _: u8, _: f64) -> f64 {
+            f64::NAN
+        }
+    }
+
+    /// Sine and cosine of every way to write an angle of the point with two offsets; a quotient.
+    fn outputs(graph: &mut Graph) -> Vec<NodeId> {
+        let [y, x] = [0, 1].map(|index| graph.leaf(Leaf::Given(index)));
+        let [o, p] =
+            [0, 1].map(|parameter| graph.leaf(Leaf::Parameter { parameter, component: 0 }));
+        let angle = graph.atan2(y, x);
+        let negative = graph.negate(angle);
+        let mut angles = vec![angle, negative];
+        for one in [angle, negative] {
+            angles.extend([graph.add(one, o), graph.subtract(one, o), graph.subtract(o, one)]);
+        }
+        for one in angles.clone() {
+            angles.extend([graph.subtract(p, one), graph.subtract(one, p), graph.add(p, one)]);
+        }
+        let mut outputs = vec![graph.divide(y, o)];
+        for angle in angles {
+            outputs.extend([Unary::Sin, Unary::Cos].map(|of| graph.unary(of, angle)));
+        }
+        outputs
+    }
+
+    #[test]
+    fn what_is_rewritten_has_the_same_values_everywhere_and_at_the_origin() {
+        let mut graph = Graph::default();
+        let outputs = outputs(&mut graph);
+        let (other, groups) = rewritten(&graph, &[outputs.clone()]);
+        let is_angle = |n: &NodeId| matches!(other.node(*n), Node::Binary(Binary::Atan2, ..));
+        assert!(!other.needed_by(&groups[0]).iter().any(is_angle));
+        let (before, after) = (Program::new(&graph, &outputs), Program::new(&other, &groups[0]));
+        let axes = [0.0, -1.0, 1.0, 2.5, -0.3, 1e-9, -1e8];
+        for point in axes.iter().flat_map(|y| axes.map(|x| [*y, x])) {
+            let values = Values(&point, &[0.7, -2.9]);
+            let (mut one, mut two) = (Vec::new(), Vec::new());
+            let pairs =
+                before.evaluate(&values, &mut one).iter().zip(after.evaluate(&values, &mut two));
+            for (number, (expected, found)) in pairs.enumerate() {
+                // Angles up to 7 rad are rounded to 4.4e-16 at each of up to three sums.
+                let scale = expected.abs().max(1.0);
+                assert!(
+                    (found - expected).abs() < 1.5e-15 * scale,
+                    "{number} at {point:?}: {found}, not {expected}"
+                );
+            }
+        }
+    }
+}

@@ -141,6 +141,9 @@ impl Finder<'_> {
                 factor = self.graph.multiply(factor, rest);
             }
         }
+        if count == 2 {
+            lanes.sort_unstable();
+        }
         Term { factor, lanes }
     }
 
@@ -169,5 +172,96 @@ impl Finder<'_> {
 
     fn is_needed_once(&self, node: NodeId) -> bool {
         self.uses[node.0 as usize] == 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::pointwise::{Leaves, Program};
+    use crate::graph::Leaf;
+
+    /// Some number for each leaf.
+    struct Numbers;
+
+    impl Leaves<f64> for Numbers {
+        fn leaf(&self, leaf: Leaf) -> f64 {
+            match leaf {
+                Leaf::Given(index) => 0.3 + 1.7 * f64::from(index),
+                Leaf::Parameter { parameter, .. } => -0.9 + 0.8 * f64::from(parameter),
+                _ => f64::NAN,
+            }
+        }
+
+        fn signal(&self, _: u32, _: u8, _: f64) -> f64 {
+            f64::NAN
+        }
+    }
+
+    fn found(graph: &mut Graph, outputs: &[NodeId]) -> Sums {
+        let nodes = graph.needed_by(outputs);
+        let mut uses = vec![0; graph.nodes().len()];
+        outputs.iter().for_each(|output| uses[output.0 as usize] += 1);
+        for node in &nodes {
+            graph.node(*node).operands().for_each(|operand| uses[operand.0 as usize] += 1);
+        }
+        sums(graph, &nodes, &uses)
+    }
+
+    fn value(graph: &Graph, node: NodeId) -> f64 {
+        Program::new(graph, &[node]).evaluate(&Numbers, &mut Vec::new())[0]
+    }
+
+    /// `p - (k x + y z) + x`, its negative, and `(k x) (y z)` with `y z` needed elsewhere, too.
+    fn expressions(graph: &mut Graph) -> Vec<NodeId> {
+        let [x, y, z] = [0, 1, 2].map(|index| graph.leaf(Leaf::Given(index)));
+        let [p, k] =
+            [0, 1].map(|parameter| graph.leaf(Leaf::Parameter { parameter, component: 0 }));
+        let (kx, yz) = (graph.multiply(k, x), graph.multiply(y, z));
+        let zz = graph.multiply(z, z);
+        let inner = graph.add(kx, zz);
+        let rest = graph.subtract(p, inner);
+        let sum = graph.add(rest, x);
+        let last = graph.subtract(y, sum);
+        let product = graph.multiply(kx, yz);
+        vec![graph.negate(last), product, yz]
+    }
+
+    #[test]
+    fn the_terms_of_a_node_add_up_to_it() {
+        let mut graph = Graph::default();
+        let outputs = expressions(&mut graph);
+        let sums = found(&mut graph, &outputs);
+        assert!(sums.terms.len() > 5);
+        for (node, terms) in &sums.terms {
+            assert!(terms.len() <= MOST_TERMS);
+            let added: f64 = terms
+                .iter()
+                .map(|term| {
+                    let lanes: f64 =
+                        term.lanes.iter().flatten().map(|n| value(&graph, *n)).product();
+                    value(&graph, term.factor) * lanes
+                })
+                .sum();
+            let expected = value(&graph, *node);
+            assert!((added - expected).abs() < 1e-14, "{terms:?}: {added}, not {expected}");
+        }
+        // Five terms: the innermost pair stays a sum of its own.
+        let lengths: Vec<usize> =
+            outputs.iter().map(|node| sums.terms(*node).map_or(0, <[_]>::len)).collect();
+        assert_eq!(lengths, [2, 1, 1]);
+        assert_eq!(sums.terms(outputs[1]).map(|t| t[0].lanes.iter().flatten().count()), Some(2));
+    }
+
+    #[test]
+    fn one_sum_written_twice_is_one() {
+        let mut graph = Graph::default();
+        let [x, y] = [0, 1].map(|index| graph.leaf(Leaf::Given(index)));
+        let k = graph.leaf(Leaf::Parameter { parameter: 0, component: 0 });
+        let (kx, ky) = (graph.multiply(k, x), graph.multiply(k, y));
+        let (left, right) = (graph.multiply(kx, y), graph.multiply(x, ky));
+        assert_ne!(left, right);
+        let sums = found(&mut graph, &[left, right]);
+        assert_eq!(sums.first_alike(left), sums.first_alike(right));
     }
 }
