@@ -86,6 +86,15 @@ fn deviating(name: &str) -> String {
     text
 }
 
+/// A snapshot that says in itself what of the paper it stands for.
+macro_rules! lesson {
+    ($name:literal, $stands_for:literal) => {
+        insta::with_settings!({ description => concat!("Depenthal 2009, ", $stands_for) }, {
+            insta::assert_snapshot!(told($name) + &deviating($name));
+        });
+    };
+}
+
 #[test]
 fn the_rotating_arm() {
     insta::assert_snapshot!(told("rotating_arm"));
@@ -101,45 +110,43 @@ fn the_rail_car() {
     insta::assert_snapshot!(told("rail_car"));
 }
 
-/// Depenthal 2009, section 4, Figs. 5, 6, 7 and 9.
 #[test]
 fn at901_without_t_cam() {
-    insta::assert_snapshot!(told("01_at901_without_t_cam") + &deviating("01_at901_without_t_cam"));
+    lesson!(
+        "01_at901_without_t_cam",
+        "section 4: Fig. 5 planar, Fig. 6 radial, Fig. 7 tangential deviations, Fig. 9 delay of the vertical angle"
+    );
 }
 
-/// Section 4, Figs. 8 and 10.
 #[test]
 fn at901_with_t_cam() {
-    insta::assert_snapshot!(told("02_at901_with_t_cam") + &deviating("02_at901_with_t_cam"));
+    lesson!(
+        "02_at901_with_t_cam",
+        "section 4: Fig. 8 tangential deviations that follow the head, Fig. 10 delay of the vertical angle"
+    );
 }
 
-/// Section 4: "nearly the same results as AT901 without TCAM".
 #[test]
 fn ltd500() {
-    insta::assert_snapshot!(told("03_ltd500") + &deviating("03_ltd500"));
+    lesson!("03_ltd500", "section 4: \"nearly the same results as AT901 without TCAM\"");
 }
 
-/// Section 2.3: requests and replies over a serial line.
 #[test]
 fn robotic_tacheometer() {
-    let name = "04_robotic_tacheometer";
-    insta::assert_snapshot!(told(name) + &deviating(name));
+    lesson!("04_robotic_tacheometer", "section 2.3: requests and replies over a serial line");
 }
 
-/// Section 4: self-calibration by a changed distance.
 #[test]
 fn changed_distance() {
-    insta::assert_snapshot!(told("07_changed_distance") + &deviating("07_changed_distance"));
+    lesson!("07_changed_distance", "section 4: self-calibration by a changed distance");
 }
 
-/// Section 3.2.2, Fig. 4.
 #[test]
 fn two_rotations() {
-    insta::assert_snapshot!(told("05_two_rotations") + &deviating("05_two_rotations"));
+    lesson!("05_two_rotations", "section 3.2.2: Fig. 4, eqs. (12)-(14)");
 }
 
-/// Section 3.3.
 #[test]
 fn igps_with_two_stations() {
-    insta::assert_snapshot!(told("06_igps_two_stations") + &deviating("06_igps_two_stations"));
+    lesson!("06_igps_two_stations", "section 3.3: eqs. (15), (16)");
 }
