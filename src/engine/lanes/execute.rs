@@ -33,13 +33,7 @@ impl Task for Execution<'_> {
     fn run<A: Arithmetic, S: Simd>(self, simd: S) {
         let Self { instructions, products, slots, spare, stills, tracks } = self;
         for instruction in instructions {
-            if let Instruction::Sum { first, count, pairs, out } = *instruction {
-                let products = &products[first as usize..first as usize + usize::from(count)];
-                sum::<A, S>(simd, products, pairs, slots, stills, &mut spare[0]);
-                std::mem::swap(&mut slots[out as usize], &mut spare[0]);
-            } else {
-                step::<A>(instruction, slots, spare, stills, tracks);
-            }
+            step::<A, S>(simd, instruction, products, slots, spare, stills, tracks);
         }
     }
 }
@@ -60,34 +54,26 @@ fn zip(out: &mut Lanes, a: &Lanes, b: &Lanes, f: impl Fn(f64, f64) -> f64) {
     }
 }
 
+/// `out[i] = value[i] + offset · rate[i]`
 #[inline(always)]
-fn multiply_add(
+fn advance<A: Arithmetic>(
     out: &mut Lanes,
-    a: &Lanes,
-    b: Operand,
-    c: Operand,
+    value: &Lanes,
+    rate: &Lanes,
+    offset: Operand,
     slots: &[Box<Aligned>],
     stills: &[f64],
-    f: impl Fn(f64, f64, f64) -> f64,
 ) {
-    match (b, c) {
-        (Operand::Lane(b), Operand::Lane(c)) => {
-            let (b, c) = (&slots[b as usize], &slots[c as usize]);
+    match offset {
+        Operand::Lane(slot) => {
+            let offset = &slots[slot as usize];
             for i in 0..LANES {
-                out[i] = f(a[i], b[i], c[i]);
+                out[i] = A::mul_add(rate[i], offset[i], value[i]);
             }
         }
-        (Operand::Still(b), Operand::Lane(c)) => {
-            let b = stills[b as usize];
-            zip(out, a, &slots[c as usize], |a, c| f(a, b, c));
-        }
-        (Operand::Lane(b), Operand::Still(c)) => {
-            let c = stills[c as usize];
-            zip(out, a, &slots[b as usize], |a, b| f(a, b, c));
-        }
-        (Operand::Still(b), Operand::Still(c)) => {
-            let (b, c) = (stills[b as usize], stills[c as usize]);
-            map(out, a, |a| f(a, b, c));
+        Operand::Still(still) => {
+            let offset = stills[still as usize];
+            zip(out, rate, value, |rate, value| A::mul_add(rate, offset, value));
         }
     }
 }
@@ -162,8 +148,10 @@ fn products_added<A: Arithmetic, S: Simd, const N: usize, const PAIRS: u8>(
 }
 
 #[inline(always)]
-fn step<A: Arithmetic>(
+fn step<A: Arithmetic, S: Simd>(
+    simd: S,
     instruction: &Instruction,
+    products: &[Product],
     slots: &mut [Box<Aligned>],
     spare: &mut [Box<Aligned>; 2],
     stills: &[f64],
@@ -202,8 +190,12 @@ fn step<A: Arithmetic>(
             map(first, &slots[a as usize], |a| b / a);
             out
         }
-        // Computed by `sum`.
-        Instruction::Sum { out, .. } => out,
+        Instruction::Sum { first: start, count, pairs, out } => {
+            let start = start as usize;
+            let products = &products[start..start + usize::from(count)];
+            sum::<A, S>(simd, products, pairs, slots, stills, first);
+            out
+        }
     };
     std::mem::swap(&mut slots[target as usize], first);
 }
@@ -296,19 +288,11 @@ fn signal<A: Arithmetic>(
             }
         },
         (_, 0) if moves => {
-            multiply_add(out, rate, offset, Operand::Lane(columns[0]), slots, stills, A::mul_add);
+            advance::<A>(out, value, rate, offset, slots, stills);
         }
         (_, 0) => *out = ***value,
         (_, 1) if bends => {
-            multiply_add(
-                out,
-                acceleration,
-                offset,
-                Operand::Lane(columns[1]),
-                slots,
-                stills,
-                A::mul_add,
-            );
+            advance::<A>(out, rate, acceleration, offset, slots, stills);
         }
         (_, 1) if moves => *out = ***rate,
         (_, 2) if bends => *out = ***acceleration,

@@ -143,7 +143,7 @@ mod tests {
     fn what_is_rewritten_has_the_same_values_everywhere_and_at_the_origin() {
         let mut graph = Graph::default();
         let outputs = outputs(&mut graph);
-        let (other, groups) = rewritten(&graph, &[outputs.clone()]);
+        let (other, groups) = rewritten(&graph, std::slice::from_ref(&outputs));
         let is_angle = |n: &NodeId| matches!(other.node(*n), Node::Binary(Binary::Atan2, ..));
         assert!(!other.needed_by(&groups[0]).iter().any(is_angle));
         let (before, after) = (Program::new(&graph, &outputs), Program::new(&other, &groups[0]));
