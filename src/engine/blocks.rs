@@ -13,6 +13,7 @@ use crate::engine::lanes::{Chunk, Code, LANES, Lanes, Workspace};
 use crate::engine::mixing::Mixing;
 use crate::engine::point::Point;
 use crate::engine::problem::{ParameterLeaves, Problem};
+use crate::engine::programs::RowsProgram;
 use crate::engine::whitening::Whitened;
 use crate::progress::Task;
 
@@ -71,6 +72,20 @@ pub(super) struct Loaded<'a> {
     /// Whether every lane has every reading.
     pub(super) complete: bool,
     pub(super) whitened: &'a Whitened<'a>,
+}
+
+/// One whitened row of the samples of a chunk.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WhitenedRow<'a> {
+    /// Which residual component.
+    pub(super) index: usize,
+    /// The residual, then the derivatives along the directions.
+    pub(super) lanes: &'a [&'a Lanes],
+    pub(super) directions: &'a [usize],
+    /// The samples; lanes beyond them are zero.
+    pub(super) chunk: &'a Chunk<'a>,
+    /// 0 where there is no reading.
+    pub(super) weights: &'a Lanes,
 }
 
 /// Computes something of every item, many at a time, and takes the results in order. A thread keeps
@@ -164,6 +179,51 @@ impl Problem {
             readings += chunk.mark_readings(slot.column, self.set, weight);
         }
         readings
+    }
+
+    /// Computes the whitened rows of a block, chunk after chunk, those of a chunk in order; the number
+    /// of readings. `memory` then says which directions the rows have.
+    pub(super) fn walk_rows(
+        &self,
+        block: Block,
+        program: &RowsProgram,
+        plan: &Plan,
+        memory: &mut Memory,
+        each: &mut dyn FnMut(WhitenedRow<'_>),
+    ) -> usize {
+        let part = &self.parts[block.part];
+        let correlated = self.whitening[block.part][block.run].is_correlated();
+        let directions: Vec<&[usize]> =
+            program.rows.iter().map(|row| row.directions.as_slice()).collect();
+        memory.mixed.prepare(&directions, correlated);
+        self.walk_block(block, &program.code, plan, memory, &mut |loaded, mixed| {
+            let Loaded { workspace, chunk, weights, whitened, .. } = loaded;
+            let triangles = whitened.triangles(loaded.number, program.rows.len());
+            for group in 0..program.code.group_count() {
+                workspace.compute(&program.code, group, chunk.inputs());
+                for (index, row) in program.rows_of(group) {
+                    let weights = &weights[part.measurand_of(index)];
+                    if !loaded.complete {
+                        // Without a reading a row is zero, whatever the model says there.
+                        workspace.silence(&program.code, group, row.outputs(), weights);
+                    }
+                    let lanes = &workspace.lanes(&program.code, group, row.outputs());
+                    let directions = &row.directions;
+                    match triangles {
+                        None => each(WhitenedRow { index, lanes, directions, chunk, weights }),
+                        Some(triangles) => mixed.add(self.set, index, lanes, triangles),
+                    }
+                }
+            }
+            if triangles.is_some() {
+                for index in 0..program.rows.len() {
+                    let weights = &weights[part.measurand_of(index)];
+                    mixed.take(index, |directions, lanes| {
+                        each(WhitenedRow { index, lanes, directions, chunk, weights });
+                    });
+                }
+            }
+        })
     }
 
     /// Loads each chunk of a block into the program's workspace; the number of readings comes back.

@@ -5,12 +5,12 @@
 
 use nalgebra::DMatrix;
 
-use crate::engine::blocks::{Block, Loaded, Memory, Plan};
+use crate::engine::blocks::{Block, Memory, Plan};
 use crate::engine::gram::{Columns, LeastSquares, Normal, RunGram};
 use crate::engine::lanes::products::Products;
 use crate::engine::point::Point;
-use crate::engine::problem::{Part, Problem};
-use crate::engine::programs::{RowOutputs, RowsProgram};
+use crate::engine::problem::Problem;
+use crate::engine::programs::RowsProgram;
 use crate::graph::Kind;
 
 impl Problem {
@@ -22,31 +22,13 @@ impl Problem {
         plan: &Plan,
         memory: &mut Memory,
     ) -> RunGram {
-        let part = &self.parts[block.part];
-        let correlated = self.whitening[block.part][block.run].is_correlated();
-        let directions: Vec<&[usize]> =
-            program.rows.iter().map(|row| row.directions.as_slice()).collect();
-        memory.mixed.prepare(&directions, correlated);
-        let mut products: Vec<Products> = (0..program.rows.len())
-            .map(|row| Products::new(memory.mixed.count(row), self.set))
-            .collect();
-        let readings = self.walk_block(block, &program.code, plan, memory, &mut |loaded, mixed| {
-            for group in 0..program.code.group_count() {
-                loaded.workspace.compute(&program.code, group, loaded.chunk.inputs());
-                for (index, row) in program.rows_of(group) {
-                    silence(loaded, part, program, index, row);
-                    let lanes = loaded.workspace.lanes(&program.code, group, row.outputs());
-                    match loaded.whitened.triangles(loaded.number, program.rows.len()) {
-                        None => products[index].add(&lanes),
-                        Some(triangles) => mixed.add(self.set, index, &lanes, triangles),
-                    }
-                }
+        let mut products: Vec<Products> = Vec::with_capacity(program.rows.len());
+        let readings = self.walk_rows(block, program, plan, memory, &mut |row| {
+            // Every chunk has its rows in order.
+            if products.len() == row.index {
+                products.push(Products::new(row.lanes.len(), self.set));
             }
-            if correlated {
-                for (row, products) in products.iter_mut().enumerate() {
-                    mixed.take(row, |lanes| products.add(lanes));
-                }
-            }
+            products[row.index].add(row.lanes);
         });
         let mut gram = DMatrix::zeros(plan.size, plan.size);
         let residual = [(plan.size - 1, 1.0)];
@@ -76,44 +58,10 @@ impl Problem {
     }
 
     fn block_cost(&self, block: Block, plan: &Plan, memory: &mut Memory) -> f64 {
-        let part = &self.parts[block.part];
-        let program = self.programs[block.part].residuals(&part.system.assembly);
-        let correlated = self.whitening[block.part][block.run].is_correlated();
-        memory.mixed.prepare(&vec![&[][..]; program.rows.len()], correlated);
+        let program = self.programs[block.part].residuals(&self.parts[block.part].system.assembly);
         let mut squares = Products::new(1, self.set);
-        self.walk_block(block, &program.code, plan, memory, &mut |loaded, mixed| {
-            for group in 0..program.code.group_count() {
-                loaded.workspace.compute(&program.code, group, loaded.chunk.inputs());
-                for (index, row) in program.rows_of(group) {
-                    silence(loaded, part, program, index, row);
-                    let lanes = loaded.workspace.lanes(&program.code, group, row.outputs());
-                    match loaded.whitened.triangles(loaded.number, program.rows.len()) {
-                        None => squares.add(&lanes),
-                        Some(triangles) => mixed.add(self.set, index, &lanes, triangles),
-                    }
-                }
-            }
-            if correlated {
-                for row in 0..program.rows.len() {
-                    mixed.take(row, |lanes| squares.add(lanes));
-                }
-            }
-        });
+        self.walk_rows(block, program, plan, memory, &mut |row| squares.add(row.lanes));
         squares.sum(0, 0)
-    }
-}
-
-/// Where a reading is missing, its row is zero, whatever the model says there.
-pub(super) fn silence(
-    loaded: &mut Loaded<'_>,
-    part: &Part,
-    program: &RowsProgram,
-    index: usize,
-    row: &RowOutputs,
-) {
-    if !loaded.complete {
-        let weight = &loaded.weights[part.measurand_of(index)];
-        loaded.workspace.silence(&program.code, row.group, row.outputs(), weight);
     }
 }
 

@@ -43,11 +43,6 @@ impl Mixing {
         }
     }
 
-    /// Number of columns of a row, the residual included.
-    pub fn count(&self, row: usize) -> usize {
-        self.rows[row].directions.len() + 1
-    }
-
     /// The directions of a row.
     pub fn directions(&self, row: usize) -> &[usize] {
         &self.rows[row].directions
@@ -63,10 +58,10 @@ impl Mixing {
         }
     }
 
-    /// Hands out a mixed row and begins it anew.
-    pub fn take(&mut self, row: usize, with: impl FnOnce(&[&Lanes])) {
+    /// Hands out a mixed row, its directions and columns, and begins it anew.
+    pub fn take(&mut self, row: usize, with: impl FnOnce(&[usize], &[&Lanes])) {
         let row = &mut self.rows[row];
-        with(&row.columns.iter().collect::<Vec<_>>());
+        with(&row.directions, &row.columns.iter().collect::<Vec<_>>());
         row.columns.iter_mut().for_each(|column| column.fill(0.0));
     }
 }

@@ -5,9 +5,8 @@
 
 use nalgebra::DVector;
 
-use crate::engine::blocks::{Block, Memory, Plan};
+use crate::engine::blocks::{Block, Memory, Plan, WhitenedRow};
 use crate::engine::lanes::{LANES, Lanes};
-use crate::engine::linearise::silence;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::engine::signatures::Signatures;
@@ -78,12 +77,7 @@ impl Problem {
         length: usize,
         memory: &mut Memory,
     ) -> Left {
-        let part = &self.parts[block.part];
         let program = &signatures.program;
-        let correlated = self.whitening[block.part][block.run].is_correlated();
-        let directions: Vec<&[usize]> =
-            program.rows.iter().map(|row| row.directions.as_slice()).collect();
-        memory.mixed.prepare(&directions, correlated);
         let mut made = Summing {
             left: Left { residuals: vec![Vec::new(); program.rows.len()], scores: Vec::new() },
             plan,
@@ -92,35 +86,7 @@ impl Problem {
             // Number of the block's first stretch.
             first: block.start / length,
         };
-        self.walk_block(block, &program.code, plan, memory, &mut |loaded, mixed| {
-            let (start, len) = (loaded.chunk.first, loaded.chunk.len);
-            for group in 0..program.code.group_count() {
-                loaded.workspace.compute(&program.code, group, loaded.chunk.inputs());
-                for (index, row) in program.rows_of(group) {
-                    silence(loaded, part, program, index, row);
-                    let lanes = loaded.workspace.lanes(&program.code, group, row.outputs());
-                    match loaded.whitened.triangles(loaded.number, program.rows.len()) {
-                        None => made.add(index, &lanes, &row.directions, start, len),
-                        Some(triangles) => mixed.add(self.set, index, &lanes, triangles),
-                    }
-                }
-            }
-            if correlated {
-                for row in 0..program.rows.len() {
-                    let directions = mixed.directions(row).to_vec();
-                    mixed.take(row, |lanes| made.add(row, lanes, &directions, start, len));
-                }
-            }
-            for (row, residuals) in made.left.residuals.iter_mut().enumerate() {
-                let weights = &loaded.weights[part.measurand_of(row)];
-                let new = residuals.len() - len;
-                for (value, weight) in residuals[new..].iter_mut().zip(weights) {
-                    if *weight == 0.0 {
-                        *value = f64::NAN;
-                    }
-                }
-            }
-        });
+        self.walk_rows(block, program, plan, memory, &mut |row| made.add(row));
         made.left
     }
 }
@@ -135,15 +101,9 @@ struct Summing<'a> {
 }
 
 impl Summing<'_> {
-    /// Adds a row of a chunk: its residual, then its derivatives along some directions.
-    fn add(
-        &mut self,
-        row: usize,
-        lanes: &[&Lanes],
-        directions: &[usize],
-        start: usize,
-        len: usize,
-    ) {
+    fn add(&mut self, row: WhitenedRow<'_>) {
+        let WhitenedRow { lanes, directions, chunk, weights, .. } = row;
+        let (start, len) = (chunk.first, chunk.len);
         let mut left: Lanes = *lanes[0];
         let slope = |direction: usize| -> f64 {
             self.plan.movers[direction].iter().map(|(column, by)| by * self.step[*column]).sum()
@@ -156,7 +116,9 @@ impl Summing<'_> {
                 }
             }
         }
-        self.left.residuals[row].extend_from_slice(&left[..len]);
+        let read = left[..len].iter().zip(weights);
+        self.left.residuals[row.index]
+            .extend(read.map(|(value, weight)| if *weight == 0.0 { f64::NAN } else { *value }));
         let mut from = 0;
         while from < len {
             let stretch = (start + from) / self.length;
