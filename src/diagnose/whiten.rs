@@ -50,6 +50,8 @@ pub struct NoiseEffect {
     pub value: f64,
     /// Standard uncertainty.
     pub sigma: f64,
+    /// Of noise with a memory the time after which correlation is down to a factor of e (s).
+    pub memory: Option<f64>,
     /// Logarithm of the probability of such a finding by chance.
     pub ln_p: f64,
 }
@@ -338,6 +340,7 @@ fn name_levels(
                 unit: parameter.unit.clone(),
                 value: size,
                 sigma,
+                memory: None,
                 ln_p: ln_normal(size / sigma),
             });
         }
@@ -364,6 +367,7 @@ fn name_lost(lost: &[Lost], noise: &mut Noise) {
         unit: Unit::one(),
         value: first.periods as f64,
         sigma: 0.0,
+        memory: None,
         ln_p: lost.iter().map(|one| one.ln_p).fold(0.0, f64::min),
     });
 }
