@@ -29,9 +29,8 @@ use super::candidates::{Candidate, Wanted};
 use super::jitter::jitter;
 use super::lost::Lost;
 use super::memory::{left_white, may_wander, memory, name_memory, remember, wanders, white_parts};
-use super::scan::Scanned;
 use super::search::{LEAST_STRETCHES, level};
-use super::stage::{Fitted, Stage, rebuilt};
+use super::stage::{Fitted, Kept, Stage, rebuilt};
 use super::tail::ln_normal;
 use super::wild::{LeftOut, name_wild, without_wild};
 
@@ -212,13 +211,13 @@ pub fn prepare(
     options: &Options,
 ) -> Result<Option<Stage>, FitError> {
     let mut noise = Noise::default();
-    let mut scanned = Scanned::new();
+    let mut kept = Kept::default();
     given.put_into(&mut fitted.problem);
     fitted = fitted.without(&known.selected(), options)?;
     let mut round = 0;
     loop {
         let last = round + 1 >= ROUNDS;
-        let Some(mut stage) = Stage::again(fitted, wanted, &mut scanned) else {
+        let Some(mut stage) = Stage::again(fitted, wanted, &mut kept) else {
             return Ok(None);
         };
         let structure = stage.structure();
