@@ -2,7 +2,7 @@
 //! matrix written out.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
-use homepoint::engine::gauss_markov::GaussMarkov;
+use homepoint::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::open::{Request, open};
 use homepoint::engine::simulate::simulate;
@@ -40,9 +40,9 @@ fn problem() -> (Problem, Point) {
     simulate(&mut problem, &point, 3, true);
     let part = &mut problem.parts[0];
     part.gauss_markov = vec![
-        Some(GaussMarkov { share: 0.7, time: 0.3 }),
+        Some(GaussMarkov { share: 0.7, time: 0.3, clock: NoiseClock::Stamps }),
         None,
-        Some(GaussMarkov { share: 0.2, time: 5.0 }),
+        Some(GaussMarkov { share: 0.2, time: 5.0, clock: NoiseClock::Numbers }),
     ];
     // Readings that are missing are passed over.
     part.runs[0].record.edit(|samples| {
@@ -75,7 +75,8 @@ fn written_out(problem: &Problem, run: usize, point: &Point) -> DMatrix<f64> {
     let width = rows[0][0].1.len();
     let mut gram = DMatrix::zeros(width, width);
     for (own, noise) in rows.iter().zip(&part.gauss_markov) {
-        let GaussMarkov { share, time } = noise.unwrap_or(GaussMarkov { share: 0.0, time: 1.0 });
+        let white = GaussMarkov { share: 0.0, time: 1.0, clock: NoiseClock::Stamps };
+        let GaussMarkov { share, time, .. } = noise.unwrap_or(white);
         let covariance = DMatrix::from_fn(own.len(), own.len(), |i, j| {
             let white = if i == j { 1.0 - share } else { 0.0 };
             white + share * (-(own[i].0 - own[j].0).abs() / time).exp()
@@ -116,7 +117,11 @@ fn noise_without_a_memory_is_left_as_it_is() {
     let (mut problem, point) = problem();
     problem.parts[0].gauss_markov.fill(None);
     let plain = problem.cost(&point);
-    problem.parts[0].gauss_markov.fill(Some(GaussMarkov { share: 0.0, time: 1.0 }));
+    problem.parts[0].gauss_markov.fill(Some(GaussMarkov {
+        share: 0.0,
+        time: 1.0,
+        clock: NoiseClock::Stamps,
+    }));
     let white = problem.cost(&point);
     assert!((plain - white).abs() <= 1e-12 * plain, "{plain} {white}");
 }

@@ -8,7 +8,7 @@
 //! reason, likelihoods decide.
 
 use crate::engine::Problem;
-use crate::engine::gauss_markov::GaussMarkov;
+use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use crate::model::Process;
 
 use super::candidates::Candidate;
@@ -70,7 +70,7 @@ pub(super) fn likelihood_of_memory(all: &[Sequence]) -> f64 {
 /// of unit variance.
 fn likelihood(one: &Sequence, variance: f64, noise: GaussMarkov) -> f64 {
     let mut sum = 0.0;
-    for (run, times) in one.runs.iter().zip(one.times.iter()) {
+    for (run, times) in one.runs.iter().zip(one.times(noise.clock)) {
         let (mut filter, mut state) = (noise.filter(), 0.0);
         for (value, time) in run.iter().zip(times) {
             let gains = filter.next(*time, !value.is_nan());
@@ -98,16 +98,32 @@ const REFINED: usize = 24;
 
 /// The Gauss-Markov noise of largest likelihood, with the logarithm of that.
 fn likeliest(one: &Sequence) -> Option<(GaussMarkov, f64)> {
+    let by_stamps = likeliest_by(one, NoiseClock::Stamps);
+    // Both clocks say the same where samples are evenly spaced.
+    let interval = |clock| one.interval(clock);
+    let (stamps, numbers) = (interval(NoiseClock::Stamps), interval(NoiseClock::Numbers)?);
+    if stamps.is_some_and(|stamps| (stamps / numbers).ln().abs() < EVEN) {
+        return by_stamps;
+    }
+    let by_numbers = likeliest_by(one, NoiseClock::Numbers);
+    by_stamps.into_iter().chain(by_numbers).max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Logarithm of the ratio of median to mean interval below which samples are evenly spaced.
+const EVEN: f64 = 0.05;
+
+/// The same by one clock.
+fn likeliest_by(one: &Sequence, clock: NoiseClock) -> Option<(GaussMarkov, f64)> {
     let (squares, count) =
         one.present().fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
-    let interval = one.interval()?;
+    let interval = one.interval(clock)?;
     if count == 0.0 || squares == 0.0 {
         return None;
     }
     let variance = squares / count;
     let at = |share: f64, time: f64| {
         let time = time.max(LEAST_TIME * interval);
-        let noise = GaussMarkov { share: share.clamp(1e-4, 0.999), time };
+        let noise = GaussMarkov { share: share.clamp(1e-4, 0.999), time, clock };
         (noise, likelihood(one, variance, noise))
     };
     let times = (0..TIMES).map(|k| FIRST_TIME * interval * TIME_RATIO.powi(k as i32));
@@ -116,7 +132,7 @@ fn likeliest(one: &Sequence) -> Option<(GaussMarkov, f64)> {
     // Shares move on the scale on which 0 and 1 are far away.
     let (mut odds, mut ratio) = (2.0_f64, TIME_RATIO.sqrt());
     for _ in 0..REFINED {
-        let GaussMarkov { share, time } = best.0;
+        let GaussMarkov { share, time, .. } = best.0;
         let of_odds = |by: f64| by * share / (1.0 - share + by * share);
         let near = [
             at(of_odds(odds), time),
@@ -166,7 +182,7 @@ pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
             continue;
         }
         let Some((found, likelihood_found)) = likeliest(white) else { continue };
-        let known = own.unwrap_or(GaussMarkov { share: 0.0, time: found.time });
+        let known = own.unwrap_or(GaussMarkov { share: 0.0, ..found });
         let known = likelihood(white, white.variance(), known);
         if likelihood_found > known + WORTH_IT {
             *own = Some(found);
@@ -183,7 +199,7 @@ const LONG: f64 = 0.05;
 
 /// The median duration of the runs (s).
 fn typical_duration(all: &[Sequence]) -> f64 {
-    let runs = all.iter().flat_map(|one| one.times.iter());
+    let runs = all.iter().flat_map(|one| one.times(NoiseClock::Stamps));
     let duration = |times: &Vec<f64>| Some(times.last()? - times.first()?);
     median(&mut runs.filter_map(duration).collect::<Vec<f64>>()).unwrap_or(0.0)
 }

@@ -17,6 +17,7 @@ use std::sync::Arc;
 
 use crate::campaign::Run;
 use crate::effect::Target;
+use crate::engine::gauss_markov::NoiseClock;
 use crate::engine::stretches::Left;
 use crate::engine::{Part, Problem};
 use crate::estimate::batch::{FitError, Options};
@@ -143,8 +144,8 @@ pub(super) struct Sequence {
     /// The component.
     pub(super) row: usize,
     pub(super) runs: Vec<Vec<f64>>,
-    /// The times of all samples of each run (s).
-    pub(super) times: Arc<Vec<Vec<f64>>>,
+    /// The times of all samples of each run (s), by their stamps and by their numbers.
+    pub(super) times: Arc<[Vec<Vec<f64>>; 2]>,
 }
 
 impl Sequence {
@@ -159,9 +160,14 @@ impl Sequence {
         if count > 0.0 { sum / count } else { 0.0 }
     }
 
+    /// The times of all samples of each run (s).
+    pub(super) fn times(&self, clock: NoiseClock) -> &[Vec<f64>] {
+        &self.times[usize::from(clock == NoiseClock::Numbers)]
+    }
+
     /// The median time between samples (s).
-    pub(super) fn interval(&self) -> Option<f64> {
-        let pairs = self.times.iter().flat_map(|times| times.windows(2));
+    pub(super) fn interval(&self, clock: NoiseClock) -> Option<f64> {
+        let pairs = self.times(clock).iter().flat_map(|times| times.windows(2));
         median(&mut pairs.map(|pair| pair[1] - pair[0]).collect::<Vec<f64>>())
             .filter(|interval| *interval > 0.0)
     }
@@ -171,7 +177,8 @@ impl Sequence {
 pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
     let mut all = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
-        let times = Arc::new(part.runs.iter().map(times).collect());
+        let by = |clock| part.runs.iter().map(|run| times(run, clock)).collect();
+        let times = Arc::new([NoiseClock::Stamps, NoiseClock::Numbers].map(by));
         for row in 0..part.residual_count() {
             let runs = (0..part.runs.len())
                 .map(|run| left[problem.run_index(p, run)].residuals[row].clone())
@@ -184,9 +191,11 @@ pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
 }
 
 /// The times of a run's samples (s).
-fn times(run: &Run) -> Vec<f64> {
+fn times(run: &Run, clock: NoiseClock) -> Vec<f64> {
     let mut times = Vec::with_capacity(run.record.len());
-    run.record.walk(|stretch| times.extend_from_slice(&stretch.samples.time[stretch.range()]));
+    run.record.walk(|stretch| {
+        times.extend_from_slice(&clock.of(stretch.samples)[stretch.range()]);
+    });
     times
 }
 

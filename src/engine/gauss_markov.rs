@@ -6,9 +6,13 @@
 //! linear and its gains hang on the times alone, so the columns of a Jacobian go through it like the
 //! residual, and everything that is made of rows holds for correlated noise as it stands.
 //!
+//! Time is that of the stamps, or, where stamps say little of it (arrivals in bursts), that of evenly
+//! spaced samples.
+//!
 //! It begins anew with every block of samples: readings on both sides of a block's edge are taken for
 //! unrelated. It knows nothing of how a memory is found.
 
+use crate::campaign::Samples;
 use crate::engine::lanes::{Chunk, LANES, Lanes};
 use crate::engine::problem::Problem;
 
@@ -19,6 +23,28 @@ pub struct GaussMarkov {
     pub share: f64,
     /// The time after which correlation is down to a factor of e (s).
     pub time: f64,
+    /// By which clock.
+    pub clock: NoiseClock,
+}
+
+/// What says how far apart two samples are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NoiseClock {
+    /// Their stamps.
+    #[default]
+    Stamps,
+    /// Their numbers, times the mean interval of the run.
+    Numbers,
+}
+
+impl NoiseClock {
+    /// The times of some samples (s).
+    pub fn of(self, samples: &Samples) -> &[f64] {
+        match self {
+            Self::Stamps => &samples.time,
+            Self::Numbers => &samples.uniform_time,
+        }
+    }
 }
 
 impl GaussMarkov {
@@ -52,7 +78,7 @@ pub struct Gains {
 impl Filter {
     /// Goes on to the sample at a time (s), which may have no reading.
     pub fn next(&mut self, time: f64, is_read: bool) -> Gains {
-        let GaussMarkov { share, time: memory } = self.noise;
+        let GaussMarkov { share, time: memory, .. } = self.noise;
         let elapsed = self.last.map_or(f64::INFINITY, |last| (time - last).max(0.0));
         let decay = (-elapsed / memory).exp();
         self.last = Some(time);
@@ -108,7 +134,8 @@ impl Filtering {
     ) {
         let Some(Some(row)) = self.rows.get_mut(index) else { return each(lanes) };
         let mut gains = [Gains { decay: 0.0, gain: 0.0, weight: 0.0 }; LANES];
-        let times = &chunk.samples.time[chunk.start..chunk.start + chunk.len];
+        let times = row.filter.noise.clock.of(chunk.samples);
+        let times = &times[chunk.start..chunk.start + chunk.len];
         for ((gain, time), weight) in gains.iter_mut().zip(times).zip(weights) {
             *gain = row.filter.next(*time, *weight != 0.0);
         }
@@ -137,7 +164,7 @@ mod tests {
     /// covariance matrix written out, missing readings left out.
     #[test]
     fn what_is_whitened_has_the_length_that_the_covariance_says() {
-        let noise = GaussMarkov { share: 0.6, time: 0.7 };
+        let noise = GaussMarkov { share: 0.6, time: 0.7, clock: NoiseClock::Stamps };
         let times = [0.0, 0.1, 0.35, 0.4, 1.1, 1.15, 4.0];
         let values = [0.3, -1.2, f64::NAN, 0.8, 1.9, f64::NAN, -0.4];
         let (mut filter, mut state) = (noise.filter(), 0.0);
