@@ -6,7 +6,7 @@ use crate::campaign::Track;
 use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES, Lanes};
 use crate::engine::lanes::dispatch::Task;
 use crate::engine::lanes::instruction::{Instruction, Operand, Product, Slot};
-use crate::engine::lanes::math;
+use crate::engine::lanes::math::{self, map, map2};
 use crate::graph::{Binary, Unary};
 
 /// Some instructions over one chunk.
@@ -38,22 +38,6 @@ impl Task for Execution<'_> {
     }
 }
 
-/// `out[i] = f(a[i])`
-#[inline(always)]
-fn map(out: &mut Lanes, a: &Lanes, f: impl Fn(f64) -> f64) {
-    for i in 0..LANES {
-        out[i] = f(a[i]);
-    }
-}
-
-/// `out[i] = f(a[i], b[i])`
-#[inline(always)]
-fn zip(out: &mut Lanes, a: &Lanes, b: &Lanes, f: impl Fn(f64, f64) -> f64) {
-    for i in 0..LANES {
-        out[i] = f(a[i], b[i]);
-    }
-}
-
 /// `out[i] = value[i] + offset · rate[i]`
 #[inline(always)]
 fn advance<A: Arithmetic>(
@@ -73,7 +57,7 @@ fn advance<A: Arithmetic>(
         }
         Operand::Still(still) => {
             let offset = stills[still as usize];
-            zip(out, rate, value, |rate, value| A::mul_add(rate, offset, value));
+            map2(rate, value, out, |rate, value| A::mul_add(rate, offset, value));
         }
     }
 }
@@ -182,12 +166,12 @@ fn step<A: Arithmetic, S: Simd>(
             out
         }
         Instruction::Divide { a, b, out } => {
-            zip(first, &slots[a as usize], &slots[b as usize], |a, b| a / b);
+            math::divide(&slots[a as usize], &slots[b as usize], first);
             out
         }
         Instruction::DivideInto { a, b, out } => {
             let b = stills[b as usize];
-            map(first, &slots[a as usize], |a| b / a);
+            map(&slots[a as usize], first, |a| b / a);
             out
         }
         Instruction::Sum { first: start, count, pairs, out } => {
@@ -203,7 +187,7 @@ fn step<A: Arithmetic, S: Simd>(
 #[inline(always)]
 fn unary<A: Arithmetic>(function: Unary, a: &Lanes, out: &mut Lanes) {
     match function {
-        Unary::Negate => map(out, a, |x| -x),
+        Unary::Negate => math::negate(a, out),
         Unary::Sin => math::sin::<A>(a, out),
         Unary::Cos => math::cos::<A>(a, out),
         Unary::Tan => math::tan::<A>(a, out),
@@ -213,7 +197,7 @@ fn unary<A: Arithmetic>(function: Unary, a: &Lanes, out: &mut Lanes) {
         Unary::Sqrt => math::sqrt(a, out),
         Unary::Exp => math::exp::<A>(a, out),
         Unary::Ln => math::ln::<A>(a, out),
-        Unary::Abs => map(out, a, f64::abs),
+        Unary::Abs => math::abs(a, out),
         Unary::Sign => math::sign(a, out),
         Unary::Tanh => math::tanh::<A>(a, out),
         Unary::Floor => math::floor(a, out),
@@ -227,10 +211,10 @@ fn unary<A: Arithmetic>(function: Unary, a: &Lanes, out: &mut Lanes) {
 #[inline(always)]
 fn binary<A: Arithmetic>(function: Binary, a: &Lanes, b: &Lanes, out: &mut Lanes) {
     match function {
-        Binary::Add => zip(out, a, b, |a, b| a + b),
-        Binary::Subtract => zip(out, a, b, |a, b| a - b),
-        Binary::Multiply => zip(out, a, b, |a, b| a * b),
-        Binary::Divide => zip(out, a, b, |a, b| a / b),
+        Binary::Add => math::add(a, b, out),
+        Binary::Subtract => math::subtract(a, b, out),
+        Binary::Multiply => math::multiply(a, b, out),
+        Binary::Divide => math::divide(a, b, out),
         Binary::Power => math::pow::<A>(a, b, out),
         Binary::Atan2 => math::atan2::<A>(a, b, out),
         Binary::Hypot => math::hypot::<A>(a, b, out),
