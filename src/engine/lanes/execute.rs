@@ -91,6 +91,9 @@ fn sum<A: Arithmetic, S: Simd>(
     }
 }
 
+/// Registers computed without a look at whether the chunk ends.
+const UNROLLED: usize = 4;
+
 #[expect(clippy::needless_range_loop, reason = "indices say which product is meant")]
 #[inline(always)]
 fn products_added<A: Arithmetic, S: Simd, const N: usize, const PAIRS: u8>(
@@ -111,7 +114,7 @@ fn products_added<A: Arithmetic, S: Simd, const N: usize, const PAIRS: u8>(
         right[index] = registers(products[index].b);
     }
     let out = &mut S::as_mut_simd_f64s(&mut out[..]).0[..steps];
-    for step in 0..steps {
+    let compute = |step: usize| {
         let scaled = |index: usize| {
             if PAIRS >> index & 1 == 1 {
                 simd.mul_f64s(factors[index], left[index][step])
@@ -127,7 +130,16 @@ fn products_added<A: Arithmetic, S: Simd, const N: usize, const PAIRS: u8>(
                 simd.add_f64s(simd.mul_f64s(scaled(index), right[index][step]), sum)
             };
         }
-        out[step] = sum;
+        sum
+    };
+    if S::F64_LANES == 2 {
+        // Vectors made by the compiler: only of a plain loop.
+        (0..steps).for_each(|step| out[step] = compute(step));
+    } else {
+        // Short loops in a loop: so it is unrolled, and does not stop to see whether it is at its end.
+        for first in (0..steps).step_by(UNROLLED) {
+            (first..first + UNROLLED).for_each(|step| out[step] = compute(step));
+        }
     }
 }
 

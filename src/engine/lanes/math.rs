@@ -111,7 +111,7 @@ pub(super) fn map(x: &Lanes, out: &mut Lanes, kernel: impl Fn(f64) -> f64) {
 
 /// The same, of what is there already.
 #[inline(always)]
-pub(super) fn in_place(lanes: &mut Lanes, kernel: impl Fn(f64) -> f64) {
+fn in_place(lanes: &mut Lanes, kernel: impl Fn(f64) -> f64) {
     for lane in lanes {
         *lane = kernel(*lane);
     }
