@@ -3,6 +3,7 @@
 use crate::engine::lanes::dispatch::Simd;
 
 use crate::campaign::Track;
+use crate::engine::lanes::added::Added;
 use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES, Lanes};
 use crate::engine::lanes::dispatch::Task;
 use crate::engine::lanes::instruction::{Instruction, Operand, Product, Slot};
@@ -62,87 +63,6 @@ fn advance<A: Arithmetic>(
     }
 }
 
-/// `Σ factor · a · b` over at most [`MOST_TERMS`](super::sums::MOST_TERMS) products: a loop for each
-/// number of them and each pattern of pairs.
-#[inline(always)]
-fn sum<A: Arithmetic, S: Simd>(
-    simd: S,
-    products: &[Product],
-    pairs: u8,
-    slots: &[Box<Aligned>],
-    stills: &[f64],
-    out: &mut Lanes,
-) {
-    macro_rules! loops {
-        ($($count:literal: $($pairs:literal)*;)*) => {
-            match (products.len(), pairs) {
-                $($(($count, $pairs) => {
-                    products_added::<A, S, $count, $pairs>(simd, products, slots, stills, out);
-                })*)*
-                _ => out.fill(f64::NAN),
-            }
-        };
-    }
-    loops! {
-        1: 0 1;
-        2: 0 1 2 3;
-        3: 0 1 2 3 4 5 6 7;
-        4: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15;
-    }
-}
-
-/// Registers computed without a look at whether the chunk ends.
-const UNROLLED: usize = 4;
-
-#[expect(clippy::needless_range_loop, reason = "indices say which product is meant")]
-#[inline(always)]
-fn products_added<A: Arithmetic, S: Simd, const N: usize, const PAIRS: u8>(
-    simd: S,
-    products: &[Product],
-    slots: &[Box<Aligned>],
-    stills: &[f64],
-    out: &mut Lanes,
-) {
-    let steps = LANES / S::F64_LANES;
-    let registers = |slot: Slot| &S::as_simd_f64s(&slots[slot as usize][..]).0[..steps];
-    let factor = |index: usize| simd.splat_f64s(stills[products[index].factor as usize]);
-    let (mut factors, mut left) = ([factor(0); N], [registers(products[0].a); N]);
-    let mut right = [registers(products[0].b); N];
-    for index in 1..N {
-        factors[index] = factor(index);
-        left[index] = registers(products[index].a);
-        right[index] = registers(products[index].b);
-    }
-    let out = &mut S::as_mut_simd_f64s(&mut out[..]).0[..steps];
-    let compute = |step: usize| {
-        let scaled = |index: usize| {
-            if PAIRS >> index & 1 == 1 {
-                simd.mul_f64s(factors[index], left[index][step])
-            } else {
-                factors[index]
-            }
-        };
-        let mut sum = simd.mul_f64s(scaled(0), right[0][step]);
-        for index in 1..N {
-            sum = if A::FUSED {
-                simd.mul_add_f64s(scaled(index), right[index][step], sum)
-            } else {
-                simd.add_f64s(simd.mul_f64s(scaled(index), right[index][step]), sum)
-            };
-        }
-        sum
-    };
-    if S::F64_LANES == 2 {
-        // Vectors made by the compiler: only of a plain loop.
-        (0..steps).for_each(|step| out[step] = compute(step));
-    } else {
-        // Short loops in a loop: so it is unrolled, and does not stop to see whether it is at its end.
-        for first in (0..steps).step_by(UNROLLED) {
-            (first..first + UNROLLED).for_each(|step| out[step] = compute(step));
-        }
-    }
-}
-
 #[inline(always)]
 fn step<A: Arithmetic, S: Simd>(
     simd: S,
@@ -186,10 +106,16 @@ fn step<A: Arithmetic, S: Simd>(
             map(&slots[a as usize], first, |a| b / a);
             out
         }
-        Instruction::Sum { first: start, count, pairs, out } => {
+        Instruction::Sum { first: start, count, pairs, scale, out } => {
             let start = start as usize;
-            let products = &products[start..start + usize::from(count)];
-            sum::<A, S>(simd, products, pairs, slots, stills, first);
+            let sum = Added {
+                products: &products[start..start + usize::from(count)],
+                pairs,
+                scale,
+                slots,
+                stills,
+            };
+            sum.compute::<A, S>(simd, first);
             out
         }
     };
