@@ -96,13 +96,13 @@ impl Finder<'_> {
                 let one = self.graph.constant(1.0);
                 vec![self.product(one, a, b)]
             }
-            Node::Unary(Unary::Negate, a) => match self.part(a, MOST_TERMS) {
-                Some(part) => self.negated(part),
-                None => {
-                    let term = self.term(a);
-                    self.negated(vec![term])
+            Node::Unary(Unary::Negate, a) => {
+                if let Some(Sum { terms, scale }) = self.alone(a).cloned() {
+                    return Some(Sum { terms: self.negated(terms), scale });
                 }
-            },
+                let term = self.term(a);
+                self.negated(vec![term])
+            }
             _ => return None,
         };
         Some(Sum { terms, scale: None })
@@ -110,12 +110,16 @@ impl Finder<'_> {
 
     /// A moving node times a sum that nothing else needs.
     fn times(&self, scale: NodeId, node: NodeId) -> Option<Sum> {
-        let Sum { terms, scale: None } = self.sums.get(node)? else { return None };
-        let alone = self.is_needed_once(node) && self.sums.first_alike(node) == node;
-        // One number times another needs no sum.
-        let is_sum = terms.len() > 1 || terms.iter().any(|term| term.lanes[1].is_some());
-        (alone && is_sum && self.graph.is_moving(scale))
-            .then(|| Sum { terms: terms.clone(), scale: Some(self.sums.first_alike(scale)) })
+        let Sum { terms, scale: None } = self.alone(node)? else { return None };
+        let scale = self.graph.is_moving(scale).then(|| self.sums.first_alike(scale))?;
+        Some(Sum { terms: terms.clone(), scale: Some(scale) })
+    }
+
+    /// A sum that nothing else needs, and that is more than one number times another.
+    fn alone(&self, node: NodeId) -> Option<&Sum> {
+        let sum = self.sums.get(node)?;
+        let is_sum = sum.terms.len() > 1 || sum.terms.iter().any(|term| term.lanes[1].is_some());
+        (is_sum && self.is_needed_once(node) && self.sums.first_alike(node) == node).then_some(sum)
     }
 
     /// The terms of `a + b` or `a - b`: those of the longer part that fits, then the other as one.
