@@ -13,6 +13,7 @@
 //! | [`memory`] | noise that is like itself for a while |
 //! | [`wander`] | random walks, tested in the variance |
 //! | [`lost`] | stretches of readings shifted by whole samples |
+//! | [`wild`] | readings that are far out |
 //! | [`whiten`], [`jitter`] | the noise, before anything is tested against it |
 //! | [`mod@search`], [`mod@pairs`] | which effects are adopted |
 //! | [`verdict`] | the answer |
@@ -41,6 +42,7 @@ pub mod tail;
 pub mod verdict;
 pub mod wander;
 pub mod whiten;
+pub mod wild;
 
 use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe};

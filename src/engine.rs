@@ -9,6 +9,7 @@
 //! | [`moving`] | rates of what the graph holds, while time runs on from a sample |
 //! | [`problem`] | campaigns with their models, put together; residuals of one sample |
 //! | [`noise`] | the covariance of the readings of one sample, and its whitening |
+//! | [`gauss_markov`] | rows whitened along time, where noise is like itself for a while |
 //! | [`linearise`] | whitened residuals and Jacobians, summed by run: the only maker of Jacobians |
 //! | [`gram`] | the form of those sums, and what an estimator asks of a problem |
 //! | [`open`] | from what a user names to a problem |
@@ -17,6 +18,7 @@
 //! | [`simulate`] | readings drawn from a model |
 
 pub(crate) mod blocks;
+pub mod gauss_markov;
 pub mod gram;
 pub mod lanes;
 pub mod layout;

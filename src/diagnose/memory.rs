@@ -1,78 +1,191 @@
 //! Noise with a memory: readings next to each other in time are alike.
 //!
-//! The correlation of neighbours is tested one-sidedly, `r √n` being normal without a memory; its time is
-//! from the correlations at the first `LAGS` lags. Stretches over which scores are summed follow the
-//! memory, and so does what noise may pretend. Whether a random walk of the whole station is the better
+//! The correlation of neighbours is tested one-sidedly, `r √n` being normal without a memory. What is
+//! found joins the covariance as a Gauss-Markov process ([`GaussMarkov`]) of largest likelihood, one for
+//! each component of each measurand, and is judged again beside all else: residuals are then white, and
+//! every test is what it would be with white noise. Only what such a process cannot follow is left to
+//! the stretches over which scores are summed. Whether a random walk of the whole station is the better
 //! reason, likelihoods decide.
 
-use crate::engine::stretches::Left;
+use crate::engine::Problem;
+use crate::engine::gauss_markov::GaussMarkov;
 use crate::model::Process;
 
 use super::candidates::Candidate;
+use super::evidence::Entry;
 use super::gap::LEAST_RUNS;
+use super::score::of_gain;
 use super::search::level;
-use super::stage::Stage;
+use super::stage::{Fitted, Stage};
 use super::tail::ln_normal;
 use super::wander::walk;
-use super::whiten::{Noise, NoiseEffect, Sequence, sequences};
+use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
 
 /// A random walk that shows, unless one is in the model already, the runs are too few to tell one from
-/// structure, or a memory of each measurand by itself
-/// is the likelier reason.
+/// structure, or a memory of each measurand by itself is the likelier reason.
 pub(super) fn wanders(stage: &Stage, noise: &Noise) -> Option<NoiseEffect> {
     let walks = |one: &NoiseEffect| {
         stage.noise.iter().any(|other| other.name == one.name && is_walk(other))
     };
-    let runs: usize = stage.fitted.problem.parts.iter().map(|part| part.runs.len()).sum();
-    if noise.effects.iter().any(walks) || runs < LEAST_RUNS {
+    if noise.effects.iter().any(walks) || !may_wander(stage) {
         return None;
     }
     let rows: usize = stage.fitted.problem.parts.iter().map(|part| part.residual_count()).sum();
     let (found, likelihood) = walk(stage, level(rows + stage.noise.len()))?;
-    let nothing = stage.evidence.together(&[]);
-    let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
-    let left = stage.evidence.left(problem, point, &nothing, 1_000);
-    let alone: f64 = sequences(problem, &left).iter().map(likelihood_of_memory).sum();
+    let alone = likelihood_of_memory(&left_white(stage, &stage.evidence.together(&[])));
     (likelihood > alone).then_some(found)
 }
 
-/// Logarithm of the likelihood ratio of noise with a memory against white noise of the same scatter, the
-/// largest over sizes and times: a filter goes through each run and predicts every reading.
-fn likelihood_of_memory(one: &Sequence) -> f64 {
-    let (squares, count) =
-        one.present().fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
-    if count == 0.0 || squares == 0.0 {
-        return 0.0;
-    }
-    let variance = squares / count;
-    let at = |share: f64, samples: f64| {
-        let rho = f64::exp(-1.0 / samples);
-        let mut sum = 0.0;
-        for run in &one.runs {
-            let (mut state, mut spread) = (0.0, share);
-            for value in run {
-                if !value.is_nan() {
-                    let left = value / variance.sqrt() - state;
-                    let total = spread + 1.0 - share;
-                    sum += 0.5 * (value * value / variance - total.ln() - left * left / total);
-                    let gain = spread / total;
-                    state += gain * left;
-                    spread *= 1.0 - gain;
-                }
-                state *= rho;
-                spread = rho * rho * spread + share * (1.0 - rho * rho);
-            }
-        }
-        sum
-    };
-    let shares = [0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.9];
-    let times = (0..14).map(|k| 0.5 * 1.7_f64.powi(k));
-    let all = times.flat_map(|time| shares.map(|share| at(share, time)));
-    all.fold(0.0, f64::max)
+/// Whether a random walk could be told from structure: there is one in the library, and runs enough.
+pub(super) fn may_wander(stage: &Stage) -> bool {
+    let runs: usize = stage.fitted.problem.parts.iter().map(|part| part.runs.len()).sum();
+    runs >= LEAST_RUNS && stage.noise.iter().any(is_walk)
 }
 
 fn is_walk(candidate: &Candidate) -> bool {
     candidate.selected.effect.parameters.iter().any(|one| one.process == Process::Walk)
+}
+
+/// The residuals that an entry leaves, as if their noise had no memory.
+pub(super) fn left_white(stage: &Stage, entry: &Entry) -> Vec<Sequence> {
+    let problem = without_memory(&stage.fitted.problem);
+    let left = stage.evidence.left(&problem, &stage.fitted.fit.point, entry, usize::MAX);
+    sequences(&problem, &left)
+}
+
+fn without_memory(problem: &Problem) -> Problem {
+    let mut problem = problem.clone();
+    for part in &mut problem.parts {
+        part.gauss_markov.fill(None);
+    }
+    problem
+}
+
+/// Logarithm of the largest likelihood ratio of noise with memories against white noise of unit variance.
+pub(super) fn likelihood_of_memory(all: &[Sequence]) -> f64 {
+    all.iter().map(|one| likeliest(one).map_or(0.0, |(_, likelihood)| likelihood)).sum()
+}
+
+/// Logarithm of the likelihood ratio of some noise, with the scatter that is there, against white noise
+/// of unit variance.
+fn likelihood(one: &Sequence, variance: f64, noise: GaussMarkov) -> f64 {
+    let mut sum = 0.0;
+    for (run, times) in one.runs.iter().zip(one.times.iter()) {
+        let (mut filter, mut state) = (noise.filter(), 0.0);
+        for (value, time) in run.iter().zip(times) {
+            let gains = filter.next(*time, !value.is_nan());
+            state *= gains.decay;
+            if !value.is_nan() {
+                let left = value - state;
+                let squares = value * value - (left * gains.weight).powi(2) / variance;
+                sum += 0.5 * (squares - variance.ln()) + gains.weight.ln();
+                state += gains.gain * left;
+            }
+        }
+    }
+    sum
+}
+
+/// Shares and times (in intervals between samples) from which the likeliest are looked for.
+const SHARES: [f64; 7] = [0.03, 0.08, 0.2, 0.4, 0.6, 0.8, 0.95];
+const TIMES: usize = 9;
+const FIRST_TIME: f64 = 0.7;
+const TIME_RATIO: f64 = 2.2;
+/// A memory that is shorter than this part of an interval is none.
+const LEAST_TIME: f64 = 0.3;
+/// Refinements of both.
+const REFINED: usize = 24;
+
+/// The Gauss-Markov noise of largest likelihood, with the logarithm of that.
+fn likeliest(one: &Sequence) -> Option<(GaussMarkov, f64)> {
+    let (squares, count) =
+        one.present().fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
+    let interval = one.interval()?;
+    if count == 0.0 || squares == 0.0 {
+        return None;
+    }
+    let variance = squares / count;
+    let at = |share: f64, time: f64| {
+        let time = time.max(LEAST_TIME * interval);
+        let noise = GaussMarkov { share: share.clamp(1e-4, 0.999), time };
+        (noise, likelihood(one, variance, noise))
+    };
+    let times = (0..TIMES).map(|k| FIRST_TIME * interval * TIME_RATIO.powi(k as i32));
+    let grid = times.flat_map(|time| SHARES.map(|share| at(share, time)));
+    let mut best = grid.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    // Shares move on the scale on which 0 and 1 are far away.
+    let (mut odds, mut ratio) = (2.0_f64, TIME_RATIO.sqrt());
+    for _ in 0..REFINED {
+        let GaussMarkov { share, time } = best.0;
+        let of_odds = |by: f64| by * share / (1.0 - share + by * share);
+        let near = [
+            at(of_odds(odds), time),
+            at(of_odds(odds.recip()), time),
+            at(share, time * ratio),
+            at(share, time / ratio),
+        ];
+        let found = near.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        if found.1 > best.1 {
+            best = found;
+        } else {
+            (odds, ratio) = (odds.sqrt(), ratio.sqrt());
+        }
+    }
+    Some(best)
+}
+
+/// Gain of the likelihood for which a memory is changed.
+const WORTH_IT: f64 = 3.0;
+
+/// Lets the memories of a stage's noise follow what is left. `None` where nothing changes.
+///
+/// Structure is taken off first if it is less probable by chance than memories could make it; what each
+/// run has for itself never is, for a long memory looks just so.
+pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
+    let mut fitted = stage.fitted.clone();
+    let structures = stage.structures_over_runs();
+    let structure = stage.together(&structures);
+    let is_new =
+        fitted.problem.parts.iter().all(|part| part.gauss_markov.iter().all(Option::is_none));
+    let mut white = left_white(stage, &structure);
+    let mut left = stage.left(&structure);
+    if is_new && !structures.is_empty() {
+        let choices = (stage.candidates.len() as f64).ln() * structures.len() as f64;
+        let by_chance = of_gain(structure.gain(), structure.degrees(), 1).ln_p + choices;
+        let nothing = stage.evidence.together(&[]);
+        let alone = left_white(stage, &nothing);
+        if likelihood_of_memory(&alone) > likelihood_of_memory(&white) - by_chance {
+            (white, left) = (alone, stage.left(&nothing));
+        }
+    }
+    let level = level(left.len() + stage.noise.len());
+    let mut changed = false;
+    for (one, white) in left.iter().zip(&white) {
+        let own = &mut fitted.problem.parts[one.part].gauss_markov[one.row];
+        if own.is_none() && remembered(one, level).is_none() {
+            continue;
+        }
+        let Some((found, likelihood_found)) = likeliest(white) else { continue };
+        let known = own.unwrap_or(GaussMarkov { share: 0.0, time: found.time });
+        let known = likelihood(white, white.variance(), known);
+        if likelihood_found > known + WORTH_IT {
+            *own = Some(found);
+            changed = true;
+        }
+    }
+    let all = || fitted.problem.parts.iter().flat_map(|part| part.gauss_markov.iter().flatten());
+    noise.runs_scatter = all().any(|one| one.time > LONG * typical_duration(&white));
+    changed.then_some(fitted)
+}
+
+/// A memory longer than this part of a run makes runs differ from each other.
+const LONG: f64 = 0.05;
+
+/// The median duration of the runs (s).
+fn typical_duration(all: &[Sequence]) -> f64 {
+    let runs = all.iter().flat_map(|one| one.times.iter());
+    let duration = |times: &Vec<f64>| Some(times.last()? - times.first()?);
+    median(&mut runs.filter_map(duration).collect::<Vec<f64>>()).unwrap_or(0.0)
 }
 
 /// Noise with a memory: neighbours in time are alike.
@@ -135,26 +248,29 @@ fn remembered(one: &Sequence, level: f64) -> Option<Memory> {
 }
 
 /// The part of each measurand's variance that has no memory, by campaign and measurand.
-pub(super) fn white_parts(stage: &Stage, left: &[Left]) -> Vec<(usize, usize, f64)> {
-    let all = sequences(&stage.fitted.problem, left);
+pub(super) fn white_parts(stage: &Stage, all: &[Sequence]) -> Vec<(usize, usize, f64)> {
     let level = level(all.len() + stage.noise.len());
-    let share = |one: &Sequence| remembered(one, level).map_or(0.0, |memory| memory.share);
+    let share = |one: &Sequence| match stage.fitted.problem.parts[one.part].gauss_markov[one.row] {
+        Some(noise) => noise.share,
+        None => remembered(one, level).map_or(0.0, |memory| memory.share),
+    };
     all.iter().map(|one| (one.part, one.measurand, 1.0 - share(one))).collect()
 }
 
 /// Names noise with a memory; the strongest where there is more.
-pub(super) fn name_memory(stage: &Stage, left: &[Left], noise: &mut Noise) {
+/// `all` is what is left as if there were none.
+pub(super) fn name_memory(stage: &Stage, all: &[Sequence], noise: &mut Noise) {
     let has_process = |candidate: &&Candidate| {
         candidate.selected.effect.parameters.iter().any(|one| one.process == Process::Memory)
     };
     let Some(candidate) = stage.noise.iter().find(has_process) else { return };
-    let all = sequences(&stage.fitted.problem, left);
     let level = level(all.len() + stage.noise.len());
     let found = all.iter().filter_map(|one| Some((one, remembered(one, level)?)));
     let Some((one, memory)) = found.min_by(|a, b| a.1.ln_p.total_cmp(&b.1.ln_p)) else { return };
     let part = &stage.fitted.problem.parts[one.part];
     let measurand = &part.system.assembly.names.measurands[one.measurand];
-    let size = part.sigma[one.measurand] * memory.share.sqrt();
+    let share = part.gauss_markov[one.row].map_or(memory.share, |own| own.share);
+    let size = part.sigma[one.measurand] * share.sqrt();
     noise.effects.push(NoiseEffect {
         name: candidate.name.clone(),
         selected: None,
@@ -162,7 +278,7 @@ pub(super) fn name_memory(stage: &Stage, left: &[Left], noise: &mut Noise) {
         unit: measurand.unit.clone(),
         value: size,
         // The share is known as the correlation of neighbours is.
-        sigma: 0.5 * size / (memory.share.max(1e-12) * memory.pairs.sqrt()),
+        sigma: 0.5 * size / (share.max(1e-12) * memory.pairs.sqrt()),
         ln_p: memory.ln_p,
     });
 }

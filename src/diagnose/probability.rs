@@ -1,21 +1,35 @@
 //! How probable each cause is, given that there is one cause at most.
 //!
 //! Before the data: nothing .30, some effect of the library .50, unknown structure .20, each split
-//! evenly. Values are normal about zero with a standard deviation of the typical size times a scale;
-//! nine scales from 0.1 to 30 are equally likely, so an effect ten times as large as usual is no
-//! surprise. With `C = V T² Vᵀ` (typical sizes `T`, `V` from values to lengths) an entry's evidence
+//! evenly. Values are normal about zero with a standard deviation of the typical size times a scale.
+//! `SCALES` of them, in equal ratios, are equally likely: from the one at which the signature has the
+//! length `SEEN` (an effect that is smaller is nothing, as far as these readings can say) to `LARGEST`,
+//! so an effect ten times as large as usual is no surprise, and neither is one that barely shows in a
+//! campaign that would see a hundredth of the usual size.
+//! With `C = V T² Vᵀ` (typical sizes `T`, `V` from values to lengths) an entry's evidence
 //! against nothing is `-½ ln det(1 + s² C) + ½ zᵀ s² C (1 + s² C)⁻¹ z`. Members of a family share its
 //! part.
+//!
+//! What nobody wrote down need not look like one block: it may look like an effect and leave something
+//! that a block explains. An effect that explains less than [`NAMED`] of what is there beside a
+//! block stands for that, too: their evidence together is evidence for the block.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::evidence::Entry;
 use super::stage::Stage;
+use super::verdict::NAMED;
 
 /// Probability of nothing, of the library, of unknown structure, before the data.
 const BEFORE: [f64; 3] = [0.30, 0.50, 0.20];
-/// Scales of the typical size.
-const SCALES: [f64; 9] = [0.1, 0.2, 0.43, 0.87, 1.75, 3.5, 7.1, 14.6, 30.0];
+/// Number of scales.
+const SCALES: usize = 12;
+/// Length of a signature, in units of the noise, from which on it is something.
+const SEEN: f64 = 2.0;
+/// The largest scale, in typical sizes; where even that is hardly seen, so many times what is.
+const LARGEST: (f64, f64) = (30.0, 10.0);
+/// Effects whose logarithm of probability is this much below the best are not asked what they leave.
+const OUT_OF_QUESTION: f64 = 12.0;
 
 /// The probability of each candidate of a stage, in their order, blocks among them.
 pub fn probabilities(stage: &Stage) -> Vec<f64> {
@@ -36,10 +50,40 @@ pub fn probabilities(stage: &Stage) -> Vec<f64> {
                 + share[usize::from(n >= stage.effects)].ln()
         })
         .collect();
+    let logarithms = with_imitations(stage, logarithms, (share[1] / share[0]).ln());
     let most = logarithms.iter().copied().fold(BEFORE[0].ln(), f64::max);
     let sum: f64 = logarithms.iter().map(|one| (one - most).exp()).sum::<f64>()
         + (BEFORE[0].ln() - most).exp();
     logarithms.iter().map(|one| (one - most).exp() / sum).collect()
+}
+
+/// Gives blocks what effects and they explain together where the effects alone are not enough; `odds` is
+/// the logarithm of a block's part over an effect's before the data.
+fn with_imitations(stage: &Stage, alone: Vec<f64>, odds: f64) -> Vec<f64> {
+    let (effects, blocks) = alone.split_at(stage.effects);
+    let best = effects.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let readings: usize = stage.fitted.fit.normal.runs.iter().map(|run| run.readings).sum();
+    let mut all = alone.clone();
+    for (number, own) in effects.iter().enumerate() {
+        let length = stage.scores[number].lambda().powi(2);
+        if *own < best - OUT_OF_QUESTION || length <= 0.0 {
+            continue;
+        }
+        for (block, _) in blocks.iter().enumerate() {
+            let block = stage.effects + block;
+            let (gain, degrees) = stage.evidence.beyond(stage.entry(number), stage.entry(block));
+            let left = gain - degrees as f64;
+            if degrees == 0 || length >= NAMED * (length + left) {
+                continue;
+            }
+            let each = vec![readings as f64 / degrees as f64; degrees];
+            let squares = vec![gain / degrees as f64; degrees];
+            let together = own + odds + mixed(&each, &squares);
+            let (more, less) = (all[block].max(together), all[block].min(together));
+            all[block] = more + (less - more).exp().ln_1p();
+        }
+    }
+    all
 }
 
 /// Logarithm of the evidence of an entry against nothing.
@@ -48,15 +92,29 @@ fn evidence(entry: &Entry, typical: &[f64]) -> f64 {
         DMatrix::from_fn(entry.degrees(), typical.len(), |i, j| entry.lengths[(i, j)] * typical[j]);
     let eigen = SymmetricEigen::new(&scaled * scaled.transpose());
     let score = eigen.eigenvectors.tr_mul(&entry.score);
-    let each = SCALES.map(|scale| {
-        let terms = eigen.eigenvalues.iter().zip(score.iter()).map(|(value, z)| {
-            let size = scale * scale * value.max(0.0);
-            0.5 * (z * z * size / (1.0 + size) - size.ln_1p())
+    let squares: Vec<f64> = score.iter().map(|z| z * z).collect();
+    mixed(eigen.eigenvalues.as_slice(), &squares)
+}
+
+/// The same from the squared lengths that values of typical size have along independent axes, and the
+/// squared scores there.
+fn mixed(lengths: &[f64], squares: &[f64]) -> f64 {
+    let whole = lengths.iter().map(|one| one.max(0.0)).sum::<f64>().sqrt();
+    if whole <= 0.0 {
+        return f64::NEG_INFINITY;
+    }
+    let least = SEEN / whole;
+    let largest = LARGEST.0.max(LARGEST.1 * least);
+    let each: [f64; SCALES] = std::array::from_fn(|k| {
+        let scale = least * (largest / least).powf(k as f64 / (SCALES - 1) as f64);
+        let terms = lengths.iter().zip(squares).map(|(length, square)| {
+            let size = scale * scale * length.max(0.0);
+            0.5 * (square * size / (1.0 + size) - size.ln_1p())
         });
-        terms.sum::<f64>()
+        terms.sum()
     });
     let most = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mean = each.iter().map(|one| (one - most).exp()).sum::<f64>() / SCALES.len() as f64;
+    let mean = each.iter().map(|one| (one - most).exp()).sum::<f64>() / SCALES as f64;
     most + mean.ln()
 }
 

@@ -16,7 +16,7 @@ use super::scan::{Scanned, scan};
 use super::score::{Score, of_gain, score};
 use super::search::level;
 use super::structure::Place;
-use super::whiten::Noise;
+use super::whiten::{Noise, Sequence, sequences};
 
 /// Structures taken off at most before the noise is judged.
 const MOST_STRUCTURES: usize = 8;
@@ -121,7 +121,7 @@ impl Fitted {
     }
 }
 
-/// A part with another system; readings, stated uncertainties and levels of noise as they are.
+/// A part with another system; readings, stated uncertainties, levels and memory of noise as they are.
 pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {
     let levels: Vec<(String, f64)> = part
         .system
@@ -140,6 +140,7 @@ pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {
     made.instrument.clone_from(&part.instrument);
     made.rig.clone_from(&part.rig);
     made.delay_range = part.delay_range;
+    made.gauss_markov.clone_from(&part.gauss_markov);
     made
 }
 
@@ -246,9 +247,9 @@ impl Stage {
         self.together(&self.structures())
     }
 
-    /// The same but for what each run has for itself.
-    pub fn structure_over_runs(&self) -> Entry {
-        self.together(&self.structures_among(|n| !self.is_of_runs(n)))
+    /// The same one by one, but for what each run has for itself.
+    pub fn structures_over_runs(&self) -> Vec<usize> {
+        self.structures_among(|n| !self.is_of_runs(n))
     }
 
     /// The candidates, of the library or unknown, that are significant one after the other, greedily.
@@ -256,7 +257,8 @@ impl Stage {
         self.structures_among(|_| true)
     }
 
-    fn together(&self, candidates: &[usize]) -> Entry {
+    /// Several candidates as one.
+    pub fn together(&self, candidates: &[usize]) -> Entry {
         let entries: Vec<&Entry> = candidates.iter().map(|n| self.entry(*n)).collect();
         self.evidence.together(&entries)
     }
@@ -286,6 +288,12 @@ impl Stage {
         self.stretches = left.iter().map(|run| run.scores.len()).sum();
         self.inflation =
             self.evidence.entries.iter().map(|one| self.evidence.inflation(one, left)).collect();
+    }
+
+    /// The residuals that an entry leaves.
+    pub(super) fn left(&self, entry: &Entry) -> Vec<Sequence> {
+        let (problem, point) = (&self.fitted.problem, &self.fitted.fit.point);
+        sequences(problem, &self.evidence.left(problem, point, entry, usize::MAX))
     }
 
     /// The entry of a candidate.

@@ -213,17 +213,28 @@ fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     }
 }
 
-/// Errors in the time of readings.
+/// Errors in the time of readings: of each measurand, and of all alike, as a clock makes them.
 fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
-    for measurand in &model.measurands {
-        let name = &measurand.name;
+    let names: Vec<&str> = model.measurands.iter().map(|one| one.name.as_str()).collect();
+    let mut groups: Vec<(&str, &[&str])> = Vec::new();
+    for (number, name) in names.iter().enumerate() {
+        groups.push((name, &names[number..=number]));
+    }
+    if names.len() > 1 {
+        groups.push(("all readings", &names));
+    }
+    for (of, names) in groups {
+        let called = if names.len() > 1 { of.to_owned() } else { format!("`{of}`") };
         for covariate in of_the_rig(model, true) {
             let place = Place {
-                of: Of::Channel(format!("time of {name}")),
-                words: format!("a timing error of `{name}` over {}", covariate.name),
+                of: Of::Channel(format!("time of {of}")),
+                words: format!("a timing error of {called} over {}", covariate.name),
                 covariate: covariate.name.clone(),
             };
-            let patch = |sum: &str| format!("\"{name}.t\" = 't + {sum}'");
+            let patch = |sum: &str| {
+                let line = |name: &&str| format!("\"{name}.t\" = 't + {sum}'\n");
+                names.iter().map(line).collect()
+            };
             all.extend(effect(&place, &covariate, Dimension::TIME, patch));
         }
     }

@@ -24,7 +24,7 @@ pub enum Verdict {
     Adequate,
     /// Effects of the library explain everything that can be seen.
     Explained,
-    /// An effect explains nearly everything, but its form does not fit.
+    /// Effects explain nearly everything, but their form does not fit.
     ShapeDiffers,
     /// Something is there, and nothing in the library explains it.
     Unknown,
@@ -94,34 +94,73 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
     if left.is_empty() && !blocks_are_simpler(search, first) {
         return (Verdict::Explained, search.adopted.clone());
     }
-    // One effect may still be the cause although its form is another.
+    // Effects may still be causes although something of another form is left.
     let second = &search.stages[1];
     let gain = search.adopted[0].gain;
     let share = gain / (gain + leftover(second));
     if share >= NAMED {
-        return (Verdict::ShapeDiffers, search.adopted[..1].to_vec());
+        let further = (1..search.adopted.len()).take_while(|number| is_a_cause(search, *number));
+        return (Verdict::ShapeDiffers, search.adopted[..=further.count()].to_vec());
     }
     (Verdict::Unknown, Vec::new())
 }
 
+/// Whether an effect that was adopted after others, and leaves something, is more than an imitation of
+/// what they leave: it explains as much as any block does, and more than is left then.
+fn is_a_cause(search: &Search, number: usize) -> bool {
+    let (Some(before), Some(after)) = (search.stages.get(number), search.stages.get(number + 1))
+    else {
+        return false;
+    };
+    let gain = search.adopted[number].score.gain;
+    let blocks = before.blocks_found();
+    let best = blocks.iter().map(|block| before.scores[*block].gain).fold(0.0, f64::max);
+    gain >= NAMED * best && gain > leftover(after)
+}
+
 /// Whether blocks of unknown structure account for everything more simply than several effects: then
 /// those effects imitate what nobody wrote down. Of three effects and more fewer blocks are simpler;
-/// of two effects one block, if it is also less surprising by chance.
+/// of two effects one block, if it is also less surprising by chance. An effect with a block beside it
+/// is simpler, too, where far less surprising: effects with a value for each run can imitate much.
 fn blocks_are_simpler(search: &Search, first: &Stage) -> bool {
     let count = search.adopted.len();
     if count < 2 {
         return false;
     }
-    let Some(blocks) = blocks_needed(first, count - 1) else { return false };
-    if count > 2 {
-        return true;
-    }
     let gain = search.adopted.iter().map(|one| one.score.gain).sum();
     let degrees = search.adopted.iter().map(|one| one.score.degrees).sum();
-    let choices = count as f64 * (first.effects as f64).ln() + FURTHER.ln();
+    let choices = count as f64 * (first.effects as f64).ln();
     let together = of_gain(gain, degrees, 1).ln_p + choices;
+    if with_a_block(first) + FURTHER.ln() < together {
+        return true;
+    }
+    let Some(blocks) = blocks_needed(first, count - 1) else { return false };
     let among = ((first.candidates.len() - first.effects) as f64).ln();
-    blocks.iter().any(|block| first.scores[*block].ln_p + among < together)
+    let together = together + FURTHER.ln();
+    count > 2 || blocks.iter().any(|block| first.scores[*block].ln_p + among < together)
+}
+
+/// Effects that are tried with each block beside them.
+const BESIDE: usize = 8;
+
+/// Logarithm of the probability by chance of the effect and block that together are least probable, with
+/// the choices among all of them paid for.
+fn with_a_block(stage: &Stage) -> f64 {
+    let mut effects = stage.declared();
+    effects.truncate(BESIDE);
+    let blocks = stage.effects..stage.candidates.len();
+    let choices = (stage.effects.max(1) as f64 * blocks.len().max(1) as f64).ln();
+    let mut best = 0.0_f64;
+    for effect in effects {
+        let own = &stage.scores[effect];
+        let paid = own.ln_p - of_gain(own.gain, own.degrees, 1).ln_p;
+        for block in blocks.clone().filter(|block| !stage.is_scatter(*block)) {
+            let (gain, degrees) = stage.evidence.beyond(stage.entry(effect), stage.entry(block));
+            let both = of_gain(own.gain + gain, own.degrees + degrees, 1).ln_p;
+            best = best.min(both + paid + choices);
+        }
+    }
+    best
 }
 
 /// The blocks, taken greedily, beyond which nothing significant is left; `None` where it takes more.

@@ -28,17 +28,19 @@ use crate::units::{Dimension, Exponent, Unit};
 
 use super::candidates::{Candidate, join};
 use super::evidence::{Entry, Evidence};
+use super::memory::likelihood_of_memory;
 use super::score::of_gain;
 use super::stage::Stage;
 use super::tail::ln_gamma_tail;
-use super::whiten::NoiseEffect;
+use super::whiten::{NoiseEffect, sequences};
 
 /// Sines of each run: 93 % of a walk's variance.
 const TERMS: usize = 3;
 
 /// The walk of the library that shows, if one does. `level` is the logarithm of its share of the false
 /// alarms.
-/// The logarithm of its likelihood ratio comes with it.
+/// The logarithm of its likelihood ratio against white noise of unit variance comes with it, a memory of
+/// what it leaves included.
 pub fn walk(stage: &Stage, level: f64) -> Option<(NoiseEffect, f64)> {
     let mut best: Option<(NoiseEffect, f64)> = None;
     for candidate in &stage.noise {
@@ -48,8 +50,7 @@ pub fn walk(stage: &Stage, level: f64) -> Option<(NoiseEffect, f64)> {
         if !walks {
             continue;
         }
-        let found = tested(stage, candidate).filter(|(found, _)| found.ln_p <= level);
-        let Some((found, likelihood)) = found else { continue };
+        let Some((found, likelihood)) = tested(stage, candidate, level) else { continue };
         if best.as_ref().is_none_or(|(_, known)| likelihood > *known) {
             best = Some((found, likelihood));
         }
@@ -57,7 +58,7 @@ pub fn walk(stage: &Stage, level: f64) -> Option<(NoiseEffect, f64)> {
     best
 }
 
-fn tested(stage: &Stage, candidate: &Candidate) -> Option<(NoiseEffect, f64)> {
+fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<(NoiseEffect, f64)> {
     let effect = &candidate.selected.effect;
     let times = Times::of(&stage.fitted.problem);
     let of = |sigma| Some(select(candidate, columns(effect, times, sigma)?));
@@ -96,11 +97,16 @@ fn tested(stage: &Stage, candidate: &Candidate) -> Option<(NoiseEffect, f64)> {
         }
         known += 1;
     }
-    let walk = walk?;
+    let walk = walk.filter(|walk| walk.ln_p() <= level)?;
     let (variance, spread) = walk.variance();
     let sigma = variance.sqrt();
     let parameter = effect.parameters.first()?;
-    let likelihood = walk.likelihood();
+    let mut taken: Vec<&Entry> = entries[..known.min(entries.len())].to_vec();
+    taken.push(own);
+    let rest = evidence.together(&taken);
+    let (problem, point) = (&stage.fitted.problem, &fit.point);
+    let rest = sequences(problem, &evidence.left(problem, point, &rest, usize::MAX));
+    let likelihood = walk.likelihood() + likelihood_of_memory(&rest);
     let found = NoiseEffect {
         name: candidate.name.clone(),
         selected: of(Some(sigma)),

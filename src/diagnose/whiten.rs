@@ -5,13 +5,15 @@
 //! order,
 //!
 //! - random quantities that the readings of one sample share are looked for ([`super::jitter`]);
-//! - readings beyond [`TRIM`] robust standard deviations of their measurand are left out;
+//! - wild readings are left out ([`super::wild`]);
 //! - the level of each measurand is its scatter over what is stated;
 //! - memory is the correlation of a measurand's neighbours in time ([`super::memory`]), and what wanders
 //!   from run to run a random walk ([`super::wander`]).
 //!
-//! Each is tested one-sidedly. What is accepted enters the covariance, but for memory: that widens the
-//! stretches over which scores are summed.
+//! Each is tested one-sidedly, and what is accepted enters the covariance. A memory that no Gauss-Markov
+//! process follows widens the stretches over which scores are summed.
+
+use std::sync::Arc;
 
 use crate::campaign::Run;
 use crate::effect::Target;
@@ -26,20 +28,12 @@ use crate::units::Unit;
 use super::candidates::{Candidate, Wanted};
 use super::jitter::jitter;
 use super::lost::Lost;
-use super::memory::{memory, name_memory, wanders, white_parts};
+use super::memory::{left_white, may_wander, memory, name_memory, remember, wanders, white_parts};
 use super::scan::Scanned;
 use super::search::{LEAST_STRETCHES, level};
 use super::stage::{Fitted, Stage, rebuilt};
-use super::tail::{ln_chi_squared, ln_normal};
-
-/// Readings farther out are left out, in robust standard deviations.
-pub const TRIM: f64 = 4.5;
-/// Share of readings farther out by chance.
-const BEYOND_TRIM: f64 = 6.8e-6;
-/// Where more readings than this share are far out, the noise has long tails and none is left out.
-const MOST_WILD: f64 = 0.05;
-/// Standard deviation over median absolute deviation of a normal distribution.
-const NORMAL: f64 = 1.482_602_2;
+use super::tail::ln_normal;
+use super::wild::{LeftOut, name_wild, without_wild};
 
 /// Something found in the noise.
 #[derive(Clone, Debug)]
@@ -58,19 +52,6 @@ pub struct NoiseEffect {
     pub sigma: f64,
     /// Logarithm of the probability of such a finding by chance.
     pub ln_p: f64,
-}
-
-/// A reading that is left out because it is wild.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LeftOut {
-    /// Name of the run.
-    pub run: String,
-    /// Row of its data file.
-    pub row: usize,
-    /// The measurand.
-    pub measurand: String,
-    /// How far out it was, in standard deviations as weighed when it was left out.
-    pub deviations: f64,
 }
 
 /// The noise of campaigns.
@@ -137,6 +118,7 @@ impl Given {
         {
             part.runs.clone_from(runs);
             part.sigma.clone_from(stated);
+            part.gauss_markov.fill(None);
         }
     }
 }
@@ -153,16 +135,34 @@ impl Noise {
     }
 }
 
-/// One measurand's residuals, run after run.
+/// One residual component's residuals, run after run.
 pub(super) struct Sequence {
     pub(super) measurand: usize,
     pub(super) part: usize,
+    /// The component.
+    pub(super) row: usize,
     pub(super) runs: Vec<Vec<f64>>,
+    /// The times of all samples of each run (s).
+    pub(super) times: Arc<Vec<Vec<f64>>>,
 }
 
 impl Sequence {
     pub(super) fn present(&self) -> impl Iterator<Item = f64> + '_ {
         self.runs.iter().flatten().copied().filter(|value| !value.is_nan())
+    }
+
+    /// Their mean square.
+    pub(super) fn variance(&self) -> f64 {
+        let add = |(sum, count), value: f64| (sum + value * value, count + 1.0);
+        let (sum, count) = self.present().fold((0.0, 0.0), add);
+        if count > 0.0 { sum / count } else { 0.0 }
+    }
+
+    /// The median time between samples (s).
+    pub(super) fn interval(&self) -> Option<f64> {
+        let pairs = self.times.iter().flat_map(|times| times.windows(2));
+        median(&mut pairs.map(|pair| pair[1] - pair[0]).collect::<Vec<f64>>())
+            .filter(|interval| *interval > 0.0)
     }
 }
 
@@ -170,18 +170,27 @@ impl Sequence {
 pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
     let mut all = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
+        let times = Arc::new(part.runs.iter().map(times).collect());
         for row in 0..part.residual_count() {
             let runs = (0..part.runs.len())
                 .map(|run| left[problem.run_index(p, run)].residuals[row].clone())
                 .collect();
-            all.push(Sequence { measurand: part.measurand_of(row), part: p, runs });
+            let (measurand, times) = (part.measurand_of(row), Arc::clone(&times));
+            all.push(Sequence { measurand, part: p, row, runs, times });
         }
     }
     all
 }
 
+/// The times of a run's samples (s).
+fn times(run: &Run) -> Vec<f64> {
+    let mut times = Vec::with_capacity(run.record.len());
+    run.record.walk(|stretch| times.extend_from_slice(&stretch.samples.time[stretch.range()]));
+    times
+}
+
 /// Rounds of judging the noise and fitting again.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 8;
 
 /// Stretches that a campaign is cut into.
 const STRETCHES: usize = 60;
@@ -214,8 +223,20 @@ pub fn prepare(
         noise.stretch = stretch(&stage.fitted.problem, noise.memory);
         let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
         let left = stage.evidence.left(problem, point, &structure, noise.stretch);
+        let white = if problem.has_memory() {
+            left_white(&stage, &structure)
+        } else {
+            sequences(problem, &left)
+        };
         let unknowns = problem.layout.columns.len() + structure.degrees();
-        if !last && let Some(changed) = whiten(&stage, &left, unknowns, &mut noise) {
+        let changed = match last {
+            true => None,
+            false => shared(&stage, &left, &mut noise)
+                .or_else(|| without_wild(&stage, &white, &mut noise))
+                .or_else(|| remember_early(&stage, &mut noise))
+                .or_else(|| levels(&stage, &left, unknowns, &noise)),
+        };
+        if let Some(changed) = changed {
             fitted = changed.again(options)?;
             round += 1;
             continue;
@@ -231,9 +252,14 @@ pub fn prepare(
             round = 0;
             continue;
         }
+        if !last && let Some(changed) = remember(&stage, &mut noise) {
+            fitted = changed.again(options)?;
+            round += 1;
+            continue;
+        }
         if let (true, Some(whole)) = (noise.memory > 0.0, whole_runs(problem)) {
             (noise.stretch, noise.runs_scatter) = (whole, true);
-            let structure = stage.structure_over_runs();
+            let structure = stage.together(&stage.structures_over_runs());
             let left = stage.evidence.left(problem, point, &structure, noise.stretch);
             stage.judge_scatter(&left);
         } else if noise.memory > 0.0 {
@@ -243,9 +269,8 @@ pub fn prepare(
         } else {
             stage.judge_scatter(&left);
         }
-        let white = white_parts(&stage, &left);
-        name_levels(&stage, &given.stated, &white, &mut noise);
-        name_memory(&stage, &left, &mut noise);
+        name_levels(&stage, &given.stated, &white_parts(&stage, &white), &mut noise);
+        name_memory(&stage, &white, &mut noise);
         name_wild(&stage, &mut noise);
         name_lost(&given.lost, &mut noise);
         stage.noise_found = noise;
@@ -343,57 +368,36 @@ fn name_lost(lost: &[Lost], noise: &mut Noise) {
     });
 }
 
-/// Names outliers where there are more wild readings than chance gives.
-fn name_wild(stage: &Stage, noise: &mut Noise) {
-    let readings = stage.fitted.problem.reading_count() + noise.wild;
-    let ln_p = ln_wild(noise.wild, readings);
-    if noise.wild > 0 && ln_p <= level(stage.noise.len() + 1) {
-        let share = noise.wild as f64 / readings as f64;
-        noise.effects.push(NoiseEffect {
-            name: "outliers".to_owned(),
-            selected: None,
-            parameter: "outliers.share".to_owned(),
-            unit: Unit::one(),
-            value: share,
-            sigma: (share / readings as f64).sqrt(),
-            ln_p,
-        });
+/// Puts a random quantity into the model that the readings of a sample share, if one shows.
+fn shared(stage: &Stage, left: &[Left], noise: &mut Noise) -> Option<Fitted> {
+    let all = sequences(&stage.fitted.problem, left);
+    let level = level(all.len() + stage.noise.len());
+    noise.memory = memory(&all, level);
+    let (found, candidate) = jitter(stage, left, level, noise.alike())?;
+    let mut fitted = stage.fitted.clone();
+    let mut parts = Vec::new();
+    for (campaign, part) in fitted.problem.parts.iter().enumerate() {
+        let Some(system) = &candidate.systems[campaign] else {
+            parts.push(part.clone());
+            continue;
+        };
+        let mut part = rebuilt(part, (**system).clone());
+        for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
+            if random.name == found.parameter {
+                *sigma = found.value;
+            }
+        }
+        parts.push(part);
+        fitted.recipes[campaign].effects.push(candidate.selected.clone());
     }
+    fitted.problem = Problem::new(parts);
+    noise.effects.push(found);
+    Some(fitted)
 }
 
-/// Judges the noise of a stage by what is left of its readings, changes what it finds in the fitted
-/// model, and says whether anything was changed.
-fn whiten(stage: &Stage, left: &[Left], unknowns: usize, noise: &mut Noise) -> Option<Fitted> {
-    let mut fitted = stage.fitted.clone();
-    let all = sequences(&fitted.problem, left);
-    let tests = all.len() + stage.noise.len();
-    noise.memory = memory(&all, level(tests));
-    if let Some((found, candidate)) = jitter(stage, left, level(tests), noise.alike()) {
-        let mut parts = Vec::new();
-        for (campaign, part) in fitted.problem.parts.iter().enumerate() {
-            let Some(system) = &candidate.systems[campaign] else {
-                parts.push(part.clone());
-                continue;
-            };
-            let mut part = rebuilt(part, (**system).clone());
-            for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
-                if random.name == found.parameter {
-                    *sigma = found.value;
-                }
-            }
-            parts.push(part);
-            fitted.recipes[campaign].effects.push(candidate.selected.clone());
-        }
-        fitted.problem = Problem::new(parts);
-        noise.effects.push(found);
-        return Some(fitted);
-    }
-    if let Some(wild) = trim(&mut fitted.problem, &all) {
-        noise.wild += wild.len();
-        noise.left_out.extend(wild);
-        return Some(fitted);
-    }
-    levels(stage, &mut fitted.problem, &all, unknowns, noise).then_some(fitted)
+/// Where no walk can be told from a memory there is nothing to wait for: levels are judged beside it.
+fn remember_early(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
+    if may_wander(stage) { None } else { remember(stage, noise) }
 }
 
 /// The median of some numbers, which change their order.
@@ -406,59 +410,11 @@ pub(super) fn median(numbers: &mut [f64]) -> Option<f64> {
     Some(*median)
 }
 
-/// Leaves wild readings out and lists them; `None` where there is none.
-fn trim(problem: &mut Problem, all: &[Sequence]) -> Option<Vec<LeftOut>> {
-    let mut wild = Vec::new();
-    for one in all {
-        let mut sizes: Vec<f64> = one.present().map(f64::abs).collect();
-        let Some(median) = median(&mut sizes) else { continue };
-        let limit = TRIM * NORMAL * median;
-        let far = sizes.iter().filter(|size| **size > limit).count();
-        if far == 0 || far as f64 > MOST_WILD * sizes.len() as f64 {
-            continue;
-        }
-        let part = &mut problem.parts[one.part];
-        let slot = part.slots()[one.measurand].clone();
-        let name = part.system.assembly.names.measurands[one.measurand].name.clone();
-        let width = if slot.components == 3 { 4 } else { 1 };
-        for (run, residuals) in part.runs.iter_mut().zip(&one.runs) {
-            if run.record.is_spilled() || !residuals.iter().any(|value| value.abs() > limit) {
-                continue;
-            }
-            let far = residuals.iter().enumerate().filter(|(_, value)| value.abs() > limit);
-            let far: Vec<(usize, f64)> = far.map(|(sample, value)| (sample, *value)).collect();
-            wild.extend(far.iter().map(|(sample, value)| LeftOut {
-                run: run.name.clone(),
-                row: run.record.row(*sample),
-                measurand: name.clone(),
-                deviations: *value,
-            }));
-            run.record.edit(|samples| {
-                for column in &mut samples.readings[slot.column..slot.column + width] {
-                    far.iter().for_each(|(sample, _)| column[*sample] = f64::NAN);
-                }
-            });
-        }
-    }
-    (!wild.is_empty()).then_some(wild)
-}
-
-/// Logarithm of the probability of so many wild readings among normal ones.
-pub fn ln_wild(wild: usize, readings: usize) -> f64 {
-    // Poisson: the chance of at least so many is that of a chi squared below twice the mean.
-    let mean = BEYOND_TRIM * readings as f64;
-    let upper = ln_chi_squared(2.0 * mean, 2 * wild);
-    (-upper.exp()).ln_1p().max(-700.0)
-}
-
-/// Lets stated uncertainties follow the scatter; whether any did.
-fn levels(
-    stage: &Stage,
-    problem: &mut Problem,
-    all: &[Sequence],
-    unknowns: usize,
-    noise: &mut Noise,
-) -> bool {
+/// Lets stated uncertainties follow the scatter, where they do not.
+fn levels(stage: &Stage, left: &[Left], unknowns: usize, noise: &Noise) -> Option<Fitted> {
+    let mut fitted = stage.fitted.clone();
+    let problem = &mut fitted.problem;
+    let all = sequences(problem, left);
     let readings: usize = all.iter().map(|one| one.present().count()).sum();
     let freedom = readings.saturating_sub(unknowns).max(1) as f64 / readings.max(1) as f64;
     let tests = all.len() + stage.noise.len();
@@ -483,5 +439,5 @@ fn levels(
         let part: &mut Part = &mut problem.parts[*p];
         part.sigma[*measurand] *= factor;
     }
-    !found.is_empty()
+    (!found.is_empty()).then_some(fitted)
 }

@@ -9,6 +9,7 @@ use std::convert::Infallible;
 use rayon::prelude::*;
 
 use crate::campaign::run::Samples;
+use crate::engine::gauss_markov::Filtering;
 use crate::engine::lanes::{Chunk, Code, LANES, Lanes, Workspace};
 use crate::engine::mixing::Mixing;
 use crate::engine::point::Point;
@@ -56,6 +57,7 @@ pub(super) struct Memory {
     workspaces: Vec<Option<Workspace>>,
     weights: Vec<Lanes>,
     pub(super) mixed: Mixing,
+    filtering: Filtering,
     /// Of a run that is not in memory.
     samples: Samples,
 }
@@ -196,7 +198,9 @@ impl Problem {
         let directions: Vec<&[usize]> =
             program.rows.iter().map(|row| row.directions.as_slice()).collect();
         memory.mixed.prepare(&directions, correlated);
-        self.walk_block(block, &program.code, plan, memory, &mut |loaded, mixed| {
+        let mut filtering = std::mem::take(&mut memory.filtering);
+        filtering.begin(&part.gauss_markov);
+        let readings = self.walk_block(block, &program.code, plan, memory, &mut |loaded, mixed| {
             let Loaded { workspace, chunk, weights, whitened, .. } = loaded;
             let triangles = whitened.triangles(loaded.number, program.rows.len());
             for group in 0..program.code.group_count() {
@@ -210,7 +214,9 @@ impl Problem {
                     let lanes = &workspace.lanes(&program.code, group, row.outputs());
                     let directions = &row.directions;
                     match triangles {
-                        None => each(WhitenedRow { index, lanes, directions, chunk, weights }),
+                        None => filtering.pass(index, lanes, chunk, weights, |lanes| {
+                            each(WhitenedRow { index, lanes, directions, chunk, weights });
+                        }),
                         Some(triangles) => mixed.add(self.set, index, lanes, triangles),
                     }
                 }
@@ -219,11 +225,15 @@ impl Problem {
                 for index in 0..program.rows.len() {
                     let weights = &weights[part.measurand_of(index)];
                     mixed.take(index, |directions, lanes| {
-                        each(WhitenedRow { index, lanes, directions, chunk, weights });
+                        filtering.pass(index, lanes, chunk, weights, |lanes| {
+                            each(WhitenedRow { index, lanes, directions, chunk, weights });
+                        });
                     });
                 }
             }
-        })
+        });
+        memory.filtering = filtering;
+        readings
     }
 
     /// Loads each chunk of a block into the program's workspace; the number of readings comes back.
@@ -237,7 +247,7 @@ impl Problem {
         each: &mut dyn FnMut(&mut Loaded<'_>, &mut Mixing),
     ) -> usize {
         let part = &self.parts[block.part];
-        let Memory { workspaces, weights, mixed, samples } = memory;
+        let Memory { workspaces, weights, mixed, samples, .. } = memory;
         workspaces.resize_with(workspaces.len().max(self.parts.len()), || None);
         let workspace =
             workspaces[block.part].get_or_insert_with(|| Workspace::new(code, self.set));

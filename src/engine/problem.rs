@@ -9,6 +9,7 @@ use crate::campaign::load::DELAY_RANGE;
 use crate::campaign::record::BLOCK;
 use crate::campaign::run::Samples;
 use crate::campaign::{Run, Sample, Track};
+use crate::engine::gauss_markov::GaussMarkov;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share};
 use crate::engine::point::{Point, seeded};
@@ -46,6 +47,9 @@ pub struct Part {
     /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever the
     /// same position comes by; 0 where nothing is said. The estimates' weights do not hold it.
     pub calibration: Vec<f64>,
+    /// For each residual component the part of its noise that is like itself for a while; `None` where
+    /// the noise is white.
+    pub gauss_markov: Vec<Option<GaussMarkov>>,
     program: Program,
     readers: Vec<Program>,
     slots: Vec<Slot>,
@@ -118,6 +122,7 @@ impl Part {
             random_sigma,
             delay_range: DELAY_RANGE,
             calibration: Vec::new(),
+            gauss_markov: vec![None; residual],
             program,
             readers,
             columns: slots.iter().map(|slot| slot.column).collect(),
