@@ -1,8 +1,8 @@
 //! Sums of products over a chunk: `scale · Σ factor · a · b`.
 //!
 //! There is a loop for each number of terms and each pattern of pairs, so that nothing is asked within
-//! it. Registers are named where the instruction set is wider than what the compiler is told of (then
-//! its own vectors are narrower or come with tests for overlaps), and left to it otherwise.
+//! it. Wide registers are named; for two numbers a register (SSE2) the compiler makes better ones of a
+//! plain loop.
 
 use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES, Lanes};
 use crate::engine::lanes::dispatch::Simd;

@@ -168,8 +168,8 @@ impl Workspace {
                     match recorded(&samples.inputs[input as usize], order) {
                         Ok(column) => &column[stretch.clone()],
                         Err(value) => {
-                            // No rate is read of a track that has none.
-                            if order == 0 {
+                            // No acceleration is read of a track that has none.
+                            if order < 2 {
                                 slot.fill(value);
                             }
                             continue;
