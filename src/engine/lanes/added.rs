@@ -81,6 +81,7 @@ struct Terms<'a, const N: usize> {
     scale: &'a Lanes,
 }
 
+#[expect(clippy::needless_range_loop, reason = "indices say which product is meant")]
 impl<const N: usize> Terms<'_, N> {
     #[inline(always)]
     fn by_lane<A: Arithmetic, const PAIRS: u8, const SCALED: bool>(&self, out: &mut Lanes) {
