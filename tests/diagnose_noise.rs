@@ -140,6 +140,47 @@ fn a_memory_is_named_with_its_size_and_is_no_level() {
     let due = if memory.parameter.ends_with("distance") { 6e-6 } else { 5e-6 };
     assert!((memory.value - due).abs() < 0.25 * due, "{} {}", memory.parameter, memory.value);
     assert!(found.noise.iter().all(|one| !one.name.ends_with("noise_level")), "{:?}", found.noise);
+    // As the library has it, 1.5 s.
+    let time = memory.memory.unwrap();
+    assert!((time / 1.5).ln().abs() < 0.5, "{time}");
+    // What enters the weights is white afterwards: nothing is left for the stretches to bear.
+    let stage = &found.search.as_ref().unwrap().stages[0];
+    assert_eq!(stage.noise_found.memory, 0.0);
+    assert!(stage.fitted.problem.has_memory());
+}
+
+#[test]
+fn a_memory_as_long_as_a_run_is_no_structure() {
+    let set = [
+        "correlated_noise.angle_part=12 urad",
+        "correlated_noise.distance_part=12 um",
+        "correlated_noise.memory=20 s",
+    ];
+    for seed in [8, 9, 10] {
+        let (opened, problem) = drawn(&["correlated_noise"], &set, seed);
+        let found = run(problem, &opened);
+        assert_eq!(found.verdict, Verdict::Explained, "{seed}: {:?}", found.locations);
+        assert!(found.effects.is_empty(), "{seed}");
+        noise_of(&found, "correlated_noise");
+    }
+}
+
+#[test]
+fn an_effect_is_found_beside_noise_with_a_memory() {
+    let set = [
+        "correlated_noise.angle_part=8 urad",
+        "correlated_noise.distance_part=8 um",
+        "tracking_reversal.step=60 urad",
+    ];
+    let (opened, problem) = drawn(&["correlated_noise", "tracking_reversal"], &set, 11);
+    let found = run(problem, &opened);
+    let names: Vec<&str> = found.effects.iter().map(|one| one.candidate.name.as_str()).collect();
+    assert_eq!(names, ["tracking_reversal"], "{:?} {:?}", found.verdict, found.locations);
+    noise_of(&found, "correlated_noise");
+    let explained = found.explained.as_ref().unwrap().estimates();
+    let step = explained.iter().find(|one| one.name == "tracking_reversal.step").unwrap();
+    let apart = (step.value.unwrap() - 60e-6) / step.sigma.unwrap();
+    assert!(apart.abs() < 4.0, "{apart}");
 }
 
 #[test]

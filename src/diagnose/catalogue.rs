@@ -62,10 +62,7 @@ impl Made {
     /// The signatures of some candidates in each campaign of a problem that has the models of which
     /// this was made.
     pub fn signatures(&self, problem: &Problem, candidates: &[&Candidate]) -> Arc<Vec<Signatures>> {
-        let key: String = candidates
-            .iter()
-            .map(|one| format!("{} {:?};", one.name, one.selected.member))
-            .collect();
+        let key = key(candidates);
         let known =
             self.signatures.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         if let Some(known) = known {
@@ -80,6 +77,11 @@ impl Made {
         }
         made
     }
+}
+
+/// All that the signatures of candidates hang on, for the same models.
+pub(super) fn key(candidates: &[&Candidate]) -> String {
+    candidates.iter().map(|one| format!("{} {:?};", one.name, one.selected.member)).collect()
 }
 
 /// All that a model with effects hangs on.

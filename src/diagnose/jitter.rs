@@ -52,6 +52,7 @@ pub(super) fn jitter<'s>(
                 unit,
                 value,
                 sigma: 0.5 * scatter.sqrt() / (weights * value),
+                memory: None,
                 ln_p,
             };
             // The one that explains most; of effects that look the same, the one whose usual size is

@@ -12,11 +12,14 @@
 //!
 //! What nobody wrote down need not look like one block: it may look like an effect and leave something
 //! that a block explains. An effect that explains less than [`NAMED`] of what is there beside a
-//! block stands for that, too: their evidence together is evidence for the block.
+//! block stands for that, too, where both are beyond chance: their evidence together is evidence for the
+//! block.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::evidence::Entry;
+use super::score::{Score, of_gain};
+use super::search::{LEAST_LAMBDA, level};
 use super::stage::Stage;
 use super::verdict::NAMED;
 
@@ -63,17 +66,21 @@ fn with_imitations(stage: &Stage, alone: Vec<f64>, odds: f64) -> Vec<f64> {
     let (effects, blocks) = alone.split_at(stage.effects);
     let best = effects.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let readings: usize = stage.fitted.fit.normal.runs.iter().map(|run| run.readings).sum();
+    let seen =
+        |score: &Score, tests: usize| score.ln_p <= level(tests) && score.lambda() >= LEAST_LAMBDA;
     let mut all = alone.clone();
     for (number, own) in effects.iter().enumerate() {
-        let length = stage.scores[number].lambda().powi(2);
-        if *own < best - OUT_OF_QUESTION || length <= 0.0 {
+        let score = &stage.scores[number];
+        if *own < best - OUT_OF_QUESTION || !seen(score, effects.len()) {
             continue;
         }
+        let length = score.lambda().powi(2);
         for (block, _) in blocks.iter().enumerate() {
             let block = stage.effects + block;
             let (gain, degrees) = stage.evidence.beyond(stage.entry(number), stage.entry(block));
-            let left = gain - degrees as f64;
-            if degrees == 0 || length >= NAMED * (length + left) {
+            let left = of_gain(gain, degrees, 1);
+            let is_enough = length >= NAMED * (length + left.lambda().powi(2));
+            if is_enough || !seen(&left, blocks.len()) {
                 continue;
             }
             let each = vec![readings as f64 / degrees as f64; degrees];

@@ -1,17 +1,20 @@
 //! A stage of the search: the campaigns with the effects adopted so far, fitted, and the evidence of
 //! everything that is not in the model yet.
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 
 use crate::engine::open::Recipe;
+use crate::engine::signatures::Signatures;
 use crate::engine::stretches::Left;
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
 use crate::system::Selected;
 
 use super::candidates::{Candidate, NotTestable, Offer, Wanted};
-use super::catalogue::Made;
-use super::evidence::{Entry, Evidence};
+use super::catalogue::{self, Made};
+use super::evidence::{Entry, Evidence, sign};
 use super::scan::{Scanned, scan};
 use super::score::{Score, of_gain, score};
 use super::search::level;
@@ -189,28 +192,59 @@ pub struct Stage {
     pub stretches: usize,
 }
 
+/// What stays the same while the noise of a stage is judged, as long as its models do.
+#[derive(Debug, Default)]
+pub struct Kept {
+    scanned: Scanned,
+    signed: Option<(Arc<Made>, String, Arc<Vec<Signatures>>)>,
+}
+
+impl Kept {
+    fn signatures(
+        &mut self,
+        made: &Arc<Made>,
+        problem: &Problem,
+        candidates: &[&Candidate],
+    ) -> Arc<Vec<Signatures>> {
+        let key = catalogue::key(candidates);
+        if let Some((known, of, signed)) = &self.signed
+            && Arc::ptr_eq(known, made)
+            && *of == key
+        {
+            return signed.clone();
+        }
+        let parts = 0..problem.parts.len();
+        let signed = Arc::new(parts.map(|part| sign(problem, part, candidates)).collect());
+        self.signed = Some((made.clone(), key, Arc::clone(&signed)));
+        signed
+    }
+}
+
 impl Stage {
     /// Looks at everything that is not in a fitted model. `None` where its parameters are not
     /// determined.
     pub fn new(fitted: Fitted, wanted: &Wanted) -> Option<Self> {
-        Self::again(fitted, wanted, &mut Scanned::new())
+        Self::again(fitted, wanted, &mut Kept::default())
     }
 
-    /// The same; families that were scanned with nearly the same readings are not scanned again.
-    pub fn again(fitted: Fitted, wanted: &Wanted, scanned: &mut Scanned) -> Option<Self> {
+    /// The same; families that were scanned with nearly the same readings are not scanned again, and
+    /// signatures that are the same are not made again.
+    pub fn again(fitted: Fitted, wanted: &Wanted, kept: &mut Kept) -> Option<Self> {
         let made = wanted.catalogue.of(&fitted.recipes);
         let Offer { effects, mut noise, mut not_testable } = made.offer.clone();
         let is_wanted = |one: &Candidate| wanted.includes(&one.selected.effect.name);
         let effects = effects.into_iter().filter(is_wanted).collect();
         noise.retain(is_wanted);
         not_testable.retain(|one| wanted.includes(&one.name));
-        let (mut candidates, mut members) = best_members(&fitted, &made, effects, scanned)?;
+        let (mut candidates, mut members) =
+            best_members(&fitted, &made, effects, &mut kept.scanned)?;
         let effects = candidates.len();
         candidates.extend(made.blocks.iter().cloned());
         members.resize(candidates.len(), 1);
         let all: Vec<&Candidate> = candidates.iter().collect();
         let Fit { normal, point, .. } = &fitted.fit;
-        let evidence = Evidence::new(&fitted.problem, normal, point, &all)?;
+        let signatures = kept.signatures(&made, &fitted.problem, &all);
+        let evidence = Evidence::with(&fitted.problem, normal, point, all.len(), signatures)?;
         let scores: Vec<Score> = evidence
             .entries
             .iter()

@@ -7,8 +7,9 @@ use super::search::{Adopted, LEAST_LAMBDA, Search, level};
 use super::stage::Stage;
 use super::structure::Place;
 
-/// Share that an effect must explain to be named although its form does not fit.
-pub const NAMED: f64 = 0.95;
+/// Share that an effect must explain to be named although its form does not fit: the one from which on
+/// two effects count as one name. Neighbours in a library explain up to .976 of each other.
+pub const NAMED: f64 = 0.98;
 /// Places shown at most.
 const PLACES: usize = 5;
 /// A block that explains less of the best is no place of its own.

@@ -29,9 +29,8 @@ use super::candidates::{Candidate, Wanted};
 use super::jitter::jitter;
 use super::lost::Lost;
 use super::memory::{left_white, may_wander, memory, name_memory, remember, wanders, white_parts};
-use super::scan::Scanned;
 use super::search::{LEAST_STRETCHES, level};
-use super::stage::{Fitted, Stage, rebuilt};
+use super::stage::{Fitted, Kept, Stage, rebuilt};
 use super::tail::ln_normal;
 use super::wild::{LeftOut, name_wild, without_wild};
 
@@ -50,6 +49,8 @@ pub struct NoiseEffect {
     pub value: f64,
     /// Standard uncertainty.
     pub sigma: f64,
+    /// Of noise with a memory the time after which correlation is down to a factor of e (s).
+    pub memory: Option<f64>,
     /// Logarithm of the probability of such a finding by chance.
     pub ln_p: f64,
 }
@@ -210,13 +211,13 @@ pub fn prepare(
     options: &Options,
 ) -> Result<Option<Stage>, FitError> {
     let mut noise = Noise::default();
-    let mut scanned = Scanned::new();
+    let mut kept = Kept::default();
     given.put_into(&mut fitted.problem);
     fitted = fitted.without(&known.selected(), options)?;
     let mut round = 0;
     loop {
         let last = round + 1 >= ROUNDS;
-        let Some(mut stage) = Stage::again(fitted, wanted, &mut scanned) else {
+        let Some(mut stage) = Stage::again(fitted, wanted, &mut kept) else {
             return Ok(None);
         };
         let structure = stage.structure();
@@ -338,6 +339,7 @@ fn name_levels(
                 unit: parameter.unit.clone(),
                 value: size,
                 sigma,
+                memory: None,
                 ln_p: ln_normal(size / sigma),
             });
         }
@@ -364,6 +366,7 @@ fn name_lost(lost: &[Lost], noise: &mut Noise) {
         unit: Unit::one(),
         value: first.periods as f64,
         sigma: 0.0,
+        memory: None,
         ln_p: lost.iter().map(|one| one.ln_p).fold(0.0, f64::min),
     });
 }

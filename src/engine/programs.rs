@@ -4,7 +4,6 @@
 //! Each is compiled when it is first wanted. Every residual is multiplied by a weight that the caller
 //! gives for its measurand (value [`Leaf::Given`] of that index), and so are its derivatives.
 
-use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -12,6 +11,7 @@ use crate::engine::lanes::Code;
 use crate::engine::rows::{Derivatives, Direction, Rows, Sweep};
 use crate::graph::derivative::Tangent;
 use crate::graph::import::Import;
+use crate::graph::table::Table;
 use crate::graph::{Assembly, Graph, Leaf, NodeId};
 use crate::model::Process;
 use crate::system::System;
@@ -129,7 +129,7 @@ impl DelayProgram {
         let delay = rows.graph.leaf(Leaf::Parameter { parameter: own as u32, component: 0 });
         let one = rows.graph.constant(1.0);
         let white = white(system);
-        let mut seeds = vec![HashMap::from([(delay, one)])];
+        let mut seeds = vec![Table::from_iter([(delay, one)])];
         seeds.extend(random_seeds(&mut rows.graph, &white));
         let others: Vec<Direction> =
             directions.iter().copied().filter(|(parameter, _)| *parameter != own).collect();
@@ -266,7 +266,7 @@ fn random_seeds(graph: &mut Graph, randoms: &[usize]) -> Vec<Tangent> {
     let one = graph.constant(1.0);
     randoms
         .iter()
-        .map(|random| HashMap::from([(graph.leaf(Leaf::Random(*random as u32)), one)]))
+        .map(|random| Table::from_iter([(graph.leaf(Leaf::Random(*random as u32)), one)]))
         .collect()
 }
 

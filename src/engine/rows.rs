@@ -6,11 +6,11 @@
 //! of the parameters' tangent spaces. Random quantities stand at their mean, zero; the derivatives
 //! with respect to them are the sensitivities that make a sample's covariance.
 
-use std::collections::HashSet;
 use std::ops::Range;
 
 use crate::graph::derivative::{Tangent, adjoint, along, seeds, tangent};
 use crate::graph::import::Import;
+use crate::graph::table::Set;
 use crate::graph::{Assembly, Graph, Leaf, MeasurandKind, NodeId, Unary, Value};
 
 /// Which sweep makes the derivatives. They agree to rounding.
@@ -156,7 +156,7 @@ impl Rows {
             all.iter().copied().filter(|node| !graph.is_moving(*node)).collect();
         let tangents: Vec<Tangent> =
             directions.iter().map(|seeds| tangent(graph, &still, seeds)).collect();
-        let mut active: HashSet<NodeId> =
+        let mut active: Set<NodeId> =
             tangents.iter().flat_map(|tangent| tangent.keys().copied()).collect();
         for node in &all {
             if graph.node(*node).operands().any(|operand| active.contains(&operand)) {

@@ -4,9 +4,8 @@
 //! Simplifications are those that hold for every finite operand (`x + 0`, `x * 1`, `x * 0`, double
 //! negation), so a graph whose effects are off is the nominal graph. It does not reorder sums.
 
-use std::collections::HashMap;
-
 use super::node::{Binary, Leaf, Node, NodeId, Unary};
+use crate::graph::table::Table;
 
 /// A graph may hold this many nodes; a formula that wants more is refused.
 pub const NODE_LIMIT: usize = 200_000;
@@ -17,12 +16,12 @@ pub struct Graph {
     nodes: Vec<Node>,
     /// For each node, whether it can differ from sample to sample.
     moving: Vec<bool>,
-    index: HashMap<Node, NodeId>,
+    index: Table<Node, NodeId>,
     full: bool,
     /// Without a limit: what an engine derives from a graph that was within it.
     boundless: bool,
     /// Matrices that are simpler than what the quaternions they belong to would give.
-    pub(super) matrices: HashMap<[NodeId; 4], [[NodeId; 3]; 3]>,
+    pub(super) matrices: Table<[NodeId; 4], [[NodeId; 3]; 3]>,
 }
 
 impl Graph {

@@ -6,8 +6,6 @@
 //! a cycle, a later effect flows through an earlier one's right-hand side, and with all effects
 //! off the graph is the nominal one.
 
-use std::collections::HashMap;
-
 use indexmap::IndexMap;
 
 use crate::diagnostic::{Span, nearest};
@@ -16,6 +14,7 @@ use crate::graph::layers::{Dictionary, LayerSet, Meaning, Named, PatchIndex};
 use crate::graph::names::{Kind, Local, MeasurandKind, Names, PatchTarget};
 use crate::graph::node::{Clock, Leaf};
 use crate::graph::rate::Rates;
+use crate::graph::table::Table;
 use crate::graph::typed::{Fault, Typed, fault, fault_with, words};
 use crate::graph::{Graph, Value};
 use crate::units::Dimension;
@@ -65,8 +64,8 @@ pub(super) struct Resolver<'n> {
     pub(super) graph: Graph,
     pub(super) rates: Rates,
     pub(super) depth: usize,
-    known: HashMap<Key, Result<Typed, Fault>>,
-    cut: HashMap<Key, LayerSet>,
+    known: Table<Key, Result<Typed, Fault>>,
+    cut: Table<Key, LayerSet>,
     active: Vec<Key>,
 }
 
@@ -78,8 +77,8 @@ impl<'n> Resolver<'n> {
             graph: Graph::default(),
             rates: Rates::default(),
             depth: 0,
-            known: HashMap::new(),
-            cut: HashMap::new(),
+            known: Table::default(),
+            cut: Table::default(),
             active: Vec::new(),
         }
     }

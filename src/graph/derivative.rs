@@ -7,14 +7,13 @@
 //! and the forward tangents of those few, made once for all samples, finish the chain. Both are
 //! expressions like any other: shared, folded, and evaluated by whatever evaluates the graph.
 
-use std::collections::HashMap;
-
 use crate::graph::node::{Leaf, NodeId};
 use crate::graph::partials::change;
+use crate::graph::table::Table;
 use crate::graph::{Graph, Kind};
 
 /// How the nodes move along one direction; those that do not move are absent.
-pub type Tangent = HashMap<NodeId, NodeId>;
+pub type Tangent = Table<NodeId, NodeId>;
 
 /// The nodes that direction `component` of a parameter's tangent space moves, with their
 /// derivatives: a number or a vector by its component, a rotation `q turn(δ)` by `δ` at zero, which
@@ -25,7 +24,7 @@ pub fn seeds(graph: &mut Graph, parameter: u32, kind: Kind, component: usize) ->
     match kind {
         Kind::Scalar | Kind::Vector => {
             let node = leaf(graph, component as u8);
-            HashMap::from([(node, graph.constant(1.0))])
+            Table::from_iter([(node, graph.constant(1.0))])
         }
         Kind::Rotation => {
             let [w, x, y, z] = [0, 1, 2, 3].map(|c| leaf(graph, c));
@@ -101,7 +100,7 @@ pub fn adjoint(
     is_active: impl Fn(NodeId) -> bool,
     is_end: impl Fn(&Graph, NodeId) -> bool,
 ) -> Ends {
-    let mut adjoints = HashMap::from([(output, weight)]);
+    let mut adjoints = Table::from_iter([(output, weight)]);
     let mut ends = Ends::new();
     let one = graph.constant(1.0);
     for &node in nodes.iter().rev() {

@@ -5,11 +5,10 @@
 //! through every definition and every patch of the set, so the answer may name an effect too many,
 //! never one too few.
 
-use std::collections::HashMap;
-
 use crate::formula::{Expression, ExpressionKind, Formula};
 use crate::graph::names::{Local, Names, PatchTarget};
 use crate::graph::node::Clock;
+use crate::graph::table::{Set, Table};
 
 /// A set of layers (effects), by index.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
@@ -105,19 +104,19 @@ pub type PatchIndex = (usize, usize);
 #[derive(Debug)]
 pub struct Dictionary<'n> {
     names: &'n Names,
-    index: HashMap<String, Named>,
+    index: Table<String, Named>,
     /// Patches by what they act on (for `t` by measurand too), in order of layers.
-    patches: HashMap<(Named, Option<usize>), Vec<PatchIndex>>,
+    patches: Table<(Named, Option<usize>), Vec<PatchIndex>>,
     /// Names used by quantities, measurands and patches.
     quantity_uses: Vec<Vec<Named>>,
     measurand_uses: Vec<Vec<Named>>,
-    patch_uses: HashMap<PatchIndex, Vec<Named>>,
+    patch_uses: Table<PatchIndex, Vec<Named>>,
 }
 
 impl<'n> Dictionary<'n> {
     /// The dictionary of these names. A name declared twice means the first.
     pub fn new(names: &'n Names) -> Self {
-        let mut index = HashMap::new();
+        let mut index = Table::default();
         let mut add = |name: &str, named| {
             index.entry(name.to_owned()).or_insert(named);
         };
@@ -143,10 +142,10 @@ impl<'n> Dictionary<'n> {
         let mut dictionary = Self {
             names,
             index,
-            patches: HashMap::new(),
+            patches: Table::default(),
             quantity_uses: Vec::new(),
             measurand_uses: Vec::new(),
-            patch_uses: HashMap::new(),
+            patch_uses: Table::default(),
         };
         dictionary.quantity_uses =
             names.quantities.values().map(|formula| dictionary.uses(formula, None)).collect();
@@ -289,7 +288,7 @@ impl<'n> Dictionary<'n> {
     /// The layers of a set that can matter to a thing in the context of a measurand.
     pub fn mattering(&self, named: Named, measurand: Option<usize>, layers: &LayerSet) -> LayerSet {
         let mut mattering = LayerSet::none(self.names.layers.len());
-        let mut seen = std::collections::HashSet::from([named]);
+        let mut seen = Set::from_iter([named]);
         let mut waiting = vec![named];
         while let Some(next) = waiting.pop() {
             let mut visit = |used: Named| {

@@ -4,17 +4,16 @@
 //! still. It is made before any engine sees the graph, and it nests. The partial
 //! derivatives are those of [`super::partials`].
 
-use std::collections::{HashMap, HashSet};
-
 use crate::graph::Graph;
 use crate::graph::node::{Clock, Leaf, Node, NodeId};
 use crate::graph::partials::change;
+use crate::graph::table::{Set, Table};
 
 /// Derivatives made so far.
 #[derive(Clone, Debug, Default)]
 pub struct Rates {
-    known: HashMap<NodeId, NodeId>,
-    still: HashSet<NodeId>,
+    known: Table<NodeId, NodeId>,
+    still: Set<NodeId>,
 }
 
 impl Rates {

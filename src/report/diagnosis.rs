@@ -112,7 +112,7 @@ fn effect(diagnosis: &Diagnosis, adopted: &Adopted) -> Value {
 fn noise_effect(one: &NoiseEffect) -> Value {
     json!({
         "name": one.name,
-        "member": Value::Null,
+        "member": one.memory.map(|memory| json!({ "memory": memory })),
         "probability": number(Some(1.0 - one.ln_p.exp())),
         "aliases": [],
         "evidence": "data",

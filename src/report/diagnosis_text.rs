@@ -63,7 +63,13 @@ fn noise(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
     for one in diagnosis.noise.iter().filter(|one| one.name != "lost_samples") {
         let figure = figure::measured(one.value, one.sigma, &one.unit);
-        text.push_str(&format!("\n{}\n  {} = {figure}\n", one.name, one.parameter));
+        text.push_str(&format!("\n{}\n  {} = {figure}", one.name, one.parameter));
+        if let Some(memory) = one.memory {
+            let second = Unit::coherent(Dimension::TIME);
+            let memory = figure::uncertainty(memory, &second);
+            text.push_str(&format!(", with a memory of {memory}; that is in the weights"));
+        }
+        text.push('\n');
     }
     let Some(found) = last_noise(diagnosis) else { return text };
     for (measurand, factor) in &found.levels {
@@ -229,6 +235,9 @@ fn sentence(diagnosis: &Diagnosis) -> String {
             } else {
                 ""
             }
+        ),
+        Verdict::ShapeDiffers if diagnosis.effects.len() > 1 => format!(
+            "Nearly all of the gap is explained by {names}; what is left has a form of its own."
         ),
         Verdict::ShapeDiffers => format!(
             "Nearly all of the gap is explained by {names}, but its form does not quite fit."
