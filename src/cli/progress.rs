@@ -7,15 +7,15 @@ use std::io::IsTerminal;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::progress::{Progress, Task};
 
 /// A command that takes no longer shows no bar.
 const PATIENCE: Duration = Duration::from_millis(500);
 /// The bar with its task, counted in bytes or in samples.
-const BYTES: &str = "{msg:22} {wide_bar} {bytes}/{total_bytes}  {eta} left";
-const SAMPLES: &str = "{msg:22} {wide_bar} {percent:>3} %  {eta} left";
+const BYTES: &str = "{msg:22} {wide_bar} {bytes}/{total_bytes}  {left}";
+const SAMPLES: &str = "{msg:22} {wide_bar} {percent:>3} %  {left}";
 
 static SHOWN: OnceLock<Mutex<Shown>> = OnceLock::new();
 
@@ -65,11 +65,19 @@ impl Shown {
     }
 }
 
+/// The time left; before anything is done nobody knows it.
+fn left(state: &ProgressState, text: &mut dyn std::fmt::Write) {
+    if state.pos() > 0 {
+        // A terminal that cannot be written to shows no bar; there is nobody to tell.
+        let _ = write!(text, "{:#} left", HumanDuration(state.eta()));
+    }
+}
+
 fn new(task: Task, all: u64) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(all), ProgressDrawTarget::stderr());
     let form = if task == Task::Reading { BYTES } else { SAMPLES };
     if let Ok(style) = ProgressStyle::with_template(form) {
-        bar.set_style(style.progress_chars("=> "));
+        bar.set_style(style.progress_chars("=> ").with_key("left", left));
     }
     bar.with_message(match task {
         Task::Reading => "reading".to_owned(),

@@ -73,6 +73,11 @@ impl Trials {
                 .help("a number above 0, as in --lambda 8; effects are declared from about 5")
                 .into());
         }
+        if self.trials == 0 {
+            return Err(Diagnostic::error("`--trials 0` tries nothing")
+                .help("a rate needs trials: 200 say something, 4500 say it well")
+                .into());
+        }
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
         let opened = Opened {

@@ -80,12 +80,16 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<(NoiseEffe
     if own.degrees() == 0 {
         return None;
     }
+    let weights = DVector::from_fn(own.owners.len(), |k, _| times.term(&own.owners[k].parameter));
+    if ln_plain(own, &weights) > level {
+        return None;
+    }
     let entries: Vec<&Entry> = structures.iter().collect();
     // Structure is taken off only as long as it is more than the walk would make of it.
     let (mut walk, mut known) = (None, 0);
     while known <= entries.len() {
         let whole = evidence.together(&entries[..known]);
-        let beyond = Walk::beyond(&evidence, &whole, own, times)?;
+        let beyond = Walk::beyond(&evidence, &whole, own, &weights)?;
         let next = entries.get(known).map_or(0.0, |next| {
             let (gain, degrees) = evidence.beyond(&whole, next);
             -of_gain(gain, degrees, 1).ln_p
@@ -131,13 +135,16 @@ struct Walk {
 
 impl Walk {
     /// Beyond the nominal parameters and something known.
-    fn beyond(evidence: &Evidence, known: &Entry, own: &Entry, times: Times) -> Option<Self> {
+    fn beyond(
+        evidence: &Evidence,
+        known: &Entry,
+        own: &Entry,
+        weights: &DVector<f64>,
+    ) -> Option<Self> {
         let cosines = evidence.overlap(known, own);
         let score = &own.score - cosines.tr_mul(&known.score);
         let left = DMatrix::identity(own.degrees(), own.degrees()) - cosines.tr_mul(&cosines);
-        let owners = &own.owners;
-        let weights = DVector::from_fn(owners.len(), |k, _| times.term(&owners[k].parameter));
-        let back = DMatrix::from_diagonal(&weights) * own.lengths.transpose();
+        let back = DMatrix::from_diagonal(weights) * own.lengths.transpose();
         let eigen = SymmetricEigen::new(&back * left * back.transpose());
         let along = eigen.eigenvectors.tr_mul(&(&back * score));
         let most = eigen.eigenvalues.max();
@@ -187,6 +194,15 @@ impl Walk {
             self.values.iter().map(|v| 0.5 * (v / (1.0 + variance * v)).powi(2)).sum();
         (variance, information.sqrt().recip())
     }
+}
+
+/// Logarithm of the probability of scores by chance with nothing else known, without their axes: of most
+/// campaigns that is all one needs.
+fn ln_plain(own: &Entry, weights: &DVector<f64>) -> f64 {
+    let back = DMatrix::from_diagonal(weights) * own.lengths.transpose();
+    let matrix = &back * back.transpose();
+    let third = (&matrix * &matrix).component_mul(&matrix).sum();
+    ln_tail((&back * &own.score).norm_squared(), [matrix.trace(), matrix.norm_squared(), third])
 }
 
 /// Logarithm of the probability that a sum of weighted chi squared numbers exceeds a value, from the
