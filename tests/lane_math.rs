@@ -72,8 +72,6 @@ functions! {
     exact_unary Sign "sign" (x, y, out) => math::sign(x, out), Unary::Sign.apply(x);
     exact_unary Floor "floor" (x, y, out) => math::floor(x, out), Unary::Floor.apply(x);
     exact_unary Fract "fract" (x, y, out) => math::fract(x, out), Unary::Fract.apply(x);
-    exact_unary Round "round_to_even" (x, y, out) =>
-        math::round_to_even(x, out), x.round_ties_even();
     exact_unary Reciprocal "reciprocal_or_zero" (x, y, out) =>
         math::reciprocal_or_zero(x, out), Unary::ReciprocalOrZero.apply(x);
     exact_unary PowerM3 "powi(-3)" (x, y, out) =>
@@ -407,24 +405,6 @@ fn sine_and_cosine_together_are_those_alone() {
         math::sin_cos::<Plain>(&x, &mut sin, &mut cos);
         assert_eq!(bits(&sin), bits(&chunk::<Sin>(Route::Plain, &x, &x).unwrap()));
         assert_eq!(bits(&cos), bits(&chunk::<Cos>(Route::Plain, &x, &x).unwrap()));
-    }
-}
-
-#[test]
-fn an_angle_wraps_to_the_representative_next_to_zero() {
-    let period = std::f64::consts::TAU;
-    for points in random_points(20 * LANES).chunks_exact(LANES) {
-        let x: Lanes = std::array::from_fn(|i| points[i][0]);
-        let mut out = [0.0; LANES];
-        math::wrap::<Plain>(&x, period, &mut out);
-        for (&x, &found) in x.iter().zip(&out) {
-            let turns = (x / period).round_ties_even();
-            assert_eq!(found.is_nan(), !x.is_finite());
-            if x.abs() < 1e6 {
-                assert_eq!(found, x - period * turns, "{x}");
-                assert!(found.abs() <= 0.5 * period + 1e-9);
-            }
-        }
     }
 }
 

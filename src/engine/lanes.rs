@@ -22,9 +22,11 @@
 //! | `sums` | which sums of products are one instruction |
 //! | `compile` | instructions, and the memory of each value |
 //! | `execute` | the instructions over one chunk |
+//! | `added` | the sums over one chunk |
 //! | `workspace` | a chunk's memory, filled from samples |
 //! | [`products`] | sums of products over a chunk |
 
+mod added;
 pub mod arithmetic;
 mod compile;
 pub mod dispatch;

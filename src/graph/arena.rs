@@ -74,6 +74,11 @@ impl Graph {
         id
     }
 
+    /// The node, if it is there.
+    pub fn find(&self, node: Node) -> Option<NodeId> {
+        self.index.get(&node).copied()
+    }
+
     /// A number (`-0` counts as `0`).
     pub fn constant(&mut self, value: f64) -> NodeId {
         let value = if value == 0.0 { 0.0 } else { value };

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use crate::engine::lanes::identities::rewritten;
 use crate::engine::lanes::instruction::{Column, Instruction, Operand, Product, Slot, Still};
 use crate::engine::lanes::schedule::{Form, Schedule, results, schedule};
-use crate::engine::lanes::sums::Term;
+use crate::engine::lanes::sums::Sum;
 use crate::engine::pointwise::Program;
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId};
 
@@ -227,7 +227,10 @@ impl Compiler<'_> {
                 let a = self.lane(angle);
                 Instruction::SinCos { a, sin: self.place(sin), cos: self.place(cos) }
             }
-            Form::Sum(node) => self.sum(node, schedule.terms(node)),
+            Form::Sum(node) => match schedule.sums.get(node) {
+                Some(sum) => self.sum(node, sum),
+                None => self.node(node),
+            },
             Form::Node(node) => self.node(node),
         }
     }
@@ -249,7 +252,7 @@ impl Compiler<'_> {
         }
     }
 
-    fn sum(&mut self, node: NodeId, terms: &[Term]) -> Instruction {
+    fn sum(&mut self, node: NodeId, Sum { terms, scale }: &Sum) -> Instruction {
         let first = self.products.len() as u32;
         let (count, mut pairs) = (terms.len() as u8, 0);
         for (index, term) in terms.iter().enumerate() {
@@ -262,7 +265,8 @@ impl Compiler<'_> {
             pairs |= u8::from(b.is_some()) << index;
             self.products.push(Product { factor, a, b: b.map_or(a, |b| self.lane(b)) });
         }
-        Instruction::Sum { first, count, pairs, out: self.place(node) }
+        let scale = scale.map(|scale| self.lane(scale));
+        Instruction::Sum { first, count, pairs, scale, out: self.place(node) }
     }
 
     fn signal(&mut self, node: NodeId, input: u32, order: u8, offset: NodeId) -> Instruction {

@@ -3,10 +3,11 @@
 use crate::engine::lanes::dispatch::Simd;
 
 use crate::campaign::Track;
+use crate::engine::lanes::added::Added;
 use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES, Lanes};
 use crate::engine::lanes::dispatch::Task;
 use crate::engine::lanes::instruction::{Instruction, Operand, Product, Slot};
-use crate::engine::lanes::math;
+use crate::engine::lanes::math::{self, map, map2};
 use crate::graph::{Binary, Unary};
 
 /// Some instructions over one chunk.
@@ -38,22 +39,6 @@ impl Task for Execution<'_> {
     }
 }
 
-/// `out[i] = f(a[i])`
-#[inline(always)]
-fn map(out: &mut Lanes, a: &Lanes, f: impl Fn(f64) -> f64) {
-    for i in 0..LANES {
-        out[i] = f(a[i]);
-    }
-}
-
-/// `out[i] = f(a[i], b[i])`
-#[inline(always)]
-fn zip(out: &mut Lanes, a: &Lanes, b: &Lanes, f: impl Fn(f64, f64) -> f64) {
-    for i in 0..LANES {
-        out[i] = f(a[i], b[i]);
-    }
-}
-
 /// `out[i] = value[i] + offset · rate[i]`
 #[inline(always)]
 fn advance<A: Arithmetic>(
@@ -73,77 +58,8 @@ fn advance<A: Arithmetic>(
         }
         Operand::Still(still) => {
             let offset = stills[still as usize];
-            zip(out, rate, value, |rate, value| A::mul_add(rate, offset, value));
+            map2(rate, value, out, |rate, value| A::mul_add(rate, offset, value));
         }
-    }
-}
-
-/// `Σ factor · a · b` over at most [`MOST_TERMS`](super::sums::MOST_TERMS) products: a loop for each
-/// number of them and each pattern of pairs.
-#[inline(always)]
-fn sum<A: Arithmetic, S: Simd>(
-    simd: S,
-    products: &[Product],
-    pairs: u8,
-    slots: &[Box<Aligned>],
-    stills: &[f64],
-    out: &mut Lanes,
-) {
-    macro_rules! loops {
-        ($($count:literal: $($pairs:literal)*;)*) => {
-            match (products.len(), pairs) {
-                $($(($count, $pairs) => {
-                    products_added::<A, S, $count, $pairs>(simd, products, slots, stills, out);
-                })*)*
-                _ => out.fill(f64::NAN),
-            }
-        };
-    }
-    loops! {
-        1: 0 1;
-        2: 0 1 2 3;
-        3: 0 1 2 3 4 5 6 7;
-        4: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15;
-    }
-}
-
-#[expect(clippy::needless_range_loop, reason = "indices say which product is meant")]
-#[inline(always)]
-fn products_added<A: Arithmetic, S: Simd, const N: usize, const PAIRS: u8>(
-    simd: S,
-    products: &[Product],
-    slots: &[Box<Aligned>],
-    stills: &[f64],
-    out: &mut Lanes,
-) {
-    let steps = LANES / S::F64_LANES;
-    let registers = |slot: Slot| &S::as_simd_f64s(&slots[slot as usize][..]).0[..steps];
-    let factor = |index: usize| simd.splat_f64s(stills[products[index].factor as usize]);
-    let (mut factors, mut left) = ([factor(0); N], [registers(products[0].a); N]);
-    let mut right = [registers(products[0].b); N];
-    for index in 1..N {
-        factors[index] = factor(index);
-        left[index] = registers(products[index].a);
-        right[index] = registers(products[index].b);
-    }
-    let out = &mut S::as_mut_simd_f64s(&mut out[..]).0[..steps];
-    for step in 0..steps {
-        let scaled = |index: usize| {
-            if PAIRS >> index & 1 == 1 {
-                simd.mul_f64s(factors[index], left[index][step])
-            } else {
-                factors[index]
-            }
-        };
-        let mut sum = simd.mul_f64s(scaled(0), right[0][step]);
-        for index in 1..N {
-            sum = if A::FUSED {
-                simd.mul_add_f64s(scaled(index), right[index][step], sum)
-            } else {
-                simd.add_f64s(simd.mul_f64s(scaled(index), right[index][step]), sum)
-            };
-        }
-        out[step] = sum;
     }
 }
 
@@ -182,18 +98,24 @@ fn step<A: Arithmetic, S: Simd>(
             out
         }
         Instruction::Divide { a, b, out } => {
-            zip(first, &slots[a as usize], &slots[b as usize], |a, b| a / b);
+            math::divide(&slots[a as usize], &slots[b as usize], first);
             out
         }
         Instruction::DivideInto { a, b, out } => {
             let b = stills[b as usize];
-            map(first, &slots[a as usize], |a| b / a);
+            map(&slots[a as usize], first, |a| b / a);
             out
         }
-        Instruction::Sum { first: start, count, pairs, out } => {
+        Instruction::Sum { first: start, count, pairs, scale, out } => {
             let start = start as usize;
-            let products = &products[start..start + usize::from(count)];
-            sum::<A, S>(simd, products, pairs, slots, stills, first);
+            let sum = Added {
+                products: &products[start..start + usize::from(count)],
+                pairs,
+                scale,
+                slots,
+                stills,
+            };
+            sum.compute::<A, S>(simd, first);
             out
         }
     };
@@ -203,7 +125,7 @@ fn step<A: Arithmetic, S: Simd>(
 #[inline(always)]
 fn unary<A: Arithmetic>(function: Unary, a: &Lanes, out: &mut Lanes) {
     match function {
-        Unary::Negate => map(out, a, |x| -x),
+        Unary::Negate => math::negate(a, out),
         Unary::Sin => math::sin::<A>(a, out),
         Unary::Cos => math::cos::<A>(a, out),
         Unary::Tan => math::tan::<A>(a, out),
@@ -213,7 +135,7 @@ fn unary<A: Arithmetic>(function: Unary, a: &Lanes, out: &mut Lanes) {
         Unary::Sqrt => math::sqrt(a, out),
         Unary::Exp => math::exp::<A>(a, out),
         Unary::Ln => math::ln::<A>(a, out),
-        Unary::Abs => map(out, a, f64::abs),
+        Unary::Abs => math::abs(a, out),
         Unary::Sign => math::sign(a, out),
         Unary::Tanh => math::tanh::<A>(a, out),
         Unary::Floor => math::floor(a, out),
@@ -227,10 +149,10 @@ fn unary<A: Arithmetic>(function: Unary, a: &Lanes, out: &mut Lanes) {
 #[inline(always)]
 fn binary<A: Arithmetic>(function: Binary, a: &Lanes, b: &Lanes, out: &mut Lanes) {
     match function {
-        Binary::Add => zip(out, a, b, |a, b| a + b),
-        Binary::Subtract => zip(out, a, b, |a, b| a - b),
-        Binary::Multiply => zip(out, a, b, |a, b| a * b),
-        Binary::Divide => zip(out, a, b, |a, b| a / b),
+        Binary::Add => math::add(a, b, out),
+        Binary::Subtract => math::subtract(a, b, out),
+        Binary::Multiply => math::multiply(a, b, out),
+        Binary::Divide => math::divide(a, b, out),
         Binary::Power => math::pow::<A>(a, b, out),
         Binary::Atan2 => math::atan2::<A>(a, b, out),
         Binary::Hypot => math::hypot::<A>(a, b, out),

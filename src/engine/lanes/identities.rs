@@ -3,10 +3,12 @@
 //! | written | computed |
 //! |---|---|
 //! | sin, cos of `± atan2(y, x) + o`, o standing still | sin and cos of o, with `y / r` and `x / r` |
-//! | `a / b`, b standing still | `a · (1 / b)` |
+//! | `a / b`, a or b standing still | `a · (1 / b)` |
+//! | `1 / (x² + y²)` where `hypot(x, y)` is there | `(1 / hypot(x, y))²` |
 //!
 //! They agree to a few units in the last place, and at the origin, where atan2 counts as 0, exactly.
-//! They do not hold for infinite x, y and for b below the smallest normal number.
+//! They do not hold for infinite x, y, for b below the smallest normal number and for points as near to
+//! the origin as its root.
 
 use crate::graph::import::Import;
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId, Unary};
@@ -29,13 +31,30 @@ fn rewrite(graph: &mut Graph, node: Node) -> Option<NodeId> {
             let (turn, offset) = of_a_point(graph, angle)?;
             Some(turned(graph, function, turn, offset))
         }
-        Node::Binary(Binary::Divide, a, b) if graph.is_moving(a) && !graph.is_moving(b) => {
+        Node::Binary(Binary::Divide, a, b) if graph.is_moving(a) != graph.is_moving(b) => {
             let one = graph.constant(1.0);
             let reciprocal = graph.divide(one, b);
             Some(graph.multiply(a, reciprocal))
         }
+        Node::Unary(Unary::ReciprocalOrZero, squares) => {
+            let length = length_of_squares(graph, squares)?;
+            let reciprocal = graph.unary(Unary::ReciprocalOrZero, length);
+            Some(graph.multiply(reciprocal, reciprocal))
+        }
         _ => None,
     }
+}
+
+/// The length whose square is a sum of two squares, if it is computed anyway.
+fn length_of_squares(graph: &Graph, squares: NodeId) -> Option<NodeId> {
+    let Node::Binary(Binary::Add, a, b) = graph.node(squares) else { return None };
+    let leg = |square| match graph.node(square) {
+        Node::Binary(Binary::Multiply, a, b) if a == b => Some(a),
+        _ => None,
+    };
+    let (a, b) = (leg(a)?, leg(b)?);
+    let length = |a, b| graph.find(Node::Binary(Binary::Hypot, a, b));
+    length(a, b).or_else(|| length(b, a))
 }
 
 /// The angle of a point, `[y, x]`, and whether it counts negative.
@@ -118,7 +137,7 @@ mod tests {
         }
     }
 
-    /// Sine and cosine of every way to write an angle of the point with two offsets; a quotient.
+    /// Sine and cosine of every way to write an angle of the point with two offsets; quotients.
     fn outputs(graph: &mut Graph) -> Vec<NodeId> {
         let [y, x] = [0, 1].map(|index| graph.leaf(Leaf::Given(index)));
         let [o, p] =
@@ -132,7 +151,14 @@ mod tests {
         for one in angles.clone() {
             angles.extend([graph.subtract(p, one), graph.subtract(one, p), graph.add(p, one)]);
         }
-        let mut outputs = vec![graph.divide(y, o)];
+        let squares = graph.sum_of_products(&[(x, x), (y, y)]);
+        let reciprocal = graph.unary(Unary::ReciprocalOrZero, squares);
+        let mut outputs = vec![
+            graph.divide(y, o),
+            graph.divide(o, y),
+            graph.binary(Binary::Hypot, y, x),
+            reciprocal,
+        ];
         for angle in angles {
             outputs.extend([Unary::Sin, Unary::Cos].map(|of| graph.unary(of, angle)));
         }
@@ -157,7 +183,7 @@ mod tests {
                 // Angles up to 7 rad are rounded to 4.4e-16 at each of up to three sums.
                 let scale = expected.abs().max(1.0);
                 assert!(
-                    (found - expected).abs() < 1.5e-15 * scale,
+                    found == expected || (found - expected).abs() < 1.5e-15 * scale,
                     "{number} at {point:?}: {found}, not {expected}"
                 );
             }

@@ -63,6 +63,6 @@ pub(super) enum Instruction {
     /// `b / a`
     DivideInto { a: Slot, b: Still, out: Slot },
     /// The sum of `count` products from number `first` on; bit i of `pairs` says whether the i-th has
-    /// two moving factors.
-    Sum { first: u32, count: u8, pairs: u8, out: Slot },
+    /// two moving factors. Times `scale`, if there is one.
+    Sum { first: u32, count: u8, pairs: u8, scale: Option<Slot>, out: Slot },
 }

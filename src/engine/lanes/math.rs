@@ -3,25 +3,29 @@
 //! Answers: what the functions of [`crate::graph::node`] are worth, 128 samples at a time. Each is a
 //! kernel without branches in a plain loop, so the compiler vectorises it for the instruction set
 //! of its caller: everything is inlined, and the caller as a whole is compiled for AVX2 or AVX-512.
-//! A lane that leaves the range of a kernel comes out as NaN; such lanes, and they alone, are
-//! computed once more by [`crate::number::Number`], that is by the standard library. So the whole
-//! range of `f64` is covered, and the values at singular points are those of [`crate::number`].
+//! Lanes that leave the range of a kernel (most kernels show it as NaN), and they alone, are computed
+//! once more one at a time, mostly by [`crate::number::Number`], that is by the standard library. So
+//! the whole range of `f64` is covered, and the values at singular points are those of
+//! [`crate::number`].
+//!
+//! Long kernels run in stages, each a loop over the chunk: a processor looks ahead some hundred
+//! instructions, which is one or two rounds of a long loop, too few to fill the time that each step
+//! waits for the one before, but many rounds of a short one.
 //!
 //! The value of a lane depends on that lane only. With and without fused multiply-add
 //! ([`super::arithmetic::Arithmetic`]) values differ by rounding.
 //!
 //! Worst errors found, in units in the last place (ulp) of the true value, at some ten thousand points
-//! a function made as the tables of `tests/lane_math.rs` are (their generator with scale 40); with
-//! and without fused multiply-add they differ by less than 0.1:
+//! a function made as the tables of `tests/lane_math.rs` are (their generator with scale 40), without
+//! fused multiply-add; with it they are at most 0.1 more:
 //!
 //! | function | method | error |
 //! |---|---|---|
-//! | [`sin`], [`cos`], [`sin_cos`] | reduction modulo π/2 to a sum of two numbers, polynomials | 0.8 |
+//! | [`sin`], [`cos`], [`sin_cos`] | reduction modulo π/2, polynomials | 1.6 |
 //! | [`tan`] | quotient of the two with their rounding errors | 0.9 |
 //! | [`asin`], [`acos`] | polynomial up to 1/2, beyond it of the half angle | 1.1 |
-//! | [`atan`] | one division to at most 1/2, polynomial | 0.9 |
-//! | [`atan2`] | the same | 1.4 |
-//! | [`exp`] | reduction modulo ln 2, polynomial | 0.7 |
+//! | [`atan`], [`atan2`] | one division to at most tan(π/8), polynomial | 1.6 |
+//! | [`exp`] | reduction modulo ln 2, polynomial | 0.6 |
 //! | [`ln`] | exponent, polynomial of (x - 1) / (x + 1) | 0.8 |
 //! | [`tanh`] | polynomial up to 0.55, exponential beyond | 1.4 |
 //! | [`pow`] | logarithm and exponent as sums of two numbers | 0.7 |
@@ -29,7 +33,7 @@
 //! | [`hypot`] | root of the sum of squares | 1.1 |
 //! | [`stumpff()`], orders 0 to 4 | series or recurrence, of the larger of value and swing | 1.7 |
 //! | [`stumpff()`], orders 5 to 8 | the same | 2.4 |
-//! | [`round_to_even`], [`floor`], [`sign`], [`min`], [`max`], ... | as defined | none |
+//! | [`floor`], [`sign`], [`min`], [`max`], ... | as defined | none |
 //! | [`sqrt`], [`fract`], [`add`], ... | one operation | 0.5 |
 //!
 //! The swing of a Stumpff function of order k, `min(1/k!, x^(-k/2))`, is the size it oscillates with.
@@ -50,7 +54,7 @@ pub use algebraic::{
 pub use exponential::{exp, ln, tanh};
 pub use inverse_trigonometric::{acos, asin, atan, atan2};
 pub use power::{pow, powi};
-pub use rounding::{floor, fract, round_to_even, wrap};
+pub use rounding::{floor, fract};
 pub use stumpff::stumpff;
 pub use trigonometric::{cos, sin, sin_cos, tan};
 
@@ -99,35 +103,25 @@ fn up_to_four<A: Arithmetic, const N: usize>(
 
 /// A kernel that is right for every number, over a chunk.
 #[inline(always)]
-fn map(x: &Lanes, out: &mut Lanes, kernel: impl Fn(f64) -> f64) {
+pub(super) fn map(x: &Lanes, out: &mut Lanes, kernel: impl Fn(f64) -> f64) {
     for (out, &x) in out.iter_mut().zip(x) {
         *out = kernel(x);
     }
 }
 
-/// The same for two arguments.
+/// The same, of what is there already.
 #[inline(always)]
-fn map2(a: &Lanes, b: &Lanes, out: &mut Lanes, kernel: impl Fn(f64, f64) -> f64) {
-    for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
-        *out = kernel(a, b);
+fn in_place(lanes: &mut Lanes, kernel: impl Fn(f64) -> f64) {
+    for lane in lanes {
+        *lane = kernel(*lane);
     }
 }
 
-/// Collects whether something held in all lanes of a loop, without a branch.
-#[derive(Clone, Copy, Debug, Default)]
-struct Outside(u64);
-
-impl Outside {
-    /// Notes that a lane is outside the range of a kernel unless `inside`.
-    #[inline(always)]
-    fn unless(&mut self, inside: bool) {
-        self.0 |= if inside { 0 } else { u64::MAX };
-    }
-
-    /// Whether some lane was.
-    #[inline(always)]
-    fn any(self) -> bool {
-        self.0 != 0
+/// The same for two arguments.
+#[inline(always)]
+pub(super) fn map2(a: &Lanes, b: &Lanes, out: &mut Lanes, kernel: impl Fn(f64, f64) -> f64) {
+    for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
+        *out = kernel(a, b);
     }
 }
 

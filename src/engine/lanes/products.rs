@@ -1,6 +1,6 @@
 //! Sums of products of columns over chunks: the Gram matrix of one row of every sample.
 //!
-//! Tiles of 4 by 3 sums stay in registers while the chunk runs through them; each sum has as many
+//! Tiles of 4 by 3 sums (3 by 3 without fused multiply-add) stay in registers while the chunk runs through them; each sum has as many
 //! partial sums as a register holds numbers, which are added up at the end. So a product costs one
 //! multiply-add, which is the least it can. Where there are so many columns that partial sums would not
 //! stay in the nearest caches, they are added up chunk by chunk.
@@ -79,7 +79,9 @@ impl Task for Adding<'_> {
         let added_up = parts < S::F64_LANES;
         let mut i = 0;
         while i < count {
-            let rows = ROWS.min(count - i);
+            // A product that is not fused with its sum needs a register, too.
+            let most = if A::FUSED { ROWS } else { ROWS - 1 };
+            let rows = most.min(count - i);
             let mut j = i;
             while j < count {
                 let across = COLUMNS.min(count - j);

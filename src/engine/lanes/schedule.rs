@@ -29,7 +29,7 @@ pub(super) struct Schedule {
     pub(super) steps: Vec<Form>,
     /// For each group, the number of steps after which its outputs are there.
     pub(super) ends: Vec<usize>,
-    /// The terms of the nodes that are sums.
+    /// What the nodes that are sums are sums of.
     pub(super) sums: Sums,
     /// The outputs by group; of two that are the same sum the first stands for both.
     pub(super) outputs: Vec<Vec<NodeId>>,
@@ -41,22 +41,20 @@ impl Schedule {
         match form {
             Form::Node(node) => graph.node(node).operands().collect(),
             Form::Fill(_) => Vec::new(),
-            Form::Sum(node) => {
-                self.terms(node).iter().flat_map(|term| term.lanes).flatten().collect()
-            }
+            Form::Sum(node) => self.sums.get(node).iter().flat_map(|sum| sum.lanes()).collect(),
             Form::SinCos { angle, .. } => vec![angle],
         }
     }
 
-    /// The terms of a node that is a sum.
-    pub(super) fn terms(&self, node: NodeId) -> &[Term] {
-        self.sums.terms(node).unwrap_or_default()
-    }
-
     /// Whether some term stands still.
     pub(super) fn adds_what_stands_still(&self) -> bool {
-        let still = |node: &NodeId| self.terms(*node).iter().any(|term| term.lanes == [None, None]);
-        self.steps.iter().any(|form| matches!(form, Form::Sum(node) if still(node)))
+        let stands_still = |term: &Term| term.lanes == [None, None];
+        self.steps.iter().any(|form| match form {
+            Form::Sum(node) => {
+                self.sums.get(*node).is_some_and(|sum| sum.terms.iter().any(stands_still))
+            }
+            _ => false,
+        })
     }
 }
 
@@ -175,7 +173,7 @@ impl<'a> Scheduler<'a> {
                 Some((sin, cos)) => Form::SinCos { angle, sin: *sin, cos: *cos },
                 None => Form::Node(node),
             },
-            _ if self.schedule.sums.terms(node).is_some() => Form::Sum(node),
+            _ if self.schedule.sums.get(node).is_some() => Form::Sum(node),
             _ => Form::Node(node),
         }
     }

@@ -1,5 +1,5 @@
 //! Which nodes one instruction computes as a sum of products: `Σ factor · a` and `Σ factor · a · b`,
-//! where factors stand still and a, b move.
+//! where factors stand still and a, b move, and such a sum times something that moves.
 //!
 //! Answers: the terms of every sum, difference, product and negative. A sum takes in what nothing else
 //! needs, and a product whose factor stands still wherever it is needed: to multiply once more costs
@@ -23,29 +23,45 @@ pub(super) struct Term {
     pub(super) lanes: [Option<NodeId>; 2],
 }
 
+/// The sum of some terms, or that times something that moves.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Sum {
+    /// At least one.
+    pub(super) terms: Vec<Term>,
+    /// Multiplies their sum.
+    pub(super) scale: Option<NodeId>,
+}
+
+impl Sum {
+    /// The nodes that move in it.
+    pub(super) fn lanes(&self) -> impl Iterator<Item = NodeId> {
+        self.terms.iter().flat_map(|term| term.lanes).flatten().chain(self.scale)
+    }
+}
+
 /// The sums of a program.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sums {
-    terms: HashMap<NodeId, Vec<Term>>,
-    /// The first node with these terms: two ways of writing one sum are one sum.
-    first: HashMap<Vec<Term>, NodeId>,
+    sums: HashMap<NodeId, Sum>,
+    /// The first node that is this sum: two ways of writing one sum are one sum.
+    first: HashMap<Sum, NodeId>,
 }
 
 impl Sums {
-    /// The terms of a node that is a sum.
-    pub(super) fn terms(&self, node: NodeId) -> Option<&[Term]> {
-        self.terms.get(&node).map(Vec::as_slice)
+    /// What a node is the sum of.
+    pub(super) fn get(&self, node: NodeId) -> Option<&Sum> {
+        self.sums.get(&node)
     }
 
-    /// The first node with the terms of this one.
+    /// The first node that is the same sum as this one.
     pub(super) fn first_alike(&self, node: NodeId) -> NodeId {
-        let first = self.terms.get(&node).and_then(|terms| self.first.get(terms));
+        let first = self.sums.get(&node).and_then(|sum| self.first.get(sum));
         first.copied().unwrap_or(node)
     }
 
-    fn insert(&mut self, node: NodeId, terms: Vec<Term>) {
-        self.first.entry(terms.clone()).or_insert(node);
-        self.terms.insert(node, terms);
+    fn insert(&mut self, node: NodeId, sum: Sum) {
+        self.first.entry(sum.clone()).or_insert(node);
+        self.sums.insert(node, sum);
     }
 }
 
@@ -54,9 +70,9 @@ pub(super) fn sums(graph: &mut Graph, nodes: &[NodeId], uses: &[u32]) -> Sums {
     let mut finder = Finder { graph, uses, sums: Sums::default() };
     for &node in nodes {
         if finder.graph.is_moving(node)
-            && let Some(terms) = finder.terms(node)
+            && let Some(sum) = finder.sum(node)
         {
-            finder.sums.insert(node, terms);
+            finder.sums.insert(node, sum);
         }
     }
     finder.sums
@@ -69,25 +85,45 @@ struct Finder<'a> {
 }
 
 impl Finder<'_> {
-    fn terms(&mut self, node: NodeId) -> Option<Vec<Term>> {
-        let one = self.graph.constant(1.0);
-        match self.graph.node(node) {
-            Node::Binary(Binary::Add, a, b) => Some(self.sum([a, b], false)),
-            Node::Binary(Binary::Subtract, a, b) => Some(self.sum([a, b], true)),
-            Node::Binary(Binary::Multiply, a, b) => Some(vec![self.product(one, a, b)]),
-            Node::Unary(Unary::Negate, a) => Some(match self.part(a, MOST_TERMS) {
-                Some(part) => self.negated(part),
-                None => {
-                    let term = self.term(a);
-                    self.negated(vec![term])
+    fn sum(&mut self, node: NodeId) -> Option<Sum> {
+        let terms = match self.graph.node(node) {
+            Node::Binary(Binary::Add, a, b) => self.added([a, b], false),
+            Node::Binary(Binary::Subtract, a, b) => self.added([a, b], true),
+            Node::Binary(Binary::Multiply, a, b) => {
+                if let Some(sum) = self.times(a, b).or_else(|| self.times(b, a)) {
+                    return Some(sum);
                 }
-            }),
-            _ => None,
-        }
+                let one = self.graph.constant(1.0);
+                vec![self.product(one, a, b)]
+            }
+            Node::Unary(Unary::Negate, a) => {
+                if let Some(Sum { terms, scale }) = self.alone(a).cloned() {
+                    return Some(Sum { terms: self.negated(terms), scale });
+                }
+                let term = self.term(a);
+                self.negated(vec![term])
+            }
+            _ => return None,
+        };
+        Some(Sum { terms, scale: None })
+    }
+
+    /// A moving node times a sum that nothing else needs.
+    fn times(&self, scale: NodeId, node: NodeId) -> Option<Sum> {
+        let Sum { terms, scale: None } = self.alone(node)? else { return None };
+        let scale = self.graph.is_moving(scale).then(|| self.sums.first_alike(scale))?;
+        Some(Sum { terms: terms.clone(), scale: Some(scale) })
+    }
+
+    /// A sum that nothing else needs, and that is more than one number times another.
+    fn alone(&self, node: NodeId) -> Option<&Sum> {
+        let sum = self.sums.get(node)?;
+        let is_sum = sum.terms.len() > 1 || sum.terms.iter().any(|term| term.lanes[1].is_some());
+        (is_sum && self.is_needed_once(node) && self.sums.first_alike(node) == node).then_some(sum)
     }
 
     /// The terms of `a + b` or `a - b`: those of the longer part that fits, then the other as one.
-    fn sum(&mut self, [a, b]: [NodeId; 2], subtract: bool) -> Vec<Term> {
+    fn added(&mut self, [a, b]: [NodeId; 2], subtract: bool) -> Vec<Term> {
         let [left, right] = [a, b].map(|node| self.part(node, MOST_TERMS - 1));
         let length = |part: &Option<Vec<Term>>| part.as_ref().map_or(0, Vec::len);
         let (mut terms, last) = if length(&right) > length(&left) {
@@ -107,7 +143,7 @@ impl Finder<'_> {
 
     /// The terms of a sum that nothing else needs, where there are more than one and at most `most`.
     fn part(&self, node: NodeId, most: usize) -> Option<Vec<Term>> {
-        let terms = self.sums.terms(node)?;
+        let Sum { terms, scale: None } = self.sums.get(node)? else { return None };
         (self.is_needed_once(node) && (2..=most).contains(&terms.len())).then(|| terms.to_vec())
     }
 
@@ -212,7 +248,8 @@ mod tests {
         Program::new(graph, &[node]).evaluate(&Numbers, &mut Vec::new())[0]
     }
 
-    /// `p - (k x + y z) + x`, its negative, and `(k x) (y z)` with `y z` needed elsewhere, too.
+    /// `p - (k x + y z) + x`, its negative, `(k x) (y z)` with `y z` needed elsewhere, too, and
+    /// `y (k z + x z)`.
     fn expressions(graph: &mut Graph) -> Vec<NodeId> {
         let [x, y, z] = [0, 1, 2].map(|index| graph.leaf(Leaf::Given(index)));
         let [p, k] =
@@ -224,7 +261,8 @@ mod tests {
         let sum = graph.add(rest, x);
         let last = graph.subtract(y, sum);
         let product = graph.multiply(kx, yz);
-        vec![graph.negate(last), product, yz]
+        let sum = graph.sum_of_products(&[(k, z), (x, z)]);
+        vec![graph.negate(last), product, yz, graph.multiply(y, sum)]
     }
 
     #[test]
@@ -232,8 +270,8 @@ mod tests {
         let mut graph = Graph::default();
         let outputs = expressions(&mut graph);
         let sums = found(&mut graph, &outputs);
-        assert!(sums.terms.len() > 5);
-        for (node, terms) in &sums.terms {
+        assert!(sums.sums.len() > 5);
+        for (node, Sum { terms, scale }) in &sums.sums {
             assert!(terms.len() <= MOST_TERMS);
             let added: f64 = terms
                 .iter()
@@ -243,14 +281,16 @@ mod tests {
                     value(&graph, term.factor) * lanes
                 })
                 .sum();
+            let added = added * scale.map_or(1.0, |scale| value(&graph, scale));
             let expected = value(&graph, *node);
             assert!((added - expected).abs() < 1e-14, "{terms:?}: {added}, not {expected}");
         }
         // Five terms: the innermost pair stays a sum of its own.
-        let lengths: Vec<usize> =
-            outputs.iter().map(|node| sums.terms(*node).map_or(0, <[_]>::len)).collect();
-        assert_eq!(lengths, [2, 1, 1]);
-        assert_eq!(sums.terms(outputs[1]).map(|t| t[0].lanes.iter().flatten().count()), Some(2));
+        let length = |node| sums.get(node).map_or(0, |sum| sum.terms.len());
+        let lengths: Vec<usize> = outputs.iter().map(|node| length(*node)).collect();
+        assert_eq!(lengths, [2, 1, 1, 2]);
+        let moving = |node| sums.get(node).map_or(0, |sum| sum.lanes().count());
+        assert_eq!([moving(outputs[1]), moving(outputs[3])], [2, 4]);
     }
 
     #[test]

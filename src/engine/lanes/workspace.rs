@@ -10,6 +10,7 @@ use crate::engine::lanes::compile::Code;
 use crate::engine::lanes::dispatch::{InstructionSet, Simd, Task};
 use crate::engine::lanes::execute::Execution;
 use crate::engine::lanes::instruction::Column;
+use crate::engine::lanes::math::map;
 use crate::engine::pointwise::Leaves;
 use crate::graph::Clock;
 
@@ -74,16 +75,43 @@ impl Task for Marking<'_> {
     #[inline(always)]
     fn run<A: Arithmetic, S: Simd>(self, _: S) -> usize {
         let Self { readings, marks } = self;
+        let mut there = 0;
         for (mark, reading) in marks.iter_mut().zip(readings) {
-            *mark = if reading.is_nan() { 0.0 } else { 1.0 };
+            let is_there = !reading.is_nan();
+            *mark = if is_there { 1.0 } else { 0.0 };
+            there += u64::from(is_there);
         }
         marks[readings.len()..].fill(0.0);
-        // Whole numbers: exact in any order, so there may be many sums at a time.
-        let mut sums = [0.0; 16];
-        for part in marks.chunks_exact(sums.len()) {
-            sums.iter_mut().zip(part).for_each(|(sum, mark)| *sum += mark);
+        there as usize
+    }
+}
+
+/// Copies some samples of a column; the last stands in for those that are missing.
+struct Copying<'a> {
+    values: &'a [f64],
+    out: &'a mut Lanes,
+    /// 0 where there is no number.
+    is_reading: bool,
+}
+
+impl Task for Copying<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arithmetic, S: Simd>(self, _: S) {
+        let Self { values, out, is_reading } = self;
+        let number = |value: f64| if value.is_nan() { 0.0 } else { value };
+        match <&Lanes>::try_from(values) {
+            Ok(values) if is_reading => map(values, out, number),
+            Ok(values) => *out = *values,
+            Err(_) => {
+                let last = values.last().copied().unwrap_or(0.0);
+                let all = values.iter().chain(std::iter::repeat(&last));
+                for (out, value) in out.iter_mut().zip(all) {
+                    *out = if is_reading { number(*value) } else { *value };
+                }
+            }
         }
-        sums.iter().sum::<f64>() as usize
     }
 }
 
@@ -140,7 +168,10 @@ impl Workspace {
                     match recorded(&samples.inputs[input as usize], order) {
                         Ok(column) => &column[stretch.clone()],
                         Err(value) => {
-                            slot.fill(value);
+                            // No acceleration is read of a track that has none.
+                            if order < 2 {
+                                slot.fill(value);
+                            }
                             continue;
                         }
                     }
@@ -164,13 +195,8 @@ impl Workspace {
                     continue;
                 }
             };
-            slot[..values.len()].copy_from_slice(values);
-            let last = values.last().copied().unwrap_or(0.0);
-            slot[values.len()..].fill(last);
-            if matches!(column, Column::Reading(..)) {
-                slot.iter_mut()
-                    .for_each(|value| *value = if value.is_nan() { 0.0 } else { *value });
-            }
+            let is_reading = matches!(column, Column::Reading(..));
+            self.set.run(Copying { values, out: slot, is_reading });
         }
     }
 

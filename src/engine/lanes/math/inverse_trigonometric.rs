@@ -1,32 +1,36 @@
 //! Inverse sine, cosine and tangent, and the angle of a point, over a chunk.
 //!
-//! Method: every angle is `k π/4 + angle(t)` with |t| <= 1/2 and whole k, the sum taken with its
-//! rounding error. For the inverse tangent of a quotient q <= 1 (the smaller of |x|, |y| over the
-//! larger) t is q, or `(q - 1) / (q + 1)` beyond 1/2, from one division; for the inverse sine and
-//! cosine t is |x|, or `√((1 - |x|) / 2)` beyond 1/2. Minimax polynomials in t² (Remez exchange on
-//! the relative error; 2^-57.3 for the inverse tangent, 2^-55.7 for the inverse sine).
+//! Method: every angle is `k π/4 + angle(t)` with whole k. For the inverse tangent of a quotient
+//! q <= 1 (the smaller of |x|, |y| over the larger) t is q, or `(q - 1) / (q + 1)` beyond tan(π/8),
+//! from one division; for the inverse sine and cosine t is |x|, or `√((1 - |x|) / 2)` beyond 1/2, and
+//! the sum is taken with its rounding error. Minimax polynomials in t² (Remez exchange on the
+//! relative error; 2^-57.4 for the inverse tangent, 2^-55.7 for the inverse sine).
+
+use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
 use super::super::arithmetic::{Arithmetic, Lanes};
-use super::{map, map2_or, pair, polynomial};
+use super::{any_nan, in_place, map, map2, pair, polynomial, redo2};
 use crate::number::Number;
 
 /// π/4 as a sum; multiples of the first part up to 4 are exact.
 const QUARTER_PI: [f64; 2] = [0.7853981633974456, 2.6951514290790595e-15];
 
+/// tan(π/8).
+const EIGHTH: f64 = SQRT_2 - 1.0;
+
 /// `(atan t / t - 1) / t²` in powers of t².
-const TANGENT: [f64; 12] = [
-    -0.3333333333333298,
-    0.19999999999903176,
-    -0.14285714276391104,
-    0.11111110659842417,
-    -0.09090896249449291,
-    0.07692073980370222,
-    -0.0666381125715673,
-    0.058583029402016776,
-    -0.05122022481107807,
-    0.04186548181561197,
-    -0.02743561162485873,
-    0.010117284620830096,
+const TANGENT: [f64; 11] = [
+    -0.333333333333332,
+    0.19999999999953205,
+    -0.1428571428016209,
+    0.11111110781921689,
+    -0.09090897718289402,
+    0.07692059589503851,
+    -0.0666309770720566,
+    0.05847848099328411,
+    -0.05039138886420012,
+    0.03806080213274736,
+    -0.01790354536615928,
 ];
 
 /// `(asin t / t - 1) / t²` in powers of t².
@@ -52,14 +56,27 @@ const LARGEST: f64 = 0.25 * f64::MAX;
 /// Inverse tangent in radians, in [-π/2, π/2].
 #[inline(always)]
 pub fn atan<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
-    map(x, out, arctangent::<A>);
+    map(x, out, |x| quotient::<A>(x.abs(), 1.0));
+    in_place(out, from_zero::<A>);
+    for (out, &x) in out.iter_mut().zip(x) {
+        *out = unfolded::<A>(*out, x, 1.0);
+    }
 }
 
 /// Angle of the points (x, y) in radians, in [-π, π]; 0 at the origin whatever the signs of the
 /// zeros.
 #[inline(always)]
 pub fn atan2<A: Arithmetic>(y: &Lanes, x: &Lanes, out: &mut Lanes) {
-    map2_or(y, x, out, angle::<A>, Number::atan2);
+    map2(y, x, out, |y, x| quotient::<A>(y.abs(), x.abs()));
+    in_place(out, from_zero::<A>);
+    for ((out, &y), &x) in out.iter_mut().zip(y).zip(x) {
+        // Adding zero: an angle of -0 is 0, as in `Number`.
+        let angle = unfolded::<A>(*out, y, x) + 0.0;
+        *out = if is_plain(x.abs() + y.abs()) { angle } else { f64::NAN };
+    }
+    if any_nan(out) {
+        redo2(y, x, out, Number::atan2);
+    }
 }
 
 /// Inverse sine in radians, in [-π/2, π/2]; NaN outside [-1, 1].
@@ -76,43 +93,53 @@ pub fn acos<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
 
 #[inline(always)]
 fn is_plain(size: f64) -> bool {
-    let clamped = if size >= SMALLEST { size } else { f64::INFINITY };
-    clamped <= LARGEST
+    (SMALLEST..=LARGEST).contains(&size)
 }
 
+/// The quotient of two sizes, the smaller over the larger, or its t where it is beyond tan(π/8).
 #[inline(always)]
-fn arctangent<A: Arithmetic>(x: f64) -> f64 {
-    let size = x.abs();
-    let steep = size > 1.0;
-    let (small, large) = if steep { (1.0, size) } else { (size, 1.0) };
-    quotient_angle::<A>(small, large, steep, false).copysign(x)
-}
-
-#[inline(always)]
-fn angle<A: Arithmetic>(y: f64, x: f64) -> f64 {
-    let (across, along) = (y.abs(), x.abs());
-    let steep = across > along;
-    let (small, large) = if steep { (along, across) } else { (across, along) };
-    // Adding zero: an angle of -0 is 0, as in `Number`.
-    let angle = quotient_angle::<A>(small, large, steep, x < 0.0).copysign(y) + 0.0;
-    if is_plain(small + large) { angle } else { f64::NAN }
-}
-
-/// Inverse tangent of small / large <= 1; that from π/2 if `steep`; and from π if `backward`.
-#[inline(always)]
-fn quotient_angle<A: Arithmetic>(small: f64, large: f64, steep: bool, backward: bool) -> f64 {
-    const SIGN: u64 = 1 << 63;
-    let beyond = small > 0.5 * large;
+fn quotient<A: Arithmetic>(across: f64, along: f64) -> f64 {
+    let (small, large) = sorted(across, along);
+    let beyond = short_of::<A>(small, large) < 0.0;
     let above = if beyond { small - large } else { small };
     let below = if beyond { small + large } else { large };
-    let k = if beyond { 1.0 } else { 0.0 };
-    let k = if steep { 2.0 - k } else { k };
-    let k = if backward { 4.0 - k } else { k };
-    // Each of the two turns t around.
-    let turned = (if steep { SIGN } else { 0 }) ^ (if backward { SIGN } else { 0 });
-    let t = f64::from_bits((above / below).to_bits() ^ turned);
+    above / below
+}
+
+/// The smaller and the larger.
+#[inline(always)]
+fn sorted(a: f64, b: f64) -> (f64, f64) {
+    if a < b { (a, b) } else { (b, a) }
+}
+
+/// What a quotient is short of tan(π/8), times the larger.
+#[inline(always)]
+fn short_of<A: Arithmetic>(small: f64, large: f64) -> f64 {
+    A::mul_add(EIGHTH, large, -small)
+}
+
+/// Inverse tangent of t.
+#[inline(always)]
+fn from_zero<A: Arithmetic>(t: f64) -> f64 {
     let z = t * t;
-    from_quarter_turns::<A>(k, t, t * z * polynomial::<A, 12>(z, TANGENT))
+    A::mul_add(t * z, polynomial::<A, 11>(z, TANGENT), t)
+}
+
+/// The angle of (x, y) from that of its [`quotient`]: `k π/4 ± angle`, with signs moved as bits,
+/// which costs less than to choose.
+#[inline(always)]
+fn unfolded<A: Arithmetic>(angle: f64, y: f64, x: f64) -> f64 {
+    const SIGN: u64 = 1 << 63;
+    let signed = |size: f64, sign: u64| f64::from_bits(size.to_bits() ^ sign);
+    let (across, along) = (y.abs(), x.abs());
+    let (small, large) = sorted(across, along);
+    let backward = x.to_bits() & SIGN;
+    let turned = backward ^ ((along - across).to_bits() & SIGN);
+    // 0 beyond tan(π/8), else -1.
+    let k = -0.5 - 0.5_f64.copysign(short_of::<A>(small, large));
+    let k = signed(k, turned) + (2.0 - signed(1.0, backward));
+    let size = A::mul_add(k, FRAC_PI_4, signed(angle, turned));
+    signed(size, y.to_bits() & SIGN)
 }
 
 /// `k π/4 + t + rest` for whole k from 0 to 4, the rest small against t.

@@ -4,14 +4,8 @@
 //! because the last bit of the sum counts ones; larger numbers are whole. So no instruction beyond
 //! SSE2 is needed. Exact for every number; infinities and NaN stay.
 
-use super::super::arithmetic::{Arithmetic, Lanes};
+use super::super::arithmetic::Lanes;
 use super::map;
-
-/// The nearest whole number, the even one of two; zeros keep the sign.
-#[inline(always)]
-pub fn round_to_even(x: &Lanes, out: &mut Lanes) {
-    map(x, out, nearest);
-}
 
 /// The largest whole number not above.
 #[inline(always)]
@@ -25,12 +19,7 @@ pub fn fract(x: &Lanes, out: &mut Lanes) {
     map(x, out, |x| x - below(x));
 }
 
-/// `x` less a multiple of `period`: the representative of an angle next to 0.
-#[inline(always)]
-pub fn wrap<A: Arithmetic>(x: &Lanes, period: f64, out: &mut Lanes) {
-    map(x, out, |x| A::mul_add(-period, nearest(x / period), x));
-}
-
+/// The nearest whole number, the even one of two; zeros keep the sign.
 #[inline(always)]
 fn nearest(x: f64) -> f64 {
     const TWO_52: f64 = 4_503_599_627_370_496.0;

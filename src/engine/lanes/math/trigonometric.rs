@@ -2,16 +2,16 @@
 //!
 //! Method: `x = n π/2 + r` with |r| <= π/4 (Cody and Waite, *Software Manual for the Elementary
 //! Functions*, 1980), π/2 in four parts of which the first three have 33 bits, so that their
-//! products with |n| < 2^20 are exact; r is kept as a sum of two numbers and has 17 digits even
-//! next to a multiple of π/2. Then minimax polynomials (Remez exchange on the relative error;
-//! 2^-57.9 for the sine, 2^-63.9 for the cosine), and the quadrant. The tangent is the quotient of
-//! sine and cosine, each with its rounding error. Beyond |x| = 2^20: lane by lane, the same after
-//! [`super::far_angle`].
+//! products with |n| < 2^20 are exact and r has its digits even next to a multiple of π/2. Then
+//! minimax polynomials (Remez exchange on the relative error; 2^-57.9 for the sine, 2^-63.9 for the
+//! cosine), and the quadrant. The tangent is the quotient of sine and cosine, each with its rounding
+//! error, of an r that is a sum of two numbers. Beyond |x| = 2^20: lane by lane, as the tangent,
+//! after [`super::far_angle`].
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-use super::super::arithmetic::{Arithmetic, Lanes, Plain};
-use super::{Outside, WHOLE, far_angle, map_or, pair, polynomial};
+use super::super::arithmetic::{Arithmetic, LANES, Lanes, Plain};
+use super::{WHOLE, far_angle, map, map_or, pair, polynomial};
 
 /// Largest argument of the kernels.
 const LARGEST: f64 = 1_048_576.0;
@@ -46,35 +46,43 @@ const COSINE: [f64; 6] = [
 /// Sine of angles in radians.
 #[inline(always)]
 pub fn sin<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
-    map_or(x, out, sine::<A>, far_sine);
+    sin_cos::<A>(x, out, &mut [0.0; LANES]);
 }
 
 /// Cosine of angles in radians.
 #[inline(always)]
 pub fn cos<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
-    map_or(x, out, cosine::<A>, far_cosine);
+    sin_cos::<A>(x, &mut [0.0; LANES], out);
 }
 
 /// Sine and cosine of angles in radians, at little more than the price of one of them.
 #[inline(always)]
 pub fn sin_cos<A: Arithmetic>(x: &Lanes, sin: &mut Lanes, cos: &mut Lanes) {
-    let mut outside = Outside::default();
-    for ((sin, cos), &x) in sin.iter_mut().zip(cos.iter_mut()).zip(x) {
-        (*sin, *cos) = near_sine_and_cosine::<A>(x);
-        outside.unless(x.abs() <= LARGEST);
+    map(x, sin, remainder::<A>);
+    for (sin, cos) in sin.iter_mut().zip(cos.iter_mut()) {
+        (*sin, *cos) = of_remainder::<A>(*sin);
     }
-    if outside.any() {
+    let mut outside = 0;
+    for ((sin, cos), &x) in sin.iter_mut().zip(cos.iter_mut()).zip(x) {
+        (*sin, *cos) = turned::<A>(x, (*sin, *cos));
+        outside |= excess(x);
+    }
+    if outside >> 63 == 1 {
         redo_far(x, sin, cos);
     }
+}
+
+/// The first bit says whether |x| is above [`LARGEST`], or NaN.
+#[inline(always)]
+fn excess(x: f64) -> u64 {
+    x.abs().to_bits() + (i64::MAX as u64 - LARGEST.to_bits())
 }
 
 #[cold]
 #[inline(never)]
 fn redo_far(x: &Lanes, sin: &mut Lanes, cos: &mut Lanes) {
     for ((sin, cos), &x) in sin.iter_mut().zip(cos).zip(x) {
-        // What is no number is not near either.
-        let near = x.abs() <= LARGEST;
-        if !near {
+        if excess(x) >> 63 == 1 {
             (*sin, *cos) = (far_sine(x), far_cosine(x));
         }
     }
@@ -86,48 +94,62 @@ pub fn tan<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
     map_or(x, out, tangent::<A>, far_tangent);
 }
 
+/// `x - n π/2`, right to the last place or two, next to a multiple of π/2, too.
 #[inline(always)]
-fn sine<A: Arithmetic>(x: f64) -> f64 {
-    sine_and_cosine::<A>(x).0
+fn remainder<A: Arithmetic>(x: f64) -> f64 {
+    let n = quarters::<A>(x) - WHOLE;
+    if A::FUSED {
+        HALF_PI_FUSED.iter().fold(x, |rest, part| A::mul_add(-n, *part, rest))
+    } else {
+        HALF_PI.iter().fold(x, |rest, part| rest - n * part)
+    }
 }
 
+/// [`WHOLE`] and the whole number n of right angles next to x.
 #[inline(always)]
-fn cosine<A: Arithmetic>(x: f64) -> f64 {
-    sine_and_cosine::<A>(x).1
+fn quarters<A: Arithmetic>(x: f64) -> f64 {
+    A::mul_add(x, FRAC_2_PI, WHOLE)
 }
 
+/// Sine and cosine of an angle up to π/4.
 #[inline(always)]
-fn near_sine_and_cosine<A: Arithmetic>(x: f64) -> (f64, f64) {
-    let (quadrant, r) = reduce::<A>(x);
-    let (sine, cosine) = in_quadrant::<A>(quadrant, r);
-    // Zero keeps its sign.
-    let sine = if x == 0.0 { x } else { sine };
+fn of_remainder<A: Arithmetic>(r: f64) -> (f64, f64) {
+    let z = r * r;
+    let sine = A::mul_add(r * z, polynomial::<A, 6>(z, SINE), r);
+    let cosine = A::mul_add(z * z, polynomial::<A, 6>(z, COSINE), A::mul_add(-0.5, z, 1.0));
     (sine, cosine)
 }
 
+/// Sine and cosine of x from those of its remainder.
 #[inline(always)]
-fn sine_and_cosine<A: Arithmetic>(x: f64) -> (f64, f64) {
-    let (sine, cosine) = near_sine_and_cosine::<A>(x);
-    if x.abs() <= LARGEST { (sine, cosine) } else { (f64::NAN, f64::NAN) }
+fn turned<A: Arithmetic>(x: f64, of_remainder: (f64, f64)) -> (f64, f64) {
+    let (sine, cosine) = in_quadrant(quarters::<A>(x).to_bits(), of_remainder);
+    // Zero keeps its sign.
+    (if x == 0.0 { x } else { sine }, cosine)
 }
 
 /// Sine and cosine of x + low for positive x, low its rounding error; NaN beyond [`LARGEST`].
 #[inline(always)]
 pub(super) fn of_sum<A: Arithmetic>(x: f64, low: f64) -> (f64, f64) {
     let (quadrant, (high, rest)) = reduce::<A>(x);
-    let (sine, cosine) = in_quadrant::<A>(quadrant, pair::sum(high, rest + low));
+    let (sine, cosine) = in_quadrant(quadrant, of_pair::<A>(pair::sum(high, rest + low)));
     if x <= LARGEST { (sine, cosine) } else { (f64::NAN, f64::NAN) }
 }
 
-/// Sine and cosine of `quadrant π/2 + r`.
+/// Sine and cosine of `quadrant π/2 + r` from those of r.
 #[inline(always)]
-fn in_quadrant<A: Arithmetic>(quadrant: u64, r: (f64, f64)) -> (f64, f64) {
-    let ((s, s_low), (c, c_low)) = near_zero::<A>(r);
-    let (s, c) = (s + s_low, c + c_low);
+fn in_quadrant(quadrant: u64, (s, c): (f64, f64)) -> (f64, f64) {
     let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
     let sine = s.to_bits() ^ ((quadrant & 2) << 62);
     let cosine = c.to_bits() ^ ((quadrant.wrapping_add(1) & 2) << 62);
     (f64::from_bits(sine), f64::from_bits(cosine))
+}
+
+/// Sine and cosine of an angle up to π/4 that is a sum.
+#[inline(always)]
+fn of_pair<A: Arithmetic>(r: (f64, f64)) -> (f64, f64) {
+    let ((s, s_low), (c, c_low)) = near_zero::<A>(r);
+    (s + s_low, c + c_low)
 }
 
 #[inline(always)]
@@ -152,11 +174,11 @@ fn tangent_in_quadrant<A: Arithmetic>(quadrant: u64, r: (f64, f64)) -> f64 {
 }
 
 fn far_sine(x: f64) -> f64 {
-    far(x, |quadrant, r| in_quadrant::<Plain>(quadrant, r).0)
+    far(x, |quadrant, r| in_quadrant(quadrant, of_pair::<Plain>(r)).0)
 }
 
 fn far_cosine(x: f64) -> f64 {
-    far(x, |quadrant, r| in_quadrant::<Plain>(quadrant, r).1)
+    far(x, |quadrant, r| in_quadrant(quadrant, of_pair::<Plain>(r)).1)
 }
 
 fn far_tangent(x: f64) -> f64 {
@@ -175,7 +197,7 @@ fn far(x: f64, function: fn(u64, (f64, f64)) -> f64) -> f64 {
 /// `x = n π/2 + high + low`: n (its last two bits count), high and low.
 #[inline(always)]
 fn reduce<A: Arithmetic>(x: f64) -> (u64, (f64, f64)) {
-    let shifted = A::mul_add(x, FRAC_2_PI, WHOLE);
+    let shifted = quarters::<A>(x);
     let n = shifted - WHOLE;
     if A::FUSED {
         let first = A::mul_add(-n, HALF_PI_FUSED[0], x); // exact
