@@ -68,9 +68,7 @@ impl Made {
         if let Some(known) = known {
             return known;
         }
-        let parts = 0..problem.parts.len();
-        let made: Arc<Vec<Signatures>> =
-            Arc::new(parts.map(|part| sign(problem, part, candidates)).collect());
+        let made = sign(problem, candidates);
         let mut all = self.signatures.lock().unwrap_or_else(PoisonError::into_inner);
         if all.len() < MOST_LISTS {
             all.insert(key, made.clone());

@@ -128,9 +128,7 @@ impl Evidence {
         point: &Point,
         candidates: &[&Candidate],
     ) -> Option<Self> {
-        let parts = 0..problem.parts.len();
-        let signed = parts.map(|part| sign(problem, part, candidates)).collect();
-        Self::with(problem, normal, point, candidates.len(), Arc::new(signed))
+        Self::with(problem, normal, point, candidates.len(), sign(problem, candidates))
     }
 
     /// The same of so many candidates whose signatures in each campaign are known.
@@ -408,8 +406,14 @@ fn nominal(normal: &Normal) -> Option<Nominal> {
     Some(Nominal { factor, length, score, priors: normal.priors.clone() })
 }
 
-/// The signatures of the candidates that fit a campaign; an effect is called by its number.
-pub(super) fn sign(problem: &Problem, part: usize, candidates: &[&Candidate]) -> Signatures {
+/// The signatures of candidates in each campaign.
+pub(super) fn sign(problem: &Problem, candidates: &[&Candidate]) -> Arc<Vec<Signatures>> {
+    let parts = 0..problem.parts.len();
+    Arc::new(parts.map(|part| sign_in(problem, part, candidates)).collect())
+}
+
+/// Those of the candidates that fit a campaign; an effect is called by its number.
+fn sign_in(problem: &Problem, part: usize, candidates: &[&Candidate]) -> Signatures {
     let names: Vec<String> = (0..candidates.len()).map(|number| number.to_string()).collect();
     let signed: Vec<Signed<'_>> = candidates
         .iter()

@@ -68,8 +68,8 @@ pub(super) fn likelihood_of_memory(all: &[Sequence]) -> f64 {
 
 /// Logarithm of the likelihood ratio of some noise, with the scatter that is there, against white noise
 /// of unit variance.
-fn likelihood(one: &Sequence, variance: f64, noise: GaussMarkov) -> f64 {
-    let mut sum = 0.0;
+fn likelihood(one: &Sequence, noise: GaussMarkov) -> f64 {
+    let (variance, mut sum) = (one.variance(), 0.0);
     for (run, times) in one.runs.iter().zip(one.times(noise.clock)) {
         let (mut filter, mut state) = (noise.filter(), 0.0);
         for (value, time) in run.iter().zip(times) {
@@ -114,17 +114,14 @@ const EVEN: f64 = 0.05;
 
 /// The same by one clock.
 fn likeliest_by(one: &Sequence, clock: NoiseClock) -> Option<(GaussMarkov, f64)> {
-    let (squares, count) =
-        one.present().fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
     let interval = one.interval(clock)?;
-    if count == 0.0 || squares == 0.0 {
+    if one.variance() == 0.0 {
         return None;
     }
-    let variance = squares / count;
     let at = |share: f64, time: f64| {
         let time = time.max(LEAST_TIME * interval);
         let noise = GaussMarkov { share: share.clamp(1e-4, 0.999), time, clock };
-        (noise, likelihood(one, variance, noise))
+        (noise, likelihood(one, noise))
     };
     let times = (0..TIMES).map(|k| FIRST_TIME * interval * TIME_RATIO.powi(k as i32));
     let grid = times.flat_map(|time| SHARES.map(|share| at(share, time)));
@@ -161,30 +158,25 @@ pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
     let mut fitted = stage.fitted.clone();
     let structures = stage.structures_over_runs();
     let structure = stage.together(&structures);
-    let is_new =
-        fitted.problem.parts.iter().all(|part| part.gauss_markov.iter().all(Option::is_none));
     let mut white = left_white(stage, &structure);
-    let mut left = stage.left(&structure);
-    if is_new && !structures.is_empty() {
+    if !structures.is_empty() && !fitted.problem.has_memory() {
         let choices = (stage.candidates.len() as f64).ln() * structures.len() as f64;
         let by_chance = of_gain(structure.gain(), structure.degrees(), 1).ln_p + choices;
-        let nothing = stage.evidence.together(&[]);
-        let alone = left_white(stage, &nothing);
+        let alone = left_white(stage, &stage.evidence.together(&[]));
         if likelihood_of_memory(&alone) > likelihood_of_memory(&white) - by_chance {
-            (white, left) = (alone, stage.left(&nothing));
+            white = alone;
         }
     }
-    let level = level(left.len() + stage.noise.len());
+    let level = level(white.len() + stage.noise.len());
     let mut changed = false;
-    for (one, white) in left.iter().zip(&white) {
+    for one in &white {
         let own = &mut fitted.problem.parts[one.part].gauss_markov[one.row];
         if own.is_none() && remembered(one, level).is_none() {
             continue;
         }
-        let Some((found, likelihood_found)) = likeliest(white) else { continue };
+        let Some((found, likelihood_found)) = likeliest(one) else { continue };
         let known = own.unwrap_or(GaussMarkov { share: 0.0, ..found });
-        let known = likelihood(white, white.variance(), known);
-        if likelihood_found > known + WORTH_IT {
+        if likelihood_found > likelihood(one, known) + WORTH_IT {
             *own = Some(found);
             changed = true;
         }
@@ -209,8 +201,6 @@ fn typical_duration(all: &[Sequence]) -> f64 {
 struct Memory {
     /// Part of the variance that has it.
     share: f64,
-    /// After so many samples it is down to a factor of e.
-    samples: f64,
     /// Number of pairs of neighbours.
     pairs: f64,
     /// Logarithm of the probability of the neighbours' correlation by chance.
@@ -256,11 +246,11 @@ fn remembered(one: &Sequence, level: f64) -> Option<Memory> {
         let both: f64 = lags.iter().map(|(lag, value)| decay(*lag) * value).sum();
         let share = (both / own).clamp(0.0, 1.0);
         let misfit = |(lag, value): &(f64, f64)| (value - share * decay(*lag)).powi(2);
-        (lags.iter().map(misfit).sum::<f64>(), share, samples)
+        (lags.iter().map(misfit).sum::<f64>(), share)
     };
     let times = (0..80).map(|k| 0.3 * 1.12_f64.powi(k));
     let best = times.map(fitted).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(Memory { share: best.1, samples: best.2, pairs, ln_p })
+    Some(Memory { share: best.1, pairs, ln_p })
 }
 
 /// The part of each measurand's variance that has no memory, by campaign and measurand.

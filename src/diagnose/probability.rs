@@ -75,8 +75,7 @@ fn with_imitations(stage: &Stage, alone: Vec<f64>, odds: f64) -> Vec<f64> {
             continue;
         }
         let length = score.lambda().powi(2);
-        for (block, _) in blocks.iter().enumerate() {
-            let block = stage.effects + block;
+        for (block, whole) in all.iter_mut().enumerate().skip(stage.effects) {
             let (gain, degrees) = stage.evidence.beyond(stage.entry(number), stage.entry(block));
             let left = of_gain(gain, degrees, 1);
             let is_enough = length >= NAMED * (length + left.lambda().powi(2));
@@ -86,8 +85,8 @@ fn with_imitations(stage: &Stage, alone: Vec<f64>, odds: f64) -> Vec<f64> {
             let each = vec![readings as f64 / degrees as f64; degrees];
             let squares = vec![gain / degrees as f64; degrees];
             let together = own + odds + mixed(&each, &squares);
-            let (more, less) = (all[block].max(together), all[block].min(together));
-            all[block] = more + (less - more).exp().ln_1p();
+            let (more, less) = (whole.max(together), whole.min(together));
+            *whole = more + (less - more).exp().ln_1p();
         }
     }
     all

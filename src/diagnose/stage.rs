@@ -19,7 +19,7 @@ use super::scan::{Scanned, scan};
 use super::score::{Score, of_gain, score};
 use super::search::level;
 use super::structure::Place;
-use super::whiten::{Noise, Sequence, sequences};
+use super::whiten::Noise;
 
 /// Structures taken off at most before the noise is judged.
 const MOST_STRUCTURES: usize = 8;
@@ -213,8 +213,7 @@ impl Kept {
         {
             return signed.clone();
         }
-        let parts = 0..problem.parts.len();
-        let signed = Arc::new(parts.map(|part| sign(problem, part, candidates)).collect());
+        let signed = sign(problem, candidates);
         self.signed = Some((made.clone(), key, Arc::clone(&signed)));
         signed
     }
@@ -322,12 +321,6 @@ impl Stage {
         self.stretches = left.iter().map(|run| run.scores.len()).sum();
         self.inflation =
             self.evidence.entries.iter().map(|one| self.evidence.inflation(one, left)).collect();
-    }
-
-    /// The residuals that an entry leaves.
-    pub(super) fn left(&self, entry: &Entry) -> Vec<Sequence> {
-        let (problem, point) = (&self.fitted.problem, &self.fitted.fit.point);
-        sequences(problem, &self.evidence.left(problem, point, entry, usize::MAX))
     }
 
     /// The entry of a candidate.

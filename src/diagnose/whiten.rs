@@ -239,12 +239,13 @@ pub fn prepare(
             sequences(problem, &left)
         };
         let unknowns = problem.layout.columns.len() + structure.degrees();
-        let changed = match last {
-            true => None,
-            false => shared(&stage, &left, &mut noise)
+        let changed = if last {
+            None
+        } else {
+            shared(&stage, &left, &mut noise)
                 .or_else(|| without_wild(&stage, &white, &mut noise))
                 .or_else(|| remember_early(&stage, &mut noise))
-                .or_else(|| levels(&stage, &left, unknowns, &noise)),
+                .or_else(|| levels(&stage, &left, unknowns, &noise))
         };
         if let Some(changed) = changed {
             fitted = changed.again(options)?;
