@@ -21,6 +21,7 @@
 //! | [`mod@gap`], [`mod@holdout`] | how far the gap shrinks |
 //! | [`mod@hidden`] | what could still hide |
 
+pub mod basis;
 pub mod candidates;
 pub mod catalogue;
 pub mod evidence;
