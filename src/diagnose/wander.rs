@@ -120,6 +120,7 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<(NoiseEffe
         unit: parameter.unit.clone(),
         value: sigma,
         sigma: if sigma > 0.0 { spread / (2.0 * sigma) } else { 0.0 },
+        aliases: Vec::new(),
         memory: None,
         ln_p: walk.ln_p(),
     };
