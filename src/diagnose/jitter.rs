@@ -77,12 +77,14 @@ pub(super) fn jitter<'s>(
         Of::Candidate(candidate, ..) => Some(candidate.name.clone()),
         Of::Known(_) => None,
     });
-    let aliases = same.collect();
+    let mut aliases: Vec<String> = same.collect();
+    aliases.dedup();
     let Found { of, pairs } = found.into_iter().next()?;
     let size = pairs.size();
     Some(match of {
         Of::Known(number) => Shown::More(number, size),
         Of::Candidate(candidate, parameter, unit) => {
+            aliases.retain(|one| *one != candidate.name);
             let effect = NoiseEffect {
                 selected: Some(candidate.selected.clone()),
                 name: candidate.name.clone(),

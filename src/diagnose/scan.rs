@@ -2,8 +2,8 @@
 //!
 //! A line is as narrow as the recordings are long: a fixed grid of members would miss it. So the grid is
 //! made from the signatures themselves: neighbours are so near that their squared cosine is
-//! `NEIGHBOURS`. The constant is left open in one compiled program, and each member costs one pass over
-//! the readings for its own columns. What nominal parameters take up only raises a gain, so the
+//! `NEIGHBOURS`. The constant is left open in one compiled program, `TOGETHER` members at once: one pass
+//! over the readings serves them all. What nominal parameters take up only raises a gain, so the
 //! `BEST` members by the plain gain are looked at again with that taken off, and polished by golden
 //! section; coupling between values of different runs is left aside. The best is then tested like any
 //! other candidate; every member of the grid is paid for, twice for the polishing.
