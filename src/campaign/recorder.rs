@@ -148,6 +148,7 @@ impl Recorder {
             for (column, lead) in samples.columns_mut().skip(1).zip(&self.lead) {
                 column.iter_mut().filter(|value| value.is_nan()).for_each(|value| *value = *lead);
             }
+            samples.columns_mut().for_each(Vec::shrink_to_fit);
             samples.set_clocks();
             store.memory = store.memory.saturating_sub(samples.bytes());
             return Ok(Record::held(samples));

@@ -31,7 +31,7 @@ pub struct Evidence {
     /// The signatures in each campaign.
     signatures: Arc<Vec<Signatures>>,
     /// Sums of each run over all campaigns.
-    runs: Vec<RunGram>,
+    runs: Arc<Vec<RunGram>>,
     /// The nominal columns of each run.
     touched: Vec<Vec<usize>>,
     nominal: Nominal,
@@ -221,6 +221,7 @@ impl Evidence {
                 runs.push(gram);
             }
         }
+        let runs = Arc::new(runs);
         let evidence = Self { entries: Vec::new(), signatures: signed, runs, touched, nominal };
         Some((evidence, columns.into_iter().map(|own| own.into_iter().unzip()).collect()))
     }

@@ -19,9 +19,11 @@ use crate::engine::whitening::Whitened;
 use crate::progress::Task;
 
 /// Samples in one block.
-const BLOCK: usize = 64 * LANES;
-/// Blocks whose sums wait to be added at a time.
+pub(super) const BLOCK: usize = 64 * LANES;
+/// Blocks whose sums wait to be added at a time, at most.
 const WAVE: usize = 64;
+/// Numbers that may wait to be added: large sums wait in fewer blocks.
+const WAITING: usize = 1 << 22;
 
 /// One block of samples of one run.
 #[derive(Clone, Copy, Debug)]
@@ -90,17 +92,18 @@ pub(super) struct WhitenedRow<'a> {
     pub(super) weights: &'a Lanes,
 }
 
-/// Computes something of every item, many at a time, and takes the results in order. A thread keeps
-/// its memory as long as it can.
+/// Computes something of every item, so many at a time, and takes the results in order: the same
+/// whatever that number is. A thread keeps its memory as long as it can.
 ///
 /// # Errors
 /// The first that `take` gives; nothing more is computed then.
 pub(crate) fn in_waves<I: Sync, M: Default, T: Send, E>(
     items: &[I],
+    wave: usize,
     compute: impl Fn(&mut M, &I) -> T + Sync,
     mut take: impl FnMut(&I, T) -> Result<(), E>,
 ) -> Result<(), E> {
-    for wave in items.chunks(WAVE) {
+    for wave in items.chunks(wave.max(1)) {
         let made: Vec<T> = wave.par_iter().map_init(M::default, &compute).collect();
         wave.iter().zip(made).try_for_each(|(item, one)| take(item, one))?;
     }
@@ -146,9 +149,11 @@ impl Problem {
         Plan { parameters, movers, size: touched + more + 1 }
     }
 
-    /// Computes something of every wanted block, many at a time, and takes the results in order.
+    /// Computes something of every wanted block, many at a time, and takes the results in order. What
+    /// waits of a block are so many numbers.
     pub(super) fn in_order<T: Send>(
         &self,
+        numbers: usize,
         wanted: impl Fn(Block) -> bool,
         compute: impl Fn(&mut Memory, Block) -> T + Sync,
         mut take: impl FnMut(Block, T),
@@ -164,7 +169,9 @@ impl Problem {
             self.progress.tell(task, done, all);
             Ok::<_, Infallible>(())
         };
-        let Ok(()) = in_waves(&blocks, |memory, block| compute(memory, *block), take);
+        let busy = 2 * rayon::current_num_threads();
+        let wave = (WAITING / numbers.max(1)).clamp(busy.min(WAVE), WAVE);
+        let Ok(()) = in_waves(&blocks, wave, |memory, block| compute(memory, *block), take);
     }
 
     /// Puts 1 where there is a reading and 0 where there is none; the number of readings.

@@ -120,6 +120,7 @@ impl LeastSquares for Problem {
         let plans = self.plans(point);
         let mut sum = 0.0;
         self.in_order(
+            1,
             |_| true,
             |memory, block| {
                 self.block_cost(block, &plans[self.run_index(block.part, block.run)], memory)
@@ -134,7 +135,9 @@ impl LeastSquares for Problem {
         let columns = self.layout.columns.clone();
         let plans = self.plans(point);
         let mut runs = Growing::new(plans.len());
+        let most = plans.iter().map(|plan| plan.size).max().unwrap_or(0);
         self.in_order(
+            most * most,
             |_| true,
             |memory, block| {
                 let plan = &plans[self.run_index(block.part, block.run)];

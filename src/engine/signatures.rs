@@ -214,7 +214,9 @@ impl Problem {
             })
             .collect();
         let mut sums = Growing::new(runs);
+        let most = plans.iter().map(|plan| plan.size).max().unwrap_or(0);
         self.in_order(
+            most * most,
             |block| block.part == part,
             |memory, block| self.block_gram(block, &signatures.program, &plans[block.run], memory),
             |block, made| sums.add(block.run, made),
@@ -231,6 +233,7 @@ impl Problem {
             .collect();
         let mut readings = 0;
         self.in_order(
+            1,
             |block| block.part == part,
             |memory, block| self.block_rows(block, &signatures.program, &plans[block.run], memory),
             |_, made| readings += made,

@@ -5,7 +5,7 @@
 
 use nalgebra::DVector;
 
-use crate::engine::blocks::{Block, Memory, Plan, WhitenedRow};
+use crate::engine::blocks::{BLOCK, Block, Memory, Plan, WhitenedRow};
 use crate::engine::lanes::{LANES, Lanes};
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
@@ -50,6 +50,7 @@ impl Problem {
             })
             .collect();
         self.in_order(
+            rows * BLOCK,
             |block| block.part == part,
             |memory, block| {
                 let plan = &plans[block.run];

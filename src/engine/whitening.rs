@@ -137,6 +137,7 @@ impl Problem {
         record.walk(|stretch| {
             Chunk::all(stretch, part.columns()).for_each(|chunk| maker.chunk(&chunk, &mut all));
         });
+        all.shrink_to_fit();
         Whitening { form: form(all, correlated) }
     }
 }
