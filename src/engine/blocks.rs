@@ -19,7 +19,7 @@ use crate::engine::whitening::Whitened;
 use crate::progress::Task;
 
 /// Samples in one block.
-const BLOCK: usize = 64 * LANES;
+const BLOCK: usize = 32 * LANES;
 /// Blocks whose sums wait to be added at a time.
 const WAVE: usize = 64;
 
