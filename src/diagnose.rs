@@ -21,6 +21,7 @@
 //! | [`mod@gap`], [`mod@holdout`] | how far the gap shrinks |
 //! | [`mod@hidden`] | what could still hide |
 
+pub mod basis;
 pub mod candidates;
 pub mod catalogue;
 pub mod evidence;
@@ -37,6 +38,7 @@ pub mod scan;
 pub mod score;
 pub mod search;
 pub mod stage;
+pub mod steps;
 pub mod structure;
 pub mod tail;
 pub mod verdict;
@@ -49,8 +51,6 @@ use crate::engine::open::{Opened, Recipe};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate, finish};
 
-use crate::system::Selected;
-
 use candidates::{NotTestable, Wanted};
 use gap::{Gap, gap};
 use hidden::{Hidden, hidden};
@@ -58,6 +58,7 @@ use holdout::holdout;
 use lost::Lost;
 use search::{Adopted, Search, search};
 use stage::Fitted;
+use steps::Steps;
 use verdict::{Absorbed, Location, Ranked, Verdict};
 use whiten::NoiseEffect;
 
@@ -120,13 +121,9 @@ fn without_lost(
     options: &Options,
 ) -> Result<(Calibration, Vec<Lost>), FitError> {
     let (mut nominal, mut lost) = (whole, Vec::new());
-    for _ in 0..LOST_ROUNDS {
-        // Without gross misfit nothing is lost.
-        if nominal.variance_factor().is_none_or(|factor| factor < GROSS) {
-            break;
-        }
-        let point = lost::sturdy(&nominal.problem, &nominal.fit.point, options)?;
-        let more = lost::find(&nominal.problem, &point);
+    for _ in 0..lost::LOOKS {
+        let factor = nominal.variance_factor();
+        let more = lost::look(&nominal.problem, &nominal.fit.point, factor, options)?;
         if more.is_empty() {
             break;
         }
@@ -151,11 +148,6 @@ fn twice(whole: &Calibration, stage: &stage::Stage) -> Result<Vec<Twice>, FitErr
     });
     Ok(pairs.collect())
 }
-
-/// Variance factor below which no samples are looked for that were lost.
-const GROSS: f64 = 4.0;
-/// Rounds of looking for lost samples and fitting again.
-const LOST_ROUNDS: usize = 4;
 
 /// Diagnoses campaigns.
 ///
@@ -201,13 +193,10 @@ pub fn diagnose(
     {
         diagnosis.noise.clone_from(&stage.noise_found.effects);
         if !diagnosis.effects.is_empty() {
-            let effects: Vec<&Selected> =
-                diagnosis.effects.iter().map(|one| &one.candidate.selected).collect();
-            let before = stage.fitted.without(&effects, options)?;
+            let models = Steps::of(&stage.fitted, &diagnosis.effects, options)?;
             let in_data = diagnosis.effects.iter().all(|one| one.evidence() == "data");
             let memory = stage.noise_found.memory;
-            let left = verdict::leftover(stage);
-            diagnosis.gap = Some(gap(&before, &stage.fitted, left, memory, in_data));
+            diagnosis.gap = Some(gap(&models, verdict::leftover(stage), memory, in_data));
         }
         let Fitted { problem, fit, .. } = stage.fitted.clone();
         diagnosis.explained = Some(finish(problem, fit, Vec::new(), Vec::new())?);
@@ -250,9 +239,7 @@ pub fn judge(
     if diagnosis.effects.is_empty() {
         return Ok(());
     }
-    let effects: Vec<&Selected> =
-        diagnosis.effects.iter().map(|one| &one.candidate.selected).collect();
-    let before = stage.fitted.without(&effects, options)?;
-    diagnosis.gap = Some(holdout(held_out, &before, &stage.fitted, wanted, options)?);
+    let models = Steps::of(&stage.fitted, &diagnosis.effects, options)?;
+    diagnosis.gap = Some(holdout(held_out, &models, wanted, options)?);
     Ok(())
 }

@@ -5,6 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use homepoint::diagnose::candidates::Wanted;
+use homepoint::diagnose::pairs::pairs;
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose, judge};
 use homepoint::engine::open::{Opened, Request, open};
@@ -228,6 +229,42 @@ fn one_effect_alone_can_be_asked_for() {
 }
 
 #[test]
+fn jitter_has_one_name_and_its_aliases() {
+    for (seed, jitter) in [(31, 0.1e-3), (32, 0.4e-3)] {
+        let set = [&*format!("timestamp_jitter.jitter={jitter} s")];
+        let (opened, problem) = drawn(&["timestamp_jitter"], &set, seed);
+        let found = run(problem, &opened);
+        assert!(found.effects.is_empty(), "{:?}", found.verdict);
+        // Rounded stamps scatter in the same way: one of the two is named, once.
+        let names = ["timestamp_jitter", "stamp_rounding"];
+        let like = |name: &str| names.contains(&name);
+        let named: Vec<_> = found.noise.iter().filter(|one| like(&one.name)).collect();
+        let [one] = named.as_slice() else { unreachable!("{named:?}") };
+        assert!(one.aliases.iter().any(|other| like(other) && *other != one.name), "{one:?}");
+        // Both parameters are standard deviations.
+        let (value, sigma) = (one.value, one.sigma);
+        assert!((value - jitter).abs() < 3.0 * sigma, "{value} ± {sigma} for {jitter}");
+        assert!(sigma < 0.1 * jitter, "{sigma}");
+    }
+}
+
+#[test]
+fn of_all_pairs_the_two_that_are_there_leave_nothing() {
+    let both = ["trunnion_tilt", "tracking_reversal"];
+    let (opened, problem) = drawn(&both, &["trunnion_tilt.tilt=5 arcsec"], 33);
+    let found = run(problem, &opened);
+    let nominal = &found.search.as_ref().unwrap().stages[0];
+    let name = |number: usize| nominal.candidates[number].name.as_str();
+    let tried = pairs(nominal);
+    let (first, second) = tried[0];
+    let mut named = [name(first), name(second)];
+    named.sort_unstable();
+    assert_eq!(named, ["tracking_reversal", "trunnion_tilt"]);
+    // Neither leaves nothing with something that adds nothing to it.
+    assert!(tried.iter().all(|(a, b)| both.contains(&name(*a)) || both.contains(&name(*b))));
+}
+
+#[test]
 fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     let set = ["trunnion_tilt.tilt=4 arcsec"];
     let (opened, problem) = drawn(&["trunnion_tilt"], &set, 9);
@@ -239,6 +276,9 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     let gap = found.gap.unwrap();
     assert_eq!(gap.folds, 12);
     assert!(gap.closed.unwrap() > 0.9, "{gap:?}");
+    let [step] = gap.steps.as_slice() else { unreachable!("{:?}", gap.steps) };
+    assert_eq!((step.effect.as_str(), step.held_out_drop), ("trunnion_tilt", gap.held_out_drop));
+    assert_eq!(step.rms, gap.after);
     // A campaign without the effect: it does not shrink there.
     let (mut clean, readings) = drawn(&[], &[], 11);
     clean.problem = readings;

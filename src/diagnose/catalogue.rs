@@ -17,14 +17,17 @@ use super::candidates::{Candidate, Offer, Wanted, offer};
 use super::evidence::sign;
 use super::structure::blocks;
 
-/// Models with certain effects that are kept at most.
-const MOST_MODELS: usize = 24;
+/// Models with certain effects that are kept at most: those used last. Each takes some 50 MB.
+const MOST_MODELS: usize = 8;
 /// Families whose signatures are kept at most for each.
 const MOST_LISTS: usize = 8;
 
 /// What has been made so far; clones share it.
 #[derive(Clone, Debug, Default)]
-pub struct Catalogue(Arc<Mutex<HashMap<String, Arc<Made>>>>);
+pub struct Catalogue(Arc<Mutex<Recent>>);
+
+/// Models by what is written of them, the one used last at the end.
+type Recent = Vec<(String, Arc<Made>)>;
 
 /// What has been made of models with certain effects.
 #[derive(Debug)]
@@ -40,8 +43,7 @@ impl Catalogue {
     /// What there is beside the effects in use.
     pub fn of(&self, recipes: &[Recipe]) -> Arc<Made> {
         let key: String = recipes.iter().map(written).collect();
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-        if let Some(known) = known {
+        if let Some(known) = self.known(&key) {
             return known;
         }
         let made = Arc::new(Made {
@@ -50,11 +52,23 @@ impl Catalogue {
             signatures: Mutex::default(),
         });
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if all.len() < MOST_MODELS {
-            all.insert(key, made.clone());
+        if !all.iter().any(|(known, _)| *known == key) {
+            if all.len() >= MOST_MODELS {
+                all.remove(0);
+            }
+            all.push((key, made.clone()));
         }
         drop(all);
         made
+    }
+
+    fn known(&self, key: &str) -> Option<Arc<Made>> {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let at = all.iter().position(|(known, _)| known == key)?;
+        let used = all.remove(at);
+        let made = used.1.clone();
+        all.push(used);
+        Some(made)
     }
 }
 

@@ -20,10 +20,8 @@ use crate::engine::{Point, Problem};
 use crate::estimate::arrow::normal_matrix;
 use crate::graph::Scope;
 
+use super::basis::{RANK, basis};
 use super::candidates::Candidate;
-
-/// Share of a column's length below which nominal parameters take it up.
-pub const RANK: f64 = 3e-4;
 
 /// One pass over the readings.
 #[derive(Clone, Debug)]
@@ -66,6 +64,9 @@ struct Column {
     at: Vec<(usize, usize)>,
 }
 
+/// Some columns and whose values they are.
+type Owned = (Vec<Owner>, Vec<Column>);
+
 /// Whose value a column is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Owner {
@@ -75,6 +76,26 @@ pub struct Owner {
     pub component: usize,
     /// The setup or run.
     pub of: Option<String>,
+}
+
+/// A candidate's columns, the nominal parameters' part taken off, as they are.
+#[derive(Clone, Debug)]
+pub struct Projected {
+    owners: Vec<Owner>,
+    columns: Vec<Column>,
+    /// `S`.
+    pub left: DMatrix<f64>,
+    /// `g`.
+    pub score: DVector<f64>,
+    raw: DVector<f64>,
+    coupling: DMatrix<f64>,
+}
+
+impl Projected {
+    /// Whose values its columns are.
+    pub fn owners(&self) -> &[Owner] {
+        &self.owners
+    }
 }
 
 /// What a pass says of one candidate.
@@ -98,6 +119,20 @@ pub struct Entry {
 }
 
 impl Entry {
+    /// What is projected, with its basis.
+    pub fn of(projected: Projected) -> Self {
+        let Projected { owners, columns, left, score, raw, coupling } = projected;
+        let k = columns.len();
+        let finite = left.iter().chain(score.iter()).all(|value| value.is_finite());
+        let (basis, lengths) = if finite && k > 0 {
+            basis(&left, &raw)
+        } else {
+            (DMatrix::zeros(k, 0), DMatrix::zeros(0, k))
+        };
+        let score = basis.tr_mul(&score);
+        Self { owners, columns, raw, basis, lengths, score, coupling, finite }
+    }
+
     /// Directions that nominal parameters cannot follow.
     pub fn degrees(&self) -> usize {
         self.score.len()
@@ -139,6 +174,35 @@ impl Evidence {
         candidates: usize,
         signed: Arc<Vec<Signatures>>,
     ) -> Option<Self> {
+        let (mut evidence, columns) = Self::summed(problem, normal, point, candidates, signed)?;
+        evidence.enter(columns);
+        Some(evidence)
+    }
+
+    /// The same; the last candidate is projected only, and has no entry.
+    pub fn beside(
+        problem: &Problem,
+        normal: &Normal,
+        point: &Point,
+        candidates: &[&Candidate],
+    ) -> Option<(Self, Projected)> {
+        let signed = sign(problem, candidates);
+        let (mut evidence, mut columns) =
+            Self::summed(problem, normal, point, candidates.len(), signed)?;
+        let (owners, last) = columns.pop()?;
+        let last = evidence.projected(owners, last);
+        evidence.enter(columns);
+        Some((evidence, last))
+    }
+
+    /// All sums, and the columns of each candidate.
+    fn summed(
+        problem: &Problem,
+        normal: &Normal,
+        point: &Point,
+        candidates: usize,
+        signed: Arc<Vec<Signatures>>,
+    ) -> Option<(Self, Vec<Owned>)> {
         let nominal = nominal(normal)?;
         let mut runs = Vec::new();
         let mut touched = Vec::new();
@@ -157,13 +221,15 @@ impl Evidence {
                 runs.push(gram);
             }
         }
-        let mut evidence = Self { entries: Vec::new(), signatures: signed, runs, touched, nominal };
-        for columns in columns {
-            let (owners, columns) = columns.into_iter().unzip();
-            let entry = evidence.entry(owners, columns);
-            evidence.entries.push(entry);
+        let evidence = Self { entries: Vec::new(), signatures: signed, runs, touched, nominal };
+        Some((evidence, columns.into_iter().map(|own| own.into_iter().unzip()).collect()))
+    }
+
+    fn enter(&mut self, columns: Vec<Owned>) {
+        for (owners, columns) in columns {
+            let entry = self.entry(owners, columns);
+            self.entries.push(entry);
         }
-        Some(evidence)
     }
 
     /// Several candidates as one.
@@ -274,9 +340,12 @@ impl Evidence {
     }
 
     fn entry(&self, owners: Vec<Owner>, columns: Vec<Column>) -> Entry {
-        let k = columns.len();
+        Entry::of(self.projected(owners, columns))
+    }
+
+    fn projected(&self, owners: Vec<Owner>, columns: Vec<Column>) -> Projected {
         let across = self.across(&columns);
-        let mut score = DVector::zeros(k);
+        let mut score = DVector::zeros(columns.len());
         for (j, column) in columns.iter().enumerate() {
             for (run, index) in &column.at {
                 let gram = &self.runs[*run].gram;
@@ -288,14 +357,13 @@ impl Evidence {
         let coupling = self.nominal.solve(&across);
         let left = &own - across.tr_mul(&coupling);
         let score = score - coupling.tr_mul(&self.nominal.score);
-        let finite = left.iter().chain(score.iter()).all(|value| value.is_finite());
-        let (basis, lengths) = if finite && k > 0 {
-            basis(&left, &raw)
-        } else {
-            (DMatrix::zeros(k, 0), DMatrix::zeros(0, k))
-        };
-        let score = basis.tr_mul(&score);
-        Entry { owners, columns, raw, basis, lengths, score, coupling, finite }
+        Projected { owners, columns, left, score, raw, coupling }
+    }
+
+    /// `W_aᵀ S_ab`: what a candidate has in common with the columns of another one.
+    pub fn shared(&self, a: &Entry, b: &Projected) -> DMatrix<f64> {
+        let own = self.products(&a.columns, &b.columns);
+        a.basis.tr_mul(&(own - a.coupling.tr_mul(&self.across(&b.columns))))
     }
 
     /// `W_aᵀ S_ab W_b`: the cosines between what two candidates do beyond the nominal parameters.
@@ -355,43 +423,6 @@ impl Evidence {
         takers.sort_by(|a, b| b.1.total_cmp(&a.1));
         takers
     }
-}
-
-/// `W` with `Wᵀ S W = 1` and its counterpart, columns that are taken up left out.
-fn basis(left: &DMatrix<f64>, raw: &DVector<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
-    let k = left.nrows();
-    let length = raw.map(|length| if length > 0.0 { length } else { 1.0 });
-    let scaled = DMatrix::from_fn(k, k, |i, j| left[(i, j)] / (length[i] * length[j]));
-    if let Some(found) = triangular(&scaled, &length) {
-        return found;
-    }
-    let eigen = SymmetricEigen::new(scaled);
-    let mut order: Vec<usize> = (0..k).filter(|i| eigen.eigenvalues[*i] > RANK * RANK).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let root = |j: usize| eigen.eigenvalues[order[j]].sqrt();
-    let vector = |i: usize, j: usize| eigen.eigenvectors[(i, order[j])];
-    (
-        DMatrix::from_fn(k, order.len(), |i, j| vector(i, j) / (length[i] * root(j))),
-        DMatrix::from_fn(order.len(), k, |j, i| vector(i, j) * length[i] * root(j)),
-    )
-}
-
-/// The same of columns none of which is taken up, by far quicker: with `S = L Lᵀ` they are `L⁻ᵀ` and `Lᵀ`.
-/// `None` where some eigenvalue may be below what counts as taken up: the least is at least
-/// `1 / tr S⁻¹`.
-fn triangular(
-    scaled: &DMatrix<f64>,
-    length: &DVector<f64>,
-) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
-    let k = scaled.nrows();
-    let lower = Cholesky::new(scaled.clone())?.unpack();
-    let inverse = lower.solve_lower_triangular(&DMatrix::identity(k, k))?;
-    let sound = inverse.norm_squared() * RANK * RANK < 1.0;
-    sound.then(|| {
-        let basis = DMatrix::from_fn(k, k, |i, j| inverse[(j, i)] / length[i]);
-        let lengths = DMatrix::from_fn(k, k, |j, i| lower[(i, j)] * length[i]);
-        (basis, lengths)
-    })
 }
 
 fn nominal(normal: &Normal) -> Option<Nominal> {

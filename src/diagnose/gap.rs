@@ -22,6 +22,7 @@ use crate::estimate::calibrate::rms;
 
 use super::search::LEAST_LAMBDA;
 use super::stage::Fitted;
+use super::steps::Steps;
 
 /// Fewer runs are not left out as wholes.
 pub const LEAST_RUNS: usize = 4;
@@ -32,6 +33,17 @@ const MOST_SAMPLES: usize = 5_000;
 /// Normal quantile of the intervals: 95 %.
 const QUANTILE: f64 = 1.96;
 
+/// What one effect contributes, after those before it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// The effect.
+    pub effect: String,
+    /// rms of the residuals of each measurand with it (SI).
+    pub rms: Vec<(String, f64)>,
+    /// Drop of the sum of squares that it brings on readings that were not fitted to.
+    pub held_out_drop: f64,
+}
+
 /// The gap before and after.
 #[derive(Clone, Debug)]
 pub struct Gap {
@@ -39,6 +51,8 @@ pub struct Gap {
     pub before: Vec<(String, f64)>,
     /// The same with them.
     pub after: Vec<(String, f64)>,
+    /// What each of them contributes, in the order of adoption.
+    pub steps: Vec<Step>,
     /// What noise alone gives.
     pub floor: Vec<(String, f64)>,
     /// Length of what the effects explain, in units of the noise.
@@ -73,9 +87,22 @@ pub fn closed(drops: &[f64], leftover: f64) -> (f64, [f64; 2]) {
     (part(total, leftover), [part(total - spread, most), part(total + spread, least)])
 }
 
-/// The gap of a fitted model against the same without its adopted effects.
-pub fn gap(before: &Fitted, after: &Fitted, leftover: f64, memory: f64, in_data: bool) -> Gap {
+/// The gap of a model with its adopted effects against the same without them.
+pub fn gap(models: &Steps, leftover: f64, memory: f64, in_data: bool) -> Gap {
+    let (before, after) = (&models.nominal, models.last());
     let drops = drops(before, after, memory);
+    let mut steps: Vec<Step> = Vec::new();
+    let mut last = before;
+    for (effect, fitted) in &models.with {
+        let held_out_drop: f64 = if models.with.len() == 1 {
+            drops.iter().sum()
+        } else {
+            self::drops(last, fitted, memory).iter().sum()
+        };
+        let rms = rms(&fitted.problem, &fitted.fit.point);
+        steps.push(Step { effect: effect.clone(), rms, held_out_drop });
+        last = fitted;
+    }
     let (part, interval) = closed(&drops, leftover);
     let gain = before.cost() - after.cost();
     let degrees =
@@ -83,6 +110,7 @@ pub fn gap(before: &Fitted, after: &Fitted, leftover: f64, memory: f64, in_data:
     Gap {
         before: rms(&before.problem, &before.fit.point),
         after: rms(&after.problem, &after.fit.point),
+        steps,
         floor: floor(after),
         lambda: (gain - degrees).max(0.0).sqrt(),
         held_out_drop: drops.iter().sum(),
@@ -186,14 +214,27 @@ pub fn drops(before: &Fitted, after: &Fitted, memory: f64) -> Vec<f64> {
 
 /// The sums with only some samples of each run.
 fn kept(fitted: &Fitted, range: impl Fn(usize, usize) -> Range<usize>) -> Vec<RunGram> {
-    let mut problem: Problem = fitted.problem.clone();
-    for part in &mut problem.parts {
+    let mut problem = among(&fitted.problem, |run, len| {
+        let range = range(run, len);
+        move |sample| range.contains(&sample)
+    });
+    problem.reweight(&fitted.fit.point);
+    problem.normal(&fitted.fit.point).runs
+}
+
+/// A problem with only some samples of each run, by the run's number in its campaign and its length.
+pub(super) fn among<W: Fn(usize) -> bool>(
+    problem: &Problem,
+    wanted: impl Fn(usize, usize) -> W,
+) -> Problem {
+    let mut parts = problem.parts.clone();
+    for part in &mut parts {
         for (number, run) in part.runs.iter_mut().enumerate() {
-            let range = range(number, run.record.len());
+            let wanted = wanted(number, run.record.len());
             run.record.edit(|samples| {
                 for column in &mut samples.readings {
                     for (sample, value) in column.iter_mut().enumerate() {
-                        if !range.contains(&sample) {
+                        if !wanted(sample) {
                             *value = f64::NAN;
                         }
                     }
@@ -201,9 +242,7 @@ fn kept(fitted: &Fitted, range: impl Fn(usize, usize) -> Range<usize>) -> Vec<Ru
             });
         }
     }
-    let mut problem = Problem::new(problem.parts);
-    problem.reweight(&fitted.fit.point);
-    problem.normal(&fitted.fit.point).runs
+    Problem::new(parts)
 }
 
 /// For each column of the model with the effects the step that switches them off; `None` for nominal

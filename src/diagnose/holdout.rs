@@ -1,21 +1,28 @@
 //! The gap of a campaign that the fit never saw.
 //!
-//! What belongs to the instrument and the rig is held at the values of the first campaign, with and
-//! without the effects; only parameters of setups and runs are estimated. The drop is that of the whole
-//! campaign, run by run.
+//! What belongs to the instrument and the rig is held at the values of the first campaign, for each
+//! model: without the effects, with the first of them, with the first two, and so on. Lost samples and
+//! gross readings (beyond 3.5 robust standard deviations), as the model with all effects sees them, are
+//! left out for every model. Parameters of
+//! setups and runs are then fitted to the first half of every run, and second halves are judged; where
+//! first halves do not determine them, whole runs are fitted and judged.
 
-use crate::engine::open::Opened;
-use crate::engine::{Point, Problem};
-use crate::estimate::batch::{FitError, Options, fit};
+use crate::engine::gram::LeastSquares;
+use crate::engine::open::{Opened, Recipe};
+use crate::engine::{Part, Point, Problem};
+use crate::estimate::batch::{Fit, FitError, Options, fit};
 use crate::estimate::calibrate::rms;
 use crate::estimate::start::start;
 use crate::graph::Scope;
 use crate::system::{Selected, System};
 
 use super::candidates::Wanted;
-use super::gap::{Gap, closed, floor};
+use super::gap::{Gap, Step, among, closed, floor};
+use super::lost;
 use super::stage::{Fitted, Stage, rebuilt};
+use super::steps::Steps;
 use super::verdict::leftover;
+use super::whiten::stretch;
 
 /// The gap of a held-out campaign, without and with the effects that were adopted elsewhere.
 ///
@@ -23,39 +30,46 @@ use super::verdict::leftover;
 /// [`FitError`] where the campaign cannot be fitted at all.
 pub fn holdout(
     opened: &Opened,
-    before: &Fitted,
-    after: &Fitted,
+    models: &Steps,
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Gap, FitError> {
-    let known: Vec<&Selected> = after.recipes.iter().flat_map(|recipe| &recipe.effects).collect();
-    let nominal: Vec<&Selected> =
-        before.recipes.iter().flat_map(|recipe| &recipe.effects).collect();
-    let without = judged(opened, before, &nominal, options)?;
-    let with = judged(opened, after, &known, options)?;
-    let drops: Vec<f64> = costs(&without).iter().zip(costs(&with)).map(|(a, b)| a - b).collect();
-    let mut left = 0.0;
-    let gain = without.cost() - with.cost();
-    let (rms_before, rms_after) =
-        (rms(&without.problem, &without.fit.point), rms(&with.problem, &with.fit.point));
-    let floor = floor(&with);
-    if let Some(mut stage) = Stage::new(with, wanted) {
-        let structure = stage.structure();
-        let problem = &stage.fitted.problem;
-        let samples: usize =
-            problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum();
-        let length = samples.div_ceil(60).max(1);
-        let remains = stage.evidence.left(problem, &stage.fitted.fit.point, &structure, length);
-        stage.judge_scatter(&remains);
-        left = leftover(&stage);
+    let held = Held { parts: &opened.problem.parts, recipes: &opened.recipes, options };
+    let parts = held.sound(models.last())?;
+    let held = Held { parts: &parts, ..held };
+    let both = |model: &Fitted| {
+        let whole = held.learns(model)?;
+        let half = held.halved(&whole)?;
+        Ok::<_, FitError>((whole, half))
+    };
+    let nominal = both(&models.nominal)?;
+    let with: Vec<(Fitted, Fitted)> =
+        models.with.iter().map(|(_, model)| both(model)).collect::<Result<_, _>>()?;
+    let by_halves = with.iter().chain([&nominal]).all(|(_, half)| half.is_sound());
+    let scored = |(whole, half): (Fitted, Fitted)| {
+        if by_halves { Scored::of_second_halves(&whole, half) } else { Scored::of(whole) }
+    };
+    let before = scored(nominal);
+    let mut steps: Vec<Step> = Vec::new();
+    let mut last = before.clone();
+    for ((effect, _), next) in models.with.iter().zip(with.into_iter().map(scored)) {
+        let held_out_drop = last.drops(&next).iter().sum();
+        steps.push(Step { effect: effect.clone(), rms: next.rms.clone(), held_out_drop });
+        last = next;
     }
+    let drops = before.drops(&last);
+    let floor = floor(&last.judged);
+    let after = last.rms.clone();
+    let left = last.leftover(wanted, options)?;
     let (part, interval) = closed(&drops, left);
+    let drop: f64 = drops.iter().sum();
     Ok(Gap {
-        before: rms_before,
-        after: rms_after,
+        before: before.rms,
+        after,
+        steps,
         floor,
-        lambda: gain.max(0.0).sqrt(),
-        held_out_drop: drops.iter().sum(),
+        lambda: drop.max(0.0).sqrt(),
+        held_out_drop: drop,
         leftover: left,
         closed: Some(part),
         closed_interval: Some(interval),
@@ -63,41 +77,132 @@ pub fn holdout(
     })
 }
 
-/// Sum of squares of each run.
-fn costs(fitted: &Fitted) -> Vec<f64> {
-    let runs = fitted.fit.normal.runs.iter();
-    runs.map(|run| run.gram[(run.gram.nrows() - 1, run.gram.nrows() - 1)]).collect()
+/// A campaign that others were not fitted to.
+#[derive(Clone, Copy)]
+struct Held<'a> {
+    parts: &'a [Part],
+    recipes: &'a [Recipe],
+    options: &'a Options,
 }
 
-/// The held-out campaign with some effects; what is global is held at the values of a fit.
-fn judged(
-    opened: &Opened,
-    values: &Fitted,
-    effects: &[&Selected],
-    options: &Options,
-) -> Result<Fitted, FitError> {
-    let mut recipes = opened.recipes.clone();
-    let mut parts = Vec::new();
-    for (recipe, part) in recipes.iter_mut().zip(&opened.problem.parts) {
-        for effect in effects {
-            let known =
-                |one: &&Selected| one.effect.name == effect.effect.name && one.head == effect.head;
-            if !recipe.effects.iter().any(|one| known(&one)) {
-                recipe.effects.push((*effect).clone());
-            }
-        }
-        parts.push(match recipe.with(&[]) {
-            Ok(mut system) => {
-                hold(&mut system, values);
-                rebuilt(part, system)
-            }
-            Err(_) => part.clone(),
-        });
+/// How well a model predicts.
+#[derive(Clone)]
+struct Scored {
+    /// Of what is judged.
+    rms: Vec<(String, f64)>,
+    /// Sum of squares of each run.
+    squares: Vec<f64>,
+    /// The model with the readings that are judged.
+    judged: Fitted,
+}
+
+impl Scored {
+    /// Of all that a model was fitted to.
+    fn of(judged: Fitted) -> Self {
+        let runs = judged.fit.normal.runs.iter();
+        let squares =
+            runs.map(|run| run.gram[(run.gram.nrows() - 1, run.gram.nrows() - 1)]).collect();
+        Self { rms: rms(&judged.problem, &judged.fit.point), squares, judged }
     }
-    let mut problem = Problem::new(parts);
-    let (point, _) = start(&problem);
-    let fit = fit(&mut problem, point, options)?;
-    Ok(Fitted { recipes, problem, fit })
+
+    /// Of the second halves of runs, with a fit to first ones.
+    fn of_second_halves(whole: &Fitted, half: Fitted) -> Self {
+        let mut problem =
+            among(&whole.problem, |_, length| move |sample| !learns_from(sample, length));
+        problem.reweight(&half.fit.point);
+        let normal = problem.normal(&half.fit.point);
+        Self::of(Fitted { problem, fit: Fit { normal, ..half.fit }, ..half })
+    }
+
+    /// How much less the sum of squares of each run is with another model.
+    fn drops(&self, other: &Self) -> Vec<f64> {
+        self.squares.iter().zip(&other.squares).map(|(before, after)| before - after).collect()
+    }
+
+    /// Squared length of the largest structure that is left in what is judged.
+    fn leftover(self, wanted: &Wanted, options: &Options) -> Result<f64, FitError> {
+        let Some(mut stage) = Stage::new(self.judged.again(options)?, wanted) else {
+            return Ok(0.0);
+        };
+        let structure = stage.structure();
+        let problem = &stage.fitted.problem;
+        let length = stretch(problem, 0.0);
+        let remains = stage.evidence.left(problem, &stage.fitted.fit.point, &structure, length);
+        stage.judge_scatter(&remains);
+        Ok(leftover(&stage))
+    }
+}
+
+impl Held<'_> {
+    /// Its campaigns without lost samples and wild readings, as a model sees them.
+    fn sound(self, model: &Fitted) -> Result<Vec<Part>, FitError> {
+        let mut parts = self.parts.to_vec();
+        for _ in 0..lost::LOOKS {
+            let Fitted { mut problem, fit, .. } = Held { parts: &parts, ..self }.learns(model)?;
+            let freedom = problem.reading_count() as f64 - problem.layout.columns.len() as f64;
+            let factor = (freedom > 0.0).then(|| fit.cost / freedom);
+            let found = lost::look(&problem, &fit.point, factor, self.options)?;
+            if found.is_empty() {
+                break;
+            }
+            lost::leave_out(&mut problem, &found);
+            take_runs(&mut parts, problem);
+        }
+        let Fitted { problem, fit, .. } = Held { parts: &parts, ..self }.learns(model)?;
+        take_runs(&mut parts, lost::sturdy(&problem, &fit.point, self.options)?.1);
+        Ok(parts)
+    }
+
+    /// A model fitted to it; what is global is held.
+    fn learns(self, model: &Fitted) -> Result<Fitted, FitError> {
+        let mut recipes = self.recipes.to_vec();
+        let mut parts = Vec::new();
+        let effects = || model.recipes.iter().flat_map(|recipe| &recipe.effects);
+        for (recipe, part) in recipes.iter_mut().zip(self.parts) {
+            for effect in effects() {
+                let known = |one: &Selected| {
+                    one.effect.name == effect.effect.name && one.head == effect.head
+                };
+                if !recipe.effects.iter().any(known) {
+                    recipe.effects.push(effect.clone());
+                }
+            }
+            parts.push(match recipe.with(&[]) {
+                Ok(mut system) => {
+                    hold(&mut system, model);
+                    rebuilt(part, system)
+                }
+                Err(_) => part.clone(),
+            });
+        }
+        let mut problem = Problem::new(parts);
+        let (point, _) = start(&problem);
+        let fit = fit(&mut problem, point, self.options)?;
+        Ok(Fitted { recipes, problem, fit })
+    }
+
+    /// The same model fitted to the first half of every run.
+    fn halved(self, whole: &Fitted) -> Result<Fitted, FitError> {
+        let mut problem =
+            among(&whole.problem, |_, length| move |sample| learns_from(sample, length));
+        let fit = fit(&mut problem, whole.fit.point.clone(), self.options)?;
+        Ok(Fitted { recipes: whole.recipes.clone(), problem, fit })
+    }
+}
+
+/// Stretches that a run is cut into.
+const STRETCHES: usize = 8;
+
+/// Whether a run's own parameters are fitted to a sample: to every other stretch.
+fn learns_from(sample: usize, length: usize) -> bool {
+    (sample * STRETCHES / length.max(1)).is_multiple_of(2)
+}
+
+/// Puts the runs of a problem in the place of those of some campaigns.
+fn take_runs(parts: &mut [Part], problem: Problem) {
+    for (part, from) in parts.iter_mut().zip(problem.parts) {
+        part.runs = from.runs;
+    }
 }
 
 /// Holds what belongs to instrument and rig at the values of a fit, random levels with it.

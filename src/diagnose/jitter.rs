@@ -8,9 +8,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::engine::Part;
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::engine::stretches::Left;
 use crate::model::Process;
+use crate::system::RandomSetting;
 use crate::units::Unit;
 
 use super::candidates::Candidate;
@@ -23,52 +25,104 @@ const SAME: f64 = 0.01;
 /// Samples looked at at most.
 const MOST_SAMPLES: usize = 20_000;
 
-/// The random quantity shared by the readings of a sample that shows best, if any does. `alike` is the
-/// part of the samples that counts where neighbours are alike.
+/// A standard deviation with its standard uncertainty.
+pub(super) struct Size {
+    pub(super) value: f64,
+    pub(super) sigma: f64,
+}
+
+/// What of a random quantity shows.
+pub(super) enum Shown<'s> {
+    /// One that is not in the model yet.
+    New(Box<NoiseEffect>, &'s Candidate),
+    /// One that is, by its index among the effects on the noise, with what it has beyond what it was given.
+    More(usize, Size),
+}
+
+/// The random quantity shared by the readings of a sample that shows best, if any does. Of those that the
+/// model has already (`known`) each shows with what it lacks: an effect that is one with it is not named
+/// beside it. `alike` is the part of the samples that counts where neighbours are alike.
 pub(super) fn jitter<'s>(
     stage: &'s Stage,
     left: &[Left],
     level: f64,
     alike: f64,
-) -> Option<(NoiseEffect, &'s Candidate)> {
-    let mut best: Option<(NoiseEffect, &Candidate, f64, f64)> = None;
+    known: &[NoiseEffect],
+) -> Option<Shown<'s>> {
+    let mut found: Vec<Found<'s>> = Vec::new();
+    for (number, one) in known.iter().enumerate() {
+        let own = |_, part: &Part| Some(part.clone());
+        let pairs = pairs(stage, left, &own, &one.parameter);
+        found.extend(pairs.map(|pairs| Found { of: Of::Known(number), pairs }));
+    }
     for candidate in &stage.noise {
         for (name, unit) in white_randoms(candidate) {
-            let Some(Pairs { sum, weights, scatter, typical }) =
-                pairs(stage, left, candidate, &name)
-            else {
-                continue;
+            let with = |p: usize, part: &Part| {
+                let system = candidate.systems[p].as_deref()?;
+                // An effect that is random through and through has no parameters of its own.
+                let random = system.settings.len() == part.system.settings.len();
+                random.then(|| rebuilt(part, system.clone()))
             };
-            let ln_p = ln_normal(sum / scatter.sqrt() * alike.sqrt());
-            let variance = sum / weights;
-            if ln_p > level || variance <= 0.0 {
-                continue;
-            }
-            let value = variance.sqrt();
-            let found = NoiseEffect {
-                selected: Some(candidate.selected.clone()),
-                name: candidate.name.clone(),
-                parameter: name,
-                unit,
-                value,
-                sigma: 0.5 * scatter.sqrt() / (weights * value),
-                memory: None,
-                ln_p,
-            };
-            // The one that explains most; of effects that look the same, the one whose usual size is
-            // nearest.
-            let explained = 0.5 * sum * sum / weights;
-            let strange = (value / typical).ln().abs();
-            let better = best.as_ref().is_none_or(|(_, _, most, least)| {
-                let more = explained / most - 1.0;
-                more > SAME || (more > -SAME && strange < *least)
-            });
-            if better {
-                best = Some((found, candidate, explained, strange));
-            }
+            let pairs = pairs(stage, left, &with, &name);
+            let of = Of::Candidate(candidate, name, unit);
+            found.extend(pairs.map(|pairs| Found { of, pairs }));
         }
     }
-    best.map(|(found, candidate, _, _)| (found, candidate))
+    found.retain(|one| one.pairs.ln_p(alike) <= level && one.pairs.sum > 0.0);
+    let most = found.iter().map(|one| one.pairs.explained()).fold(0.0, f64::max);
+    found.retain(|one| one.pairs.explained() >= most * (1.0 - SAME));
+    // Of those that look the same the one that is there, else the one whose usual size is nearest.
+    found.sort_by(|a, b| a.strange().total_cmp(&b.strange()));
+    let same = found.iter().skip(1).filter_map(|one| match &one.of {
+        Of::Candidate(candidate, ..) => Some(candidate.name.clone()),
+        Of::Known(_) => None,
+    });
+    let mut aliases: Vec<String> = same.collect();
+    aliases.dedup();
+    let Found { of, pairs } = found.into_iter().next()?;
+    let size = pairs.size();
+    Some(match of {
+        Of::Known(number) => Shown::More(number, size),
+        Of::Candidate(candidate, parameter, unit) => {
+            aliases.retain(|one| *one != candidate.name);
+            let effect = NoiseEffect {
+                selected: Some(candidate.selected.clone()),
+                name: candidate.name.clone(),
+                parameter,
+                unit,
+                value: size.value,
+                sigma: size.sigma,
+                aliases,
+                memory: None,
+                ln_p: pairs.ln_p(alike),
+            };
+            Shown::New(Box::new(effect), candidate)
+        }
+    })
+}
+
+/// Whose random quantity.
+enum Of<'s> {
+    /// That of an effect on the noise, by its index.
+    Known(usize),
+    /// That of a candidate, by its name and unit.
+    Candidate(&'s Candidate, String, Unit),
+}
+
+/// A random quantity with what shows of it.
+struct Found<'s> {
+    of: Of<'s>,
+    pairs: Pairs,
+}
+
+impl Found<'_> {
+    /// How far its size is from the usual one.
+    fn strange(&self) -> f64 {
+        match self.of {
+            Of::Known(_) => -1.0,
+            Of::Candidate(..) => (self.pairs.size().value / self.pairs.typical).ln().abs(),
+        }
+    }
 }
 
 /// The random quantities of an effect that are independent from sample to sample.
@@ -85,6 +139,22 @@ pub(super) fn white_randoms(candidate: &Candidate) -> Vec<(String, Unit)> {
 }
 
 impl Pairs {
+    /// Logarithm of the probability of such products by chance.
+    fn ln_p(&self, alike: f64) -> f64 {
+        ln_normal(self.sum / self.scatter.sqrt() * alike.sqrt())
+    }
+
+    /// What it takes off the sum of squares.
+    fn explained(&self) -> f64 {
+        0.5 * self.sum * self.sum / self.weights
+    }
+
+    /// The standard deviation that they show.
+    fn size(&self) -> Size {
+        let value = (self.sum / self.weights).sqrt();
+        Size { value, sigma: 0.5 * self.scatter.sqrt() / (self.weights * value) }
+    }
+
     /// Adds a sample: its whitened residuals (NaN where there is no reading), the covariance that
     /// whitened them, and the derivatives that are not whitened yet.
     fn add(&mut self, z: &[f64], covariance: DMatrix<f64>, g: &DVector<f64>) {
@@ -115,21 +185,25 @@ struct Pairs {
     typical: f64,
 }
 
-fn pairs(stage: &Stage, left: &[Left], candidate: &Candidate, name: &str) -> Option<Pairs> {
+/// The sums over all campaigns that have the random quantity of a name; `with` gives a campaign's model
+/// with it.
+fn pairs(
+    stage: &Stage,
+    left: &[Left],
+    with: &dyn Fn(usize, &Part) -> Option<Part>,
+    name: &str,
+) -> Option<Pairs> {
     let fitted = &stage.fitted;
     let mut pairs = Pairs { sum: 0.0, weights: 0.0, scatter: 0.0, typical: 1.0 };
     let samples: usize =
         fitted.problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum();
     let stride = samples.div_ceil(MOST_SAMPLES).max(1);
     for (p, part) in fitted.problem.parts.iter().enumerate() {
-        let Some(system) = &candidate.systems[p] else { continue };
-        let with = rebuilt(part, (**system).clone());
-        let k = with.system.randoms.iter().position(|random| random.name == name)?;
+        let Some(with) = with(p, part) else { continue };
+        let is_it =
+            |random: &RandomSetting| random.name == name && random.process == Process::White;
+        let Some(k) = with.system.randoms.iter().position(is_it) else { continue };
         pairs.typical = with.system.randoms[k].typical.unwrap_or(1.0);
-        // An effect that is random through and through has no parameters of its own.
-        if with.system.settings.len() != part.system.settings.len() {
-            return None;
-        }
         let active = active_randoms(part);
         for (run, data) in part.runs.iter().enumerate() {
             let residuals = &left[fitted.problem.run_index(p, run)].residuals;

@@ -37,6 +37,10 @@ const MOST: usize = 10;
 const ROUNDS: usize = 6;
 /// What is far out, in robust standard deviations.
 const GROSS: f64 = 3.5;
+/// Variance factor below which no samples are looked for that were lost.
+const GROSS_FACTOR: f64 = 4.0;
+/// Rounds of looking for lost samples, leaving them out and fitting again.
+pub const LOOKS: usize = 4;
 
 /// A stretch of readings that belong to other moments.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,6 +65,22 @@ pub struct Lost {
 struct Shifted {
     /// For each shift from `-PERIODS`, for each sample: sum over readings, and their number.
     squares: Vec<Vec<(f64, usize)>>,
+}
+
+/// The stretches that a fit shows, beside one that they do not spoil; none without gross misfit.
+///
+/// # Errors
+/// [`FitError`] where what is not far out cannot be fitted at all.
+pub fn look(
+    problem: &Problem,
+    point: &Point,
+    variance_factor: Option<f64>,
+    options: &Options,
+) -> Result<Vec<Lost>, FitError> {
+    if variance_factor.is_none_or(|factor| factor < GROSS_FACTOR) {
+        return Ok(Vec::new());
+    }
+    Ok(find(problem, &sturdy(problem, point, options)?.0))
 }
 
 /// The stretches of all runs, at a point.
@@ -89,13 +109,17 @@ pub fn find(problem: &Problem, point: &Point) -> Vec<Lost> {
     found
 }
 
-/// The point of a fit that gross readings do not spoil: what is far out is left out and the rest fitted
-/// again, `ROUNDS` times. The point itself where nothing is far out.
+/// A fit that gross readings do not spoil: what is far out is left out and the rest fitted again,
+/// `ROUNDS` times. The point, and the campaigns without what is far out.
 ///
 /// # Errors
 /// [`FitError`] where the rest cannot be fitted at all.
-pub fn sturdy(problem: &Problem, point: &Point, options: &Options) -> Result<Point, FitError> {
-    let mut point = point.clone();
+pub fn sturdy(
+    problem: &Problem,
+    point: &Point,
+    options: &Options,
+) -> Result<(Point, Problem), FitError> {
+    let (mut point, mut rest) = (point.clone(), problem.clone());
     for _ in 0..ROUNDS {
         let mut parts = problem.parts.clone();
         let mut far = false;
@@ -121,9 +145,10 @@ pub fn sturdy(problem: &Problem, point: &Point, options: &Options) -> Result<Poi
         if !far {
             break;
         }
-        point = fit(&mut Problem::new(parts), point, options)?.point;
+        rest = Problem::new(parts);
+        point = fit(&mut rest, point, options)?.point;
     }
-    Ok(point)
+    Ok((point, rest))
 }
 
 /// Leaves the readings of these stretches out.

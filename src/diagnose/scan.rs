@@ -2,8 +2,8 @@
 //!
 //! A line is as narrow as the recordings are long: a fixed grid of members would miss it. So the grid is
 //! made from the signatures themselves: neighbours are so near that their squared cosine is
-//! `NEIGHBOURS`. The constant is left open in one compiled program, and each member costs one pass over
-//! the readings for its own columns. What nominal parameters take up only raises a gain, so the
+//! `NEIGHBOURS`. The constant is left open in one compiled program, `TOGETHER` members at once: one pass
+//! over the readings serves them all. What nominal parameters take up only raises a gain, so the
 //! `BEST` members by the plain gain are looked at again with that taken off, and polished by golden
 //! section; coupling between values of different runs is left aside. The best is then tested like any
 //! other candidate; every member of the grid is paid for, twice for the polishing.
@@ -33,6 +33,8 @@ const MOST_WORK: usize = 20_000_000;
 const HALVINGS: usize = 16;
 /// Steps of the golden section.
 const POLISH: usize = 12;
+/// Members in one pass over the readings: they share everything but their own columns.
+const TOGETHER: usize = 8;
 
 /// What was found before: the family, its best member, and the number of members.
 pub type Scanned = Vec<(String, Candidate, usize)>;
@@ -52,12 +54,18 @@ pub fn scan(
     let Members::Range { from, to } = declared.members else { return None };
     let scan = Scan::new(fitted, family, name)?;
     let grid = scan.grid(from, to)?;
-    let plain: Vec<f64> = grid.iter().map(|value| scan.plain_gain(*value)).collect();
+    let plain: Vec<f64> =
+        grid.chunks(TOGETHER).flat_map(|members| scan.plain_gains(members)).collect();
     let mut order: Vec<usize> = (0..grid.len()).collect();
     order.sort_by(|a, b| plain[*b].total_cmp(&plain[*a]));
     order.truncate(BEST);
     let mut gains: Vec<f64> = vec![0.0; grid.len()];
-    order.iter().for_each(|member| gains[*member] = scan.gain(grid[*member]));
+    for members in order.chunks(TOGETHER) {
+        let values: Vec<f64> = members.iter().map(|member| grid[*member]).collect();
+        for (member, gain) in members.iter().zip(scan.gains(&values)) {
+            gains[*member] = gain;
+        }
+    }
     let best = order.into_iter().max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
     let low = grid[best.saturating_sub(1)];
     let high = grid[(best + 1).min(grid.len() - 1)];
@@ -87,11 +95,11 @@ pub fn members(fitted: &Fitted, family: &Candidate) -> Option<usize> {
 /// A family whose constant is left open.
 struct Scan<'a> {
     fitted: &'a Fitted,
-    /// One program for each campaign that it fits: its columns alone, with the nominal ones, and of two
-    /// members at once.
+    /// One program for each campaign that it fits: the columns of `TOGETHER` members alone and with the
+    /// nominal ones, and those of one with them.
     alone: Vec<Signatures>,
+    beside: Vec<Signatures>,
     single: Vec<Signatures>,
-    double: Vec<Signatures>,
     factor: Cholesky<f64, Dyn>,
     /// Length of each nominal column.
     length: DVector<f64>,
@@ -99,7 +107,8 @@ struct Scan<'a> {
     samples: usize,
 }
 
-/// Sums of one value's columns: with themselves, with the nominal columns, with what is left.
+/// Sums of some members' columns that hold together: with themselves, with the nominal columns, with
+/// what is left.
 struct Group {
     key: (usize, usize),
     own: DMatrix<f64>,
@@ -115,14 +124,15 @@ impl<'a> Scan<'a> {
             member: Default::default(),
             head: family.selected.head.clone(),
         };
-        let (mut alone, mut single, mut double) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut alone, mut beside, mut single) = (Vec::new(), Vec::new(), Vec::new());
+        let numbers: Vec<String> = (0..TOGETHER).map(|number| number.to_string()).collect();
         for (part, recipe) in fitted.recipes.iter().enumerate() {
             let Ok(system) = recipe.with(std::slice::from_ref(&selected)) else { continue };
             let system: &System = &system;
-            let of = |name| Signed { name, system };
-            alone.push(Signatures::open(problem, part, &[of("0")], name, false));
-            single.push(Signatures::open(problem, part, &[of("0")], name, true));
-            double.push(Signatures::open(problem, part, &[of("0"), of("1")], name, false));
+            let all: Vec<Signed<'_>> = numbers.iter().map(|name| Signed { name, system }).collect();
+            alone.push(Signatures::open(problem, part, &all, name, false));
+            beside.push(Signatures::open(problem, part, &all, name, true));
+            single.push(Signatures::open(problem, part, &all[..1], name, true));
         }
         let (hessian, score) = normal_matrix(&fitted.fit.normal).ok()?;
         let length = hessian.diagonal().map(|s| if s > 0.0 { s.sqrt() } else { 1.0 });
@@ -132,16 +142,16 @@ impl<'a> Scan<'a> {
         let factor = Cholesky::new(scaled)?;
         let runs = problem.parts.iter().flat_map(|part| &part.runs);
         let samples = runs.map(|run| run.record.len()).sum();
-        Some(Self { fitted, alone, single, double, factor, length, score, samples })
+        Some(Self { fitted, alone, beside, single, factor, length, score, samples })
     }
 
     /// Sums over runs of columns that hold together: over a campaign, a setup or a run.
-    fn groups(&self, signatures: &Signatures, constants: &[f64]) -> Vec<Group> {
+    fn groups(&self, signatures: &Signatures, members: &[f64]) -> Vec<Group> {
         let problem = &self.fitted.problem;
         let part = signatures.part();
         let n = self.length.len();
         let mut groups: Vec<Group> = Vec::new();
-        let grams = problem.gram_at(signatures, &self.fitted.fit.point, constants);
+        let grams = problem.gram_at(signatures, &self.fitted.fit.point, members);
         for (run, RunGram { gram, .. }) in grams.iter().enumerate() {
             let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
             let k = gram.nrows() - 1 - touched.len();
@@ -175,42 +185,71 @@ impl<'a> Scan<'a> {
         groups
     }
 
-    /// What a member takes off the sum of squares while nominal parameters stand still.
-    fn plain_gain(&self, value: f64) -> f64 {
-        let groups = self.alone.iter().flat_map(|one| self.groups(one, &[value]));
-        groups
-            .filter_map(|Group { own, score, .. }| {
-                Some(score.dot(&Cholesky::new(own)?.solve(&score)))
-            })
-            .sum()
+    /// What each of at most `TOGETHER` members takes off the sum of squares while nominal parameters stand
+    /// still.
+    fn plain_gains(&self, members: &[f64]) -> Vec<f64> {
+        let gain = |own: DMatrix<f64>, _: DMatrix<f64>, score: DVector<f64>| {
+            Cholesky::new(own).map_or(0.0, |factor| score.dot(&factor.solve(&score)))
+        };
+        self.added(&self.alone, &filled(members), gain)[..members.len()].to_vec()
+    }
+
+    /// What each of at most `TOGETHER` members takes off the sum of squares.
+    fn gains(&self, members: &[f64]) -> Vec<f64> {
+        let gain = |own, across, score| self.gain_beyond(&own, &across, score);
+        self.added(&self.beside, &filled(members), gain)[..members.len()].to_vec()
     }
 
     /// What a member takes off the sum of squares.
-    fn gain(&self, value: f64) -> f64 {
-        let groups = self.single.iter().flat_map(|one| self.groups(one, &[value]));
-        groups
-            .map(|Group { own, across, score, .. }| {
-                let scaled = DMatrix::from_fn(across.nrows(), across.ncols(), |i, j| {
-                    across[(i, j)] / self.length[i]
-                });
-                let solved = self.factor.solve(&scaled);
-                let mut left = &own - scaled.tr_mul(&solved);
-                let nominal = self.score.component_div(&self.length);
-                let score = score - solved.tr_mul(&nominal);
-                for i in 0..left.nrows() {
-                    // What nominal parameters take up is nothing.
-                    left[(i, i)] += super::evidence::RANK.powi(2) * own[(i, i)];
-                }
-                Cholesky::new(left).map_or(0.0, |factor| score.dot(&factor.solve(&score)))
-            })
-            .sum()
+    fn gain(&self, member: f64) -> f64 {
+        let gain = |own, across, score| self.gain_beyond(&own, &across, score);
+        self.added(&self.single, &[member], gain)[0]
+    }
+
+    /// Something of each member, added up over everything that holds together.
+    fn added(
+        &self,
+        programs: &[Signatures],
+        members: &[f64],
+        each: impl Fn(DMatrix<f64>, DMatrix<f64>, DVector<f64>) -> f64,
+    ) -> Vec<f64> {
+        let mut sums = vec![0.0; members.len()];
+        for Group { own, across, score, .. } in
+            programs.iter().flat_map(|one| self.groups(one, members))
+        {
+            let k = score.len() / members.len();
+            for (member, sum) in sums.iter_mut().enumerate() {
+                *sum += each(
+                    own.view((member * k, member * k), (k, k)).into_owned(),
+                    across.columns(member * k, k).into_owned(),
+                    score.rows(member * k, k).into_owned(),
+                );
+            }
+        }
+        sums
+    }
+
+    /// What columns take off the sum of squares beyond the nominal parameters.
+    fn gain_beyond(&self, own: &DMatrix<f64>, across: &DMatrix<f64>, score: DVector<f64>) -> f64 {
+        let scaled = DMatrix::from_fn(across.nrows(), across.ncols(), |i, j| {
+            across[(i, j)] / self.length[i]
+        });
+        let solved = self.factor.solve(&scaled);
+        let mut left = own - scaled.tr_mul(&solved);
+        let nominal = self.score.component_div(&self.length);
+        let score = score - solved.tr_mul(&nominal);
+        for i in 0..left.nrows() {
+            // What nominal parameters take up is nothing.
+            left[(i, i)] += super::basis::RANK.powi(2) * own[(i, i)];
+        }
+        Cholesky::new(left).map_or(0.0, |factor| score.dot(&factor.solve(&score)))
     }
 
     /// Mean squared cosine between two members.
     fn alike(&self, a: f64, b: f64) -> f64 {
         let (mut sum, mut all) = (0.0, 0.0);
-        for group in self.double.iter().flat_map(|one| self.groups(one, &[a, b])) {
-            let k = group.own.nrows() / 2;
+        for group in self.alone.iter().flat_map(|one| self.groups(one, &filled(&[a, b]))) {
+            let k = group.own.nrows() / TOGETHER;
             let block = |i, j| group.own.view((i, j), (k, k)).into_owned();
             let (Some(left), Some(right)) =
                 (Cholesky::new(block(0, 0)), Cholesky::new(block(k, k)))
@@ -301,6 +340,12 @@ impl<'a> Scan<'a> {
         }
         best.0
     }
+}
+
+/// As many members as one pass takes, the last repeated.
+fn filled(members: &[f64]) -> Vec<f64> {
+    let last = members.last().copied().unwrap_or(1.0);
+    (0..TOGETHER).map(|number| members.get(number).copied().unwrap_or(last)).collect()
 }
 
 /// The effect with its family as a constant whose value can be given.

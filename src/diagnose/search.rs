@@ -297,3 +297,59 @@ fn adopted(
     };
     Ok(Some((adopted, fitted)))
 }
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use std::path::Path;
+
+    use super::*;
+    use crate::engine::open::{Request, open};
+    use crate::engine::simulate::simulate;
+    use crate::estimate::calibrate::calibrate;
+
+    /// Adopted first, the nearest relative of the effect that is there explains much; beside that effect
+    /// it adds nothing.
+    #[test]
+    fn an_effect_that_adds_nothing_to_a_later_one_is_dropped() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
+        let true_one = "tracking_reversal";
+        let mut request = Request::new([&folder]);
+        let opened = open(&request).unwrap();
+        let options = Options::default();
+        let nominal = calibrate(opened.problem.clone(), &options).unwrap();
+        request.with = vec![true_one.to_owned()];
+        let mut truth = calibrate(open(&request).unwrap().problem, &options).unwrap();
+        for (index, instance) in truth.problem.layout.instances.iter().enumerate() {
+            if instance.name.starts_with(true_one) {
+                truth.fit.point.values[index][0] = 4.0 * instance.setting.typical.unwrap();
+            }
+        }
+        simulate(&mut truth.problem, &truth.fit.point, 5, true);
+        let mut problem = nominal.problem.clone();
+        for (part, drawn) in problem.parts.iter_mut().zip(truth.problem.parts) {
+            part.runs = drawn.runs;
+        }
+        let nominal = calibrate(crate::engine::Problem::new(problem.parts), &options).unwrap();
+        let fitted = Fitted { recipes: opened.recipes, problem: nominal.problem, fit: nominal.fit };
+        let wanted = Wanted::default();
+        let given = Given::of(&fitted.problem);
+        let stage = prepare(fitted, &wanted, &given, &Noise::default(), &options).unwrap().unwrap();
+        let declared = stage.declared();
+        assert_eq!(stage.candidates[declared[0]].name, true_one);
+        let relative = stage.candidates[declared[1]].name.clone();
+        let common = Common { given, wanted: &wanted, options: &options };
+        let search = Search { stages: vec![stage], adopted: Vec::new() };
+        let both = [relative.clone(), true_one.to_owned()];
+        let both = search.anew(&both, &common).unwrap().unwrap();
+        assert_eq!(both.adopted[0].candidate.name, relative);
+        let left = both.without_needless(&common).unwrap();
+        let names: Vec<&str> = left.adopted.iter().map(|one| one.candidate.name.as_str()).collect();
+        assert_eq!(names, [true_one]);
+        assert_eq!(left.stages.len(), 2);
+        // What adds something stays.
+        let again = left.without_needless(&common).unwrap();
+        assert_eq!(again.adopted.len(), 1);
+    }
+}

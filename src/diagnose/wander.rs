@@ -17,7 +17,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::linalg::SymmetricTridiagonal;
+use nalgebra::{DMatrix, DVector};
 
 use crate::diagnostic::Source;
 use crate::effect::Effect;
@@ -27,7 +28,7 @@ use crate::system::Selected;
 use crate::units::{Dimension, Exponent, Unit};
 
 use super::candidates::{Candidate, join};
-use super::evidence::{Entry, Evidence};
+use super::evidence::{Entry, Evidence, Projected};
 use super::memory::likelihood_of_memory;
 use super::score::of_gain;
 use super::stage::Stage;
@@ -36,6 +37,8 @@ use super::whiten::{NoiseEffect, sequences};
 
 /// Sines of each run: 93 % of a walk's variance.
 const TERMS: usize = 3;
+/// Cuts in search of a variance.
+const POLISH: usize = 16;
 
 /// The walk of the library that shows, if one does. `level` is the logarithm of its share of the false
 /// alarms.
@@ -75,21 +78,19 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<(NoiseEffe
     let mut all: Vec<&Candidate> = structures.iter().map(|n| &stage.candidates[*n]).collect();
     all.push(&columns);
     let fit = &stage.fitted.fit;
-    let evidence = Evidence::new(&stage.fitted.problem, &fit.normal, &fit.point, &all)?;
-    let (own, structures) = evidence.entries.split_last()?;
-    if own.degrees() == 0 {
+    let (evidence, own) = Evidence::beside(&stage.fitted.problem, &fit.normal, &fit.point, &all)?;
+    let owners = own.owners();
+    let weights = DVector::from_fn(owners.len(), |k, _| times.term(&owners[k].parameter));
+    let acts = own.left.trace() > 0.0;
+    if !acts || ln_plain(&own, &weights) > level {
         return None;
     }
-    let weights = DVector::from_fn(own.owners.len(), |k, _| times.term(&own.owners[k].parameter));
-    if ln_plain(own, &weights) > level {
-        return None;
-    }
-    let entries: Vec<&Entry> = structures.iter().collect();
+    let entries: Vec<&Entry> = evidence.entries.iter().collect();
     // Structure is taken off only as long as it is more than the walk would make of it.
     let (mut walk, mut known) = (None, 0);
     while known <= entries.len() {
         let whole = evidence.together(&entries[..known]);
-        let beyond = Walk::beyond(&evidence, &whole, own, &weights)?;
+        let beyond = Walk::beyond(&evidence, &whole, &own, &weights)?;
         let next = entries.get(known).map_or(0.0, |next| {
             let (gain, degrees) = evidence.beyond(&whole, next);
             -of_gain(gain, degrees, 1).ln_p
@@ -106,7 +107,8 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<(NoiseEffe
     let sigma = variance.sqrt();
     let parameter = effect.parameters.first()?;
     let mut taken: Vec<&Entry> = entries[..known.min(entries.len())].to_vec();
-    taken.push(own);
+    let own = Entry::of(own);
+    taken.push(&own);
     let rest = evidence.together(&taken);
     let (problem, point) = (&stage.fitted.problem, &fit.point);
     let rest = sequences(problem, &evidence.left(problem, point, &rest, usize::MAX));
@@ -118,19 +120,29 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<(NoiseEffe
         unit: parameter.unit.clone(),
         value: sigma,
         sigma: if sigma > 0.0 { spread / (2.0 * sigma) } else { 0.0 },
+        aliases: Vec::new(),
         memory: None,
         ln_p: walk.ln_p(),
     };
     Some((found, likelihood))
 }
 
-/// Scores of a walk's coefficients, each divided by its share of the walk, along the axes along which
-/// they are independent.
+/// Scores of a walk's coefficients, each divided by its share of the walk, in a basis in which their
+/// covariance without a walk has three diagonals: all that is asked of it then takes one pass along them.
 struct Walk {
-    /// Variance of each without a walk.
-    values: Vec<f64>,
-    /// The scores squared.
-    squares: Vec<f64>,
+    diagonal: DVector<f64>,
+    beside: DVector<f64>,
+    scores: DVector<f64>,
+}
+
+/// What a variance of the walk makes of the scores `s` with their covariance `M`.
+struct Weighed {
+    /// `sᵀ (1 + v M)⁻¹ s`.
+    square: f64,
+    /// `ln det (1 + v M)`.
+    ln_determinant: f64,
+    /// `tr (M (1 + v M)⁻¹)²`, the negative second derivative of that.
+    curvature: f64,
 }
 
 impl Walk {
@@ -138,48 +150,81 @@ impl Walk {
     fn beyond(
         evidence: &Evidence,
         known: &Entry,
-        own: &Entry,
+        own: &Projected,
         weights: &DVector<f64>,
     ) -> Option<Self> {
-        let cosines = evidence.overlap(known, own);
-        let score = &own.score - cosines.tr_mul(&known.score);
-        let left = DMatrix::identity(own.degrees(), own.degrees()) - cosines.tr_mul(&cosines);
-        let back = DMatrix::from_diagonal(weights) * own.lengths.transpose();
-        let eigen = SymmetricEigen::new(&back * left * back.transpose());
-        let along = eigen.eigenvectors.tr_mul(&(&back * score));
-        let most = eigen.eigenvalues.max();
-        let pairs = eigen.eigenvalues.iter().zip(along.iter());
-        let (values, squares): (Vec<f64>, Vec<f64>) = pairs
-            .filter(|(value, _)| **value > 1e-9 * most)
-            .map(|(value, along)| (*value, along * along))
-            .unzip();
-        (!values.is_empty()).then_some(Self { values, squares })
+        let shared = evidence.shared(known, own);
+        let scores = (&own.score - shared.tr_mul(&known.score)).component_mul(weights);
+        let covariance = weighted(&own.left - shared.tr_mul(&shared), weights);
+        if !covariance.iter().chain(scores.iter()).all(|value| value.is_finite()) {
+            return None;
+        }
+        let (basis, diagonal, beside) = SymmetricTridiagonal::new(covariance).unpack();
+        let acts = diagonal.sum() > 0.0;
+        acts.then(|| Self { scores: basis.tr_mul(&scores), diagonal, beside })
     }
 
+    /// The traces of the first three powers of the covariance.
     fn powers(&self) -> [f64; 3] {
-        [1, 2, 3].map(|order| self.values.iter().map(|value| value.powi(order)).sum())
+        let mut powers = [self.diagonal.sum(), self.diagonal.norm_squared(), 0.0];
+        powers[2] = self.diagonal.iter().map(|one| one.powi(3)).sum();
+        for (k, beside) in self.beside.iter().enumerate() {
+            powers[1] += 2.0 * beside.powi(2);
+            powers[2] += 3.0 * beside.powi(2) * (self.diagonal[k] + self.diagonal[k + 1]);
+        }
+        powers
     }
 
     /// Logarithm of the probability of such scores without a walk.
     fn ln_p(&self) -> f64 {
-        ln_tail(self.squares.iter().sum(), self.powers())
+        ln_tail(self.scores.norm_squared(), self.powers())
+    }
+
+    /// The pivots of `1 + v M` one after the other, with their first two derivatives along `v`.
+    fn weighed(&self, variance: f64) -> Weighed {
+        let mut weighed = Weighed { square: 0.0, ln_determinant: 0.0, curvature: 0.0 };
+        let (mut pivot, mut score) = ([1.0, 0.0, 0.0], 0.0);
+        for (k, diagonal) in self.diagonal.iter().enumerate() {
+            let beside = if k > 0 { self.beside[k - 1] } else { 0.0 };
+            let [last, slope, bend] = pivot;
+            score = self.scores[k] - variance * beside / last * score;
+            // What is taken off: (v b)² / last.
+            let taken = (variance * beside).powi(2) / last;
+            let along = (2.0 * variance * beside.powi(2) - taken * slope) / last;
+            let bent = (2.0 * beside.powi(2) - 2.0 * along * slope - taken * bend) / last;
+            pivot = [1.0 + variance * diagonal - taken, diagonal - along, -bent];
+            weighed.square += score * score / pivot[0];
+            weighed.ln_determinant += pivot[0].ln();
+            weighed.curvature += (pivot[1] / pivot[0]).powi(2) - pivot[2] / pivot[0];
+        }
+        weighed
     }
 
     /// Logarithm of the likelihood ratio of a walk of some variance.
     fn likelihood_at(&self, variance: f64) -> f64 {
-        let terms = self.values.iter().zip(&self.squares).map(|(value, square)| {
-            let size = 1.0 + variance * value;
-            0.5 * variance * square / size - 0.5 * size.ln()
-        });
-        terms.sum()
+        let Weighed { square, ln_determinant, .. } = self.weighed(variance);
+        0.5 * variance * square - 0.5 * ln_determinant
     }
 
-    /// The variance of largest likelihood.
+    /// The variance of largest likelihood: the best of a grid, polished by cutting off thirds.
     fn best(&self) -> f64 {
-        let typical = 1.0 / self.values.iter().copied().fold(0.0, f64::max);
-        let grid = (0..120).map(|k| typical * 1e-3 * 1.2_f64.powi(k));
-        grid.max_by(|a, b| self.likelihood_at(*a).total_cmp(&self.likelihood_at(*b)))
-            .unwrap_or(typical)
+        let typical = 1.0 / self.diagonal.max();
+        let at = |logarithm: f64| typical * logarithm.exp();
+        let step = 0.5;
+        let grid = (-16..32).map(|k| step * f64::from(k));
+        let better =
+            |a: &f64, b: &f64| self.likelihood_at(at(*a)).total_cmp(&self.likelihood_at(at(*b)));
+        let best = grid.max_by(better).unwrap_or(0.0);
+        let (mut low, mut high) = (best - step, best + step);
+        for _ in 0..POLISH {
+            let third = (high - low) / 3.0;
+            if better(&(low + third), &(high - third)).is_lt() {
+                low += third;
+            } else {
+                high -= third;
+            }
+        }
+        at(0.5 * (low + high))
     }
 
     /// Logarithm of the largest likelihood ratio.
@@ -190,19 +235,27 @@ impl Walk {
     /// The variance of a walk of one unit, and its standard uncertainty (Fisher's information).
     fn variance(&self) -> (f64, f64) {
         let variance = self.best();
-        let information: f64 =
-            self.values.iter().map(|v| 0.5 * (v / (1.0 + variance * v)).powi(2)).sum();
+        let information = 0.5 * self.weighed(variance).curvature;
         (variance, information.sqrt().recip())
     }
 }
 
 /// Logarithm of the probability of scores by chance with nothing else known, without their axes: of most
 /// campaigns that is all one needs.
-fn ln_plain(own: &Entry, weights: &DVector<f64>) -> f64 {
-    let back = DMatrix::from_diagonal(weights) * own.lengths.transpose();
-    let matrix = &back * back.transpose();
+fn ln_plain(own: &Projected, weights: &DVector<f64>) -> f64 {
+    let matrix = weighted(own.left.clone(), weights);
     let third = (&matrix * &matrix).component_mul(&matrix).sum();
-    ln_tail((&back * &own.score).norm_squared(), [matrix.trace(), matrix.norm_squared(), third])
+    let square = own.score.component_mul(weights).norm_squared();
+    ln_tail(square, [matrix.trace(), matrix.norm_squared(), third])
+}
+
+/// Rows and columns of a matrix times the share of each in the walk.
+fn weighted(mut matrix: DMatrix<f64>, weights: &DVector<f64>) -> DMatrix<f64> {
+    for (mut column, weight) in matrix.column_iter_mut().zip(weights.iter()) {
+        column.component_mul_assign(weights);
+        column *= *weight;
+    }
+    matrix
 }
 
 /// Logarithm of the probability that a sum of weighted chi squared numbers exceeds a value, from the
@@ -318,6 +371,34 @@ mod tests {
         let by = [("walk", "(a + b)".to_owned())];
         let made = replaced("position + [walk, 2 * walk_y, -walk]", &by);
         assert_eq!(made, "position + [(a + b), 2 * walk_y, -(a + b)]");
+    }
+
+    #[test]
+    fn three_diagonals_say_what_axes_say() {
+        let root =
+            DMatrix::from_fn(7, 7, |i, j| ((3 * i + 5 * j) as f64).sin() + f64::from(i == j));
+        let matrix = &root * root.transpose();
+        let scores = DVector::from_fn(7, |i, _| 1.0 + i as f64);
+        let (basis, diagonal, beside) = SymmetricTridiagonal::new(matrix.clone()).unpack();
+        let walk = Walk { scores: basis.tr_mul(&scores), diagonal, beside };
+        let eigen = nalgebra::SymmetricEigen::new(matrix);
+        let along = eigen.eigenvectors.tr_mul(&scores);
+        let (values, variance) = (&eigen.eigenvalues, 0.37);
+        let sum = |term: &dyn Fn(f64, f64) -> f64| -> f64 {
+            values.iter().zip(along.iter()).map(|(value, along)| term(*value, *along)).sum()
+        };
+        let alike = |a: f64, b: f64| assert!((a - b).abs() < 1e-10 * b.abs(), "{a} {b}");
+        let weighed = walk.weighed(variance);
+        alike(weighed.square, sum(&|value, along| along * along / (1.0 + variance * value)));
+        alike(weighed.ln_determinant, sum(&|value, _| (1.0 + variance * value).ln()));
+        alike(weighed.curvature, sum(&|value, _| (value / (1.0 + variance * value)).powi(2)));
+        for (order, power) in (1..).zip(walk.powers()) {
+            alike(power, sum(&|value, _| value.powi(order)));
+        }
+        let best = walk.best();
+        for by in [0.99, 1.01] {
+            assert!(walk.likelihood_at(best) >= walk.likelihood_at(by * best));
+        }
     }
 
     #[test]

@@ -27,7 +27,7 @@ use crate::system::Selected;
 use crate::units::Unit;
 
 use super::candidates::{Candidate, Wanted};
-use super::jitter::jitter;
+use super::jitter::{Shown, jitter};
 use super::lost::Lost;
 use super::memory::{left_white, may_wander, memory, name_memory, remember, wanders, white_parts};
 use super::search::{LEAST_STRETCHES, level};
@@ -50,6 +50,8 @@ pub struct NoiseEffect {
     pub value: f64,
     /// Standard uncertainty.
     pub sigma: f64,
+    /// Effects that these data cannot tell from it.
+    pub aliases: Vec<String>,
     /// Of noise with a memory the time after which correlation is down to a factor of e (s).
     pub memory: Option<f64>,
     /// Logarithm of the probability of such a finding by chance.
@@ -64,6 +66,8 @@ pub struct Noise {
     /// For each measurand the factor on its stated standard uncertainty that was found, where it
     /// differs from 1.
     pub levels: Vec<(String, f64)>,
+    /// Those among them whose size was mended once beside what else was found.
+    pub grown: Vec<String>,
     /// Readings left out.
     pub wild: usize,
     /// Which ones.
@@ -349,6 +353,7 @@ fn name_levels(
                 unit: parameter.unit.clone(),
                 value: size,
                 sigma,
+                aliases: Vec::new(),
                 memory: None,
                 ln_p: ln_normal(size / sigma),
             });
@@ -376,35 +381,53 @@ fn name_lost(lost: &[Lost], noise: &mut Noise) {
         unit: Unit::one(),
         value: first.periods as f64,
         sigma: 0.0,
+        aliases: Vec::new(),
         memory: None,
         ln_p: lost.iter().map(|one| one.ln_p).fold(0.0, f64::min),
     });
 }
 
-/// Puts a random quantity into the model that the readings of a sample share, if one shows.
+/// Puts a random quantity into the model that the readings of a sample share, if one shows; one that is
+/// there already grows.
 fn shared(stage: &Stage, left: &[Left], noise: &mut Noise) -> Option<Fitted> {
     let all = sequences(&stage.fitted.problem, left);
     let level = level(all.len() + stage.noise.len());
     noise.memory = memory(&all, level);
-    let (found, candidate) = jitter(stage, left, level, noise.alike())?;
     let mut fitted = stage.fitted.clone();
-    let mut parts = Vec::new();
-    for (campaign, part) in fitted.problem.parts.iter().enumerate() {
-        let Some(system) = &candidate.systems[campaign] else {
-            parts.push(part.clone());
-            continue;
-        };
-        let mut part = rebuilt(part, (**system).clone());
+    let found = match jitter(stage, left, level, noise.alike(), &noise.effects)? {
+        Shown::More(number, more) => {
+            let one = &mut noise.effects[number];
+            // Beside what was found first, structure that was no structure is seen for what it is. Once:
+            // with every round that jitter grows, more of what is structure looks like it.
+            if noise.grown.contains(&one.name) {
+                return None;
+            }
+            noise.grown.push(one.name.clone());
+            // Variances add, and that of what is more is known as well as if it were alone.
+            let value = one.value.hypot(more.value);
+            one.sigma = one.sigma.max(more.sigma * more.value / value);
+            one.value = value;
+            one.clone()
+        }
+        Shown::New(found, candidate) => {
+            for (campaign, part) in fitted.problem.parts.iter_mut().enumerate() {
+                if let Some(system) = &candidate.systems[campaign] {
+                    *part = rebuilt(part, (**system).clone());
+                    fitted.recipes[campaign].effects.push(candidate.selected.clone());
+                }
+            }
+            noise.effects.push((*found).clone());
+            *found
+        }
+    };
+    for part in &mut fitted.problem.parts {
         for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
             if random.name == found.parameter {
                 *sigma = found.value;
             }
         }
-        parts.push(part);
-        fitted.recipes[campaign].effects.push(candidate.selected.clone());
     }
-    fitted.problem = Problem::new(parts);
-    noise.effects.push(found);
+    fitted.problem = Problem::new(fitted.problem.parts);
     Some(fitted)
 }
 

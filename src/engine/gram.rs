@@ -77,6 +77,33 @@ impl RunGram {
     }
 }
 
+/// The sums of some runs as they grow: what comes first is kept as it is, so that a run of one piece
+/// costs no matrix of zeros.
+#[derive(Debug)]
+pub struct Growing(Vec<Option<RunGram>>);
+
+impl Growing {
+    /// Of so many runs.
+    pub fn new(runs: usize) -> Self {
+        Self(vec![None; runs])
+    }
+
+    /// Adds the sums over further samples of a run.
+    pub fn add(&mut self, run: usize, more: RunGram) {
+        match &mut self.0[run] {
+            Some(sums) => sums.add(&more),
+            none => *none = Some(more),
+        }
+    }
+
+    /// All of them, with the size of each.
+    pub fn finish(self, sizes: impl Iterator<Item = usize>) -> Vec<RunGram> {
+        let empty =
+            |(sums, size): (Option<RunGram>, usize)| sums.unwrap_or_else(|| RunGram::empty(size));
+        self.0.into_iter().zip(sizes).map(empty).collect()
+    }
+}
+
 /// One whitened row of prior knowledge: `residual - Σ coefficient · step`, one to be squared. Its
 /// columns all lie within the global block and at most one setup and one of its runs.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,12 +6,15 @@
 use nalgebra::DMatrix;
 
 use crate::engine::blocks::{Block, Memory, Plan};
-use crate::engine::gram::{Columns, LeastSquares, Normal, RunGram};
+use crate::engine::gram::{Columns, Growing, LeastSquares, Normal, RunGram};
 use crate::engine::lanes::products::Products;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::engine::programs::RowsProgram;
 use crate::graph::Kind;
+
+/// Rows and columns of a tile of a matrix.
+const TILE: usize = 16;
 
 impl Problem {
     /// The sums over a block of what a program computes.
@@ -82,13 +85,18 @@ fn scatter(half: &mut DMatrix<f64>, products: &Products, columns: &[&[(usize, f6
     }
 }
 
-/// A matrix and its transpose, added up in place.
+/// A matrix and its transpose, added up in place, tile by tile: both sides of a tile fit into the
+/// nearest cache.
 fn both_triangles(half: &mut DMatrix<f64>) {
-    for a in 0..half.nrows() {
-        for b in 0..=a {
-            let sum = half[(a, b)] + half[(b, a)];
-            half[(a, b)] = sum;
-            half[(b, a)] = sum;
+    let size = half.nrows();
+    let tiles = || (0..size).step_by(TILE);
+    for (tall, wide) in tiles().flat_map(|tall| tiles().map(move |wide| (tall, wide))) {
+        for b in wide..size.min(wide + TILE) {
+            for a in tall.max(b)..size.min(tall + TILE) {
+                let sum = half[(a, b)] + half[(b, a)];
+                half[(a, b)] = sum;
+                half[(b, a)] = sum;
+            }
         }
     }
 }
@@ -125,7 +133,7 @@ impl LeastSquares for Problem {
     fn normal(&self, point: &Point) -> Normal {
         let columns = self.layout.columns.clone();
         let plans = self.plans(point);
-        let mut runs: Vec<RunGram> = plans.iter().map(|plan| RunGram::empty(plan.size)).collect();
+        let mut runs = Growing::new(plans.len());
         self.in_order(
             |_| true,
             |memory, block| {
@@ -134,8 +142,9 @@ impl LeastSquares for Problem {
                     self.programs[block.part].rows(&self.parts[block.part].system.assembly);
                 self.block_gram(block, program, plan, memory)
             },
-            |block, made| runs[self.run_index(block.part, block.run)].add(&made),
+            |block, made| runs.add(self.run_index(block.part, block.run), made),
         );
+        let runs = runs.finish(plans.iter().map(|plan| plan.size));
         Normal { columns, runs, priors: point.priors(&self.layout) }
     }
 

@@ -12,7 +12,7 @@
 
 use std::collections::HashMap;
 
-use crate::engine::gram::RunGram;
+use crate::engine::gram::{Growing, RunGram};
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::engine::programs::{RowNodes, RowsProgram};
@@ -213,13 +213,13 @@ impl Problem {
                 plan
             })
             .collect();
-        let mut sums: Vec<RunGram> = plans.iter().map(|plan| RunGram::empty(plan.size)).collect();
+        let mut sums = Growing::new(runs);
         self.in_order(
             |block| block.part == part,
             |memory, block| self.block_gram(block, &signatures.program, &plans[block.run], memory),
-            |block, made| sums[block.run].add(&made),
+            |block, made| sums.add(block.run, made),
         );
-        sums
+        sums.finish(plans.iter().map(|plan| plan.size))
     }
 
     /// Computes the rows of every run of a campaign and forgets them: what [`Problem::gram_with`] does

@@ -114,7 +114,7 @@ fn noise_effect(one: &NoiseEffect) -> Value {
         "name": one.name,
         "member": one.memory.map(|memory| json!({ "memory": memory })),
         "probability": number(Some(1.0 - one.ln_p.exp())),
-        "aliases": [],
+        "aliases": one.aliases,
         "evidence": "data",
         "parameters": [{
             "name": one.parameter,
@@ -160,6 +160,11 @@ pub(crate) fn gap(one: &Gap) -> Value {
         "before": rms(&one.before),
         "after": rms(&one.after),
         "floor": rms(&one.floor),
+        "steps": one.steps.iter().map(|step| json!({
+            "effect": step.effect,
+            "rms": rms(&step.rms),
+            "held_out_drop": number(Some(step.held_out_drop)),
+        })).collect::<Vec<_>>(),
         "lambda": number(Some(one.lambda)),
         "held_out_drop": number(Some(one.held_out_drop)),
         "leftover": number(Some(one.leftover)),

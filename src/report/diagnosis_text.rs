@@ -70,6 +70,7 @@ fn noise(diagnosis: &Diagnosis) -> String {
             text.push_str(&format!(", with a memory of {memory}; that is in the weights"));
         }
         text.push('\n');
+        text.push_str(&alike(&one.aliases));
     }
     let Some(found) = last_noise(diagnosis) else { return text };
     for (measurand, factor) in &found.levels {
@@ -140,15 +141,20 @@ fn effects(diagnosis: &Diagnosis) -> String {
             let of = estimate.of.map_or_else(String::new, |of| format!(" ({of})"));
             text.push_str(&format!("  {}{of} = {figure}\n", estimate.name));
         }
-        if !one.aliases.is_empty() {
-            let names = one.aliases.join("`, `");
-            text.push_str(&format!("  These data cannot tell it from `{names}`.\n"));
-        }
+        text.push_str(&alike(&one.aliases));
         if one.evidence() == "prior" {
             text.push_str("  Its evidence lies in stated values that the readings contradict.\n");
         }
     }
     text
+}
+
+/// What an effect cannot be told from.
+fn alike(aliases: &[String]) -> String {
+    if aliases.is_empty() {
+        return String::new();
+    }
+    format!("  These data cannot tell it from `{}`.\n", aliases.join("`, `"))
 }
 
 /// How far the gap shrinks.
@@ -163,7 +169,14 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
             gap.folds
         ));
     }
-    let mut rows = table(&["rms", "before", "after", "noise alone"]);
+    let steps: Vec<String> = match gap.steps.as_slice() {
+        [] | [_] => vec!["after".to_owned()],
+        [first, more @ ..] => std::iter::once(format!("with {}", first.effect))
+            .chain(more.iter().map(|one| format!("and {}", one.effect)))
+            .collect(),
+    };
+    let header = ["rms", "before"].into_iter().chain(steps.iter().map(String::as_str));
+    let mut rows = table(&header.chain(["noise alone"]).collect::<Vec<_>>());
     let shown = |list: &[(String, f64)], name: &str| {
         let value = list.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
         value.map_or_else(String::new, |value| {
@@ -171,12 +184,13 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
         })
     };
     for (name, _) in &gap.before {
-        rows.add_row([
-            name.clone(),
-            shown(&gap.before, name),
-            shown(&gap.after, name),
-            shown(&gap.floor, name),
-        ]);
+        let mut row = vec![name.clone(), shown(&gap.before, name)];
+        match gap.steps.as_slice() {
+            [] => row.push(shown(&gap.after, name)),
+            steps => row.extend(steps.iter().map(|step| shown(&step.rms, name))),
+        }
+        row.push(shown(&gap.floor, name));
+        rows.add_row(row);
     }
     text.push_str(&drawn(&rows));
     text
