@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use crate::graph::derivative::{Tangent, adjoint, along, seeds, tangent};
+use crate::graph::derivative::{Tangent, adjoint, along, seeds, slope, tangent};
 use crate::graph::import::Import;
 use crate::graph::table::Set;
 use crate::graph::{Assembly, Graph, Leaf, MeasurandKind, NodeId, Unary, Value};
@@ -133,12 +133,11 @@ impl Rows {
 
     fn forward(&mut self, directions: &[Tangent], weights: &[NodeId]) -> Vec<Derivatives> {
         let mut made = vec![Derivatives::default(); self.residuals.len()];
-        let needed = self.graph.needed_by(&self.residuals);
-        for (index, seeds) in directions.iter().enumerate() {
-            let moved = tangent(&mut self.graph, &needed, seeds);
-            for ((row, residual), weight) in made.iter_mut().zip(&self.residuals).zip(weights) {
-                if let Some(rate) = moved.get(residual) {
-                    let prediction = self.graph.negate(*rate);
+        for ((row, residual), weight) in made.iter_mut().zip(&self.residuals).zip(weights) {
+            let needed = self.graph.needed_by(&[*residual]);
+            for (index, seeds) in directions.iter().enumerate() {
+                if let Some(slope) = slope(&mut self.graph, &needed, *residual, seeds) {
+                    let prediction = self.graph.negate(slope);
                     row.directions.push(index);
                     row.nodes.push(self.graph.multiply(*weight, prediction));
                 }

@@ -75,6 +75,48 @@ pub fn tangent(graph: &mut Graph, nodes: &[NodeId], seeds: &Tangent) -> Tangent 
     moved
 }
 
+/// How `output` moves where the seeds do, if it moves; `nodes` are all that it needs, in their order.
+///
+/// Where all of a direction goes through one node, as a delay goes through its signal, this is the
+/// derivative by that node times how fast it moves: directions through one node share the rest, and
+/// with them those that do what the node does (a turn about the axis of an angle).
+pub fn slope(
+    graph: &mut Graph,
+    nodes: &[NodeId],
+    output: NodeId,
+    seeds: &Tangent,
+) -> Option<NodeId> {
+    let Some(neck) = neck(graph, nodes, seeds) else {
+        return tangent(graph, nodes, seeds).get(&output).copied();
+    };
+    let rate = *tangent(graph, &nodes[..=neck], seeds).get(&nodes[neck])?;
+    let one = graph.constant(1.0);
+    let by_neck = Table::from_iter([(nodes[neck], one)]);
+    let slope = *tangent(graph, nodes, &by_neck).get(&output)?;
+    Some(graph.multiply(rate, slope))
+}
+
+/// Where among `nodes` is the first that moves from sample to sample and without which the seeds move
+/// nothing after it.
+fn neck(graph: &Graph, nodes: &[NodeId], seeds: &Tangent) -> Option<usize> {
+    let mut last_use: Table<NodeId, usize> = seeds.keys().map(|seed| (*seed, 0)).collect();
+    for (place, node) in nodes.iter().enumerate() {
+        for operand in graph.node(*node).operands() {
+            if let Some(last) = last_use.get_mut(&operand) {
+                *last = place;
+                last_use.entry(*node).or_insert(place);
+            }
+        }
+    }
+    let mut needed_until = 0;
+    nodes.iter().enumerate().find_map(|(place, node)| {
+        let last = last_use.get(node)?;
+        let is_neck = needed_until <= place && graph.is_moving(*node);
+        needed_until = needed_until.max(*last);
+        is_neck.then_some(place)
+    })
+}
+
 /// Where an adjoint sweep ended, in its order; it may come to a node more than once.
 pub type Ends = Vec<(NodeId, Arrival)>;
 
@@ -169,5 +211,34 @@ fn add_to<K: PartialEq>(graph: &mut Graph, sums: &mut Vec<(K, NodeId)>, key: K, 
     match sums.iter_mut().find(|(other, _)| *other == key) {
         Some((_, sum)) => *sum = graph.add(*sum, term),
         None => sums.push((key, term)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_goes_through_one_node_is_its_rate_times_the_derivative_by_it() {
+        let mut graph = Graph::default();
+        let [x, y] = [0, 1].map(|index| graph.leaf(Leaf::Given(index)));
+        let [p, q] =
+            [0, 1].map(|parameter| graph.leaf(Leaf::Parameter { parameter, component: 0 }));
+        // z² y + q z with z = p x: along p through z; along q there is nothing but the sum.
+        let z = graph.multiply(p, x);
+        let square = graph.multiply(z, z);
+        let terms = [(square, y), (q, z)];
+        let output = graph.sum_of_products(&terms);
+        let nodes = graph.needed_by(&[output]);
+        let one = graph.constant(1.0);
+        let seeded = |node| Table::from_iter([(node, one)]);
+        let place = neck(&graph, &nodes, &seeded(p)).map(|place| nodes[place]);
+        assert_eq!(place, Some(z));
+        let by_z = tangent(&mut graph, &nodes, &seeded(z))[&output];
+        let expected = graph.multiply(x, by_z);
+        assert_eq!(slope(&mut graph, &nodes, output, &seeded(p)), Some(expected));
+        assert_eq!(slope(&mut graph, &nodes, output, &seeded(q)), Some(z));
+        let elsewhere = graph.leaf(Leaf::Given(2));
+        assert_eq!(slope(&mut graph, &nodes, output, &seeded(elsewhere)), None);
     }
 }

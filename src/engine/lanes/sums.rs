@@ -86,7 +86,7 @@ struct Finder<'a> {
 
 impl Finder<'_> {
     fn sum(&mut self, node: NodeId) -> Option<Sum> {
-        let terms = match self.graph.node(node) {
+        let mut terms = match self.graph.node(node) {
             Node::Binary(Binary::Add, a, b) => self.added([a, b], false),
             Node::Binary(Binary::Subtract, a, b) => self.added([a, b], true),
             Node::Binary(Binary::Multiply, a, b) => {
@@ -105,6 +105,10 @@ impl Finder<'_> {
             }
             _ => return None,
         };
+        // Two terms are the same sum in either order.
+        if terms.len() == 2 {
+            terms.sort_unstable_by_key(|term| (term.lanes, term.factor));
+        }
         Some(Sum { terms, scale: None })
     }
 
@@ -169,12 +173,12 @@ impl Finder<'_> {
         let mut count = 0;
         for operand in [a, b] {
             let (by, rest) = self.scaled(operand);
-            factor = self.graph.multiply(factor, by);
+            factor = self.multiplied(factor, by);
             if self.graph.is_moving(rest) {
                 lanes[count] = Some(rest);
                 count += 1;
             } else {
-                factor = self.graph.multiply(factor, rest);
+                factor = self.multiplied(factor, rest);
             }
         }
         if count == 2 {
@@ -190,14 +194,35 @@ impl Finder<'_> {
             rest = self.sums.first_alike(rest);
             (factor, rest) = match self.graph.node(rest) {
                 Node::Binary(Binary::Multiply, a, b) if !self.graph.is_moving(a) => {
-                    (self.graph.multiply(factor, a), b)
+                    (self.multiplied(factor, a), b)
                 }
                 Node::Binary(Binary::Multiply, a, b) if !self.graph.is_moving(b) => {
-                    (self.graph.multiply(factor, b), a)
+                    (self.multiplied(factor, b), a)
                 }
                 Node::Unary(Unary::Negate, a) => (self.graph.negate(factor), a),
                 _ => return (factor, rest),
             };
+        }
+    }
+
+    /// The product of two factors that stand still, in one way of those that differ by the place of a
+    /// sign: `-(r (a - b))` for `r (b - a)`.
+    fn multiplied(&mut self, factor: NodeId, by: NodeId) -> NodeId {
+        if let Node::Binary(Binary::Multiply, a, b) = self.graph.node(by) {
+            let product = self.multiplied(factor, a);
+            return self.multiplied(product, b);
+        }
+        let ((minus, factor), (other_minus, by)) = (self.signed(factor), self.signed(by));
+        let product = self.graph.multiply(factor, by);
+        if minus == other_minus { product } else { self.graph.negate(product) }
+    }
+
+    /// Whether a factor counts negative, and the rest: of a difference and its opposite always the same.
+    fn signed(&mut self, factor: NodeId) -> (bool, NodeId) {
+        match self.graph.node(factor) {
+            Node::Unary(Unary::Negate, opposite) => (true, opposite),
+            Node::Binary(Binary::Subtract, a, b) if a > b => (true, self.graph.subtract(b, a)),
+            _ => (false, factor),
         }
     }
 
@@ -303,5 +328,22 @@ mod tests {
         assert_ne!(left, right);
         let sums = found(&mut graph, &[left, right]);
         assert_eq!(sums.first_alike(left), sums.first_alike(right));
+    }
+
+    #[test]
+    fn a_sum_is_one_whatever_the_order_and_the_place_of_a_sign() {
+        let mut graph = Graph::default();
+        let [x, y] = [0, 1].map(|index| graph.leaf(Leaf::Given(index)));
+        let [r, p, q] =
+            [0, 1, 2].map(|parameter| graph.leaf(Leaf::Parameter { parameter, component: 0 }));
+        let [less, more] = [(p, q), (q, p)].map(|(a, b)| graph.subtract(a, b));
+        // r (p - q) x + q y, and q y - r ((q - p) x)
+        let (by, inner) = (graph.multiply(r, less), graph.multiply(more, x));
+        let (first, other) = (graph.multiply(by, x), graph.multiply(r, inner));
+        let last = graph.multiply(q, y);
+        let (sum, difference) = (graph.add(first, last), graph.subtract(last, other));
+        assert_ne!(sum, difference);
+        let sums = found(&mut graph, &[sum, difference]);
+        assert_eq!(sums.first_alike(sum), sums.first_alike(difference));
     }
 }
