@@ -19,7 +19,7 @@ use crate::engine::whitening::Whitened;
 use crate::progress::Task;
 
 /// Samples in one block.
-pub(super) const BLOCK: usize = 32 * LANES;
+pub(super) const BLOCK: usize = 64 * LANES;
 /// Blocks whose sums wait to be added at a time, at most.
 const WAVE: usize = 64;
 /// Numbers that may wait to be added: large sums wait in fewer blocks.

@@ -4,7 +4,7 @@
 //! section 3.2.1); `m(t) = reading` is solved for `t`, starting at the reference time, `t = 0`.
 //! The delay is an implicit function of every parameter: `dt/dθ = -(∂m/∂θ) / m'`, so
 //! `u² = (u_m² + J Σ Jᵀ) / m'²` with the full covariance Σ of the parameters (the seed, section 3.4,
-//! has the reading's part alone). Where `m'` vanishes the reading is *blind*. The lanes compute 256
+//! has the reading's part alone). Where `m'` vanishes the reading is *blind*. The lanes compute 128
 //! readings at a time.
 
 use std::convert::Infallible;

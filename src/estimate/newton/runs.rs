@@ -21,7 +21,7 @@ use crate::estimate::newton::{Given, RunDelays};
 use crate::progress::Task;
 
 /// Samples in one block.
-const BLOCK: usize = 32 * LANES;
+const BLOCK: usize = 64 * LANES;
 /// Blocks that are in memory with their readings at a time.
 const WAVE: usize = 32;
 
