@@ -135,11 +135,20 @@ fn without_lost(
     Ok((nominal, lost))
 }
 
-/// The delays with and without what is left out.
-fn twice(whole: &Calibration, stage: &stage::Stage) -> Result<Vec<Twice>, FitError> {
-    let Fitted { problem, fit, .. } = stage.fitted.clone();
+/// The delays with and without what is left out, with the same noise.
+fn twice(
+    whole: &Calibration,
+    stage: &stage::Stage,
+    options: &Options,
+) -> Result<Vec<Twice>, FitError> {
+    let Fitted { problem, fit, recipes } = stage.fitted.clone();
+    let mut parts = problem.parts.clone();
+    for (part, given) in parts.iter_mut().zip(&whole.problem.parts) {
+        part.runs.clone_from(&given.runs);
+    }
+    let with = Fitted { recipes, problem: Problem::new(parts), fit: fit.clone() }.again(options)?;
     let without = finish(problem, fit, Vec::new(), Vec::new())?.estimates();
-    let with = whole.estimates();
+    let with = finish(with.problem, with.fit, Vec::new(), Vec::new())?.estimates();
     let delays = without.into_iter().filter(|one| one.name.ends_with(".delay") && !one.fixed);
     let pairs = delays.filter_map(|one| {
         let same = with.iter().find(|other| other.name == one.name && other.of == one.of)?;
@@ -209,7 +218,7 @@ pub fn diagnose(
     if let Some(first) = search.stages.first()
         && (!diagnosis.lost.is_empty() || !first.noise_found.left_out.is_empty())
     {
-        diagnosis.delays = twice(&whole, first)?;
+        diagnosis.delays = twice(&whole, first, options)?;
     }
     if diagnosis.verdict == Verdict::Unknown {
         let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);

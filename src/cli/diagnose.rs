@@ -10,7 +10,7 @@ use super::{Failure, load, output};
 use crate::diagnose::candidates::Wanted;
 use crate::diagnose::verdict::Verdict;
 use crate::diagnose::{diagnose, judge};
-use crate::engine::open::{Opened, Request, open};
+use crate::engine::open::{Opened, Recipe, Request, open};
 use crate::estimate::batch::Options;
 use crate::report;
 
@@ -32,6 +32,19 @@ pub(super) struct Diagnose {
     top: Option<usize>,
 }
 
+/// Refuses a held-out campaign to which what is found says nothing.
+fn same_models(fitted: &[Recipe], held_out: &Opened) -> Result<(), Failure> {
+    let names: Vec<&str> = fitted.iter().map(|recipe| recipe.model.name.as_str()).collect();
+    let other = held_out.recipes.iter().find(|one| !names.contains(&one.model.name.as_str()));
+    other.map_or(Ok(()), |other| {
+        Err(Failure::Could(format!(
+            "the held-out campaign has the model `{}`, but effects are looked for with `{}`: give a campaign with the same model",
+            other.model.name,
+            names.join("`, `")
+        )))
+    })
+}
+
 impl Diagnose {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
@@ -44,11 +57,18 @@ impl Diagnose {
         }
         let wanted = Wanted::new(&self.only, &self.without);
         let held_out = self.holdout.as_ref().map(|path| self.opened(path)).transpose()?;
+        if let Some(other) = &held_out {
+            same_models(&loaded.recipes, other)?;
+        }
         let mut found = diagnose(loaded.problem, loaded.recipes, &wanted, &Options::default())
             .map_err(|error| Failure::Could(error.to_string()))?;
         if let Some(held_out) = &held_out {
             judge(&mut found, held_out, &wanted, &Options::default())
                 .map_err(|error| Failure::Could(error.to_string()))?;
+        }
+        if let Some(folder) = &self.common.out {
+            let table = report::diagnosis::table(&found);
+            output::file(&folder.join("candidates.csv"), &table)?;
         }
         match self.common.format {
             Format::Json => {
@@ -58,6 +78,11 @@ impl Diagnose {
             }
             Format::Text => {
                 output::text(&report::diagnosis_text::text(&loaded.title, &found, self.top))?;
+                if held_out.is_some() && found.effects.is_empty() {
+                    output::text(
+                        "\nNo effect was named: there is nothing to judge on the held-out campaign.\n",
+                    )?;
+                }
             }
         }
         if found.verdict == Verdict::Unobservable { Err(Failure::Told) } else { Ok(()) }

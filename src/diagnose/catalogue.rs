@@ -76,7 +76,10 @@ impl Made {
     /// The signatures of some candidates in each campaign of a problem that has the models of which
     /// this was made.
     pub fn signatures(&self, problem: &Problem, candidates: &[&Candidate]) -> Arc<Vec<Signatures>> {
-        let key = key(candidates);
+        // Held parameters have no directions, whatever the models.
+        let directions = |part| problem.programs(part).directions();
+        let held: Vec<_> = (0..problem.parts.len()).map(directions).collect();
+        let key = format!("{held:?} {}", key(candidates));
         let known =
             self.signatures.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         if let Some(known) = known {
@@ -107,9 +110,9 @@ fn written(recipe: &Recipe) -> String {
             format!("{} {} {head:?} {member:?}", effect.name, effect.source.text)
         })
         .collect();
-    let library: Vec<&str> = recipe.library.effects().map(|one| one.name.as_str()).collect();
+    let library: Vec<&str> = recipe.library.effects().map(|one| one.source.text.as_ref()).collect();
     format!(
         "{}|{effects:?}|{:?}|{:?}|{library:?}\n",
-        recipe.model.name, recipe.overrides, recipe.input_sigma
+        recipe.model.source.text, recipe.overrides, recipe.input_sigma
     )
 }

@@ -67,6 +67,8 @@ pub struct Gap {
     pub closed_interval: Option<[f64; 2]>,
     /// Number of folds.
     pub folds: usize,
+    /// Readings of a held-out campaign that are left out of the comparison: lost or gross.
+    pub left_out: usize,
 }
 
 /// Drops by fold, with what is left, as parts closed.
@@ -75,7 +77,13 @@ pub fn closed(drops: &[f64], leftover: f64) -> (f64, [f64; 2]) {
     let count = drops.len() as f64;
     let mean = total / count.max(1.0);
     let scatter: f64 = drops.iter().map(|drop| (drop - mean).powi(2)).sum();
-    let spread = QUANTILE * (scatter * count / (count - 1.0).max(1.0)).sqrt();
+    // One fold does not scatter; noise alone gives a drop twice its root.
+    let spread = QUANTILE
+        * if drops.len() > 1 {
+            (scatter * count / (count - 1.0)).sqrt()
+        } else {
+            2.0 * total.max(0.0).sqrt()
+        };
     // What is not seen may be as large as what is just not declared.
     let most = leftover
         + if leftover > 0.0 { QUANTILE * 2.0 * leftover.sqrt() } else { LEAST_LAMBDA.powi(2) };
@@ -118,6 +126,7 @@ pub fn gap(models: &Steps, leftover: f64, memory: f64, in_data: bool) -> Gap {
         closed: in_data.then_some(part),
         closed_interval: in_data.then_some(interval),
         folds: drops.len(),
+        left_out: 0,
     }
 }
 

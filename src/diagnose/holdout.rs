@@ -3,9 +3,10 @@
 //! What belongs to the instrument and the rig is held at the values of the first campaign, for each
 //! model: without the effects, with the first of them, with the first two, and so on. Lost samples and
 //! gross readings (beyond 3.5 robust standard deviations), as the model with all effects sees them, are
-//! left out for every model. Parameters of
-//! setups and runs are then fitted to the first half of every run, and second halves are judged; where
-//! first halves do not determine them, whole runs are fitted and judged.
+//! left out for every model, and counted. Parameters
+//! of setups and runs are then fitted to every other eighth of each run, and the eighths between are
+//! judged: a clock's rate extrapolated from first halves would hide what effects do in second ones. Where
+//! those eighths do not determine them, whole runs are fitted and judged.
 
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::{Opened, Recipe};
@@ -36,18 +37,20 @@ pub fn holdout(
 ) -> Result<Gap, FitError> {
     let held = Held { parts: &opened.problem.parts, recipes: &opened.recipes, options };
     let parts = held.sound(models.last())?;
+    let readings = |parts: &[Part]| Problem::new(parts.to_vec()).reading_count();
+    let left_out = readings(held.parts) - readings(&parts);
     let held = Held { parts: &parts, ..held };
     let both = |model: &Fitted| {
         let whole = held.learns(model)?;
-        let half = held.halved(&whole)?;
-        Ok::<_, FitError>((whole, half))
+        let learnt = held.learns_in_part(&whole)?;
+        Ok::<_, FitError>((whole, learnt))
     };
     let nominal = both(&models.nominal)?;
     let with: Vec<(Fitted, Fitted)> =
         models.with.iter().map(|(_, model)| both(model)).collect::<Result<_, _>>()?;
-    let by_halves = with.iter().chain([&nominal]).all(|(_, half)| half.is_sound());
-    let scored = |(whole, half): (Fitted, Fitted)| {
-        if by_halves { Scored::of_second_halves(&whole, half) } else { Scored::of(whole) }
+    let by_eighths = with.iter().chain([&nominal]).all(|(_, learnt)| learnt.is_sound());
+    let scored = |(whole, learnt): (Fitted, Fitted)| {
+        if by_eighths { Scored::of_the_rest(&whole, learnt) } else { Scored::of(whole) }
     };
     let before = scored(nominal);
     let mut steps: Vec<Step> = Vec::new();
@@ -74,6 +77,7 @@ pub fn holdout(
         closed: Some(part),
         closed_interval: Some(interval),
         folds: drops.len(),
+        left_out,
     })
 }
 
@@ -105,13 +109,13 @@ impl Scored {
         Self { rms: rms(&judged.problem, &judged.fit.point), squares, judged }
     }
 
-    /// Of the second halves of runs, with a fit to first ones.
-    fn of_second_halves(whole: &Fitted, half: Fitted) -> Self {
+    /// Of the eighths of runs that a fit did not learn from.
+    fn of_the_rest(whole: &Fitted, learnt: Fitted) -> Self {
         let mut problem =
             among(&whole.problem, |_, length| move |sample| !learns_from(sample, length));
-        problem.reweight(&half.fit.point);
-        let normal = problem.normal(&half.fit.point);
-        Self::of(Fitted { problem, fit: Fit { normal, ..half.fit }, ..half })
+        problem.reweight(&learnt.fit.point);
+        let normal = problem.normal(&learnt.fit.point);
+        Self::of(Fitted { problem, fit: Fit { normal, ..learnt.fit }, ..learnt })
     }
 
     /// How much less the sum of squares of each run is with another model.
@@ -181,8 +185,8 @@ impl Held<'_> {
         Ok(Fitted { recipes, problem, fit })
     }
 
-    /// The same model fitted to the first half of every run.
-    fn halved(self, whole: &Fitted) -> Result<Fitted, FitError> {
+    /// The same model fitted to every other eighth of each run.
+    fn learns_in_part(self, whole: &Fitted) -> Result<Fitted, FitError> {
         let mut problem =
             among(&whole.problem, |_, length| move |sample| learns_from(sample, length));
         let fit = fit(&mut problem, whole.fit.point.clone(), self.options)?;

@@ -147,6 +147,9 @@ pub fn search(
     };
     let common = Common { given, wanted, options };
     let mut search = Search { stages: vec![stage], adopted: Vec::new() };
+    // What is dropped may be adopted again where both are tested with different noise: no set of effects
+    // is looked at twice.
+    let mut seen: Vec<Vec<String>> = Vec::new();
     while search.adopted.len() < MOST {
         let Some(last) = search.stages.last() else { break };
         if search.passes_gate() {
@@ -157,6 +160,12 @@ pub fn search(
             break;
         }
         search = search.without_needless(&common)?;
+        let mut names = search.names();
+        names.sort_unstable();
+        if seen.contains(&names) {
+            break;
+        }
+        seen.push(names);
     }
     if search.adopted.is_empty() || search.passes_gate() {
         return Ok(Some(search));
@@ -205,6 +214,11 @@ impl Search {
         Ok(true)
     }
 
+    /// The adopted effects' names, in order.
+    fn names(&self) -> Vec<String> {
+        self.adopted.iter().map(|one| one.candidate.name.clone()).collect()
+    }
+
     /// Backward drop: without the effects that add nothing to those that came after them.
     fn without_needless(self, common: &Common<'_>) -> Result<Self, FitError> {
         let Some(last) = self.stages.last() else { return Ok(self) };
@@ -213,8 +227,7 @@ impl Search {
             let before = last.fitted.without(&[&one.candidate.selected], common.options)?;
             let score = of_gain(before.cost() - last.fitted.cost(), one.score.degrees, 1);
             if score.ln_p > level(last.effects) {
-                let mut names: Vec<String> =
-                    self.adopted.iter().map(|one| one.candidate.name.clone()).collect();
+                let mut names = self.names();
                 names.remove(number);
                 return Ok(self.anew(&names, common)?.unwrap_or(self));
             }

@@ -205,6 +205,8 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     let found = stage.blocks_found();
     let most = leftover(stage);
     let share = |block: &usize| stage.scores[*block].lambda().powi(2) / most;
+    let mut found = found.clone();
+    found.sort_by(|a, b| share(b).total_cmp(&share(a)));
     found
         .iter()
         .filter(|block| share(block) >= LEAST_SHARE)

@@ -211,7 +211,10 @@ impl Walk {
         let typical = 1.0 / self.diagonal.max();
         let at = |logarithm: f64| typical * logarithm.exp();
         let step = 0.5;
-        let grid = (-16..32).map(|k| step * f64::from(k));
+        // What is taken up is rounding, and may be less than nothing where a walk is very strong.
+        let grid = (-16..32)
+            .map(|k| step * f64::from(k))
+            .filter(|k| self.likelihood_at(at(*k)).is_finite());
         let better =
             |a: &f64, b: &f64| self.likelihood_at(at(*a)).total_cmp(&self.likelihood_at(at(*b)));
         let best = grid.max_by(better).unwrap_or(0.0);

@@ -27,7 +27,7 @@ pub struct LeftOut {
     pub row: usize,
     /// The measurand.
     pub measurand: String,
-    /// How far out it was, in standard deviations as weighed when it was left out.
+    /// How far out it was, in robust standard deviations of its measurand.
     pub deviations: f64,
 }
 
@@ -57,7 +57,7 @@ fn trim(problem: &mut Problem, all: &[Sequence]) -> Option<Vec<LeftOut>> {
         let name = part.system.assembly.names.measurands[one.measurand].name.clone();
         let width = if slot.components == 3 { 4 } else { 1 };
         for (run, residuals) in part.runs.iter_mut().zip(&one.runs) {
-            if run.record.is_spilled() || !residuals.iter().any(|value| value.abs() > limit) {
+            if !residuals.iter().any(|value| value.abs() > limit) {
                 continue;
             }
             let far = residuals.iter().enumerate().filter(|(_, value)| value.abs() > limit);
@@ -66,7 +66,7 @@ fn trim(problem: &mut Problem, all: &[Sequence]) -> Option<Vec<LeftOut>> {
                 run: run.name.clone(),
                 row: run.record.row(*sample),
                 measurand: name.clone(),
-                deviations: *value,
+                deviations: *value / (NORMAL * median),
             }));
             run.record.edit(|samples| {
                 for column in &mut samples.readings[slot.column..slot.column + width] {

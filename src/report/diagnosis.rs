@@ -37,9 +37,28 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         "suspected": diagnosis.suspected,
         "gap": diagnosis.gap.as_ref().map(gap),
         "hidden": diagnosis.hidden.iter().map(hidden).collect::<Vec<_>>(),
+        "levels": last_noise(diagnosis).into_iter().flat_map(|noise| &noise.levels).map(|(name, by)| {
+            json!({ "measurand": name, "factor": number(Some(*by)) })
+        }).collect::<Vec<_>>(),
         "left_out": left_out(diagnosis),
         "unobservable": unobservable(&diagnosis.nominal.unobservable),
     })
+}
+
+/// One row a candidate, best first: its test and its probability.
+pub fn table(diagnosis: &Diagnosis) -> String {
+    let mut text = String::from("name,ln_p,lambda,probability,share\n");
+    for one in &diagnosis.candidates {
+        text.push_str(&format!(
+            "{},{:.6e},{:.6e},{:.6e},{:.6e}\n",
+            one.name,
+            one.score.ln_p,
+            one.score.lambda(),
+            one.probability,
+            one.share
+        ));
+    }
+    text
 }
 
 /// Readings that are left out, by row, and the delays with and without them.
@@ -78,10 +97,10 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
     })
 }
 
-/// The noise with everything in the model that was adopted.
+/// The noise with the named effects in the model.
 pub(crate) fn last_noise(diagnosis: &Diagnosis) -> Option<&Noise> {
     let stages = &diagnosis.search.as_ref()?.stages;
-    stages.last().map(|stage| &stage.noise_found)
+    stages.get(diagnosis.effects.len()).map(|stage| &stage.noise_found)
 }
 
 /// The estimates that belong to an effect.
@@ -171,6 +190,7 @@ pub(crate) fn gap(one: &Gap) -> Value {
         "closed": number(one.closed),
         "closed_interval": one.closed_interval,
         "folds": one.folds,
+        "left_out": one.left_out,
     })
 }
 

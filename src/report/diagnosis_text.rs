@@ -101,7 +101,8 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
         ));
     }
     if found.wild > 0 {
-        text.push_str(&format!("{} wild readings are left out:", found.wild));
+        let are = if found.wild == 1 { "reading is" } else { "readings are" };
+        text.push_str(&format!("{} wild {are} left out:", found.wild));
         for one in found.left_out.iter().take(SHOWN) {
             let LeftOut { run, row, measurand, deviations } = one;
             text.push_str(&format!(
@@ -162,12 +163,16 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
     let mut text = String::new();
     if let (Some(closed), Some([low, high])) = (gap.closed, gap.closed_interval) {
         text.push_str(&format!(
-            "\nOn readings that it was not fitted to, this closes {:.0} % of the gap ({:.0} to {:.0} %, {} folds).\n",
+            "\nOn readings that it was not fitted to, this closes {:.0} % of the gap ({:.0} to {:.0} %, {} fold{}).\n",
             100.0 * closed,
             100.0 * low,
             100.0 * high,
-            gap.folds
+            gap.folds,
+            if gap.folds == 1 { "" } else { "s" }
         ));
+    }
+    if gap.left_out > 0 {
+        text.push_str(&format!("{} of its readings are left out: lost or gross.\n", gap.left_out));
     }
     let steps: Vec<String> = match gap.steps.as_slice() {
         [] | [_] => vec!["after".to_owned()],
@@ -238,6 +243,13 @@ fn sentence(diagnosis: &Diagnosis) -> String {
     let names = names.join(" and ");
     let place = diagnosis.locations.first().map_or("", |one| one.place.words.as_str());
     match diagnosis.verdict {
+        Verdict::Adequate
+            if last_noise(diagnosis)
+                .is_some_and(|noise| noise.levels.iter().any(|(_, factor)| *factor > 1.0)) =>
+        {
+            "Nothing was found but noise: what is left looks like noise that is larger than stated."
+                .to_owned()
+        }
         Verdict::Adequate => {
             "Nothing was found: the readings follow the model as closely as their noise lets them."
                 .to_owned()
