@@ -231,21 +231,26 @@ fn one_effect_alone_can_be_asked_for() {
 #[test]
 fn every_example_has_its_verdict() {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
-    let mut diagnosed = 0;
-    for entry in std::fs::read_dir(examples).unwrap() {
-        let folder = entry.unwrap().path();
-        let Ok(opened) = open(&Request::new([&folder])) else { continue };
-        if opened.problem.reading_count() == 0 {
-            continue;
-        }
+    let verdicts = [
+        ("01_at901_without_t_cam", Verdict::Explained),
+        ("02_at901_with_t_cam", Verdict::Explained),
+        ("03_ltd500", Verdict::Explained),
+        ("04_robotic_tacheometer", Verdict::Adequate),
+        ("05_two_rotations", Verdict::Adequate),
+        ("06_igps_two_stations", Verdict::Adequate),
+        ("07_changed_distance", Verdict::Explained),
+        ("hand_eye", Verdict::Unknown),
+        ("rail_car", Verdict::Unknown),
+        ("rotating_arm", Verdict::Adequate),
+    ];
+    for (name, verdict) in verdicts {
+        let opened = open(&Request::new([examples.join(name)])).unwrap();
         let found = run(opened.problem.clone(), &opened);
-        eprintln!("{}: {:?}", folder.display(), found.verdict);
-        // Noise that is found is said, whether an effect of the library stands for it or not.
+        assert_eq!(found.verdict, verdict, "{name}");
+        // Scatter beyond what is stated is said, whether an effect of the library stands for it or not.
         let json = report::diagnosis::json(&found, None);
         assert!(json["levels"].is_array());
-        diagnosed += 1;
     }
-    assert!(diagnosed >= 5, "{diagnosed}");
 }
 
 #[test]

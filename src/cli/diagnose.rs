@@ -95,6 +95,7 @@ impl Diagnose {
         request.effects.clone_from(&self.common.effects);
         request.skip_bad_rows = self.common.skip_bad_rows;
         let opened = open(&request)?;
+        load::refuse_correlated(&opened.problem)?;
         load::refuse_empty(&opened.problem)?;
         Ok(opened)
     }

@@ -63,11 +63,11 @@ pub struct NoiseEffect {
 pub struct Noise {
     /// Effects of the library that were accepted.
     pub effects: Vec<NoiseEffect>,
+    /// Those among them whose size was mended once beside what else was found.
+    pub grown: Vec<String>,
     /// For each measurand the factor on its stated standard uncertainty that was found, where it
     /// differs from 1.
     pub levels: Vec<(String, f64)>,
-    /// Those among them whose size was mended once beside what else was found.
-    pub grown: Vec<String>,
     /// Readings left out.
     pub wild: usize,
     /// Which ones.
