@@ -22,6 +22,7 @@ mod render;
 mod show;
 mod simulate;
 mod trials;
+mod wanted;
 
 use std::process::ExitCode;
 

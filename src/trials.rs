@@ -91,5 +91,6 @@ pub fn run(
     failed?;
     outcomes.extend(made);
     outcomes.sort_by_key(|one| one.trial);
+    outcomes.dedup_by_key(|one| one.trial);
     Ok(outcomes)
 }

@@ -247,10 +247,24 @@ fn every_example_has_its_verdict() {
         let opened = open(&Request::new([examples.join(name)])).unwrap();
         let found = run(opened.problem.clone(), &opened);
         assert_eq!(found.verdict, verdict, "{name}");
-        // Scatter beyond what is stated is said, whether an effect of the library stands for it or not.
-        let json = report::diagnosis::json(&found, None);
-        assert!(json["levels"].is_array());
     }
+}
+
+/// Scatter beyond what is stated is said even where no effect of the library may stand for it.
+#[test]
+fn a_wrong_level_is_said_without_an_effect_for_it() {
+    let (opened, mut problem) = drawn(&[], &[], 34);
+    problem.parts[0].sigma[2] /= 3.0;
+    let wanted = Wanted::new(&[], &["distance_noise_level".to_owned()]);
+    let recipes = opened.recipes.clone();
+    let found = diagnose(problem, recipes, &wanted, &Options::default()).unwrap();
+    assert!(found.effects.is_empty() && found.noise.is_empty(), "{:?}", found.verdict);
+    let json = report::diagnosis::json(&found, None);
+    let [level] = json["levels"].as_array().unwrap().as_slice() else { unreachable!("{json}") };
+    assert_eq!(level["measurand"], "distance");
+    assert!((level["factor"].as_f64().unwrap() - 3.0).abs() < 0.1, "{level}");
+    let text = report::diagnosis_text::text("", &found, None);
+    assert!(text.contains("noise that is larger than stated"), "{text}");
 }
 
 #[test]
@@ -314,6 +328,31 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     judge(&mut found, &clean, &Wanted::default(), &Options::default()).unwrap();
     assert!(found.gap.as_ref().unwrap().held_out_drop < 0.0, "{:?}", found.gap);
     assert_eq!(found.gap.unwrap().closed, Some(0.0));
+}
+
+/// Of two instruments in training the held-out campaign's own is held.
+#[test]
+fn a_held_out_campaign_is_judged_by_its_own_instrument() {
+    let draw = |tilt: &str, seed: u64| {
+        drawn(&["trunnion_tilt"], &[&format!("trunnion_tilt.tilt={tilt}")], seed)
+    };
+    let opened = open(&Request::new([folder(), folder()])).unwrap();
+    let mut parts = opened.problem.parts.clone();
+    let names = ["first tracker", "second tracker"].map(|name| Some(name.to_owned()));
+    for ((part, tilt), name) in parts.iter_mut().zip(["5 arcsec", "-5 arcsec"]).zip(&names) {
+        part.runs.clone_from(&draw(tilt, 41).1.parts[0].runs);
+        part.instrument.clone_from(name);
+    }
+    let mut found = run(Problem::new(parts), &opened);
+    assert_eq!(found.verdict, Verdict::Explained);
+    for (tilt, name) in ["5 arcsec", "-5 arcsec"].into_iter().zip(&names) {
+        let (mut other, mut readings) = draw(tilt, 42);
+        readings.parts[0].instrument.clone_from(name);
+        other.problem = Problem::new(readings.parts);
+        judge(&mut found, &other, &Wanted::default(), &Options::default()).unwrap();
+        let gap = found.gap.as_ref().unwrap();
+        assert!(gap.closed.unwrap() > 0.9, "{name:?}: {gap:?}");
+    }
 }
 
 #[test]

@@ -46,6 +46,16 @@ fn threads_and_interruptions_change_nothing() {
     assert_eq!(tally(&resumed), tally(&at_once));
     assert_eq!(Ledger::open(&path, &heading).unwrap().outcomes.len(), 6);
 
+    // A line that cannot be read costs its own trial and no other.
+    let whole = std::fs::read_to_string(&path).unwrap();
+    let mut lines: Vec<&str> = whole.lines().collect();
+    lines[3] = "{\"trial\":";
+    std::fs::write(&path, lines.join("\n") + "\n").unwrap();
+    let mut ledger = Ledger::open(&path, &heading).unwrap();
+    assert_eq!(ledger.outcomes.len(), 5);
+    let mended = run(&design, &plan, Some(&mut ledger), 1, &Progress::default()).unwrap();
+    assert_eq!(mended, at_once);
+
     // Trials of something else are not mixed in.
     let other = Heading::of(&Plan::standard(6, 12), &design);
     let refused = Ledger::open(&path, &other);

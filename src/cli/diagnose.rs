@@ -1,16 +1,18 @@
 //! `homepoint diagnose`: why simulation and reality differ.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format};
-use super::{Failure, load, output};
-use crate::diagnose::candidates::Wanted;
+use super::wanted::WantedArguments;
+use super::{Failure, load, output, render};
 use crate::diagnose::verdict::Verdict;
 use crate::diagnose::{diagnose, judge};
-use crate::engine::open::{Opened, Recipe, Request, open};
+use crate::diagnostic::Diagnostic;
+use crate::engine::open::{Opened, Recipe};
+use crate::engine::{Part, Problem};
 use crate::estimate::batch::Options;
 use crate::report;
 
@@ -18,12 +20,8 @@ use crate::report;
 pub(super) struct Diagnose {
     #[command(flatten)]
     common: CampaignArguments,
-    /// Leave an effect out of the library (repeat for more)
-    #[arg(long = "without", value_name = "EFFECT")]
-    without: Vec<String>,
-    /// Test this effect alone (repeat for more)
-    #[arg(long = "only", value_name = "EFFECT")]
-    only: Vec<String>,
+    #[command(flatten)]
+    library: WantedArguments,
     /// Judge the shrinkage on a campaign that the fit never saw
     #[arg(long, value_name = "CAMPAIGN")]
     holdout: Option<PathBuf>,
@@ -45,20 +43,39 @@ fn same_models(fitted: &[Recipe], held_out: &Opened) -> Result<(), Failure> {
     })
 }
 
+/// The name of what a campaign's values belong to.
+type Owner = fn(&Part) -> Option<&String>;
+
+/// Warns where what is held was learnt with another instrument or rig.
+fn other_owners(fitted: &Problem, held_out: &Opened) -> Vec<Diagnostic> {
+    let owners: [(&str, Owner); 2] =
+        [("instrument", |part| part.instrument.as_ref()), ("rig", |part| part.rig.as_ref())];
+    let mut told = Vec::new();
+    for (what, of) in owners {
+        let known: Vec<&String> = fitted.parts.iter().filter_map(of).collect();
+        let mut others = held_out.problem.parts.iter().filter_map(of);
+        if let (Some(other), false) = (others.find(|one| !known.contains(one)), known.is_empty()) {
+            let message = format!("the held-out campaign has another {what}, `{other}`");
+            let held =
+                format!("what belongs to the {what} is held at the values of `{}`", known[0]);
+            told.push(Diagnostic::warning(message).help(held));
+        }
+    }
+    told
+}
+
 impl Diagnose {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
         load::refuse_empty(&loaded.problem)?;
-        for name in self.without.iter().chain(&self.only) {
-            for recipe in &loaded.recipes {
-                recipe.library.effect(name)?;
-            }
-        }
-        let wanted = Wanted::new(&self.only, &self.without);
+        let wanted = self.library.wanted(&loaded.recipes)?;
         let held_out = self.holdout.as_ref().map(|path| self.opened(path)).transpose()?;
         if let Some(other) = &held_out {
             same_models(&loaded.recipes, other)?;
+            if !self.common.quiet {
+                render::all(&other_owners(&loaded.problem, other));
+            }
         }
         let mut found = diagnose(loaded.problem, loaded.recipes, &wanted, &Options::default())
             .map_err(|error| Failure::Could(error.to_string()))?;
@@ -89,12 +106,8 @@ impl Diagnose {
     }
 
     /// Another campaign, read as the first ones were.
-    fn opened(&self, path: &Path) -> Result<Opened, Failure> {
-        let mut request = Request::new([path]);
-        request.with.clone_from(&self.common.with);
-        request.effects.clone_from(&self.common.effects);
-        request.skip_bad_rows = self.common.skip_bad_rows;
-        let opened = open(&request)?;
+    fn opened(&self, path: &PathBuf) -> Result<Opened, Failure> {
+        let opened = load::read(&self.common, std::slice::from_ref(path))?;
         load::refuse_correlated(&opened.problem)?;
         load::refuse_empty(&opened.problem)?;
         Ok(opened)

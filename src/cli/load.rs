@@ -1,6 +1,7 @@
 //! What a command works on: campaigns read, warnings told, names for the result.
 
 use std::io;
+use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
@@ -8,7 +9,7 @@ use super::arguments::CampaignArguments;
 use super::{Failure, progress, render};
 use crate::campaign::load::Campaign;
 use crate::engine::Problem;
-use crate::engine::open::{Recipe, Request, correlated, open};
+use crate::engine::open::{Opened, Recipe, Request, correlated, open};
 use crate::estimate::checks;
 use crate::model::Model;
 use crate::report;
@@ -32,10 +33,12 @@ pub(super) struct Loaded {
     pub(super) recipes: Vec<Recipe>,
 }
 
-/// Reads everything and tells warnings.
-pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
-    arguments.apply_threads();
-    let mut request = Request::new(&arguments.campaigns);
+/// Reads campaigns as the arguments say, and tells warnings.
+pub(super) fn read(
+    arguments: &CampaignArguments,
+    campaigns: &[PathBuf],
+) -> Result<Opened, Failure> {
+    let mut request = Request::new(campaigns);
     request.with.clone_from(&arguments.with);
     request.effects.clone_from(&arguments.effects);
     request.set.clone_from(&arguments.set);
@@ -47,6 +50,13 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         render::all(&opened.warnings);
         render::all(&checks::check(&opened.problem));
     }
+    Ok(opened)
+}
+
+/// Reads everything and tells warnings.
+pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
+    arguments.apply_threads();
+    let opened = read(arguments, &arguments.campaigns)?;
     let labels: Vec<String> = opened
         .problem
         .parts

@@ -5,8 +5,8 @@ use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate, verdict};
+use super::wanted::WantedArguments;
 use super::{Failure, load, output, render};
-use crate::diagnose::candidates::Wanted;
 use crate::diagnose::power::power;
 use crate::diagnostic::Diagnostic;
 use crate::engine::{Point, Problem};
@@ -16,24 +16,15 @@ use crate::report;
 pub(super) struct PowerCommand {
     #[command(flatten)]
     common: CampaignArguments,
-    /// Leave an effect out of the library (repeat for more)
-    #[arg(long = "without", value_name = "EFFECT")]
-    without: Vec<String>,
-    /// Look at this effect alone (repeat for more)
-    #[arg(long = "only", value_name = "EFFECT")]
-    only: Vec<String>,
+    #[command(flatten)]
+    library: WantedArguments,
 }
 
 impl PowerCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
-        for name in self.without.iter().chain(&self.only) {
-            for recipe in &loaded.recipes {
-                recipe.library.effect(name)?;
-            }
-        }
-        let wanted = Wanted::new(&self.only, &self.without);
+        let wanted = self.library.wanted(&loaded.recipes)?;
         let point = self.point(&loaded.problem)?;
         let found = power(loaded.problem, loaded.recipes, point, &wanted)
             .map_err(|error| Failure::Could(error.to_string()))?;

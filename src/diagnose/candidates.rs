@@ -86,7 +86,7 @@ pub struct Offer {
 /// Which effects are wanted.
 #[derive(Clone, Debug, Default)]
 pub struct Wanted {
-    /// None but these, if any are named.
+    /// None but these, if any are named: effects at all heads, or as `EFFECT.HEAD` at one.
     pub only: Vec<String>,
     /// Not these.
     pub without: Vec<String>,
@@ -102,10 +102,14 @@ impl Wanted {
         Self { only, without, ..Self::default() }
     }
 
-    /// Whether an effect is.
-    pub fn includes(&self, name: &str) -> bool {
-        (self.only.is_empty() || self.only.iter().any(|one| one == name))
-            && !self.without.iter().any(|one| one == name)
+    /// Whether an effect at a head is; without a head, whether it is at any.
+    pub fn includes(&self, name: &str, head: Option<&str>) -> bool {
+        let means = |one: &String| match one.split_once('.') {
+            None => one == name,
+            Some((own, at)) => own == name && head.is_none_or(|head| head == at),
+        };
+        let excludes = |one: &String| means(one) && (head.is_some() || !one.contains('.'));
+        (self.only.is_empty() || self.only.iter().any(means)) && !self.without.iter().any(excludes)
     }
 }
 
@@ -113,7 +117,7 @@ impl Wanted {
 pub fn offer(recipes: &[Recipe], wanted: &Wanted) -> Offer {
     let mut offer = Offer::default();
     let Some(first) = recipes.first() else { return offer };
-    for effect in first.library.effects().filter(|effect| wanted.includes(&effect.name)) {
+    for effect in first.library.effects().filter(|effect| wanted.includes(&effect.name, None)) {
         let in_use =
             |recipe: &Recipe| recipe.effects.iter().any(|one| one.effect.name == effect.name);
         if recipes.iter().all(in_use) {
@@ -239,4 +243,25 @@ fn is_noise(effect: &Effect) -> bool {
         .iter()
         .all(|line| matches!(line.target, Target::Sigma(_) | Target::EachAngleSigma));
     random || levels
+}
+#[cfg(test)]
+mod tests {
+    use super::Wanted;
+
+    #[test]
+    fn an_effect_is_wanted_at_all_heads_or_at_one() {
+        let names = |names: &[&str]| names.iter().map(|one| (*one).to_owned()).collect::<Vec<_>>();
+        let all = Wanted::default();
+        assert!(all.includes("collimation", Some("a")) && all.includes("clock_drift", None));
+        let only = Wanted::new(&names(&["collimation.a"]), &[]);
+        assert!(only.includes("collimation", Some("a")) && only.includes("collimation", None));
+        assert!(!only.includes("collimation", Some("b")) && !only.includes("clock_drift", None));
+        let without = Wanted::new(&[], &names(&["collimation.a", "clock_drift"]));
+        assert!(
+            without.includes("collimation", Some("b")) && without.includes("collimation", None)
+        );
+        assert!(
+            !without.includes("collimation", Some("a")) && !without.includes("clock_drift", None)
+        );
+    }
 }

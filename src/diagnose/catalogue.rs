@@ -100,7 +100,7 @@ pub(super) fn key(candidates: &[&Candidate]) -> String {
 }
 
 /// All that a model with effects hangs on.
-fn written(recipe: &Recipe) -> String {
+pub fn written(recipe: &Recipe) -> String {
     let effects: Vec<String> = recipe
         .effects
         .iter()

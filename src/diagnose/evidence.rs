@@ -363,15 +363,17 @@ impl Evidence {
 
     /// `W_aᵀ S_ab`: what a candidate has in common with the columns of another one.
     pub fn shared(&self, a: &Entry, b: &Projected) -> DMatrix<f64> {
-        let own = self.products(&a.columns, &b.columns);
-        a.basis.tr_mul(&(own - a.coupling.tr_mul(&self.across(&b.columns))))
+        self.shared_with(a, &b.columns)
+    }
+
+    fn shared_with(&self, a: &Entry, columns: &[Column]) -> DMatrix<f64> {
+        let own = self.products(&a.columns, columns);
+        a.basis.tr_mul(&(own - a.coupling.tr_mul(&self.across(columns))))
     }
 
     /// `W_aᵀ S_ab W_b`: the cosines between what two candidates do beyond the nominal parameters.
     pub fn overlap(&self, a: &Entry, b: &Entry) -> DMatrix<f64> {
-        let own = self.products(&a.columns, &b.columns);
-        let across = self.across(&b.columns);
-        a.basis.tr_mul(&(own - a.coupling.tr_mul(&across))) * &b.basis
+        self.shared_with(a, &b.columns) * &b.basis
     }
 
     /// What `b` explains beyond the nominal parameters and `a`, with its degrees of freedom.

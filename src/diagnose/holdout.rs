@@ -173,7 +173,7 @@ impl Held<'_> {
             }
             parts.push(match recipe.with(&[]) {
                 Ok(mut system) => {
-                    hold(&mut system, model);
+                    hold(&mut system, part, model);
                     rebuilt(part, system)
                 }
                 Err(_) => part.clone(),
@@ -209,16 +209,27 @@ fn take_runs(parts: &mut [Part], problem: Problem) {
     }
 }
 
-/// Holds what belongs to instrument and rig at the values of a fit, random levels with it.
-fn hold(system: &mut System, values: &Fitted) {
-    let layout = &values.problem.layout;
+/// Holds what belongs to a campaign's instrument and rig at the values of a fit, random levels with it:
+/// at those of the same instrument or rig, else of the first campaign.
+fn hold(system: &mut System, part: &Part, values: &Fitted) {
+    let Problem { layout, parts, .. } = &values.problem;
     let point: &Point = &values.fit.point;
     let names = &system.assembly.names.parameters;
     for (parameter, setting) in names.iter().zip(&mut system.settings) {
-        if !matches!(setting.scope, Scope::Rig | Scope::Instrument) {
-            continue;
-        }
-        if let Some(index) = layout.instances.iter().position(|one| one.name == parameter.name) {
+        let owner: fn(&Part) -> Option<&String> = match setting.scope {
+            Scope::Rig => |part| part.rig.as_ref(),
+            Scope::Instrument => |part| part.instrument.as_ref(),
+            Scope::Setup | Scope::Run | Scope::Sample => continue,
+        };
+        let known = || {
+            parts.iter().zip(&layout.used).filter_map(|(one, used)| {
+                let names = &one.system.assembly.names.parameters;
+                let index = names.iter().position(|own| own.name == parameter.name)?;
+                Some((owner(one), *used.first()?.get(index)?))
+            })
+        };
+        let same = known().find(|(name, _)| name.is_some() && *name == owner(part));
+        if let Some((_, index)) = same.or_else(|| known().next()) {
             setting.value = Some(point.components(layout, index));
             setting.sigma = None;
             setting.start = None;

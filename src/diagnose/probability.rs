@@ -60,6 +60,14 @@ pub fn probabilities(stage: &Stage) -> Vec<f64> {
     logarithms.iter().map(|one| (one - most).exp() / sum).collect()
 }
 
+/// The largest probability that a finding is no chance that its probability by chance allows against even
+/// odds: `1 / (1 - e p ln p)` (Sellke, Bayarri and Berger 2001, "Calibration of p values").
+pub fn at_most(ln_p: f64) -> f64 {
+    // Beyond p = 1/e a finding speaks for chance.
+    let ln_p = ln_p.min(-1.0);
+    1.0 / (1.0 - (1.0 + ln_p).exp() * ln_p)
+}
+
 /// Gives blocks what effects and they explain together where the effects alone are not enough; `odds` is
 /// the logarithm of a block's part over an effect's before the data.
 fn with_imitations(stage: &Stage, alone: Vec<f64>, odds: f64) -> Vec<f64> {
@@ -142,4 +150,18 @@ fn typical(stage: &Stage, number: usize) -> Vec<f64> {
             candidate.typical(&owner.parameter).unwrap_or(0.0)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::at_most;
+
+    #[test]
+    fn a_small_probability_by_chance_is_no_certainty() {
+        // The paper's figures: p = .05 leaves at least .289 for chance, p = .01 at least .111.
+        assert!((1.0 - at_most(0.05_f64.ln()) - 0.289).abs() < 5e-4);
+        assert!((1.0 - at_most(0.01_f64.ln()) - 0.111).abs() < 5e-4);
+        assert_eq!(at_most(0.0), 0.5);
+        assert_eq!(at_most(-1e4), 1.0);
+    }
 }

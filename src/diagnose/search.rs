@@ -47,8 +47,11 @@ pub struct Adopted {
     pub gain: f64,
     /// Effects that these data cannot tell from it.
     pub aliases: Vec<String>,
-    /// Probability of it and its aliases together.
+    /// Probability that it, or one of its aliases, is the cause: against nothing, other effects and unknown
+    /// structure; where more than it was found, against other effects.
     pub probability: f64,
+    /// The same against other effects.
+    pub(super) among_effects: f64,
 }
 
 impl Adopted {
@@ -300,13 +303,16 @@ fn adopted(
     }
     let probability = probabilities(stage);
     let like = alike(stage, number);
+    let own: f64 = like.iter().chain([&number]).map(|n| probability[*n]).sum();
+    let all: f64 = probability[..stage.effects].iter().sum();
     let adopted = Adopted {
         candidate: candidate.clone(),
         score,
         prior_share: stage.evidence.prior_share(stage.entry(number)),
         gain,
         aliases: like.iter().map(|n| stage.candidates[*n].name.clone()).collect(),
-        probability: like.iter().chain([&number]).map(|n| probability[*n]).sum(),
+        probability: own,
+        among_effects: if all > 0.0 { own / all } else { 0.0 },
     };
     Ok(Some((adopted, fitted)))
 }

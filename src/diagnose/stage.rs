@@ -231,10 +231,12 @@ impl Stage {
     pub fn again(fitted: Fitted, wanted: &Wanted, kept: &mut Kept) -> Option<Self> {
         let made = wanted.catalogue.of(&fitted.recipes);
         let Offer { effects, mut noise, mut not_testable } = made.offer.clone();
-        let is_wanted = |one: &Candidate| wanted.includes(&one.selected.effect.name);
+        let is_wanted = |one: &Candidate| {
+            wanted.includes(&one.selected.effect.name, one.selected.head.as_deref())
+        };
         let effects = effects.into_iter().filter(is_wanted).collect();
         noise.retain(is_wanted);
-        not_testable.retain(|one| wanted.includes(&one.name));
+        not_testable.retain(|one| wanted.includes(&one.name, None));
         let (mut candidates, mut members) =
             best_members(&fitted, &made, effects, &mut kept.scanned)?;
         let effects = candidates.len();

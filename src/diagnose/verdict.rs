@@ -93,7 +93,9 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
         return (verdict, Vec::new());
     }
     if left.is_empty() && !blocks_are_simpler(search, first) {
-        return (Verdict::Explained, search.adopted.clone());
+        let mut adopted = search.adopted.clone();
+        against_effects(adopted.split_last_mut().map_or(&mut [], |(_, before)| before));
+        return (Verdict::Explained, adopted);
     }
     // Effects may still be causes although something of another form is left.
     let second = &search.stages[1];
@@ -101,9 +103,18 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
     let share = gain / (gain + leftover(second));
     if share >= NAMED {
         let further = (1..search.adopted.len()).take_while(|number| is_a_cause(search, *number));
-        return (Verdict::ShapeDiffers, search.adopted[..=further.count()].to_vec());
+        let mut adopted = search.adopted[..=further.count()].to_vec();
+        against_effects(&mut adopted);
+        return (Verdict::ShapeDiffers, adopted);
     }
     (Verdict::Unknown, Vec::new())
+}
+
+/// Of effects beside which something else was found: that they are not all is known.
+fn against_effects(adopted: &mut [Adopted]) {
+    for one in adopted {
+        one.probability = one.among_effects;
+    }
 }
 
 /// Whether an effect that was adopted after others, and leaves something, is more than an imitation of

@@ -10,7 +10,8 @@
 //! - memory is the correlation of a measurand's neighbours in time ([`super::memory`]), and what wanders
 //!   from run to run a random walk ([`super::wander`]).
 //!
-//! Each is tested one-sidedly, and what is accepted enters the covariance. A memory that no Gauss-Markov
+//! Each is tested one-sidedly (but levels, which may be lower than stated, too), and what is accepted
+//! enters the covariance. A memory that no Gauss-Markov
 //! process follows widens the stretches over which scores are summed.
 
 use std::sync::Arc;

@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use crate::diagnose::Diagnosis;
 use crate::diagnose::gap::Gap;
 use crate::diagnose::hidden::Hidden;
+use crate::diagnose::probability::at_most;
 use crate::diagnose::search::Adopted;
 use crate::diagnose::structure::Of;
 use crate::diagnose::verdict::{Location, Ranked};
@@ -132,7 +133,7 @@ fn noise_effect(one: &NoiseEffect) -> Value {
     json!({
         "name": one.name,
         "member": one.memory.map(|memory| json!({ "memory": memory })),
-        "probability": number(Some(1.0 - one.ln_p.exp())),
+        "probability": number(Some(at_most(one.ln_p))),
         "aliases": one.aliases,
         "evidence": "data",
         "parameters": [{

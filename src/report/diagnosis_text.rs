@@ -58,11 +58,16 @@ fn listed(line: &str, header: [&str; 2], rows: Vec<[&str; 2]>) -> String {
     format!("\n{line}\n{}", drawn(&made))
 }
 
+/// The value of an effect, which is small most often, with its standard uncertainty.
+fn small(value: f64, sigma: f64, declared: &Unit) -> String {
+    figure::measured(value, sigma, &figure::unit_for(value.abs().max(sigma), declared))
+}
+
 /// The noise as it was found.
 fn noise(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
     for one in diagnosis.noise.iter().filter(|one| one.name != "lost_samples") {
-        let figure = figure::measured(one.value, one.sigma, &one.unit);
+        let figure = small(one.value, one.sigma, &one.unit);
         text.push_str(&format!("\n{}\n  {} = {figure}", one.name, one.parameter));
         if let Some(memory) = one.memory {
             let second = Unit::coherent(Dimension::TIME);
@@ -138,11 +143,14 @@ fn effects(diagnosis: &Diagnosis) -> String {
         }
         for estimate in estimates_of(diagnosis, one) {
             let Some(value) = estimate.value else { continue };
-            let figure = figure::measured(value, estimate.sigma.unwrap_or(0.0), &estimate.declared);
+            let figure = small(value, estimate.sigma.unwrap_or(0.0), &estimate.declared);
             let of = estimate.of.map_or_else(String::new, |of| format!(" ({of})"));
             text.push_str(&format!("  {}{of} = {figure}\n", estimate.name));
         }
         text.push_str(&alike(&one.aliases));
+        let which = if one.aliases.is_empty() { "this effect" } else { "one of these" };
+        let probability = percent(one.probability);
+        text.push_str(&format!("  Probability that {which} is the cause: {probability}.\n"));
         if one.evidence() == "prior" {
             text.push_str("  Its evidence lies in stated values that the readings contradict.\n");
         }
@@ -210,15 +218,20 @@ fn places(diagnosis: &Diagnosis) -> String {
 }
 
 fn candidates(diagnosis: &Diagnosis, top: usize) -> String {
-    let mut rows = table(&["effect", "p", "lambda", "share", "probability"]);
+    let mut header = vec!["effect", "p", "lambda", "share"];
+    // It is the probability of a single cause; where there are more it says nothing.
+    let single = diagnosis.effects.len() < 2 && diagnosis.verdict != Verdict::ShapeDiffers;
+    header.extend(single.then_some("probability"));
+    let mut rows = table(&header);
     for one in diagnosis.candidates.iter().take(top) {
-        rows.add_row([
+        let mut row = vec![
             one.name.clone(),
-            probability(one.score.ln_p),
+            by_chance(one.score.ln_p),
             format!("{:.1}", one.score.lambda()),
             format!("{:.0} %", 100.0 * one.share),
-            format!("{:.2}", one.probability),
-        ]);
+        ];
+        row.extend(single.then(|| percent(one.probability)));
+        rows.add_row(row);
     }
     format!("\ncandidates, best first\n{}", drawn(&rows))
 }
@@ -277,8 +290,17 @@ fn sentence(diagnosis: &Diagnosis) -> String {
     }
 }
 
-/// A probability from its logarithm, readable far below what a double holds.
-fn probability(ln_p: f64) -> String {
+/// A probability of causes: certainty is nobody's.
+fn percent(probability: f64) -> String {
+    match 100.0 * probability {
+        most if most > 99.9 => "above 99.9 %".to_owned(),
+        least if least < 0.1 => "below 0.1 %".to_owned(),
+        between => format!("{between:.1} %"),
+    }
+}
+
+/// A probability by chance from its logarithm, readable far below what a double holds.
+fn by_chance(ln_p: f64) -> String {
     let tenth = ln_p / std::f64::consts::LN_10;
     if tenth > -3.0 {
         return format!("{:.3}", ln_p.exp());

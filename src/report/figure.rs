@@ -6,6 +6,9 @@ use crate::units::{Dimension, Unit};
 /// Significant digits of an uncertainty.
 const DIGITS: i32 = 2;
 
+/// Rates (per second) below it are read by the hour.
+const SLOW: f64 = 1e-6;
+
 /// Units that people read, from large to small, by dimension.
 fn ladder(dimension: Dimension) -> &'static [(&'static str, f64)] {
     if dimension == Dimension::TIME {
@@ -68,6 +71,27 @@ pub fn measured(amount: f64, sigma: f64, declared: &Unit) -> String {
     with_symbol(pair, &symbol)
 }
 
+/// The unit in which a size is read: a small one in µrad for rad, µm/h for m/s, µs/(rad/s) for s/(rad/s),
+/// others as declared.
+pub fn unit_for(size: f64, declared: &Unit) -> Unit {
+    let symbol = declared.symbol.as_str();
+    let rate = matches!(symbol, "1/s" | "m/s" | "rad/s");
+    let size = (size / declared.factor).abs();
+    if size > 0.01 || size == 0.0 || !size.is_finite() {
+        return declared.clone();
+    }
+    let symbol = match symbol.trim_end_matches("/s") {
+        "1" if rate && size < SLOW => "ppm/h".to_owned(),
+        "1" if rate => "ppm/s".to_owned(),
+        "1" => "ppm".to_owned(),
+        base if rate && size < SLOW => format!("µ{base}/h"),
+        _ if symbol.starts_with(['m', 'r', 's']) => format!("µ{symbol}"),
+        _ => return declared.clone(),
+    };
+    let same = |unit: &Unit| unit.dimension == declared.dimension;
+    Unit::parse(&symbol).ok().filter(same).unwrap_or_else(|| declared.clone())
+}
+
 fn with_symbol(number: String, symbol: &str) -> String {
     if symbol == "1" { number } else { format!("{number} {symbol}") }
 }
@@ -91,6 +115,8 @@ pub fn sig(number: f64, digits: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
     use super::*;
 
     #[test]
@@ -104,5 +130,22 @@ mod tests {
         assert_eq!(value(0.0, None, &metre), "0.000000 m");
         assert_eq!(value(f64::NAN, None, &metre), "not determined");
         assert_eq!(value(0.123456, Some(0.00012), &Unit::one()), "0.12346");
+    }
+
+    #[test]
+    fn small_sizes_have_units_in_which_they_are_read() {
+        let shown = |size: f64, sigma: f64, symbol: &str| {
+            measured(size, sigma, &unit_for(size, &Unit::parse(symbol).unwrap()))
+        };
+        assert_eq!(shown(-2.073e-5, 6.7e-7, "rad"), "-20.73 ± 0.67 µrad");
+        assert_eq!(shown(1.25, 0.01, "rad"), "1.250 ± 0.010 rad");
+        assert_eq!(shown(1.966e-6, 3.7e-8, "m/(rad/s)^2"), "1.966 ± 0.037 µm/(rad/s)^2");
+        assert_eq!(shown(2e-9, 1e-10, "rad/s"), "7.20 ± 0.36 µrad/h");
+        assert_eq!(shown(2e-5, 1e-6, "m/s"), "20.0 ± 1.0 µm/s");
+        assert_eq!(shown(3e-9, 5e-10, "1/s"), "10.8 ± 1.8 ppm/h");
+        assert_eq!(shown(-4e-5, 2e-6, "1/s"), "-40.0 ± 2.0 ppm/s");
+        assert_eq!(shown(-4e-5, 2e-6, "1"), "-40.0 ± 2.0 ppm");
+        assert_eq!(shown(4.712389e-5, 7.853982e-6, "mgon"), "3.00 ± 0.50 mgon");
+        assert_eq!(shown(0.0, 0.5, "rad"), "0.00 ± 0.50 rad");
     }
 }

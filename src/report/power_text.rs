@@ -49,8 +49,9 @@ fn sizes(power: &Power, state: State, line: &str) -> String {
     }
     let mut rows = table(&["effect", "usual", "seen from", "named from", "shifts a delay by"]);
     for row in &of_state {
+        let unit = figure::unit_for(row.typical.unwrap_or(1.0), &row.unit);
         let size = |size: Option<f64>| {
-            let shown = |size| figure::uncertainty(size, &small(&row.unit, row.typical));
+            let shown = |size| figure::uncertainty(size, &unit);
             size.map_or_else(|| "-".to_owned(), shown)
         };
         let worst = row.shifts.iter().max_by(|a, b| a.1.total_cmp(&b.1));
@@ -76,21 +77,4 @@ fn listed(power: &Power, state: State, line: &str) -> String {
     let lines: Vec<String> =
         of_state.map(|row| format!("{}\n    {}\n", row.name, row.words)).collect();
     if lines.is_empty() { String::new() } else { format!("\n{line}\n{}", lines.concat()) }
-}
-
-/// The unit in which a small size is read: µrad for rad, µm/h for m/s, µs/(rad/s) for s/(rad/s).
-fn small(declared: &Unit, typical: Option<f64>) -> Unit {
-    if typical.is_none_or(|size| size / declared.factor > 0.01) {
-        return declared.clone();
-    }
-    let symbol = declared.symbol.as_str();
-    let symbol = match symbol {
-        "1" => "ppm".to_owned(),
-        "1/s" => "ppm/h".to_owned(),
-        "m/s" | "rad/s" => format!("u{}/h", symbol.trim_end_matches("/s")),
-        _ if symbol.starts_with(['m', 'r', 's']) => format!("u{symbol}"),
-        _ => return declared.clone(),
-    };
-    let same = |unit: &Unit| unit.dimension == declared.dimension;
-    Unit::parse(&symbol).ok().filter(same).unwrap_or_else(|| declared.clone())
 }

@@ -10,7 +10,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::DVector;
 
+use crate::campaign::Sample;
 use crate::diagnose::candidates::{Candidate, Wanted, offer};
+use crate::diagnose::catalogue::written;
 use crate::diagnose::evidence::{Entry, Evidence};
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::{Opened, Recipe};
@@ -241,9 +243,11 @@ impl Design {
         of.flat_map(|one| &one.ways).map(|way| &self.evidence.entries[*way])
     }
 
-    /// A number that tells designs apart: of times, inputs, noise and what may be put in.
+    /// A number that tells designs apart: of models and effects as written, times, inputs, noise and
+    /// what may be put in.
     pub fn stamp(&self) -> u64 {
         let mut stamp = Stamp(0xcbf2_9ce4_8422_2325);
+        self.recipes.iter().for_each(|recipe| stamp.bytes(written(recipe).as_bytes()));
         for way in &self.ways {
             stamp.bytes(way.name.as_bytes());
             way.selected.member.values().for_each(|value| stamp.number(*value));
@@ -253,7 +257,7 @@ impl Design {
             for run in &part.runs {
                 stamp.bytes(run.name.as_bytes());
                 run.record.walk(|stretch| {
-                    stretch.each().for_each(|sample| stamp.number(sample.time()));
+                    stretch.each().for_each(|sample| stamp.sample(&sample));
                 });
             }
         }
@@ -270,6 +274,17 @@ impl Stamp {
         for byte in bytes {
             self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
         }
+    }
+
+    /// Time and inputs of a sample, and which of its readings there are.
+    fn sample(&mut self, sample: &Sample<'_>) {
+        let time = sample.time();
+        self.number(time);
+        for input in &sample.samples.inputs {
+            (0..=2).for_each(|order| self.number(input.at(sample.at, time, 0.0, order)));
+        }
+        let readings = sample.samples.readings.iter();
+        self.bytes(&readings.map(|one| u8::from(one[sample.at].is_nan())).collect::<Vec<u8>>());
     }
 
     /// To nine digits: values from a fit may differ in the last ones from machine to machine.

@@ -1,7 +1,7 @@
 //! The file of finished trials: one JSON object a line, the first of which says of what.
 //!
 //! A trial is written when it is done, so an interrupted run loses what was being diagnosed and nothing
-//! else. What was cut off while a line was written is passed over and written again.
+//! else. A line that is cut off or cannot be read is passed over, and its trial made again.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, Write};
@@ -20,8 +20,11 @@ pub struct Heading {
     pub seed: u64,
     /// The plan's strata.
     pub plan: String,
-    /// Times, inputs, noise, effects and truth of the campaign.
+    /// Models, times, inputs, noise, effects and truth of the campaign.
     pub design: String,
+    /// Version of the program that diagnosed.
+    #[serde(default)]
+    pub version: String,
 }
 
 impl Heading {
@@ -35,6 +38,7 @@ impl Heading {
             seed: plan.seed,
             plan: strata.join("; "),
             design: format!("{:016x}", design.stamp()),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
         }
     }
 }
@@ -84,11 +88,8 @@ impl Ledger {
                     Ok(found) => same(&found, heading)?,
                     Err(_) => return Err(LedgerError::Other { what: "kind of file" }),
                 }
-            } else {
-                match serde_json::from_slice(&line) {
-                    Ok(outcome) => outcomes.push(outcome),
-                    Err(_) => break,
-                }
+            } else if let Ok(outcome) = serde_json::from_slice(&line) {
+                outcomes.push(outcome);
             }
             good += read as u64;
         }
@@ -120,6 +121,9 @@ fn same(found: &Heading, wanted: &Heading) -> Result<(), LedgerError> {
     let other = |what| Err(LedgerError::Other { what });
     if found.seed != wanted.seed {
         return other("seed");
+    }
+    if found.version != wanted.version {
+        return other("version of homepoint");
     }
     if found.design != wanted.design {
         return other("campaign or library");

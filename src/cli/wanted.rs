@@ -1,0 +1,46 @@
+//! Which effects of the library are looked at.
+
+use clap::Args;
+
+use super::Failure;
+use crate::diagnose::candidates::Wanted;
+use crate::diagnostic::Diagnostic;
+use crate::engine::open::Recipe;
+use crate::system::needs::heads_for;
+
+#[derive(Debug, Args)]
+pub(super) struct WantedArguments {
+    /// Leave an effect out of the library, at all heads or, as in collimation.a, at one (repeat for more)
+    #[arg(long = "without", value_name = "EFFECT")]
+    without: Vec<String>,
+    /// Look at this effect alone, at all heads or at one (repeat for more)
+    #[arg(long = "only", value_name = "EFFECT")]
+    only: Vec<String>,
+}
+
+impl WantedArguments {
+    /// As asked for, if the library has all of them.
+    pub(super) fn wanted(&self, recipes: &[Recipe]) -> Result<Wanted, Failure> {
+        for name in self.without.iter().chain(&self.only) {
+            let mut heads = Vec::new();
+            for recipe in recipes {
+                let selected = recipe.library.select(name)?;
+                let known = heads_for(&recipe.model, &selected.effect);
+                if selected.head.is_none() || known.contains(&selected.head) {
+                    heads.clear();
+                    break;
+                }
+                heads.push(known.into_iter().flatten().collect::<Vec<_>>().join(", "));
+            }
+            if let Some(known) = heads.first() {
+                let help = match known.as_str() {
+                    "" => "it has no heads here".to_owned(),
+                    known => format!("heads: {known}"),
+                };
+                let wrong = format!("`{name}`: the campaign's model has no such head");
+                return Err(Diagnostic::error(wrong).help(help).into());
+            }
+        }
+        Ok(Wanted::new(&self.only, &self.without))
+    }
+}
