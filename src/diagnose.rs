@@ -14,7 +14,7 @@
 //! | [`wander`] | random walks, tested in the variance |
 //! | [`lost`] | stretches of readings shifted by whole samples |
 //! | [`wild`] | readings that are far out |
-//! | [`whiten`], [`jitter`] | the noise, before anything is tested against it |
+//! | [`whiten`], [`jitter`], `variances` | the noise, before anything is tested against it |
 //! | [`mod@search`], [`mod@pairs`] | which effects are adopted |
 //! | [`verdict`] | the answer |
 //! | [`probability`] | how probable each cause is |
@@ -34,6 +34,7 @@ pub mod memory;
 pub mod pairs;
 pub mod power;
 pub mod probability;
+mod sampling;
 pub mod scan;
 pub mod score;
 pub mod search;
@@ -41,6 +42,7 @@ pub mod stage;
 pub mod steps;
 pub mod structure;
 pub mod tail;
+mod variances;
 pub mod verdict;
 pub mod wander;
 pub mod whiten;
@@ -52,7 +54,7 @@ use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate, finish};
 
 use candidates::{NotTestable, Wanted};
-use gap::{Gap, gap};
+use gap::{Gap, floor, gap};
 use hidden::{Hidden, hidden};
 use holdout::holdout;
 use lost::Lost;
@@ -89,6 +91,8 @@ pub struct Diagnosis {
     pub suspected: Vec<String>,
     /// How far the gap shrinks with the named effects.
     pub gap: Option<Gap>,
+    /// rms that the noise alone gives, by measurand, where nothing in the library explains the gap.
+    pub floor: Option<Vec<(String, f64)>>,
     /// What could still hide, largest first.
     pub hidden: Vec<Hidden>,
     /// Stretches of lost samples; they are left out of everything but the first fit.
@@ -158,6 +162,19 @@ fn twice(
     Ok(pairs.collect())
 }
 
+/// Whether named effects fail on the readings that they were not fitted to: what they take off there is
+/// below a quarter of what they take off where they were fitted, by more than chance does. A value that
+/// is learnt from half of a run costs twice there what it costs with all readings.
+fn is_refuted(gap: &Gap, effects: &[Adopted]) -> bool {
+    let learnt: f64 = effects.iter().map(|one| one.score.lambda().powi(2)).sum();
+    let degrees: usize = effects.iter().map(|one| one.score.degrees).sum();
+    let scatter = REFUTED * 2.0 * learnt.sqrt();
+    gap.closed.is_some() && gap.held_out_drop < 0.25 * learnt - 2.0 * degrees as f64 - scatter
+}
+
+/// Standard deviations by which a held-out drop must be too small.
+const REFUTED: f64 = 3.0;
+
 /// Diagnoses campaigns.
 ///
 /// # Errors
@@ -182,6 +199,7 @@ pub fn diagnose(
         nearest: None,
         suspected: Vec::new(),
         gap: None,
+        floor: None,
         hidden: Vec::new(),
         search: None,
         lost,
@@ -209,6 +227,12 @@ pub fn diagnose(
         }
         let Fitted { problem, fit, .. } = stage.fitted.clone();
         diagnosis.explained = Some(finish(problem, fit, Vec::new(), Vec::new())?);
+        if diagnosis.gap.as_ref().is_some_and(|gap| is_refuted(gap, &diagnosis.effects)) {
+            diagnosis.verdict = Verdict::Unknown;
+            diagnosis.effects.clear();
+            diagnosis.noise.clear();
+            (diagnosis.explained, diagnosis.gap) = (None, None);
+        }
     }
     if let Some(first) = search.stages.first() {
         diagnosis.candidates = verdict::ranked(first);
@@ -223,10 +247,13 @@ pub fn diagnose(
     if diagnosis.verdict == Verdict::Unknown {
         let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);
         diagnosis.nearest = diagnosis.candidates.iter().max_by(by_share).cloned();
+        diagnosis.floor = search.stages.first().map(|stage| floor(&stage.fitted));
     } else if let Some(stage) = search.stages.get(diagnosis.effects.len()) {
         diagnosis.hidden = hidden(stage);
         let name = |number: usize| stage.candidates[number].name.clone();
-        diagnosis.suspected = stage.suspected().into_iter().map(name).collect();
+        let named = |name: &String| diagnosis.effects.iter().any(|one| one.aliases.contains(name));
+        diagnosis.suspected =
+            stage.suspected().into_iter().map(name).filter(|name| !named(name)).collect();
     }
     diagnosis.search = Some(search);
     Ok(diagnosis)

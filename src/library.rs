@@ -121,6 +121,14 @@ impl Library {
         self.effects.values()
     }
 
+    /// The effects of the user's folders.
+    pub fn own_effects(&self) -> impl Iterator<Item = &Arc<Effect>> {
+        let brought = |one: &Arc<Effect>| {
+            embedded::EFFECTS.iter().any(|(_, text)| *text == &*one.source.text)
+        };
+        self.effects().filter(move |one| !brought(one))
+    }
+
     /// The effect of this name.
     ///
     /// # Errors

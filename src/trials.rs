@@ -60,14 +60,21 @@ pub fn run(
     let mut outcomes: Vec<Outcome> =
         known.into_iter().filter(|one| one.trial < plan.trials).collect();
     let done: HashSet<usize> = outcomes.iter().map(|one| one.trial).collect();
-    let open: Vec<usize> = (0..plan.trials).filter(|trial| !done.contains(trial)).collect();
+    let open = plan.trials - done.len();
     let next = AtomicUsize::new(0);
     let shared = Mutex::new((ledger, Vec::new(), Ok(())));
     let work = || {
         // A trial is too small to be shared: each worker keeps to its own thread.
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().ok();
-        while let Some(trial) = open.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let one = || outcome::of(design, plan, *trial);
+        loop {
+            let trial = next.fetch_add(1, Ordering::Relaxed);
+            if trial >= plan.trials {
+                return;
+            }
+            if done.contains(&trial) {
+                continue;
+            }
+            let one = || outcome::of(design, plan, trial);
             let made = alone.as_ref().map_or_else(one, |pool| pool.install(one));
             let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
             let (ledger, outcomes, failed) = &mut *shared;
@@ -82,7 +89,7 @@ pub fn run(
         }
     };
     std::thread::scope(|scope| {
-        for _ in 1..threads.min(open.len()) {
+        for _ in 1..threads.min(open) {
             scope.spawn(work);
         }
         work();

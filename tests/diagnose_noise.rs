@@ -330,6 +330,36 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     assert_eq!(found.gap.unwrap().closed, Some(0.0));
 }
 
+/// A jitter of the campaign's own model is estimated beside a gap; it must not keep what the gap was.
+#[test]
+fn jitter_of_the_model_itself_is_judged_beside_what_is_adopted() {
+    let with = ["timestamp_jitter", "trunnion_tilt"];
+    let set = ["timestamp_jitter.jitter=0.1 ms", "trunnion_tilt.tilt=60 arcsec"];
+    let (_, problem) = drawn(&with, &set, 51);
+    let mut request = Request::new([folder()]);
+    request.with = vec!["timestamp_jitter".to_owned()];
+    let mut opened = open(&request).unwrap();
+    for (part, other) in opened.problem.parts.iter_mut().zip(problem.parts) {
+        part.runs = other.runs;
+    }
+    let nominal = calibrate(opened.problem.clone(), &Options::default()).unwrap();
+    let before = nominal.levels[0].value;
+    assert!(before > 0.2e-3, "the gap was to pass for jitter: {before}");
+    let found = run(opened.problem.clone(), &opened);
+    let names: Vec<&str> = found.effects.iter().map(|one| one.candidate.name.as_str()).collect();
+    assert_eq!(names, ["trunnion_tilt"]);
+    let last = &found.search.as_ref().unwrap().stages[1];
+    let part = &last.fitted.problem.parts[0];
+    let own = part.system.randoms.iter().position(|one| one.name == "timestamp_jitter.jitter");
+    let jitter = part.random_sigma[own.unwrap()];
+    assert!((jitter - 0.1e-3).abs() < 0.015e-3, "{jitter}");
+    assert!(last.noise_found.levels.is_empty(), "{:?}", last.noise_found.levels);
+    let gap = found.gap.unwrap();
+    for ((name, after), (_, floor)) in gap.after.iter().zip(&gap.floor) {
+        assert!((after / floor - 1.0).abs() < 0.06, "{name}: {after} against {floor}");
+    }
+}
+
 /// Of two instruments in training the held-out campaign's own is held.
 #[test]
 fn a_held_out_campaign_is_judged_by_its_own_instrument() {

@@ -139,3 +139,37 @@ fn every_command_that_is_named_runs() {
     drop(fs::remove_dir_all(out));
     assert!(run.len() > 15, "{}", run.len());
 }
+
+/// What sums to zero over the setups does so in what is drawn, too, and is there to be found.
+#[test]
+fn values_that_sum_to_zero_alternate() {
+    let out = tempfile::tempdir().unwrap();
+    let out = out.path().join("drawn");
+    let done = Command::new(env!("CARGO_BIN_EXE_homepoint"))
+        .args([
+            "simulate",
+            "examples/rotating_arm",
+            "--with",
+            "gate_delay_per_setup",
+            "--quiet",
+            "--out",
+        ])
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let truth: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.join("truth.json")).unwrap()).unwrap();
+    let parameters = truth["parameters"].as_array().unwrap();
+    let own = |one: &&serde_json::Value| {
+        one["name"].as_str().unwrap().starts_with("gate_delay_per_setup")
+    };
+    let values: Vec<f64> =
+        parameters.iter().filter(own).map(|one| one["value"][0].as_f64().unwrap()).collect();
+    assert!(values.len() > 1 && values.iter().all(|value| value.abs() > 1e-6), "{values:?}");
+    for name in parameters.iter().filter(own).map(|one| &one["name"]) {
+        let same = parameters.iter().filter(|one| one["name"] == *name);
+        let sum: f64 = same.map(|one| one["value"][0].as_f64().unwrap()).sum();
+        assert!(sum.abs() < 1e-15, "{name}: {sum}");
+    }
+}

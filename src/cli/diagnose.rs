@@ -1,5 +1,6 @@
 //! `homepoint diagnose`: why simulation and reality differ.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -8,8 +9,9 @@ use serde_json::json;
 use super::arguments::{CampaignArguments, Format};
 use super::wanted::WantedArguments;
 use super::{Failure, load, output, render};
+use crate::campaign::Run;
 use crate::diagnose::verdict::Verdict;
-use crate::diagnose::{diagnose, judge};
+use crate::diagnose::{Diagnosis, diagnose, judge};
 use crate::diagnostic::Diagnostic;
 use crate::engine::open::{Opened, Recipe};
 use crate::engine::{Part, Problem};
@@ -35,12 +37,52 @@ fn same_models(fitted: &[Recipe], held_out: &Opened) -> Result<(), Failure> {
     let names: Vec<&str> = fitted.iter().map(|recipe| recipe.model.name.as_str()).collect();
     let other = held_out.recipes.iter().find(|one| !names.contains(&one.model.name.as_str()));
     other.map_or(Ok(()), |other| {
-        Err(Failure::Could(format!(
-            "the held-out campaign has the model `{}`, but effects are looked for with `{}`: give a campaign with the same model",
+        Err(Diagnostic::error(format!(
+            "the held-out campaign has the model `{}`, but effects are looked for with `{}`",
             other.model.name,
             names.join("`, `")
-        )))
+        ))
+        .help("give a campaign with the same model")
+        .into())
     })
+}
+
+/// Refuses a held-out campaign with a run that is fitted.
+fn other_readings(fitted: &Problem, held_out: &Opened) -> Result<(), Failure> {
+    let all = |problem: &Problem| -> Vec<(u64, String)> {
+        let runs = problem.parts.iter().flat_map(|part| &part.runs);
+        runs.map(|run| (fingerprint(run), run.name.clone())).collect()
+    };
+    let known = all(fitted);
+    let same = |one: &(u64, String)| known.iter().any(|(other, _)| *other == one.0);
+    all(&held_out.problem).into_iter().find(same).map_or(Ok(()), |(_, name)| {
+        let message = format!("the run `{name}` of the held-out campaign is one that is fitted");
+        Err(Diagnostic::error(message).help("hold another campaign out").into())
+    })
+}
+
+/// The same for runs of the same times and readings.
+fn fingerprint(run: &Run) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    run.record.walk(|stretch| {
+        let columns = std::iter::once(&stretch.samples.time).chain(&stretch.samples.readings);
+        for column in columns {
+            column[stretch.range()].iter().for_each(|value| value.to_bits().hash(&mut hasher));
+        }
+    });
+    hasher.finish()
+}
+
+/// Warns of effects of the user's own that cannot be tested: what is wrong in them is not looked for in
+/// a table.
+fn own_untested(recipes: &[Recipe], found: &Diagnosis) -> Vec<Diagnostic> {
+    let Some(recipe) = recipes.first() else { return Vec::new() };
+    let own = recipe.library.own_effects().filter_map(|effect| {
+        let one = found.not_testable.iter().find(|one| one.name == effect.name)?;
+        let message = format!("`{}`: `{}` cannot be tested here", effect.source.file, one.name);
+        Some(Diagnostic::warning(message).help(one.why.clone()))
+    });
+    own.collect()
 }
 
 /// The name of what a campaign's values belong to.
@@ -73,15 +115,20 @@ impl Diagnose {
         let held_out = self.holdout.as_ref().map(|path| self.opened(path)).transpose()?;
         if let Some(other) = &held_out {
             same_models(&loaded.recipes, other)?;
+            other_readings(&loaded.problem, other)?;
             if !self.common.quiet {
                 render::all(&other_owners(&loaded.problem, other));
             }
         }
-        let mut found = diagnose(loaded.problem, loaded.recipes, &wanted, &Options::default())
+        let recipes = loaded.recipes.clone();
+        let mut found = diagnose(loaded.problem, recipes, &wanted, &Options::default())
             .map_err(|error| Failure::Could(error.to_string()))?;
         if let Some(held_out) = &held_out {
             judge(&mut found, held_out, &wanted, &Options::default())
                 .map_err(|error| Failure::Could(error.to_string()))?;
+        }
+        if !self.common.quiet {
+            render::all(&own_untested(&loaded.recipes, &found));
         }
         if let Some(folder) = &self.common.out {
             let table = report::diagnosis::table(&found);

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::arguments::CampaignArguments;
 use super::{Failure, progress, render};
 use crate::campaign::load::Campaign;
+use crate::diagnostic::Diagnostic;
 use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe, Request, correlated, open};
 use crate::estimate::checks;
@@ -56,6 +57,10 @@ pub(super) fn read(
 /// Reads everything and tells warnings.
 pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
     arguments.apply_threads();
+    if let Some(out) = arguments.out.as_ref().filter(|out| out.is_file()) {
+        let message = format!("`--out {}` is a file", out.display());
+        return Err(Diagnostic::error(message).help("name a folder for the tables").into());
+    }
     let opened = read(arguments, &arguments.campaigns)?;
     let labels: Vec<String> = opened
         .problem
@@ -120,7 +125,7 @@ pub(super) fn refuse_correlated(problem: &Problem) -> Result<(), Failure> {
         return Ok(());
     }
     let names = names.join("`, `");
-    Err(crate::diagnostic::Diagnostic::error(format!(
+    Err(Diagnostic::error(format!(
         "`{names}` is correlated from reading to reading, which this estimate does not take account of"
     ))
     .help("leave the effect out; `simulate` can put it in")
@@ -140,9 +145,9 @@ pub(super) fn refuse_empty(problem: &Problem) -> Result<(), Failure> {
     if problem.reading_count() > 0 {
         return Ok(());
     }
-    let why =
-        "there are no readings to estimate from: all runs are planned or empty (try `simulate`)";
-    Err(Failure::Could(why.to_owned()))
+    Err(Diagnostic::error("there are no readings to estimate from: all runs are planned or empty")
+        .help("`homepoint simulate` draws readings from a plan")
+        .into())
 }
 
 /// Adds the keys of one object to another.

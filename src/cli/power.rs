@@ -28,6 +28,9 @@ impl PowerCommand {
         let point = self.point(&loaded.problem)?;
         let found = power(loaded.problem, loaded.recipes, point, &wanted)
             .map_err(|error| Failure::Could(error.to_string()))?;
+        if let Some(folder) = &self.common.out {
+            output::file(&folder.join("effects.csv"), &report::power::table(&found))?;
+        }
         match self.common.format {
             Format::Json => {
                 let mut value = json!({ "campaigns": loaded.about });

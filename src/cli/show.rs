@@ -81,7 +81,7 @@ fn plain(model: &Model, system: &System) -> String {
         })
         .map(|((parameter, setting), declared)| {
             let fixed = if setting.fixed { ", fixed" } else { "" };
-            let scope = format!("one a {}{fixed}", scope_word(setting.scope));
+            let scope = format!("one for each {}{fixed}", scope_word(setting.scope));
             let unit = &parameter.unit.symbol;
             (format!("{} [{unit}]", parameter.name), join(&[&scope, &declared.about]))
         })
@@ -124,7 +124,7 @@ fn patches(effect: &EffectInstance) -> Vec<(String, String)> {
         });
         let scope = match parameter.setting.scope {
             crate::graph::Scope::Sample => "random".to_owned(),
-            other => format!("one a {}", scope_word(other)),
+            other => format!("one for each {}", scope_word(other)),
         };
         let typical =
             if typical.is_empty() { String::new() } else { format!("typically {typical}") };

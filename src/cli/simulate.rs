@@ -1,5 +1,6 @@
 //! `homepoint simulate`: a campaign's readings drawn from its model.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -68,7 +69,7 @@ impl Simulate {
 
 /// Parameter values: as stated. What is not stated comes from a fit of the campaign's own readings
 /// without the effects that are to be put in, or stays where iteration would start; effects act at
-/// their typical size.
+/// their typical size. What sums to zero over its scope alternates in sign.
 fn truth(problem: &mut Problem, set: &[String]) -> Result<Point, Failure> {
     let stated = Point::stated(&problem.layout);
     let effects = effect_parameters(problem);
@@ -97,12 +98,36 @@ fn truth(problem: &mut Problem, set: &[String]) -> Result<Point, Failure> {
             point.values[index] = from_components(kind, &[typical; 3]);
         }
     }
+    balance(problem, &mut point);
     for part in &mut problem.parts {
         for (k, random) in part.system.randoms.iter().enumerate() {
             part.random_sigma[k] = random.sigma.or(random.typical).unwrap_or(0.0);
         }
     }
     Ok(point)
+}
+
+/// Gives what sums to zero over its scope, but has one size for all, alternating signs, and takes the mean
+/// off.
+fn balance(problem: &Problem, point: &mut Point) {
+    let instances = &problem.layout.instances;
+    let mut of: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (index, instance) in instances.iter().enumerate().filter(|(_, one)| one.setting.sum_zero) {
+        of.entry(&instance.name).or_default().push(index);
+    }
+    for indices in of.values() {
+        for component in 0..instances[indices[0]].dimension() {
+            let size = point.values[indices[0]][component];
+            if indices.iter().any(|index| point.values[*index][component] != size) {
+                continue;
+            }
+            let sign = |number: usize| if number.is_multiple_of(2) { 1.0 } else { -1.0 };
+            let mean = (0..indices.len()).map(sign).sum::<f64>() / indices.len() as f64;
+            for (number, index) in indices.iter().enumerate() {
+                point.values[*index][component] = size * (sign(number) - mean);
+            }
+        }
+    }
 }
 
 /// For each instance, the typical size of an effect's parameter; `None` for the model's own.

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format};
-use super::{Failure, load, output, progress};
+use super::{Failure, load, output, progress, render};
 use crate::diagnostic::Diagnostic;
 use crate::engine::open::Opened;
 use crate::report;
@@ -95,6 +95,14 @@ impl Trials {
             Some(folder) => Some(ledger(folder, &Heading::of(&plan, &design))?),
             None => None,
         };
+        if let Some(lines) = ledger.as_ref().map(|one| one.unreadable).filter(|lines| *lines > 0)
+            && !self.common.quiet
+        {
+            let are = if lines == 1 { "1 line" } else { &format!("{lines} lines") };
+            let message = format!("{are} of {LEDGER} cannot be read");
+            let help = "the trials that stood there are made again";
+            render::all(&[Diagnostic::warning(message).help(help)]);
+        }
         let threads = self.common.threads.filter(|threads| *threads > 0).unwrap_or_else(|| {
             std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
         });
@@ -133,7 +141,7 @@ fn ledger(folder: &Path, heading: &Heading) -> Result<Ledger, Failure> {
     let cannot = |why: String| format!("cannot go on with {}: {why}", path.display());
     std::fs::create_dir_all(folder).map_err(|error| Failure::Could(cannot(error.to_string())))?;
     Ledger::open(&path, heading).map_err(|error| match error {
-        LedgerError::Other { .. } => Diagnostic::error(cannot(error.to_string()))
+        LedgerError::Other { .. } | LedgerError::NoHeading => Diagnostic::error(cannot(error.to_string()))
             .help("name another folder with `--out`, or give the same seed, kinds, sizes, campaign and library")
             .into(),
         LedgerError::Disk(error) => Failure::Could(cannot(error.to_string())),

@@ -24,6 +24,11 @@ impl WantedArguments {
         for name in self.without.iter().chain(&self.only) {
             let mut heads = Vec::new();
             for recipe in recipes {
+                if recipe.library.effect(owner(name))?.builtin {
+                    let message = format!("`{name}` is a built-in detector");
+                    let help = "it looks for itself in every diagnosis; name an effect with a form";
+                    return Err(Diagnostic::error(message).help(help).into());
+                }
                 let selected = recipe.library.select(name)?;
                 let known = heads_for(&recipe.model, &selected.effect);
                 if selected.head.is_none() || known.contains(&selected.head) {
@@ -41,6 +46,24 @@ impl WantedArguments {
                 return Err(Diagnostic::error(wrong).help(help).into());
             }
         }
+        let left = |name: &String| {
+            let is_out = |out: &String| out == name || out == owner(name);
+            let in_use =
+                |recipe: &Recipe| recipe.effects.iter().any(|one| one.effect.name == owner(name));
+            !self.without.iter().any(is_out) && !recipes.iter().all(in_use)
+        };
+        if !self.only.is_empty() && !self.only.iter().any(left) {
+            let message =
+                "no effect is left to look at: those of `--only` are left out, or in the model";
+            return Err(Diagnostic::error(message)
+                .help("drop `--only`, `--without` or `--with`")
+                .into());
+        }
         Ok(Wanted::new(&self.only, &self.without))
     }
+}
+
+/// The effect of `EFFECT.HEAD`.
+fn owner(name: &str) -> &str {
+    name.split_once('.').map_or(name, |(effect, _)| effect)
 }

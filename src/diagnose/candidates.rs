@@ -117,7 +117,9 @@ impl Wanted {
 pub fn offer(recipes: &[Recipe], wanted: &Wanted) -> Offer {
     let mut offer = Offer::default();
     let Some(first) = recipes.first() else { return offer };
-    for effect in first.library.effects().filter(|effect| wanted.includes(&effect.name, None)) {
+    // Built-in detectors look for themselves.
+    let offered = |effect: &&Arc<Effect>| !effect.builtin && wanted.includes(&effect.name, None);
+    for effect in first.library.effects().filter(offered) {
         let in_use =
             |recipe: &Recipe| recipe.effects.iter().any(|one| one.effect.name == effect.name);
         if recipes.iter().all(in_use) {

@@ -18,6 +18,7 @@ use crate::units::Unit;
 use super::candidates::Candidate;
 use super::stage::{Stage, rebuilt};
 use super::tail::ln_normal;
+use super::variances::own_randoms;
 use super::whiten::NoiseEffect;
 
 /// Relative difference below which two effects explain the same.
@@ -37,6 +38,8 @@ pub(super) enum Shown<'s> {
     New(Box<NoiseEffect>, &'s Candidate),
     /// One that is, by its index among the effects on the noise, with what it has beyond what it was given.
     More(usize, Size),
+    /// The same of one of the campaigns' own models, by its name.
+    Own(String, Size),
 }
 
 /// The random quantity shared by the readings of a sample that shows best, if any does. Of those that the
@@ -54,6 +57,11 @@ pub(super) fn jitter<'s>(
         let own = |_, part: &Part| Some(part.clone());
         let pairs = pairs(stage, left, &own, &one.parameter);
         found.extend(pairs.map(|pairs| Found { of: Of::Known(number), pairs }));
+    }
+    for name in own_randoms(stage, known) {
+        let own = |_, part: &Part| Some(part.clone());
+        let pairs = pairs(stage, left, &own, &name);
+        found.extend(pairs.map(|pairs| Found { of: Of::Own(name), pairs }));
     }
     for candidate in &stage.noise {
         for (name, unit) in white_randoms(candidate) {
@@ -75,7 +83,7 @@ pub(super) fn jitter<'s>(
     found.sort_by(|a, b| a.strange().total_cmp(&b.strange()));
     let same = found.iter().skip(1).filter_map(|one| match &one.of {
         Of::Candidate(candidate, ..) => Some(candidate.name.clone()),
-        Of::Known(_) => None,
+        Of::Known(_) | Of::Own(_) => None,
     });
     let mut aliases: Vec<String> = same.collect();
     aliases.dedup();
@@ -83,6 +91,7 @@ pub(super) fn jitter<'s>(
     let size = pairs.size();
     Some(match of {
         Of::Known(number) => Shown::More(number, size),
+        Of::Own(name) => Shown::Own(name, size),
         Of::Candidate(candidate, parameter, unit) => {
             aliases.retain(|one| *one != candidate.name);
             let effect = NoiseEffect {
@@ -105,6 +114,8 @@ pub(super) fn jitter<'s>(
 enum Of<'s> {
     /// That of an effect on the noise, by its index.
     Known(usize),
+    /// That of the campaigns' own models, by its name.
+    Own(String),
     /// That of a candidate, by its name and unit.
     Candidate(&'s Candidate, String, Unit),
 }
@@ -119,7 +130,7 @@ impl Found<'_> {
     /// How far its size is from the usual one.
     fn strange(&self) -> f64 {
         match self.of {
-            Of::Known(_) => -1.0,
+            Of::Known(_) | Of::Own(_) => -1.0,
             Of::Candidate(..) => (self.pairs.size().value / self.pairs.typical).ln().abs(),
         }
     }

@@ -7,6 +7,7 @@
 //! the stretches over which scores are summed. Whether a random walk of the whole station is the better
 //! reason, likelihoods decide.
 
+use crate::effect::Effect;
 use crate::engine::Problem;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use crate::model::Process;
@@ -24,10 +25,7 @@ use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
 /// A random walk that shows, unless one is in the model already, the runs are too few to tell one from
 /// structure, or a memory of each measurand by itself is the likelier reason.
 pub(super) fn wanders(stage: &Stage, noise: &Noise) -> Option<NoiseEffect> {
-    let walks = |one: &NoiseEffect| {
-        stage.noise.iter().any(|other| other.name == one.name && is_walk(other))
-    };
-    if noise.effects.iter().any(walks) || !may_wander(stage) {
+    if noise.effects.iter().any(is_named_walk) || !may_wander(stage) {
         return None;
     }
     let rows: usize = stage.fitted.problem.parts.iter().map(|part| part.residual_count()).sum();
@@ -42,8 +40,16 @@ pub(super) fn may_wander(stage: &Stage) -> bool {
     runs >= LEAST_RUNS && stage.noise.iter().any(is_walk)
 }
 
+fn is_named_walk(one: &NoiseEffect) -> bool {
+    one.selected.as_ref().is_some_and(|selected| walks(&selected.effect))
+}
+
 fn is_walk(candidate: &Candidate) -> bool {
-    candidate.selected.effect.parameters.iter().any(|one| one.process == Process::Walk)
+    walks(&candidate.selected.effect)
+}
+
+fn walks(effect: &Effect) -> bool {
+    effect.parameters.iter().any(|one| one.process == Process::Walk)
 }
 
 /// The residuals that an entry leaves, as if their noise had no memory.
@@ -175,6 +181,9 @@ pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
             continue;
         }
         let Some((found, likelihood_found)) = likeliest(one) else { continue };
+        if found.time > LONGEST * longest_duration(&white) {
+            continue;
+        }
         let known = own.unwrap_or(GaussMarkov { share: 0.0, ..found });
         if likelihood_found > likelihood(one, known) + WORTH_IT {
             *own = Some(found);
@@ -189,11 +198,22 @@ pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
 /// A memory longer than this part of a run makes runs differ from each other.
 const LONG: f64 = 0.05;
 
+/// A memory so many times as long as any run is what each run has for itself: no noise, but structure.
+const LONGEST: f64 = 20.0;
+
 /// The median duration of the runs (s).
 fn typical_duration(all: &[Sequence]) -> f64 {
+    median(&mut durations(all).collect::<Vec<f64>>()).unwrap_or(0.0)
+}
+
+/// The longest duration of a run (s).
+fn longest_duration(all: &[Sequence]) -> f64 {
+    durations(all).fold(0.0, f64::max)
+}
+
+fn durations(all: &[Sequence]) -> impl Iterator<Item = f64> {
     let runs = all.iter().flat_map(|one| one.times(NoiseClock::Stamps));
-    let duration = |times: &Vec<f64>| Some(times.last()? - times.first()?);
-    median(&mut runs.filter_map(duration).collect::<Vec<f64>>()).unwrap_or(0.0)
+    runs.filter_map(|times| Some(times.last()? - times.first()?))
 }
 
 /// Noise with a memory: neighbours in time are alike.
@@ -263,13 +283,16 @@ pub(super) fn white_parts(stage: &Stage, all: &[Sequence]) -> Vec<(usize, usize,
     all.iter().map(|one| (one.part, one.measurand, 1.0 - share(one))).collect()
 }
 
-/// Names noise with a memory; the strongest where there is more.
-/// `all` is what is left as if there were none.
+/// Names noise with a memory; the strongest where there is more. Beside a walk it is the walk's fast end,
+/// which its series leaves. `all` is what is left as if there were none.
 pub(super) fn name_memory(stage: &Stage, all: &[Sequence], noise: &mut Noise) {
     let has_process = |candidate: &&Candidate| {
         candidate.selected.effect.parameters.iter().any(|one| one.process == Process::Memory)
     };
     let Some(candidate) = stage.noise.iter().find(has_process) else { return };
+    if noise.effects.iter().any(is_named_walk) {
+        return;
+    }
     let level = level(all.len() + stage.noise.len());
     let found = all.iter().filter_map(|one| Some((one, remembered(one, level)?)));
     let Some((one, memory)) = found.min_by(|a, b| a.1.ln_p.total_cmp(&b.1.ln_p)) else { return };

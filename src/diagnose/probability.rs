@@ -36,13 +36,41 @@ const OUT_OF_QUESTION: f64 = 12.0;
 
 /// The probability of each candidate of a stage, in their order, blocks among them.
 pub fn probabilities(stage: &Stage) -> Vec<f64> {
+    let [effect, block] = shares(stage);
+    let odds = (block / effect).ln();
+    normalised(&with_imitations(stage, logarithms(stage), odds), Some(BEFORE[0].ln()))
+}
+
+/// The probability of each effect of a stage, in their order, if it is one of them.
+pub fn among_effects(stage: &Stage) -> Vec<f64> {
+    normalised(&logarithms(stage)[..stage.effects], None)
+}
+
+/// Probabilities from their logarithms, that of `nothing` beside them.
+fn normalised(logarithms: &[f64], nothing: Option<f64>) -> Vec<f64> {
+    let all = logarithms.iter().copied().chain(nothing);
+    let most = all.clone().fold(f64::NEG_INFINITY, f64::max);
+    if most == f64::NEG_INFINITY {
+        return vec![0.0; logarithms.len()];
+    }
+    let sum: f64 = all.map(|one| (one - most).exp()).sum();
+    logarithms.iter().map(|one| (one - most).exp() / sum).collect()
+}
+
+/// The part of an effect and of a block before the data.
+fn shares(stage: &Stage) -> [f64; 2] {
     let count = |blocks: bool| {
         let numbers = 0..stage.candidates.len();
         let of_kind = numbers.filter(|n| (*n >= stage.effects) == blocks);
         of_kind.filter(|n| stage.entry(*n).degrees() > 0).count().max(1) as f64
     };
-    let share = [BEFORE[1] / count(false), BEFORE[2] / count(true)];
-    let logarithms: Vec<f64> = (0..stage.candidates.len())
+    [BEFORE[1] / count(false), BEFORE[2] / count(true)]
+}
+
+/// Logarithm of the evidence of each candidate against nothing, times its part before the data.
+fn logarithms(stage: &Stage) -> Vec<f64> {
+    let share = shares(stage);
+    (0..stage.candidates.len())
         .map(|n| {
             let entry = stage.entry(n);
             if entry.degrees() == 0 {
@@ -52,12 +80,7 @@ pub fn probabilities(stage: &Stage) -> Vec<f64> {
             evidence(entry, &typical(stage, n)) - members
                 + share[usize::from(n >= stage.effects)].ln()
         })
-        .collect();
-    let logarithms = with_imitations(stage, logarithms, (share[1] / share[0]).ln());
-    let most = logarithms.iter().copied().fold(BEFORE[0].ln(), f64::max);
-    let sum: f64 = logarithms.iter().map(|one| (one - most).exp()).sum::<f64>()
-        + (BEFORE[0].ln() - most).exp();
-    logarithms.iter().map(|one| (one - most).exp() / sum).collect()
+        .collect()
 }
 
 /// The largest probability that a finding is no chance that its probability by chance allows against even

@@ -17,8 +17,10 @@ use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::estimate::arrow::normal_matrix;
 use crate::graph::Scope;
 use crate::system::{Selected, System};
+use crate::units::Unit;
 
 use super::candidates::{Candidate, join};
+use super::sampling::Sampling;
 use super::stage::Fitted;
 
 /// Squared cosine between the signatures of neighbours.
@@ -105,6 +107,8 @@ struct Scan<'a> {
     length: DVector<f64>,
     score: DVector<f64>,
     samples: usize,
+    /// Of a family of frequencies.
+    sampling: Option<Sampling>,
 }
 
 /// Sums of some members' columns that hold together: with themselves, with the nominal columns, with
@@ -119,6 +123,9 @@ struct Group {
 impl<'a> Scan<'a> {
     fn new(fitted: &'a Fitted, family: &Candidate, name: &str) -> Option<Self> {
         let problem = &fitted.problem;
+        let unit = &family.selected.effect.shape.get(name)?.unit;
+        let is_frequency = unit.dimension == Unit::parse("Hz").ok()?.dimension;
+        let sampling = is_frequency.then(|| Sampling::of(problem));
         let selected = Selected {
             effect: opened(&family.selected.effect, name)?.into(),
             member: Default::default(),
@@ -142,7 +149,12 @@ impl<'a> Scan<'a> {
         let factor = Cholesky::new(scaled)?;
         let runs = problem.parts.iter().flat_map(|part| &part.runs);
         let samples = runs.map(|run| run.record.len()).sum();
-        Some(Self { fitted, alone, beside, single, factor, length, score, samples })
+        Some(Self { fitted, alone, beside, single, factor, length, score, samples, sampling })
+    }
+
+    /// Whether a member is a frequency that the runs cannot tell from nothing.
+    fn is_blind(&self, member: f64) -> bool {
+        self.sampling.as_ref().is_some_and(|sampling| sampling.is_blind(member))
     }
 
     /// Sums over runs of columns that hold together: over a campaign, a setup or a run.
@@ -299,6 +311,7 @@ impl<'a> Scan<'a> {
                 value += coarse * step(value);
             }
             grid.push(to);
+            grid.retain(|member| !self.is_blind(*member));
             grid
         };
         let mut coarse = 1.0;
@@ -308,7 +321,7 @@ impl<'a> Scan<'a> {
                 return None;
             }
             if grid.len() <= most {
-                return Some(grid);
+                return (!grid.is_empty()).then_some(grid);
             }
             coarse *= 1.5;
         }
@@ -319,7 +332,7 @@ impl<'a> Scan<'a> {
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
         let mut best = best;
         let mut try_at = |value: f64| {
-            let gain = self.gain(value);
+            let gain = if self.is_blind(value) { 0.0 } else { self.gain(value) };
             if gain > best.1 {
                 best = (value, gain);
             }

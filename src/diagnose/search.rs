@@ -11,7 +11,7 @@ use crate::estimate::batch::{FitError, Options};
 use super::candidates::{Candidate, Wanted};
 use super::lost::Lost;
 use super::pairs::pairs;
-use super::probability::probabilities;
+use super::probability::{among_effects, probabilities};
 use super::score::{Score, of_gain};
 use super::stage::{Fitted, Stage};
 use super::tail::{ln_chi_squared, ln_f};
@@ -254,11 +254,17 @@ impl Search {
     }
 }
 
-/// Effects that explain as much as one of them, but for what chance may do.
+/// Effects that explain as much as one of them, but for what chance may do, and the same: neither
+/// explains anything beyond the other.
 fn alike(stage: &Stage, number: usize) -> Vec<usize> {
     let own = stage.scores[number].gain;
+    let adds = |known: usize, other: usize| {
+        let (gain, degrees) = stage.evidence.beyond(stage.entry(known), stage.entry(other));
+        of_gain(gain, degrees, stage.members[other]).ln_p <= level(stage.effects)
+    };
     let mut like: Vec<usize> = (0..stage.effects)
         .filter(|n| *n != number && stage.scores[*n].gain >= (own - ALIKE).max(0.5 * own))
+        .filter(|n| !adds(number, *n) && !adds(*n, number))
         .collect();
     like.sort_by(|a, b| stage.scores[*a].ln_p.total_cmp(&stage.scores[*b].ln_p));
     like
@@ -303,16 +309,15 @@ fn adopted(
     }
     let probability = probabilities(stage);
     let like = alike(stage, number);
-    let own: f64 = like.iter().chain([&number]).map(|n| probability[*n]).sum();
-    let all: f64 = probability[..stage.effects].iter().sum();
+    let of_all = |each: &[f64]| like.iter().chain([&number]).map(|n| each[*n]).sum();
     let adopted = Adopted {
         candidate: candidate.clone(),
         score,
         prior_share: stage.evidence.prior_share(stage.entry(number)),
         gain,
         aliases: like.iter().map(|n| stage.candidates[*n].name.clone()).collect(),
-        probability: own,
-        among_effects: if all > 0.0 { own / all } else { 0.0 },
+        probability: of_all(&probability),
+        among_effects: of_all(&among_effects(stage)),
     };
     Ok(Some((adopted, fitted)))
 }

@@ -77,6 +77,7 @@ impl Fitted {
                 }
             }
         }
+        balance(&problem, &mut point);
         let fit = fit(&mut problem, point, options)?;
         Ok(Some(Self { recipes, problem, fit }))
     }
@@ -116,6 +117,27 @@ impl Fitted {
         let Self { recipes, mut problem, fit: old } = self;
         let fit = fit(&mut problem, old.point, options)?;
         Ok(Self { recipes, problem, fit })
+    }
+
+    /// The standard deviation of a random quantity.
+    pub fn random(&self, name: &str) -> Option<f64> {
+        self.problem.parts.iter().find_map(|part| {
+            let mut randoms = part.system.randoms.iter().zip(&part.random_sigma);
+            randoms.find(|(random, _)| random.name == name).map(|(_, sigma)| *sigma)
+        })
+    }
+
+    /// Gives a random quantity a standard deviation in every campaign that has it.
+    pub fn set_random(&mut self, name: &str, value: f64) {
+        let mut parts = std::mem::take(&mut self.problem.parts);
+        for part in &mut parts {
+            for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
+                if random.name == name {
+                    *sigma = value;
+                }
+            }
+        }
+        self.problem = Problem::new(parts);
     }
 
     /// The sum of squares of the residuals and priors.
@@ -162,6 +184,26 @@ pub fn carried(from: &Problem, point: &Point, to: &Problem) -> Point {
         }
     }
     carried
+}
+
+/// Takes the mean off values that sum to zero over their scope: a fit moves them along contrasts only.
+fn balance(problem: &Problem, point: &mut Point) {
+    let instances = &problem.layout.instances;
+    let mut done: Vec<&str> = Vec::new();
+    for one in instances.iter().filter(|one| one.setting.sum_zero && !one.setting.fixed) {
+        if done.contains(&one.name.as_str()) {
+            continue;
+        }
+        done.push(&one.name);
+        let same: Vec<usize> =
+            (0..instances.len()).filter(|n| instances[*n].name == one.name).collect();
+        for component in 0..one.dimension() {
+            let sum: f64 = same.iter().map(|n| point.values[*n][component]).sum();
+            for n in &same {
+                point.values[*n][component] -= sum / same.len() as f64;
+            }
+        }
+    }
 }
 
 /// A fitted model with the evidence for all that is not in it.

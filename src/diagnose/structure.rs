@@ -200,17 +200,18 @@ fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         for covariate in of_the_rig(model, false) {
             let place = Place {
                 of: Of::Channel(channel.to_owned()),
-                words: format!(
-                    "a {} displacement of the target over {}",
-                    channel.trim_start_matches("target "),
-                    covariate.name
-                ),
+                words: displacement(channel.trim_start_matches("target "), &covariate.name),
                 covariate: covariate.name.clone(),
             };
             let patch = |sum: &str| format!("target = 'target + ({sum}) * {direction}'");
             all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
         }
     }
+}
+
+fn displacement(direction: &str, covariate: &str) -> String {
+    let article = if matches!(direction, "axial" | "x") { "an" } else { "a" };
+    format!("{article} {direction} displacement of the target over {covariate}")
 }
 
 /// Errors in the time of readings: of each measurand, and of all alike, as a clock makes them.

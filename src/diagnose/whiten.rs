@@ -34,6 +34,7 @@ use super::memory::{left_white, may_wander, memory, name_memory, remember, wande
 use super::search::{LEAST_STRETCHES, level};
 use super::stage::{Fitted, Kept, Stage, rebuilt};
 use super::tail::ln_normal;
+use super::variances::{OWN_LEVELS, judged_again};
 use super::wild::{LeftOut, name_wild, without_wild};
 
 /// Something found in the noise.
@@ -73,6 +74,8 @@ pub struct Noise {
     pub wild: usize,
     /// Which ones.
     pub left_out: Vec<LeftOut>,
+    /// How often levels of the campaigns' own random quantities were changed.
+    pub own_levels: usize,
     /// Correlation of neighbours in time, the largest of all measurands; 0 where there is none.
     pub memory: f64,
     /// Samples in a stretch.
@@ -247,7 +250,8 @@ pub fn prepare(
         let changed = if last {
             None
         } else {
-            shared(&stage, &left, &mut noise)
+            judged_again(&stage, &left, &mut noise)
+                .or_else(|| shared(&stage, &left, &mut noise))
                 .or_else(|| without_wild(&stage, &white, &mut noise))
                 .or_else(|| remember_early(&stage, &mut noise))
                 .or_else(|| levels(&stage, &left, unknowns, &noise))
@@ -410,6 +414,15 @@ fn shared(stage: &Stage, left: &[Left], noise: &mut Noise) -> Option<Fitted> {
             one.value = value;
             one.clone()
         }
+        Shown::Own(name, more) => {
+            if noise.own_levels >= OWN_LEVELS {
+                return None;
+            }
+            noise.own_levels += 1;
+            let known = fitted.random(&name).unwrap_or(0.0);
+            fitted.set_random(&name, known.hypot(more.value));
+            return Some(fitted);
+        }
         Shown::New(found, candidate) => {
             for (campaign, part) in fitted.problem.parts.iter_mut().enumerate() {
                 if let Some(system) = &candidate.systems[campaign] {
@@ -421,14 +434,7 @@ fn shared(stage: &Stage, left: &[Left], noise: &mut Noise) -> Option<Fitted> {
             *found
         }
     };
-    for part in &mut fitted.problem.parts {
-        for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
-            if random.name == found.parameter {
-                *sigma = found.value;
-            }
-        }
-    }
-    fitted.problem = Problem::new(fitted.problem.parts);
+    fitted.set_random(&found.parameter, found.value);
     Some(fitted)
 }
 

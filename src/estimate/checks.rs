@@ -29,6 +29,7 @@ pub fn check(problem: &Problem) -> Vec<Diagnostic> {
         for run in &part.runs {
             found.extend(rates(part, run));
         }
+        found.extend(missing_rates(part));
         found.extend(angles(part));
         found.extend(alternatives(problem, p, &start));
     }
@@ -80,6 +81,34 @@ fn rates(part: &Part, run: &Run) -> Vec<Diagnostic> {
         found.push(Diagnostic::warning(warning).help(format!(
             "check the sign and the unit of the column `{name}_rate`; delays follow from it"
         )));
+    }
+    found
+}
+
+/// Runs in motion without a rate that others of the campaign have: there nothing is delayed.
+fn missing_rates(part: &Part) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for (index, input) in part.system.assembly.names.inputs.iter().enumerate() {
+        let heads = part.runs.iter().map(|run| (run, run.record.head(LOOK)));
+        let (with, without): (Vec<_>, Vec<_>) = heads
+            .filter_map(|(run, head)| match &head.inputs[index] {
+                Track::Captured { value, rate, .. } => {
+                    let moves = value.iter().any(|one| *one != value[0]);
+                    (moves && run.role == Role::Kinematic).then_some((run, rate.is_some()))
+                }
+                _ => None,
+            })
+            .partition(|(_, has_rate)| *has_rate);
+        if with.is_empty() {
+            continue;
+        }
+        let name = &input.name;
+        found.extend(without.iter().map(|(run, _)| {
+            let words =
+                format!("run `{}`: `{name}` moves, but there is no column `{name}_rate`", run.name);
+            Diagnostic::warning(words)
+                .help("it is taken for standing still at each reading, as if nothing were late")
+        }));
     }
     found
 }

@@ -37,6 +37,10 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         })),
         "suspected": diagnosis.suspected,
         "gap": diagnosis.gap.as_ref().map(gap),
+        "unexplained": diagnosis.floor.as_ref().map(|floor| json!({
+            "before": by_measurand(&diagnosis.nominal.rms),
+            "floor": by_measurand(floor),
+        })),
         "hidden": diagnosis.hidden.iter().map(hidden).collect::<Vec<_>>(),
         "levels": last_noise(diagnosis).into_iter().flat_map(|noise| &noise.levels).map(|(name, by)| {
             json!({ "measurand": name, "factor": number(Some(*by)) })
@@ -171,18 +175,19 @@ fn location(one: &Location) -> Value {
     })
 }
 
+fn by_measurand(list: &[(String, f64)]) -> Map<String, Value> {
+    list.iter().map(|(name, value)| (name.clone(), number(Some(*value)))).collect()
+}
+
 /// The gap before and after.
 pub(crate) fn gap(one: &Gap) -> Value {
-    let rms = |list: &[(String, f64)]| -> Map<String, Value> {
-        list.iter().map(|(name, value)| (name.clone(), number(Some(*value)))).collect()
-    };
     json!({
-        "before": rms(&one.before),
-        "after": rms(&one.after),
-        "floor": rms(&one.floor),
+        "before": by_measurand(&one.before),
+        "after": by_measurand(&one.after),
+        "floor": by_measurand(&one.floor),
         "steps": one.steps.iter().map(|step| json!({
             "effect": step.effect,
-            "rms": rms(&step.rms),
+            "rms": by_measurand(&step.rms),
             "held_out_drop": number(Some(step.held_out_drop)),
         })).collect::<Vec<_>>(),
         "lambda": number(Some(one.lambda)),

@@ -13,6 +13,8 @@ use crate::units::{Dimension, Unit};
 
 /// Candidates shown unless another number is asked for.
 const TOP: usize = 8;
+/// Share of the best from which on another place is as good.
+const SAME_PLACE: f64 = 0.95;
 /// Readings left out that are shown.
 const SHOWN: usize = 5;
 
@@ -32,6 +34,7 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
     if let Some(found) = &diagnosis.gap {
         text.push_str(&gap(diagnosis, found));
     }
+    text.push_str(&unexplained(diagnosis));
     text.push_str(&places(diagnosis));
     text.push_str(&candidates(diagnosis, top.unwrap_or(TOP)));
     text.push_str(&could_hide(diagnosis));
@@ -58,29 +61,26 @@ fn listed(line: &str, header: [&str; 2], rows: Vec<[&str; 2]>) -> String {
     format!("\n{line}\n{}", drawn(&made))
 }
 
-/// The value of an effect, which is small most often, with its standard uncertainty.
-fn small(value: f64, sigma: f64, declared: &Unit) -> String {
-    figure::measured(value, sigma, &figure::unit_for(value.abs().max(sigma), declared))
-}
-
 /// The noise as it was found.
 fn noise(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
     for one in diagnosis.noise.iter().filter(|one| one.name != "lost_samples") {
-        let figure = small(one.value, one.sigma, &one.unit);
+        let figure = figure::measured(one.value, one.sigma, &one.unit);
         text.push_str(&format!("\n{}\n  {} = {figure}", one.name, one.parameter));
         if let Some(memory) = one.memory {
             let second = Unit::coherent(Dimension::TIME);
             let memory = figure::uncertainty(memory, &second);
-            text.push_str(&format!(", with a memory of {memory}; that is in the weights"));
+            text.push_str(&format!(", with a memory of {memory}; the weights take account of it"));
         }
         text.push('\n');
         text.push_str(&alike(&one.aliases));
     }
     let Some(found) = last_noise(diagnosis) else { return text };
     for (measurand, factor) in &found.levels {
+        let hint = if (0.1..10.0).contains(factor) { "" } else { " Is its unit right?" };
+        let factor = if *factor < 0.1 { format!("{factor:.1e}") } else { format!("{factor:.2}") };
         text.push_str(&format!(
-            "`{measurand}` scatters {factor:.2} times as much as stated; that is used.\n"
+            "`{measurand}` scatters {factor} times as much as stated; the fit uses what it finds.{hint}\n"
         ));
     }
     text.push_str(&left_out(diagnosis, found));
@@ -101,7 +101,7 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
             (one, if one.periods > 0 { "later" } else { "earlier" });
         let plural = if periods.abs() == 1 { "" } else { "s" };
         text.push_str(&format!(
-            "Rows {first} to {last} of run `{name}` belong {} sample{plural} {side}; they are left out.\n",
+            "Readings in rows {first} to {last} of run `{name}` are those of samples {} row{plural} {side}; they are left out.\n",
             periods.abs()
         ));
     }
@@ -116,6 +116,7 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
         }
         let more = found.left_out.len().saturating_sub(SHOWN);
         text.push_str(if more > 0 { "\n  ... all with `--format json`\n" } else { "\n" });
+        text.push_str(&whole_runs(diagnosis, found));
     }
     let second = Unit::coherent(Dimension::TIME);
     let mut rows = table(&["nominal delay", "with all readings", "without those left out"]);
@@ -126,6 +127,27 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
     }
     if !diagnosis.delays.is_empty() {
         text.push_str(&drawn(&rows));
+    }
+    text
+}
+
+/// Runs of which most readings of a measurand are left out: their files are to be looked at.
+fn whole_runs(diagnosis: &Diagnosis, found: &Noise) -> String {
+    let mut text = String::new();
+    for part in &diagnosis.nominal.problem.parts {
+        let names = &part.system.assembly.names.measurands;
+        for (index, run) in part.runs.iter().enumerate() {
+            for (one, all) in names.iter().zip(part.present_in(index)) {
+                let own = |out: &&LeftOut| out.run == run.name && out.measurand == one.name;
+                let out = found.left_out.iter().filter(own).count();
+                if 2 * out > all {
+                    text.push_str(&format!(
+                        "{out} of {all} readings of `{}` in run `{}` are among them: look at its file (units, setup, clock).\n",
+                        one.name, run.name
+                    ));
+                }
+            }
+        }
     }
     text
 }
@@ -143,7 +165,7 @@ fn effects(diagnosis: &Diagnosis) -> String {
         }
         for estimate in estimates_of(diagnosis, one) {
             let Some(value) = estimate.value else { continue };
-            let figure = small(value, estimate.sigma.unwrap_or(0.0), &estimate.declared);
+            let figure = figure::measured(value, estimate.sigma.unwrap_or(0.0), &estimate.declared);
             let of = estimate.of.map_or_else(String::new, |of| format!(" ({of})"));
             text.push_str(&format!("  {}{of} = {figure}\n", estimate.name));
         }
@@ -209,6 +231,29 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
     text
 }
 
+/// How large a gap is that nothing explains, and what comes nearest to it.
+fn unexplained(diagnosis: &Diagnosis) -> String {
+    let Some(noise) = &diagnosis.floor else { return String::new() };
+    let mut text = String::new();
+    if let Some(nearest) = &diagnosis.nearest {
+        text.push_str(&format!(
+            "\nThe nearest effect, `{}`, explains {:.0} % of it.\n",
+            nearest.name,
+            100.0 * nearest.share
+        ));
+    }
+    let mut rows = table(&["rms", "of the residuals", "noise alone"]);
+    for ((name, rms), (_, noise)) in diagnosis.nominal.rms.iter().zip(noise) {
+        let unit = residual_unit(*rms, &unit_of(&diagnosis.nominal, name));
+        rows.add_row([
+            name.clone(),
+            figure::uncertainty(*rms, &unit),
+            figure::uncertainty(*noise, &unit),
+        ]);
+    }
+    text + &drawn(&rows)
+}
+
 fn places(diagnosis: &Diagnosis) -> String {
     let shares: Vec<String> =
         diagnosis.locations.iter().map(|one| format!("{:.0} %", 100.0 * one.share)).collect();
@@ -218,18 +263,18 @@ fn places(diagnosis: &Diagnosis) -> String {
 }
 
 fn candidates(diagnosis: &Diagnosis, top: usize) -> String {
-    let mut header = vec!["effect", "p", "lambda", "share"];
+    let mut header = vec!["effect", "p", "lambda"];
+    // Of nothing there is no share.
+    let shares = !diagnosis.locations.is_empty();
+    header.extend(shares.then_some("share"));
     // It is the probability of a single cause; where there are more it says nothing.
     let single = diagnosis.effects.len() < 2 && diagnosis.verdict != Verdict::ShapeDiffers;
     header.extend(single.then_some("probability"));
     let mut rows = table(&header);
     for one in diagnosis.candidates.iter().take(top) {
-        let mut row = vec![
-            one.name.clone(),
-            by_chance(one.score.ln_p),
-            format!("{:.1}", one.score.lambda()),
-            format!("{:.0} %", 100.0 * one.share),
-        ];
+        let mut row =
+            vec![one.name.clone(), by_chance(one.score.ln_p), format!("{:.1}", one.score.lambda())];
+        row.extend(shares.then(|| format!("{:.0} %", 100.0 * one.share)));
         row.extend(single.then(|| percent(one.probability)));
         rows.add_row(row);
     }
@@ -254,13 +299,16 @@ fn sentence(diagnosis: &Diagnosis) -> String {
     let effects = diagnosis.effects.iter().map(|one| &one.candidate.name);
     let names: Vec<String> = effects.chain(noise).map(|name| format!("`{name}`")).collect();
     let names = names.join(" and ");
-    let place = diagnosis.locations.first().map_or("", |one| one.place.words.as_str());
     match diagnosis.verdict {
         Verdict::Adequate
             if last_noise(diagnosis)
                 .is_some_and(|noise| noise.levels.iter().any(|(_, factor)| *factor > 1.0)) =>
         {
             "Nothing was found but noise: what is left looks like noise that is larger than stated."
+                .to_owned()
+        }
+        Verdict::Adequate if !diagnosis.suspected.is_empty() => {
+            "Nothing can be declared: what is left looks like noise but for what is suspected."
                 .to_owned()
         }
         Verdict::Adequate => {
@@ -275,14 +323,22 @@ fn sentence(diagnosis: &Diagnosis) -> String {
                 ""
             }
         ),
-        Verdict::ShapeDiffers if diagnosis.effects.len() > 1 => format!(
-            "Nearly all of the gap is explained by {names}; what is left has a form of its own."
-        ),
+        Verdict::ShapeDiffers if diagnosis.effects.len() > 1 || !diagnosis.noise.is_empty() => {
+            format!(
+                "Nearly all of the gap is explained by {names}; what is left has a form of its own."
+            )
+        }
         Verdict::ShapeDiffers => format!(
             "Nearly all of the gap is explained by {names}, but its form does not quite fit."
         ),
         Verdict::Unknown => {
-            format!("There is a gap that no effect of the library explains. It looks like {place}.")
+            let alike = diagnosis.locations.iter().filter(|one| one.share >= SAME_PLACE);
+            let places: Vec<&str> = alike.map(|one| one.place.words.as_str()).collect();
+            let looks = match places.as_slice() {
+                [] => "No place of it stands out".to_owned(),
+                places => format!("It looks like {}", places.join(" or ")),
+            };
+            format!("There is a gap that no effect of the library explains. {looks}.")
         }
         Verdict::Unobservable => {
             "No diagnosis: these readings do not determine the model's own parameters.".to_owned()

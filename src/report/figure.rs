@@ -20,9 +20,15 @@ fn ladder(dimension: Dimension) -> &'static [(&'static str, f64)] {
     }
 }
 
-/// The unit of a ladder in which a size lies between 1 and 1000 (or the smallest).
+/// The unit of a ladder in which a size lies between 1 and 1000 (or the smallest); of quotients and powers,
+/// and without a ladder, the one of [`unit_for`].
 fn readable(size: f64, declared: &Unit) -> (String, f64) {
-    let steps = ladder(declared.dimension);
+    let is_plain = !declared.symbol.contains(['/', '*', '^', ' ', '·']);
+    let steps = if is_plain { ladder(declared.dimension) } else { &[] };
+    if steps.is_empty() {
+        let unit = unit_for(size, declared);
+        return (unit.symbol, unit.factor);
+    }
     steps
         .iter()
         .find(|(_, factor)| size.abs() >= *factor)
@@ -65,6 +71,9 @@ pub fn uncertainty(sigma: f64, declared: &Unit) -> String {
 
 /// `value ± uncertainty` in one unit.
 pub fn measured(amount: f64, sigma: f64, declared: &Unit) -> String {
+    if sigma == 0.0 {
+        return format!("{} (fixed)", value(amount, None, declared));
+    }
     let (symbol, factor) = readable(amount.abs().max(sigma), declared);
     let places = decimals(sigma / factor);
     let pair = format!("{:.places$} ± {:.places$}", amount / factor, sigma / factor);
@@ -77,7 +86,7 @@ pub fn unit_for(size: f64, declared: &Unit) -> Unit {
     let symbol = declared.symbol.as_str();
     let rate = matches!(symbol, "1/s" | "m/s" | "rad/s");
     let size = (size / declared.factor).abs();
-    if size > 0.01 || size == 0.0 || !size.is_finite() {
+    if size >= 1e-3 || size == 0.0 || !size.is_finite() {
         return declared.clone();
     }
     let symbol = match symbol.trim_end_matches("/s") {
@@ -85,11 +94,20 @@ pub fn unit_for(size: f64, declared: &Unit) -> Unit {
         "1" if rate => "ppm/s".to_owned(),
         "1" => "ppm".to_owned(),
         base if rate && size < SLOW => format!("µ{base}/h"),
-        _ if symbol.starts_with(['m', 'r', 's']) => format!("µ{symbol}"),
+        _ if takes_prefix(symbol) => format!("µ{symbol}"),
         _ => return declared.clone(),
     };
     let same = |unit: &Unit| unit.dimension == declared.dimension;
     Unit::parse(&symbol).ok().filter(same).unwrap_or_else(|| declared.clone())
+}
+
+/// Whether a unit begins with metres, radians or seconds to the first power.
+fn takes_prefix(symbol: &str) -> bool {
+    ["m", "rad", "s"].into_iter().any(|base| {
+        symbol
+            .strip_prefix(base)
+            .is_some_and(|rest| rest.is_empty() || rest.starts_with(['/', '*', ' ']))
+    })
 }
 
 fn with_symbol(number: String, symbol: &str) -> String {
@@ -135,11 +153,13 @@ mod tests {
     #[test]
     fn small_sizes_have_units_in_which_they_are_read() {
         let shown = |size: f64, sigma: f64, symbol: &str| {
-            measured(size, sigma, &unit_for(size, &Unit::parse(symbol).unwrap()))
+            measured(size, sigma, &Unit::parse(symbol).unwrap())
         };
         assert_eq!(shown(-2.073e-5, 6.7e-7, "rad"), "-20.73 ± 0.67 µrad");
         assert_eq!(shown(1.25, 0.01, "rad"), "1.250 ± 0.010 rad");
         assert_eq!(shown(1.966e-6, 3.7e-8, "m/(rad/s)^2"), "1.966 ± 0.037 µm/(rad/s)^2");
+        assert_eq!(shown(1.996e-6, 1.1e-8, "m/rad"), "1.996 ± 0.011 µm/rad");
+        assert_eq!(shown(4e-6, 2e-7, "s^2"), "0.00000400 ± 0.00000020 s^2");
         assert_eq!(shown(2e-9, 1e-10, "rad/s"), "7.20 ± 0.36 µrad/h");
         assert_eq!(shown(2e-5, 1e-6, "m/s"), "20.0 ± 1.0 µm/s");
         assert_eq!(shown(3e-9, 5e-10, "1/s"), "10.8 ± 1.8 ppm/h");
@@ -147,5 +167,6 @@ mod tests {
         assert_eq!(shown(-4e-5, 2e-6, "1"), "-40.0 ± 2.0 ppm");
         assert_eq!(shown(4.712389e-5, 7.853982e-6, "mgon"), "3.00 ± 0.50 mgon");
         assert_eq!(shown(0.0, 0.5, "rad"), "0.00 ± 0.50 rad");
+        assert_eq!(shown(25.3e-6, 0.0, "s"), "25.3000 µs (fixed)");
     }
 }

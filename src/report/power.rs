@@ -20,6 +20,25 @@ pub fn json(power: &Power) -> Value {
     })
 }
 
+/// One row an effect; sizes in SI, empty if never.
+pub fn table(power: &Power) -> String {
+    let mut text = String::from("name,state,typical,detectable,identifiable,unit,with\n");
+    let size = |size: Option<f64>| size.map_or_else(String::new, |size| format!("{size:e}"));
+    for row in &power.rows {
+        text.push_str(&format!(
+            "{},{},{},{},{},{},{}\n",
+            row.name,
+            row.state.word(),
+            size(row.typical),
+            size(row.detectable),
+            size(row.identifiable),
+            row.unit.si_symbol(),
+            row.with.join(" ")
+        ));
+    }
+    text
+}
+
 fn row(row: &Row) -> Value {
     let shifts: Map<String, Value> =
         row.shifts.iter().map(|(delay, shift)| (delay.clone(), number(Some(*shift)))).collect();

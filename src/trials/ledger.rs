@@ -49,6 +49,9 @@ pub enum LedgerError {
     /// The disk's.
     #[error(transparent)]
     Disk(#[from] io::Error),
+    /// It is no file of trials.
+    #[error("its first line does not say of what the trials are")]
+    NoHeading,
     /// It is of another plan or campaign.
     #[error("it holds trials of another {what}")]
     Other {
@@ -62,6 +65,8 @@ pub enum LedgerError {
 pub struct Ledger {
     /// What was in it.
     pub outcomes: Vec<Outcome>,
+    /// Lines that could not be read.
+    pub unreadable: usize,
     file: File,
 }
 
@@ -74,7 +79,7 @@ impl Ledger {
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
         let mut reader = BufReader::new(&file);
-        let (mut outcomes, mut good) = (Vec::new(), 0_u64);
+        let (mut outcomes, mut unreadable, mut good) = (Vec::new(), 0, 0_u64);
         let mut line = Vec::new();
         loop {
             line.clear();
@@ -86,10 +91,12 @@ impl Ledger {
             if good == 0 {
                 match serde_json::from_slice::<Heading>(&line) {
                     Ok(found) => same(&found, heading)?,
-                    Err(_) => return Err(LedgerError::Other { what: "kind of file" }),
+                    Err(_) => return Err(LedgerError::NoHeading),
                 }
             } else if let Ok(outcome) = serde_json::from_slice(&line) {
                 outcomes.push(outcome);
+            } else {
+                unreadable += 1;
             }
             good += read as u64;
         }
@@ -98,7 +105,7 @@ impl Ledger {
         if good == 0 {
             append(&mut file, heading)?;
         }
-        Ok(Self { outcomes, file })
+        Ok(Self { outcomes, unreadable, file })
     }
 
     /// Writes a trial down.

@@ -1,0 +1,100 @@
+//! Frequencies that evenly sampled runs cannot tell from nothing: at a multiple of the sampling rate every
+//! sample meets the same phase, and a wave with an amplitude for each run is an offset of that run.
+//!
+//! Where the intervals of all runs are multiples of one, a wave beyond half its reciprocal is one below.
+
+use crate::engine::Problem;
+
+/// Standard deviation of sampling times from even ones, in intervals, below which they are even.
+const EVEN: f64 = 0.1;
+/// Parts of the shortest interval of which all others are looked for as multiples.
+const PARTS: u32 = 24;
+/// How near to a multiple, in parts.
+const NEAR: f64 = 1e-3;
+
+/// How the runs are sampled.
+#[derive(Clone, Debug)]
+pub(super) struct Sampling {
+    /// Interval and duration (s) of each evenly sampled run.
+    even: Vec<(f64, f64)>,
+    /// From this frequency (Hz) on every wave is one below it.
+    highest: f64,
+}
+
+impl Sampling {
+    pub(super) fn of(problem: &Problem) -> Self {
+        let runs: Vec<Option<(f64, f64)>> = problem
+            .parts
+            .iter()
+            .flat_map(|part| &part.runs)
+            .map(|run| {
+                let (mut first, mut last, mut squares) = (None, 0.0, 0.0);
+                run.record.walk(|stretch| {
+                    let samples = stretch.samples;
+                    for at in stretch.range() {
+                        first = first.or(Some(samples.run_time[at]));
+                        last = samples.run_time[at];
+                        squares += (samples.run_time[at] - samples.uniform_time[at]).powi(2);
+                    }
+                });
+                let count = run.record.len() as f64;
+                let duration = last - first?;
+                let interval = duration / (count - 1.0);
+                let is_even = count > 2.0 && squares < count * (EVEN * interval).powi(2);
+                (is_even && interval > 0.0).then_some((interval, duration))
+            })
+            .collect();
+        let all = runs.iter().all(Option::is_some);
+        let even: Vec<(f64, f64)> = runs.into_iter().flatten().collect();
+        let highest = if all { highest(&even) } else { f64::INFINITY };
+        Self { even, highest }
+    }
+
+    /// Whether a wave of this frequency (Hz) is less than a turn of phase in some run, or one of a lower
+    /// frequency in all of them.
+    pub(super) fn is_blind(&self, frequency: f64) -> bool {
+        let folded = |(interval, duration): &(f64, f64)| {
+            let turns = (frequency * interval).round();
+            turns >= 1.0 && (frequency - turns / interval).abs() * duration < 1.0
+        };
+        frequency > self.highest || self.even.iter().any(folded)
+    }
+}
+
+/// Half the reciprocal of the longest interval of which all are multiples; infinite where there is none.
+fn highest(even: &[(f64, f64)]) -> f64 {
+    let shortest = even.iter().map(|(interval, _)| *interval).fold(f64::INFINITY, f64::min);
+    let is_multiple = |parts: f64| {
+        even.iter().all(|(interval, _)| {
+            let times = interval * parts / shortest;
+            (times - times.round()).abs() < NEAR * parts
+        })
+    };
+    let parts = (1..=PARTS).map(f64::from).find(|parts| is_multiple(*parts));
+    parts.map_or(f64::INFINITY, |parts| 0.5 * parts / shortest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Sampling, highest};
+
+    #[test]
+    fn multiples_of_a_sampling_rate_are_blind() {
+        let of = |even: &[(f64, f64)]| Sampling { even: even.to_vec(), highest: highest(even) };
+        // Every 0.365 s for 36.5 s, and every 0.1 s for 20 s.
+        let runs = of(&[(0.365, 36.5), (0.1, 20.0)]);
+        for blind in [2.7397, 5.47, 10.0, 10.04] {
+            assert!(runs.is_blind(blind), "{blind}");
+        }
+        for seen in [0.5, 1.3, 2.70, 2.78, 7.0, 9.9, 15.1] {
+            assert!(!runs.is_blind(seen), "{seen}");
+        }
+        // Multiples of a tenth of a second: what is beyond 5 Hz is below it.
+        let alike = of(&[(0.1, 20.0), (0.3, 30.0)]);
+        assert!(alike.is_blind(5.1) && !alike.is_blind(4.9));
+        let alike = of(&[(0.2, 20.0), (0.3, 30.0)]);
+        assert!(alike.is_blind(5.1) && !alike.is_blind(4.9));
+        let uneven = Sampling { even: Vec::new(), highest: f64::INFINITY };
+        assert!(!uneven.is_blind(20.0));
+    }
+}
