@@ -8,6 +8,7 @@ use homepoint::diagnose::candidates::Wanted;
 use homepoint::diagnose::pairs::pairs;
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose, judge};
+use homepoint::engine::layout::Instance;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::simulate::simulate;
 use homepoint::engine::{Point, Problem};
@@ -26,21 +27,31 @@ fn run(problem: Problem, opened: &Opened) -> Diagnosis {
 
 /// The example's readings drawn with some effects of the library; what is not set has its usual size.
 fn drawn(with: &[&str], set: &[&str], seed: u64) -> (Opened, Problem) {
-    let opened = open(&Request::new([folder()])).unwrap();
-    let nominal = calibrate(opened.problem.clone(), &Options::default()).unwrap();
     let mut request = Request::new([folder()]);
     request.with = with.iter().map(|name| (*name).to_owned()).collect();
     request.set = set.iter().map(|text| (*text).to_owned()).collect();
-    let mut truth = open(&request).unwrap().problem;
+    let is_set = |name: &str| request.set.iter().any(|text| text.starts_with(name));
+    drawn_at(&request, seed, &|one| {
+        (!is_set(&one.name)).then_some(one.setting.typical.unwrap_or(0.0))
+    })
+}
+
+/// The same with values of the effects' parameters as `value` says; as stated where it says nothing.
+fn drawn_at(
+    request: &Request,
+    seed: u64,
+    value: &dyn Fn(&Instance) -> Option<f64>,
+) -> (Opened, Problem) {
+    let opened = open(&Request::new([folder()])).unwrap();
+    let nominal = calibrate(opened.problem.clone(), &Options::default()).unwrap();
+    let mut truth = open(request).unwrap().problem;
     let mut point = Point::stated(&truth.layout);
     for (index, instance) in truth.layout.instances.iter().enumerate() {
-        let same = |one: &homepoint::engine::layout::Instance| {
-            one.name == instance.name && one.of == instance.of
-        };
+        let same = |one: &Instance| one.name == instance.name && one.of == instance.of;
         if let Some(known) = nominal.problem.layout.instances.iter().position(same) {
             point.values[index] = nominal.fit.point.values[known];
-        } else if !request.set.iter().any(|text| text.starts_with(&instance.name)) {
-            point.values[index][0] = instance.setting.typical.unwrap_or(0.0);
+        } else if let Some(value) = value(instance) {
+            point.values[index][0] = value;
         }
     }
     for part in &mut truth.parts {
@@ -328,6 +339,47 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     judge(&mut found, &clean, &Wanted::default(), &Options::default()).unwrap();
     assert!(found.gap.as_ref().unwrap().held_out_drop < 0.0, "{:?}", found.gap);
     assert_eq!(found.gap.unwrap().closed, Some(0.0));
+}
+
+/// A common delay that changed in one run: no effect of the library says so, and a wave that every sample
+/// of that run meets at the same phase must not.
+#[test]
+fn what_happened_to_one_run_is_unknown_with_its_place() {
+    let own = tempfile::tempdir().unwrap();
+    let text = "name = \"late_run\"\ntitle = \"One run late\"\nacts = \"timing\"\n[parameters]\n\
+                late = { unit = \"s\", typical = \"10 us\", scope = \"run\" }\n\
+                [patch]\nt = 't + late'\n";
+    std::fs::write(own.path().join("late_run.toml"), text).unwrap();
+    let mut request = Request::new([folder()]);
+    request.effects = vec![own.path().to_owned()];
+    request.with = vec!["late_run".to_owned()];
+    for (name, seed) in [("A_ccw50", 61), ("B_cw190", 62)] {
+        let late = |one: &Instance| Some(if one.of.as_deref() == Some(name) { 20e-6 } else { 0.0 });
+        let (opened, problem) = drawn_at(&request, seed, &late);
+        let found = run(problem, &opened);
+        assert_eq!(found.verdict, Verdict::Unknown, "{name}: {:?}", found.effects);
+        let place = &found.locations[0].place;
+        assert_eq!(place.covariate, "run", "{name}: {place:?}");
+    }
+}
+
+/// Delays that sum to zero over the setups come out so.
+#[test]
+fn values_that_sum_to_zero_are_found_as_they_are() {
+    let mut request = Request::new([folder()]);
+    request.with = vec!["gate_delay_per_setup".to_owned()];
+    let gate = |one: &Instance| Some(if one.of.as_deref() == Some("A") { 60e-6 } else { -60e-6 });
+    let (opened, problem) = drawn_at(&request, 63, &gate);
+    let found = run(problem, &opened);
+    let names: Vec<&str> = found.effects.iter().map(|one| one.candidate.name.as_str()).collect();
+    assert_eq!(names, ["gate_delay_per_setup"]);
+    let explained = found.explained.unwrap().estimates();
+    let values = explained.iter().filter(|one| one.name.starts_with("gate_delay_per_setup"));
+    for one in values {
+        let (value, sigma) = (one.value.unwrap(), one.sigma.unwrap());
+        let truth = if one.of.as_deref() == Some("A") { 60e-6 } else { -60e-6 };
+        assert!((value - truth).abs() < 4.0 * sigma, "{:?}: {value} ± {sigma}", one.of);
+    }
 }
 
 /// A jitter of the campaign's own model is estimated beside a gap; it must not keep what the gap was.

@@ -363,6 +363,11 @@ mod tests {
         let declared = stage.declared();
         assert_eq!(stage.candidates[declared[0]].name, true_one);
         let relative = stage.candidates[declared[1]].name.clone();
+        // What explains as much, but something else, is no alias.
+        let other = stage.candidates.iter().position(|one| one.name == "distance_offset").unwrap();
+        let mut equal = stage.clone();
+        equal.scores[other].gain = equal.scores[declared[0]].gain;
+        assert!(!alike(&equal, declared[0]).contains(&other));
         let common = Common { given, wanted: &wanted, options: &options };
         let search = Search { stages: vec![stage], adopted: Vec::new() };
         let both = [relative.clone(), true_one.to_owned()];
