@@ -14,7 +14,7 @@
 //! | [`wander`] | random walks, tested in the variance |
 //! | [`lost`] | stretches of readings shifted by whole samples |
 //! | [`wild`] | readings that are far out |
-//! | [`whiten`], [`jitter`], `variances` | the noise, before anything is tested against it |
+//! | [`whiten`], [`jitter`], `levels`, `variances` | the noise, before anything is tested against it |
 //! | [`mod@search`], [`mod@pairs`] | which effects are adopted |
 //! | [`verdict`] | the answer |
 //! | [`probability`] | how probable each cause is |
@@ -29,6 +29,7 @@ pub mod gap;
 pub mod hidden;
 pub mod holdout;
 pub mod jitter;
+mod levels;
 pub mod lost;
 pub mod memory;
 pub mod pairs;

@@ -382,6 +382,38 @@ fn values_that_sum_to_zero_are_found_as_they_are() {
     }
 }
 
+/// A run that is noisier than the others has levels of its own: no effect, no wild readings.
+#[test]
+fn a_noisier_run_is_no_effect() {
+    let (opened, mut problem) = drawn(&[], &[], 71);
+    let (_, other) = drawn(&[], &[], 72);
+    let noisy = 5;
+    let others = other.parts[0].runs[noisy].record.head(usize::MAX);
+    problem.parts[0].runs[noisy].record.edit(|samples| {
+        for (column, other) in samples.readings.iter_mut().zip(&others.readings) {
+            // Two draws differ by √2 of the noise: 13 times the variance.
+            column
+                .iter_mut()
+                .zip(other)
+                .for_each(|(value, other)| *value += 2.0 * (*value - other));
+        }
+    });
+    let name = problem.parts[0].runs[noisy].name.clone();
+    let readings = problem.parts[0].runs[noisy].record.len() as f64;
+    let found = run(problem, &opened);
+    assert_eq!(found.verdict, Verdict::Adequate, "{:?} {:?}", found.effects, found.noise);
+    let stage = &found.search.as_ref().unwrap().stages[0];
+    assert_eq!(stage.noise_found.wild, 0);
+    let levels = &stage.noise_found.run_levels;
+    assert_eq!(levels.len(), 3, "{levels:?}");
+    for (measurand, run, factor) in levels {
+        assert_eq!(*run, name, "{measurand}");
+        // A median of absolute residuals scatters by 1.17 / √n in its logarithm.
+        let deviations = (factor / 13.0_f64.sqrt()).ln().abs() * readings.sqrt() / 1.17;
+        assert!(deviations < 3.5, "{measurand}: {factor}");
+    }
+}
+
 /// A jitter of the campaign's own model is estimated beside a gap; it must not keep what the gap was.
 #[test]
 fn jitter_of_the_model_itself_is_judged_beside_what_is_adopted() {

@@ -166,6 +166,7 @@ pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {
     made.rig.clone_from(&part.rig);
     made.delay_range = part.delay_range;
     made.gauss_markov.clone_from(&part.gauss_markov);
+    made.run_levels.clone_from(&part.run_levels);
     made
 }
 

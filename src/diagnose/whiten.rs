@@ -17,23 +17,21 @@
 use std::sync::Arc;
 
 use crate::campaign::Run;
-use crate::effect::Target;
+use crate::engine::Problem;
 use crate::engine::gauss_markov::NoiseClock;
 use crate::engine::stretches::Left;
-use crate::engine::{Part, Problem};
 use crate::estimate::batch::{FitError, Options};
-use crate::graph::MeasurandKind;
 
 use crate::system::Selected;
 use crate::units::Unit;
 
-use super::candidates::{Candidate, Wanted};
+use super::candidates::Wanted;
 use super::jitter::{Shown, jitter};
+use super::levels::{levels, name_levels, uneven};
 use super::lost::Lost;
 use super::memory::{left_white, may_wander, memory, name_memory, remember, wanders, white_parts};
 use super::search::{LEAST_STRETCHES, level};
 use super::stage::{Fitted, Kept, Stage, rebuilt};
-use super::tail::ln_normal;
 use super::variances::{OWN_LEVELS, judged_again};
 use super::wild::{LeftOut, name_wild, without_wild};
 
@@ -70,6 +68,8 @@ pub struct Noise {
     /// For each measurand the factor on its stated standard uncertainty that was found, where it
     /// differs from 1.
     pub levels: Vec<(String, f64)>,
+    /// Measurand, run and factor where a run scatters otherwise than most.
+    pub run_levels: Vec<(String, String, f64)>,
     /// Readings left out.
     pub wild: usize,
     /// Which ones.
@@ -129,13 +129,14 @@ impl Given {
             part.runs.clone_from(runs);
             part.sigma.clone_from(stated);
             part.gauss_markov.fill(None);
+            part.run_levels.clear();
         }
     }
 }
 
 impl Noise {
     /// Part of the readings that counts where neighbours are alike.
-    fn alike(&self) -> f64 {
+    pub(super) fn alike(&self) -> f64 {
         (1.0 - self.memory.powi(2)) / (1.0 + self.memory.powi(2))
     }
 
@@ -252,6 +253,7 @@ pub fn prepare(
         } else {
             judged_again(&stage, &left, &mut noise)
                 .or_else(|| shared(&stage, &left, &mut noise))
+                .or_else(|| uneven(&stage, &left, &noise))
                 .or_else(|| without_wild(&stage, &white, &mut noise))
                 .or_else(|| remember_early(&stage, &mut noise))
                 .or_else(|| levels(&stage, &left, unknowns, &noise))
@@ -311,69 +313,6 @@ pub(super) fn stretch(problem: &Problem, memory: f64) -> usize {
 fn whole_runs(problem: &Problem) -> Option<usize> {
     let lengths = problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len());
     (lengths.clone().count() >= LEAST_STRETCHES).then(|| lengths.max()).flatten()
-}
-
-/// Names the effects of the library that stand for scatter beyond what is stated.
-/// What has a memory is no matter of levels: `white` is the part of the variance without.
-fn name_levels(
-    stage: &Stage,
-    stated: &[Vec<f64>],
-    white: &[(usize, usize, f64)],
-    noise: &mut Noise,
-) {
-    let parts = &stage.fitted.problem.parts;
-    for (part, stated) in parts.iter().zip(stated) {
-        let names = &part.system.assembly.names.measurands;
-        for ((measurand, sigma), stated) in names.iter().zip(&part.sigma).zip(stated) {
-            if sigma != stated {
-                noise.levels.push((measurand.name.clone(), sigma / stated));
-            }
-        }
-    }
-    for candidate in &stage.noise {
-        let (mut squares, mut count, mut readings) = (0.0, 0, 0);
-        for (p, (part, stated)) in parts.iter().zip(stated).enumerate() {
-            for (measurand, (sigma, stated)) in part.sigma.iter().zip(stated).enumerate() {
-                if patches_level(candidate, part, measurand) {
-                    let own = white.iter().filter(|(q, m, _)| (*q, *m) == (p, measurand));
-                    let white = own.map(|(.., part)| *part).fold(1.0, f64::min);
-                    squares += white * (sigma / stated).powi(2);
-                    count += 1;
-                    readings += part.runs.iter().map(|run| run.record.len()).sum::<usize>();
-                }
-            }
-        }
-        let size = (squares / f64::from(count.max(1))).sqrt() - 1.0;
-        let parameter = candidate.selected.effect.parameters.first();
-        // How much of the variance has a memory is known less well than the variance.
-        let remembers = white.iter().any(|(.., part)| *part < 1.0);
-        let freedom = 2.0 * readings.max(1) as f64 / if remembers { 9.0 } else { 1.0 };
-        let sigma = (1.0 + size) / freedom.sqrt();
-        let beyond = ln_normal(size / sigma) <= level(2 * stage.noise.len() + 1);
-        if let (Some(parameter), true) = (parameter, size > 0.0 && beyond) {
-            noise.effects.push(NoiseEffect {
-                name: candidate.name.clone(),
-                selected: None,
-                parameter: format!("{}.{}", candidate.name, parameter.name),
-                unit: parameter.unit.clone(),
-                value: size,
-                sigma,
-                aliases: Vec::new(),
-                memory: None,
-                ln_p: ln_normal(size / sigma),
-            });
-        }
-    }
-}
-
-/// Whether an effect patches the noise level of a measurand.
-pub(super) fn patches_level(candidate: &Candidate, part: &Part, measurand: usize) -> bool {
-    let one = &part.system.assembly.names.measurands[measurand];
-    candidate.selected.effect.patches.iter().any(|line| match &line.target {
-        Target::Sigma(name) => *name == one.name,
-        Target::EachAngleSigma => matches!(one.kind, MeasurandKind::Angle { .. }),
-        _ => false,
-    })
 }
 
 /// Names samples that were lost.
@@ -451,36 +390,4 @@ pub(super) fn median(numbers: &mut [f64]) -> Option<f64> {
     }
     let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
     Some(*median)
-}
-
-/// Lets stated uncertainties follow the scatter, where they do not.
-fn levels(stage: &Stage, left: &[Left], unknowns: usize, noise: &Noise) -> Option<Fitted> {
-    let mut fitted = stage.fitted.clone();
-    let problem = &mut fitted.problem;
-    let all = sequences(problem, left);
-    let readings: usize = all.iter().map(|one| one.present().count()).sum();
-    let freedom = readings.saturating_sub(unknowns).max(1) as f64 / readings.max(1) as f64;
-    let tests = all.len() + stage.noise.len();
-    let mut found: Vec<(usize, usize, f64)> = Vec::new();
-    for (p, part) in problem.parts.iter().enumerate() {
-        for measurand in 0..part.slots().len() {
-            let own = || all.iter().filter(|one| one.part == p && one.measurand == measurand);
-            let count: usize = own().map(|one| one.present().count()).sum();
-            let squares: f64 = own().flat_map(Sequence::present).map(|value| value * value).sum();
-            if count < 3 {
-                continue;
-            }
-            let variance = squares / (count as f64 * freedom);
-            let size =
-                (variance - 1.0).abs() * (0.5 * noise.alike() * freedom * count as f64).sqrt();
-            if ln_normal(size) <= level(tests) - std::f64::consts::LN_2 {
-                found.push((p, measurand, variance.sqrt()));
-            }
-        }
-    }
-    for (p, measurand, factor) in &found {
-        let part: &mut Part = &mut problem.parts[*p];
-        part.sigma[*measurand] *= factor;
-    }
-    (!found.is_empty()).then_some(fitted)
 }

@@ -37,6 +37,14 @@ pub struct SampleCovariance {
     pub sensitivities: DMatrix<f64>,
 }
 
+impl Part {
+    /// Standard uncertainty of one reading of a measurand in a run (SI).
+    pub fn sigma_in(&self, run: usize, measurand: usize) -> f64 {
+        let level = self.run_levels.get(run).map_or(1.0, |levels| levels[measurand]);
+        level * self.sigma[measurand]
+    }
+}
+
 /// `V` of one sample from the random quantities `active`.
 pub fn covariance_of(
     part: &Part,
@@ -59,7 +67,8 @@ pub fn covariance_of(
         let leaves =
             SampleLeaves { parameters, randoms: &randoms, columns: part.columns(), sample };
         let outputs = part.evaluate(&leaves, workspace);
-        for (slot, sigma) in part.slots().iter().zip(&part.sigma) {
+        for (measurand, slot) in part.slots().iter().enumerate() {
+            let sigma = part.sigma_in(run, measurand);
             let present = part.is_present(sample, slot);
             let factor = slot.sigma_factor.map_or(1.0, |output| outputs[output].value());
             let residual = part.residual(sample, slot, outputs);

@@ -40,6 +40,8 @@ pub struct Part {
     pub runs: Vec<Run>,
     /// Stated standard uncertainty of one reading of each measurand (SI).
     pub sigma: Vec<f64>,
+    /// For each run a factor on that for each measurand; empty where all are 1.
+    pub run_levels: Vec<Vec<f64>>,
     /// Standard deviation of each random quantity (SI); 0 switches it off.
     pub random_sigma: Vec<f64>,
     /// Farthest delay looked for (s).
@@ -109,17 +111,16 @@ impl Part {
             .iter()
             .map(|graph| Program::new(&assembly.graph, graph.value.nodes()))
             .collect();
-        let random_sigma =
-            system.randoms.iter().map(|random| random.sigma.unwrap_or(0.0)).collect();
         Self {
             label: None,
             instrument: None,
             rig: None,
+            random_sigma: system.randoms.iter().map(|one| one.sigma.unwrap_or(0.0)).collect(),
             system,
             setups,
             runs,
             sigma,
-            random_sigma,
+            run_levels: Vec::new(),
             delay_range: DELAY_RANGE,
             calibration: Vec::new(),
             gauss_markov: vec![None; residual],

@@ -124,7 +124,8 @@ impl Problem {
         let correlated = program.sensitivities.iter().any(|(_, random, _)| active.contains(random));
         let scaled = program.factors.iter().any(Option::is_some);
         if !correlated && !scaled {
-            let weights = part.sigma.iter().map(|sigma| 1.0 / sigma).collect();
+            let weight = |measurand| 1.0 / part.sigma_in(run, measurand);
+            let weights = (0..part.sigma.len()).map(weight).collect();
             return Whitening { form: Form::Constant(weights) };
         }
         let parameters = self.parameters(p, run, point);
@@ -145,6 +146,7 @@ impl Problem {
 /// Makes the whitening of one run chunk by chunk.
 struct Maker<'a> {
     part: &'a Part,
+    run: usize,
     program: &'a NoiseProgram,
     workspace: Workspace,
     correlated: bool,
@@ -168,7 +170,7 @@ impl<'a> Maker<'a> {
             .collect();
         let mut workspace = Workspace::new(&program.code, problem.set);
         workspace.hold_still(&program.code, &ParameterLeaves(parameters));
-        Self { part, program, workspace, correlated, deviations }
+        Self { part, run, program, workspace, correlated, deviations }
     }
 
     /// Appends the whitening of a chunk.
@@ -178,7 +180,7 @@ impl<'a> Maker<'a> {
         self.workspace.compute(&program.code, 0, chunk.inputs());
         let outputs = self.workspace.outputs(&program.code, 0);
         let deviation = |measurand: usize| {
-            let sigma = part.sigma[measurand];
+            let sigma = part.sigma_in(self.run, measurand);
             match program.factors[measurand] {
                 Some(output) => outputs[output].map(|factor| sigma * factor),
                 None => [sigma; LANES],

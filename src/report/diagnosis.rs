@@ -45,6 +45,9 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         "levels": last_noise(diagnosis).into_iter().flat_map(|noise| &noise.levels).map(|(name, by)| {
             json!({ "measurand": name, "factor": number(Some(*by)) })
         }).collect::<Vec<_>>(),
+        "run_levels": last_noise(diagnosis).into_iter().flat_map(|noise| &noise.run_levels).map(
+            |(measurand, run, by)| json!({ "measurand": measurand, "run": run, "factor": number(Some(*by)) })
+        ).collect::<Vec<_>>(),
         "left_out": left_out(diagnosis),
         "unobservable": unobservable(&diagnosis.nominal.unobservable),
     })

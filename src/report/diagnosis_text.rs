@@ -83,6 +83,11 @@ fn noise(diagnosis: &Diagnosis) -> String {
             "`{measurand}` scatters {factor} times as much as stated; the fit uses what it finds.{hint}\n"
         ));
     }
+    for (measurand, run, factor) in &found.run_levels {
+        text.push_str(&format!(
+            "`{measurand}` scatters {factor:.2} times as much in run `{run}` as in most; the fit uses that.\n"
+        ));
+    }
     text.push_str(&left_out(diagnosis, found));
     if found.memory > 0.0 {
         text.push_str(&format!(

@@ -9,10 +9,10 @@ use crate::diagnose::candidates::Candidate;
 use nalgebra::DVector;
 
 use crate::diagnose::jitter::white_randoms;
+use crate::diagnose::levels::patches_level;
 use crate::diagnose::search::level;
 use crate::diagnose::stage::{Fitted, Stage, rebuilt};
 use crate::diagnose::tail::ln_normal;
-use crate::diagnose::whiten::patches_level;
 use crate::diagnose::wild::ln_wild;
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::model::{ParameterDeclaration, Process};

@@ -1,0 +1,186 @@
+//! Levels of the noise: by how much readings scatter otherwise than stated, of each measurand, and in
+//! single runs.
+//!
+//! A run is compared with the median of all by the median of its absolute residuals, which neither wild
+//! readings nor long tails move: the logarithm of their ratio has the standard deviation `1.17 / √n`. What
+//! one run has beyond the others would else be taken for an effect that acts there.
+
+use crate::effect::Target;
+use crate::engine::Part;
+use crate::engine::stretches::Left;
+use crate::graph::MeasurandKind;
+
+use super::candidates::Candidate;
+use super::search::level;
+use super::stage::{Fitted, Stage};
+use super::tail::ln_normal;
+use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
+
+/// Readings of a run from which on its scatter is looked at, and runs of which one can be set apart.
+const LEAST_READINGS: usize = 20;
+const LEAST_RUNS: usize = 4;
+/// A run that scatters less than so many times as much as most is like them.
+const UNEVEN: f64 = 1.25;
+/// Standard deviation of the logarithm of a median absolute deviation, times `√n`.
+const OF_A_MEDIAN: f64 = 1.17;
+
+/// Lets runs that scatter otherwise than most have a level of their own, once.
+pub(super) fn uneven(stage: &Stage, left: &[Left], noise: &Noise) -> Option<Fitted> {
+    let problem = &stage.fitted.problem;
+    if problem.parts.iter().any(|part| !part.run_levels.is_empty()) {
+        return None;
+    }
+    let all = sequences(problem, left);
+    let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
+    let level = level(runs * all.len()) - std::f64::consts::LN_2;
+    let mut fitted = stage.fitted.clone();
+    let mut changed = false;
+    for (p, part) in problem.parts.iter().enumerate() {
+        for measurand in 0..part.slots().len() {
+            let own = || all.iter().filter(|one| one.part == p && one.measurand == measurand);
+            let scatter: Vec<Option<(f64, f64)>> = (0..part.runs.len())
+                .map(|run| {
+                    let values = own().flat_map(|one| one.runs[run].iter());
+                    let mut sizes: Vec<f64> =
+                        values.filter(|value| !value.is_nan()).map(|value| value.abs()).collect();
+                    let count = sizes.len();
+                    let found = median(&mut sizes).filter(|size| *size > 0.0);
+                    found.filter(|_| count >= LEAST_READINGS).map(|size| (size, count as f64))
+                })
+                .collect();
+            let mut sizes: Vec<f64> = scatter.iter().flatten().map(|(size, _)| *size).collect();
+            if sizes.len() < LEAST_RUNS {
+                continue;
+            }
+            let Some(usual) = median(&mut sizes) else { continue };
+            for (run, found) in scatter.iter().enumerate() {
+                let Some((size, count)) = found else { continue };
+                let ratio = size / usual;
+                let deviations = ratio.ln().abs() * (noise.alike() * count).sqrt() / OF_A_MEDIAN;
+                if ratio.ln().abs() < UNEVEN.ln() || ln_normal(deviations) > level {
+                    continue;
+                }
+                let part = &mut fitted.problem.parts[p];
+                if part.run_levels.is_empty() {
+                    part.run_levels = vec![vec![1.0; part.sigma.len()]; part.runs.len()];
+                }
+                part.run_levels[run][measurand] = ratio;
+                changed = true;
+            }
+        }
+    }
+    changed.then_some(fitted)
+}
+
+/// Names the effects of the library that stand for scatter beyond what is stated.
+/// What has a memory is no matter of levels: `white` is the part of the variance without.
+pub(super) fn name_levels(
+    stage: &Stage,
+    stated: &[Vec<f64>],
+    white: &[(usize, usize, f64)],
+    noise: &mut Noise,
+) {
+    let parts = &stage.fitted.problem.parts;
+    for part in parts {
+        for (run, levels) in part.runs.iter().zip(&part.run_levels) {
+            for (one, factor) in part.system.assembly.names.measurands.iter().zip(levels) {
+                if *factor != 1.0 {
+                    noise.run_levels.push((one.name.clone(), run.name.clone(), *factor));
+                }
+            }
+        }
+    }
+    for (part, stated) in parts.iter().zip(stated) {
+        let names = &part.system.assembly.names.measurands;
+        for ((measurand, sigma), stated) in names.iter().zip(&part.sigma).zip(stated) {
+            if sigma != stated {
+                noise.levels.push((measurand.name.clone(), sigma / stated));
+            }
+        }
+    }
+    for candidate in &stage.noise {
+        let (mut squares, mut count, mut readings) = (0.0, 0, 0);
+        for (p, (part, stated)) in parts.iter().zip(stated).enumerate() {
+            for (measurand, (sigma, stated)) in part.sigma.iter().zip(stated).enumerate() {
+                if patches_level(candidate, part, measurand) {
+                    let own = white.iter().filter(|(q, m, _)| (*q, *m) == (p, measurand));
+                    let white = own.map(|(.., part)| *part).fold(1.0, f64::min);
+                    squares += white * (sigma / stated).powi(2);
+                    count += 1;
+                    readings += part.runs.iter().map(|run| run.record.len()).sum::<usize>();
+                }
+            }
+        }
+        let size = (squares / f64::from(count.max(1))).sqrt() - 1.0;
+        let parameter = candidate.selected.effect.parameters.first();
+        // How much of the variance has a memory is known less well than the variance.
+        let remembers = white.iter().any(|(.., part)| *part < 1.0);
+        let freedom = 2.0 * readings.max(1) as f64 / if remembers { 9.0 } else { 1.0 };
+        let sigma = (1.0 + size) / freedom.sqrt();
+        let beyond = ln_normal(size / sigma) <= level(2 * stage.noise.len() + 1);
+        if let (Some(parameter), true) = (parameter, size > 0.0 && beyond) {
+            noise.effects.push(NoiseEffect {
+                name: candidate.name.clone(),
+                selected: None,
+                parameter: format!("{}.{}", candidate.name, parameter.name),
+                unit: parameter.unit.clone(),
+                value: size,
+                sigma,
+                aliases: Vec::new(),
+                memory: None,
+                ln_p: ln_normal(size / sigma),
+            });
+        }
+    }
+}
+
+/// Whether an effect patches the noise level of a measurand.
+pub(in crate::diagnose) fn patches_level(
+    candidate: &Candidate,
+    part: &Part,
+    measurand: usize,
+) -> bool {
+    let one = &part.system.assembly.names.measurands[measurand];
+    candidate.selected.effect.patches.iter().any(|line| match &line.target {
+        Target::Sigma(name) => *name == one.name,
+        Target::EachAngleSigma => matches!(one.kind, MeasurandKind::Angle { .. }),
+        _ => false,
+    })
+}
+
+/// Lets stated uncertainties follow the scatter, where they do not.
+pub(super) fn levels(
+    stage: &Stage,
+    left: &[Left],
+    unknowns: usize,
+    noise: &Noise,
+) -> Option<Fitted> {
+    let mut fitted = stage.fitted.clone();
+    let problem = &mut fitted.problem;
+    let all = sequences(problem, left);
+    let readings: usize = all.iter().map(|one| one.present().count()).sum();
+    let freedom = readings.saturating_sub(unknowns).max(1) as f64 / readings.max(1) as f64;
+    let tests = all.len() + stage.noise.len();
+    let mut found: Vec<(usize, usize, f64)> = Vec::new();
+    for (p, part) in problem.parts.iter().enumerate() {
+        for measurand in 0..part.slots().len() {
+            let own = || all.iter().filter(|one| one.part == p && one.measurand == measurand);
+            let count: usize = own().map(|one| one.present().count()).sum();
+            let squares: f64 = own().flat_map(Sequence::present).map(|value| value * value).sum();
+            if count < 3 {
+                continue;
+            }
+            let variance = squares / (count as f64 * freedom);
+            let size =
+                (variance - 1.0).abs() * (0.5 * noise.alike() * freedom * count as f64).sqrt();
+            if ln_normal(size) <= level(tests) - std::f64::consts::LN_2 {
+                found.push((p, measurand, variance.sqrt()));
+            }
+        }
+    }
+    for (p, measurand, factor) in &found {
+        let part: &mut Part = &mut problem.parts[*p];
+        part.sigma[*measurand] *= factor;
+    }
+    (!found.is_empty()).then_some(fitted)
+}
