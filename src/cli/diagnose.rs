@@ -51,7 +51,7 @@ fn same_models(fitted: &[Recipe], held_out: &Opened) -> Result<(), Failure> {
 fn other_readings(fitted: &Problem, held_out: &Opened) -> Result<(), Failure> {
     let all = |problem: &Problem| -> Vec<(u64, String)> {
         let runs = problem.parts.iter().flat_map(|part| &part.runs);
-        runs.map(|run| (fingerprint(run), run.name.clone())).collect()
+        runs.filter_map(|run| Some((fingerprint(run)?, run.name.clone()))).collect()
     };
     let known = all(fitted);
     let same = |one: &(u64, String)| known.iter().any(|(other, _)| *other == one.0);
@@ -61,16 +61,19 @@ fn other_readings(fitted: &Problem, held_out: &Opened) -> Result<(), Failure> {
     })
 }
 
-/// The same for runs of the same times and readings.
-fn fingerprint(run: &Run) -> u64 {
-    let mut hasher = DefaultHasher::new();
+/// The same for runs of the same times and readings, wherever these are kept; `None` without readings.
+fn fingerprint(run: &Run) -> Option<u64> {
+    let (mut hasher, mut has_readings) = (DefaultHasher::new(), false);
     run.record.walk(|stretch| {
-        let columns = std::iter::once(&stretch.samples.time).chain(&stretch.samples.readings);
-        for column in columns {
-            column[stretch.range()].iter().for_each(|value| value.to_bits().hash(&mut hasher));
+        for sample in stretch.each() {
+            sample.time().to_bits().hash(&mut hasher);
+            for reading in &sample.samples.readings {
+                has_readings |= !reading[sample.at].is_nan();
+                reading[sample.at].to_bits().hash(&mut hasher);
+            }
         }
     });
-    hasher.finish()
+    has_readings.then(|| hasher.finish())
 }
 
 /// Warns of effects of the user's own that cannot be tested: what is wrong in them is not looked for in

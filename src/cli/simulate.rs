@@ -1,6 +1,5 @@
 //! `homepoint simulate`: a campaign's readings drawn from its model.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -98,7 +97,7 @@ fn truth(problem: &mut Problem, set: &[String]) -> Result<Point, Failure> {
             point.values[index] = from_components(kind, &[typical; 3]);
         }
     }
-    balance(problem, &mut point);
+    alternate(problem, &mut point);
     for part in &mut problem.parts {
         for (k, random) in part.system.randoms.iter().enumerate() {
             part.random_sigma[k] = random.sigma.or(random.typical).unwrap_or(0.0);
@@ -109,21 +108,16 @@ fn truth(problem: &mut Problem, set: &[String]) -> Result<Point, Failure> {
 
 /// Gives what sums to zero over its scope, but has one size for all, alternating signs, and takes the mean
 /// off.
-fn balance(problem: &Problem, point: &mut Point) {
-    let instances = &problem.layout.instances;
-    let mut of: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-    for (index, instance) in instances.iter().enumerate().filter(|(_, one)| one.setting.sum_zero) {
-        of.entry(&instance.name).or_default().push(index);
-    }
-    for indices in of.values() {
-        for component in 0..instances[indices[0]].dimension() {
-            let size = point.values[indices[0]][component];
-            if indices.iter().any(|index| point.values[*index][component] != size) {
+fn alternate(problem: &Problem, point: &mut Point) {
+    for members in problem.layout.sums_to_zero() {
+        for component in 0..problem.layout.instances[members[0]].dimension() {
+            let size = point.values[members[0]][component];
+            if members.iter().any(|index| point.values[*index][component] != size) {
                 continue;
             }
             let sign = |number: usize| if number.is_multiple_of(2) { 1.0 } else { -1.0 };
-            let mean = (0..indices.len()).map(sign).sum::<f64>() / indices.len() as f64;
-            for (number, index) in indices.iter().enumerate() {
+            let mean = (0..members.len()).map(sign).sum::<f64>() / members.len() as f64;
+            for (number, index) in members.iter().enumerate() {
                 point.values[*index][component] = size * (sign(number) - mean);
             }
         }

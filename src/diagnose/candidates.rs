@@ -246,6 +246,7 @@ fn is_noise(effect: &Effect) -> bool {
         .all(|line| matches!(line.target, Target::Sigma(_) | Target::EachAngleSigma));
     random || levels
 }
+
 #[cfg(test)]
 mod tests {
     use super::Wanted;

@@ -32,36 +32,22 @@ pub(super) struct Size {
     pub(super) sigma: f64,
 }
 
-/// What of a random quantity shows.
-pub(super) enum Shown<'s> {
-    /// One that is not in the model yet.
-    New(Box<NoiseEffect>, &'s Candidate),
-    /// One that is, by its index among the effects on the noise, with what it has beyond what it was given.
-    More(usize, Size),
-    /// The same of one of the campaigns' own models, by its name.
-    Own(String, Size),
-}
-
-/// The random quantity shared by the readings of a sample that shows best, if any does. Of those that the
-/// model has already (`known`) each shows with what it lacks: an effect that is one with it is not named
-/// beside it. `alike` is the part of the samples that counts where neighbours are alike.
+/// The random quantity shared by the readings of a sample that shows best, if any does, and is not in the
+/// model yet: an effect that is one with what is there (`known`, or the campaigns' own) is not named beside
+/// it. `alike` is the part of the samples that counts where neighbours are alike.
 pub(super) fn jitter<'s>(
     stage: &'s Stage,
     left: &[Left],
     level: f64,
     alike: f64,
     known: &[NoiseEffect],
-) -> Option<Shown<'s>> {
+) -> Option<(NoiseEffect, &'s Candidate)> {
     let mut found: Vec<Found<'s>> = Vec::new();
-    for (number, one) in known.iter().enumerate() {
-        let own = |_, part: &Part| Some(part.clone());
-        let pairs = pairs(stage, left, &own, &one.parameter);
-        found.extend(pairs.map(|pairs| Found { of: Of::Known(number), pairs }));
-    }
-    for name in own_randoms(stage, known) {
+    let named = known.iter().map(|one| one.parameter.clone());
+    for name in named.chain(own_randoms(stage, known)) {
         let own = |_, part: &Part| Some(part.clone());
         let pairs = pairs(stage, left, &own, &name);
-        found.extend(pairs.map(|pairs| Found { of: Of::Own(name), pairs }));
+        found.extend(pairs.map(|pairs| Found { of: Of::Model, pairs }));
     }
     for candidate in &stage.noise {
         for (name, unit) in white_randoms(candidate) {
@@ -83,39 +69,32 @@ pub(super) fn jitter<'s>(
     found.sort_by(|a, b| a.strange().total_cmp(&b.strange()));
     let same = found.iter().skip(1).filter_map(|one| match &one.of {
         Of::Candidate(candidate, ..) => Some(candidate.name.clone()),
-        Of::Known(_) | Of::Own(_) => None,
+        Of::Model => None,
     });
     let mut aliases: Vec<String> = same.collect();
     aliases.dedup();
     let Found { of, pairs } = found.into_iter().next()?;
+    let Of::Candidate(candidate, parameter, unit) = of else { return None };
     let size = pairs.size();
-    Some(match of {
-        Of::Known(number) => Shown::More(number, size),
-        Of::Own(name) => Shown::Own(name, size),
-        Of::Candidate(candidate, parameter, unit) => {
-            aliases.retain(|one| *one != candidate.name);
-            let effect = NoiseEffect {
-                selected: Some(candidate.selected.clone()),
-                name: candidate.name.clone(),
-                parameter,
-                unit,
-                value: size.value,
-                sigma: size.sigma,
-                aliases,
-                memory: None,
-                ln_p: pairs.ln_p(alike),
-            };
-            Shown::New(Box::new(effect), candidate)
-        }
-    })
+    aliases.retain(|one| *one != candidate.name);
+    let effect = NoiseEffect {
+        selected: Some(candidate.selected.clone()),
+        name: candidate.name.clone(),
+        parameter,
+        unit,
+        value: size.value,
+        sigma: size.sigma,
+        aliases,
+        memory: None,
+        ln_p: pairs.ln_p(alike),
+    };
+    Some((effect, candidate))
 }
 
 /// Whose random quantity.
 enum Of<'s> {
-    /// That of an effect on the noise, by its index.
-    Known(usize),
-    /// That of the campaigns' own models, by its name.
-    Own(String),
+    /// One that is in the model already.
+    Model,
     /// That of a candidate, by its name and unit.
     Candidate(&'s Candidate, String, Unit),
 }
@@ -130,7 +109,7 @@ impl Found<'_> {
     /// How far its size is from the usual one.
     fn strange(&self) -> f64 {
         match self.of {
-            Of::Known(_) | Of::Own(_) => -1.0,
+            Of::Model => -1.0,
             Of::Candidate(..) => (self.pairs.size().value / self.pairs.typical).ln().abs(),
         }
     }

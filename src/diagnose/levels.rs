@@ -34,42 +34,40 @@ pub(super) fn uneven(stage: &Stage, left: &[Left], noise: &Noise) -> Option<Fitt
     let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
     let level = level(runs * all.len()) - std::f64::consts::LN_2;
     let mut fitted = stage.fitted.clone();
-    let mut changed = false;
-    for (p, part) in problem.parts.iter().enumerate() {
-        for measurand in 0..part.slots().len() {
-            let own = || all.iter().filter(|one| one.part == p && one.measurand == measurand);
-            let scatter: Vec<Option<(f64, f64)>> = (0..part.runs.len())
-                .map(|run| {
-                    let values = own().flat_map(|one| one.runs[run].iter());
-                    let mut sizes: Vec<f64> =
-                        values.filter(|value| !value.is_nan()).map(|value| value.abs()).collect();
-                    let count = sizes.len();
-                    let found = median(&mut sizes).filter(|size| *size > 0.0);
-                    found.filter(|_| count >= LEAST_READINGS).map(|size| (size, count as f64))
-                })
-                .collect();
-            let mut sizes: Vec<f64> = scatter.iter().flatten().map(|(size, _)| *size).collect();
-            if sizes.len() < LEAST_RUNS {
+    let parts = fitted.problem.parts.iter_mut().enumerate();
+    for (p, part) in parts {
+        for measurand in 0..part.sigma.len() {
+            let own = |one: &&Sequence| one.part == p && one.measurand == measurand;
+            let own: Vec<&Sequence> = all.iter().filter(own).collect();
+            let scatter: Vec<(usize, f64, f64)> =
+                (0..part.runs.len()).filter_map(|run| scatter(&own, run)).collect();
+            let mut sizes: Vec<f64> = scatter.iter().map(|(_, size, _)| *size).collect();
+            let Some(usual) = median(&mut sizes).filter(|_| scatter.len() >= LEAST_RUNS) else {
                 continue;
-            }
-            let Some(usual) = median(&mut sizes) else { continue };
-            for (run, found) in scatter.iter().enumerate() {
-                let Some((size, count)) = found else { continue };
-                let ratio = size / usual;
+            };
+            for (run, size, count) in scatter {
+                let ratio: f64 = size / usual;
                 let deviations = ratio.ln().abs() * (noise.alike() * count).sqrt() / OF_A_MEDIAN;
                 if ratio.ln().abs() < UNEVEN.ln() || ln_normal(deviations) > level {
                     continue;
                 }
-                let part = &mut fitted.problem.parts[p];
                 if part.run_levels.is_empty() {
                     part.run_levels = vec![vec![1.0; part.sigma.len()]; part.runs.len()];
                 }
                 part.run_levels[run][measurand] = ratio;
-                changed = true;
             }
         }
     }
-    changed.then_some(fitted)
+    fitted.problem.parts.iter().any(|part| !part.run_levels.is_empty()).then_some(fitted)
+}
+
+/// A run with the median of the absolute residuals of a measurand, and their number.
+fn scatter(own: &[&Sequence], run: usize) -> Option<(usize, f64, f64)> {
+    let values = own.iter().flat_map(|one| one.runs[run].iter());
+    let mut sizes: Vec<f64> =
+        values.filter(|value| !value.is_nan()).map(|value| value.abs()).collect();
+    let size = median(&mut sizes).filter(|size| *size > 0.0)?;
+    (sizes.len() >= LEAST_READINGS).then_some((run, size, sizes.len() as f64))
 }
 
 /// Names the effects of the library that stand for scatter beyond what is stated.

@@ -189,19 +189,11 @@ pub fn carried(from: &Problem, point: &Point, to: &Problem) -> Point {
 
 /// Takes the mean off values that sum to zero over their scope: a fit moves them along contrasts only.
 fn balance(problem: &Problem, point: &mut Point) {
-    let instances = &problem.layout.instances;
-    let mut done: Vec<&str> = Vec::new();
-    for one in instances.iter().filter(|one| one.setting.sum_zero && !one.setting.fixed) {
-        if done.contains(&one.name.as_str()) {
-            continue;
-        }
-        done.push(&one.name);
-        let same: Vec<usize> =
-            (0..instances.len()).filter(|n| instances[*n].name == one.name).collect();
-        for component in 0..one.dimension() {
-            let sum: f64 = same.iter().map(|n| point.values[*n][component]).sum();
-            for n in &same {
-                point.values[*n][component] -= sum / same.len() as f64;
+    for members in problem.layout.sums_to_zero() {
+        for component in 0..problem.layout.instances[members[0]].dimension() {
+            let sum: f64 = members.iter().map(|n| point.values[*n][component]).sum();
+            for n in &members {
+                point.values[*n][component] -= sum / members.len() as f64;
             }
         }
     }

@@ -22,7 +22,7 @@ use super::whiten::{Noise, NoiseEffect};
 /// Standard deviations by which a level must be wrong to be changed.
 const MISJUDGED: f64 = 3.0;
 /// Changes of levels of the campaigns' own random quantities.
-pub(super) const OWN_LEVELS: usize = 3;
+const OWN_LEVELS: usize = 3;
 /// Samples looked at at most.
 const MOST_SAMPLES: usize = 20_000;
 
@@ -95,8 +95,11 @@ impl Scoring {
         let stride = samples.div_ceil(MOST_SAMPLES).max(1);
         let mut first = 1;
         for (p, part) in problem.parts.iter().enumerate() {
-            let random = part.system.randoms.iter().position(|random| random.name == name);
-            let active = active_randoms(part);
+            let own = part.system.randoms.iter().position(|random| random.name == name);
+            let mut active = active_randoms(part);
+            // One that does not act yet has a derivative, and adds nothing.
+            active.extend(own.filter(|own| !active.contains(own)));
+            let own = active.iter().position(|random| Some(*random) == own);
             let mut memory = Vec::new();
             for (run, data) in part.runs.iter().enumerate() {
                 let residuals = &left[problem.run_index(p, run)].residuals;
@@ -106,12 +109,9 @@ impl Scoring {
                 data.record.walk(|stretch| {
                     for sample in stretch.each().filter(|sample| sample.number % stride == 0) {
                         let z: Vec<f64> = residuals.iter().map(|row| row[sample.number]).collect();
-                        let own = random.as_slice();
-                        let of = |active: &[usize], memory: &mut Vec<_>| {
-                            covariance_of(part, run, sample, &parameters, active, memory)
-                        };
-                        let slopes = of(own, &mut memory).sensitivities;
-                        scoring.add(&z, &of(&active, &mut memory), &sigmas, &slopes, first);
+                        let made =
+                            covariance_of(part, run, sample, &parameters, &active, &mut memory);
+                        scoring.add(&z, &made, &sigmas, own, first);
                     }
                 });
             }
@@ -122,18 +122,18 @@ impl Scoring {
 
     /// Adds a sample of the campaign whose components begin with number `first`: its whitened residuals
     /// (NaN where there is no reading), the covariance that whitened them with the levels in it, and the
-    /// derivatives by the random quantity (no column where the campaign lacks it).
+    /// random quantity's number among those (`None` where the campaign lacks it).
     fn add(
         &mut self,
         z: &[f64],
         made: &SampleCovariance,
         sigmas: &[f64],
-        slopes: &DMatrix<f64>,
+        own: Option<usize>,
         first: usize,
     ) {
         let Some(factor) = Cholesky::new(made.covariance.clone()) else { return };
         let mut columns: Vec<(usize, DVector<f64>)> = Vec::with_capacity(1 + z.len());
-        columns.extend(slopes.column_iter().map(|slope| (0, slope.into_owned())));
+        columns.extend(own.map(|own| (0, made.sensitivities.column(own).into_owned())));
         for row in (0..z.len()).filter(|row| z[*row].is_finite()) {
             let shared = made.sensitivities.row(row);
             let shared: f64 = shared.iter().zip(sigmas).map(|(by, s)| (by * s).powi(2)).sum();

@@ -26,13 +26,13 @@ use crate::system::Selected;
 use crate::units::Unit;
 
 use super::candidates::Wanted;
-use super::jitter::{Shown, jitter};
+use super::jitter::jitter;
 use super::levels::{levels, name_levels, uneven};
 use super::lost::Lost;
 use super::memory::{left_white, may_wander, memory, name_memory, remember, wanders, white_parts};
 use super::search::{LEAST_STRETCHES, level};
 use super::stage::{Fitted, Kept, Stage, rebuilt};
-use super::variances::{OWN_LEVELS, judged_again};
+use super::variances::judged_again;
 use super::wild::{LeftOut, name_wild, without_wild};
 
 /// Something found in the noise.
@@ -338,42 +338,15 @@ fn shared(stage: &Stage, left: &[Left], noise: &mut Noise) -> Option<Fitted> {
     let level = level(all.len() + stage.noise.len());
     noise.memory = memory(&all, level);
     let mut fitted = stage.fitted.clone();
-    let found = match jitter(stage, left, level, noise.alike(), &noise.effects)? {
-        Shown::More(number, more) => {
-            let one = &mut noise.effects[number];
-            // Beside what was found first, structure that was no structure is seen for what it is. Once:
-            // with every round that jitter grows, more of what is structure looks like it.
-            if noise.grown.contains(&one.name) {
-                return None;
-            }
-            noise.grown.push(one.name.clone());
-            // Variances add, and that of what is more is known as well as if it were alone.
-            let value = one.value.hypot(more.value);
-            one.sigma = one.sigma.max(more.sigma * more.value / value);
-            one.value = value;
-            one.clone()
+    let (found, candidate) = jitter(stage, left, level, noise.alike(), &noise.effects)?;
+    for (campaign, part) in fitted.problem.parts.iter_mut().enumerate() {
+        if let Some(system) = &candidate.systems[campaign] {
+            *part = rebuilt(part, (**system).clone());
+            fitted.recipes[campaign].effects.push(candidate.selected.clone());
         }
-        Shown::Own(name, more) => {
-            if noise.own_levels >= OWN_LEVELS {
-                return None;
-            }
-            noise.own_levels += 1;
-            let known = fitted.random(&name).unwrap_or(0.0);
-            fitted.set_random(&name, known.hypot(more.value));
-            return Some(fitted);
-        }
-        Shown::New(found, candidate) => {
-            for (campaign, part) in fitted.problem.parts.iter_mut().enumerate() {
-                if let Some(system) = &candidate.systems[campaign] {
-                    *part = rebuilt(part, (**system).clone());
-                    fitted.recipes[campaign].effects.push(candidate.selected.clone());
-                }
-            }
-            noise.effects.push((*found).clone());
-            *found
-        }
-    };
+    }
     fitted.set_random(&found.parameter, found.value);
+    noise.effects.push(found);
     Some(fitted)
 }
 

@@ -186,17 +186,8 @@ impl Layout {
         let mut global = 0;
         let plain_globals = self.columns.global;
         // Contrasts couple all values of their scope, so they are global.
-        let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
-        for (index, instance) in self.instances.iter().enumerate() {
-            if free(instance) && instance.setting.sum_zero {
-                match groups.iter_mut().find(|(name, _)| *name == instance.name) {
-                    Some((_, members)) => members.push(index),
-                    None => groups.push((instance.name.clone(), vec![index])),
-                }
-            }
-        }
         let mut start = plain_globals;
-        for (_, members) in &groups {
+        for members in &self.sums_to_zero() {
             let dimension = self.instances[members[0]].dimension();
             for (row, &index) in members.iter().enumerate() {
                 let coefficients = contrast_row(row, members.len());
@@ -221,6 +212,21 @@ impl Layout {
             instance.tangent = Tangent::Columns(*next);
             *next += instance.dimension();
         }
+    }
+
+    /// The free instances of each parameter whose values sum to zero over their scope.
+    pub fn sums_to_zero(&self) -> Vec<Vec<usize>> {
+        let mut groups: Vec<(&str, Vec<usize>)> = Vec::new();
+        for (index, one) in self.instances.iter().enumerate() {
+            if one.setting.fixed || one.noise_only || !one.setting.sum_zero {
+                continue;
+            }
+            match groups.iter_mut().find(|(name, _)| *name == one.name) {
+                Some((_, members)) => members.push(index),
+                None => groups.push((&one.name, vec![index])),
+            }
+        }
+        groups.into_iter().map(|(_, members)| members).collect()
     }
 
     /// Whether an instance acts on noise alone.

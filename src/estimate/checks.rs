@@ -88,13 +88,15 @@ fn rates(part: &Part, run: &Run) -> Vec<Diagnostic> {
 /// Runs in motion without a rate that others of the campaign have: there nothing is delayed.
 fn missing_rates(part: &Part) -> Vec<Diagnostic> {
     let mut found = Vec::new();
+    let moving = part.runs.iter().filter(|run| run.role == Role::Kinematic);
+    let heads: Vec<_> = moving.map(|run| (run, run.record.head(LOOK))).collect();
     for (index, input) in part.system.assembly.names.inputs.iter().enumerate() {
-        let heads = part.runs.iter().map(|run| (run, run.record.head(LOOK)));
         let (with, without): (Vec<_>, Vec<_>) = heads
+            .iter()
             .filter_map(|(run, head)| match &head.inputs[index] {
                 Track::Captured { value, rate, .. } => {
                     let moves = value.iter().any(|one| *one != value[0]);
-                    (moves && run.role == Role::Kinematic).then_some((run, rate.is_some()))
+                    moves.then_some((run, rate.is_some()))
                 }
                 _ => None,
             })
