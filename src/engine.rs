@@ -7,7 +7,8 @@
 //! | [`layout`] | which unknowns there are, and their columns |
 //! | [`point`] | the unknowns' values; how a step moves them; prior rows |
 //! | [`moving`] | rates of what the graph holds, while time runs on from a sample |
-//! | [`problem`] | campaigns with their models, put together; residuals of one sample |
+//! | [`part`] | one campaign with its model; predictions and residuals of one sample |
+//! | [`problem`] | campaigns put together, with their unknowns |
 //! | [`noise`] | the covariance of the readings of one sample, and its whitening |
 //! | [`gauss_markov`] | rows whitened along time, where noise is like itself for a while |
 //! | [`linearise`] | whitened residuals and Jacobians, summed by run: the only maker of Jacobians |
@@ -27,6 +28,7 @@ pub mod mixing;
 pub mod moving;
 pub mod noise;
 pub mod open;
+pub mod part;
 pub mod point;
 pub mod pointwise;
 pub mod problem;
@@ -40,5 +42,6 @@ pub mod visits;
 pub mod whitening;
 
 pub use layout::Layout;
+pub use part::Part;
 pub use point::Point;
-pub use problem::{Part, Problem};
+pub use problem::Problem;

@@ -71,8 +71,13 @@ fn stretches_add_up_to_the_sums_of_their_run() {
     for (run, left) in left.iter().enumerate() {
         let samples = problem.parts[0].runs[run].record.len();
         assert_eq!(left.scores.len(), samples.div_ceil(17));
-        let squares: f64 =
-            left.residuals.iter().flatten().filter(|one| !one.is_nan()).map(|one| one * one).sum();
+        let squares: f64 = left
+            .residuals
+            .iter()
+            .flat_map(|row| row.iter())
+            .filter(|one| !one.is_nan())
+            .map(|one| one * one)
+            .sum();
         let last = normal.runs[run].gram.nrows() - 1;
         let due = normal.runs[run].gram[(last, last)];
         // At the fit the nominal step is nothing but what convergence left.

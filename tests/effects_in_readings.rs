@@ -11,7 +11,7 @@ use homepoint::campaign::Samples;
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::noise::covariance_of;
 use homepoint::engine::open::{Request, open};
-use homepoint::engine::problem::wrapped;
+use homepoint::engine::part::wrapped;
 use homepoint::engine::simulate::simulate;
 use homepoint::engine::{Point, Problem};
 use homepoint::estimate::batch::Options;

@@ -149,6 +149,42 @@ fn a_change_is_another_look_and_an_edit_another_record() {
 }
 
 #[test]
+fn readings_left_out_are_missing_wherever_they_are_looked_at() {
+    let count = BLOCK + 300;
+    let out = [(7..8, 1..2), (BLOCK - 3..BLOCK + 5, 0..2), (count - 1..count, 0..1)];
+    for memory in [0, u64::MAX] {
+        let record = kept(&samples(count), memory, count);
+        let mut less = record.clone();
+        less.leave_out(out.iter().cloned());
+        let mut edited = record.clone();
+        edited.edit(|samples| {
+            for (samples_out, columns) in &out {
+                for column in &mut samples.readings[columns.clone()] {
+                    column[samples_out.clone()].fill(f64::NAN);
+                }
+            }
+        });
+        assert_eq!(less.is_spilled(), memory == 0);
+        assert_eq!(bits(less.whole(), 0..count), bits(edited.whole(), 0..count));
+        assert!(record.whole().readings[1][7].is_finite(), "it is another look");
+        let (mut one, mut two) = (Samples::default(), Samples::default());
+        for range in [0..7, 7..8, 5..BLOCK, BLOCK + 4..BLOCK + 6, 0..count, count - 1..count] {
+            let a = less.stretch(range.clone(), &mut one);
+            let b = edited.stretch(range.clone(), &mut two);
+            assert_eq!(bits(a.samples, a.range()), bits(b.samples, b.range()), "{range:?}");
+        }
+        assert_eq!(bits(&less.head(9), 0..9), bits(&edited.head(9), 0..9));
+        less.leave_out([(20..30, 0..1)]);
+        assert!(less.whole().readings[0][25].is_nan(), "what was looked at before is forgotten");
+        less.edit(|samples| samples.readings[1][7] = 42.0);
+        assert_eq!(less.whole().readings[1][7], 42.0);
+        assert!(less.whole().readings[0][25].is_nan());
+        let blank = less.changed(Change::WithoutReadings);
+        assert!(blank.whole().readings.iter().flatten().all(|value| value.is_nan()));
+    }
+}
+
+#[test]
 fn records_share_a_store_until_its_memory_is_used_up() {
     let given = samples(100);
     let mut store = Store::new(30_000);

@@ -9,8 +9,8 @@ use std::path::Path;
 
 use homepoint::campaign::{Role, Run, Samples, Track};
 use homepoint::engine::Part;
+use homepoint::engine::part::SampleLeaves;
 use homepoint::engine::point::seeded;
-use homepoint::engine::problem::SampleLeaves;
 use homepoint::graph::Kind;
 use homepoint::library::Library;
 use homepoint::number::{Gradient, Number, partial, partials};

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use homepoint::campaign::load::MEMORY;
 use homepoint::campaign::write::write_campaign_with;
+use homepoint::diagnose::candidates::Wanted;
+use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::Point;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::simulate::{draw_run, simulate};
@@ -159,6 +161,40 @@ fn long_runs_with_gaps_and_random_quantities_give_the_same_bits() {
     drawn(&plan, &folder, MEMORY);
     assert_same(&folder, &[]);
     assert_same(&folder, &["timestamp_jitter", "collimation", "angle_noise_level"]);
+}
+
+/// Puts wild readings into a drawn run.
+fn spoil(file: &Path) {
+    let text = std::fs::read_to_string(file).unwrap();
+    let spoiled = text.lines().enumerate().map(|(row, line)| match line.rsplit_once(',') {
+        Some((before, distance)) if row % 397 == 11 && !distance.is_empty() => {
+            format!("{before},{}\n", distance.parse::<f64>().unwrap() + 0.001)
+        }
+        _ => line.to_owned() + "\n",
+    });
+    std::fs::write(file, spoiled.collect::<String>()).unwrap();
+}
+
+#[test]
+fn a_diagnosis_is_the_same_and_takes_no_memory_for_what_it_leaves_out() {
+    let scratch = Scratch::new("spilled_diagnosis");
+    let (plan, folder) = (scratch.0.join("plan"), scratch.0.join("drawn"));
+    planned(&plan, 2000);
+    drawn(&plan, &folder, MEMORY);
+    spoil(&folder.join("b.csv"));
+    spoil(&folder.join("c.csv"));
+    let found = [MEMORY, 0].map(|memory| {
+        let Opened { problem, recipes, .. } = opened(&folder, &[], memory);
+        diagnose(problem, recipes, &Wanted::default(), &Options::default()).unwrap()
+    });
+    let noise =
+        |one: &Diagnosis| one.search.as_ref().unwrap().stages.last().unwrap().noise_found.clone();
+    assert!(noise(&found[0]).left_out.len() >= 6, "{:?}", noise(&found[0]).left_out);
+    assert_eq!(format!("{:?}", noise(&found[0])), format!("{:?}", noise(&found[1])));
+    let told = |one: &Diagnosis| format!("{:?} {:?} {:?}", one.verdict, one.candidates, one.gap);
+    assert_eq!(told(&found[0]), told(&found[1]));
+    let last = &found[1].search.as_ref().unwrap().stages.last().unwrap().fitted.problem;
+    assert!(last.parts[0].runs.iter().all(|run| run.record.is_spilled()));
 }
 
 #[test]

@@ -4,7 +4,8 @@
 //! Who walks a run asks for stretches: a held record lends its columns, a spilled one fills the
 //! caller's scratch; the numbers are the same, bit by bit. A spilled record keeps times, captured
 //! inputs, readings and rows; the other clocks are straight lines over time or sample number and
-//! computed on the way. A record can be looked at with a [`Change`], which costs no memory.
+//! computed on the way. A record can be looked at with a [`Change`], or with readings left out, which
+//! costs no memory.
 //!
 //! A temporary file that cannot be read any more does not stop a walk: the stretch is filled with NaN
 //! and [`Record::fault`] says why. Whoever uses the result asks for it.
@@ -26,6 +27,8 @@ pub struct Record {
     inputs: Vec<Track>,
     kept: Kept,
     change: Option<Change>,
+    /// Samples and their reading columns that are looked at as missing.
+    left_out: Arc<Vec<(Range<usize>, Range<usize>)>>,
     /// All samples, where somebody wanted them in memory although they are not held.
     whole: OnceLock<Arc<Samples>>,
 }
@@ -123,6 +126,7 @@ impl Record {
             inputs: samples.inputs.iter().map(Track::without_values).collect(),
             kept: Kept::Held(samples),
             change: None,
+            left_out: Arc::default(),
             whole: OnceLock::new(),
         }
     }
@@ -134,6 +138,7 @@ impl Record {
             inputs: columns.inputs.clone(),
             kept: Kept::Spilled { setup_start: columns.first_time, columns: Arc::new(columns) },
             change: None,
+            left_out: Arc::default(),
             whole: OnceLock::new(),
         }
     }
@@ -181,16 +186,37 @@ impl Record {
         let range = range.start.min(self.len)..range.end.min(self.len);
         let (first, len) = (range.start, range.len());
         match &self.kept {
-            Kept::Held(samples) if self.change.is_none() => {
+            Kept::Held(samples) if self.is_as_recorded(&range) => {
                 return Stretch { samples, start: first, first, len };
             }
-            Kept::Held(samples) => copy(samples, range, scratch),
-            Kept::Spilled { columns, setup_start } => columns.fill(range, *setup_start, scratch),
-        }
-        if let Some(change) = self.change {
-            change.apply(scratch);
+            _ => self.copy(range, scratch),
         }
         Stretch { samples: scratch, start: 0, first, len }
+    }
+
+    fn is_as_recorded(&self, range: &Range<usize>) -> bool {
+        let apart = |out: &Range<usize>| out.end <= range.start || range.end <= out.start;
+        self.change.is_none() && self.left_out.iter().all(|(out, _)| apart(out))
+    }
+
+    fn copy(&self, range: Range<usize>, into: &mut Samples) {
+        match &self.kept {
+            Kept::Held(samples) => copy(samples, range.clone(), into),
+            Kept::Spilled { columns, setup_start } => {
+                columns.fill(range.clone(), *setup_start, into);
+            }
+        }
+        if let Some(change) = self.change {
+            change.apply(into);
+        }
+        for (out, columns) in self.left_out.iter() {
+            let (from, to) = (out.start.max(range.start), out.end.min(range.end));
+            if from < to {
+                for column in &mut into.readings[columns.clone()] {
+                    column[from - range.start..to - range.start].fill(f64::NAN);
+                }
+            }
+        }
     }
 
     /// Ranges of at most `step` samples that make up the run.
@@ -251,29 +277,23 @@ impl Record {
     /// All samples in memory, read back once if need be: for small runs.
     pub fn whole(&self) -> &Samples {
         match &self.kept {
-            Kept::Held(samples) if self.change.is_none() => samples,
+            Kept::Held(samples) if self.is_as_recorded(&(0..self.len)) => samples,
             _ => self.whole.get_or_init(|| Arc::new(self.head(self.len))),
         }
     }
 
     /// The first samples, at most so many.
     pub fn head(&self, most: usize) -> Samples {
-        let range = 0..most.min(self.len);
         let mut head = Samples::default();
-        match &self.kept {
-            Kept::Held(samples) => copy(samples, range, &mut head),
-            Kept::Spilled { columns, setup_start } => columns.fill(range, *setup_start, &mut head),
-        }
-        if let Some(change) = self.change {
-            change.apply(&mut head);
-        }
+        self.copy(0..most.min(self.len), &mut head);
         head
     }
 
     /// Changes the samples; they are in memory from then on.
     pub fn edit(&mut self, change: impl FnOnce(&mut Samples)) {
+        let as_recorded = self.is_as_recorded(&(0..self.len));
         let held = match std::mem::take(self) {
-            Self { kept: Kept::Held(samples), change: None, .. } => Some(samples),
+            Self { kept: Kept::Held(samples), .. } if as_recorded => Some(samples),
             other => {
                 other.whole();
                 other.whole.into_inner()
@@ -282,6 +302,13 @@ impl Record {
         let mut samples = Arc::unwrap_or_clone(held.unwrap_or_default());
         change(&mut samples);
         *self = Self::held(samples);
+    }
+
+    /// Leaves readings out: those of such samples in such reading columns are missing from then on. What
+    /// is kept stays where it is.
+    pub fn leave_out(&mut self, readings: impl IntoIterator<Item = (Range<usize>, Range<usize>)>) {
+        Arc::make_mut(&mut self.left_out).extend(readings);
+        self.whole = OnceLock::new();
     }
 
     /// The same run, looked at otherwise. Only the last change counts.

@@ -238,17 +238,16 @@ pub(super) fn among<W: Fn(usize) -> bool>(
 ) -> Problem {
     let mut parts = problem.parts.clone();
     for part in &mut parts {
+        let columns = part.reading_columns();
         for (number, run) in part.runs.iter_mut().enumerate() {
             let wanted = wanted(number, run.record.len());
-            run.record.edit(|samples| {
-                for column in &mut samples.readings {
-                    for (sample, value) in column.iter_mut().enumerate() {
-                        if !wanted(sample) {
-                            *value = f64::NAN;
-                        }
-                    }
-                }
-            });
+            let samples: Vec<bool> = (0..run.record.len()).map(wanted).collect();
+            let mut from = 0;
+            for alike in samples.chunk_by(|a, b| a == b) {
+                let to = from + alike.len();
+                run.record.leave_out((!alike[0]).then(|| (from..to, columns.clone())));
+                from = to;
+            }
         }
     }
     Problem::new(parts)

@@ -16,7 +16,7 @@
 
 use std::ops::Range;
 
-use crate::engine::problem::{SampleLeaves, Slot};
+use crate::engine::part::{SampleLeaves, Slot};
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, fit};
 
@@ -132,14 +132,12 @@ pub fn sturdy(
                     (slot.residual..slot.residual + slot.components)
                         .any(|row| residuals[sample][row].abs() > GROSS * scatter[row])
                 };
-                run.record.edit(|samples| {
-                    for slot in &slots {
-                        for sample in (0..residuals.len()).filter(|at| gross(slot, *at)) {
-                            samples.readings[slot.column][sample] = f64::NAN;
-                            far = true;
-                        }
-                    }
-                });
+                for slot in &slots {
+                    let out: Vec<usize> =
+                        (0..residuals.len()).filter(|at| gross(slot, *at)).collect();
+                    far |= !out.is_empty();
+                    run.record.leave_out(out.into_iter().map(|at| (at..at + 1, slot.columns())));
+                }
             }
         }
         if !far {
@@ -155,11 +153,9 @@ pub fn sturdy(
 pub fn leave_out(problem: &mut Problem, lost: &[Lost]) {
     let mut parts = problem.parts.clone();
     for one in lost {
-        parts[one.part].runs[one.run].record.edit(|samples| {
-            for column in &mut samples.readings {
-                column[one.samples.clone()].fill(f64::NAN);
-            }
-        });
+        let part = &mut parts[one.part];
+        let columns = part.reading_columns();
+        part.runs[one.run].record.leave_out([(one.samples.clone(), columns)]);
     }
     let progress = problem.progress.clone();
     *problem = Problem::new(parts);

@@ -152,14 +152,14 @@ pub(super) struct Sequence {
     pub(super) part: usize,
     /// The component.
     pub(super) row: usize,
-    pub(super) runs: Vec<Vec<f64>>,
+    pub(super) runs: Vec<Arc<Vec<f64>>>,
     /// The times of all samples of each run (s), by their stamps and by their numbers.
     pub(super) times: Arc<[Vec<Vec<f64>>; 2]>,
 }
 
 impl Sequence {
     pub(super) fn present(&self) -> impl Iterator<Item = f64> + '_ {
-        self.runs.iter().flatten().copied().filter(|value| !value.is_nan())
+        self.runs.iter().flat_map(|run| run.iter()).copied().filter(|value| !value.is_nan())
     }
 
     /// Their mean square.
@@ -190,7 +190,7 @@ pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
         let times = Arc::new([NoiseClock::Stamps, NoiseClock::Numbers].map(by));
         for row in 0..part.residual_count() {
             let runs = (0..part.runs.len())
-                .map(|run| left[problem.run_index(p, run)].residuals[row].clone())
+                .map(|run| Arc::clone(&left[problem.run_index(p, run)].residuals[row]))
                 .collect();
             let (measurand, times) = (part.measurand_of(row), Arc::clone(&times));
             all.push(Sequence { measurand, part: p, row, runs, times });

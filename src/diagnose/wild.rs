@@ -55,7 +55,6 @@ fn trim(problem: &mut Problem, all: &[Sequence]) -> Option<Vec<LeftOut>> {
         let part = &mut problem.parts[one.part];
         let slot = part.slots()[one.measurand].clone();
         let name = part.system.assembly.names.measurands[one.measurand].name.clone();
-        let width = if slot.components == 3 { 4 } else { 1 };
         for (run, residuals) in part.runs.iter_mut().zip(&one.runs) {
             if !residuals.iter().any(|value| value.abs() > limit) {
                 continue;
@@ -68,11 +67,8 @@ fn trim(problem: &mut Problem, all: &[Sequence]) -> Option<Vec<LeftOut>> {
                 measurand: name.clone(),
                 deviations: *value / (NORMAL * median),
             }));
-            run.record.edit(|samples| {
-                for column in &mut samples.readings[slot.column..slot.column + width] {
-                    far.iter().for_each(|(sample, _)| column[*sample] = f64::NAN);
-                }
-            });
+            let readings = far.iter().map(|(sample, _)| (*sample..*sample + 1, slot.columns()));
+            run.record.leave_out(readings);
         }
     }
     (!wild.is_empty()).then_some(wild)

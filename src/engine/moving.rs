@@ -4,8 +4,8 @@
 //! respect to the offset is the total rate of a node: a measurand's (what the instrument's head must
 //! follow) or the target's velocity. Parameters, readings and random quantities stand still.
 
+use crate::engine::part::SampleLeaves;
 use crate::engine::pointwise::Leaves;
-use crate::engine::problem::SampleLeaves;
 use crate::graph::{Clock, Leaf};
 use crate::number::{Dual, Number, variable};
 

@@ -11,7 +11,7 @@
 use nalgebra::DMatrix;
 
 use crate::campaign::Sample;
-use crate::engine::problem::{Part, SampleLeaves};
+use crate::engine::part::{Part, SampleLeaves};
 use crate::model::Process;
 use crate::number::{Gradient, Number, partial, partials};
 

@@ -5,8 +5,9 @@
 use nalgebra::DMatrix;
 
 use crate::campaign::Sample;
+use crate::engine::part::SampleLeaves;
 use crate::engine::point::Point;
-use crate::engine::problem::{Problem, SampleLeaves};
+use crate::engine::problem::Problem;
 use crate::engine::visits::Visitor;
 use crate::number::{Gradient, Number, partials};
 

@@ -12,8 +12,9 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
 use crate::campaign::record::BLOCK;
 use crate::campaign::{Samples, Stretch};
+use crate::engine::part::{SampleLeaves, Slot};
 use crate::engine::point::Point;
-use crate::engine::problem::{Problem, SampleLeaves, Slot};
+use crate::engine::problem::Problem;
 use crate::graph::MeasurandKind;
 use crate::model::{Process, Shape};
 use crate::progress::Task;

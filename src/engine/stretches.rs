@@ -3,6 +3,8 @@
 //! Sums over stretches of consecutive samples say how scores scatter, whatever the noise is like
 //! within a stretch: what a sandwich estimate of uncertainty needs (Huber 1967; Liang and Zeger 1986).
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 
 use crate::engine::blocks::{BLOCK, Block, Memory, Plan, WhitenedRow};
@@ -15,8 +17,8 @@ use crate::engine::signatures::Signatures;
 #[derive(Clone, Debug, Default)]
 pub struct Left {
     /// For each residual component its whitened residuals, one a sample; NaN where there is no
-    /// reading.
-    pub residuals: Vec<Vec<f64>>,
+    /// reading. Shared by all that look at them: there is one for each reading.
+    pub residuals: Vec<Arc<Vec<f64>>>,
     /// For each stretch the products of what is left with the columns that the run touches and those
     /// of the signatures.
     pub scores: Vec<DVector<f64>>,
@@ -42,7 +44,9 @@ impl Problem {
             .iter()
             .zip(&self.parts[part].runs)
             .map(|(plan, run)| Left {
-                residuals: vec![Vec::with_capacity(run.record.len()); rows],
+                residuals: (0..rows)
+                    .map(|_| Arc::new(Vec::with_capacity(run.record.len())))
+                    .collect(),
                 scores: vec![
                     DVector::zeros(plan.size - 1);
                     run.record.len().div_ceil(length.max(1))
@@ -59,7 +63,7 @@ impl Problem {
             |block, made| {
                 let whole = &mut left[block.run];
                 for (all, own) in whole.residuals.iter_mut().zip(made.residuals) {
-                    all.extend(own);
+                    Arc::make_mut(all).extend_from_slice(&own);
                 }
                 for (number, own) in made.scores.iter().enumerate() {
                     whole.scores[block.start / length.max(1) + number] += own;
@@ -80,7 +84,10 @@ impl Problem {
     ) -> Left {
         let program = &signatures.program;
         let mut made = Summing {
-            left: Left { residuals: vec![Vec::new(); program.rows.len()], scores: Vec::new() },
+            left: Left {
+                residuals: program.rows.iter().map(|_| Arc::default()).collect(),
+                scores: Vec::new(),
+            },
             plan,
             step,
             length,
@@ -118,7 +125,7 @@ impl Summing<'_> {
             }
         }
         let read = left[..len].iter().zip(weights);
-        self.left.residuals[row.index]
+        Arc::make_mut(&mut self.left.residuals[row.index])
             .extend(read.map(|(value, weight)| if *weight == 0.0 { f64::NAN } else { *value }));
         let mut from = 0;
         while from < len {

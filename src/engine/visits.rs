@@ -5,8 +5,9 @@ use nalgebra::DMatrix;
 use crate::campaign::record::BLOCK;
 use crate::campaign::{Sample, Samples, Stretch};
 use crate::engine::lanes::{Chunk, LANES, Lanes, Workspace};
+use crate::engine::part::ParameterLeaves;
 use crate::engine::point::Point;
-use crate::engine::problem::{ParameterLeaves, Problem};
+use crate::engine::problem::Problem;
 use crate::engine::programs::RowsProgram;
 
 /// What sees the Jacobian and the residuals of each sample.

@@ -5,13 +5,15 @@
 //! all samples nothing is stored. Readings that are missing stand aside as unit rows of `L⁻¹`.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use crate::campaign::record::Stretch;
 use crate::engine::lanes::arithmetic::{LANES, Lanes};
 use crate::engine::lanes::{Chunk, Workspace};
 use crate::engine::noise::active_randoms;
+use crate::engine::part::{ParameterLeaves, Part, Slot};
 use crate::engine::point::Point;
-use crate::engine::problem::{ParameterLeaves, Part, Problem, Slot};
+use crate::engine::problem::Problem;
 use crate::engine::programs::NoiseProgram;
 
 /// Whitening of one run.
@@ -107,6 +109,8 @@ fn form(all: Vec<Lanes>, correlated: bool) -> Form {
 impl Problem {
     /// Lets the weights follow a point.
     pub fn refresh_weights(&mut self, point: &Point) {
+        // Those before are not wanted any more: they make room.
+        self.whitening = Arc::default();
         self.whitening = (0..self.parts.len())
             .map(|part| {
                 (0..self.parts[part].runs.len())

@@ -8,7 +8,7 @@
 use std::f64::consts::TAU;
 
 use crate::campaign::Samples;
-use crate::engine::problem::Part;
+use crate::engine::part::Part;
 use crate::estimate::newton::{ReadingDelay, State};
 use crate::estimate::systematic::Nearby;
 

@@ -10,7 +10,8 @@
 
 use std::f64::consts::TAU;
 
-use crate::engine::problem::{Problem, wrapped};
+use crate::engine::part::wrapped;
+use crate::engine::problem::Problem;
 use crate::engine::{Part, Point};
 use crate::estimate::align::Pair;
 use crate::estimate::circle::{Circle, NoCircle};

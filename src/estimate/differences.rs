@@ -10,8 +10,9 @@
 //! it stays finite. It knows nothing of what the transformation leaves open at another rate, of the
 //! timing or of the encoder beyond what shows in the residuals.
 
+use crate::engine::part::{SampleLeaves, wrapped};
 use crate::engine::point::Point;
-use crate::engine::problem::{Problem, SampleLeaves, wrapped};
+use crate::engine::problem::Problem;
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::newton::ReadingDelay;
 use crate::estimate::systematic::Nearby;

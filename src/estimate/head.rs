@@ -12,8 +12,9 @@ use std::f64::consts::TAU;
 
 use crate::campaign::{Sample, Samples};
 use crate::engine::moving::MovingLeaves;
+use crate::engine::part::SampleLeaves;
 use crate::engine::pointwise::Program;
-use crate::engine::problem::{Problem, SampleLeaves};
+use crate::engine::problem::Problem;
 use crate::engine::{Part, Point};
 use crate::graph::{MeasurandKind, NodeId};
 use crate::number::{Dual, Number, derivative};

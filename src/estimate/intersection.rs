@@ -10,9 +10,10 @@
 //! out, `reading - (m(τ) - m(0))`, beside what the readings' own uncertainties let expect.
 
 use crate::campaign::{Sample, Samples};
+use crate::engine::part::{Part, SampleLeaves, wrapped};
 use crate::engine::pointwise::Program;
-use crate::engine::problem::{Part, Problem, SampleLeaves, wrapped};
-use crate::engine::{Point, problem::Slot};
+use crate::engine::problem::Problem;
+use crate::engine::{Point, part::Slot};
 use crate::estimate::deviations::{Spread, spread};
 use crate::graph::MeasurandKind;
 

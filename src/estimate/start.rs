@@ -8,9 +8,10 @@
 
 use crate::campaign::{Role, Run, Samples};
 use crate::engine::lanes::LANES;
+use crate::engine::part::{Part, SampleLeaves};
 use crate::engine::point::{Point, from_components};
 use crate::engine::pointwise::Program;
-use crate::engine::problem::{Part, Problem, SampleLeaves};
+use crate::engine::problem::Problem;
 use crate::estimate::align::{Alignment, Degenerate, Pair, align};
 
 /// Samples that are enough for one transformation's start.

@@ -9,8 +9,9 @@
 
 use crate::campaign::record::{BLOCK, Sample};
 use crate::campaign::run::Samples;
+use crate::engine::part::{Part, SampleLeaves};
 use crate::engine::point::Point;
-use crate::engine::problem::{Part, Problem, SampleLeaves};
+use crate::engine::problem::Problem;
 use crate::estimate::delays::Delays;
 use crate::estimate::median::Median;
 use crate::estimate::newton::{ReadingDelay, State};

@@ -11,8 +11,9 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::campaign::Sample as Seen;
 use crate::engine::noise::{active_randoms, covariance_of};
+use crate::engine::part::Part;
 use crate::engine::point::Point;
-use crate::engine::problem::{Part, Problem};
+use crate::engine::problem::Problem;
 use crate::graph::Scope;
 use crate::model::Process;
 use crate::units::Unit;

@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::diagnose::stage::{carried, rebuilt};
 use crate::engine::gram::LeastSquares;
-use crate::engine::problem::wrapped;
+use crate::engine::part::wrapped;
 use crate::engine::simulate::simulate;
 use crate::engine::{Point, Problem};
 use crate::graph::MeasurandKind;

@@ -15,7 +15,7 @@ use crate::campaign::record::Record;
 use crate::campaign::run::Samples;
 use crate::engine::blocks::in_waves;
 use crate::engine::lanes::{Chunk, LANES};
-use crate::engine::problem::Part;
+use crate::engine::part::Part;
 use crate::estimate::newton::solver::Solver;
 use crate::estimate::newton::{Given, RunDelays};
 use crate::progress::Task;

@@ -9,7 +9,7 @@ use nalgebra::DVector;
 use crate::campaign::Track;
 use crate::engine::lanes::{Chunk, LANES, Lanes, Workspace};
 use crate::engine::noise::active_randoms;
-use crate::engine::problem::ParameterLeaves;
+use crate::engine::part::ParameterLeaves;
 use crate::engine::programs::DelayProgram;
 use crate::estimate::newton::careful::{Roots, Stage};
 use crate::estimate::newton::quick::{Evaluated, Quick, STEPS};

@@ -1,0 +1,316 @@
+//! One campaign with its model: its readings, and their predictions over any number.
+//!
+//! Answers: where each measurand stands among predictions, reading columns and residuals; the prediction
+//! and the residual of a reading. Whose unknowns are shared is [`super::problem`]'s business.
+
+use std::ops::Range;
+
+use crate::campaign::load::DELAY_RANGE;
+use crate::campaign::{Run, Sample, Track};
+use crate::engine::gauss_markov::GaussMarkov;
+use crate::engine::pointwise::{Leaves, Program};
+use crate::graph::{Clock, Leaf, MeasurandKind, NodeId, Value};
+use crate::number::Number;
+use crate::quaternion::Quaternion;
+use crate::system::System;
+
+/// One campaign with its model, ready for evaluation.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// How the campaign is called where several are used together.
+    pub label: Option<String>,
+    /// Name of the instrument, if stated.
+    pub instrument: Option<String>,
+    /// Name of the rig, if stated.
+    pub rig: Option<String>,
+    /// The model with its effects.
+    pub system: System,
+    /// Names of the setups.
+    pub setups: Vec<String>,
+    /// The runs' data.
+    pub runs: Vec<Run>,
+    /// Stated standard uncertainty of one reading of each measurand (SI).
+    pub sigma: Vec<f64>,
+    /// For each run a factor on that for each measurand; empty where all are 1.
+    pub run_levels: Vec<Vec<f64>>,
+    /// Standard deviation of each random quantity (SI); 0 switches it off.
+    pub random_sigma: Vec<f64>,
+    /// Farthest delay looked for (s).
+    pub delay_range: f64,
+    /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever the
+    /// same position comes by; 0 where nothing is said. The estimates' weights do not hold it.
+    pub calibration: Vec<f64>,
+    /// For each residual component the part of its noise that is like itself for a while; `None` where
+    /// the noise is white.
+    pub gauss_markov: Vec<Option<GaussMarkov>>,
+    program: Program,
+    readers: Vec<Program>,
+    slots: Vec<Slot>,
+    columns: Vec<usize>,
+}
+
+/// Where a measurand stands among the program's outputs, the reading columns and the residuals.
+#[derive(Clone, Debug)]
+pub struct Slot {
+    /// Plain, angle or rotation.
+    pub kind: MeasurandKind,
+    /// First output of its value.
+    pub output: usize,
+    /// Output of the factor on its standard uncertainty, if an effect patches it.
+    pub sigma_factor: Option<usize>,
+    /// First of its columns in [`crate::campaign::Samples::readings`].
+    pub column: usize,
+    /// First of its residual components.
+    pub residual: usize,
+    /// Number of residual components: 3 for a rotation, else 1.
+    pub components: usize,
+}
+
+impl Slot {
+    /// Its reading columns: the four of a quaternion, else one.
+    pub fn columns(&self) -> Range<usize> {
+        let width = if matches!(self.kind, MeasurandKind::Rotation) { 4 } else { 1 };
+        self.column..self.column + width
+    }
+}
+
+impl Part {
+    /// Makes a campaign's model ready for evaluation.
+    pub fn new(system: System, setups: Vec<String>, runs: Vec<Run>, sigma: Vec<f64>) -> Self {
+        let assembly = &system.assembly;
+        let mut outputs: Vec<NodeId> = Vec::new();
+        let mut slots = Vec::with_capacity(assembly.measurands.len());
+        let (mut column, mut residual) = (0, 0);
+        for (measurand, graph) in assembly.names.measurands.iter().zip(&assembly.measurands) {
+            let output = outputs.len();
+            outputs.extend_from_slice(graph.value.nodes());
+            let sigma_factor = graph.sigma_factor.map(|node| {
+                outputs.push(node);
+                outputs.len() - 1
+            });
+            let (columns, components) = match graph.value {
+                Value::Scalar(_) => (1, 1),
+                Value::Vector(_) => (3, 3),
+                Value::Rotation(_) => (4, 3),
+            };
+            slots.push(Slot {
+                kind: measurand.kind,
+                output,
+                sigma_factor,
+                column,
+                residual,
+                components,
+            });
+            column += columns;
+            residual += components;
+        }
+        let program = Program::new(&assembly.graph, &outputs);
+        let readers = assembly
+            .measurands
+            .iter()
+            .map(|graph| Program::new(&assembly.graph, graph.value.nodes()))
+            .collect();
+        Self {
+            label: None,
+            instrument: None,
+            rig: None,
+            random_sigma: system.randoms.iter().map(|one| one.sigma.unwrap_or(0.0)).collect(),
+            system,
+            setups,
+            runs,
+            sigma,
+            run_levels: Vec::new(),
+            delay_range: DELAY_RANGE,
+            calibration: Vec::new(),
+            gauss_markov: vec![None; residual],
+            program,
+            readers,
+            columns: slots.iter().map(|slot| slot.column).collect(),
+            slots,
+        }
+    }
+
+    /// Where each measurand stands.
+    pub fn slots(&self) -> &[Slot] {
+        &self.slots
+    }
+
+    /// All reading columns.
+    pub fn reading_columns(&self) -> Range<usize> {
+        0..self.slots.last().map_or(0, |slot| slot.columns().end)
+    }
+
+    /// First reading column of each measurand.
+    pub fn columns(&self) -> &[usize] {
+        &self.columns
+    }
+
+    /// The measurand of a residual component.
+    pub fn measurand_of(&self, row: usize) -> usize {
+        self.slots.partition_point(|slot| slot.residual <= row) - 1
+    }
+
+    /// Number of residual components of one sample.
+    pub fn residual_count(&self) -> usize {
+        self.slots.last().map_or(0, |slot| slot.residual + slot.components)
+    }
+
+    /// Standard deviation of a random quantity in a run: the error of a logged input is that of its
+    /// smoothed curve, not that of one raw value.
+    pub fn random_sigma_in(&self, run: usize, random: usize) -> f64 {
+        let inputs = &self.system.assembly.names.inputs;
+        let gain = match inputs.iter().position(|input| input.error == Some(random)) {
+            Some(input) => match &self.runs[run].record.inputs()[input] {
+                Track::Logged(spline) => spline.noise_gain(),
+                Track::Absent | Track::Constant(_) | Track::Captured { .. } => 1.0,
+            },
+            None => 1.0,
+        };
+        gain * self.random_sigma[random]
+    }
+
+    /// Evaluates all measurands (and noise factors) of one sample.
+    pub fn evaluate<'w, N: Number>(
+        &self,
+        leaves: &SampleLeaves<'_, N>,
+        workspace: &'w mut Vec<N>,
+    ) -> &'w [N] {
+        self.program.evaluate(leaves, workspace)
+    }
+
+    /// Evaluates one measurand of one sample: its outputs alone, from 0.
+    pub fn evaluate_one<'w, N: Number>(
+        &self,
+        measurand: usize,
+        leaves: &SampleLeaves<'_, N>,
+        workspace: &'w mut Vec<N>,
+    ) -> &'w [N] {
+        self.readers[measurand].evaluate(leaves, workspace)
+    }
+
+    /// Whether a measurand of a sample was read.
+    pub fn is_present(&self, sample: Sample<'_>, slot: &Slot) -> bool {
+        !sample.reading(slot.column).is_nan()
+    }
+
+    /// Number of readings of each measurand in a run.
+    pub fn present_in(&self, run: usize) -> Vec<usize> {
+        let mut counts = vec![0; self.slots.len()];
+        self.runs[run].record.walk(|stretch| {
+            for (slot, count) in self.slots.iter().zip(&mut counts) {
+                let readings = &stretch.samples.readings[slot.column][stretch.range()];
+                *count += readings.iter().filter(|reading| !reading.is_nan()).count();
+            }
+        });
+        counts
+    }
+
+    /// The residual of [`Part::evaluate_one`]'s outputs, see [`Part::residual`].
+    pub fn residual_of_one<N: Number>(
+        &self,
+        sample: Sample<'_>,
+        measurand: usize,
+        outputs: &[N],
+    ) -> [N; 3] {
+        let slot = Slot { output: 0, ..self.slots[measurand].clone() };
+        self.residual(sample, &slot, outputs)
+    }
+
+    /// `reading - prediction` of one measurand: wrapped for an angle, a rotation vector for a
+    /// rotation (from predicted to read, in the predicted frame).
+    pub fn residual<N: Number>(&self, sample: Sample<'_>, slot: &Slot, outputs: &[N]) -> [N; 3] {
+        let reading = |k: usize| sample.reading(slot.column + k);
+        let zero = N::constant(0.0);
+        match slot.kind {
+            MeasurandKind::Plain => [-outputs[slot.output] + reading(0), zero, zero],
+            MeasurandKind::Angle { period } => {
+                let difference = -outputs[slot.output] + reading(0);
+                [wrapped(difference, period), zero, zero]
+            }
+            MeasurandKind::Rotation => {
+                let o = &outputs[slot.output..slot.output + 4];
+                let predicted = Quaternion { w: o[0], v: [o[1], o[2], o[3]] };
+                let read = Quaternion { w: reading(0), v: [reading(1), reading(2), reading(3)] };
+                let read = Quaternion { w: N::constant(read.w), v: read.v.map(N::constant) };
+                (predicted.conjugate() * read).to_rotation_vector()
+            }
+        }
+    }
+}
+
+/// The number brought into (-period/2, period/2] by whole periods; unchanged for period 0.
+pub fn wrapped<N: Number>(difference: N, period: f64) -> N {
+    if period > 0.0 {
+        difference - period * (difference.value() / period).round()
+    } else {
+        difference
+    }
+}
+
+/// One sample as the graph's leaves.
+#[derive(Clone, Copy, Debug)]
+pub struct SampleLeaves<'a, N> {
+    /// Four numbers a parameter, in the order of the model's parameters.
+    pub parameters: &'a [[N; 4]],
+    /// One a random quantity.
+    pub randoms: &'a [N],
+    /// First reading column of each measurand.
+    pub columns: &'a [usize],
+    /// The sample.
+    pub sample: Sample<'a>,
+}
+
+impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
+    fn leaf(&self, leaf: Leaf) -> N {
+        let Sample { samples, at: i, number } = self.sample;
+        match leaf {
+            Leaf::Parameter { parameter, component } => {
+                self.parameters[parameter as usize][component as usize]
+            }
+            Leaf::Random(random) => self.randoms[random as usize],
+            // Only the lanes supply such values.
+            Leaf::Given(_) => N::constant(f64::NAN),
+            Leaf::Input(input) => {
+                samples.inputs[input as usize].at(i, samples.time[i], N::constant(0.0), 0)
+            }
+            Leaf::Clock(clock) => N::constant(match clock {
+                Clock::Time => samples.time[i],
+                Clock::RunTime => samples.run_time[i],
+                Clock::SetupTime => samples.setup_time[i],
+                Clock::Index => number as f64,
+                Clock::UniformTime => samples.uniform_time[i],
+            }),
+            Leaf::Reading { measurand, component } => {
+                let column = self.columns[measurand as usize] + component as usize;
+                N::constant(samples.readings[column][i])
+            }
+        }
+    }
+
+    fn signal(&self, input: u32, order: u8, offset: N) -> N {
+        let Sample { samples, at, .. } = self.sample;
+        samples.inputs[input as usize].at(at, samples.time[at], offset, order)
+    }
+}
+
+/// The parameters of a run, where nothing else is asked for: what stands still.
+#[derive(Clone, Copy, Debug)]
+pub struct ParameterLeaves<'a>(
+    /// Four numbers a parameter.
+    pub &'a [[f64; 4]],
+);
+
+impl Leaves<f64> for ParameterLeaves<'_> {
+    fn leaf(&self, leaf: Leaf) -> f64 {
+        match leaf {
+            Leaf::Parameter { parameter, component } => {
+                self.0[parameter as usize][component as usize]
+            }
+            _ => f64::NAN,
+        }
+    }
+
+    fn signal(&self, _: u32, _: u8, _: f64) -> f64 {
+        f64::NAN
+    }
+}
