@@ -180,6 +180,12 @@ impl Diagnostics {
     pub fn into_result<T>(self, value: T) -> Result<T, Self> {
         if self.0.is_empty() { Ok(value) } else { Err(self) }
     }
+
+    /// What they say, without places and help.
+    pub fn messages(&self) -> String {
+        let messages: Vec<&str> = self.0.iter().map(|one| one.message.as_str()).collect();
+        messages.join("; ")
+    }
 }
 
 impl From<Diagnostic> for Diagnostics {

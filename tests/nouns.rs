@@ -98,7 +98,7 @@ fn an_effect_that_does_not_fit_says_why() {
         ("outliers", "rail_car"),
     ] {
         let reasons = candidates(&model(name), &shown(library.effect(effect)), &[]).err().unwrap();
-        lines += &format!("{effect} on {name}: {}\n", reasons.join("; "));
+        lines += &format!("{effect} on {name}: {}\n", reasons.messages());
     }
     let build = |effects: &[&str]| {
         fault(System::build(&model("polar_one_rotation"), &select(effects), &[], &[]))

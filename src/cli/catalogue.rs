@@ -65,7 +65,7 @@ impl Effects {
         let mut rows = Vec::new();
         for effect in library.effects() {
             let why = match &model {
-                Some(model) => system::testable(model, effect, &[]).err(),
+                Some(model) => system::testable(model, effect, &[]).err().map(|why| why.messages()),
                 None => None,
             };
             rows.push((effect, why));
@@ -79,7 +79,7 @@ impl Effects {
                         "name": effect.name,
                         "title": effect.title,
                         "acts": effect.acts.word(),
-                        "not_testable": why.as_ref().map(|reasons| reasons.join("; ")),
+                        "not_testable": why,
                     })
                 })
                 .collect();
@@ -88,9 +88,7 @@ impl Effects {
         let mut table = table(&["effect", "acts on", "what it is"]);
         for (effect, why) in &rows {
             let title = match why {
-                Some(reasons) => {
-                    format!("{} (not testable here: {})", effect.title, reasons.join("; "))
-                }
+                Some(why) => format!("{} (not testable here: {why})", effect.title),
                 None => effect.title.clone(),
             };
             table.add_row([effect.name.clone(), effect.acts.word().to_owned(), title]);

@@ -9,12 +9,12 @@ use super::arguments::Memory;
 use super::{Failure, output, progress, render};
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::effect::Effect;
-use crate::engine::open::{Request, open};
+use crate::engine::open::{Recipe, Request, open};
 use crate::estimate::checks;
 use crate::library::Library;
 use crate::model::Model;
 use crate::report;
-use crate::system::{System, testable};
+use crate::system::{System, missing_names, testable};
 
 #[derive(Debug, Args)]
 pub(super) struct Check {
@@ -80,6 +80,8 @@ impl Check {
         let opened = open(&request)?;
         render::all(&opened.warnings);
         render::all(&checks::check(&opened.problem));
+        let misfits = opened.recipes.iter().flat_map(Recipe::own_that_do_not_fit);
+        render::all(&misfits.map(|(_, misfit)| misfit).collect::<Vec<_>>());
         let part = &opened.problem.parts[0];
         let timing = report::timing::text(&opened.campaigns[0], &opened.models[0]);
         let timing = timing.lines().map(|line| format!("\n  {line}")).collect::<String>();
@@ -118,23 +120,43 @@ fn effect(library: &Library, effect: &Arc<Effect>) -> Result<String, Diagnostics
     if effect.builtin {
         return Ok("a built-in detector".to_owned());
     }
-    let mut fits = Vec::new();
-    let mut reasons = Vec::new();
+    let (mut fits, mut others) = (Vec::new(), Vec::new());
     for (name, _) in library.models() {
         let candidate = library.model(name, Path::new("."))?;
         match testable(&candidate, effect, &constants(effect)) {
             Ok(()) => fits.push(*name),
-            Err(why) => reasons.push(format!("{name}: {}", why.join("; "))),
+            Err(why) => others.push((missing_names(&candidate, effect).len(), *name, why)),
         }
     }
     if fits.is_empty() {
-        let mut fault =
-            Diagnostic::error(format!("the effect `{}` fits no model of the library", effect.name))
-                .at(effect.source.place(crate::diagnostic::Span::new(0, 0)));
-        fault.help = reasons;
-        return Err(fault.into());
+        Err(misfits(effect, others))
+    } else {
+        Ok(format!("an effect for {}", fits.join(", ")))
     }
-    Ok(format!("an effect for {}", fits.join(", ")))
+}
+
+/// What is wrong with an effect that fits no model: what those say that lack the fewest names. `all` are
+/// these numbers with the models and what they say.
+fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics {
+    let fewest = all.iter().map(|(missing, ..)| *missing).min().unwrap_or(0);
+    let leaves_out = all.iter().any(|(missing, ..)| *missing > fewest);
+    let mut said: Vec<(Diagnostic, Vec<&str>)> = Vec::new();
+    for (_, model, faults) in all.into_iter().filter(|(missing, ..)| *missing == fewest) {
+        for fault in faults.0 {
+            match said.iter_mut().find(|(known, _)| known.message == fault.message) {
+                Some((_, models)) => models.push(model),
+                None => said.push((fault, vec![model])),
+            }
+        }
+    }
+    let told = said.into_iter().map(|(fault, models)| {
+        let message =
+            format!("the effect `{}` fits no model of the library: {}", effect.name, fault.message);
+        let models = models.join(", ");
+        let more = if leaves_out { "; the others lack more" } else { "" };
+        Diagnostic { message, ..fault }.help(format!("this is so with {models}{more}"))
+    });
+    Diagnostics(told.collect())
 }
 
 /// Constants that only a campaign can state, stood in for by one unit of each.

@@ -80,12 +80,18 @@ fn fingerprint(run: &Run) -> Option<u64> {
 /// a table.
 fn own_untested(recipes: &[Recipe], found: &Diagnosis) -> Vec<Diagnostic> {
     let Some(recipe) = recipes.first() else { return Vec::new() };
-    let own = recipe.library.own_effects().filter_map(|effect| {
-        let one = found.not_testable.iter().find(|one| one.name == effect.name)?;
+    let of = |name: &str| found.not_testable.iter().find(|one| one.name == name);
+    let mut misfits = recipe.own_that_do_not_fit();
+    misfits.retain(|(name, _)| of(name).is_some());
+    let told = |name: &String| misfits.iter().any(|(own, _)| own == name);
+    let others = recipe.library.own_effects().filter(|effect| !told(&effect.name));
+    let others = others.filter_map(|effect| {
+        let one = of(&effect.name)?;
         let message = format!("`{}`: `{}` cannot be tested here", effect.source.file, one.name);
         Some(Diagnostic::warning(message).help(one.why.clone()))
     });
-    own.collect()
+    let others: Vec<Diagnostic> = others.collect();
+    misfits.into_iter().map(|(_, misfit)| misfit).chain(others).collect()
 }
 
 /// The name of what a campaign's values belong to.

@@ -144,7 +144,7 @@ fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, Stri
         let heads = match candidates(&recipe.model, effect, &recipe.overrides) {
             Ok(heads) => heads,
             Err(reasons) => {
-                why.extend(reasons);
+                why.extend(reasons.0.into_iter().map(|reason| reason.message));
                 continue;
             }
         };

@@ -13,7 +13,7 @@ use crate::engine::problem::Problem;
 use crate::library::Library;
 use crate::model::{Model, Override, Process};
 use crate::progress::Progress;
-use crate::system::{Selected, System};
+use crate::system::{Selected, System, candidates};
 use crate::units::parse_quantity;
 
 /// What a user asks for.
@@ -83,6 +83,23 @@ impl Recipe {
     pub fn with(&self, more: &[Selected]) -> Result<System, Diagnostics> {
         let all: Vec<Selected> = self.effects.iter().chain(more).cloned().collect();
         System::build(&self.model, &all, &self.overrides, &self.input_sigma)
+    }
+
+    /// Effects of the user's own that do not fit the model, by name, with what is wrong in them.
+    pub fn own_that_do_not_fit(&self) -> Vec<(String, Diagnostic)> {
+        let own = self.library.own_effects();
+        let faults = own.filter_map(|effect| {
+            let faults = candidates(&self.model, effect, &self.overrides).err()?;
+            let name = &effect.name;
+            let warning = Diagnostic::warning(format!(
+                "the effect `{name}` does not fit the model `{}`: {}",
+                self.model.name,
+                faults.messages()
+            ));
+            let first = faults.0.into_iter().next()?;
+            Some((name.clone(), Diagnostic { place: first.place, help: first.help, ..warning }))
+        });
+        faults.collect()
     }
 }
 

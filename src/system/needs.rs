@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use indexmap::IndexMap;
 
-use crate::effect::{Effect, Target};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, Span, nearest};
+use crate::effect::{Effect, PatchLine, Target};
 use crate::formula::{Expression, ExpressionKind};
 use crate::graph::{MeasurandKind, Scope};
 use crate::model::name::is_built_in;
@@ -18,13 +19,13 @@ pub(crate) type Aliases = IndexMap<String, String>;
 /// Why an effect cannot be applied to a model, if it cannot.
 ///
 /// # Errors
-/// A sentence each: names that the model lacks, constants that nobody stated, what the assembly
-/// of the graph finds.
+/// Names that the model lacks, constants that nobody stated, what the assembly of the graph finds; each
+/// at its place in the effect's file.
 pub fn testable(
     model: &Model,
     effect: &Arc<Effect>,
     overrides: &[Override],
-) -> Result<(), Vec<String>> {
+) -> Result<(), Diagnostics> {
     candidates(model, effect, overrides).map(|_| ())
 }
 
@@ -36,33 +37,35 @@ pub fn candidates(
     model: &Model,
     effect: &Arc<Effect>,
     overrides: &[Override],
-) -> Result<Vec<Selected>, Vec<String>> {
+) -> Result<Vec<Selected>, Diagnostics> {
     if effect.builtin {
-        return Err(vec!["it is a built-in detector and has no form to fit".to_owned()]);
+        let message = "it is a built-in detector and has no form to fit";
+        return Err(Diagnostic::error(message).into());
     }
     let mut found = Vec::new();
-    let mut reasons = Vec::new();
+    let mut reasons: Vec<Diagnostic> = Vec::new();
     for head in heads_for(model, effect) {
         let mut lacks = lacks_of(model, effect, head.as_deref());
         if lacks.is_empty() {
             lacks = missing_constants(effect, overrides);
         }
         if !lacks.is_empty() {
-            lacks.retain(|lack| !reasons.contains(lack));
             reasons.extend(lacks);
             continue;
         }
         let selected = Selected { effect: effect.clone(), head, member: BTreeMap::new() };
         match System::build(model, std::slice::from_ref(&selected), overrides, &[]) {
             Ok(_) => found.push(selected),
-            Err(faults) => reasons.extend(faults.0.into_iter().map(|fault| fault.message)),
+            Err(faults) => reasons.extend(faults.0),
         }
     }
-    if found.is_empty() { Err(reasons) } else { Ok(found) }
+    let mut seen = std::collections::HashSet::new();
+    reasons.retain(|reason| seen.insert(reason.message.clone()));
+    if found.is_empty() { Err(Diagnostics(reasons)) } else { Ok(found) }
 }
 
-/// Constants (`fixed = true` without a value) that no override states, a sentence each.
-fn missing_constants(effect: &Effect, overrides: &[Override]) -> Vec<String> {
+/// Constants (`fixed = true` without a value) that no override states.
+fn missing_constants(effect: &Effect, overrides: &[Override]) -> Vec<Diagnostic> {
     let constants =
         effect.parameters.iter().filter(|p| p.setting.fixed && p.setting.value.is_none());
     constants
@@ -70,7 +73,9 @@ fn missing_constants(effect: &Effect, overrides: &[Override]) -> Vec<String> {
             let name = format!("{}.{}", effect.name, constant.name);
             !overrides.iter().any(|said| said.name == name && said.value.is_some())
         })
-        .map(|constant| format!("needs the constant `{}.{}`", effect.name, constant.name))
+        .map(|constant| {
+            Diagnostic::error(format!("needs the constant `{}.{}`", effect.name, constant.name))
+        })
         .collect()
 }
 
@@ -87,35 +92,88 @@ pub(crate) fn heads_for(model: &Model, effect: &Effect) -> Vec<Option<String>> {
     }
 }
 
-/// What a model (at a head) lacks that an effect names, a sentence each.
-pub(crate) fn lacks_of(model: &Model, effect: &Effect, head: Option<&str>) -> Vec<String> {
+/// The fewest names that a model lacks of those that an effect names, over its heads.
+pub fn missing_names(model: &Model, effect: &Effect) -> Vec<String> {
+    let none = Aliases::new();
+    let at = |head: Option<String>| {
+        let aliases = head.as_ref().and_then(|head| model.heads.get(head)).unwrap_or(&none);
+        let mut names = names_in(effect);
+        names.retain(|name| !has(model, aliases, name));
+        names
+    };
+    heads_for(model, effect).into_iter().map(at).min_by_key(Vec::len).unwrap_or_default()
+}
+
+/// What a model (at a head) lacks that an effect names, at its place in the effect's file.
+pub(crate) fn lacks_of(model: &Model, effect: &Effect, head: Option<&str>) -> Vec<Diagnostic> {
     let none = Aliases::new();
     let aliases = head.and_then(|head| model.heads.get(head)).unwrap_or(&none);
     let mut lacks = Vec::new();
-    let missing = names_in(effect).into_iter().filter(|name| !has(model, aliases, name));
-    let missing: Vec<String> = missing.map(|name| format!("`{name}`")).collect();
-    if !missing.is_empty() {
+    let missing: Vec<String> =
+        names_in(effect).into_iter().filter(|name| !has(model, aliases, name)).collect();
+    if let Some(first) = missing.first() {
         let at = head.map(|head| format!(" at its head `{head}`")).unwrap_or_default();
-        lacks.push(format!("the model has no {}{at}", missing.join(", ")));
+        let quoted: Vec<String> = missing.iter().map(|name| format!("`{name}`")).collect();
+        let mut lack = Diagnostic::error(format!("the model has no {}{at}", quoted.join(", ")))
+            .at_maybe(place_of(effect, first).as_ref());
+        if let Some(near) = nearest(first, names_of_model(model)) {
+            lack = lack.help(format!("did you mean `{near}`?"));
+        }
+        lacks.push(lack);
     }
-    let each = effect
-        .patches
-        .iter()
-        .any(|p| matches!(p.target, Target::EachAngle | Target::EachAngleSigma));
+    let named =
+        |patch: &&PatchLine| matches!(patch.target, Target::EachAngle | Target::EachAngleSigma);
     let angles = model.measurands.iter().any(|m| matches!(m.kind, MeasurandKind::Angle { .. }));
-    if each && !angles {
-        lacks.push("the model reads no angle".to_owned());
+    if let (Some(each), false) = (effect.patches.iter().find(named), angles) {
+        let place = effect.source.place(each.span);
+        lacks.push(Diagnostic::error("the model reads no angle").at(place));
     }
     for patch in &effect.patches {
         if let Target::Time(name) | Target::Sigma(name) = &patch.target {
             let name = aliases.get(name).unwrap_or(name);
             let known = has(model, aliases, name);
             if known && !model.measurands.iter().any(|measurand| measurand.name == *name) {
-                lacks.push(format!("`{name}` is not a measurand of the model"));
+                let message = format!("`{name}` is not a measurand of the model");
+                lacks.push(Diagnostic::error(message).at(effect.source.place(patch.span)));
             }
         }
     }
     lacks
+}
+
+/// Where an effect names something first.
+fn place_of(effect: &Effect, name: &str) -> Option<Place> {
+    let of = |patch: &PatchLine| match &patch.target {
+        Target::Time(own) | Target::Sigma(own) | Target::Name(own) if own == name => {
+            Some(patch.span)
+        }
+        _ => span_of(&patch.formula.root, name).map(|span| span.shifted(patch.formula.offset)),
+    };
+    effect.patches.iter().find_map(of).map(|span| effect.source.place(span))
+}
+
+/// Where a name stands first in an expression. Its depth is limited by the parser.
+fn span_of(expression: &Expression, name: &str) -> Option<Span> {
+    let among = |parts: &[Expression]| parts.iter().find_map(|part| span_of(part, name));
+    match &expression.kind {
+        ExpressionKind::Name(own) if own == name => Some(expression.span),
+        ExpressionKind::Number(..) | ExpressionKind::Name(_) => None,
+        ExpressionKind::Member(inner, _) | ExpressionKind::Negate(inner) => span_of(inner, name),
+        ExpressionKind::Vector(parts) => among(&parts[..]),
+        ExpressionKind::Call(_, parts) => among(parts),
+        ExpressionKind::Binary(_, left, right) => {
+            span_of(left, name).or_else(|| span_of(right, name))
+        }
+    }
+}
+
+/// The names that effects may name in a model.
+fn names_of_model(model: &Model) -> impl Iterator<Item = &str> {
+    let inputs = model.inputs.iter().map(|input| input.name.as_str());
+    let parameters = model.parameters.iter().map(|parameter| parameter.name.as_str());
+    let measurands = model.measurands.iter().map(|measurand| measurand.name.as_str());
+    let quantities = model.quantities.keys().map(String::as_str);
+    inputs.chain(parameters).chain(measurands).chain(quantities)
 }
 
 /// Every name of the model that an effect names, once, in order.

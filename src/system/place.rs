@@ -101,11 +101,11 @@ fn place_one(
         return Err(refuse(&format!("it has no family `{unknown}`")).into());
     }
     let mut placed = Vec::new();
-    let mut reasons: Vec<String> = Vec::new();
+    let mut reasons = Diagnostics::default();
     for head in heads {
         let lacks = lacks_of(model, effect, head.as_deref());
         if !lacks.is_empty() {
-            reasons.extend(lacks);
+            reasons.0.extend(lacks);
             continue;
         }
         let name = match &head {
@@ -114,5 +114,13 @@ fn place_one(
         };
         placed.push(Placed { effect: effect.clone(), head, member: member.clone(), name });
     }
-    if placed.is_empty() { Err(refuse(&reasons.join("; ")).into()) } else { Ok(placed) }
+    if !placed.is_empty() {
+        return Ok(placed);
+    }
+    let mut refused = refuse(&reasons.messages());
+    if let Some(first) = reasons.0.first() {
+        refused = refused.at_maybe(first.place.as_ref());
+        refused.help.extend(first.help.iter().cloned());
+    }
+    Err(refused.into())
 }
