@@ -23,7 +23,6 @@
 //! | `compile` | instructions, and the memory of each value |
 //! | `execute` | the instructions over one chunk |
 //! | `added` | the sums over one chunk |
-//! | `together` | sums over the same lanes as one instruction |
 //! | `workspace` | a chunk's memory, filled from samples |
 //! | [`products`] | sums of products over a chunk |
 
@@ -38,7 +37,6 @@ pub mod math;
 pub mod products;
 mod schedule;
 mod sums;
-mod together;
 mod workspace;
 
 pub use arithmetic::{LANES, Lanes};

@@ -7,7 +7,6 @@ use crate::engine::lanes::identities::rewritten;
 use crate::engine::lanes::instruction::{Column, Instruction, Operand, Product, Slot, Still};
 use crate::engine::lanes::schedule::{Form, Schedule, results, schedule};
 use crate::engine::lanes::sums::Sum;
-use crate::engine::lanes::together::MOST_TOGETHER;
 use crate::engine::pointwise::Program;
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId};
 
@@ -232,7 +231,6 @@ impl Compiler<'_> {
                 Some(sum) => self.sum(node, sum),
                 None => self.node(node),
             },
-            Form::Sums(nodes) => self.sums(schedule, nodes),
             Form::Node(node) => self.node(node),
         }
     }
@@ -269,23 +267,6 @@ impl Compiler<'_> {
         }
         let scale = scale.map(|scale| self.lane(scale));
         Instruction::Sum { first, count, pairs, scale, out: self.place(node) }
-    }
-
-    fn sums(&mut self, schedule: &Schedule, nodes: [Option<NodeId>; MOST_TOGETHER]) -> Instruction {
-        let first = self.products.len() as u32;
-        let (mut count, mut terms, mut still) = (0, 0, false);
-        for sum in nodes.iter().flatten().filter_map(|node| schedule.sums.get(*node)) {
-            (count, terms) = (count + 1, sum.terms.len() as u8);
-            for term in &sum.terms {
-                let factor = self.still(term.factor);
-                // Of a term that stands still only the factor counts.
-                let a = term.lanes[0].map_or(0, |a| self.lane(a));
-                still = term.lanes[0].is_none();
-                self.products.push(Product { factor, a, b: a });
-            }
-        }
-        let out = nodes.map(|node| node.map_or(0, |node| self.place(node)));
-        Instruction::Sums { first, count, terms, still, out }
     }
 
     fn signal(&mut self, node: NodeId, input: u32, order: u8, offset: NodeId) -> Instruction {

@@ -8,7 +8,6 @@ use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES, Lanes};
 use crate::engine::lanes::dispatch::Task;
 use crate::engine::lanes::instruction::{Instruction, Operand, Product, Slot};
 use crate::engine::lanes::math::{self, map, map2};
-use crate::engine::lanes::together::{MOST_TOGETHER, Together};
 use crate::graph::{Binary, Unary};
 
 /// Some instructions over one chunk.
@@ -20,8 +19,8 @@ pub(super) struct Execution<'a> {
     pub(super) products: &'a [Product],
     /// Values of a chunk, by slot.
     pub(super) slots: &'a mut [Box<Aligned>],
-    /// Further ones: results come here first, so that no step reads where it writes.
-    pub(super) spare: &'a mut [Box<Aligned>; MOST_TOGETHER],
+    /// A further one: results come here first, so that no step reads where it writes.
+    pub(super) spare: &'a mut [Box<Aligned>; 2],
     /// Numbers that stand still.
     pub(super) stills: &'a [f64],
     /// Inputs of the run.
@@ -70,11 +69,11 @@ fn step<A: Arithmetic, S: Simd>(
     instruction: &Instruction,
     products: &[Product],
     slots: &mut [Box<Aligned>],
-    spare: &mut [Box<Aligned>; MOST_TOGETHER],
+    spare: &mut [Box<Aligned>; 2],
     stills: &[f64],
     tracks: &[Track],
 ) {
-    let [first, second, third] = spare;
+    let [first, second] = spare;
     let target = match *instruction {
         Instruction::Fill { value, out } => {
             first.fill(stills[value as usize]);
@@ -118,17 +117,6 @@ fn step<A: Arithmetic, S: Simd>(
             };
             sum.compute::<A, S>(simd, first);
             out
-        }
-        Instruction::Sums { first: start, count, terms, still, out } => {
-            let (start, all) = (start as usize, usize::from(count) * usize::from(terms));
-            let sums =
-                Together { products: &products[start..start + all], count, still, slots, stills };
-            sums.compute::<A, S>(simd, [&mut *first, &mut *second, &mut *third]);
-            std::mem::swap(&mut slots[out[1] as usize], second);
-            if count > 2 {
-                std::mem::swap(&mut slots[out[2] as usize], third);
-            }
-            out[0]
         }
     };
     std::mem::swap(&mut slots[target as usize], first);

@@ -1,6 +1,5 @@
 //! What a lane program is made of.
 
-use crate::engine::lanes::together::MOST_TOGETHER;
 use crate::graph::{Binary, Clock, Unary};
 
 /// Where the values of one quantity over the chunk are kept.
@@ -66,7 +65,4 @@ pub(super) enum Instruction {
     /// The sum of `count` products from number `first` on; bit i of `pairs` says whether the i-th has
     /// two moving factors. Times `scale`, if there is one.
     Sum { first: u32, count: u8, pairs: u8, scale: Option<Slot>, out: Slot },
-    /// `count` sums of `terms` products each, from number `first` on, sum after sum: over the same lanes,
-    /// the last term standing `still` or not. Those of `out` beyond them mean nothing.
-    Sums { first: u32, count: u8, terms: u8, still: bool, out: [Slot; MOST_TOGETHER] },
 }

@@ -7,7 +7,6 @@
 use std::collections::HashMap;
 
 use crate::engine::lanes::sums::{Sums, Term, sums};
-use crate::engine::lanes::together::{MOST_TOGETHER, together};
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId, Unary};
 
 /// What one instruction computes.
@@ -19,8 +18,6 @@ pub(super) enum Form {
     Fill(NodeId),
     /// A node as the sum of its terms, see [`super::sums`].
     Sum(NodeId),
-    /// Nodes that are sums over the same lanes, see [`super::together`].
-    Sums([Option<NodeId>; MOST_TOGETHER]),
     /// Sine and cosine of one node.
     SinCos { angle: NodeId, sin: NodeId, cos: NodeId },
 }
@@ -44,15 +41,12 @@ impl Schedule {
         match form {
             Form::Node(node) => graph.node(node).operands().collect(),
             Form::Fill(_) => Vec::new(),
-            Form::Sum(node) | Form::Sums([Some(node), ..]) => {
-                self.sums.get(node).iter().flat_map(|sum| sum.lanes()).collect()
-            }
-            Form::Sums(_) => Vec::new(),
+            Form::Sum(node) => self.sums.get(node).iter().flat_map(|sum| sum.lanes()).collect(),
             Form::SinCos { angle, .. } => vec![angle],
         }
     }
 
-    /// Whether some term of a sum by itself stands still.
+    /// Whether some term stands still.
     pub(super) fn adds_what_stands_still(&self) -> bool {
         let stands_still = |term: &Term| term.lanes == [None, None];
         self.steps.iter().any(|form| match form {
@@ -80,7 +74,6 @@ pub(super) fn schedule(graph: &mut Graph, groups: &[Vec<NodeId>]) -> Schedule {
         scheduler.schedule.outputs.push(outputs);
         scheduler.schedule.ends.push(scheduler.schedule.steps.len());
     }
-    together(&mut scheduler.schedule);
     scheduler.schedule
 }
 
@@ -187,11 +180,10 @@ impl<'a> Scheduler<'a> {
 }
 
 /// The nodes that a step computes.
-pub(super) fn results(form: Form) -> [Option<NodeId>; MOST_TOGETHER] {
+pub(super) fn results(form: Form) -> [Option<NodeId>; 2] {
     match form {
-        Form::Node(node) | Form::Fill(node) | Form::Sum(node) => [Some(node), None, None],
-        Form::Sums(nodes) => nodes,
-        Form::SinCos { sin, cos, .. } => [Some(sin), Some(cos), None],
+        Form::Node(node) | Form::Fill(node) | Form::Sum(node) => [Some(node), None],
+        Form::SinCos { sin, cos, .. } => [Some(sin), Some(cos)],
     }
 }
 

@@ -11,7 +11,6 @@ use crate::engine::lanes::dispatch::{InstructionSet, Simd, Task};
 use crate::engine::lanes::execute::Execution;
 use crate::engine::lanes::instruction::Column;
 use crate::engine::lanes::math::map;
-use crate::engine::lanes::together::MOST_TOGETHER;
 use crate::engine::pointwise::Leaves;
 use crate::graph::Clock;
 
@@ -121,7 +120,7 @@ impl Task for Copying<'_> {
 #[derive(Debug)]
 pub struct Workspace {
     slots: Vec<Box<Aligned>>,
-    spare: [Box<Aligned>; MOST_TOGETHER],
+    spare: [Box<Aligned>; 2],
     stills: Vec<f64>,
     scratch: Vec<f64>,
     set: InstructionSet,
@@ -135,7 +134,7 @@ impl Workspace {
         let lanes = Box::<Aligned>::default;
         Self {
             slots: (0..code.slots).map(|_| lanes()).collect(),
-            spare: std::array::from_fn(|_| lanes()),
+            spare: [lanes(), lanes()],
             stills: Vec::new(),
             scratch: Vec::new(),
             set,
