@@ -9,6 +9,7 @@
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | [`run`] | one run; the samples of a stretch of it: times, inputs, readings |
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
+//! | `spill`, `spilled` | numbers in a temporary file; them as samples |
 //! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
 //! | [`timing`] | when a reading was asked for: captures made into reference times |
 //! | [`calibration`] | an input's certificate: corrections, and what they leave open |
@@ -39,6 +40,7 @@ pub mod signal;
 mod smoothing;
 pub mod specification;
 mod spill;
+mod spilled;
 pub mod spline;
 pub mod statement;
 pub mod table;

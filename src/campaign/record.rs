@@ -5,11 +5,12 @@
 //! caller's scratch; the numbers are the same, bit by bit. A spilled record keeps times, captured
 //! inputs, readings and rows; the other clocks are straight lines over time or sample number and
 //! computed on the way. A record can be looked at with a [`Change`], or with readings left out, which
-//! costs no memory.
+//! costs memory for these alone.
 //!
 //! A temporary file that cannot be read any more does not stop a walk: the stretch is filled with NaN
 //! and [`Record::fault`] says why. Whoever uses the result asks for it.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
@@ -17,7 +18,7 @@ pub use crate::campaign::spill::BLOCK;
 
 use crate::campaign::run::Samples;
 use crate::campaign::signal::Track;
-use crate::campaign::spill;
+use crate::campaign::spilled::{Spilled, shape};
 
 /// The samples of a run.
 #[derive(Clone, Debug)]
@@ -27,8 +28,8 @@ pub struct Record {
     inputs: Vec<Track>,
     kept: Kept,
     change: Option<Change>,
-    /// Samples and their reading columns that are looked at as missing.
-    left_out: Arc<Vec<(Range<usize>, Range<usize>)>>,
+    /// Samples and their reading columns that are looked at as missing, by block of samples.
+    left_out: Arc<BTreeMap<usize, Vec<LeftOut>>>,
     /// All samples, where somebody wanted them in memory although they are not held.
     whole: OnceLock<Arc<Samples>>,
 }
@@ -38,6 +39,9 @@ enum Kept {
     Held(Arc<Samples>),
     Spilled { columns: Arc<Spilled>, setup_start: f64 },
 }
+
+/// Samples of one block, and their reading columns.
+type LeftOut = (Range<usize>, Range<usize>);
 
 /// A run looked at otherwise than it was recorded.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -195,8 +199,16 @@ impl Record {
     }
 
     fn is_as_recorded(&self, range: &Range<usize>) -> bool {
-        let apart = |out: &Range<usize>| out.end <= range.start || range.end <= out.start;
-        self.change.is_none() && self.left_out.iter().all(|(out, _)| apart(out))
+        self.change.is_none() && self.left_out_of(range).next().is_none()
+    }
+
+    /// The readings left out of a range, clipped to it.
+    fn left_out_of(&self, range: &Range<usize>) -> impl Iterator<Item = LeftOut> {
+        let (from, to) = (range.start, range.end);
+        let blocks = from / BLOCK..to.div_ceil(BLOCK).max(from / BLOCK);
+        let all = self.left_out.range(blocks).flat_map(|(_, all)| all);
+        all.map(move |(out, columns)| (out.start.max(from)..out.end.min(to), columns.clone()))
+            .filter(|(out, _)| !out.is_empty())
     }
 
     fn copy(&self, range: Range<usize>, into: &mut Samples) {
@@ -209,12 +221,9 @@ impl Record {
         if let Some(change) = self.change {
             change.apply(into);
         }
-        for (out, columns) in self.left_out.iter() {
-            let (from, to) = (out.start.max(range.start), out.end.min(range.end));
-            if from < to {
-                for column in &mut into.readings[columns.clone()] {
-                    column[from - range.start..to - range.start].fill(f64::NAN);
-                }
+        for (out, columns) in self.left_out_of(&range) {
+            for column in &mut into.readings[columns] {
+                column[out.start - range.start..out.end - range.start].fill(f64::NAN);
             }
         }
     }
@@ -307,8 +316,14 @@ impl Record {
     /// Leaves readings out: those of such samples in such reading columns are missing from then on. What
     /// is kept stays where it is.
     pub fn leave_out(&mut self, readings: impl IntoIterator<Item = (Range<usize>, Range<usize>)>) {
-        Arc::make_mut(&mut self.left_out).extend(readings);
-        self.whole = OnceLock::new();
+        for (samples, columns) in readings.into_iter().filter(|(samples, _)| !samples.is_empty()) {
+            let all = Arc::make_mut(&mut self.left_out);
+            for block in samples.start / BLOCK..samples.end.div_ceil(BLOCK) {
+                let of = samples.start.max(block * BLOCK)..samples.end.min((block + 1) * BLOCK);
+                all.entry(block).or_default().push((of, columns.clone()));
+            }
+            self.whole = OnceLock::new();
+        }
     }
 
     /// The same run, looked at otherwise. Only the last change counts.
@@ -365,111 +380,6 @@ impl Change {
             }
         }
     }
-}
-
-/// A straight line over the sample number.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Line {
-    middle: f64,
-    mean: f64,
-    slope: f64,
-}
-
-impl Line {
-    /// The straight line through `len` values, which `each` shows in their order, twice.
-    pub(crate) fn through(len: usize, mut each: impl FnMut(&mut dyn FnMut(f64))) -> Self {
-        let middle = (len as f64 - 1.0) / 2.0;
-        let mut sum = 0.0;
-        each(&mut |value| sum += value);
-        let mean = sum / len as f64;
-        let (mut x, mut along, mut square) = (-middle, 0.0, 0.0);
-        each(&mut |value| {
-            along += x * (value - mean);
-            square += x * x;
-            x += 1.0;
-        });
-        let slope = if square > 0.0 { along / square } else { 0.0 };
-        Self { middle, mean, slope }
-    }
-
-    /// Its value at a sample.
-    pub(crate) fn at(&self, sample: usize) -> f64 {
-        self.mean + self.slope * (sample as f64 - self.middle)
-    }
-}
-
-/// A spilled record's columns: times, captured inputs, readings, rows.
-#[derive(Debug)]
-pub(crate) struct Spilled {
-    pub(crate) table: spill::Table,
-    /// Shape of the inputs.
-    pub(crate) inputs: Vec<Track>,
-    /// Number of reading columns.
-    pub(crate) readings: usize,
-    /// For each captured column, the value of samples before its first one.
-    pub(crate) lead: Vec<f64>,
-    /// Time of the first sample (s).
-    pub(crate) first_time: f64,
-    pub(crate) uniform: Line,
-    pub(crate) fault: OnceLock<String>,
-}
-
-impl Spilled {
-    /// Shows the times in their order.
-    pub(crate) fn each_time(&self, visit: &mut dyn FnMut(f64)) {
-        let mut times = Vec::with_capacity(BLOCK);
-        for begin in (0..self.table.len()).step_by(BLOCK) {
-            times.clear();
-            self.column(0, begin..self.table.len().min(begin + BLOCK), &mut times);
-            times.iter().for_each(|time| visit(*time));
-        }
-    }
-
-    fn column(&self, column: usize, range: Range<usize>, into: &mut Vec<f64>) {
-        let len = range.len();
-        into.clear();
-        if let Err(error) = self.table.read(column, range, into) {
-            // The first reason is the one that is told.
-            self.fault.get_or_init(|| error.to_string());
-            into.clear();
-            into.resize(len, f64::NAN);
-        }
-    }
-
-    fn fill(&self, range: Range<usize>, setup_start: f64, into: &mut Samples) {
-        shape(into, &self.inputs, self.readings);
-        let mut number = 0;
-        for column in into.columns_mut() {
-            self.column(number, range.clone(), column);
-            if let Some(lead) = number.checked_sub(1).and_then(|k| self.lead.get(k)) {
-                column.iter_mut().filter(|value| value.is_nan()).for_each(|value| *value = *lead);
-            }
-            number += 1;
-        }
-        let mut rows = Vec::with_capacity(range.len());
-        self.column(number, range.clone(), &mut rows);
-        let Samples { time, run_time, setup_time, uniform_time, rows: row_numbers, .. } = into;
-        replace(row_numbers, rows.iter().map(|row| *row as usize));
-        replace(run_time, time.iter().map(|time| time - self.first_time));
-        replace(setup_time, time.iter().map(|time| time - setup_start));
-        replace(uniform_time, range.map(|sample| self.uniform.at(sample)));
-    }
-}
-
-fn replace<T>(column: &mut Vec<T>, values: impl Iterator<Item = T>) {
-    column.clear();
-    column.extend(values);
-}
-
-/// Gives samples the columns of others; what is in those of the same shape may stay.
-pub(crate) fn shape(samples: &mut Samples, inputs: &[Track], readings: usize) {
-    samples.inputs.resize_with(inputs.len(), || Track::Absent);
-    for (to, from) in samples.inputs.iter_mut().zip(inputs) {
-        if !to.has_columns_of(from) {
-            *to = from.without_values();
-        }
-    }
-    samples.readings.resize_with(readings, Vec::new);
 }
 
 fn copy(from: &Samples, range: Range<usize>, into: &mut Samples) {

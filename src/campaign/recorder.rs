@@ -7,10 +7,11 @@
 use std::io;
 use std::sync::OnceLock;
 
-use crate::campaign::record::{Line, Record, Spilled, shape};
+use crate::campaign::record::Record;
 use crate::campaign::run::Samples;
 use crate::campaign::signal::Track;
 use crate::campaign::spill::{BLOCK, Spill, Table};
+use crate::campaign::spilled::{Line, Spilled, shape};
 
 /// Memory and, where that does not suffice, disk for the records of several runs.
 #[derive(Debug)]

@@ -1,7 +1,8 @@
 //! One run: its samples with times, inputs and readings, ready for an engine.
 
-use crate::campaign::record::{Line, Record};
+use crate::campaign::record::Record;
 use crate::campaign::signal::Track;
+use crate::campaign::spilled::Line;
 
 /// What a run is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -14,7 +14,7 @@ use crate::estimate::checks;
 use crate::library::Library;
 use crate::model::Model;
 use crate::report;
-use crate::system::{System, missing_names, testable};
+use crate::system::{System, missing_names, stand_ins, testable};
 
 #[derive(Debug, Args)]
 pub(super) struct Check {
@@ -123,9 +123,9 @@ fn effect(library: &Library, effect: &Arc<Effect>) -> Result<String, Diagnostics
     let (mut fits, mut others) = (Vec::new(), Vec::new());
     for (name, _) in library.models() {
         let candidate = library.model(name, Path::new("."))?;
-        match testable(&candidate, effect, &constants(effect)) {
+        match testable(&candidate, effect, &stand_ins(effect)) {
             Ok(()) => fits.push(*name),
-            Err(why) => others.push((missing_names(&candidate, effect).len(), *name, why)),
+            Err(why) => others.push((missing_names(&candidate, effect), *name, why)),
         }
     }
     if fits.is_empty() {
@@ -139,36 +139,36 @@ fn effect(library: &Library, effect: &Arc<Effect>) -> Result<String, Diagnostics
 /// these numbers with the models and what they say.
 fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics {
     let fewest = all.iter().map(|(missing, ..)| *missing).min().unwrap_or(0);
-    let leaves_out = all.iter().any(|(missing, ..)| *missing > fewest);
+    let others = all.iter().filter(|(missing, ..)| *missing > fewest).count();
+    // Heads and models that miss the same thing say it with their own names: the shortest is told.
     let mut said: Vec<(Diagnostic, Vec<&str>)> = Vec::new();
     for (_, model, faults) in all.into_iter().filter(|(missing, ..)| *missing == fewest) {
         for fault in faults.0 {
-            match said.iter_mut().find(|(known, _)| known.message == fault.message) {
-                Some((_, models)) => models.push(model),
+            let alike = |known: &Diagnostic| match (&known.place, &fault.place) {
+                (Some(known), Some(fault)) => known == fault,
+                _ => known.message == fault.message,
+            };
+            match said.iter_mut().find(|(known, _)| alike(known)) {
+                Some((known, models)) => {
+                    if fault.message.len() < known.message.len() {
+                        *known = fault;
+                    }
+                    models.push(model);
+                    models.dedup();
+                }
                 None => said.push((fault, vec![model])),
             }
         }
     }
+    let name = &effect.name;
     let told = said.into_iter().map(|(fault, models)| {
         let message =
-            format!("the effect `{}` fits no model of the library: {}", effect.name, fault.message);
-        let models = models.join(", ");
-        let more = if leaves_out { "; the others lack more" } else { "" };
-        Diagnostic { message, ..fault }.help(format!("this is so with {models}{more}"))
+            format!("the effect `{name}` fits no model of the library: {}", fault.message);
+        Diagnostic { message, ..fault }.help(format!("this is so with {}", models.join(", ")))
     });
-    Diagnostics(told.collect())
-}
-
-/// Constants that only a campaign can state, stood in for by one unit of each.
-fn constants(effect: &Effect) -> Vec<crate::model::Override> {
-    effect
-        .parameters
-        .iter()
-        .filter(|parameter| parameter.setting.fixed && parameter.setting.value.is_none())
-        .map(|parameter| crate::model::Override {
-            name: format!("{}.{}", effect.name, parameter.name),
-            value: Some(vec![(parameter.unit.factor, parameter.unit.clone())]),
-            ..crate::model::Override::default()
-        })
-        .collect()
+    let mut told: Vec<Diagnostic> = told.collect();
+    if let (Some(last), true) = (told.last_mut(), others > 0) {
+        last.help.push("other models lack more of the names in it".to_owned());
+    }
+    Diagnostics(told)
 }

@@ -27,9 +27,9 @@ const SAME: f64 = 0.01;
 const MOST_SAMPLES: usize = 20_000;
 
 /// A standard deviation with its standard uncertainty.
-pub(super) struct Size {
-    pub(super) value: f64,
-    pub(super) sigma: f64,
+struct Size {
+    value: f64,
+    sigma: f64,
 }
 
 /// The random quantity shared by the readings of a sample that shows best, if any does, and is not in the

@@ -14,9 +14,10 @@
 //! enters the covariance. A memory that no Gauss-Markov
 //! process follows widens the stretches over which scores are summed.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::campaign::Run;
+use crate::campaign::record::Record;
 use crate::engine::Problem;
 use crate::engine::gauss_markov::NoiseClock;
 use crate::engine::stretches::Left;
@@ -153,8 +154,30 @@ pub(super) struct Sequence {
     /// The component.
     pub(super) row: usize,
     pub(super) runs: Vec<Arc<Vec<f64>>>,
-    /// The times of all samples of each run (s), by their stamps and by their numbers.
-    pub(super) times: Arc<[Vec<Vec<f64>>; 2]>,
+    pub(super) times: Arc<Times>,
+}
+
+/// The times of the samples of runs, made when they are asked for.
+pub(super) struct Times {
+    records: Vec<Record>,
+    by_stamps: OnceLock<Vec<Vec<f64>>>,
+    by_numbers: OnceLock<Vec<Vec<f64>>>,
+}
+
+impl Times {
+    fn of(runs: &[Run]) -> Self {
+        let records = runs.iter().map(|run| run.record.clone()).collect();
+        Self { records, by_stamps: OnceLock::new(), by_numbers: OnceLock::new() }
+    }
+
+    /// The times of all samples of each run (s).
+    fn by(&self, clock: NoiseClock) -> &[Vec<f64>] {
+        let made = match clock {
+            NoiseClock::Stamps => &self.by_stamps,
+            NoiseClock::Numbers => &self.by_numbers,
+        };
+        made.get_or_init(|| self.records.iter().map(|record| times(record, clock)).collect())
+    }
 }
 
 impl Sequence {
@@ -171,7 +194,7 @@ impl Sequence {
 
     /// The times of all samples of each run (s).
     pub(super) fn times(&self, clock: NoiseClock) -> &[Vec<f64>] {
-        &self.times[usize::from(clock == NoiseClock::Numbers)]
+        self.times.by(clock)
     }
 
     /// The median time between samples (s).
@@ -186,8 +209,7 @@ impl Sequence {
 pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
     let mut all = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
-        let by = |clock| part.runs.iter().map(|run| times(run, clock)).collect();
-        let times = Arc::new([NoiseClock::Stamps, NoiseClock::Numbers].map(by));
+        let times = Arc::new(Times::of(&part.runs));
         for row in 0..part.residual_count() {
             let runs = (0..part.runs.len())
                 .map(|run| Arc::clone(&left[problem.run_index(p, run)].residuals[row]))
@@ -200,9 +222,9 @@ pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
 }
 
 /// The times of a run's samples (s).
-fn times(run: &Run, clock: NoiseClock) -> Vec<f64> {
-    let mut times = Vec::with_capacity(run.record.len());
-    run.record.walk(|stretch| {
+fn times(record: &Record, clock: NoiseClock) -> Vec<f64> {
+    let mut times = Vec::with_capacity(record.len());
+    record.walk(|stretch| {
         times.extend_from_slice(&clock.of(stretch.samples)[stretch.range()]);
     });
     times
@@ -331,8 +353,8 @@ fn name_lost(lost: &[Lost], noise: &mut Noise) {
     });
 }
 
-/// Puts a random quantity into the model that the readings of a sample share, if one shows; one that is
-/// there already grows.
+/// Puts a random quantity into the model that the readings of a sample share, if one shows and
+/// is not in it yet.
 fn shared(stage: &Stage, left: &[Left], noise: &mut Noise) -> Option<Fitted> {
     let all = sequences(&stage.fitted.problem, left);
     let level = level(all.len() + stage.noise.len());

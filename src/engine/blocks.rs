@@ -61,7 +61,7 @@ pub(super) struct Memory {
     weights: Vec<Lanes>,
     pub(super) mixed: Mixing,
     filtering: Filtering,
-    /// Of a run that is not in memory.
+    /// Of a run that is not in memory as it is looked at.
     samples: Samples,
 }
 

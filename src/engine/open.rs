@@ -7,13 +7,13 @@ use crate::campaign::file::CampaignFile;
 use crate::campaign::load::{Campaign, LoadOptions, MEMORY};
 use crate::campaign::recorder::Store;
 use crate::campaign::timing::enter::EFFECT;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::engine::part::Part;
 use crate::engine::problem::Problem;
 use crate::library::Library;
 use crate::model::{Model, Override, Process};
 use crate::progress::Progress;
-use crate::system::{Selected, System, candidates};
+use crate::system::{Selected, System, candidates, stand_ins};
 use crate::units::parse_quantity;
 
 /// What a user asks for.
@@ -85,21 +85,24 @@ impl Recipe {
         System::build(&self.model, &all, &self.overrides, &self.input_sigma)
     }
 
-    /// Effects of the user's own that do not fit the model, by name, with what is wrong in them.
+    /// What is wrong with effects of the user's own that do not fit the model, each with the effect's
+    /// name. A constant that is not stated is no misfit.
     pub fn own_that_do_not_fit(&self) -> Vec<(String, Diagnostic)> {
-        let own = self.library.own_effects();
-        let faults = own.filter_map(|effect| {
-            let faults = candidates(&self.model, effect, &self.overrides).err()?;
-            let name = &effect.name;
-            let warning = Diagnostic::warning(format!(
-                "the effect `{name}` does not fit the model `{}`: {}",
-                self.model.name,
-                faults.messages()
-            ));
-            let first = faults.0.into_iter().next()?;
-            Some((name.clone(), Diagnostic { place: first.place, help: first.help, ..warning }))
-        });
-        faults.collect()
+        let mut told = Vec::new();
+        for effect in self.library.own_effects() {
+            let stated: Vec<Override> =
+                self.overrides.iter().cloned().chain(stand_ins(effect)).collect();
+            let faults = candidates(&self.model, effect, &stated).err().unwrap_or_default();
+            told.extend(faults.0.into_iter().map(|fault| {
+                let (name, model) = (&effect.name, &self.model.name);
+                let message = format!(
+                    "the effect `{name}` does not fit the model `{model}`: {}",
+                    fault.message
+                );
+                (name.clone(), Diagnostic { severity: Severity::Warning, message, ..fault })
+            }));
+        }
+        told
     }
 }
 

@@ -60,6 +60,8 @@ pub struct Slot {
     pub sigma_factor: Option<usize>,
     /// First of its columns in [`crate::campaign::Samples::readings`].
     pub column: usize,
+    /// Number of its columns: 4 for a rotation, else 1.
+    pub width: usize,
     /// First of its residual components.
     pub residual: usize,
     /// Number of residual components: 3 for a rotation, else 1.
@@ -67,10 +69,9 @@ pub struct Slot {
 }
 
 impl Slot {
-    /// Its reading columns: the four of a quaternion, else one.
+    /// Its reading columns.
     pub fn columns(&self) -> Range<usize> {
-        let width = if matches!(self.kind, MeasurandKind::Rotation) { 4 } else { 1 };
-        self.column..self.column + width
+        self.column..self.column + self.width
     }
 }
 
@@ -98,6 +99,7 @@ impl Part {
                 output,
                 sigma_factor,
                 column,
+                width: columns,
                 residual,
                 components,
             });

@@ -1,7 +1,6 @@
 //! One or several campaigns with their models: what is to be explained, and by which unknowns.
 //!
-//! Answers: which unknowns act in which run, and the residual of every reading at a point. It does not
-//! estimate.
+//! Answers: which unknowns act in which run, and with what its lanes are computed. It does not estimate.
 
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -33,6 +33,7 @@ impl Nearby {
         let ReadingDelay { run, sample: number, .. } = *reading;
         let record = &part.runs[run].record;
         if !record.is_spilled() {
+            self.held = None;
             return record.sample(number, &mut self.scratch);
         }
         let is_held = |(of, first, len): (usize, usize, usize)| {

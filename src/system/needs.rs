@@ -74,9 +74,23 @@ fn missing_constants(effect: &Effect, overrides: &[Override]) -> Vec<Diagnostic>
             !overrides.iter().any(|said| said.name == name && said.value.is_some())
         })
         .map(|constant| {
-            Diagnostic::error(format!("needs the constant `{}.{}`", effect.name, constant.name))
+            let name = format!("{}.{}", effect.name, constant.name);
+            Diagnostic::error(format!("needs the constant `{name}`"))
+                .at(effect.source.place(constant.span))
+                .help(format!("state `\"{name}\" = {{ value = ... }}` under [parameters]"))
         })
         .collect()
+}
+
+/// One unit of each constant of an effect that only a campaign can state, to stand in for it.
+pub fn stand_ins(effect: &Effect) -> Vec<Override> {
+    let open = effect.parameters.iter().filter(|p| p.setting.fixed && p.setting.value.is_none());
+    open.map(|parameter| Override {
+        name: format!("{}.{}", effect.name, parameter.name),
+        value: Some(vec![(parameter.unit.factor, parameter.unit.clone())]),
+        ..Override::default()
+    })
+    .collect()
 }
 
 /// The heads at which an effect is to be tried: all of them if it names something that heads have
@@ -92,32 +106,40 @@ pub(crate) fn heads_for(model: &Model, effect: &Effect) -> Vec<Option<String>> {
     }
 }
 
-/// The fewest names that a model lacks of those that an effect names, over its heads.
-pub fn missing_names(model: &Model, effect: &Effect) -> Vec<String> {
+/// The least number of names that a model lacks of those that an effect names, over its heads.
+pub fn missing_names(model: &Model, effect: &Effect) -> usize {
     let none = Aliases::new();
-    let at = |head: Option<String>| {
-        let aliases = head.as_ref().and_then(|head| model.heads.get(head)).unwrap_or(&none);
-        let mut names = names_in(effect);
-        names.retain(|name| !has(model, aliases, name));
-        names
-    };
-    heads_for(model, effect).into_iter().map(at).min_by_key(Vec::len).unwrap_or_default()
+    let heads = heads_for(model, effect).into_iter();
+    let counts = heads.map(|head| {
+        missing_at(model, effect, aliases_of(model, head.as_deref()).unwrap_or(&none)).len()
+    });
+    counts.min().unwrap_or(0)
+}
+
+/// The names of a head by role.
+fn aliases_of<'m>(model: &'m Model, head: Option<&str>) -> Option<&'m Aliases> {
+    head.and_then(|head| model.heads.get(head))
+}
+
+fn missing_at(model: &Model, effect: &Effect, aliases: &Aliases) -> Vec<String> {
+    names_in(effect).into_iter().filter(|name| !has(model, aliases, name)).collect()
 }
 
 /// What a model (at a head) lacks that an effect names, at its place in the effect's file.
 pub(crate) fn lacks_of(model: &Model, effect: &Effect, head: Option<&str>) -> Vec<Diagnostic> {
     let none = Aliases::new();
-    let aliases = head.and_then(|head| model.heads.get(head)).unwrap_or(&none);
+    let aliases = aliases_of(model, head).unwrap_or(&none);
     let mut lacks = Vec::new();
-    let missing: Vec<String> =
-        names_in(effect).into_iter().filter(|name| !has(model, aliases, name)).collect();
+    let missing = missing_at(model, effect, aliases);
     if let Some(first) = missing.first() {
         let at = head.map(|head| format!(" at its head `{head}`")).unwrap_or_default();
         let quoted: Vec<String> = missing.iter().map(|name| format!("`{name}`")).collect();
         let mut lack = Diagnostic::error(format!("the model has no {}{at}", quoted.join(", ")))
             .at_maybe(place_of(effect, first).as_ref());
-        if let Some(near) = nearest(first, names_of_model(model)) {
-            lack = lack.help(format!("did you mean `{near}`?"));
+        for name in &missing {
+            if let Some(near) = nearest(name, names_to_use(model, effect, aliases)) {
+                lack = lack.help(format!("for `{name}`: did you mean `{near}`?"));
+            }
         }
         lacks.push(lack);
     }
@@ -167,13 +189,23 @@ fn span_of(expression: &Expression, name: &str) -> Option<Span> {
     }
 }
 
-/// The names that effects may name in a model.
-fn names_of_model(model: &Model) -> impl Iterator<Item = &str> {
-    let inputs = model.inputs.iter().map(|input| input.name.as_str());
-    let parameters = model.parameters.iter().map(|parameter| parameter.name.as_str());
-    let measurands = model.measurands.iter().map(|measurand| measurand.name.as_str());
-    let quantities = model.quantities.keys().map(String::as_str);
-    inputs.chain(parameters).chain(measurands).chain(quantities)
+/// The names that an effect may use in a model: the roles of a head instead of what they stand for.
+fn names_to_use<'a>(
+    model: &'a Model,
+    effect: &'a Effect,
+    aliases: &'a Aliases,
+) -> impl Iterator<Item = &'a str> {
+    let inputs = model.inputs.iter().map(|input| &input.name);
+    let parameters = model.parameters.iter().map(|parameter| &parameter.name);
+    let measurands = model.measurands.iter().map(|measurand| &measurand.name);
+    let of_model = inputs.chain(parameters).chain(measurands).chain(model.quantities.keys());
+    let in_a_head = |name: &String| {
+        model.heads.values().any(|aliases| aliases.values().any(|stands_for| stands_for == name))
+    };
+    let has_heads = !aliases.is_empty();
+    let of_model = of_model.filter(move |name| !(has_heads && in_a_head(name)));
+    let own = effect.parameters.iter().map(|parameter| &parameter.name).chain(effect.shape.keys());
+    of_model.chain(aliases.keys()).chain(own).map(String::as_str)
 }
 
 /// Every name of the model that an effect names, once, in order.

@@ -114,13 +114,5 @@ fn place_one(
         };
         placed.push(Placed { effect: effect.clone(), head, member: member.clone(), name });
     }
-    if !placed.is_empty() {
-        return Ok(placed);
-    }
-    let mut refused = refuse(&reasons.messages());
-    if let Some(first) = reasons.0.first() {
-        refused = refused.at_maybe(first.place.as_ref());
-        refused.help.extend(first.help.iter().cloned());
-    }
-    Err(refused.into())
+    if placed.is_empty() { Err(refuse(&reasons.messages()).into()) } else { Ok(placed) }
 }

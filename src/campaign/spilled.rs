@@ -1,0 +1,116 @@
+//! The columns of a run in a temporary file, as samples.
+//!
+//! Answers: the samples of a stretch, with the clocks that are straight lines over time or sample number
+//! computed on the way. Where the numbers lie in the file is [`super::spill`]'s business.
+
+use std::ops::Range;
+use std::sync::OnceLock;
+
+use crate::campaign::run::Samples;
+use crate::campaign::signal::Track;
+use crate::campaign::spill::{self, BLOCK};
+
+/// A straight line over the sample number.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Line {
+    middle: f64,
+    mean: f64,
+    slope: f64,
+}
+
+impl Line {
+    /// The straight line through `len` values, which `each` shows in their order, twice.
+    pub(crate) fn through(len: usize, mut each: impl FnMut(&mut dyn FnMut(f64))) -> Self {
+        let middle = (len as f64 - 1.0) / 2.0;
+        let mut sum = 0.0;
+        each(&mut |value| sum += value);
+        let mean = sum / len as f64;
+        let (mut x, mut along, mut square) = (-middle, 0.0, 0.0);
+        each(&mut |value| {
+            along += x * (value - mean);
+            square += x * x;
+            x += 1.0;
+        });
+        let slope = if square > 0.0 { along / square } else { 0.0 };
+        Self { middle, mean, slope }
+    }
+
+    /// Its value at a sample.
+    pub(crate) fn at(&self, sample: usize) -> f64 {
+        self.mean + self.slope * (sample as f64 - self.middle)
+    }
+}
+
+/// A spilled record's columns: times, captured inputs, readings, rows.
+#[derive(Debug)]
+pub(crate) struct Spilled {
+    pub(crate) table: spill::Table,
+    /// Shape of the inputs.
+    pub(crate) inputs: Vec<Track>,
+    /// Number of reading columns.
+    pub(crate) readings: usize,
+    /// For each captured column, the value of samples before its first one.
+    pub(crate) lead: Vec<f64>,
+    /// Time of the first sample (s).
+    pub(crate) first_time: f64,
+    pub(crate) uniform: Line,
+    pub(crate) fault: OnceLock<String>,
+}
+
+impl Spilled {
+    /// Shows the times in their order.
+    pub(crate) fn each_time(&self, visit: &mut dyn FnMut(f64)) {
+        let mut times = Vec::with_capacity(BLOCK);
+        for begin in (0..self.table.len()).step_by(BLOCK) {
+            times.clear();
+            self.column(0, begin..self.table.len().min(begin + BLOCK), &mut times);
+            times.iter().for_each(|time| visit(*time));
+        }
+    }
+
+    fn column(&self, column: usize, range: Range<usize>, into: &mut Vec<f64>) {
+        let len = range.len();
+        into.clear();
+        if let Err(error) = self.table.read(column, range, into) {
+            // The first reason is the one that is told.
+            self.fault.get_or_init(|| error.to_string());
+            into.clear();
+            into.resize(len, f64::NAN);
+        }
+    }
+
+    pub(crate) fn fill(&self, range: Range<usize>, setup_start: f64, into: &mut Samples) {
+        shape(into, &self.inputs, self.readings);
+        let mut number = 0;
+        for column in into.columns_mut() {
+            self.column(number, range.clone(), column);
+            if let Some(lead) = number.checked_sub(1).and_then(|k| self.lead.get(k)) {
+                column.iter_mut().filter(|value| value.is_nan()).for_each(|value| *value = *lead);
+            }
+            number += 1;
+        }
+        let mut rows = Vec::with_capacity(range.len());
+        self.column(number, range.clone(), &mut rows);
+        let Samples { time, run_time, setup_time, uniform_time, rows: row_numbers, .. } = into;
+        replace(row_numbers, rows.iter().map(|row| *row as usize));
+        replace(run_time, time.iter().map(|time| time - self.first_time));
+        replace(setup_time, time.iter().map(|time| time - setup_start));
+        replace(uniform_time, range.map(|sample| self.uniform.at(sample)));
+    }
+}
+
+fn replace<T>(column: &mut Vec<T>, values: impl Iterator<Item = T>) {
+    column.clear();
+    column.extend(values);
+}
+
+/// Gives samples the columns of others; what is in those of the same shape may stay.
+pub(crate) fn shape(samples: &mut Samples, inputs: &[Track], readings: usize) {
+    samples.inputs.resize_with(inputs.len(), || Track::Absent);
+    for (to, from) in samples.inputs.iter_mut().zip(inputs) {
+        if !to.has_columns_of(from) {
+            *to = from.without_values();
+        }
+    }
+    samples.readings.resize_with(readings, Vec::new);
+}
