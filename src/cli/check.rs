@@ -139,7 +139,7 @@ fn effect(library: &Library, effect: &Arc<Effect>) -> Result<String, Diagnostics
 /// these numbers with the models and what they say.
 fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics {
     let fewest = all.iter().map(|(missing, ..)| *missing).min().unwrap_or(0);
-    let others = all.iter().filter(|(missing, ..)| *missing > fewest).count();
+    let leaves_out = all.iter().any(|(missing, ..)| *missing > fewest);
     // Heads and models that miss the same thing say it with their own names: the shortest is told.
     let mut said: Vec<(Diagnostic, Vec<&str>)> = Vec::new();
     for (_, model, faults) in all.into_iter().filter(|(missing, ..)| *missing == fewest) {
@@ -167,7 +167,7 @@ fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics
         Diagnostic { message, ..fault }.help(format!("this is so with {}", models.join(", ")))
     });
     let mut told: Vec<Diagnostic> = told.collect();
-    if let (Some(last), true) = (told.last_mut(), others > 0) {
+    if let (Some(last), true) = (told.last_mut(), leaves_out) {
         last.help.push("other models lack more of the names in it".to_owned());
     }
     Diagnostics(told)

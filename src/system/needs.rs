@@ -10,7 +10,7 @@ use crate::effect::{Effect, PatchLine, Target};
 use crate::formula::{Expression, ExpressionKind};
 use crate::graph::{MeasurandKind, Scope};
 use crate::model::name::is_built_in;
-use crate::model::{Model, Override};
+use crate::model::{Model, Override, ParameterDeclaration};
 use crate::system::{Selected, System};
 
 /// A head's names by role; empty without heads.
@@ -19,8 +19,8 @@ pub(crate) type Aliases = IndexMap<String, String>;
 /// Why an effect cannot be applied to a model, if it cannot.
 ///
 /// # Errors
-/// Names that the model lacks, constants that nobody stated, what the assembly of the graph finds; each
-/// at its place in the effect's file.
+/// Names that the model lacks, constants that nobody stated, what the assembly of the graph finds; at
+/// their places in the effect's file.
 pub fn testable(
     model: &Model,
     effect: &Arc<Effect>,
@@ -64,17 +64,19 @@ pub fn candidates(
     if found.is_empty() { Err(Diagnostics(reasons)) } else { Ok(found) }
 }
 
-/// Constants (`fixed = true` without a value) that no override states.
+/// The constants (`fixed = true` without a value) that only a campaign can state, by their full names.
+fn constants(effect: &Effect) -> impl Iterator<Item = (String, &ParameterDeclaration)> {
+    let open = effect.parameters.iter().filter(|p| p.setting.fixed && p.setting.value.is_none());
+    open.map(|constant| (format!("{}.{}", effect.name, constant.name), constant))
+}
+
+/// Those that no override states.
 fn missing_constants(effect: &Effect, overrides: &[Override]) -> Vec<Diagnostic> {
-    let constants =
-        effect.parameters.iter().filter(|p| p.setting.fixed && p.setting.value.is_none());
-    constants
-        .filter(|constant| {
-            let name = format!("{}.{}", effect.name, constant.name);
-            !overrides.iter().any(|said| said.name == name && said.value.is_some())
-        })
-        .map(|constant| {
-            let name = format!("{}.{}", effect.name, constant.name);
+    let is_stated =
+        |name: &String| overrides.iter().any(|said| said.name == *name && said.value.is_some());
+    constants(effect)
+        .filter(|(name, _)| !is_stated(name))
+        .map(|(name, constant)| {
             Diagnostic::error(format!("needs the constant `{name}`"))
                 .at(effect.source.place(constant.span))
                 .help(format!("state `\"{name}\" = {{ value = ... }}` under [parameters]"))
@@ -82,15 +84,15 @@ fn missing_constants(effect: &Effect, overrides: &[Override]) -> Vec<Diagnostic>
         .collect()
 }
 
-/// One unit of each constant of an effect that only a campaign can state, to stand in for it.
+/// One unit of each constant that only a campaign can state, to stand in for it.
 pub fn stand_ins(effect: &Effect) -> Vec<Override> {
-    let open = effect.parameters.iter().filter(|p| p.setting.fixed && p.setting.value.is_none());
-    open.map(|parameter| Override {
-        name: format!("{}.{}", effect.name, parameter.name),
-        value: Some(vec![(parameter.unit.factor, parameter.unit.clone())]),
-        ..Override::default()
-    })
-    .collect()
+    constants(effect)
+        .map(|(name, constant)| Override {
+            name,
+            value: Some(vec![(constant.unit.factor, constant.unit.clone())]),
+            ..Override::default()
+        })
+        .collect()
 }
 
 /// The heads at which an effect is to be tried: all of them if it names something that heads have
@@ -108,17 +110,14 @@ pub(crate) fn heads_for(model: &Model, effect: &Effect) -> Vec<Option<String>> {
 
 /// The least number of names that a model lacks of those that an effect names, over its heads.
 pub fn missing_names(model: &Model, effect: &Effect) -> usize {
-    let none = Aliases::new();
-    let heads = heads_for(model, effect).into_iter();
-    let counts = heads.map(|head| {
-        missing_at(model, effect, aliases_of(model, head.as_deref()).unwrap_or(&none)).len()
-    });
-    counts.min().unwrap_or(0)
+    let at =
+        |head: Option<String>| missing_at(model, effect, &aliases_of(model, head.as_deref())).len();
+    heads_for(model, effect).into_iter().map(at).min().unwrap_or(0)
 }
 
 /// The names of a head by role.
-fn aliases_of<'m>(model: &'m Model, head: Option<&str>) -> Option<&'m Aliases> {
-    head.and_then(|head| model.heads.get(head))
+fn aliases_of(model: &Model, head: Option<&str>) -> Aliases {
+    head.and_then(|head| model.heads.get(head)).cloned().unwrap_or_default()
 }
 
 fn missing_at(model: &Model, effect: &Effect, aliases: &Aliases) -> Vec<String> {
@@ -127,8 +126,7 @@ fn missing_at(model: &Model, effect: &Effect, aliases: &Aliases) -> Vec<String> 
 
 /// What a model (at a head) lacks that an effect names, at its place in the effect's file.
 pub(crate) fn lacks_of(model: &Model, effect: &Effect, head: Option<&str>) -> Vec<Diagnostic> {
-    let none = Aliases::new();
-    let aliases = aliases_of(model, head).unwrap_or(&none);
+    let aliases = &aliases_of(model, head);
     let mut lacks = Vec::new();
     let missing = missing_at(model, effect, aliases);
     if let Some(first) = missing.first() {
