@@ -15,6 +15,7 @@ use crate::engine::point::from_components;
 use crate::engine::simulate::draw_run;
 use crate::engine::{Point, Problem};
 use crate::report;
+use crate::system::Declared;
 
 #[derive(Debug, Args)]
 pub(super) struct Simulate {
@@ -138,12 +139,20 @@ fn effect_parameters(problem: &Problem) -> Vec<Option<f64>> {
     typical
 }
 
-/// The same problem with every effect's parameters held at zero.
+/// The same problem with every effect switched off: what its file leaves free is held at zero, constants
+/// stay what they are.
 fn without_effects(problem: &Problem) -> Problem {
     let mut parts = problem.parts.clone();
     for part in &mut parts {
+        let effects = &part.system.effects;
+        let is_free = |declared: &Declared| {
+            declared.effect.is_some_and(|number| {
+                let mut own = effects[number].effect.parameters.iter();
+                own.any(|parameter| parameter.name == declared.local && !parameter.setting.fixed)
+            })
+        };
         for (setting, declared) in part.system.settings.iter_mut().zip(&part.system.declared) {
-            if declared.effect.is_some() {
+            if is_free(declared) {
                 setting.fixed = true;
                 setting.value = None;
             }
