@@ -2,70 +2,22 @@
 //! out, and nothing else.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
-use std::path::{Path, PathBuf};
+#[path = "problems/drawn.rs"]
+mod drawn;
 
+use std::path::Path;
+
+use drawn::{drawn, drawn_at, folder, run};
 use homepoint::diagnose::candidates::Wanted;
 use homepoint::diagnose::pairs::pairs;
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose, judge};
+use homepoint::engine::Problem;
 use homepoint::engine::layout::Instance;
-use homepoint::engine::open::{Opened, Request, open};
-use homepoint::engine::simulate::simulate;
-use homepoint::engine::{Point, Problem};
+use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
 use homepoint::report;
-
-fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm")
-}
-
-fn run(problem: Problem, opened: &Opened) -> Diagnosis {
-    let (recipes, wanted) = (opened.recipes.clone(), Wanted::default());
-    diagnose(problem, recipes, &wanted, &Options::default()).unwrap()
-}
-
-/// The example's readings drawn with some effects of the library; what is not set has its usual size.
-fn drawn(with: &[&str], set: &[&str], seed: u64) -> (Opened, Problem) {
-    let mut request = Request::new([folder()]);
-    request.with = with.iter().map(|name| (*name).to_owned()).collect();
-    request.set = set.iter().map(|text| (*text).to_owned()).collect();
-    let is_set = |name: &str| request.set.iter().any(|text| text.starts_with(name));
-    drawn_at(&request, seed, &|one| {
-        (!is_set(&one.name)).then_some(one.setting.typical.unwrap_or(0.0))
-    })
-}
-
-/// The same with values of the effects' parameters as `value` says; as stated where it says nothing.
-fn drawn_at(
-    request: &Request,
-    seed: u64,
-    value: &dyn Fn(&Instance) -> Option<f64>,
-) -> (Opened, Problem) {
-    let opened = open(&Request::new([folder()])).unwrap();
-    let nominal = calibrate(opened.problem.clone(), &Options::default()).unwrap();
-    let mut truth = open(request).unwrap().problem;
-    let mut point = Point::stated(&truth.layout);
-    for (index, instance) in truth.layout.instances.iter().enumerate() {
-        let same = |one: &Instance| one.name == instance.name && one.of == instance.of;
-        if let Some(known) = nominal.problem.layout.instances.iter().position(same) {
-            point.values[index] = nominal.fit.point.values[known];
-        } else if let Some(value) = value(instance) {
-            point.values[index][0] = value;
-        }
-    }
-    for part in &mut truth.parts {
-        for (sigma, random) in part.random_sigma.iter_mut().zip(&part.system.randoms) {
-            *sigma = random.sigma.or(random.typical).unwrap_or(0.0);
-        }
-    }
-    simulate(&mut truth, &point, seed, true);
-    let mut parts = opened.problem.parts.clone();
-    for (part, other) in parts.iter_mut().zip(&truth.parts) {
-        part.runs.clone_from(&other.runs);
-    }
-    (opened, Problem::new(parts))
-}
 
 fn noise_of<'d>(found: &'d Diagnosis, name: &str) -> &'d homepoint::diagnose::whiten::NoiseEffect {
     let names: Vec<&str> = found.noise.iter().map(|one| one.name.as_str()).collect();
@@ -339,28 +291,6 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     judge(&mut found, &clean, &Wanted::default(), &Options::default()).unwrap();
     assert!(found.gap.as_ref().unwrap().held_out_drop < 0.0, "{:?}", found.gap);
     assert_eq!(found.gap.unwrap().closed, Some(0.0));
-}
-
-/// A common delay that changed in one run: no effect of the library says so, and a wave that every sample
-/// of that run meets at the same phase must not.
-#[test]
-fn what_happened_to_one_run_is_unknown_with_its_place() {
-    let own = tempfile::tempdir().unwrap();
-    let text = "name = \"late_run\"\ntitle = \"One run late\"\nacts = \"timing\"\n[parameters]\n\
-                late = { unit = \"s\", typical = \"10 us\", scope = \"run\" }\n\
-                [patch]\nt = 't + late'\n";
-    std::fs::write(own.path().join("late_run.toml"), text).unwrap();
-    let mut request = Request::new([folder()]);
-    request.effects = vec![own.path().to_owned()];
-    request.with = vec!["late_run".to_owned()];
-    for (name, seed) in [("A_ccw50", 61), ("B_cw190", 62)] {
-        let late = |one: &Instance| Some(if one.of.as_deref() == Some(name) { 20e-6 } else { 0.0 });
-        let (opened, problem) = drawn_at(&request, seed, &late);
-        let found = run(problem, &opened);
-        assert_eq!(found.verdict, Verdict::Unknown, "{name}: {:?}", found.effects);
-        let place = &found.locations[0].place;
-        assert_eq!(place.covariate, "run", "{name}: {place:?}");
-    }
 }
 
 /// Delays that sum to zero over the setups come out so.

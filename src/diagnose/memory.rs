@@ -24,8 +24,8 @@ use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
 
 /// A random walk that shows, unless one is in the model already, the runs are too few to tell one from
 /// structure, or a memory of each measurand by itself is the likelier reason.
-pub(super) fn wanders(stage: &Stage, noise: &Noise) -> Option<NoiseEffect> {
-    if noise.effects.iter().any(is_named_walk) || !may_wander(stage) {
+pub(super) fn found_walk(stage: &Stage, noise: &Noise) -> Option<NoiseEffect> {
+    if wanders(noise, &stage.noise) || !may_wander(stage) {
         return None;
     }
     let rows: usize = stage.fitted.problem.parts.iter().map(|part| part.residual_count()).sum();
@@ -40,8 +40,10 @@ pub(super) fn may_wander(stage: &Stage) -> bool {
     runs >= LEAST_RUNS && stage.noise.iter().any(is_walk)
 }
 
-fn is_named_walk(one: &NoiseEffect) -> bool {
-    one.selected.as_ref().is_some_and(|selected| walks(&selected.effect))
+/// Whether one of these walks was found in the noise.
+pub(super) fn wanders(noise: &Noise, library: &[Candidate]) -> bool {
+    let is_found = |walk: &Candidate| noise.effects.iter().any(|one| one.name == walk.name);
+    library.iter().any(|one| is_walk(one) && is_found(one))
 }
 
 fn is_walk(candidate: &Candidate) -> bool {
@@ -290,7 +292,7 @@ pub(super) fn name_memory(stage: &Stage, all: &[Sequence], noise: &mut Noise) {
         candidate.selected.effect.parameters.iter().any(|one| one.process == Process::Memory)
     };
     let Some(candidate) = stage.noise.iter().find(has_process) else { return };
-    if noise.effects.iter().any(is_named_walk) {
+    if wanders(noise, &stage.noise) {
         return;
     }
     let level = level(all.len() + stage.noise.len());

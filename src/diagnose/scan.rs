@@ -6,7 +6,8 @@
 //! over the readings serves them all. What nominal parameters take up only raises a gain, so the
 //! `BEST` members by the plain gain are looked at again with that taken off, and polished by golden
 //! section; coupling between values of different runs is left aside. The best is then tested like any
-//! other candidate; every member of the grid is paid for, twice for the polishing.
+//! other candidate; every member of the grid is paid for, twice for the polishing. A list of members is
+//! looked through in the same way, as it stands.
 
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -42,7 +43,7 @@ const TOGETHER: usize = 8;
 pub type Scanned = Vec<(String, Candidate, usize)>;
 
 /// The best member of a family, if it is not among those `known`, and the number of members that it was chosen among. `None` where the
-/// effect has not just one range, or its member cannot be left open.
+/// effect has not just one family, or its member cannot be left open.
 pub fn scan(
     fitted: &Fitted,
     family: &Candidate,
@@ -53,9 +54,8 @@ pub fn scan(
     }
     let effect = &family.selected.effect;
     let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
-    let Members::Range { from, to } = declared.members else { return None };
     let scan = Scan::new(fitted, family, name)?;
-    let grid = scan.grid(from, to)?;
+    let (grid, tried) = scan.tried(&declared.members)?;
     let plain: Vec<f64> =
         grid.chunks(TOGETHER).flat_map(|members| scan.plain_gains(members)).collect();
     let mut order: Vec<usize> = (0..grid.len()).collect();
@@ -69,29 +69,38 @@ pub fn scan(
         }
     }
     let best = order.into_iter().max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
-    let low = grid[best.saturating_sub(1)];
-    let high = grid[(best + 1).min(grid.len() - 1)];
-    let value = scan.polished(low, high, (grid[best], gains[best]));
+    let value = match declared.members {
+        Members::List(_) => grid[best],
+        Members::Range { .. } => {
+            let low = grid[best.saturating_sub(1)];
+            let high = grid[(best + 1).min(grid.len() - 1)];
+            scan.polished(low, high, (grid[best], gains[best]))
+        }
+    };
     let mut selected =
         Selected { effect: family.selected.effect.clone(), ..family.selected.clone() };
     selected.member.insert(name.clone(), value);
+    let place = family.place.as_ref().map(|place| place.at(value));
     let mut found = Vec::new();
     for (campaign, recipe) in fitted.recipes.iter().enumerate() {
         if let Ok(system) = recipe.with(std::slice::from_ref(&selected)) {
-            join(&mut found, (campaign, fitted.recipes.len()), selected.clone(), None, system);
+            let at = (campaign, fitted.recipes.len());
+            join(&mut found, at, selected.clone(), place.clone(), system);
         }
     }
     let candidate: Candidate = found.pop()?;
-    known.push((family.name.clone(), candidate.clone(), 2 * grid.len()));
-    Some((candidate, 2 * grid.len()))
+    known.push((family.name.clone(), candidate.clone(), tried));
+    Some((candidate, tried))
 }
 
 /// The number of members that a family is scanned over, as it is paid for; `None` where it is not.
 pub fn members(fitted: &Fitted, family: &Candidate) -> Option<usize> {
     let effect = &family.selected.effect;
     let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
-    let Members::Range { from, to } = declared.members else { return None };
-    Some(2 * Scan::new(fitted, family, name)?.grid(from, to)?.len())
+    let scan = matches!(declared.members, Members::Range { .. })
+        .then(|| Scan::new(fitted, family, name))
+        .flatten()?;
+    Some(scan.tried(&declared.members)?.1)
 }
 
 /// A family whose constant is left open.
@@ -157,13 +166,14 @@ impl<'a> Scan<'a> {
         self.sampling.as_ref().is_some_and(|sampling| sampling.is_blind(member))
     }
 
-    /// Sums over runs of columns that hold together: over a campaign, a setup or a run.
-    fn groups(&self, signatures: &Signatures, members: &[f64]) -> Vec<Group> {
+    /// Sums over runs of columns that hold together: over a campaign, a setup or a run; `across` members,
+    /// too, if that is wanted.
+    fn groups(&self, signatures: &Signatures, members: &[f64], across: bool) -> Vec<Group> {
         let problem = &self.fitted.problem;
         let part = signatures.part();
         let n = self.length.len();
         let mut groups: Vec<Group> = Vec::new();
-        let grams = problem.gram_at(signatures, &self.fitted.fit.point, members);
+        let grams = problem.gram_at(signatures, &self.fitted.fit.point, members, across);
         for (run, RunGram { gram, .. }) in grams.iter().enumerate() {
             let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
             let k = gram.nrows() - 1 - touched.len();
@@ -227,7 +237,7 @@ impl<'a> Scan<'a> {
     ) -> Vec<f64> {
         let mut sums = vec![0.0; members.len()];
         for Group { own, across, score, .. } in
-            programs.iter().flat_map(|one| self.groups(one, members))
+            programs.iter().flat_map(|one| self.groups(one, members, false))
         {
             let k = score.len() / members.len();
             for (member, sum) in sums.iter_mut().enumerate() {
@@ -260,7 +270,7 @@ impl<'a> Scan<'a> {
     /// Mean squared cosine between two members.
     fn alike(&self, a: f64, b: f64) -> f64 {
         let (mut sum, mut all) = (0.0, 0.0);
-        for group in self.alone.iter().flat_map(|one| self.groups(one, &filled(&[a, b]))) {
+        for group in self.alone.iter().flat_map(|one| self.groups(one, &filled(&[a, b]), true)) {
             let k = group.own.nrows() / TOGETHER;
             let block = |i, j| group.own.view((i, j), (k, k)).into_owned();
             let (Some(left), Some(right)) =
@@ -295,7 +305,19 @@ impl<'a> Scan<'a> {
         if near > 0.0 { near } else { far }
     }
 
-    /// The members that are tried: steps are a power of the member between both ends.
+    /// The members that are tried, and for how many they are paid for.
+    fn tried(&self, members: &Members) -> Option<(Vec<f64>, usize)> {
+        match members {
+            Members::List(list) => Some((list.clone(), list.len())),
+            Members::Range { from, to } => {
+                let grid = self.grid(*from, *to)?;
+                let paid = 2 * grid.len();
+                Some((grid, paid))
+            }
+        }
+    }
+
+    /// The members of a range that are tried: steps are a power of the member between both ends.
     fn grid(&self, from: f64, to: f64) -> Option<Vec<f64>> {
         let range = to - from;
         let (first, last) = (self.step(from, 1.0, 0.5 * range), self.step(to, -1.0, 0.5 * range));

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::DVector;
 
+use crate::effect::{Family, Members};
 use crate::engine::open::Recipe;
 use crate::engine::signatures::Signatures;
 use crate::engine::stretches::Left;
@@ -15,6 +16,7 @@ use crate::system::Selected;
 use super::candidates::{Candidate, NotTestable, Offer, Wanted};
 use super::catalogue::{self, Made};
 use super::evidence::{Entry, Evidence, sign};
+use super::memory::wanders;
 use super::scan::{Scanned, scan};
 use super::score::{Score, of_gain, score};
 use super::search::level;
@@ -275,8 +277,15 @@ impl Stage {
         let (mut candidates, mut members) =
             best_members(&fitted, &made, effects, &mut kept.scanned)?;
         let effects = candidates.len();
-        candidates.extend(made.blocks.iter().cloned());
-        members.resize(candidates.len(), 1);
+        for block in &made.blocks {
+            if block.selected.effect.shape.is_empty() {
+                candidates.push(block.clone());
+                members.push(1);
+            } else if let Some((found, tried)) = scan(&fitted, block, &mut kept.scanned) {
+                candidates.push(found);
+                members.push(tried);
+            }
+        }
         let all: Vec<&Candidate> = candidates.iter().collect();
         let Fit { normal, point, .. } = &fitted.fit;
         let signatures = kept.signatures(&made, &fitted.problem, &all);
@@ -303,9 +312,17 @@ impl Stage {
     }
 
     /// Whether a block is not counted as structure: noise with a memory scatters from run to run, so what
-    /// each run has for itself says nothing then.
+    /// each run has for itself says nothing then; and beside slow noise an oscillation, which at a multiple
+    /// of a run's sampling rate is slow there, says no more.
     pub fn is_scatter(&self, candidate: usize) -> bool {
-        self.noise_found.runs_scatter && self.is_of_runs(candidate)
+        let found = &self.noise_found;
+        let slow = found.memory > 0.0 || wanders(found, &self.noise);
+        (found.runs_scatter && self.is_of_runs(candidate))
+            || (slow && self.is_oscillation(candidate))
+    }
+
+    fn is_oscillation(&self, candidate: usize) -> bool {
+        self.candidates[candidate].place.as_ref().is_some_and(Place::is_oscillation)
     }
 
     fn is_of_runs(&self, candidate: usize) -> bool {
@@ -317,9 +334,14 @@ impl Stage {
         self.together(&self.structures())
     }
 
-    /// The same one by one, but for what each run has for itself.
+    /// The same one by one, but for what each run has for itself and oscillations.
     pub fn structures_over_runs(&self) -> Vec<usize> {
-        self.structures_among(|n| !self.is_of_runs(n))
+        self.structures_among(|n| !self.is_of_runs(n) && !self.is_oscillation(n))
+    }
+
+    /// The same but for oscillations, which walks and noisier runs imitate.
+    pub fn structures_beside_noise(&self) -> Vec<usize> {
+        self.structures_among(|n| !self.is_oscillation(n))
     }
 
     /// The candidates, of the library or unknown, that are significant one after the other, greedily.
@@ -395,7 +417,9 @@ fn best_members(
         let (family, after) = rest.split_at(count);
         rest = after;
         let mut winner = 0;
+        let is_range = |family: &Family| matches!(family.members, Members::Range { .. });
         if count > 1
+            && first.selected.effect.shape.values().all(is_range)
             && let Some((found, members)) = scan(fitted, first, scanned)
         {
             best.push(found);

@@ -4,7 +4,7 @@
 //! reading itself, as a free function of one covariate: an angle (waves up to an order), a rate, the
 //! sense of rotation, time, setup, run. Blocks are effects like any other and go through the same
 //! machine; the best of them says where the unknown sits. (A plain Fourier series in the arm angle
-//! would miss clocks and platforms.)
+//! would miss clocks and platforms.) Those whose scale nobody knows are families, `waves`.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -21,13 +21,15 @@ use crate::units::{Dimension, Unit};
 use super::candidates::{Candidate, join};
 
 /// Waves over a signal, where there are few signals and where there are many.
-const ORDERS: (usize, usize) = (8, 3);
+pub(super) const ORDERS: (usize, usize) = (8, 3);
 /// Signals that count as few.
-const FEW: usize = 2;
+pub(super) const FEW: usize = 2;
 /// Waves over the reading of a circle.
-const CIRCLE_ORDERS: usize = 4;
+pub(super) const CIRCLE_ORDERS: usize = 4;
 /// The covariate of a block with a value for each run.
 const RUN: &str = "run";
+/// The covariate of a wave in time with phases of each run's own.
+pub(super) const OSCILLATION: &str = "oscillation";
 /// Waves of an error in time.
 const TIMING_ORDERS: usize = 2;
 
@@ -38,14 +40,26 @@ pub struct Place {
     pub of: Of,
     /// What it is a function of.
     pub covariate: String,
-    /// A phrase.
+    /// A phrase; `{member}` stands for the member of a family.
     pub words: String,
 }
 
 impl Place {
-    /// Whether each run has a value for itself.
+    /// Whether it is a value for each run.
     pub fn is_of_runs(&self) -> bool {
         self.covariate == RUN
+    }
+
+    /// Whether it is a wave in time.
+    pub fn is_oscillation(&self) -> bool {
+        self.covariate == OSCILLATION
+    }
+
+    /// Of a family, with the member that was found.
+    pub fn at(&self, member: f64) -> Self {
+        let digits = if member.fract() == 0.0 { 0 } else { 3 };
+        let words = self.words.replace("{member}", &format!("{member:.digits$}"));
+        Self { words, ..self.clone() }
     }
 }
 
@@ -60,15 +74,17 @@ pub enum Of {
 
 /// A covariate: terms with their dimension, one coefficient each.
 #[derive(Clone)]
-struct Covariate {
-    name: String,
-    terms: Vec<(String, Dimension)>,
-    scope: &'static str,
+pub(super) struct Covariate {
+    pub(super) name: String,
+    pub(super) terms: Vec<(String, Dimension)>,
+    pub(super) scope: &'static str,
+    /// The line of the family that the terms name; empty without.
+    pub(super) family: String,
 }
 
 impl Covariate {
     fn new(name: impl Into<String>, scope: &'static str, terms: Vec<(String, Dimension)>) -> Self {
-        Self { name: name.into(), terms, scope }
+        Self { name: name.into(), terms, scope, family: String::new() }
     }
 
     fn waves(name: &str, orders: usize) -> Self {
@@ -98,6 +114,7 @@ fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     channels(model, &mut all);
     timing(model, &mut all);
     readings(model, &mut all);
+    super::waves::families(model, &mut all);
     all
 }
 
@@ -109,7 +126,7 @@ fn of_the_rig(model: &Model, timing: bool) -> Vec<Covariate> {
     for signal in &signals {
         let (name, own) = (&signal.name, signal.unit.dimension);
         let rate = own / Dimension::TIME;
-        let angle = own == Dimension::NONE && signal.unit.symbol != "1";
+        let angle = turns(&signal.unit);
         if angle {
             all.push(Covariate::waves(name, if timing { TIMING_ORDERS } else { orders }));
         }
@@ -148,6 +165,11 @@ fn of_the_rig(model: &Model, timing: bool) -> Vec<Covariate> {
     all
 }
 
+/// Whether a signal of this unit is an angle.
+pub(super) fn turns(unit: &Unit) -> bool {
+    unit.dimension == Dimension::NONE && unit.symbol != "1"
+}
+
 /// What the head does.
 fn of_the_head(model: &Model) -> Vec<Covariate> {
     let mut all = Vec::new();
@@ -181,26 +203,29 @@ fn of_the_head(model: &Model) -> Vec<Covariate> {
     all
 }
 
-/// Displacements of the target.
-fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+/// The directions in which a target may be displaced, by channel; none where a model has no target.
+pub(super) fn directions(model: &Model) -> &'static [(&'static str, &'static str)] {
     let has = |name: &str| model.quantities.contains_key(name);
-    if !has("target") {
-        return;
-    }
-    let directions = if has("arm_turn") {
-        [
+    match (has("target"), has("arm_turn")) {
+        (false, _) => &[],
+        (true, true) => &[
             ("target tangential", "rotate(arm_turn, [0, 1, 0])"),
             ("target radial", "rotate(arm_turn, [1, 0, 0])"),
             ("target axial", "[0, 0, 1]"),
-        ]
-    } else {
-        [("target x", "[1, 0, 0]"), ("target y", "[0, 1, 0]"), ("target z", "[0, 0, 1]")]
-    };
-    for (channel, direction) in directions {
+        ],
+        (true, false) => {
+            &[("target x", "[1, 0, 0]"), ("target y", "[0, 1, 0]"), ("target z", "[0, 0, 1]")]
+        }
+    }
+}
+
+/// Displacements of the target.
+fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+    for (channel, direction) in directions(model) {
         for covariate in of_the_rig(model, false) {
             let place = Place {
-                of: Of::Channel(channel.to_owned()),
-                words: displacement(channel.trim_start_matches("target "), &covariate.name),
+                of: Of::Channel((*channel).to_owned()),
+                words: displacement(channel, &covariate.name),
                 covariate: covariate.name.clone(),
             };
             let patch = |sum: &str| format!("target = 'target + ({sum}) * {direction}'");
@@ -209,7 +234,9 @@ fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     }
 }
 
-fn displacement(direction: &str, covariate: &str) -> String {
+/// The words for a displacement.
+pub(super) fn displacement(channel: &str, covariate: &str) -> String {
+    let direction = channel.trim_start_matches("target ");
     let article = if matches!(direction, "axial" | "x") { "an" } else { "a" };
     format!("{article} {direction} displacement of the target over {covariate}")
 }
@@ -263,7 +290,7 @@ fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
 }
 
 /// A block as an effect: the sum of coefficients times terms, put into a patch.
-fn effect(
+pub(super) fn effect(
     place: &Place,
     covariate: &Covariate,
     dimension: Dimension,
@@ -271,26 +298,44 @@ fn effect(
 ) -> Option<(Arc<Effect>, Place)> {
     let (Of::Measurand(of) | Of::Channel(of)) = &place.of;
     let kind = if matches!(place.of, Of::Measurand(_)) { "reading" } else { "channel" };
-    let name: String = format!("unknown_{kind}_{of}_{}", covariate.name)
-        .chars()
-        .map(|c| if c.is_alphanumeric() { c } else { '_' })
+    let part = |number: usize| format!("part_{number}");
+    let coefficients: Vec<(String, Dimension)> = (0..)
+        .zip(&covariate.terms)
+        .map(|(number, (_, of))| (part(number), dimension / *of))
         .collect();
+    let terms = (0..).zip(&covariate.terms);
+    let sum: Vec<String> = terms.map(|(n, (term, _))| format!("{} * {term}", part(n))).collect();
+    made(
+        &format!("unknown_{kind}_{of}_{}", covariate.name),
+        place,
+        (&coefficients, covariate.scope),
+        &covariate.family,
+        &patch(&sum.join(" + ")),
+    )
+}
+
+/// An effect that nobody wrote down: coefficients with their dimensions and scope, the line of its
+/// family, if it has one, and its patches.
+pub(super) fn made(
+    name: &str,
+    place: &Place,
+    (coefficients, scope): (&[(String, Dimension)], &str),
+    family: &str,
+    patches: &str,
+) -> Option<(Arc<Effect>, Place)> {
+    let name: String = name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
     let mut text =
         format!("name = \"{name}\"\ntitle = \"{}\"\nacts = \"noise\"\n[parameters]\n", place.words);
-    let mut sum = Vec::new();
-    for (number, (term, of)) in covariate.terms.iter().enumerate() {
-        let unit = Unit::coherent(dimension / *of).si_symbol();
-        let scope = covariate.scope;
+    for (coefficient, dimension) in coefficients {
+        let unit = Unit::coherent(*dimension).si_symbol();
         let written = writeln!(
             text,
-            "part_{number} = {{ unit = \"{unit}\", typical = \"1 {unit}\", scope = \"{scope}\" }}"
+            "{coefficient} = {{ unit = \"{unit}\", typical = \"1 {unit}\", scope = \"{scope}\" }}"
         );
         written.ok()?;
-        sum.push(format!("part_{number} * {term}"));
     }
-    text.push_str("[patch]\n");
-    text.push_str(&patch(&sum.join(" + ")));
-    text.push('\n');
+    let shape = if family.is_empty() { "" } else { "[shape]\n" };
+    text.push_str(&format!("[patch]\n{patches}\n{shape}{family}\n"));
     let effect = Effect::parse(Source::new(name, text)).ok()?;
     Some((Arc::new(effect), place.clone()))
 }

@@ -74,7 +74,7 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<(NoiseEffe
         }
     }
     let columns = made.pop()?;
-    let structures = stage.structures();
+    let structures = stage.structures_beside_noise();
     let mut all: Vec<&Candidate> = structures.iter().map(|n| &stage.candidates[*n]).collect();
     all.push(&columns);
     let fit = &stage.fitted.fit;

@@ -30,7 +30,9 @@ use super::candidates::Wanted;
 use super::jitter::jitter;
 use super::levels::{levels, name_levels, uneven};
 use super::lost::Lost;
-use super::memory::{left_white, may_wander, memory, name_memory, remember, wanders, white_parts};
+use super::memory::{
+    found_walk, left_white, may_wander, memory, name_memory, remember, white_parts,
+};
 use super::search::{LEAST_STRETCHES, level};
 use super::stage::{Fitted, Kept, Stage, rebuilt};
 use super::variances::judged_again;
@@ -286,7 +288,7 @@ pub fn prepare(
             continue;
         }
         if !last
-            && let Some(found) = wanders(&stage, &noise)
+            && let Some(found) = found_walk(&stage, &noise)
             && let Some(selected) = &found.selected
             && let Some(changed) = given.anew(&stage, &noise, selected, options)?
         {

@@ -42,6 +42,8 @@ pub(super) struct Plan {
     parameters: Vec<[f64; 4]>,
     /// For each direction the columns of the run's Gram matrix that move it.
     pub(super) movers: Vec<Vec<(usize, f64)>>,
+    /// For each direction the group outside of which it wants no sums; 0 with all.
+    pub(super) groups: Vec<usize>,
     /// Columns of the run's Gram matrix, the residual included.
     pub(super) size: usize,
 }
@@ -50,6 +52,12 @@ impl Plan {
     /// Appends values after those of the parameters.
     pub(super) fn give(&mut self, constants: &[f64]) {
         self.parameters.extend(constants.iter().map(|value| [*value, 0.0, 0.0, 0.0]));
+    }
+
+    /// Puts the last directions into groups.
+    pub(super) fn group(&mut self, groups: &[usize]) {
+        let first = self.groups.len() - groups.len();
+        self.groups[first..].copy_from_slice(groups);
     }
 }
 
@@ -147,7 +155,8 @@ impl Problem {
         let mut movers = self.movers(part, run);
         movers.extend((0..more).map(|column| vec![(touched + column, 1.0)]));
         let parameters = self.parameters(part, run, point);
-        Plan { parameters, movers, size: touched + more + 1 }
+        let groups = vec![0; movers.len()];
+        Plan { parameters, movers, groups, size: touched + more + 1 }
     }
 
     /// Computes something of every wanted block, many at a time, and takes the results in order. What

@@ -29,7 +29,10 @@ impl Problem {
         let readings = self.walk_rows(block, program, plan, memory, &mut |row| {
             // Every chunk has its rows in order.
             if products.len() == row.index {
-                products.push(Products::new(row.lanes.len(), self.set));
+                let groups: Vec<usize> = std::iter::once(0)
+                    .chain(row.directions.iter().map(|direction| plan.groups[*direction]))
+                    .collect();
+                products.push(Products::grouped(&groups, self.set));
             }
             products[row.index].add(row.lanes);
         });
@@ -75,7 +78,7 @@ fn scatter(half: &mut DMatrix<f64>, products: &Products, columns: &[&[(usize, f6
         for (a, p) in *left {
             // One column of the matrix at a time, for that is how it lies in memory.
             let mut target = half.column_mut(*a);
-            for (j, right) in columns.iter().enumerate().skip(i) {
+            for (j, right) in columns.iter().enumerate().take(products.end(i)).skip(i) {
                 let sum = if i == j { 0.5 * products.sum(i, j) } else { products.sum(i, j) };
                 for (b, q) in *right {
                     target[*b] += p * q * sum;

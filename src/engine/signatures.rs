@@ -49,6 +49,8 @@ pub struct Signature {
 pub struct Signatures {
     /// The columns, after those of the nominal unknowns.
     pub columns: Vec<Signature>,
+    /// For each of them the number of its candidate, from 1 on.
+    groups: Vec<usize>,
     pub(crate) program: RowsProgram,
     part: usize,
 }
@@ -77,7 +79,7 @@ impl Signatures {
             .zip(&system.assembly.names.parameters)
             .map(|(index, parameter)| (parameter.name.as_str(), index))
             .collect();
-        let mut columns = Vec::new();
+        let (mut columns, mut groups) = (Vec::new(), Vec::new());
         for (number, candidate) in candidates.iter().enumerate() {
             let mut adding = Adding {
                 nominal: &nominal,
@@ -92,17 +94,18 @@ impl Signatures {
                 }
                 let kind = candidate.system.assembly.names.parameters[parameter].kind;
                 for component in 0..kind.dimension() {
-                    let number = directions.len() + columns.len();
+                    let column = directions.len() + columns.len();
                     let seeds = seeds(&mut adding.rows.graph, parameter as u32, kind, component);
                     let weights = adding.unit_weights();
                     let found = adding.rows.derivatives(&[seeds], &weights, Sweep::Forward);
-                    if adding.append(number, &found, &mut made) {
+                    if adding.append(column, &found, &mut made) {
                         columns.push(adding.signature(parameter, component));
+                        groups.push(number + 1);
                     }
                 }
             }
         }
-        Self { columns, program: made.compile(), part }
+        Self { columns, groups, program: made.compile(), part }
     }
 }
 
@@ -193,15 +196,17 @@ impl Problem {
     /// The Gram sums of every run of a campaign at a point, the signatures' columns among them: first
     /// the columns that the run touches, then the signatures', last the residual.
     pub fn gram_with(&self, signatures: &Signatures, point: &Point) -> Vec<RunGram> {
-        self.gram_at(signatures, point, &[])
+        self.gram_at(signatures, point, &[], true)
     }
 
-    /// The same with values for the constants that the signatures leave open, one a candidate.
+    /// The same with values for the constants that the signatures leave open, one a candidate. Not
+    /// `across` candidates, sums of products of different ones are zero.
     pub fn gram_at(
         &self,
         signatures: &Signatures,
         point: &Point,
         constants: &[f64],
+        across: bool,
     ) -> Vec<RunGram> {
         let part = signatures.part;
         let more = signatures.columns.len();
@@ -210,6 +215,9 @@ impl Problem {
             .map(|run| {
                 let mut plan = self.plan(part, run, point, more);
                 plan.give(constants);
+                if !across {
+                    plan.group(&signatures.groups);
+                }
                 plan
             })
             .collect();

@@ -3,7 +3,8 @@
 //! Tiles of 4 by 3 sums (3 by 3 without fused multiply-add) stay in registers while the chunk runs through them; each sum has as many
 //! partial sums as a register holds numbers, which are added up at the end. So a product costs one
 //! multiply-add, which is the least it can. Where there are so many columns that partial sums would not
-//! stay in the nearest caches, they are added up chunk by chunk.
+//! stay in the nearest caches, they are added up chunk by chunk. Columns may be in groups that want no
+//! sums with each other.
 
 use crate::engine::lanes::dispatch::Simd;
 
@@ -17,33 +18,52 @@ const COLUMNS: usize = 3;
 /// With more columns partial sums are added up after each chunk.
 const FEW: usize = 96;
 
-/// Sums of products of every pair of `count` columns.
+/// Sums of products of pairs of columns.
 #[derive(Clone, Debug)]
 pub struct Products {
-    count: usize,
+    /// For each column the end of those from itself on with which it is summed.
+    ends: Vec<usize>,
     set: InstructionSet,
     /// Partial sums of each sum: as many as a register holds numbers, or one.
     parts: usize,
-    /// `[i][j][part]`; filled for `i <= j`.
+    /// `[i][j][part]`; filled for `i <= j < ends[i]`.
     sums: Vec<f64>,
 }
 
 impl Products {
-    /// Of this many columns; all zero.
+    /// Of every pair of this many columns; all zero.
     pub fn new(count: usize, set: InstructionSet) -> Self {
+        Self::grouped(&vec![0; count], set)
+    }
+
+    /// Of columns in groups, those of a group one after the other: of pairs of the same group, and of those
+    /// of group 0, which is first, with all.
+    pub fn grouped(groups: &[usize], set: InstructionSet) -> Self {
+        let count = groups.len();
+        let end = |column: usize| {
+            let others = groups[column..].iter().position(|group| *group != groups[column]);
+            others.filter(|_| groups[column] > 0).map_or(count, |others| column + others)
+        };
         let parts = if count > FEW { 1 } else { set.run(Width) };
-        Self { count, set, parts, sums: vec![0.0; count * count * parts] }
+        let sums = vec![0.0; count * count * parts];
+        Self { ends: (0..count).map(end).collect(), set, parts, sums }
+    }
+
+    /// The end of the columns, from this one on, with which it is summed.
+    pub fn end(&self, column: usize) -> usize {
+        self.ends[column]
     }
 
     /// Adds the products of a chunk; one column each.
     pub fn add(&mut self, columns: &[&Lanes]) {
-        debug_assert_eq!(columns.len(), self.count);
-        self.set.run(Adding { columns, sums: &mut self.sums, parts: self.parts });
+        debug_assert_eq!(columns.len(), self.ends.len());
+        let Self { ends, parts, sums, .. } = self;
+        self.set.run(Adding { columns, ends, sums, parts: *parts });
     }
 
-    /// The sum for a pair of columns.
+    /// The sum for a pair of columns; zero where it is not wanted.
     pub fn sum(&self, i: usize, j: usize) -> f64 {
-        let at = i.min(j) * self.count + i.max(j);
+        let at = i.min(j) * self.ends.len() + i.max(j);
         if self.parts == 1 {
             return self.sums[at];
         }
@@ -65,6 +85,7 @@ impl Task for Width {
 
 struct Adding<'a> {
     columns: &'a [&'a Lanes],
+    ends: &'a [usize],
     sums: &'a mut [f64],
     parts: usize,
 }
@@ -74,17 +95,19 @@ impl Task for Adding<'_> {
 
     #[inline(always)]
     fn run<A: Arithmetic, S: Simd>(self, simd: S) {
-        let Self { columns, sums, parts } = self;
+        let Self { columns, ends, sums, parts } = self;
         let count = columns.len();
         let added_up = parts < S::F64_LANES;
         let mut i = 0;
         while i < count {
             // A product that is not fused with its sum needs a register, too.
             let most = if A::FUSED { ROWS } else { ROWS - 1 };
-            let rows = most.min(count - i);
+            let end = ends[i];
+            let alike = ends[i..].iter().take(most).take_while(|other| **other == end);
+            let rows = alike.count();
             let mut j = i;
-            while j < count {
-                let across = COLUMNS.min(count - j);
+            while j < end {
+                let across = COLUMNS.min(end - j);
                 let at = (i, j, count, added_up);
                 match (rows, across) {
                     (1, 1) => tile::<A, S, 1, 1>(simd, columns, sums, at),
@@ -152,6 +175,27 @@ fn tile<A: Arithmetic, S: Simd, const R: usize, const C: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn groups_are_summed_with_themselves_and_with_the_first() {
+        let groups = [0, 0, 1, 1, 1, 1, 1, 2, 3, 3];
+        let columns: Vec<Lanes> = (0..groups.len())
+            .map(|c| std::array::from_fn(|i| ((i * 7 + c * 31) % 23) as f64 - 11.0))
+            .collect();
+        let borrowed: Vec<&Lanes> = columns.iter().collect();
+        for set in InstructionSet::available() {
+            let (mut some, mut all) =
+                (Products::grouped(&groups, set), Products::new(groups.len(), set));
+            some.add(&borrowed);
+            all.add(&borrowed);
+            for (i, j) in (0..groups.len()).flat_map(|i| (i..groups.len()).map(move |j| (i, j))) {
+                let wanted = groups[i] == 0 || groups[i] == groups[j];
+                assert_eq!(j < some.end(i), wanted, "{i} {j}");
+                let sum = if wanted { all.sum(i, j) } else { 0.0 };
+                assert_eq!(some.sum(i, j), sum, "{} {i} {j}", set.name());
+            }
+        }
+    }
 
     #[test]
     fn every_pair_is_summed_on_every_instruction_set() {

@@ -1,0 +1,84 @@
+//! Causes that no library holds: unknown, with their place.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+#[path = "problems/drawn.rs"]
+#[expect(dead_code, reason = "each test uses a part")]
+mod drawn;
+
+use drawn::{drawn_at, folder, run};
+use homepoint::diagnose::Diagnosis;
+use homepoint::diagnose::structure::Place;
+use homepoint::diagnose::verdict::Verdict;
+use homepoint::engine::layout::Instance;
+use homepoint::engine::open::Request;
+
+/// The diagnosis of readings drawn with an effect that nobody knows there, with values as said.
+fn with_a_nameless(text: &str, seed: u64, value: &dyn Fn(&Instance) -> f64) -> Diagnosis {
+    let own = tempfile::tempdir().unwrap();
+    let whole = format!("name = \"nameless\"\ntitle = \"Nameless\"\nacts = \"arm\"\n{text}");
+    std::fs::write(own.path().join("nameless.toml"), whole).unwrap();
+    let mut request = Request::new([folder()]);
+    request.effects = vec![own.path().to_owned()];
+    request.with = vec!["nameless".to_owned()];
+    let (opened, problem) =
+        drawn_at(&request, seed, &|one| (!one.setting.fixed).then(|| value(one)));
+    run(problem, &opened)
+}
+
+fn best_place(found: &Diagnosis) -> &Place {
+    assert_eq!(found.verdict, Verdict::Unknown, "{:?} {:?}", found.effects, found.noise);
+    &found.locations[0].place
+}
+
+/// A common delay that changed in one run: no effect of the library says so, and a wave that every sample
+/// of that run meets at the same phase must not.
+#[test]
+fn what_happened_to_one_run() {
+    let text = "[parameters]\nlate = { unit = \"s\", typical = \"10 us\", scope = \"run\" }\n\
+                [patch]\nt = 't + late'\n";
+    for (name, seed) in [("A_ccw50", 61), ("B_cw190", 62)] {
+        let late = |one: &Instance| if one.of.as_deref() == Some(name) { 20e-6 } else { 0.0 };
+        let found = with_a_nameless(text, seed, &late);
+        assert_eq!(best_place(&found).covariate, "run", "{name}");
+    }
+}
+
+/// Finer than waves of blocks are: at each rate it is an oscillation of a frequency of its own.
+#[test]
+fn an_encoder_with_twelve_or_thirty_waves_a_turn() {
+    for (order, seed) in [(12, 64), (30, 65)] {
+        let text = format!(
+            "[parameters]\nwave = {{ unit = \"rad\", typical = \"1 arcsec\", scope = \"rig\" }}\n\
+             [patch]\narm_angle = 'arm_angle + wave * cos({order} * arm_angle)'\n"
+        );
+        let found = with_a_nameless(&text, seed, &|_| 15e-6);
+        let place = best_place(&found);
+        assert!(place.words.ends_with(&format!("{order} waves a turn")), "{}", place.words);
+        assert_eq!(place.covariate, "arm_angle");
+    }
+}
+
+/// The arm swings along its axis and the instrument along its beam, each run with a phase of its own.
+#[test]
+fn what_swings_otherwise_than_in_torsion() {
+    let swing = "swing * cos(2 * pi * f * run_time + phase)";
+    let parameters = "[parameters]\nswing = { unit = \"m\", typical = \"10 um\", scope = \"rig\" }\n\
+                      phase = { unit = \"rad\", typical = \"1 rad\", scope = \"run\" }\n\
+                      f = { unit = \"Hz\", value = \"FREQUENCY Hz\", fixed = true }\n[patch]\n";
+    for (frequency, patch, seed) in [
+        ("1.433", "target = 'target + [0, 0, SWING]'", 66),
+        ("3.07", "distance = 'distance + SWING'", 67),
+    ] {
+        let text = format!("{parameters}{patch}\n");
+        let text = text.replace("SWING", swing).replace("FREQUENCY", frequency);
+        let value = |one: &Instance| match one.of.as_deref() {
+            None => 12e-6,
+            Some(run) => run.bytes().map(f64::from).sum::<f64>(),
+        };
+        let found = with_a_nameless(&text, seed, &value);
+        let place = best_place(&found);
+        assert_eq!(place.covariate, "oscillation");
+        let said: f64 = place.words.split_whitespace().rev().nth(1).unwrap().parse().unwrap();
+        assert!((said - frequency.parse::<f64>().unwrap()).abs() < 0.01, "{}", place.words);
+    }
+}
