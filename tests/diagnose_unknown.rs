@@ -78,6 +78,7 @@ fn what_swings_otherwise_than_in_torsion() {
         let found = with_a_nameless(&text, seed, &value);
         let place = best_place(&found);
         assert_eq!(place.covariate, "oscillation");
+        assert!(found.noise.is_empty(), "{:?}", found.noise);
         let said: f64 = place.words.split_whitespace().rev().nth(1).unwrap().parse().unwrap();
         assert!((said - frequency.parse::<f64>().unwrap()).abs() < 0.01, "{}", place.words);
     }

@@ -40,10 +40,10 @@ pub(super) fn may_wander(stage: &Stage) -> bool {
     runs >= LEAST_RUNS && stage.noise.iter().any(is_walk)
 }
 
-/// Whether one of these walks was found in the noise.
-pub(super) fn wanders(noise: &Noise, library: &[Candidate]) -> bool {
+/// Whether one of the walks that are offered was found in the noise.
+pub(super) fn wanders(noise: &Noise, offered: &[Candidate]) -> bool {
     let is_found = |walk: &Candidate| noise.effects.iter().any(|one| one.name == walk.name);
-    library.iter().any(|one| is_walk(one) && is_found(one))
+    offered.iter().any(|one| is_walk(one) && is_found(one))
 }
 
 fn is_walk(candidate: &Candidate) -> bool {

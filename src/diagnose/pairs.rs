@@ -54,7 +54,7 @@ fn leaves_nothing(stage: &Stage, known: &Entry) -> bool {
     let level = level(blocks.len());
     blocks.into_iter().filter(|block| !stage.is_scatter(*block)).all(|block| {
         let (gain, degrees) = stage.evidence.beyond(known, stage.entry(block));
-        let score = of_gain(gain, degrees, 1);
+        let score = of_gain(gain, degrees, stage.members[block]);
         score.ln_p > level || score.lambda() < LEAST_LAMBDA
     })
 }

@@ -108,14 +108,15 @@ fn with_imitations(stage: &Stage, alone: Vec<f64>, odds: f64) -> Vec<f64> {
         let length = score.lambda().powi(2);
         for (block, whole) in all.iter_mut().enumerate().skip(stage.effects) {
             let (gain, degrees) = stage.evidence.beyond(stage.entry(number), stage.entry(block));
-            let left = of_gain(gain, degrees, 1);
+            let left = of_gain(gain, degrees, stage.members[block]);
             let is_enough = length >= NAMED * (length + left.lambda().powi(2));
             if is_enough || !seen(&left, blocks.len()) {
                 continue;
             }
             let each = vec![readings as f64 / degrees as f64; degrees];
             let squares = vec![gain / degrees as f64; degrees];
-            let together = own + odds + mixed(&each, &squares);
+            let choice = (stage.members[block] as f64).ln();
+            let together = own + odds + mixed(&each, &squares) - choice;
             let (more, less) = (whole.max(together), whole.min(together));
             *whole = more + (less - more).exp().ln_1p();
         }

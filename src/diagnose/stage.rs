@@ -263,8 +263,7 @@ impl Stage {
         Self::again(fitted, wanted, &mut Kept::default())
     }
 
-    /// The same; families that were scanned with nearly the same readings are not scanned again, and
-    /// signatures that are the same are not made again.
+    /// The same; families that were scanned are not scanned again while the noise is judged, and signatures that are the same are not made again.
     pub fn again(fitted: Fitted, wanted: &Wanted, kept: &mut Kept) -> Option<Self> {
         let made = wanted.catalogue.of(&fitted.recipes);
         let Offer { effects, mut noise, mut not_testable } = made.offer.clone();
@@ -312,8 +311,8 @@ impl Stage {
     }
 
     /// Whether a block is not counted as structure: noise with a memory scatters from run to run, so what
-    /// each run has for itself says nothing then; and beside slow noise an oscillation, which at a multiple
-    /// of a run's sampling rate is slow there, says no more.
+    /// each run has for itself says nothing then; and beside a walk, or a memory that weights do not take
+    /// account of, an oscillation says no more, for at a multiple of a run's sampling rate it is slow there.
     pub fn is_scatter(&self, candidate: usize) -> bool {
         let found = &self.noise_found;
         let slow = found.memory > 0.0 || wanders(found, &self.noise);

@@ -169,7 +169,8 @@ fn with_a_block(stage: &Stage) -> f64 {
         for block in blocks.clone().filter(|block| !stage.is_scatter(*block)) {
             let (gain, degrees) = stage.evidence.beyond(stage.entry(effect), stage.entry(block));
             let both = of_gain(own.gain + gain, own.degrees + degrees, 1).ln_p;
-            best = best.min(both + paid + choices);
+            let member = (stage.members[block] as f64).ln();
+            best = best.min(both + paid + member + choices);
         }
     }
     best

@@ -29,12 +29,12 @@ pub(super) fn families(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
 /// Waves finer than so many a turn.
 fn finer(angle: &str, orders: usize) -> Covariate {
     let members: Vec<String> = (orders + 1..=FINEST).map(|order| order.to_string()).collect();
-    let wave = |wave: &str| (format!("{wave}(order * {angle})"), Dimension::NONE);
+    let wave = |wave: &str| (format!("{wave}(unknown_order * {angle})"), Dimension::NONE);
     Covariate {
         name: format!("fine {angle}"),
         terms: vec![wave("cos"), wave("sin")],
         scope: "instrument",
-        family: format!("order = [{}]", members.join(", ")),
+        family: format!("unknown_order = [{}]", members.join(", ")),
     }
 }
 
@@ -83,14 +83,15 @@ fn over_circles(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
 
 /// An oscillation of all readings together, with phases and strengths of each run's own.
 fn in_time(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
-    let (mut coefficients, mut patches) = (Vec::new(), String::new());
+    let (mut coefficients, mut patches, mut names) = (Vec::new(), String::new(), Vec::new());
     let numbers =
         model.measurands.iter().filter(|measurand| measurand.kind != MeasurandKind::Rotation);
     for (number, measurand) in numbers.enumerate() {
-        let name = &measurand.name;
-        let [cosine, sine] = ["cosine", "sine"].map(|wave| format!("{wave}_{number}"));
+        let name = measurand.name.as_str();
+        names.push(name);
+        let [cosine, sine] = ["cosine", "sine"].map(|wave| format!("unknown_{wave}_{number}"));
         patches.push_str(&format!(
-            "{name} = '{name} + {cosine} * cos(2 * pi * frequency * run_time) + {sine} * sin(2 * pi * frequency * run_time)'\n"
+            "{name} = '{name} + {cosine} * cos(2 * pi * unknown_frequency * run_time) + {sine} * sin(2 * pi * unknown_frequency * run_time)'\n"
         ));
         coefficients.extend([cosine, sine].map(|one| (one, measurand.unit.dimension)));
     }
@@ -100,10 +101,11 @@ fn in_time(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         covariate: OSCILLATION.to_owned(),
     };
     all.extend(made(
-        "unknown_oscillation",
+        // Models with other measurands have another family.
+        &format!("unknown_oscillation_{}", names.join("_")),
         &place,
         (&coefficients, "run"),
-        "frequency = { unit = \"Hz\", from = \"0.5 Hz\", to = \"10 Hz\" }",
+        "unknown_frequency = { unit = \"Hz\", from = \"0.5 Hz\", to = \"10 Hz\" }",
         &patches,
     ));
 }

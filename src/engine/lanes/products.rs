@@ -39,6 +39,7 @@ impl Products {
     /// Of columns in groups, those of a group one after the other: of pairs of the same group, and of those
     /// of group 0, which is first, with all.
     pub fn grouped(groups: &[usize], set: InstructionSet) -> Self {
+        debug_assert!(groups.is_sorted(), "group after group, those of 0 first");
         let count = groups.len();
         let end = |column: usize| {
             let others = groups[column..].iter().position(|group| *group != groups[column]);
