@@ -30,7 +30,8 @@ pub(super) fn uneven(stage: &Stage, left: &[Left], noise: &Noise) -> Option<Fitt
     if problem.parts.iter().any(|part| !part.run_levels.is_empty()) {
         return None;
     }
-    let all = sequences(problem, &left_of_runs(stage, left, noise));
+    let beside = left_beside_oscillations(stage, noise);
+    let all = sequences(problem, beside.as_deref().unwrap_or(left));
     let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
     let level = level(runs * all.len()) - std::f64::consts::LN_2;
     let mut fitted = stage.fitted.clone();
@@ -61,15 +62,15 @@ pub(super) fn uneven(stage: &Stage, left: &[Left], noise: &Noise) -> Option<Fitt
     fitted.problem.parts.iter().any(|part| !part.run_levels.is_empty()).then_some(fitted)
 }
 
-/// What is left of runs that are compared with each other: a noisier one makes an oscillation, which must
-/// not be taken off it.
-fn left_of_runs(stage: &Stage, left: &[Left], noise: &Noise) -> Vec<Left> {
-    let (all, some) = (stage.structures(), stage.structures_beside_noise());
-    if all == some {
-        return left.to_vec();
-    }
+/// What is left of runs that are compared with each other, where an oscillation was taken off: a noisier
+/// run makes one, which must stay.
+fn left_beside_oscillations(stage: &Stage, noise: &Noise) -> Option<Vec<Left>> {
+    let swings = stage.structures().iter().any(|one| stage.is_oscillation(*one));
     let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
-    stage.evidence.left(problem, point, &stage.together(&some), noise.stretch)
+    swings.then(|| {
+        let rest = stage.together(&stage.structures_beside_noise());
+        stage.evidence.left(problem, point, &rest, noise.stretch)
+    })
 }
 
 /// A run with the median of the absolute residuals of a measurand, and their number.

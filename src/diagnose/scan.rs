@@ -97,10 +97,8 @@ pub fn scan(
 pub fn members(fitted: &Fitted, family: &Candidate) -> Option<usize> {
     let effect = &family.selected.effect;
     let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
-    let scan = matches!(declared.members, Members::Range { .. })
-        .then(|| Scan::new(fitted, family, name))
-        .flatten()?;
-    Some(scan.tried(&declared.members)?.1)
+    let Members::Range { .. } = declared.members else { return None };
+    Some(Scan::new(fitted, family, name)?.tried(&declared.members)?.1)
 }
 
 /// A family whose constant is left open.

@@ -320,7 +320,8 @@ impl Stage {
             || (slow && self.is_oscillation(candidate))
     }
 
-    fn is_oscillation(&self, candidate: usize) -> bool {
+    /// Whether a candidate is a wave in time that nobody wrote down.
+    pub fn is_oscillation(&self, candidate: usize) -> bool {
         self.candidates[candidate].place.as_ref().is_some_and(Place::is_oscillation)
     }
 

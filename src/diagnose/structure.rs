@@ -4,7 +4,7 @@
 //! reading itself, as a free function of one covariate: an angle (waves up to an order), a rate, the
 //! sense of rotation, time, setup, run. Blocks are effects like any other and go through the same
 //! machine; the best of them says where the unknown sits. (A plain Fourier series in the arm angle
-//! would miss clocks and platforms.) Those whose scale nobody knows are families, `waves`.
+//! would miss clocks and platforms.) Those whose scale nobody knows are families: `waves`.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,13 +19,14 @@ use crate::system::Selected;
 use crate::units::{Dimension, Unit};
 
 use super::candidates::{Candidate, join};
+use super::waves;
 
 /// Waves over a signal, where there are few signals and where there are many.
 pub(super) const ORDERS: (usize, usize) = (8, 3);
 /// Signals that count as few.
 pub(super) const FEW: usize = 2;
 /// Waves over the reading of a circle.
-pub(super) const CIRCLE_ORDERS: usize = 4;
+const CIRCLE_ORDERS: usize = 4;
 /// The covariate of a block with a value for each run.
 const RUN: &str = "run";
 /// The covariate of a wave in time with phases of each run's own.
@@ -75,16 +76,32 @@ pub enum Of {
 /// A covariate: terms with their dimension, one coefficient each.
 #[derive(Clone)]
 pub(super) struct Covariate {
-    pub(super) name: String,
-    pub(super) terms: Vec<(String, Dimension)>,
-    pub(super) scope: &'static str,
+    name: String,
+    /// What it is over, and the same in a phrase.
+    over: String,
+    words: String,
+    terms: Vec<(String, Dimension)>,
+    scope: &'static str,
     /// The line of the family that the terms name; empty without.
-    pub(super) family: String,
+    family: String,
 }
 
 impl Covariate {
     fn new(name: impl Into<String>, scope: &'static str, terms: Vec<(String, Dimension)>) -> Self {
-        Self { name: name.into(), terms, scope, family: String::new() }
+        let name = name.into();
+        let (over, words, family) = (name.clone(), name.clone(), String::new());
+        Self { name, over, words, terms, scope, family }
+    }
+
+    /// Waves of one of the orders that a line says, by its name.
+    pub(super) fn family(angle: &str, order: &str, family: String) -> Self {
+        let wave = |wave: &str| (format!("{wave}({order} * {angle})"), Dimension::NONE);
+        Self {
+            over: angle.to_owned(),
+            words: format!("{angle}, {{member}} waves a turn"),
+            family,
+            ..Self::new(format!("fine {angle}"), "instrument", vec![wave("cos"), wave("sin")])
+        }
     }
 
     fn waves(name: &str, orders: usize) -> Self {
@@ -114,7 +131,7 @@ fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     channels(model, &mut all);
     timing(model, &mut all);
     readings(model, &mut all);
-    super::waves::families(model, &mut all);
+    all.extend(waves::in_time(model));
     all
 }
 
@@ -204,7 +221,7 @@ fn of_the_head(model: &Model) -> Vec<Covariate> {
 }
 
 /// The directions in which a target may be displaced, by channel; none where a model has no target.
-pub(super) fn directions(model: &Model) -> &'static [(&'static str, &'static str)] {
+fn directions(model: &Model) -> &'static [(&'static str, &'static str)] {
     let has = |name: &str| model.quantities.contains_key(name);
     match (has("target"), has("arm_turn")) {
         (false, _) => &[],
@@ -222,11 +239,11 @@ pub(super) fn directions(model: &Model) -> &'static [(&'static str, &'static str
 /// Displacements of the target.
 fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     for (channel, direction) in directions(model) {
-        for covariate in of_the_rig(model, false) {
+        for covariate in of_the_rig(model, false).into_iter().chain(waves::over_signals(model)) {
             let place = Place {
                 of: Of::Channel((*channel).to_owned()),
-                words: displacement(channel, &covariate.name),
-                covariate: covariate.name.clone(),
+                words: displacement(channel, &covariate.words),
+                covariate: covariate.over.clone(),
             };
             let patch = |sum: &str| format!("target = 'target + ({sum}) * {direction}'");
             all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
@@ -234,8 +251,7 @@ fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     }
 }
 
-/// The words for a displacement.
-pub(super) fn displacement(channel: &str, covariate: &str) -> String {
+fn displacement(channel: &str, covariate: &str) -> String {
     let direction = channel.trim_start_matches("target ");
     let article = if matches!(direction, "axial" | "x") { "an" } else { "a" };
     format!("{article} {direction} displacement of the target over {covariate}")
@@ -277,11 +293,14 @@ fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         }
         let mut covariates = of_the_rig(model, false);
         covariates.extend(of_the_head(model));
+        if matches!(measurand.kind, MeasurandKind::Angle { .. }) {
+            covariates.push(waves::finer(name, CIRCLE_ORDERS));
+        }
         for covariate in covariates {
             let place = Place {
                 of: Of::Measurand(name.clone()),
-                words: format!("an error of `{name}` over {}", covariate.name),
-                covariate: covariate.name.clone(),
+                words: format!("an error of `{name}` over {}", covariate.words),
+                covariate: covariate.over.clone(),
             };
             let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
             all.extend(effect(&place, &covariate, measurand.unit.dimension, patch));
@@ -290,7 +309,7 @@ fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
 }
 
 /// A block as an effect: the sum of coefficients times terms, put into a patch.
-pub(super) fn effect(
+fn effect(
     place: &Place,
     covariate: &Covariate,
     dimension: Dimension,
