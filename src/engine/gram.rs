@@ -140,10 +140,15 @@ pub trait LeastSquares {
     /// until the next call.
     fn reweight(&mut self, point: &Self::Point);
 
+    /// Whether the weights that `reweight` made hang on the point.
+    fn weights_move(&self) -> bool {
+        false
+    }
+
     /// Sum of squares of all whitened residuals and priors; not finite where the model is undefined.
     fn cost(&self, point: &Self::Point) -> f64;
 
-    /// The linearised problem at a point.
+    /// The linearised problem at a point. The squares of its residuals add up to `cost`.
     fn normal(&self, point: &Self::Point) -> Normal;
 
     /// The point moved by a step in the tangent space.

@@ -119,6 +119,10 @@ impl LeastSquares for Problem {
         self.refresh_weights(point);
     }
 
+    fn weights_move(&self) -> bool {
+        self.whitening.iter().flatten().any(|whitening| !whitening.is_constant())
+    }
+
     fn cost(&self, point: &Point) -> f64 {
         let plans = self.plans(point);
         let mut sum = 0.0;

@@ -44,6 +44,11 @@ pub struct Whitened<'a> {
 }
 
 impl Whitening {
+    /// Whether it is the same at every point.
+    pub fn is_constant(&self) -> bool {
+        matches!(self.form, Form::Constant(_))
+    }
+
     /// Whether readings of a sample are correlated.
     pub fn is_correlated(&self) -> bool {
         matches!(self.form, Form::Triangles(_) | Form::Anew { correlated: true, .. })

@@ -3,7 +3,8 @@
 //! Levenberg-Marquardt, cut into *search* (how strongly to damp) and *descent* (which step follows
 //! from a linearisation and a damping; free, or within bounds). Each round: weights follow the
 //! point and freeze, the problem is linearised, steps are tried until one lowers the cost about as
-//! predicted.
+//! predicted. The first step of a round is mostly good, so where weights stand still the point it
+//! leads to is linearised at once, which gives its cost, too: one pass over the readings a round.
 //!
 //! It stops on the size of the **undamped** step, measured in noise: `|J step| = √(gᵀ H⁻¹ g)` bounds
 //! how far *any* combination of unknowns still has to go, in its own standard uncertainty. A small
@@ -20,7 +21,7 @@ use std::fmt;
 
 use nalgebra::DVector;
 
-use super::arrow::{Arrow, LinearError};
+use super::arrow::{Arrow, LinearError, cost};
 use super::conic::BoundedError;
 use crate::engine::gram::{LeastSquares, Normal};
 
@@ -114,9 +115,9 @@ pub struct Fit<Point> {
     pub cost: f64,
     /// The problem linearised there, undamped.
     pub normal: Normal,
-    /// Linearisations made.
+    /// Points from which steps were looked for.
     pub iterations: usize,
-    /// Costs computed.
+    /// Passes over the readings, with derivatives or without.
     pub evaluations: usize,
     /// The step left to go, in standard uncertainties.
     pub remaining: f64,
@@ -146,34 +147,37 @@ pub fn fit<P: LeastSquares>(
 ) -> Result<Fit<P::Point>, FitError> {
     let mut search = Search::new(problem.columns().len(), options.damping);
     let mut blind = Blind::default();
-    let mut point = start;
+    let (mut point, mut known) = (start, None);
     let (mut iterations, mut evaluations) = (0, 0);
     loop {
         iterations += 1;
         problem.begins(iterations);
         problem.reweight(&point);
-        evaluations += 1;
+        let normal = known.take().unwrap_or_else(|| {
+            evaluations += 1;
+            problem.normal(&point)
+        });
+        let here_cost = cost(&normal);
         let mut here = Fit {
-            cost: problem.cost(&point),
-            normal: problem.normal(&point),
+            cost: here_cost,
+            normal,
             point,
             iterations,
             evaluations,
             remaining: f64::INFINITY,
             outcome: Outcome::NotFinite,
         };
-        let cost = here.cost;
         let arrow = Arrow::assemble(&here.normal)?;
         let finite = |v: &DVector<f64>| v.iter().all(|x| x.is_finite());
-        if !(cost.is_finite() && finite(arrow.gradient()) && finite(arrow.diagonal())) {
+        if !(here_cost.is_finite() && finite(arrow.gradient()) && finite(arrow.diagonal())) {
             return Ok(here);
         }
         let bounds = problem.step_bounds(&here.point);
         let way = undamped_length(&arrow, &bounds)?;
-        let unit = noise(&here.normal, cost).max(options.noise_floor);
+        let unit = noise(&here.normal, here_cost).max(options.noise_floor);
         here.remaining = if way == 0.0 { 0.0 } else { way / unit };
         if here.remaining <= options.step_tolerance
-            || way.powi(2) <= options.decrease_tolerance * cost
+            || way.powi(2) <= options.decrease_tolerance * here_cost
         {
             here.outcome = Outcome::Converged;
             return Ok(here);
@@ -182,9 +186,10 @@ pub fn fit<P: LeastSquares>(
             here.outcome = Outcome::IterationLimit;
             return Ok(here);
         }
-        let is_blind = way.powi(2) <= COST_ROUNDING * cost;
+        let is_blind = way.powi(2) <= COST_ROUNDING * here_cost;
         search.rescale(arrow.diagonal());
         let mut next = None;
+        let mut is_first = !problem.weights_move();
         while search.alive() && !(is_blind && blind.is_lost(way)) {
             let damping = search.terms();
             let Some(step) = descent::step(&arrow, &damping, &bounds)? else {
@@ -192,25 +197,27 @@ pub fn fit<P: LeastSquares>(
                 continue;
             };
             let predicted = predicted_decrease(&arrow, &damping, &step);
-            if !is_blind && predicted.is_nan() | (predicted <= f64::EPSILON * cost) {
+            if !is_blind && predicted.is_nan() | (predicted <= f64::EPSILON * here_cost) {
                 break;
             }
             let candidate = problem.moved(&here.point, step.as_slice());
             evaluations += 1;
-            let decrease = cost - problem.cost(&candidate);
+            let there = std::mem::take(&mut is_first).then(|| problem.normal(&candidate));
+            let decrease =
+                here_cost - there.as_ref().map_or_else(|| problem.cost(&candidate), cost);
             let (wanted, ratio) = if is_blind {
-                (-2.0 * COST_ROUNDING * cost, 1.0)
+                (-2.0 * COST_ROUNDING * here_cost, 1.0)
             } else {
                 (ACCEPT * predicted, decrease / predicted)
             };
             if decrease >= wanted {
                 search.accept(ratio);
-                next = Some(candidate);
+                next = Some((candidate, there));
                 break;
             }
             search.reject();
         }
-        let Some(candidate) = next else {
+        let Some(found) = next else {
             here.evaluations = evaluations;
             // Readings have a rounding of their own (an angle of 1 rad against an uncertainty of 1 µrad
             // leaves ten digits), so the cost may stop to tell steps apart before they are tiny.
@@ -218,7 +225,7 @@ pub fn fit<P: LeastSquares>(
                 if here.remaining <= SETTLED { Outcome::Converged } else { Outcome::Stalled };
             return Ok(here);
         };
-        point = candidate;
+        (point, known) = found;
     }
 }
 
