@@ -6,12 +6,12 @@
 //! | [`candidates`] | what may be added to the model |
 //! | [`catalogue`] | all that has been made of the models so far |
 //! | [`structure`], `waves` | what an effect that nobody wrote down could look like |
-//! | [`evidence`] | what each of them would explain, from one pass |
+//! | [`evidence`], `nominal` | what each of them would explain, from one pass |
 //! | [`mod@scan`] | which member of a family explains most |
 //! | [`score`], [`tail`] | how unlikely that is by chance |
 //! | [`stage`] | a fitted model with all of that |
 //! | [`memory`] | noise that is like itself for a while |
-//! | [`wander`] | random walks, tested in the variance |
+//! | [`wander`], [`displaced`] | random walks, tested in the variance; a displaced rig, which looks like one |
 //! | [`lost`] | stretches of readings shifted by whole samples |
 //! | [`wild`] | readings that are far out |
 //! | [`whiten`], [`jitter`], `levels`, `variances` | the noise, before anything is tested against it |
@@ -24,6 +24,7 @@
 pub mod basis;
 pub mod candidates;
 pub mod catalogue;
+pub mod displaced;
 pub mod evidence;
 pub mod gap;
 pub mod hidden;
@@ -32,6 +33,7 @@ pub mod jitter;
 mod levels;
 pub mod lost;
 pub mod memory;
+mod nominal;
 pub mod pairs;
 pub mod power;
 pub mod probability;
@@ -252,8 +254,8 @@ pub fn diagnose(
         diagnosis.delays = twice(&whole, first, options)?;
     }
     if diagnosis.verdict == Verdict::Unknown {
-        let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);
-        diagnosis.nearest = diagnosis.candidates.iter().max_by(by_share).cloned();
+        let first = search.stages.first();
+        diagnosis.nearest = first.and_then(|stage| verdict::nearest(stage, &diagnosis.candidates));
         diagnosis.floor = search.stages.first().map(|stage| floor(&stage.fitted));
     } else if let Some(stage) = search.stages.get(diagnosis.effects.len()) {
         diagnosis.hidden = hidden(stage);

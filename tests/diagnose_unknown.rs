@@ -83,3 +83,27 @@ fn what_swings_otherwise_than_in_torsion() {
         assert!((said - frequency.parse::<f64>().unwrap()).abs() < 0.01, "{}", place.words);
     }
 }
+
+/// Somebody knocks against the tripod before a run, or moves the arm for one run and back: that is no
+/// walk, although it looks like one.
+#[test]
+fn a_rig_that_was_displaced() {
+    let text = "[parameters]\nmoved = { unit = \"m\", typical = \"10 um\", scope = \"run\" }\n\
+                [patch]\nposition = 'position + moved * [1, -0.5, 0.3]'\n";
+    let from = ["B_cw50", "B_ccw190", "B_cw190"];
+    for (moved, starts, seed) in [(&from[..], &from[..1], 68), (&from[..1], &from[..2], 69)] {
+        let value = |one: &Instance| match one.of.as_deref() {
+            Some(run) if moved.contains(&run) => 60e-6,
+            _ => 0.0,
+        };
+        let found = with_a_nameless(text, seed, &value);
+        let place = best_place(&found);
+        assert_eq!(place.covariate, "run");
+        let words: Vec<&str> = found.locations.iter().map(|one| one.place.words.as_str()).collect();
+        for run in starts {
+            let phrase = format!("before run `{run}`");
+            assert!(words.iter().any(|words| words.ends_with(&phrase)), "{words:?}");
+        }
+        assert_eq!(found.nearest.unwrap().name, "station_random_walk");
+    }
+}

@@ -10,18 +10,18 @@
 
 use std::sync::Arc;
 
-use nalgebra::linalg::Cholesky;
-use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::engine::gram::{Normal, PriorRow, RunGram};
+use crate::engine::gram::{Normal, RunGram};
+use crate::engine::layout::qualified;
 use crate::engine::signatures::{Candidate as Signed, Signature, Signatures};
 use crate::engine::stretches::Left;
 use crate::engine::{Point, Problem};
-use crate::estimate::arrow::normal_matrix;
 use crate::graph::Scope;
 
 use super::basis::{RANK, basis};
 use super::candidates::Candidate;
+use super::nominal::Nominal;
 
 /// One pass over the readings.
 #[derive(Clone, Debug)]
@@ -35,26 +35,6 @@ pub struct Evidence {
     /// The nominal columns of each run.
     touched: Vec<Vec<usize>>,
     nominal: Nominal,
-}
-
-/// The nominal normal equations.
-#[derive(Clone, Debug)]
-struct Nominal {
-    /// Of columns scaled to unit length.
-    factor: Cholesky<f64, Dyn>,
-    length: DVector<f64>,
-    score: DVector<f64>,
-    priors: Vec<PriorRow>,
-}
-
-impl Nominal {
-    /// `H_nn⁻¹` times a matrix.
-    fn solve(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
-        let scaled = |m: &DMatrix<f64>| {
-            DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] / self.length[i])
-        };
-        scaled(&self.factor.solve(&scaled(matrix)))
-    }
 }
 
 /// One column: where its signature stands in the sums of which runs.
@@ -203,7 +183,7 @@ impl Evidence {
         candidates: usize,
         signed: Arc<Vec<Signatures>>,
     ) -> Option<(Self, Vec<Owned>)> {
-        let nominal = nominal(normal)?;
+        let nominal = Nominal::of(normal)?;
         let mut runs = Vec::new();
         let mut touched = Vec::new();
         let mut columns: Vec<Vec<(Owner, Column)>> = vec![Vec::new(); candidates];
@@ -237,6 +217,27 @@ impl Evidence {
     pub fn together(&self, entries: &[&Entry]) -> Entry {
         let owners = entries.iter().flat_map(|one| one.owners.clone()).collect();
         let columns = entries.iter().flat_map(|one| one.columns.clone()).collect();
+        self.entry(owners, columns)
+    }
+
+    /// The columns of a projected candidate that are wanted, those of a parameter in several runs as one: it
+    /// has the same value in all of them. `wanted` sees whose value a column is, and its run.
+    pub fn tied(&self, own: &Projected, wanted: impl Fn(&Owner, usize) -> bool) -> Entry {
+        let mut tied: Vec<(Owner, Column)> = Vec::new();
+        for (owner, column) in own.owners.iter().zip(&own.columns) {
+            let at = column.at.iter().copied().filter(|(run, _)| wanted(owner, *run));
+            let same = tied.iter_mut().find(|(known, _)| {
+                (&known.parameter, known.component) == (&owner.parameter, owner.component)
+            });
+            match same {
+                Some((_, known)) => known.at.extend(at),
+                None => {
+                    tied.push((Owner { of: None, ..owner.clone() }, Column { at: at.collect() }))
+                }
+            }
+        }
+        tied.retain(|(_, column)| !column.at.is_empty());
+        let (owners, columns) = tied.into_iter().unzip();
         self.entry(owners, columns)
     }
 
@@ -428,18 +429,6 @@ impl Evidence {
     }
 }
 
-fn nominal(normal: &Normal) -> Option<Nominal> {
-    let (hessian, score) = normal_matrix(normal).ok()?;
-    let n = hessian.nrows();
-    let length = DVector::from_fn(n, |i, _| {
-        let square: f64 = hessian[(i, i)];
-        if square > 0.0 { square.sqrt() } else { 1.0 }
-    });
-    let scaled = DMatrix::from_fn(n, n, |i, j| hessian[(i, j)] / (length[i] * length[j]));
-    let factor = Cholesky::new(scaled)?;
-    Some(Nominal { factor, length, score, priors: normal.priors.clone() })
-}
-
 /// The signatures of candidates in each campaign.
 pub(super) fn sign(problem: &Problem, candidates: &[&Candidate]) -> Arc<Vec<Signatures>> {
     let parts = 0..problem.parts.len();
@@ -466,10 +455,7 @@ fn join(
     columns: &mut Vec<(Owner, Column)>,
 ) {
     let data = &problem.parts[part];
-    let label = |name: &str| match &data.label {
-        Some(label) => format!("{label}/{name}"),
-        None => name.to_owned(),
-    };
+    let label = |name: &str| qualified(data.label.as_deref(), name);
     for (run, one) in data.runs.iter().enumerate() {
         let of = match signature.scope {
             Scope::Rig if data.rig.is_some() => None,

@@ -19,19 +19,19 @@ use super::score::of_gain;
 use super::search::level;
 use super::stage::{Fitted, Stage};
 use super::tail::ln_normal;
-use super::wander::walk;
+use super::wander::{Found, walk};
 use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
 
 /// A random walk that shows, unless one is in the model already, the runs are too few to tell one from
 /// structure, or a memory of each measurand by itself is the likelier reason.
-pub(super) fn found_walk(stage: &Stage, noise: &Noise) -> Option<NoiseEffect> {
+pub(super) fn found_walk(stage: &Stage, noise: &Noise) -> Option<Found> {
     if wanders(noise, &stage.noise) || !may_wander(stage) {
         return None;
     }
     let rows: usize = stage.fitted.problem.parts.iter().map(|part| part.residual_count()).sum();
-    let (found, likelihood) = walk(stage, level(rows + stage.noise.len()))?;
+    let found = walk(stage, level(rows + stage.noise.len()))?;
     let alone = likelihood_of_memory(&left_white(stage, &stage.evidence.together(&[])));
-    (likelihood > alone).then_some(found)
+    (found.likelihood > alone).then_some(found)
 }
 
 /// Whether a random walk could be told from structure: there is one in the library, and runs enough.

@@ -31,6 +31,8 @@ const CIRCLE_ORDERS: usize = 4;
 const RUN: &str = "run";
 /// The covariate of a wave in time with phases of each run's own.
 pub(super) const OSCILLATION: &str = "oscillation";
+/// Where the instrument and the rig stand to each other, in models that know it.
+const POSITION: &str = "position";
 /// Waves of an error in time.
 const TIMING_ORDERS: usize = 2;
 
@@ -129,6 +131,7 @@ pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
 fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     let mut all = Vec::new();
     channels(model, &mut all);
+    all.extend(rig(model));
     timing(model, &mut all);
     readings(model, &mut all);
     all.extend(waves::in_time(model));
@@ -249,6 +252,28 @@ fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
             all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
         }
     }
+}
+
+/// A displacement of the instrument, or of all that it looks at, in the course of a setup.
+fn rig(model: &Model) -> Option<(Arc<Effect>, Place)> {
+    if !model.parameters.iter().any(|one| one.name == POSITION) {
+        return None;
+    }
+    let time = Dimension::TIME;
+    let term = |axis: &str| {
+        let powers = [("setup_time", time), ("setup_time^2", time * time)];
+        powers.map(|(power, dimension)| (format!("{power} * {axis}"), dimension))
+    };
+    let axes = ["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"];
+    let covariate = Covariate::new("time", "setup", axes.into_iter().flat_map(term).collect());
+    let place = Place {
+        of: Of::Channel("rig".to_owned()),
+        covariate: covariate.over.clone(),
+        words: "a displacement of the instrument or the rig over time".to_owned(),
+    };
+    effect(&place, &covariate, Dimension::LENGTH, |sum| {
+        format!("{POSITION} = '{POSITION} + {sum}'")
+    })
 }
 
 fn displacement(channel: &str, covariate: &str) -> String {

@@ -15,8 +15,9 @@ const PLACES: usize = 5;
 /// A block that explains less of the best is no place of its own.
 const LEAST_SHARE: f64 = 0.2;
 
-/// Odds against two effects of the library in a place that one unknown cause would do for.
-const FURTHER: f64 = 1000.0;
+/// Odds against two effects of the library in a place that one unknown cause would do for, and against
+/// displacements that nobody wrote down where a walk would do.
+pub(super) const FURTHER: f64 = 1000.0;
 
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -82,6 +83,10 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
     let (Some(first), Some(last)) = (search.stages.first(), search.stages.last()) else {
         return (Verdict::Unobservable, Vec::new());
     };
+    // A displaced rig is in the model as a walk, which soaks it up, but it is none.
+    if last.noise_found.displaced.is_some() {
+        return (Verdict::Unknown, Vec::new());
+    }
     let left = last.blocks_found();
     if search.adopted.is_empty() {
         let noise = !last.noise_found.effects.is_empty();
@@ -219,15 +224,12 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     let share = |block: &usize| stage.scores[*block].lambda().powi(2) / most;
     let mut found = found.clone();
     found.sort_by(|a, b| share(b).total_cmp(&share(a)));
-    found
-        .iter()
-        .filter(|block| share(block) >= LEAST_SHARE)
-        .filter_map(|block| {
-            let place = stage.candidates[*block].place.clone()?;
-            Some(Location { place, share: share(block) })
-        })
-        .take(PLACES)
-        .collect()
+    let blocks = found.iter().filter(|block| share(block) >= LEAST_SHARE).filter_map(|block| {
+        let place = stage.candidates[*block].place.clone()?;
+        Some(Location { place, share: share(block) })
+    });
+    let displaced = stage.noise_found.displaced.iter().flat_map(|one| one.places.iter().cloned());
+    displaced.chain(blocks).take(PLACES).collect()
 }
 
 /// All testable effects, best first.
@@ -254,6 +256,17 @@ pub fn ranked(stage: &Stage) -> Vec<Ranked> {
         .collect();
     all.sort_by(|a, b| a.1.score.ln_p.total_cmp(&b.1.score.ln_p).then(a.0.cmp(&b.0)));
     all.into_iter().map(|(_, one)| one).collect()
+}
+
+/// The effect nearest to what is there.
+pub fn nearest(stage: &Stage, candidates: &[Ranked]) -> Option<Ranked> {
+    let Some(displaced) = &stage.noise_found.displaced else {
+        return candidates.iter().max_by(|a, b| a.share.total_cmp(&b.share)).cloned();
+    };
+    // A displaced rig is nearest to the walk that it was taken for first.
+    let walk = stage.noise_found.effects.first()?;
+    let score = Score { ln_p: walk.ln_p, ..Score::NONE };
+    Some(Ranked { name: walk.name.clone(), score, share: displaced.share, probability: 0.0 })
 }
 
 /// Effects that nominal parameters take up, and effects that change no reading here.

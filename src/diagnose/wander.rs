@@ -28,7 +28,8 @@ use crate::system::Selected;
 use crate::units::{Dimension, Exponent, Unit};
 
 use super::candidates::{Candidate, join};
-use super::evidence::{Entry, Evidence, Projected};
+use super::displaced::{Displaced, Suspect};
+use super::evidence::{Entry, Evidence, Owner, Projected};
 use super::memory::likelihood_of_memory;
 use super::score::of_gain;
 use super::stage::Stage;
@@ -40,12 +41,20 @@ const TERMS: usize = 3;
 /// Cuts in search of a variance.
 const POLISH: usize = 16;
 
+/// A walk that was found.
+pub(super) struct Found {
+    pub(super) effect: NoiseEffect,
+    /// The logarithm of its likelihood ratio against white noise of unit variance, a memory of what it
+    /// leaves included.
+    pub(super) likelihood: f64,
+    /// The displacements that do for it, if it is no walk.
+    pub(super) displaced: Option<Displaced>,
+}
+
 /// The walk of the library that shows, if one does. `level` is the logarithm of its share of the false
 /// alarms.
-/// The logarithm of its likelihood ratio against white noise of unit variance comes with it, a memory of
-/// what it leaves included.
-pub fn walk(stage: &Stage, level: f64) -> Option<(NoiseEffect, f64)> {
-    let mut best: Option<(NoiseEffect, f64)> = None;
+pub(super) fn walk(stage: &Stage, level: f64) -> Option<Found> {
+    let mut best: Option<Found> = None;
     for candidate in &stage.noise {
         let effect = &candidate.selected.effect;
         let walks = !effect.parameters.is_empty()
@@ -53,18 +62,18 @@ pub fn walk(stage: &Stage, level: f64) -> Option<(NoiseEffect, f64)> {
         if !walks {
             continue;
         }
-        let Some((found, likelihood)) = tested(stage, candidate, level) else { continue };
-        if best.as_ref().is_none_or(|(_, known)| likelihood > *known) {
-            best = Some((found, likelihood));
+        let Some(found) = tested(stage, candidate, level) else { continue };
+        if best.as_ref().is_none_or(|known| found.likelihood > known.likelihood) {
+            best = Some(found);
         }
     }
     best
 }
 
-fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<(NoiseEffect, f64)> {
-    let effect = &candidate.selected.effect;
+fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
+    let walking = &candidate.selected.effect;
     let times = Times::of(&stage.fitted.problem);
-    let of = |sigma| Some(select(candidate, columns(effect, times, sigma)?));
+    let of = |sigma| Some(select(candidate, columns(walking, times, sigma)?));
     let selected: Selected = of(None)?;
     let recipes = &stage.fitted.recipes;
     let mut made = Vec::new();
@@ -103,17 +112,29 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<(NoiseEffe
         known += 1;
     }
     let walk = walk.filter(|walk| walk.ln_p() <= level)?;
+    let taken = known.min(entries.len());
+    let begins = |owner: &Owner| number_of(&owner.parameter) == 0;
+    let displaced = Suspect {
+        evidence: &evidence,
+        known: &entries[..taken],
+        own: &own,
+        weights: &weights,
+        begins,
+        likelihood: walk.likelihood(),
+        level,
+    }
+    .displaced(&stage.fitted.problem);
     let (variance, spread) = walk.variance();
     let sigma = variance.sqrt();
-    let parameter = effect.parameters.first()?;
-    let mut taken: Vec<&Entry> = entries[..known.min(entries.len())].to_vec();
+    let parameter = walking.parameters.first()?;
+    let mut taken: Vec<&Entry> = entries[..taken].to_vec();
     let own = Entry::of(own);
     taken.push(&own);
     let rest = evidence.together(&taken);
     let (problem, point) = (&stage.fitted.problem, &fit.point);
     let rest = sequences(problem, &evidence.left(problem, point, &rest, usize::MAX));
     let likelihood = walk.likelihood() + likelihood_of_memory(&rest);
-    let found = NoiseEffect {
+    let effect = NoiseEffect {
         name: candidate.name.clone(),
         selected: of(Some(sigma)),
         parameter: format!("{}.{}", candidate.name, parameter.name),
@@ -124,12 +145,12 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<(NoiseEffe
         memory: None,
         ln_p: walk.ln_p(),
     };
-    Some((found, likelihood))
+    Some(Found { effect, likelihood, displaced })
 }
 
 /// Scores of a walk's coefficients, each divided by its share of the walk, in a basis in which their
 /// covariance without a walk has three diagonals: all that is asked of it then takes one pass along them.
-struct Walk {
+pub(super) struct Walk {
     diagonal: DVector<f64>,
     beside: DVector<f64>,
     scores: DVector<f64>,
@@ -147,7 +168,7 @@ struct Weighed {
 
 impl Walk {
     /// Beyond the nominal parameters and something known.
-    fn beyond(
+    pub(super) fn beyond(
         evidence: &Evidence,
         known: &Entry,
         own: &Projected,
@@ -176,7 +197,7 @@ impl Walk {
     }
 
     /// Logarithm of the probability of such scores without a walk.
-    fn ln_p(&self) -> f64 {
+    pub(super) fn ln_p(&self) -> f64 {
         ln_tail(self.scores.norm_squared(), self.powers())
     }
 
@@ -300,12 +321,16 @@ impl Times {
     /// Standard deviation of a coefficient for a walk of one unit; its number is the last of the name.
     /// Number 0 is where the walk has come to when a run begins.
     fn term(self, parameter: &str) -> f64 {
-        let number = parameter.rsplit('_').next().and_then(|number| number.parse::<u8>().ok());
-        match number.unwrap_or(0) {
+        match number_of(parameter) {
             0 => (0.5 * self.setup).sqrt(),
             k => (2.0 * self.run).sqrt() / ((f64::from(k) - 0.5) * std::f64::consts::PI),
         }
     }
+}
+
+/// The number of a coefficient by its name.
+fn number_of(parameter: &str) -> u8 {
+    parameter.rsplit('_').next().and_then(|number| number.parse().ok()).unwrap_or(0)
 }
 
 /// An effect of random walks as columns of sines in each run, with a prior if a size is given.

@@ -27,6 +27,7 @@ use crate::system::Selected;
 use crate::units::Unit;
 
 use super::candidates::Wanted;
+use super::displaced::Displaced;
 use super::jitter::jitter;
 use super::levels::{levels, name_levels, uneven};
 use super::lost::Lost;
@@ -36,6 +37,7 @@ use super::memory::{
 use super::search::{LEAST_STRETCHES, level};
 use super::stage::{Fitted, Kept, Stage, rebuilt};
 use super::variances::judged_again;
+use super::wander::Found;
 use super::wild::{LeftOut, name_wild, without_wild};
 
 /// Something found in the noise.
@@ -66,6 +68,8 @@ pub struct NoiseEffect {
 pub struct Noise {
     /// Effects of the library that were accepted.
     pub effects: Vec<NoiseEffect>,
+    /// Where the rig was displaced, if that is what a walk among them stands for.
+    pub displaced: Option<Displaced>,
     /// Those among them whose size was mended once beside what else was found.
     pub grown: Vec<String>,
     /// For each measurand the factor on its stated standard uncertainty that was found, where it
@@ -289,11 +293,12 @@ pub fn prepare(
         }
         if !last
             && let Some(found) = found_walk(&stage, &noise)
-            && let Some(selected) = &found.selected
+            && let Some(selected) = &found.effect.selected
             && let Some(changed) = given.anew(&stage, &noise, selected, options)?
         {
             // A walk passes for levels and jitter: they are judged again beside it.
-            noise = Noise { effects: vec![found], ..Noise::default() };
+            let Found { effect, displaced, .. } = found;
+            noise = Noise { effects: vec![effect], displaced, ..Noise::default() };
             fitted = changed;
             round = 0;
             continue;

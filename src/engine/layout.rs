@@ -291,7 +291,8 @@ enum Block {
     Run(usize),
 }
 
-fn qualified(label: Option<&str>, name: &str) -> String {
+/// A name with the label of its campaign, where there are several campaigns.
+pub fn qualified(label: Option<&str>, name: &str) -> String {
     label.map_or_else(|| name.to_owned(), |label| format!("{label}/{name}"))
 }
 
