@@ -254,8 +254,14 @@ pub fn diagnose(
         diagnosis.delays = twice(&whole, first, options)?;
     }
     if diagnosis.verdict == Verdict::Unknown {
-        let first = search.stages.first();
-        diagnosis.nearest = first.and_then(|stage| verdict::nearest(stage, &diagnosis.candidates));
+        let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);
+        diagnosis.nearest = diagnosis.candidates.iter().max_by(by_share).cloned();
+        if let Some(displaced) = verdict::displaced(&search) {
+            diagnosis.locations.clone_from(&displaced.places);
+            diagnosis.nearest = Some(displaced.nearest());
+            // The walk that stands for them leaves nothing to be explained.
+            diagnosis.candidates.iter_mut().for_each(|one| one.share = 0.0);
+        }
         diagnosis.floor = search.stages.first().map(|stage| floor(&stage.fitted));
     } else if let Some(stage) = search.stages.get(diagnosis.effects.len()) {
         diagnosis.hidden = hidden(stage);

@@ -5,15 +5,27 @@
 #[expect(dead_code, reason = "each test uses a part")]
 mod drawn;
 
-use drawn::{drawn_at, folder, run};
-use homepoint::diagnose::Diagnosis;
+use drawn::{drawn_at, folder};
+use homepoint::diagnose::candidates::Wanted;
 use homepoint::diagnose::structure::Place;
 use homepoint::diagnose::verdict::Verdict;
+use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::layout::Instance;
 use homepoint::engine::open::Request;
+use homepoint::estimate::batch::Options;
 
 /// The diagnosis of readings drawn with an effect that nobody knows there, with values as said.
 fn with_a_nameless(text: &str, seed: u64, value: &dyn Fn(&Instance) -> f64) -> Diagnosis {
+    with_a_nameless_and_without(&[], text, seed, value)
+}
+
+/// The same without some effects of the library.
+fn with_a_nameless_and_without(
+    without: &[&str],
+    text: &str,
+    seed: u64,
+    value: &dyn Fn(&Instance) -> f64,
+) -> Diagnosis {
     let own = tempfile::tempdir().unwrap();
     let whole = format!("name = \"nameless\"\ntitle = \"Nameless\"\nacts = \"arm\"\n{text}");
     std::fs::write(own.path().join("nameless.toml"), whole).unwrap();
@@ -22,11 +34,15 @@ fn with_a_nameless(text: &str, seed: u64, value: &dyn Fn(&Instance) -> f64) -> D
     request.with = vec!["nameless".to_owned()];
     let (opened, problem) =
         drawn_at(&request, seed, &|one| (!one.setting.fixed).then(|| value(one)));
-    run(problem, &opened)
+    let without: Vec<String> = without.iter().map(|name| (*name).to_owned()).collect();
+    let wanted = Wanted::new(&[], &without);
+    diagnose(problem, opened.recipes, &wanted, &Options::default()).unwrap()
 }
 
 fn best_place(found: &Diagnosis) -> &Place {
-    assert_eq!(found.verdict, Verdict::Unknown, "{:?} {:?}", found.effects, found.noise);
+    let effects = found.effects.iter().map(|one| &one.candidate.name);
+    let named: Vec<&String> = effects.chain(found.noise.iter().map(|one| &one.name)).collect();
+    assert_eq!(found.verdict, Verdict::Unknown, "{named:?}");
     &found.locations[0].place
 }
 
@@ -78,7 +94,7 @@ fn what_swings_otherwise_than_in_torsion() {
         let found = with_a_nameless(&text, seed, &value);
         let place = best_place(&found);
         assert_eq!(place.covariate, "oscillation");
-        assert!(found.noise.is_empty(), "{:?}", found.noise);
+        assert!(found.noise.is_empty());
         let said: f64 = place.words.split_whitespace().rev().nth(1).unwrap().parse().unwrap();
         assert!((said - frequency.parse::<f64>().unwrap()).abs() < 0.01, "{}", place.words);
     }
@@ -106,4 +122,16 @@ fn a_rig_that_was_displaced() {
         }
         assert_eq!(found.nearest.unwrap().name, "station_random_walk");
     }
+}
+
+/// A station that comes to rest in each setup is no steady drift. (A walk could do as much.)
+#[test]
+fn a_rig_that_creeps_to_rest() {
+    let text = "[parameters]\nstep = { unit = \"m\", typical = \"20 um\", scope = \"rig\" }\n\
+                after = { unit = \"s\", value = \"200 s\", fixed = true }\n[patch]\n\
+                position = 'position + step * exp(-setup_time / after) * [1, -0.5, 0.3]'\n";
+    let walk = "station_random_walk";
+    let found = with_a_nameless_and_without(&[walk], text, 70, &|_| 80e-6);
+    let place = best_place(&found);
+    assert_eq!(place.words, "a displacement of the instrument or the rig over time");
 }

@@ -3,22 +3,20 @@
 //! Who knocks against a tripod displaces it once. What is left of the readings then looks as if the
 //! instrument wandered, and a walk that was found may be no walk: displacements before a few runs, each
 //! with one value for all later runs of its setup, say the same with less. They are taken off one after
-//! the other, the least probable by chance first, and paid for; where nothing of the walk is left beyond
-//! [`MOST`] of them at most, and where they are far less probable by chance than the walk is likely, they
-//! are what happened. No effect of the library says so: it is unknown structure with a place.
+//! the other, the likeliest first, and paid for; where nothing of the walk is left beyond three of them
+//! at most, before half of the runs at most, and where they are far likelier than the walk, they are what
+//! happened. No effect of the library says so: it is unknown structure with a place.
 //!
 //! Runs of a setup count in the order in which the campaign lists them.
-
-use nalgebra::DVector;
 
 use crate::engine::Problem;
 use crate::engine::layout::qualified;
 
 use super::evidence::{Entry, Evidence, Owner, Projected};
-use super::score::{Score, of_gain};
+use super::score::{Score, likelihood_of_gain};
 use super::structure::{Of, Place};
-use super::verdict::{FURTHER, Location};
-use super::wander::Walk;
+use super::verdict::{FURTHER, Location, Ranked};
+use super::wander::{Course, Steps, Walk};
 
 /// Displacements that are looked for: more are a walk.
 const MOST: usize = 3;
@@ -28,20 +26,36 @@ const MOST: usize = 3;
 pub struct Displaced {
     /// Where each sits, the largest first.
     pub places: Vec<Location>,
-    /// The logarithm of the walk's likelihood ratio over theirs: how much of them a walk explains.
+    /// The effect that the walk is.
+    pub walk: String,
+    /// Logarithm of the probability of such a walk by chance.
+    pub ln_p: f64,
+    /// How much of them the walk explains: the logarithm of its likelihood ratio, against nothing, by theirs.
     pub share: f64,
+}
+
+impl Displaced {
+    /// The effect nearest to them: the walk for which they do.
+    pub fn nearest(&self) -> Ranked {
+        let score = Score { ln_p: self.ln_p, ..Score::NONE };
+        Ranked { name: self.walk.clone(), score, share: self.share, probability: 0.0 }
+    }
 }
 
 /// A walk that was found, as it is told from displacements.
 pub(super) struct Suspect<'a> {
+    /// Its name.
+    pub(super) name: &'a str,
+    /// Logarithm of its probability by chance.
+    pub(super) ln_p: f64,
     /// The pass over the readings.
     pub(super) evidence: &'a Evidence,
     /// What is known beside the walk.
     pub(super) known: &'a [&'a Entry],
     /// The columns of the walk beyond the nominal parameters.
     pub(super) own: &'a Projected,
-    /// The share of each column in the walk.
-    pub(super) weights: &'a DVector<f64>,
+    /// Of what independent steps the walk is made, by its course.
+    pub(super) steps: &'a [(Course, Steps)],
     /// Whether a column is where the walk has come to when a run begins.
     pub(super) begins: fn(&Owner) -> bool,
     /// Logarithm of its likelihood ratio.
@@ -58,14 +72,17 @@ impl Suspect<'_> {
     pub(super) fn displaced(&self, problem: &Problem) -> Option<Displaced> {
         let possible = self.possible(&problem.layout.columns.runs);
         let mut taken: Vec<&Possible> = Vec::new();
-        while !self.is_all(&taken) {
-            if taken.len() == MOST {
+        loop {
+            // As many as there are runs say anything.
+            if taken.len() == MOST || 2 * (taken.len() + 1) > possible.len() {
                 return None;
             }
             let whole = self.beside(&taken);
-            let beyond = |one| (one, self.beyond(&whole, one, possible.len()));
-            let all = possible.iter().map(beyond);
-            taken.push(all.min_by(|a, b| a.1.ln_p.total_cmp(&b.1.ln_p))?.0);
+            let likelihood = |one| (one, self.beyond(&whole, one, possible.len()).0);
+            taken.push(possible.iter().map(likelihood).max_by(|a, b| a.1.total_cmp(&b.1))?.0);
+            if self.is_all(&taken) {
+                break;
+            }
         }
         // What the first found were may be clear only beside the others.
         for one in taken.clone() {
@@ -74,20 +91,22 @@ impl Suspect<'_> {
                 taken = others;
             }
         }
-        let surprise: f64 = (0..taken.len())
-            .map(|n| -self.beyond(&self.beside(&taken[..n]), taken[n], possible.len()).ln_p)
+        let likelihood: f64 = (0..taken.len())
+            .map(|n| self.beyond(&self.beside(&taken[..n]), taken[n], possible.len()).0)
             .sum();
         let gain = |one: &Possible| {
-            self.beyond(&self.beside(&without(&taken, one)), one, possible.len()).gain
+            self.beyond(&self.beside(&without(&taken, one)), one, possible.len()).1
         };
         let found: Vec<(usize, f64)> = taken.iter().map(|one| (one.0, gain(one))).collect();
-        (surprise > self.likelihood + FURTHER.ln()).then(|| Displaced {
+        (likelihood > self.likelihood + FURTHER.ln()).then(|| Displaced {
             places: located(problem, found),
-            share: self.likelihood / surprise,
+            walk: self.name.to_owned(),
+            ln_p: self.ln_p,
+            share: (self.likelihood / likelihood).max(0.0),
         })
     }
 
-    /// Displacements before each run but the first of its setup; `runs` begin with their setups.
+    /// Displacements before each run but the first of its setup; of each of `runs` its setup comes first.
     fn possible(&self, runs: &[(usize, usize)]) -> Vec<Possible> {
         let setup = |run: usize| runs[run].0;
         let from = |run: usize| {
@@ -106,16 +125,20 @@ impl Suspect<'_> {
         self.evidence.together(&self.known.iter().copied().chain(taken).collect::<Vec<_>>())
     }
 
-    /// What a displacement, one of so many, explains beyond something.
-    fn beyond(&self, whole: &Entry, (_, entry): &Possible, of: usize) -> Score {
+    /// Logarithm of the likelihood ratio of a displacement, one of so many, beyond something, and what it
+    /// takes off the sum of squares.
+    fn beyond(&self, whole: &Entry, (_, entry): &Possible, of: usize) -> (f64, f64) {
         let (gain, degrees) = self.evidence.beyond(whole, entry);
-        of_gain(gain, degrees, of)
+        (likelihood_of_gain(gain, degrees) - (of as f64).ln(), gain)
     }
 
-    /// Whether nothing of the walk is left beyond some displacements.
+    /// Whether nothing of the walk is left beyond some displacements, whatever its course.
     fn is_all(&self, taken: &[&Possible]) -> bool {
-        let rest = Walk::beyond(self.evidence, &self.beside(taken), self.own, self.weights);
-        rest.is_none_or(|rest| rest.ln_p() > self.level)
+        let whole = self.beside(taken);
+        self.steps.iter().all(|(_, steps)| {
+            let rest = Walk::beyond(self.evidence, &whole, self.own, steps);
+            rest.is_none_or(|rest| rest.ln_p() > self.level)
+        })
     }
 }
 

@@ -76,6 +76,11 @@ impl Projected {
     pub fn owners(&self) -> &[Owner] {
         &self.owners
     }
+
+    /// The run in which each column acts, the first of several.
+    pub fn runs(&self) -> impl Iterator<Item = usize> {
+        self.columns.iter().map(|column| column.at.first().map_or(0, |(run, _)| *run))
+    }
 }
 
 /// What a pass says of one candidate.

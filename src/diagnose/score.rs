@@ -36,3 +36,11 @@ pub fn of_gain(gain: f64, degrees: usize, members: usize) -> Score {
     let ln_p = ln_chi_squared(gain, degrees) + (members.max(1) as f64).ln();
     Score { gain, degrees, ln_p: ln_p.min(0.0) }
 }
+
+/// Logarithm of the likelihood ratio, against nothing, of normal values of the likeliest variance that take
+/// so much off the sum of squares.
+pub fn likelihood_of_gain(gain: f64, degrees: usize) -> f64 {
+    let degrees = degrees as f64;
+    let excess = gain - degrees;
+    if excess > 0.0 { 0.5 * (excess - degrees * (gain / degrees).ln()) } else { 0.0 }
+}

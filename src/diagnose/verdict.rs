@@ -1,6 +1,7 @@
 //! The verdict: what the search found, as an answer.
 
 use super::candidates::NotTestable;
+use super::displaced::Displaced;
 use super::probability::probabilities;
 use super::score::{Score, of_gain};
 use super::search::{Adopted, LEAST_LAMBDA, Search, level};
@@ -83,8 +84,7 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
     let (Some(first), Some(last)) = (search.stages.first(), search.stages.last()) else {
         return (Verdict::Unobservable, Vec::new());
     };
-    // A displaced rig is in the model as a walk, which soaks it up, but it is none.
-    if last.noise_found.displaced.is_some() {
+    if displaced(search).is_some() {
         return (Verdict::Unknown, Vec::new());
     }
     let left = last.blocks_found();
@@ -113,6 +113,11 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
         return (Verdict::ShapeDiffers, adopted);
     }
     (Verdict::Unknown, Vec::new())
+}
+
+/// What displaced the rig: it is in the model as a walk, which soaks it up, but it is none.
+pub fn displaced(search: &Search) -> Option<&Displaced> {
+    search.stages.last()?.noise_found.displaced.as_ref()
 }
 
 /// Of effects beside which something else was found: that they are not all is known.
@@ -224,12 +229,15 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     let share = |block: &usize| stage.scores[*block].lambda().powi(2) / most;
     let mut found = found.clone();
     found.sort_by(|a, b| share(b).total_cmp(&share(a)));
-    let blocks = found.iter().filter(|block| share(block) >= LEAST_SHARE).filter_map(|block| {
-        let place = stage.candidates[*block].place.clone()?;
-        Some(Location { place, share: share(block) })
-    });
-    let displaced = stage.noise_found.displaced.iter().flat_map(|one| one.places.iter().cloned());
-    displaced.chain(blocks).take(PLACES).collect()
+    found
+        .iter()
+        .filter(|block| share(block) >= LEAST_SHARE)
+        .filter_map(|block| {
+            let place = stage.candidates[*block].place.clone()?;
+            Some(Location { place, share: share(block) })
+        })
+        .take(PLACES)
+        .collect()
 }
 
 /// All testable effects, best first.
@@ -256,17 +264,6 @@ pub fn ranked(stage: &Stage) -> Vec<Ranked> {
         .collect();
     all.sort_by(|a, b| a.1.score.ln_p.total_cmp(&b.1.score.ln_p).then(a.0.cmp(&b.0)));
     all.into_iter().map(|(_, one)| one).collect()
-}
-
-/// The effect nearest to what is there.
-pub fn nearest(stage: &Stage, candidates: &[Ranked]) -> Option<Ranked> {
-    let Some(displaced) = &stage.noise_found.displaced else {
-        return candidates.iter().max_by(|a, b| a.share.total_cmp(&b.share)).cloned();
-    };
-    // A displaced rig is nearest to the walk that it was taken for first.
-    let walk = stage.noise_found.effects.first()?;
-    let score = Score { ln_p: walk.ln_p, ..Score::NONE };
-    Some(Ranked { name: walk.name.clone(), score, share: displaced.share, probability: 0.0 })
 }
 
 /// Effects that nominal parameters take up, and effects that change no reading here.

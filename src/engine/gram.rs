@@ -141,9 +141,7 @@ pub trait LeastSquares {
     fn reweight(&mut self, point: &Self::Point);
 
     /// Whether the weights that `reweight` made hang on the point.
-    fn weights_move(&self) -> bool {
-        false
-    }
+    fn weights_move(&self) -> bool;
 
     /// Sum of squares of all whitened residuals and priors; not finite where the model is undefined.
     fn cost(&self, point: &Self::Point) -> f64;

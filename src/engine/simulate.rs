@@ -1,8 +1,10 @@
 //! Readings drawn from a model: predictions, random quantities, noise.
 //!
-//! Every reading's noise comes from a stream of its own run and kind, so adding a run never changes
-//! the others. Random quantities act through the graph, exactly as they act in reality; only then the
-//! reading's own noise is added. A run is drawn a stretch at a time, however long it is.
+//! Every reading's noise comes from a stream of its own run and kind, so adding a run at the end never
+//! changes the others. Random quantities act through the graph, exactly as they act in reality; only then
+//! the reading's own noise is added. A walk goes on from run to run of a setup, in the order in which they
+//! are listed; where a run's times begin before the last one's end, it does so without a pause. A run is
+//! drawn a stretch at a time, however long it is.
 
 use std::convert::Infallible;
 
@@ -12,7 +14,7 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
 use crate::campaign::record::BLOCK;
 use crate::campaign::{Samples, Stretch};
-use crate::engine::part::{SampleLeaves, Slot};
+use crate::engine::part::{Part, SampleLeaves, Slot};
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::graph::MeasurandKind;
@@ -56,16 +58,14 @@ pub fn draw_run<E>(
 ) -> Result<(), E> {
     let part = &problem.parts[p];
     let record = &part.runs[r].record;
-    let mut generator = ChaCha12Rng::seed_from_u64(seed);
-    generator.set_stream(problem.run_index(p, r) as u64);
+    let mut generator = stream(seed, problem.run_index(p, r));
     // All of a quantity's draws come before those of the next one, and of the noise.
     let mut randoms: Vec<Draws<'_>> = Vec::new();
+    let walked = walked(part, r, (seed, problem.run_index(p, 0)));
     for (k, random) in part.system.randoms.iter().enumerate() {
         let sigma = part.random_sigma_in(r, k);
-        randoms.push(Draws { random, sigma, generator: generator.clone(), last: None });
-        for _ in 0..record.len() {
-            unit_draw(random, &mut generator);
-        }
+        randoms.push(Draws { random, sigma, generator: generator.clone(), last: walked[k] });
+        skip(random, record.len(), &mut generator);
     }
     let parameters = problem.parameters::<f64>(p, r, point);
     let mut values = vec![0.0; randoms.len()];
@@ -98,6 +98,55 @@ pub fn draw_run<E>(
         problem.progress.tell(Task::Drawing, done, record.len() as u64);
     }
     Ok(())
+}
+
+/// When the runs of a setup before a run ended, and where each random quantity that walks had come to then.
+fn walked(part: &Part, run: usize, (seed, first): (u64, usize)) -> Vec<Option<(f64, f64)>> {
+    let randoms = &part.system.randoms;
+    let mut last = vec![None; randoms.len()];
+    let walks = |k: &usize| randoms[*k].process == Process::Walk && part.random_sigma[*k] != 0.0;
+    let walking: Vec<usize> = (0..randoms.len()).filter(walks).collect();
+    if walking.is_empty() {
+        return last;
+    }
+    let setup = part.runs[run].setup;
+    for before in (0..run).filter(|before| part.runs[*before].setup == setup) {
+        let record = &part.runs[before].record;
+        let mut generator = stream(seed, first + before);
+        let mut all = Vec::with_capacity(walking.len());
+        for (k, random) in randoms.iter().enumerate() {
+            if walking.contains(&k) {
+                let sigma = part.random_sigma_in(before, k);
+                all.push(Draws { random, sigma, generator: generator.clone(), last: last[k] });
+            }
+            skip(random, record.len(), &mut generator);
+        }
+        record.walk(|stretch| {
+            for time in &stretch.samples.time[stretch.range()] {
+                for draws in &mut all {
+                    draws.next(*time);
+                }
+            }
+        });
+        for (k, draws) in walking.iter().zip(&all) {
+            last[*k] = draws.last;
+        }
+    }
+    last
+}
+
+/// The random numbers of a run.
+fn stream(seed: u64, run: usize) -> ChaCha12Rng {
+    let mut generator = ChaCha12Rng::seed_from_u64(seed);
+    generator.set_stream(run as u64);
+    generator
+}
+
+/// Draws so many values and forgets them.
+fn skip(random: &RandomSetting, count: usize, generator: &mut ChaCha12Rng) {
+    for _ in 0..count {
+        unit_draw(random, generator);
+    }
 }
 
 /// A prediction with its noise, in as many columns as the reading has.

@@ -41,7 +41,7 @@ const BLIND_STEPS: usize = 8;
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Most linearisations.
+    /// Most rounds.
     pub max_iterations: usize,
     /// Largest step left to go, in standard uncertainties.
     pub step_tolerance: f64,

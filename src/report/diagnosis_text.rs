@@ -3,7 +3,7 @@
 use crate::diagnose::Diagnosis;
 use crate::diagnose::gap::Gap;
 use crate::diagnose::lost::Lost;
-use crate::diagnose::verdict::Verdict;
+use crate::diagnose::verdict::{Verdict, displaced};
 use crate::diagnose::whiten::Noise;
 use crate::diagnose::wild::LeftOut;
 use crate::report::diagnosis::{estimates_of, last_noise};
@@ -337,11 +337,16 @@ fn sentence(diagnosis: &Diagnosis) -> String {
             "Nearly all of the gap is explained by {names}, but its form does not quite fit."
         ),
         Verdict::Unknown => {
-            let alike = diagnosis.locations.iter().filter(|one| one.share >= SAME_PLACE);
+            // Displacements are there together; of blocks one would do.
+            let (least, join) = match diagnosis.search.as_ref().and_then(displaced) {
+                Some(_) => (0.0, " and "),
+                None => (SAME_PLACE, " or "),
+            };
+            let alike = diagnosis.locations.iter().filter(|one| one.share >= least);
             let places: Vec<&str> = alike.map(|one| one.place.words.as_str()).collect();
             let looks = match places.as_slice() {
                 [] => "No place of it stands out".to_owned(),
-                places => format!("It looks like {}", places.join(" or ")),
+                places => format!("It looks like {}", places.join(join)),
             };
             format!("There is a gap that no effect of the library explains. {looks}.")
         }

@@ -119,6 +119,9 @@ impl LeastSquares for Awkward {
         &self.columns
     }
     fn reweight(&mut self, _: &f64) {}
+    fn weights_move(&self) -> bool {
+        false
+    }
     fn cost(&self, x: &f64) -> f64 {
         cost(&self.normal(x))
     }

@@ -63,6 +63,10 @@ impl LeastSquares for Linear {
 
     fn reweight(&mut self, _: &Vec<f64>) {}
 
+    fn weights_move(&self) -> bool {
+        false
+    }
+
     fn cost(&self, x: &Vec<f64>) -> f64 {
         (0..self.runs.len()).map(|r| self.residual(r, x).norm_squared()).sum::<f64>()
             + (0..self.priors.len()).map(|p| self.prior_residual(p, x).powi(2)).sum::<f64>()

@@ -65,6 +65,10 @@ impl LeastSquares for Wahba {
 
     fn reweight(&mut self, _: &Quaternion<f64>) {}
 
+    fn weights_move(&self) -> bool {
+        false
+    }
+
     fn cost(&self, point: &Quaternion<f64>) -> f64 {
         self.residuals(*point).iter().map(|r| r * r).sum()
     }

@@ -1,0 +1,191 @@
+//! How large a walk is, and how unlikely what it does is by chance.
+//!
+//! With the scores `g` of independent coefficients over their share of the walk, beyond the nominal
+//! parameters, `Q = gᵀ g` has the mean `tr M` without a walk, `M` being the covariance of `g`: a test of the
+//! variance, one-sided. The tail of `Q`, a sum of chi squared numbers with unequal weights, is that of the
+//! chi squared number with the same three first cumulants (Pearson 1959; Imhof 1961). The size is that of
+//! largest likelihood.
+
+use nalgebra::DVector;
+use nalgebra::linalg::SymmetricTridiagonal;
+
+use super::course::Steps;
+use crate::diagnose::evidence::{Entry, Evidence, Projected};
+use crate::diagnose::tail::ln_gamma_tail;
+
+/// Cuts in search of a variance.
+const POLISH: usize = 16;
+
+/// Scores of a walk's coefficients, each divided by its share of the walk, in a basis in which their
+/// covariance without a walk has three diagonals: all that is asked of it then takes one pass along them.
+pub(in crate::diagnose) struct Walk {
+    diagonal: DVector<f64>,
+    beside: DVector<f64>,
+    scores: DVector<f64>,
+}
+
+/// What a variance of the walk makes of the scores `s` with their covariance `M`.
+struct Weighed {
+    /// `sᵀ (1 + v M)⁻¹ s`.
+    square: f64,
+    /// `ln det (1 + v M)`.
+    ln_determinant: f64,
+    /// `tr (M (1 + v M)⁻¹)²`, the negative second derivative of that.
+    curvature: f64,
+}
+
+impl Walk {
+    /// Beyond the nominal parameters and something known.
+    pub(in crate::diagnose) fn beyond(
+        evidence: &Evidence,
+        known: &Entry,
+        own: &Projected,
+        steps: &Steps,
+    ) -> Option<Self> {
+        let shared = evidence.shared(known, own);
+        let scores = steps.scores(&(&own.score - shared.tr_mul(&known.score)));
+        let covariance = steps.covariance(&(&own.left - shared.tr_mul(&shared)));
+        if !covariance.iter().chain(scores.iter()).all(|value| value.is_finite()) {
+            return None;
+        }
+        let (basis, diagonal, beside) = SymmetricTridiagonal::new(covariance).unpack();
+        let acts = diagonal.sum() > 0.0;
+        acts.then(|| Self { scores: basis.tr_mul(&scores), diagonal, beside })
+    }
+
+    /// The traces of the first three powers of the covariance.
+    fn powers(&self) -> [f64; 3] {
+        let mut powers = [self.diagonal.sum(), self.diagonal.norm_squared(), 0.0];
+        powers[2] = self.diagonal.iter().map(|one| one.powi(3)).sum();
+        for (k, beside) in self.beside.iter().enumerate() {
+            powers[1] += 2.0 * beside.powi(2);
+            powers[2] += 3.0 * beside.powi(2) * (self.diagonal[k] + self.diagonal[k + 1]);
+        }
+        powers
+    }
+
+    /// Logarithm of the probability of such scores without a walk.
+    pub(in crate::diagnose) fn ln_p(&self) -> f64 {
+        ln_tail(self.scores.norm_squared(), self.powers())
+    }
+
+    /// The pivots of `1 + v M` one after the other, with their first two derivatives along `v`.
+    fn weighed(&self, variance: f64) -> Weighed {
+        let mut weighed = Weighed { square: 0.0, ln_determinant: 0.0, curvature: 0.0 };
+        let (mut pivot, mut score) = ([1.0, 0.0, 0.0], 0.0);
+        for (k, diagonal) in self.diagonal.iter().enumerate() {
+            let beside = if k > 0 { self.beside[k - 1] } else { 0.0 };
+            let [last, slope, bend] = pivot;
+            score = self.scores[k] - variance * beside / last * score;
+            // What is taken off: (v b)² / last.
+            let taken = (variance * beside).powi(2) / last;
+            let along = (2.0 * variance * beside.powi(2) - taken * slope) / last;
+            let bent = (2.0 * beside.powi(2) - 2.0 * along * slope - taken * bend) / last;
+            pivot = [1.0 + variance * diagonal - taken, diagonal - along, -bent];
+            weighed.square += score * score / pivot[0];
+            weighed.ln_determinant += pivot[0].ln();
+            weighed.curvature += (pivot[1] / pivot[0]).powi(2) - pivot[2] / pivot[0];
+        }
+        weighed
+    }
+
+    /// Logarithm of the likelihood ratio of a walk of some variance.
+    fn likelihood_at(&self, variance: f64) -> f64 {
+        let Weighed { square, ln_determinant, .. } = self.weighed(variance);
+        0.5 * variance * square - 0.5 * ln_determinant
+    }
+
+    /// The variance of largest likelihood: the best of a grid, polished by cutting off thirds.
+    fn best(&self) -> f64 {
+        let typical = 1.0 / self.diagonal.max();
+        let at = |logarithm: f64| typical * logarithm.exp();
+        let step = 0.5;
+        // What is taken up is rounding, and may be less than nothing where a walk is very strong.
+        let grid = (-16..32)
+            .map(|k| step * f64::from(k))
+            .filter(|k| self.likelihood_at(at(*k)).is_finite());
+        let better =
+            |a: &f64, b: &f64| self.likelihood_at(at(*a)).total_cmp(&self.likelihood_at(at(*b)));
+        let best = grid.max_by(better).unwrap_or(0.0);
+        let (mut low, mut high) = (best - step, best + step);
+        for _ in 0..POLISH {
+            let third = (high - low) / 3.0;
+            if better(&(low + third), &(high - third)).is_lt() {
+                low += third;
+            } else {
+                high -= third;
+            }
+        }
+        at(0.5 * (low + high))
+    }
+
+    /// Logarithm of the largest likelihood ratio.
+    pub(in crate::diagnose) fn likelihood(&self) -> f64 {
+        self.likelihood_at(self.best())
+    }
+
+    /// The variance of a walk of one unit, and its standard uncertainty (Fisher's information).
+    pub(in crate::diagnose) fn variance(&self) -> (f64, f64) {
+        let variance = self.best();
+        let information = 0.5 * self.weighed(variance).curvature;
+        (variance, information.sqrt().recip())
+    }
+}
+
+/// Logarithm of the probability of scores by chance with nothing else known, without their axes: of most
+/// campaigns that is all one needs.
+pub(in crate::diagnose) fn ln_plain(own: &Projected, steps: &Steps) -> f64 {
+    let matrix = steps.covariance(&own.left);
+    let third = (&matrix * &matrix).component_mul(&matrix).sum();
+    let square = steps.scores(&own.score).norm_squared();
+    ln_tail(square, [matrix.trace(), matrix.norm_squared(), third])
+}
+
+/// Logarithm of the probability that a sum of weighted chi squared numbers exceeds a value, from the
+/// sums of the first three powers of its weights.
+fn ln_tail(value: f64, [mean, second, third]: [f64; 3]) -> f64 {
+    let degrees = second.powi(3) / third.powi(2);
+    let like = (value - mean) / (2.0 * second).sqrt() * (2.0 * degrees).sqrt() + degrees;
+    ln_gamma_tail(0.5 * degrees, 0.5 * like.max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DMatrix;
+
+    #[test]
+    fn three_diagonals_say_what_axes_say() {
+        let root =
+            DMatrix::from_fn(7, 7, |i, j| ((3 * i + 5 * j) as f64).sin() + f64::from(i == j));
+        let matrix = &root * root.transpose();
+        let scores = DVector::from_fn(7, |i, _| 1.0 + i as f64);
+        let (basis, diagonal, beside) = SymmetricTridiagonal::new(matrix.clone()).unpack();
+        let walk = Walk { scores: basis.tr_mul(&scores), diagonal, beside };
+        let eigen = nalgebra::SymmetricEigen::new(matrix);
+        let along = eigen.eigenvectors.tr_mul(&scores);
+        let (values, variance) = (&eigen.eigenvalues, 0.37);
+        let sum = |term: &dyn Fn(f64, f64) -> f64| -> f64 {
+            values.iter().zip(along.iter()).map(|(value, along)| term(*value, *along)).sum()
+        };
+        let alike = |a: f64, b: f64| assert!((a - b).abs() < 1e-10 * b.abs(), "{a} {b}");
+        let weighed = walk.weighed(variance);
+        alike(weighed.square, sum(&|value, along| along * along / (1.0 + variance * value)));
+        alike(weighed.ln_determinant, sum(&|value, _| (1.0 + variance * value).ln()));
+        alike(weighed.curvature, sum(&|value, _| (value / (1.0 + variance * value)).powi(2)));
+        for (order, power) in (1..).zip(walk.powers()) {
+            alike(power, sum(&|value, _| value.powi(order)));
+        }
+        let best = walk.best();
+        for by in [0.99, 1.01] {
+            assert!(walk.likelihood_at(best) >= walk.likelihood_at(by * best));
+        }
+    }
+
+    #[test]
+    fn the_tail_of_equal_weights_is_chi_squared() {
+        // Five weights of 2: twice chi squared of five degrees; 1 % beyond 2 * 15.086.
+        let found = ln_tail(2.0 * 15.086_27, [10.0, 20.0, 40.0]).exp();
+        assert!((found - 0.01).abs() < 1e-6, "{found}");
+    }
+}
