@@ -11,7 +11,7 @@
 //! | [`score`], [`tail`] | how unlikely that is by chance |
 //! | [`stage`] | a fitted model with all of that |
 //! | [`memory`] | noise that is like itself for a while |
-//! | [`wander`], [`displaced`] | random walks, tested in the variance; a displaced rig, which looks like one |
+//! | [`wander`] | random walks, tested in the variance; a displaced rig, which looks like one |
 //! | [`lost`] | stretches of readings shifted by whole samples |
 //! | [`wild`] | readings that are far out |
 //! | [`whiten`], [`jitter`], `levels`, `variances` | the noise, before anything is tested against it |
@@ -24,7 +24,6 @@
 pub mod basis;
 pub mod candidates;
 pub mod catalogue;
-pub mod displaced;
 pub mod evidence;
 pub mod gap;
 pub mod hidden;

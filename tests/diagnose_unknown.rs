@@ -13,6 +13,7 @@ use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::layout::Instance;
 use homepoint::engine::open::Request;
 use homepoint::estimate::batch::Options;
+use homepoint::report::diagnosis_text;
 
 /// The diagnosis of readings drawn with an effect that nobody knows there, with values as said.
 fn with_a_nameless(text: &str, seed: u64, value: &dyn Fn(&Instance) -> f64) -> Diagnosis {
@@ -120,7 +121,11 @@ fn a_rig_that_was_displaced() {
             let phrase = format!("before run `{run}`");
             assert!(words.iter().any(|words| words.ends_with(&phrase)), "{words:?}");
         }
-        assert_eq!(found.nearest.unwrap().name, "station_random_walk");
+        assert_eq!(found.nearest.as_ref().unwrap().name, "station_random_walk");
+        // All of them are there, not one of them.
+        let text = diagnosis_text::text("a rig", &found, None);
+        let told = format!("It looks like {}.", words.join(" and "));
+        assert!(text.replace('\n', " ").contains(&told), "{text}");
     }
 }
 

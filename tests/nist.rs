@@ -109,10 +109,6 @@ impl<M: Model<N>, const N: usize> LeastSquares for Regression<'_, M, N> {
     fn moved(&self, point: &[f64; N], step: &[f64]) -> [f64; N] {
         std::array::from_fn(|i| point[i] + step[i])
     }
-
-    fn step_bounds(&self, _: &[f64; N]) -> Vec<(f64, f64)> {
-        vec![(f64::NEG_INFINITY, f64::INFINITY); N]
-    }
 }
 
 /// Correct digits: -log10 of the largest relative error, at most 11 (as certified).

@@ -7,7 +7,6 @@
 //! the stretches over which scores are summed. Whether a random walk of the whole station is the better
 //! reason, likelihoods decide.
 
-use crate::effect::Effect;
 use crate::engine::Problem;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use crate::model::Process;
@@ -19,7 +18,7 @@ use super::score::of_gain;
 use super::search::level;
 use super::stage::{Fitted, Stage};
 use super::tail::ln_normal;
-use super::wander::{Found, walk};
+use super::wander::{Found, is_walk, walk};
 use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
 
 /// A random walk that shows, unless one is in the model already, the runs are too few to tell one from
@@ -44,14 +43,6 @@ pub(super) fn may_wander(stage: &Stage) -> bool {
 pub(super) fn wanders(noise: &Noise, offered: &[Candidate]) -> bool {
     let is_found = |walk: &Candidate| noise.effects.iter().any(|one| one.name == walk.name);
     offered.iter().any(|one| is_walk(one) && is_found(one))
-}
-
-fn is_walk(candidate: &Candidate) -> bool {
-    walks(&candidate.selected.effect)
-}
-
-fn walks(effect: &Effect) -> bool {
-    effect.parameters.iter().any(|one| one.process == Process::Walk)
 }
 
 /// The residuals that an entry leaves, as if their noise had no memory.

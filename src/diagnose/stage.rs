@@ -263,7 +263,8 @@ impl Stage {
         Self::again(fitted, wanted, &mut Kept::default())
     }
 
-    /// The same; families that were scanned are not scanned again while the noise is judged, and signatures that are the same are not made again.
+    /// The same; families that were scanned are not scanned again while the noise is judged, and
+    /// signatures that are the same are not made again.
     pub fn again(fitted: Fitted, wanted: &Wanted, kept: &mut Kept) -> Option<Self> {
         let made = wanted.catalogue.of(&fitted.recipes);
         let Offer { effects, mut noise, mut not_testable } = made.offer.clone();

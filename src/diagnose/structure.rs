@@ -1,7 +1,7 @@
 //! Unknown structure: what an effect that nobody wrote down could look like, as effects made here.
 //!
-//! A block is a displacement of the target, an error in the time of a reading or an error of the
-//! reading itself, as a free function of one covariate: an angle (waves up to an order), a rate, the
+//! A block is a displacement of the target or of the rig, an error in the time of a reading or an error
+//! of the reading itself, as a free function of one covariate: an angle (waves up to an order), a rate, the
 //! sense of rotation, time, setup, run. Blocks are effects like any other and go through the same
 //! machine; the best of them says where the unknown sits. (A plain Fourier series in the arm angle
 //! would miss clocks and platforms.) Those whose scale nobody knows are families: `waves`.
@@ -56,6 +56,20 @@ impl Place {
     /// Whether it is a wave in time.
     pub fn is_oscillation(&self) -> bool {
         self.covariate == OSCILLATION
+    }
+
+    /// A displacement of the instrument, or of all that it looks at.
+    fn of_the_rig(covariate: &str, when: &str) -> Self {
+        Self {
+            of: Of::Channel("rig".to_owned()),
+            covariate: covariate.to_owned(),
+            words: format!("a displacement of the instrument or the rig {when}"),
+        }
+    }
+
+    /// Where the rig was displaced between a run and the one before it.
+    pub(super) fn before_run(name: &str) -> Self {
+        Self::of_the_rig(RUN, &format!("before run `{name}`"))
     }
 
     /// Of a family, with the member that was found.
@@ -266,11 +280,7 @@ fn rig(model: &Model) -> Option<(Arc<Effect>, Place)> {
     };
     let axes = ["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"];
     let covariate = Covariate::new("time", "setup", axes.into_iter().flat_map(term).collect());
-    let place = Place {
-        of: Of::Channel("rig".to_owned()),
-        covariate: covariate.over.clone(),
-        words: "a displacement of the instrument or the rig over time".to_owned(),
-    };
+    let place = Place::of_the_rig(&covariate.over, "over time");
     effect(&place, &covariate, Dimension::LENGTH, |sum| {
         format!("{POSITION} = '{POSITION} + {sum}'")
     })

@@ -1,12 +1,12 @@
 //! The verdict: what the search found, as an answer.
 
 use super::candidates::NotTestable;
-use super::displaced::Displaced;
 use super::probability::probabilities;
 use super::score::{Score, of_gain};
 use super::search::{Adopted, LEAST_LAMBDA, Search, level};
 use super::stage::Stage;
 use super::structure::Place;
+use super::wander::displaced::Displaced;
 
 /// Share that an effect must explain to be named although its form does not fit: the one from which on
 /// two effects count as one name. Neighbours in a library explain up to .976 of each other.

@@ -8,6 +8,8 @@
 //! |---|---|
 //! | `course` | how a walk goes on from run to run |
 //! | `variance` | how large it is, and how unlikely by chance |
+//! | `wandering` | what of it is left beyond something known |
+//! | [`displaced`] | whether the rig was displaced between runs instead |
 //!
 //! A walk looks like structure over time and runs, and structure like a walk: significant structure is
 //! taken off first as long as it and what it leaves of the walk are far likelier than the walk alone.
@@ -20,29 +22,30 @@ use std::sync::Arc;
 
 use crate::diagnostic::Source;
 use crate::effect::Effect;
+use crate::engine::open::Recipe;
 use crate::model::Process;
 use crate::system::Selected;
 use crate::units::{Dimension, Exponent, Unit};
 
 use super::candidates::{Candidate, join};
-use super::displaced::{Displaced, Suspect};
-use super::evidence::{Entry, Evidence, Owner};
+use super::evidence::Entry;
 use super::memory::likelihood_of_memory;
 use super::score::likelihood_of_gain;
 use super::stage::Stage;
 use super::verdict::FURTHER;
 use super::whiten::{NoiseEffect, sequences};
-use course::{Column, Times, number_of};
-use variance::ln_plain;
+use course::{Column, Course, Times};
+use displaced::{Displaced, Suspect};
+use wandering::{Likeliest, Wandering};
 
 mod course;
+pub mod displaced;
 mod variance;
-
-pub(super) use course::{Course, Steps};
-pub(super) use variance::Walk;
+mod wandering;
 
 /// Sines of each run: 93 % of a walk's variance.
 const TERMS: u8 = 3;
+
 /// A walk that was found.
 pub(super) struct Found {
     pub(super) effect: NoiseEffect,
@@ -56,104 +59,61 @@ pub(super) struct Found {
 /// The walk of the library that shows, if one does. `level` is the logarithm of its share of the false
 /// alarms.
 pub(super) fn walk(stage: &Stage, level: f64) -> Option<Found> {
-    let mut best: Option<Found> = None;
-    for candidate in &stage.noise {
-        let effect = &candidate.selected.effect;
-        let walks = !effect.parameters.is_empty()
-            && effect.parameters.iter().all(|one| one.process == Process::Walk);
-        if !walks {
-            continue;
-        }
-        let Some(found) = tested(stage, candidate, level) else { continue };
-        if best.as_ref().is_none_or(|known| found.likelihood > known.likelihood) {
-            best = Some(found);
-        }
-    }
-    best
+    let walks = stage.noise.iter().filter(|one| is_walk(one));
+    let found = walks.filter_map(|one| tested(stage, one, level));
+    found.max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))
+}
+
+/// Whether an effect is a random walk.
+pub(super) fn is_walk(candidate: &Candidate) -> bool {
+    let parameters = &candidate.selected.effect.parameters;
+    !parameters.is_empty() && parameters.iter().all(|one| one.process == Process::Walk)
 }
 
 fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
-    let walking = &candidate.selected.effect;
-    let times = Times::of(&stage.fitted.problem, TERMS);
-    let of = |course, sigma| Some(select(candidate, columns(walking, &times, course, sigma)?));
-    let selected: Selected = of(Course::Anywhere, None)?;
-    let recipes = &stage.fitted.recipes;
-    let mut made = Vec::new();
-    for (campaign, recipe) in recipes.iter().enumerate() {
-        if let Ok(system) = recipe.with(std::slice::from_ref(&selected)) {
-            join(&mut made, (campaign, recipes.len()), selected.clone(), None, system);
-        }
-    }
-    let columns = made.pop()?;
+    let fitted = &stage.fitted;
+    let times = Times::of(&fitted.problem, TERMS);
+    let anywhere = select(candidate, &times, Course::Anywhere, None)?;
     let structures = stage.structures_beside_noise();
-    let mut all: Vec<&Candidate> = structures.iter().map(|n| &stage.candidates[*n]).collect();
-    all.push(&columns);
-    let fit = &stage.fitted.fit;
-    let (evidence, own) = Evidence::beside(&stage.fitted.problem, &fit.normal, &fit.point, &all)?;
-    let acts = own.left.trace() > 0.0;
-    let anywhere = Steps::of(&own, &times, Course::Anywhere);
-    if !acts || ln_plain(&own, &anywhere) > level {
-        return None;
-    }
-    let courses = times.courses(own.owners().len());
-    let steps: Vec<(Course, Steps)> =
-        courses.into_iter().map(|course| (course, Steps::of(&own, &times, course))).collect();
-    // Of the course that is likeliest.
-    let beyond = |known: &Entry| {
-        let walks = steps.iter().filter_map(|(course, steps)| {
-            let walk = Walk::beyond(&evidence, known, &own, steps)?;
-            Some((walk.likelihood(), walk, *course))
-        });
-        walks.filter(|walk| walk.0.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))
-    };
-    let entries: Vec<&Entry> = evidence.entries.iter().collect();
-    // Structure is taken off as long as it and what is left of the walk are likelier than the walk alone; what
-    // nobody wrote down must be far likelier, the choice among all of it paid for.
-    let blocks = stage.candidates.len() - stage.effects;
-    let choice = |number: usize| {
-        let unknown = stage.candidates[number].place.is_some();
-        if unknown { FURTHER.ln() + (blocks as f64).ln() } else { 0.0 }
-    };
-    let (mut walk, mut known) = (beyond(&evidence.together(&[]))?, 0);
-    let begins = |owner: &Owner| number_of(&owner.parameter) == 0;
-    let displaced = |known: &[&Entry], likelihood: f64, ln_p: f64| {
-        let (evidence, own, steps) = (&evidence, &own, &steps[..]);
-        let name = &candidate.name;
-        Suspect { name, ln_p, evidence, known, own, steps, begins, likelihood, level }
-            .displaced(&stage.fitted.problem)
+    let beside: Vec<&Candidate> = structures.iter().map(|n| &stage.candidates[*n]).collect();
+    let columns = joined(&fitted.recipes, anywhere)?;
+    let wandering = Wandering::of(fitted, &beside, &columns, &times, level)?;
+    let entries = &wandering.evidence.entries[..];
+    let displaced = |known, likelihood| {
+        let suspect = Suspect { name: &candidate.name, wandering: &wandering, known, likelihood };
+        suspect.displaced(&fitted.problem)
     };
     // Structure over time follows displacements, too, but not as well.
-    let mut jumps = displaced(&[], walk.0, walk.1.ln_p());
-    while let (None, Some(next)) = (&jumps, entries.get(known)) {
-        let (gain, degrees) = evidence.beyond(&evidence.together(&entries[..known]), next);
-        let structure = likelihood_of_gain(gain, degrees) - choice(structures[known]);
-        let rest = beyond(&evidence.together(&entries[..=known]));
-        if walk.0 > structure + rest.as_ref().map_or(0.0, |rest| rest.0.max(0.0)) {
-            break;
-        }
-        walk = rest?;
-        known += 1;
+    let mut found = wandering.beyond(&wandering.evidence.together(&[]))?;
+    let (mut jumps, mut known) = (displaced(&[], found.likelihood), 0);
+    if jumps.is_none() {
+        // What nobody wrote down must be far likelier, the choice among all of it paid for.
+        let unknown = FURTHER.ln() + ((stage.candidates.len() - stage.effects) as f64).ln();
+        let price = |number: &usize| match stage.candidates[*number].place {
+            Some(_) => unknown,
+            None => 0.0,
+        };
+        let prices: Vec<f64> = structures.iter().map(price).collect();
+        (found, known) = beside_structure(&wandering, found, &prices)?;
     }
-    let (likelihood, walk, course) = walk;
-    if walk.ln_p() > level {
+    if found.walk.ln_p() > level {
         return None;
     }
     if known > 0 {
-        jumps = displaced(&entries[..known], likelihood, walk.ln_p());
+        jumps = displaced(&entries[..known], found.likelihood);
     }
+    let Likeliest { course, walk, likelihood } = found;
     let (variance, spread) = walk.variance();
     let sigma = variance.sqrt();
-    let parameter = walking.parameters.first()?;
-    let mut taken: Vec<&Entry> = entries[..known].to_vec();
-    let own = Entry::of(own);
-    taken.push(&own);
-    let rest = evidence.together(&taken);
-    let (problem, point) = (&stage.fitted.problem, &fit.point);
-    let rest = sequences(problem, &evidence.left(problem, point, &rest, usize::MAX));
-    let likelihood = likelihood + likelihood_of_memory(&rest);
+    let parameter = candidate.selected.effect.parameters.first()?;
+    let own = Entry::of(wandering.own.clone());
+    let taken: Vec<&Entry> = entries[..known].iter().chain([&own]).collect();
+    let rest = wandering.evidence.together(&taken);
+    let (problem, point) = (&fitted.problem, &fitted.fit.point);
+    let rest = sequences(problem, &wandering.evidence.left(problem, point, &rest, usize::MAX));
     let effect = NoiseEffect {
         name: candidate.name.clone(),
-        selected: of(course, Some(sigma)),
+        selected: select(candidate, &times, course, Some(sigma)),
         parameter: format!("{}.{}", candidate.name, parameter.name),
         unit: parameter.unit.clone(),
         value: sigma,
@@ -162,12 +122,54 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
         memory: None,
         ln_p: walk.ln_p(),
     };
+    let likelihood = likelihood + likelihood_of_memory(&rest);
     Some(Found { effect, likelihood, displaced: jumps })
 }
 
-fn select(candidate: &Candidate, effect: Effect) -> Selected {
-    let head = candidate.selected.head.clone();
-    Selected { effect: Arc::new(effect), head, member: BTreeMap::new() }
+/// Takes structure off as long as it, its price paid, and what is left of the walk are likelier than the walk
+/// alone: what is left then, and how many structures are known. `None` where nothing of the walk is left.
+fn beside_structure(
+    wandering: &Wandering,
+    mut found: Likeliest,
+    prices: &[f64],
+) -> Option<(Likeliest, usize)> {
+    let evidence = &wandering.evidence;
+    let together =
+        |count: usize| evidence.together(&evidence.entries[..count].iter().collect::<Vec<_>>());
+    for (known, (next, price)) in evidence.entries.iter().zip(prices).enumerate() {
+        let (gain, degrees) = evidence.beyond(&together(known), next);
+        let structure = likelihood_of_gain(gain, degrees) - price;
+        let rest = wandering.beyond(&together(known + 1));
+        if found.likelihood > structure + rest.as_ref().map_or(0.0, |rest| rest.likelihood.max(0.0))
+        {
+            return Some((found, known));
+        }
+        found = rest?;
+    }
+    Some((found, evidence.entries.len()))
+}
+
+/// What is offered to the campaigns' models.
+fn joined(recipes: &[Recipe], selected: Selected) -> Option<Candidate> {
+    let mut made = Vec::new();
+    for (campaign, recipe) in recipes.iter().enumerate() {
+        if let Ok(system) = recipe.with(std::slice::from_ref(&selected)) {
+            join(&mut made, (campaign, recipes.len()), selected.clone(), None, system);
+        }
+    }
+    made.pop()
+}
+
+/// A walk that takes a course, as columns in its own place.
+fn select(
+    candidate: &Candidate,
+    times: &Times,
+    course: Course,
+    sigma: Option<f64>,
+) -> Option<Selected> {
+    let Selected { effect, head, .. } = &candidate.selected;
+    let effect = Arc::new(columns(effect, times, course, sigma)?);
+    Some(Selected { effect, head: head.clone(), member: BTreeMap::new() })
 }
 
 /// An effect of random walks that take a course as columns, with a prior if a size is given.

@@ -27,7 +27,6 @@ use crate::system::Selected;
 use crate::units::Unit;
 
 use super::candidates::Wanted;
-use super::displaced::Displaced;
 use super::jitter::jitter;
 use super::levels::{levels, name_levels, uneven};
 use super::lost::Lost;
@@ -38,6 +37,7 @@ use super::search::{LEAST_STRETCHES, level};
 use super::stage::{Fitted, Kept, Stage, rebuilt};
 use super::variances::judged_again;
 use super::wander::Found;
+use super::wander::displaced::Displaced;
 use super::wild::{LeftOut, name_wild, without_wild};
 
 /// Something found in the noise.

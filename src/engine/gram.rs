@@ -125,6 +125,9 @@ pub struct Normal {
     pub priors: Vec<PriorRow>,
 }
 
+/// The bounds of a step, or of a value, that has none.
+pub const UNBOUNDED: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
 /// A nonlinear least-squares problem over blocks of unknowns, on a manifold.
 pub trait LeastSquares {
     /// The unknowns' values.
@@ -152,6 +155,8 @@ pub trait LeastSquares {
     /// The point moved by a step in the tangent space.
     fn moved(&self, point: &Self::Point, step: &[f64]) -> Self::Point;
 
-    /// Bounds on a step from `point`, column by column (infinite where there are none).
-    fn step_bounds(&self, point: &Self::Point) -> Vec<(f64, f64)>;
+    /// Bounds on a step from `point`, column by column; none without.
+    fn step_bounds(&self, _point: &Self::Point) -> Vec<(f64, f64)> {
+        vec![UNBOUNDED; self.columns().len()]
+    }
 }

@@ -6,7 +6,7 @@
 use nalgebra::DMatrix;
 
 use crate::engine::blocks::{Block, Memory, Plan};
-use crate::engine::gram::{Columns, Growing, LeastSquares, Normal, RunGram};
+use crate::engine::gram::{Columns, Growing, LeastSquares, Normal, RunGram, UNBOUNDED};
 use crate::engine::lanes::products::Products;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
@@ -163,7 +163,7 @@ impl LeastSquares for Problem {
     }
 
     fn step_bounds(&self, point: &Point) -> Vec<(f64, f64)> {
-        let mut bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); self.layout.columns.len()];
+        let mut bounds = vec![UNBOUNDED; self.layout.columns.len()];
         for (index, instance) in self.layout.instances.iter().enumerate() {
             // Bounds of a rotation vector or of contrasts are not bounds of a column.
             if instance.kind == Kind::Rotation {

@@ -189,7 +189,8 @@ pub fn fit<P: LeastSquares>(
         let is_blind = way.powi(2) <= COST_ROUNDING * here_cost;
         search.rescale(arrow.diagonal());
         let mut next = None;
-        let mut is_first = !problem.weights_move();
+        // The first point that is tried is linearised at once; others cost less.
+        let mut at_once = !problem.weights_move();
         while search.alive() && !(is_blind && blind.is_lost(way)) {
             let damping = search.terms();
             let Some(step) = descent::step(&arrow, &damping, &bounds)? else {
@@ -202,7 +203,7 @@ pub fn fit<P: LeastSquares>(
             }
             let candidate = problem.moved(&here.point, step.as_slice());
             evaluations += 1;
-            let there = std::mem::take(&mut is_first).then(|| problem.normal(&candidate));
+            let there = std::mem::take(&mut at_once).then(|| problem.normal(&candidate));
             let decrease =
                 here_cost - there.as_ref().map_or_else(|| problem.cost(&candidate), cost);
             let (wanted, ratio) = if is_blind {

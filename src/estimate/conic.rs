@@ -14,6 +14,8 @@ use clarabel::solver::{
 };
 use nalgebra::{DMatrix, DVector};
 
+use crate::engine::gram::UNBOUNDED;
+
 use super::cholesky;
 
 /// A bound counts as missed by an unknown beyond this part of its scaled size.
@@ -79,7 +81,7 @@ pub fn bounded_step(
     bounds: &[(f64, f64)],
 ) -> Result<BoundedStep, BoundedError> {
     let n = gradient.len().min(hessian.nrows());
-    let bound = |i: usize| bounds.get(i).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+    let bound = |i: usize| bounds.get(i).copied().unwrap_or(UNBOUNDED);
     for column in 0..n {
         let (lower, upper) = bound(column);
         if lower > upper || lower.is_nan() || upper.is_nan() {

@@ -1,6 +1,6 @@
 //! The batch fit and the bounded step.
 
-use homepoint::engine::gram::{Columns, LeastSquares, Normal, RunGram};
+use homepoint::engine::gram::{Columns, LeastSquares, Normal, RunGram, UNBOUNDED};
 use homepoint::estimate::arrow::cost;
 use homepoint::estimate::batch::{FitError, Options, Outcome, fit};
 use homepoint::estimate::conic::{BoundedError, Held, bounded_step};
@@ -71,7 +71,7 @@ fn bounded_steps_satisfy_the_optimality_conditions() {
                     0 => (a.min(b), a.max(b)),
                     1 => (f64::NEG_INFINITY, a),
                     2 => (a, a),
-                    _ => (f64::NEG_INFINITY, f64::INFINITY),
+                    _ => UNBOUNDED,
                 }
             })
             .collect();
@@ -136,9 +136,6 @@ impl LeastSquares for Awkward {
     fn moved(&self, x: &f64, step: &[f64]) -> f64 {
         x + step[0]
     }
-    fn step_bounds(&self, _: &f64) -> Vec<(f64, f64)> {
-        vec![(f64::NEG_INFINITY, f64::INFINITY)]
-    }
 }
 
 #[test]
@@ -191,9 +188,6 @@ impl LeastSquares for Proportional {
     }
     fn moved(&self, slope: &f64, step: &[f64]) -> f64 {
         slope + step[0]
-    }
-    fn step_bounds(&self, _: &f64) -> Vec<(f64, f64)> {
-        vec![(f64::NEG_INFINITY, f64::INFINITY)]
     }
 }
 

@@ -1,6 +1,6 @@
 //! Linear problems in blocks, given by their rows; also under bounds, also rank deficient.
 
-use homepoint::engine::gram::{Columns, LeastSquares, Normal, PriorRow, RunGram};
+use homepoint::engine::gram::{Columns, LeastSquares, Normal, PriorRow, RunGram, UNBOUNDED};
 use nalgebra::{DMatrix, DVector};
 
 use super::Stream;
@@ -101,8 +101,6 @@ impl LeastSquares for Linear {
     }
 }
 
-const FREE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
-
 /// Random rows over blocks of widely different units, with a prior in the first of each block.
 pub(crate) fn random_arrow(seed: u64, columns: Columns) -> Linear {
     let mut stream = Stream(seed);
@@ -131,7 +129,7 @@ pub(crate) fn random_arrow(seed: u64, columns: Columns) -> Linear {
             (row, stream.next())
         })
         .collect();
-    Linear { columns, runs, priors, bounds: vec![FREE; n] }
+    Linear { columns, runs, priors, bounds: vec![UNBOUNDED; n] }
 }
 
 /// A constant-rate run: azimuth = rate (time + delay) + orientation. Delay and orientation cannot
@@ -150,7 +148,7 @@ pub(crate) fn constant_rate(rate: f64) -> Linear {
         columns: Columns { global: 4, setups: vec![0], runs: vec![(0, 0)] },
         runs: vec![(j, DVector::from_fn(2 * count, |_, _| 3.0 + stream.next()))],
         priors: vec![],
-        bounds: vec![FREE; 4],
+        bounds: vec![UNBOUNDED; 4],
     }
 }
 

@@ -94,8 +94,4 @@ impl LeastSquares for Wahba {
         let length = (q.w * q.w + q.v.iter().map(|x| x * x).sum::<f64>()).sqrt();
         Quaternion { w: q.w / length, v: q.v.map(|x| x / length) }
     }
-
-    fn step_bounds(&self, _: &Quaternion<f64>) -> Vec<(f64, f64)> {
-        vec![(f64::NEG_INFINITY, f64::INFINITY); 3]
-    }
 }

@@ -13,6 +13,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::campaign::Run;
 use crate::diagnose::evidence::{Owner, Projected};
 use crate::engine::Problem;
 
@@ -30,12 +31,12 @@ pub(super) struct Times {
     run: f64,
     /// Of the longest setup (s).
     setup: f64,
-    runs: Vec<Run>,
+    legs: Vec<Leg>,
 }
 
 /// What a walk does between runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::diagnose) enum Course {
+pub(super) enum Course {
     /// Each run begins anywhere.
     Anywhere,
     /// Runs of a setup go on from each other.
@@ -63,9 +64,9 @@ pub(super) struct Column {
     pub(super) deviation: f64,
 }
 
-/// One run of a walk.
+/// The part of a walk that one run sees.
 #[derive(Clone, Copy, Debug)]
-struct Run {
+struct Leg {
     /// Number of the first of the runs that go on from each other.
     chain: usize,
     /// How long it takes (s).
@@ -83,7 +84,7 @@ impl Times {
     pub(super) fn of(problem: &Problem, terms: u8) -> Self {
         let setups = problem.layout.columns.runs.iter().map(|(setup, _)| *setup);
         let runs = problem.parts.iter().flat_map(|part| &part.runs);
-        let span = |run: &crate::campaign::Run| {
+        let span = |run: &Run| {
             let mut span: Option<[f64; 2]> = None;
             run.record.walk(|stretch| {
                 for time in &stretch.samples.setup_time[stretch.range()] {
@@ -100,17 +101,15 @@ impl Times {
         let duration = |span: &Span| span.1.map_or(0.0, |[start, end]| end - start);
         // Recordings whose times begin anew take at least as long as all of them.
         let whole = |setup: usize| -> f64 {
-            let own = spans.iter().filter(|one| one.0 == setup);
-            own.clone()
-                .map(duration)
-                .sum::<f64>()
-                .max(own.filter_map(|one| one.1).map(|one| one[1]).fold(0.0, f64::max))
+            let own = || spans.iter().filter(|one| one.0 == setup);
+            let last = own().filter_map(|one| one.1).map(|[_, end]| end).fold(0.0, f64::max);
+            last.max(own().map(duration).sum())
         };
         let mut times = Self {
             terms,
             run: spans.iter().map(duration).fold(0.0, f64::max),
             setup: spans.iter().map(|(setup, _)| whole(*setup)).fold(0.0, f64::max),
-            runs: Vec::new(),
+            legs: Vec::new(),
         };
         for (run, one) in spans.iter().enumerate() {
             let last = (0..run).rev().find(|n| spans[*n].0 == one.0 && spans[*n].1.is_some());
@@ -118,8 +117,8 @@ impl Times {
                 let gap = one.1?[0] - spans[last].1?[1];
                 (gap >= 0.0).then_some((last, gap))
             });
-            times.runs.push(Run {
-                chain: after.map_or(run, |(last, _)| times.runs[last].chain),
+            times.legs.push(Leg {
+                chain: after.map_or(run, |(last, _)| times.legs[last].chain),
                 duration: duration(one),
                 new: after.map(|(last, gap)| gap + times.left_out(last)),
             });
@@ -129,18 +128,15 @@ impl Times {
 
     /// Whether some run goes on from another.
     fn goes_on(&self) -> bool {
-        self.runs.iter().any(|run| run.new.is_some())
+        self.legs.iter().any(|leg| leg.new.is_some())
     }
 
-    /// The courses that differ here, [`Course::Anywhere`] last: where there are very many columns, that alone.
-    pub(super) fn courses(&self, columns: usize) -> Vec<Course> {
-        let is_wanted = |course: &Course| match course {
-            Course::Anywhere => true,
-            Course::GoesOn => columns <= MOST_COLUMNS && self.goes_on(),
-            Course::ComesBack => columns <= MOST_COLUMNS,
-        };
-        let all = [Course::ComesBack, Course::GoesOn, Course::Anywhere];
-        all.into_iter().filter(is_wanted).collect()
+    /// The courses beside [`Course::Anywhere`] that differ from it here; none where there are very many columns.
+    pub(super) fn other_courses(&self, columns: usize) -> Vec<Course> {
+        let mut all = vec![Course::ComesBack];
+        all.extend(self.goes_on().then_some(Course::GoesOn));
+        all.retain(|_| columns <= MOST_COLUMNS);
+        all
     }
 
     /// The columns of a walk that takes a course, each with a coefficient of its own. Steps of one run that
@@ -184,19 +180,19 @@ impl Times {
 
     /// What a sine has come to when a run ends.
     fn at_end(&self, number: u8, run: usize) -> f64 {
-        (angle(number) * self.runs[run].duration / self.run).sin()
+        (angle(number) * self.legs[run].duration / self.run).sin()
     }
 
     /// Variance that sines leave out at the end of a run.
     fn left_out(&self, run: usize) -> f64 {
         let known = |k| (self.term(k) * self.at_end(k, run)).powi(2);
-        (self.runs[run].duration - (1..=self.terms).map(known).sum::<f64>()).max(0.0)
+        (self.legs[run].duration - (1..=self.terms).map(known).sum::<f64>()).max(0.0)
     }
 }
 
 /// The independent steps of a walk of one unit: of each the columns in which it acts, and how much.
 #[derive(Clone, Debug)]
-pub(in crate::diagnose) struct Steps(Vec<Vec<(usize, f64)>>);
+pub(super) struct Steps(Vec<Vec<(usize, f64)>>);
 
 /// What a column is of.
 #[derive(Clone, Copy, Debug)]
@@ -216,7 +212,7 @@ impl Steps {
 
     fn made(columns: &[Own<'_>], times: &Times, course: Course) -> Self {
         let step = |(column, one): (usize, &Own<'_>)| {
-            let run = times.runs[one.run];
+            let run = times.legs[one.run];
             let (size, at_end) = match (one.number, course) {
                 (0, Course::ComesBack) => return None,
                 (0, Course::GoesOn) => (run.new.map_or_else(|| times.term(0), f64::sqrt), 1.0),
@@ -227,7 +223,7 @@ impl Steps {
                 course == Course::GoesOn
                     && other.number == 0
                     && other.run > one.run
-                    && times.runs[other.run].chain == run.chain
+                    && times.legs[other.run].chain == run.chain
                     && other.axis == one.axis
             };
             let after = columns.iter().enumerate().filter(goes_on);
@@ -334,8 +330,8 @@ mod tests {
         let back = covariance(&Steps::made(&columns, &times, Course::ComesBack), columns.len());
         assert_eq!(back.view((0, 0), (6, 6)).norm(), 0.0);
         let last = Times::between(&SPANS[5..], 3);
-        assert_eq!(last.courses(24), [Course::ComesBack, Course::Anywhere]);
-        assert_eq!(last.courses(2400), [Course::Anywhere]);
+        assert_eq!(last.other_courses(24), [Course::ComesBack]);
+        assert_eq!(last.other_courses(2400), []);
     }
 
     #[test]

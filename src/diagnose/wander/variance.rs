@@ -18,7 +18,7 @@ const POLISH: usize = 16;
 
 /// Scores of a walk's coefficients, each divided by its share of the walk, in a basis in which their
 /// covariance without a walk has three diagonals: all that is asked of it then takes one pass along them.
-pub(in crate::diagnose) struct Walk {
+pub(super) struct Walk {
     diagonal: DVector<f64>,
     beside: DVector<f64>,
     scores: DVector<f64>,
@@ -36,7 +36,7 @@ struct Weighed {
 
 impl Walk {
     /// Beyond the nominal parameters and something known.
-    pub(in crate::diagnose) fn beyond(
+    pub(super) fn beyond(
         evidence: &Evidence,
         known: &Entry,
         own: &Projected,
@@ -65,7 +65,7 @@ impl Walk {
     }
 
     /// Logarithm of the probability of such scores without a walk.
-    pub(in crate::diagnose) fn ln_p(&self) -> f64 {
+    pub(super) fn ln_p(&self) -> f64 {
         ln_tail(self.scores.norm_squared(), self.powers())
     }
 
@@ -120,12 +120,12 @@ impl Walk {
     }
 
     /// Logarithm of the largest likelihood ratio.
-    pub(in crate::diagnose) fn likelihood(&self) -> f64 {
+    pub(super) fn likelihood(&self) -> f64 {
         self.likelihood_at(self.best())
     }
 
     /// The variance of a walk of one unit, and its standard uncertainty (Fisher's information).
-    pub(in crate::diagnose) fn variance(&self) -> (f64, f64) {
+    pub(super) fn variance(&self) -> (f64, f64) {
         let variance = self.best();
         let information = 0.5 * self.weighed(variance).curvature;
         (variance, information.sqrt().recip())
@@ -134,7 +134,7 @@ impl Walk {
 
 /// Logarithm of the probability of scores by chance with nothing else known, without their axes: of most
 /// campaigns that is all one needs.
-pub(in crate::diagnose) fn ln_plain(own: &Projected, steps: &Steps) -> f64 {
+pub(super) fn ln_plain(own: &Projected, steps: &Steps) -> f64 {
     let matrix = steps.covariance(&own.left);
     let third = (&matrix * &matrix).component_mul(&matrix).sum();
     let square = steps.scores(&own.score).norm_squared();

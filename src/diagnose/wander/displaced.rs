@@ -9,14 +9,14 @@
 //!
 //! Runs of a setup count in the order in which the campaign lists them.
 
+use crate::diagnose::evidence::Entry;
+use crate::diagnose::score::{Score, likelihood_of_gain};
+use crate::diagnose::structure::Place;
+use crate::diagnose::verdict::{FURTHER, Location, Ranked};
 use crate::engine::Problem;
 use crate::engine::layout::qualified;
 
-use super::evidence::{Entry, Evidence, Owner, Projected};
-use super::score::{Score, likelihood_of_gain};
-use super::structure::{Of, Place};
-use super::verdict::{FURTHER, Location, Ranked};
-use super::wander::{Course, Steps, Walk};
+use super::wandering::Wandering;
 
 /// Displacements that are looked for: more are a walk.
 const MOST: usize = 3;
@@ -28,8 +28,6 @@ pub struct Displaced {
     pub places: Vec<Location>,
     /// The effect that the walk is.
     pub walk: String,
-    /// Logarithm of the probability of such a walk by chance.
-    pub ln_p: f64,
     /// How much of them the walk explains: the logarithm of its likelihood ratio, against nothing, by theirs.
     pub share: f64,
 }
@@ -37,31 +35,20 @@ pub struct Displaced {
 impl Displaced {
     /// The effect nearest to them: the walk for which they do.
     pub fn nearest(&self) -> Ranked {
-        let score = Score { ln_p: self.ln_p, ..Score::NONE };
-        Ranked { name: self.walk.clone(), score, share: self.share, probability: 0.0 }
+        let (name, share) = (self.walk.clone(), self.share);
+        Ranked { name, score: Score::NONE, share, probability: 0.0 }
     }
 }
 
-/// A walk that was found, as it is told from displacements.
+/// A walk that may be displacements.
 pub(super) struct Suspect<'a> {
     /// Its name.
     pub(super) name: &'a str,
-    /// Logarithm of its probability by chance.
-    pub(super) ln_p: f64,
-    /// The pass over the readings.
-    pub(super) evidence: &'a Evidence,
-    /// What is known beside the walk.
-    pub(super) known: &'a [&'a Entry],
-    /// The columns of the walk beyond the nominal parameters.
-    pub(super) own: &'a Projected,
-    /// Of what independent steps the walk is made, by its course.
-    pub(super) steps: &'a [(Course, Steps)],
-    /// Whether a column is where the walk has come to when a run begins.
-    pub(super) begins: fn(&Owner) -> bool,
-    /// Logarithm of its likelihood ratio.
+    pub(super) wandering: &'a Wandering,
+    /// What is known beside it.
+    pub(super) known: &'a [Entry],
+    /// Logarithm of its likelihood ratio beyond that.
     pub(super) likelihood: f64,
-    /// Logarithm of the share of false alarms.
-    pub(super) level: f64,
 }
 
 /// A displacement before a run: its number, and what it does.
@@ -80,14 +67,14 @@ impl Suspect<'_> {
             let whole = self.beside(&taken);
             let likelihood = |one| (one, self.beyond(&whole, one, possible.len()).0);
             taken.push(possible.iter().map(likelihood).max_by(|a, b| a.1.total_cmp(&b.1))?.0);
-            if self.is_all(&taken) {
+            if self.do_for_it(&taken) {
                 break;
             }
         }
         // What the first found were may be clear only beside the others.
         for one in taken.clone() {
             let others = without(&taken, one);
-            if !others.is_empty() && self.is_all(&others) {
+            if !others.is_empty() && self.do_for_it(&others) {
                 taken = others;
             }
         }
@@ -101,7 +88,6 @@ impl Suspect<'_> {
         (likelihood > self.likelihood + FURTHER.ln()).then(|| Displaced {
             places: located(problem, found),
             walk: self.name.to_owned(),
-            ln_p: self.ln_p,
             share: (self.likelihood / likelihood).max(0.0),
         })
     }
@@ -110,10 +96,8 @@ impl Suspect<'_> {
     fn possible(&self, runs: &[(usize, usize)]) -> Vec<Possible> {
         let setup = |run: usize| runs[run].0;
         let from = |run: usize| {
-            let later = |owner: &Owner, other: usize| {
-                (self.begins)(owner) && setup(other) == setup(run) && other >= run
-            };
-            (run, self.evidence.tied(self.own, later))
+            let is_later = |other| setup(other) == setup(run) && other >= run;
+            (run, self.wandering.displacement(is_later))
         };
         let is_later = |run: &usize| (0..*run).any(|other| setup(other) == setup(*run));
         (0..runs.len()).filter(is_later).map(from).collect()
@@ -122,23 +106,19 @@ impl Suspect<'_> {
     /// What is known and some displacements as one.
     fn beside(&self, taken: &[&Possible]) -> Entry {
         let taken = taken.iter().map(|(_, entry)| entry);
-        self.evidence.together(&self.known.iter().copied().chain(taken).collect::<Vec<_>>())
+        self.wandering.evidence.together(&self.known.iter().chain(taken).collect::<Vec<_>>())
     }
 
     /// Logarithm of the likelihood ratio of a displacement, one of so many, beyond something, and what it
     /// takes off the sum of squares.
     fn beyond(&self, whole: &Entry, (_, entry): &Possible, of: usize) -> (f64, f64) {
-        let (gain, degrees) = self.evidence.beyond(whole, entry);
+        let (gain, degrees) = self.wandering.evidence.beyond(whole, entry);
         (likelihood_of_gain(gain, degrees) - (of as f64).ln(), gain)
     }
 
-    /// Whether nothing of the walk is left beyond some displacements, whatever its course.
-    fn is_all(&self, taken: &[&Possible]) -> bool {
-        let whole = self.beside(taken);
-        self.steps.iter().all(|(_, steps)| {
-            let rest = Walk::beyond(self.evidence, &whole, self.own, steps);
-            rest.is_none_or(|rest| rest.ln_p() > self.level)
-        })
+    /// Whether nothing of the walk is left beyond some displacements.
+    fn do_for_it(&self, taken: &[&Possible]) -> bool {
+        self.wandering.is_gone(&self.beside(taken))
     }
 }
 
@@ -155,10 +135,6 @@ fn located(problem: &Problem, mut found: Vec<(usize, f64)>) -> Vec<Location> {
         .iter()
         .flat_map(|part| part.runs.iter().map(|run| qualified(part.label.as_deref(), &run.name)))
         .collect();
-    let place = |run: usize| Place {
-        of: Of::Channel("rig".to_owned()),
-        covariate: "run".to_owned(),
-        words: format!("a displacement of the instrument or the rig before run `{}`", names[run]),
-    };
+    let place = |run: usize| Place::before_run(&names[run]);
     found.iter().map(|(run, gain)| Location { place: place(*run), share: gain / most }).collect()
 }
