@@ -6,8 +6,8 @@
 //! chi squared number with the same three first cumulants (Pearson 1959; Imhof 1961). The size is that of
 //! largest likelihood.
 
-use nalgebra::DVector;
 use nalgebra::linalg::SymmetricTridiagonal;
+use nalgebra::{DMatrix, DVector};
 
 use super::course::Steps;
 use crate::diagnose::evidence::{Entry, Evidence, Projected};
@@ -16,15 +16,50 @@ use crate::diagnose::tail::ln_gamma_tail;
 /// Cuts in search of a variance.
 const POLISH: usize = 16;
 
-/// Scores of a walk's coefficients, each divided by its share of the walk, in a basis in which their
-/// covariance without a walk has three diagonals: all that is asked of it then takes one pass along them.
+/// Scores of a walk's independent steps, and their covariance without a walk.
+pub(super) struct Scores {
+    scores: DVector<f64>,
+    covariance: DMatrix<f64>,
+}
+
+impl Scores {
+    /// Beyond the nominal parameters and something known. `None` where nothing of the walk is left.
+    pub(super) fn beyond(
+        evidence: &Evidence,
+        known: &Entry,
+        own: &Projected,
+        steps: &Steps,
+    ) -> Option<Self> {
+        let shared = evidence.shared(known, own);
+        let score = &own.score - shared.tr_mul(&known.score);
+        Self::of(&score, &(&own.left - shared.tr_mul(&shared)), steps)
+    }
+
+    /// Of steps in columns with such scores.
+    pub(super) fn of(score: &DVector<f64>, left: &DMatrix<f64>, steps: &Steps) -> Option<Self> {
+        let (scores, covariance) = (steps.scores(score), steps.covariance(left));
+        let finite = covariance.iter().chain(scores.iter()).all(|value| value.is_finite());
+        (finite && covariance.trace() > 0.0).then_some(Self { scores, covariance })
+    }
+
+    /// Logarithm of the probability of such scores without a walk.
+    pub(super) fn ln_p(&self) -> f64 {
+        let matrix = &self.covariance;
+        let third = (matrix * matrix).component_mul(matrix).sum();
+        ln_tail(self.scores.norm_squared(), [matrix.trace(), matrix.norm_squared(), third])
+    }
+}
+
+/// The scores in a basis that begins with them and in which their covariance has three diagonals: all that
+/// is asked of a walk then takes one pass along them.
 pub(super) struct Walk {
     diagonal: DVector<f64>,
     beside: DVector<f64>,
-    scores: DVector<f64>,
+    /// Squared length of the scores.
+    square: f64,
 }
 
-/// What a variance of the walk makes of the scores `s` with their covariance `M`.
+/// What a variance `v` of the walk makes of the scores `s` with their covariance `M`.
 struct Weighed {
     /// `sᵀ (1 + v M)⁻¹ s`.
     square: f64,
@@ -35,22 +70,17 @@ struct Weighed {
 }
 
 impl Walk {
-    /// Beyond the nominal parameters and something known.
-    pub(super) fn beyond(
-        evidence: &Evidence,
-        known: &Entry,
-        own: &Projected,
-        steps: &Steps,
-    ) -> Option<Self> {
-        let shared = evidence.shared(known, own);
-        let scores = steps.scores(&(&own.score - shared.tr_mul(&known.score)));
-        let covariance = steps.covariance(&(&own.left - shared.tr_mul(&shared)));
-        if !covariance.iter().chain(scores.iter()).all(|value| value.is_finite()) {
-            return None;
-        }
-        let (basis, diagonal, beside) = SymmetricTridiagonal::new(covariance).unpack();
-        let acts = diagonal.sum() > 0.0;
-        acts.then(|| Self { scores: basis.tr_mul(&scores), diagonal, beside })
+    /// Of scores.
+    pub(super) fn of(Scores { scores, covariance }: Scores) -> Self {
+        // The first reflection of a matrix that they border turns them into its second axis.
+        let order = scores.len() + 1;
+        let mut bordered = DMatrix::zeros(order, order);
+        bordered.view_mut((1, 0), (order - 1, 1)).copy_from(&scores);
+        bordered.view_mut((0, 1), (1, order - 1)).copy_from(&scores.transpose());
+        bordered.view_mut((1, 1), (order - 1, order - 1)).copy_from(&covariance);
+        let (diagonal, beside) = SymmetricTridiagonal::new(bordered).unpack_tridiagonal();
+        let (diagonal, beside) = (diagonal.remove_row(0), beside.remove_row(0));
+        Self { diagonal, beside, square: scores.norm_squared() }
     }
 
     /// The traces of the first three powers of the covariance.
@@ -66,27 +96,25 @@ impl Walk {
 
     /// Logarithm of the probability of such scores without a walk.
     pub(super) fn ln_p(&self) -> f64 {
-        ln_tail(self.scores.norm_squared(), self.powers())
+        ln_tail(self.square, self.powers())
     }
 
-    /// The pivots of `1 + v M` one after the other, with their first two derivatives along `v`.
+    /// The pivots of `1 + v M` from the last to the first, with their first two derivatives along `v`.
     fn weighed(&self, variance: f64) -> Weighed {
-        let mut weighed = Weighed { square: 0.0, ln_determinant: 0.0, curvature: 0.0 };
-        let (mut pivot, mut score) = ([1.0, 0.0, 0.0], 0.0);
-        for (k, diagonal) in self.diagonal.iter().enumerate() {
-            let beside = if k > 0 { self.beside[k - 1] } else { 0.0 };
+        let (mut ln_determinant, mut curvature) = (0.0, 0.0);
+        let mut pivot = [1.0, 0.0, 0.0];
+        for (k, diagonal) in self.diagonal.iter().enumerate().rev() {
+            let beside = self.beside.get(k).copied().unwrap_or(0.0);
             let [last, slope, bend] = pivot;
-            score = self.scores[k] - variance * beside / last * score;
             // What is taken off: (v b)² / last.
             let taken = (variance * beside).powi(2) / last;
             let along = (2.0 * variance * beside.powi(2) - taken * slope) / last;
             let bent = (2.0 * beside.powi(2) - 2.0 * along * slope - taken * bend) / last;
             pivot = [1.0 + variance * diagonal - taken, diagonal - along, -bent];
-            weighed.square += score * score / pivot[0];
-            weighed.ln_determinant += pivot[0].ln();
-            weighed.curvature += (pivot[1] / pivot[0]).powi(2) - pivot[2] / pivot[0];
+            ln_determinant += pivot[0].ln();
+            curvature += (pivot[1] / pivot[0]).powi(2) - pivot[2] / pivot[0];
         }
-        weighed
+        Weighed { square: self.square / pivot[0], ln_determinant, curvature }
     }
 
     /// Logarithm of the likelihood ratio of a walk of some variance.
@@ -132,15 +160,6 @@ impl Walk {
     }
 }
 
-/// Logarithm of the probability of scores by chance with nothing else known, without their axes: of most
-/// campaigns that is all one needs.
-pub(super) fn ln_plain(own: &Projected, steps: &Steps) -> f64 {
-    let matrix = steps.covariance(&own.left);
-    let third = (&matrix * &matrix).component_mul(&matrix).sum();
-    let square = steps.scores(&own.score).norm_squared();
-    ln_tail(square, [matrix.trace(), matrix.norm_squared(), third])
-}
-
 /// Logarithm of the probability that a sum of weighted chi squared numbers exceeds a value, from the
 /// sums of the first three powers of its weights.
 fn ln_tail(value: f64, [mean, second, third]: [f64; 3]) -> f64 {
@@ -152,7 +171,6 @@ fn ln_tail(value: f64, [mean, second, third]: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::DMatrix;
 
     #[test]
     fn three_diagonals_say_what_axes_say() {
@@ -160,9 +178,9 @@ mod tests {
             DMatrix::from_fn(7, 7, |i, j| ((3 * i + 5 * j) as f64).sin() + f64::from(i == j));
         let matrix = &root * root.transpose();
         let scores = DVector::from_fn(7, |i, _| 1.0 + i as f64);
-        let (basis, diagonal, beside) = SymmetricTridiagonal::new(matrix.clone()).unpack();
-        let walk = Walk { scores: basis.tr_mul(&scores), diagonal, beside };
-        let eigen = nalgebra::SymmetricEigen::new(matrix);
+        let plain = || Scores { scores: scores.clone(), covariance: matrix.clone() };
+        let walk = Walk::of(plain());
+        let eigen = nalgebra::SymmetricEigen::new(matrix.clone());
         let along = eigen.eigenvectors.tr_mul(&scores);
         let (values, variance) = (&eigen.eigenvalues, 0.37);
         let sum = |term: &dyn Fn(f64, f64) -> f64| -> f64 {
@@ -176,6 +194,7 @@ mod tests {
         for (order, power) in (1..).zip(walk.powers()) {
             alike(power, sum(&|value, _| value.powi(order)));
         }
+        alike(walk.ln_p(), plain().ln_p());
         let best = walk.best();
         for by in [0.99, 1.01] {
             assert!(walk.likelihood_at(best) >= walk.likelihood_at(by * best));

@@ -5,7 +5,7 @@ use crate::diagnose::evidence::{Entry, Evidence, Owner, Projected};
 use crate::diagnose::stage::Fitted;
 
 use super::course::{Course, Steps, Times, number_of};
-use super::variance::{Walk, ln_plain};
+use super::variance::{Scores, Walk};
 
 /// The signatures of a walk, and of all that may be known beside it.
 pub(super) struct Wandering {
@@ -40,9 +40,8 @@ impl Wandering {
         let all: Vec<&Candidate> = beside.iter().copied().chain([columns]).collect();
         let fit = &fitted.fit;
         let (evidence, own) = Evidence::beside(&fitted.problem, &fit.normal, &fit.point, &all)?;
-        let acts = own.left.trace() > 0.0;
         let anywhere = Steps::of(&own, times, Course::Anywhere);
-        if !acts || ln_plain(&own, &anywhere) > level {
+        if Scores::of(&own.score, &own.left, &anywhere)?.ln_p() > level {
             return None;
         }
         let others = times.other_courses(own.owners().len());
@@ -52,23 +51,27 @@ impl Wandering {
         Some(Self { evidence, own, steps, level })
     }
 
-    fn walks(&self, known: &Entry) -> impl Iterator<Item = (Course, Walk)> {
+    /// What is left of the walk beyond something known, by its course.
+    fn left(&self, known: &Entry) -> impl Iterator<Item = (Course, Scores)> {
         self.steps.iter().filter_map(move |(course, steps)| {
-            Some((*course, Walk::beyond(&self.evidence, known, &self.own, steps)?))
+            Some((*course, Scores::beyond(&self.evidence, known, &self.own, steps)?))
         })
     }
 
     /// The walk of the likeliest course beyond something known, if anything of one is left.
     pub(super) fn beyond(&self, known: &Entry) -> Option<Likeliest> {
-        self.walks(known)
-            .map(|(course, walk)| Likeliest { course, likelihood: walk.likelihood(), walk })
+        self.left(known)
+            .map(|(course, scores)| {
+                let walk = Walk::of(scores);
+                Likeliest { course, likelihood: walk.likelihood(), walk }
+            })
             .filter(|one| one.likelihood.is_finite())
             .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))
     }
 
     /// Whether nothing of the walk shows beyond something known, whatever its course.
     pub(super) fn is_gone(&self, known: &Entry) -> bool {
-        self.walks(known).all(|(_, walk)| walk.ln_p() > self.level)
+        self.left(known).all(|(_, scores)| scores.ln_p() > self.level)
     }
 
     /// One displacement along each of the walk's axes, the same in some of the runs.
