@@ -202,7 +202,7 @@ fn every_example_has_its_verdict() {
         ("05_two_rotations", Verdict::Adequate),
         ("06_igps_two_stations", Verdict::Adequate),
         ("07_changed_distance", Verdict::Explained),
-        ("hand_eye", Verdict::Unknown),
+        ("hand_eye", Verdict::Explained),
         ("rail_car", Verdict::Unknown),
         ("rotating_arm", Verdict::Adequate),
     ];
@@ -211,6 +211,24 @@ fn every_example_has_its_verdict() {
         let found = run(opened.problem.clone(), &opened);
         assert_eq!(found.verdict, verdict, "{name}");
     }
+}
+
+/// A memory is in the weights, and said, even where no effect of the library may stand for it.
+#[test]
+fn a_memory_is_said_without_an_effect_for_it() {
+    let set = ["correlated_noise.angle_part=0.001 urad", "correlated_noise.distance_part=8 um"];
+    let (opened, problem) = drawn(&["correlated_noise"], &set, 36);
+    let wanted = Wanted::new(&[], &["correlated_noise".to_owned()]);
+    let found = diagnose(problem, opened.recipes, &wanted, &Options::default()).unwrap();
+    assert!(found.effects.is_empty() && found.noise.is_empty(), "{:?}", found.verdict);
+    let json = report::diagnosis::json(&found, None);
+    let [memory] = json["memories"].as_array().unwrap().as_slice() else { unreachable!("{json}") };
+    assert_eq!(memory["measurand"], "distance");
+    // Half of the variance, for as long as the effect says.
+    assert!((memory["share"].as_f64().unwrap() - 0.5).abs() < 0.1, "{memory}");
+    assert!((memory["time"].as_f64().unwrap() / 1.5).ln().abs() < 0.5, "{memory}");
+    let text = report::diagnosis_text::text("", &found, None);
+    assert!(text.contains("`distance` has a memory of"), "{text}");
 }
 
 /// Scatter beyond what is stated is said even where no effect of the library may stand for it.

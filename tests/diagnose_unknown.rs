@@ -75,6 +75,48 @@ fn an_encoder_with_twelve_or_thirty_waves_a_turn() {
     }
 }
 
+/// A belt that goes round once while the arm goes round twice.
+#[test]
+fn half_a_wave_a_turn() {
+    let text = "[parameters]\nwave = { unit = \"m\", typical = \"10 um\", scope = \"rig\" }\n[patch]\n\
+                target = 'target + wave * cos(arm_angle / 2 + 1) * rotate(arm_turn, [1, 0, 0])'\n";
+    let found = with_a_nameless(text, 71, &|_| 8e-6);
+    let place = best_place(&found);
+    assert_eq!(place.words, "a radial displacement of the target over arm_angle, 0.5 waves a turn");
+}
+
+/// What a room's climate does in the course of a setup is neither noise with a memory nor a walk.
+#[test]
+fn what_swings_slowly() {
+    for (period, patch, place_of, seed) in [
+        (300.0, "distance = 'distance + SWING'", "an error of `distance`", 72),
+        (60.0, "vertical = 'vertical + SWING / 1 m'", "an error of `vertical`", 73),
+        (
+            140.0,
+            "position = 'position + SWING * [1, -0.5, 0.3]'",
+            "a displacement of the instrument or the rig",
+            74,
+        ),
+    ] {
+        let text = format!(
+            "[parameters]\nswing = {{ unit = \"m\", typical = \"10 um\", scope = \"rig\" }}\n\
+             phase = {{ unit = \"rad\", typical = \"1 rad\", scope = \"setup\" }}\n\
+             period = {{ unit = \"s\", value = \"{period} s\", fixed = true }}\n[patch]\n{patch}\n"
+        )
+        .replace("SWING", "swing * sin(2 * pi * setup_time / period + phase)");
+        let value = |one: &Instance| match one.of.as_deref() {
+            None => 8e-6,
+            Some(setup) => setup.bytes().map(f64::from).sum::<f64>(),
+        };
+        let found = with_a_nameless(&text, seed, &value);
+        let place = best_place(&found);
+        let words: Vec<&str> = place.words.split(" over time, a wave every ").collect();
+        assert_eq!(words[0], place_of);
+        let said: f64 = words[1].trim_end_matches(" s").parse().unwrap();
+        assert!((said / period - 1.0).abs() < 0.02, "{}", place.words);
+    }
+}
+
 /// The arm swings along its axis and the instrument along its beam, each run with a phase of its own.
 #[test]
 fn what_swings_otherwise_than_in_torsion() {

@@ -14,13 +14,15 @@ use super::candidates::Candidate;
 use super::search::level;
 use super::stage::{Fitted, Stage};
 use super::tail::ln_normal;
-use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
+use super::whiten::{Given, Noise, NoiseEffect, Sequence, median, sequences};
 
 /// Readings of a run from which on its scatter is looked at, and runs of which one can be set apart.
 const LEAST_READINGS: usize = 20;
 const LEAST_RUNS: usize = 4;
 /// A run that scatters less than so many times as much as most is like them.
 const UNEVEN: f64 = 1.25;
+/// Standard uncertainties by which a level that is not as stated may differ from the scatter.
+const FOLLOWS: f64 = 2.0;
 /// Standard deviation of the logarithm of a median absolute deviation, times `√n`.
 const OF_A_MEDIAN: f64 = 1.17;
 
@@ -161,6 +163,7 @@ pub(in crate::diagnose) fn patches_level(
 /// Lets stated uncertainties follow the scatter, where they do not.
 pub(super) fn levels(
     stage: &Stage,
+    given: &Given,
     left: &[Left],
     unknowns: usize,
     noise: &Noise,
@@ -183,7 +186,11 @@ pub(super) fn levels(
             let variance = squares / (count as f64 * freedom);
             let size =
                 (variance - 1.0).abs() * (0.5 * noise.alike() * freedom * count as f64).sqrt();
-            if ln_normal(size) <= level(tests) - std::f64::consts::LN_2 {
+            // With the stated one structure looked stronger than it is, and took more of the scatter away.
+            let is_stated = part.sigma[measurand] == given.stated[p][measurand];
+            let least =
+                if is_stated { level(tests) - std::f64::consts::LN_2 } else { ln_normal(FOLLOWS) };
+            if ln_normal(size) <= least {
                 found.push((p, measurand, variance.sqrt()));
             }
         }

@@ -159,7 +159,8 @@ pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
     let structure = stage.together(&structures);
     let mut white = left_white(stage, &structure);
     if !structures.is_empty() && !fitted.problem.has_memory() {
-        let choices = (stage.candidates.len() as f64).ln() * structures.len() as f64;
+        let choice = |n: &usize| (stage.candidates.len() as f64 * stage.members[*n] as f64).ln();
+        let choices: f64 = structures.iter().map(choice).sum();
         let by_chance = of_gain(structure.gain(), structure.degrees(), 1).ln_p + choices;
         let alone = left_white(stage, &stage.evidence.together(&[]));
         if likelihood_of_memory(&alone) > likelihood_of_memory(&white) - by_chance {
@@ -279,6 +280,7 @@ pub(super) fn white_parts(stage: &Stage, all: &[Sequence]) -> Vec<(usize, usize,
 /// Names noise with a memory; the strongest where there is more. Beside a walk it is the walk's fast end,
 /// which its series leaves. `all` is what is left as if there were none.
 pub(super) fn name_memory(stage: &Stage, all: &[Sequence], noise: &mut Noise) {
+    noise.memories = memories(&stage.fitted.problem);
     let has_process = |candidate: &&Candidate| {
         candidate.selected.effect.parameters.iter().any(|one| one.process == Process::Memory)
     };
@@ -305,6 +307,21 @@ pub(super) fn name_memory(stage: &Stage, all: &[Sequence], noise: &mut Noise) {
         memory: part.gauss_markov[one.row].map(|own| own.time),
         ln_p: memory.ln_p,
     });
+}
+
+/// The memories in the weights, of each measurand the one with the largest part of the variance.
+fn memories(problem: &Problem) -> Vec<(String, GaussMarkov)> {
+    let mut all = Vec::new();
+    for part in &problem.parts {
+        for (number, measurand) in part.system.assembly.names.measurands.iter().enumerate() {
+            let rows = (0..part.residual_count()).filter(|row| part.measurand_of(*row) == number);
+            let largest = rows
+                .filter_map(|row| part.gauss_markov[row])
+                .max_by(|a, b| a.share.total_cmp(&b.share));
+            all.extend(largest.map(|memory| (measurand.name.clone(), memory)));
+        }
+    }
+    all
 }
 
 /// The largest correlation of neighbours that is more than chance; 0 where there is none.

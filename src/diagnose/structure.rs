@@ -29,6 +29,8 @@ pub(super) const FEW: usize = 2;
 const CIRCLE_ORDERS: usize = 4;
 /// The covariate of a block with a value for each run.
 const RUN: &str = "run";
+/// The covariate of what a setup does in its course.
+const TIME: &str = "time";
 /// The covariate of a wave in time with phases of each run's own.
 pub(super) const OSCILLATION: &str = "oscillation";
 /// Where the instrument and the rig stand to each other, in models that know it.
@@ -74,9 +76,12 @@ impl Place {
 
     /// Of a family, with the member that was found.
     pub fn at(&self, member: f64) -> Self {
-        let digits = if member.fract() == 0.0 { 0 } else { 3 };
-        let words = self.words.replace("{member}", &format!("{member:.digits$}"));
-        Self { words, ..self.clone() }
+        let digits = (2.0 - member.abs().log10().floor()).clamp(0.0, 6.0) as usize;
+        let mut text = format!("{member:.digits$}");
+        if digits > 0 {
+            text.truncate(text.trim_end_matches('0').trim_end_matches('.').len());
+        }
+        Self { words: self.words.replace("{member}", &text), ..self.clone() }
     }
 }
 
@@ -111,21 +116,43 @@ impl Covariate {
 
     /// Waves of one of the orders that a line says, by its name.
     pub(super) fn family(angle: &str, order: &str, family: String) -> Self {
-        let wave = |wave: &str| (format!("{wave}({order} * {angle})"), Dimension::NONE);
         Self {
             over: angle.to_owned(),
             words: format!("{angle}, {{member}} waves a turn"),
             family,
-            ..Self::new(format!("fine {angle}"), "instrument", vec![wave("cos"), wave("sin")])
+            ..Self::new(format!("fine {angle}"), "instrument", wave(&format!("{order} * {angle}")))
         }
     }
 
+    /// Waves over a setup of one of the periods that a line says, by its name.
+    pub(super) fn swing(period: &str, family: String) -> Self {
+        let phase = format!("2 * pi * setup_time / {period}");
+        Self {
+            over: TIME.to_owned(),
+            words: format!("{TIME}, a wave every {{member}} s"),
+            family,
+            ..Self::new("slow time", "setup", wave(&phase))
+        }
+    }
+
+    /// Each of its terms along each axis.
+    fn along_axes(self) -> Self {
+        let axes = ["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"];
+        let along =
+            |axis| self.terms.iter().map(move |(term, of)| (format!("{term} * {axis}"), *of));
+        let terms = axes.into_iter().flat_map(along).collect();
+        Self { terms, ..self }
+    }
+
     fn waves(name: &str, orders: usize) -> Self {
-        let pair = |order: usize| {
-            ["cos", "sin"].map(|wave| (format!("{wave}({order} * {name})"), Dimension::NONE))
-        };
+        let pair = |order: usize| wave(&format!("{order} * {name}"));
         Self::new(name, "instrument", (1..=orders).flat_map(pair).collect())
     }
+}
+
+/// A wave as a cosine and a sine.
+fn wave(phase: &str) -> Vec<(String, Dimension)> {
+    ["cos", "sin"].map(|wave| (format!("{wave}({phase})"), Dimension::NONE)).to_vec()
 }
 
 /// The blocks of the campaigns' models.
@@ -145,7 +172,7 @@ pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
 fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     let mut all = Vec::new();
     channels(model, &mut all);
-    all.extend(rig(model));
+    rig(model, &mut all);
     timing(model, &mut all);
     readings(model, &mut all);
     all.extend(waves::in_time(model));
@@ -190,13 +217,20 @@ fn of_the_rig(model: &Model, timing: bool) -> Vec<Covariate> {
             vec![(format!("rate(rate({name}))"), rate / Dimension::TIME)],
         ));
     }
-    let time = Dimension::TIME;
-    let clock = vec![("setup_time".to_owned(), time), ("setup_time^2".to_owned(), time * time)];
-    all.push(Covariate::new("time", "setup", clock));
-    all.push(Covariate::new("run time", "instrument", vec![("run_time".to_owned(), time)]));
+    all.push(over_time());
+    let run_time = vec![("run_time".to_owned(), Dimension::TIME)];
+    all.push(Covariate::new("run time", "instrument", run_time));
     all.push(Covariate::new("setup", "setup", vec![("1".to_owned(), Dimension::NONE)]));
     all.push(Covariate::new(RUN, "run", vec![("1".to_owned(), Dimension::NONE)]));
     all
+}
+
+/// The course of a setup.
+fn over_time() -> Covariate {
+    let powers =
+        [("setup_time", Dimension::TIME), ("setup_time^2", Dimension::TIME * Dimension::TIME)];
+    let powers = powers.map(|(power, dimension)| (power.to_owned(), dimension));
+    Covariate::new(TIME, "setup", powers.to_vec())
 }
 
 /// Whether a signal of this unit is an angle.
@@ -256,7 +290,10 @@ fn directions(model: &Model) -> &'static [(&'static str, &'static str)] {
 /// Displacements of the target.
 fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     for (channel, direction) in directions(model) {
-        for covariate in of_the_rig(model, false).into_iter().chain(waves::over_signals(model)) {
+        let mut covariates = of_the_rig(model, false);
+        covariates.extend(waves::over_signals(model));
+        covariates.push(waves::slow());
+        for covariate in covariates {
             let place = Place {
                 of: Of::Channel((*channel).to_owned()),
                 words: displacement(channel, &covariate.words),
@@ -268,22 +305,17 @@ fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     }
 }
 
-/// A displacement of the instrument, or of all that it looks at, in the course of a setup.
-fn rig(model: &Model) -> Option<(Arc<Effect>, Place)> {
+/// Displacements of the instrument, or of all that it looks at, in the course of a setup.
+fn rig(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     if !model.parameters.iter().any(|one| one.name == POSITION) {
-        return None;
+        return;
     }
-    let time = Dimension::TIME;
-    let term = |axis: &str| {
-        let powers = [("setup_time", time), ("setup_time^2", time * time)];
-        powers.map(|(power, dimension)| (format!("{power} * {axis}"), dimension))
-    };
-    let axes = ["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"];
-    let covariate = Covariate::new("time", "setup", axes.into_iter().flat_map(term).collect());
-    let place = Place::of_the_rig(&covariate.over, "over time");
-    effect(&place, &covariate, Dimension::LENGTH, |sum| {
-        format!("{POSITION} = '{POSITION} + {sum}'")
-    })
+    for covariate in [over_time(), waves::slow()] {
+        let covariate = covariate.along_axes();
+        let place = Place::of_the_rig(&covariate.over, &format!("over {}", covariate.words));
+        let patch = |sum: &str| format!("{POSITION} = '{POSITION} + {sum}'");
+        all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
+    }
 }
 
 fn displacement(channel: &str, covariate: &str) -> String {
@@ -328,8 +360,9 @@ fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         }
         let mut covariates = of_the_rig(model, false);
         covariates.extend(of_the_head(model));
+        covariates.push(waves::slow());
         if matches!(measurand.kind, MeasurandKind::Angle { .. }) {
-            covariates.push(waves::finer(name, CIRCLE_ORDERS));
+            covariates.push(waves::over_circle(name, CIRCLE_ORDERS));
         }
         for covariate in covariates {
             let place = Place {

@@ -90,7 +90,7 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
         // What nobody wrote down must be far likelier, the choice among all of it paid for.
         let unknown = FURTHER.ln() + ((stage.candidates.len() - stage.effects) as f64).ln();
         let price = |number: &usize| match stage.candidates[*number].place {
-            Some(_) => unknown,
+            Some(_) => unknown + (stage.members[*number] as f64).ln(),
             None => 0.0,
         };
         let prices: Vec<f64> = structures.iter().map(price).collect();

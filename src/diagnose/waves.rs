@@ -1,8 +1,9 @@
 //! Unknown structure of a scale that nobody knows: waves over an angle that are finer than blocks have
-//! them, and oscillations in time. Each is a family of blocks that is scanned like those of the library.
+//! them, oscillations in time, and swings over a setup, as a room's climate makes them. Each is a family of blocks that is scanned like those of the library.
 //!
 //! Without them an encoder's error of order twelve is an oscillation at each rate, and is named as one,
-//! and what swings otherwise than in torsion is taken for noise.
+//! what swings otherwise than in torsion is taken for noise, and what swings slowly for noise with a memory
+//! or a walk.
 
 use std::sync::Arc;
 
@@ -15,22 +16,39 @@ use super::structure::{Covariate, FEW, ORDERS, OSCILLATION, Of, Place, made, tur
 /// The finest waves that are looked for, in waves a turn.
 const FINEST: usize = 36;
 
-/// Waves finer than so many a turn.
-pub(super) fn finer(angle: &str, orders: usize) -> Covariate {
-    let members: Vec<String> = (orders + 1..=FINEST).map(|order| order.to_string()).collect();
+/// Waves over the reading of a circle, finer than so many a turn.
+pub(super) fn over_circle(angle: &str, orders: usize) -> Covariate {
+    orders_of(angle, finer(orders))
+}
+
+fn finer(orders: usize) -> impl Iterator<Item = f64> {
+    (orders + 1..=FINEST).map(|order| order as f64)
+}
+
+fn orders_of(angle: &str, orders: impl Iterator<Item = f64>) -> Covariate {
+    let members: Vec<String> = orders.map(|order| order.to_string()).collect();
     // No model names its quantities so.
     let order = "unknown_order";
     Covariate::family(angle, order, format!("{order} = [{}]", members.join(", ")))
 }
 
-/// Waves over what turns, where few things do: a robot's joints are too many.
+/// Waves over what turns, finer than blocks have them or between theirs (a gear or a belt turns at another
+/// rate than what it drives), where few things turn: a robot's joints are too many.
 pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
     let signals: Vec<_> = model.inputs.iter().filter(|input| input.signal).collect();
     if signals.len() > FEW {
         return Vec::new();
     }
     let angles = signals.iter().filter(|signal| turns(&signal.unit));
-    angles.map(|signal| finer(&signal.name, ORDERS.0)).collect()
+    let halves = || (0..ORDERS.0).map(|order| order as f64 + 0.5);
+    angles.map(|signal| orders_of(&signal.name, halves().chain(finer(ORDERS.0)))).collect()
+}
+
+/// Waves over a setup, from those that a run just sees to those that a long setup just sees.
+pub(super) fn slow() -> Covariate {
+    let period = "unknown_period";
+    let range = format!("{period} = {{ unit = \"s\", from = \"10 s\", to = \"3600 s\" }}");
+    Covariate::swing(period, range)
 }
 
 /// An oscillation of all readings together, with phases and strengths of each run's own.

@@ -19,7 +19,7 @@ use std::sync::{Arc, OnceLock};
 use crate::campaign::Run;
 use crate::campaign::record::Record;
 use crate::engine::Problem;
-use crate::engine::gauss_markov::NoiseClock;
+use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use crate::engine::stretches::Left;
 use crate::estimate::batch::{FitError, Options};
 
@@ -77,6 +77,8 @@ pub struct Noise {
     pub levels: Vec<(String, f64)>,
     /// Measurand, run and factor where a run scatters otherwise than most.
     pub run_levels: Vec<(String, String, f64)>,
+    /// Measurands whose noise has a memory of which the weights take account.
+    pub memories: Vec<(String, GaussMarkov)>,
     /// Readings left out.
     pub wild: usize,
     /// Which ones.
@@ -284,7 +286,7 @@ pub fn prepare(
                 .or_else(|| uneven(&stage, &left, &noise))
                 .or_else(|| without_wild(&stage, &white, &mut noise))
                 .or_else(|| remember_early(&stage, &mut noise))
-                .or_else(|| levels(&stage, &left, unknowns, &noise))
+                .or_else(|| levels(&stage, given, &left, unknowns, &noise))
         };
         if let Some(changed) = changed {
             fitted = changed.again(options)?;

@@ -48,6 +48,11 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         "run_levels": last_noise(diagnosis).into_iter().flat_map(|noise| &noise.run_levels).map(
             |(measurand, run, by)| json!({ "measurand": measurand, "run": run, "factor": number(Some(*by)) })
         ).collect::<Vec<_>>(),
+        "memories": last_noise(diagnosis).into_iter().flat_map(|noise| &noise.memories).map(
+            |(measurand, memory)| json!({
+                "measurand": measurand, "share": number(Some(memory.share)), "time": number(Some(memory.time))
+            })
+        ).collect::<Vec<_>>(),
         "left_out": left_out(diagnosis),
         "unobservable": unobservable(&diagnosis.nominal.unobservable),
     })

@@ -4,7 +4,7 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::gap::Gap;
 use crate::diagnose::lost::Lost;
 use crate::diagnose::verdict::{Verdict, displaced};
-use crate::diagnose::whiten::Noise;
+use crate::diagnose::whiten::{Noise, NoiseEffect};
 use crate::diagnose::wild::LeftOut;
 use crate::report::diagnosis::{estimates_of, last_noise};
 use crate::report::figure;
@@ -86,6 +86,17 @@ fn noise(diagnosis: &Diagnosis) -> String {
     for (measurand, run, factor) in &found.run_levels {
         text.push_str(&format!(
             "`{measurand}` scatters {factor:.2} times as much in run `{run}` as in most; the fit uses that.\n"
+        ));
+    }
+    let is_named = |measurand: &str| {
+        let own = |one: &&NoiseEffect| one.parameter == format!("{}.{measurand}", one.name);
+        found.effects.iter().filter(own).any(|one| one.memory.is_some())
+    };
+    for (measurand, memory) in found.memories.iter().filter(|(name, _)| !is_named(name)) {
+        let time = figure::uncertainty(memory.time, &Unit::coherent(Dimension::TIME));
+        let share = 100.0 * memory.share;
+        text.push_str(&format!(
+            "`{measurand}` has a memory of {time} in {share:.0} % of its variance; the weights take account of it.\n"
         ));
     }
     text.push_str(&left_out(diagnosis, found));
