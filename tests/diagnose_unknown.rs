@@ -75,14 +75,22 @@ fn an_encoder_with_twelve_or_thirty_waves_a_turn() {
     }
 }
 
-/// A belt that goes round once while the arm goes round twice.
+/// A belt that goes round once while the arm goes round twice, and a pedestal that the drive pushes back
+/// (a walk could have come to the same places).
 #[test]
-fn half_a_wave_a_turn() {
-    let text = "[parameters]\nwave = { unit = \"m\", typical = \"10 um\", scope = \"rig\" }\n[patch]\n\
-                target = 'target + wave * cos(arm_angle / 2 + 1) * rotate(arm_turn, [1, 0, 0])'\n";
-    let found = with_a_nameless(text, 71, &|_| 8e-6);
-    let place = best_place(&found);
-    assert_eq!(place.words, "a radial displacement of the target over arm_angle, 0.5 waves a turn");
+fn what_belts_and_pedestals_do() {
+    let belt = "cos(arm_angle / 2 + 1) * rotate(arm_turn, [1, 0, 0])";
+    let half = "a radial displacement of the target over arm_angle, 0.5 waves a turn";
+    let push = "sign(rate(arm_angle)) * [1, 0.4, 0]";
+    let sense = "a displacement of the rig's pedestal over sense of arm_angle";
+    for (moved, words, seed) in [(belt, half, 71), (push, sense, 75)] {
+        let text = format!(
+            "[parameters]\nby = {{ unit = \"m\", typical = \"10 um\", scope = \"rig\" }}\n\
+             [patch]\ntarget = 'target + by * {moved}'\n"
+        );
+        let found = with_a_nameless(&text, seed, &|_| 9e-6);
+        assert_eq!(best_place(&found).words, words);
+    }
 }
 
 /// What a room's climate does in the course of a setup is neither noise with a memory nor a walk.

@@ -1,6 +1,6 @@
 //! Unknown structure: what an effect that nobody wrote down could look like, as effects made here.
 //!
-//! A block is a displacement of the target or of the rig, an error in the time of a reading or an error
+//! A block is a displacement of the target, its pedestal or the rig, an error in the time of a reading or an error
 //! of the reading itself, as a free function of one covariate: an angle (waves up to an order), a rate, the
 //! sense of rotation, time, setup, run. Blocks are effects like any other and go through the same
 //! machine; the best of them says where the unknown sits. (A plain Fourier series in the arm angle
@@ -173,6 +173,7 @@ fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     let mut all = Vec::new();
     channels(model, &mut all);
     rig(model, &mut all);
+    pedestal(model, &mut all);
     timing(model, &mut all);
     readings(model, &mut all);
     all.extend(waves::in_time(model));
@@ -310,10 +311,29 @@ fn rig(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     if !model.parameters.iter().any(|one| one.name == POSITION) {
         return;
     }
-    for covariate in [over_time(), waves::slow()] {
-        let covariate = covariate.along_axes();
+    for covariate in [over_time(), waves::slow()].map(Covariate::along_axes) {
         let place = Place::of_the_rig(&covariate.over, &format!("over {}", covariate.words));
         let patch = |sum: &str| format!("{POSITION} = '{POSITION} + {sum}'");
+        all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
+    }
+}
+
+/// Displacements of the rig by what moves: its pedestal gives way to imbalance and torque, in directions of its
+/// own, which are others in each setup for the instrument.
+fn pedestal(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+    let signals: Vec<_> = model.inputs.iter().filter(|input| input.signal).collect();
+    if directions(model).is_empty() || signals.len() > FEW {
+        return;
+    }
+    let names: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
+    let moves = |one: &Covariate| names.iter().any(|name| one.name.ends_with(name));
+    for covariate in of_the_rig(model, true).into_iter().filter(moves).map(Covariate::along_axes) {
+        let place = Place {
+            of: Of::Channel("pedestal".to_owned()),
+            covariate: covariate.over.clone(),
+            words: format!("a displacement of the rig's pedestal over {}", covariate.words),
+        };
+        let patch = |sum: &str| format!("target = 'target + {sum}'");
         all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
     }
 }
