@@ -366,7 +366,7 @@ impl Stage {
             let whole = self.together(&taken);
             let beyond = |n: &usize| {
                 let (gain, degrees) = self.evidence.beyond(&whole, self.entry(*n));
-                (of_gain(gain, degrees, 1).ln_p, *n)
+                (of_gain(gain, degrees, self.members[*n]).ln_p, *n)
             };
             let best = strong.iter().map(beyond).min_by(|a, b| a.0.total_cmp(&b.0));
             let Some((_, number)) = best.filter(|(ln_p, _)| *ln_p <= level) else { break };
