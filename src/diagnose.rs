@@ -5,7 +5,7 @@
 //! |---|---|
 //! | [`candidates`] | what may be added to the model |
 //! | [`catalogue`] | all that has been made of the models so far |
-//! | [`structure`], `waves` | what an effect that nobody wrote down could look like |
+//! | [`structure`] | what an effect that nobody wrote down could look like |
 //! | [`evidence`], `nominal` | what each of them would explain, from one pass |
 //! | [`mod@scan`] | which member of a family explains most |
 //! | [`score`], [`tail`] | how unlikely that is by chance |
@@ -47,7 +47,6 @@ pub mod tail;
 mod variances;
 pub mod verdict;
 pub mod wander;
-mod waves;
 pub mod whiten;
 pub mod wild;
 

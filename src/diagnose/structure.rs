@@ -4,7 +4,13 @@
 //! of the reading itself, as a free function of one covariate: an angle (waves up to an order), a rate, the
 //! sense of rotation, time, setup, run. Blocks are effects like any other and go through the same
 //! machine; the best of them says where the unknown sits. (A plain Fourier series in the arm angle
-//! would miss clocks and platforms.) Those whose scale nobody knows are families: `waves`.
+//! would miss clocks and platforms.) Those whose scale nobody knows are families.
+//!
+//! | file | answers |
+//! |---|---|
+//! | `place` | where a block sits, in words |
+//! | `covariate` | what it may be a function of |
+//! | `waves` | which are families |
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,141 +25,21 @@ use crate::system::Selected;
 use crate::units::{Dimension, Unit};
 
 use super::candidates::{Candidate, join};
-use super::waves;
+use covariate::{
+    CIRCLE_ORDERS, Covariate, few_move, of_motion, of_the_head, of_the_rig, over_time,
+};
+pub use place::{Of, Place};
 
-/// Waves over a signal, where there are few signals and where there are many.
-pub(super) const ORDERS: (usize, usize) = (8, 3);
-/// Signals that count as few.
-pub(super) const FEW: usize = 2;
-/// Waves over the reading of a circle.
-const CIRCLE_ORDERS: usize = 4;
-/// The covariate of a block with a value for each run.
-const RUN: &str = "run";
-/// The covariate of what a setup does in its course.
-const TIME: &str = "time";
-/// The covariate of a wave in time with phases of each run's own.
-pub(super) const OSCILLATION: &str = "oscillation";
+mod covariate;
+mod place;
+mod waves;
+
+/// Waves over a signal, where few things move and where many do.
+const ORDERS: (usize, usize) = (8, 3);
+/// Waves of an error in time and of a pedestal.
+const COARSE_ORDERS: usize = 2;
 /// Where the instrument and the rig stand to each other, in models that know it.
 const POSITION: &str = "position";
-/// Waves of an error in time.
-const TIMING_ORDERS: usize = 2;
-
-/// Where unknown structure sits.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Place {
-    /// The measurand whose reading or time is wrong, or the channel (`target tangential`).
-    pub of: Of,
-    /// What it is a function of.
-    pub covariate: String,
-    /// A phrase; `{member}` stands for the member of a family.
-    pub words: String,
-}
-
-impl Place {
-    /// Whether it is a value for each run.
-    pub fn is_of_runs(&self) -> bool {
-        self.covariate == RUN
-    }
-
-    /// Whether it is a wave in time.
-    pub fn is_oscillation(&self) -> bool {
-        self.covariate == OSCILLATION
-    }
-
-    /// A displacement of the instrument, or of all that it looks at.
-    fn of_the_rig(covariate: &str, when: &str) -> Self {
-        Self {
-            of: Of::Channel("rig".to_owned()),
-            covariate: covariate.to_owned(),
-            words: format!("a displacement of the instrument or the rig {when}"),
-        }
-    }
-
-    /// Where the rig was displaced between a run and the one before it.
-    pub(super) fn before_run(name: &str) -> Self {
-        Self::of_the_rig(RUN, &format!("before run `{name}`"))
-    }
-
-    /// Of a family, with the member that was found.
-    pub fn at(&self, member: f64) -> Self {
-        let digits = (2.0 - member.abs().log10().floor()).clamp(0.0, 6.0) as usize;
-        let mut text = format!("{member:.digits$}");
-        if digits > 0 {
-            text.truncate(text.trim_end_matches('0').trim_end_matches('.').len());
-        }
-        Self { words: self.words.replace("{member}", &text), ..self.clone() }
-    }
-}
-
-/// What is wrong.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Of {
-    /// The reading of a measurand.
-    Measurand(String),
-    /// A part of the rig, or the time of a reading.
-    Channel(String),
-}
-
-/// A covariate: terms with their dimension, one coefficient each.
-#[derive(Clone)]
-pub(super) struct Covariate {
-    name: String,
-    /// What it is over, and the same in a phrase.
-    over: String,
-    words: String,
-    terms: Vec<(String, Dimension)>,
-    scope: &'static str,
-    /// The line of the family that the terms name; empty without.
-    family: String,
-}
-
-impl Covariate {
-    fn new(name: impl Into<String>, scope: &'static str, terms: Vec<(String, Dimension)>) -> Self {
-        let name = name.into();
-        let (over, words, family) = (name.clone(), name.clone(), String::new());
-        Self { name, over, words, terms, scope, family }
-    }
-
-    /// Waves of one of the orders that a line says, by its name.
-    pub(super) fn family(angle: &str, order: &str, family: String) -> Self {
-        Self {
-            over: angle.to_owned(),
-            words: format!("{angle}, {{member}} waves a turn"),
-            family,
-            ..Self::new(format!("fine {angle}"), "instrument", wave(&format!("{order} * {angle}")))
-        }
-    }
-
-    /// Waves over a setup of one of the periods that a line says, by its name.
-    pub(super) fn swing(period: &str, family: String) -> Self {
-        let phase = format!("2 * pi * setup_time / {period}");
-        Self {
-            over: TIME.to_owned(),
-            words: format!("{TIME}, a wave every {{member}} s"),
-            family,
-            ..Self::new("slow time", "setup", wave(&phase))
-        }
-    }
-
-    /// Each of its terms along each axis.
-    fn along_axes(self) -> Self {
-        let axes = ["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"];
-        let along =
-            |axis| self.terms.iter().map(move |(term, of)| (format!("{term} * {axis}"), *of));
-        let terms = axes.into_iter().flat_map(along).collect();
-        Self { terms, ..self }
-    }
-
-    fn waves(name: &str, orders: usize) -> Self {
-        let pair = |order: usize| wave(&format!("{order} * {name}"));
-        Self::new(name, "instrument", (1..=orders).flat_map(pair).collect())
-    }
-}
-
-/// A wave as a cosine and a sine.
-fn wave(phase: &str) -> Vec<(String, Dimension)> {
-    ["cos", "sin"].map(|wave| (format!("{wave}({phase})"), Dimension::NONE)).to_vec()
-}
 
 /// The blocks of the campaigns' models.
 pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
@@ -180,96 +66,9 @@ fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     all
 }
 
-/// What moves, and time, setups and runs.
-fn of_the_rig(model: &Model, timing: bool) -> Vec<Covariate> {
-    let signals: Vec<_> = model.inputs.iter().filter(|input| input.signal).collect();
-    let orders = if signals.len() <= FEW { ORDERS.0 } else { ORDERS.1 };
-    let mut all = Vec::new();
-    for signal in &signals {
-        let (name, own) = (&signal.name, signal.unit.dimension);
-        let rate = own / Dimension::TIME;
-        let angle = turns(&signal.unit);
-        if angle {
-            all.push(Covariate::waves(name, if timing { TIMING_ORDERS } else { orders }));
-        }
-        let turns = vec![(name.clone(), own), (format!("{name}^2"), own * own)];
-        all.push(Covariate::new(
-            if angle { format!("turns of {name}") } else { name.clone() },
-            "instrument",
-            turns,
-        ));
-        all.push(Covariate::new(
-            format!("sense of {name}"),
-            "instrument",
-            vec![(format!("sign(rate({name}))"), Dimension::NONE)],
-        ));
-        all.push(Covariate::new(
-            format!("rate of {name}"),
-            "instrument",
-            vec![
-                (format!("rate({name})"), rate),
-                (format!("abs(rate({name}))"), rate),
-                (format!("rate({name})^2"), rate * rate),
-            ],
-        ));
-        all.push(Covariate::new(
-            format!("acceleration of {name}"),
-            "instrument",
-            vec![(format!("rate(rate({name}))"), rate / Dimension::TIME)],
-        ));
-    }
-    all.push(over_time());
-    let run_time = vec![("run_time".to_owned(), Dimension::TIME)];
-    all.push(Covariate::new("run time", "instrument", run_time));
-    all.push(Covariate::new("setup", "setup", vec![("1".to_owned(), Dimension::NONE)]));
-    all.push(Covariate::new(RUN, "run", vec![("1".to_owned(), Dimension::NONE)]));
-    all
-}
-
-/// The course of a setup.
-fn over_time() -> Covariate {
-    let powers =
-        [("setup_time", Dimension::TIME), ("setup_time^2", Dimension::TIME * Dimension::TIME)];
-    let powers = powers.map(|(power, dimension)| (power.to_owned(), dimension));
-    Covariate::new(TIME, "setup", powers.to_vec())
-}
-
-/// Whether a signal of this unit is an angle.
-pub(super) fn turns(unit: &Unit) -> bool {
-    unit.dimension == Dimension::NONE && unit.symbol != "1"
-}
-
-/// What the head does.
-fn of_the_head(model: &Model) -> Vec<Covariate> {
-    let mut all = Vec::new();
-    for measurand in &model.measurands {
-        let (name, own) = (&measurand.name, measurand.unit.dimension);
-        let rate = own / Dimension::TIME;
-        match measurand.kind {
-            MeasurandKind::Rotation => continue,
-            MeasurandKind::Angle { .. } => all.push(Covariate::waves(name, CIRCLE_ORDERS)),
-            MeasurandKind::Plain => all.push(Covariate::new(
-                name,
-                "instrument",
-                vec![(name.clone(), own), (format!("{name}^2"), own * own)],
-            )),
-        }
-        all.push(Covariate::new(
-            format!("rate of {name}"),
-            "instrument",
-            vec![
-                (format!("rate({name})"), rate),
-                (format!("abs(rate({name}))"), rate),
-                (format!("sign(rate({name}))"), Dimension::NONE),
-            ],
-        ));
-        all.push(Covariate::new(
-            format!("acceleration of {name}"),
-            "instrument",
-            vec![(format!("rate(rate({name}))"), rate / Dimension::TIME)],
-        ));
-    }
-    all
+/// Waves over a signal.
+fn orders(model: &Model) -> usize {
+    if few_move(model) { ORDERS.0 } else { ORDERS.1 }
 }
 
 /// The directions in which a target may be displaced, by channel; none where a model has no target.
@@ -291,7 +90,7 @@ fn directions(model: &Model) -> &'static [(&'static str, &'static str)] {
 /// Displacements of the target.
 fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     for (channel, direction) in directions(model) {
-        let mut covariates = of_the_rig(model, false);
+        let mut covariates = of_the_rig(model, orders(model));
         covariates.extend(waves::over_signals(model));
         covariates.push(waves::slow());
         for covariate in covariates {
@@ -312,7 +111,7 @@ fn rig(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         return;
     }
     for covariate in [over_time(), waves::slow()].map(Covariate::along_axes) {
-        let place = Place::of_the_rig(&covariate.over, &format!("over {}", covariate.words));
+        let place = Place::of_rig(&covariate.over, &format!("over {}", covariate.words));
         let patch = |sum: &str| format!("{POSITION} = '{POSITION} + {sum}'");
         all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
     }
@@ -321,13 +120,11 @@ fn rig(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
 /// Displacements of the rig by what moves: its pedestal gives way to imbalance and torque, in directions of its
 /// own, which are others in each setup for the instrument.
 fn pedestal(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
-    let signals: Vec<_> = model.inputs.iter().filter(|input| input.signal).collect();
-    if directions(model).is_empty() || signals.len() > FEW {
+    if directions(model).is_empty() || !few_move(model) {
         return;
     }
-    let names: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
-    let moves = |one: &Covariate| names.iter().any(|name| one.name.ends_with(name));
-    for covariate in of_the_rig(model, true).into_iter().filter(moves).map(Covariate::along_axes) {
+    let covariates = of_motion(model, COARSE_ORDERS);
+    for covariate in covariates.into_iter().map(Covariate::along_axes) {
         let place = Place {
             of: Of::Channel("pedestal".to_owned()),
             covariate: covariate.over.clone(),
@@ -356,7 +153,7 @@ fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     }
     for (of, names) in groups {
         let called = if names.len() > 1 { of.to_owned() } else { format!("`{of}`") };
-        for covariate in of_the_rig(model, true) {
+        for covariate in of_the_rig(model, COARSE_ORDERS) {
             let place = Place {
                 of: Of::Channel(format!("time of {of}")),
                 words: format!("a timing error of {called} over {}", covariate.name),
@@ -378,7 +175,7 @@ fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         if measurand.kind == MeasurandKind::Rotation {
             continue;
         }
-        let mut covariates = of_the_rig(model, false);
+        let mut covariates = of_the_rig(model, orders(model));
         covariates.extend(of_the_head(model));
         covariates.push(waves::slow());
         if matches!(measurand.kind, MeasurandKind::Angle { .. }) {

@@ -11,7 +11,9 @@ use crate::effect::Effect;
 use crate::graph::MeasurandKind;
 use crate::model::Model;
 
-use super::structure::{Covariate, FEW, ORDERS, OSCILLATION, Of, Place, made, turns};
+use super::covariate::{Covariate, few_move, turns};
+use super::place::{OSCILLATION, Of, Place};
+use super::{ORDERS, made};
 
 /// The finest waves that are looked for, in waves a turn.
 const FINEST: usize = 36;
@@ -35,11 +37,10 @@ fn orders_of(angle: &str, orders: impl Iterator<Item = f64>) -> Covariate {
 /// Waves over what turns, finer than blocks have them or between theirs (a gear or a belt turns at another
 /// rate than what it drives), where few things turn: a robot's joints are too many.
 pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
-    let signals: Vec<_> = model.inputs.iter().filter(|input| input.signal).collect();
-    if signals.len() > FEW {
+    if !few_move(model) {
         return Vec::new();
     }
-    let angles = signals.iter().filter(|signal| turns(&signal.unit));
+    let angles = model.inputs.iter().filter(|input| input.signal && turns(&input.unit));
     let halves = || (0..ORDERS.0).map(|order| order as f64 + 0.5);
     angles.map(|signal| orders_of(&signal.name, halves().chain(finer(ORDERS.0)))).collect()
 }

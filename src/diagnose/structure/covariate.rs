@@ -1,0 +1,177 @@
+//! What unknown structure may be a function of: what moves, what the head does, time, setups and runs, as terms
+//! with one coefficient each.
+
+use crate::graph::MeasurandKind;
+use crate::model::Model;
+use crate::units::{Dimension, Unit};
+
+use super::place::RUN;
+
+/// Signals that count as few.
+const FEW: usize = 2;
+/// Waves over the reading of a circle.
+pub(super) const CIRCLE_ORDERS: usize = 4;
+/// The covariate of what a setup does in its course.
+const TIME: &str = "time";
+
+/// A covariate: terms with their dimension, one coefficient each.
+#[derive(Clone)]
+pub(super) struct Covariate {
+    pub(super) name: String,
+    /// What it is over, and the same in a phrase.
+    pub(super) over: String,
+    pub(super) words: String,
+    pub(super) terms: Vec<(String, Dimension)>,
+    pub(super) scope: &'static str,
+    /// The line of the family that the terms name; empty without.
+    pub(super) family: String,
+}
+
+impl Covariate {
+    fn new(name: impl Into<String>, scope: &'static str, terms: Vec<(String, Dimension)>) -> Self {
+        let name = name.into();
+        let (over, words, family) = (name.clone(), name.clone(), String::new());
+        Self { name, over, words, terms, scope, family }
+    }
+
+    /// Waves of one of the orders that a line says, by its name.
+    pub(super) fn family(angle: &str, order: &str, family: String) -> Self {
+        Self {
+            over: angle.to_owned(),
+            words: format!("{angle}, {{member}} waves a turn"),
+            family,
+            ..Self::new(format!("fine {angle}"), "instrument", wave(&format!("{order} * {angle}")))
+        }
+    }
+
+    /// Waves over a setup of one of the periods that a line says, by its name.
+    pub(super) fn swing(period: &str, family: String) -> Self {
+        let phase = format!("2 * pi * setup_time / {period}");
+        Self {
+            over: TIME.to_owned(),
+            words: format!("{TIME}, a wave every {{member}} s"),
+            family,
+            ..Self::new("slow time", "setup", wave(&phase))
+        }
+    }
+
+    /// Each of its terms along each axis.
+    pub(super) fn along_axes(self) -> Self {
+        let axes = ["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"];
+        let along =
+            |axis| self.terms.iter().map(move |(term, of)| (format!("{term} * {axis}"), *of));
+        let terms = axes.into_iter().flat_map(along).collect();
+        Self { terms, ..self }
+    }
+
+    fn waves(name: &str, orders: usize) -> Self {
+        let pair = |order: usize| wave(&format!("{order} * {name}"));
+        Self::new(name, "instrument", (1..=orders).flat_map(pair).collect())
+    }
+}
+
+/// A wave as a cosine and a sine.
+fn wave(phase: &str) -> Vec<(String, Dimension)> {
+    ["cos", "sin"].map(|wave| (format!("{wave}({phase})"), Dimension::NONE)).to_vec()
+}
+
+/// What moves, with waves of so many orders.
+pub(super) fn of_motion(model: &Model, orders: usize) -> Vec<Covariate> {
+    let mut all = Vec::new();
+    for signal in model.inputs.iter().filter(|input| input.signal) {
+        let (name, own) = (&signal.name, signal.unit.dimension);
+        let rate = own / Dimension::TIME;
+        let angle = turns(&signal.unit);
+        if angle {
+            all.push(Covariate::waves(name, orders));
+        }
+        let turns = vec![(name.clone(), own), (format!("{name}^2"), own * own)];
+        all.push(Covariate::new(
+            if angle { format!("turns of {name}") } else { name.clone() },
+            "instrument",
+            turns,
+        ));
+        all.push(Covariate::new(
+            format!("sense of {name}"),
+            "instrument",
+            vec![(format!("sign(rate({name}))"), Dimension::NONE)],
+        ));
+        all.push(Covariate::new(
+            format!("rate of {name}"),
+            "instrument",
+            vec![
+                (format!("rate({name})"), rate),
+                (format!("abs(rate({name}))"), rate),
+                (format!("rate({name})^2"), rate * rate),
+            ],
+        ));
+        all.push(Covariate::new(
+            format!("acceleration of {name}"),
+            "instrument",
+            vec![(format!("rate(rate({name}))"), rate / Dimension::TIME)],
+        ));
+    }
+    all
+}
+
+/// What moves, and time, setups and runs.
+pub(super) fn of_the_rig(model: &Model, orders: usize) -> Vec<Covariate> {
+    let mut all = of_motion(model, orders);
+    all.push(over_time());
+    let run_time = vec![("run_time".to_owned(), Dimension::TIME)];
+    all.push(Covariate::new("run time", "instrument", run_time));
+    all.push(Covariate::new("setup", "setup", vec![("1".to_owned(), Dimension::NONE)]));
+    all.push(Covariate::new(RUN, "run", vec![("1".to_owned(), Dimension::NONE)]));
+    all
+}
+
+/// The course of a setup.
+pub(super) fn over_time() -> Covariate {
+    let powers =
+        [("setup_time", Dimension::TIME), ("setup_time^2", Dimension::TIME * Dimension::TIME)];
+    let powers = powers.map(|(power, dimension)| (power.to_owned(), dimension));
+    Covariate::new(TIME, "setup", powers.to_vec())
+}
+
+/// Whether few things move: a robot's joints are many.
+pub(super) fn few_move(model: &Model) -> bool {
+    model.inputs.iter().filter(|input| input.signal).count() <= FEW
+}
+
+/// Whether a signal of this unit is an angle.
+pub(super) fn turns(unit: &Unit) -> bool {
+    unit.dimension == Dimension::NONE && unit.symbol != "1"
+}
+
+/// What the head does.
+pub(super) fn of_the_head(model: &Model) -> Vec<Covariate> {
+    let mut all = Vec::new();
+    for measurand in &model.measurands {
+        let (name, own) = (&measurand.name, measurand.unit.dimension);
+        let rate = own / Dimension::TIME;
+        match measurand.kind {
+            MeasurandKind::Rotation => continue,
+            MeasurandKind::Angle { .. } => all.push(Covariate::waves(name, CIRCLE_ORDERS)),
+            MeasurandKind::Plain => all.push(Covariate::new(
+                name,
+                "instrument",
+                vec![(name.clone(), own), (format!("{name}^2"), own * own)],
+            )),
+        }
+        all.push(Covariate::new(
+            format!("rate of {name}"),
+            "instrument",
+            vec![
+                (format!("rate({name})"), rate),
+                (format!("abs(rate({name}))"), rate),
+                (format!("sign(rate({name}))"), Dimension::NONE),
+            ],
+        ));
+        all.push(Covariate::new(
+            format!("acceleration of {name}"),
+            "instrument",
+            vec![(format!("rate(rate({name}))"), rate / Dimension::TIME)],
+        ));
+    }
+    all
+}

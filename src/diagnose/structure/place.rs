@@ -1,0 +1,62 @@
+//! Where unknown structure sits: what is wrong, as a function of what, and the phrase that says so.
+
+/// The covariate of a block with a value for each run.
+pub(super) const RUN: &str = "run";
+/// The covariate of a wave in time with phases of each run's own.
+pub(super) const OSCILLATION: &str = "oscillation";
+
+/// Where unknown structure sits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// The measurand whose reading or time is wrong, or the channel (`target tangential`).
+    pub of: Of,
+    /// What it is a function of.
+    pub covariate: String,
+    /// A phrase; `{member}` stands for the member of a family.
+    pub words: String,
+}
+
+impl Place {
+    /// Whether it is a value for each run.
+    pub fn is_of_runs(&self) -> bool {
+        self.covariate == RUN
+    }
+
+    /// Whether it is a wave in time.
+    pub fn is_oscillation(&self) -> bool {
+        self.covariate == OSCILLATION
+    }
+
+    /// A displacement of the instrument, or of all that it looks at.
+    pub(super) fn of_rig(covariate: &str, when: &str) -> Self {
+        Self {
+            of: Of::Channel("rig".to_owned()),
+            covariate: covariate.to_owned(),
+            words: format!("a displacement of the instrument or the rig {when}"),
+        }
+    }
+
+    /// Where the rig was displaced between a run and the one before it.
+    pub(in crate::diagnose) fn before_run(name: &str) -> Self {
+        Self::of_rig(RUN, &format!("before run `{name}`"))
+    }
+
+    /// Of a family, with the member that was found.
+    pub fn at(&self, member: f64) -> Self {
+        let digits = (2.0 - member.abs().log10().floor()).clamp(0.0, 6.0) as usize;
+        let mut text = format!("{member:.digits$}");
+        if digits > 0 {
+            text.truncate(text.trim_end_matches('0').trim_end_matches('.').len());
+        }
+        Self { words: self.words.replace("{member}", &text), ..self.clone() }
+    }
+}
+
+/// What is wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Of {
+    /// The reading of a measurand.
+    Measurand(String),
+    /// A part of the rig, or the time of a reading.
+    Channel(String),
+}
