@@ -18,13 +18,14 @@
 //! | [`mod@search`], [`mod@pairs`] | which effects are adopted |
 //! | [`verdict`] | the answer |
 //! | [`probability`] | how probable each cause is |
-//! | [`mod@gap`], [`mod@holdout`] | how far the gap shrinks |
+//! | [`mod@gap`], [`mod@holdout`], `folds` | how far the gap shrinks |
 //! | [`mod@hidden`] | what could still hide |
 
 pub mod basis;
 pub mod candidates;
 pub mod catalogue;
 pub mod evidence;
+mod folds;
 pub mod gap;
 pub mod hidden;
 pub mod holdout;

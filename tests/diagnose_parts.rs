@@ -1,8 +1,13 @@
 //! The parts of a diagnosis, each against a second route to the same number.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
+#[path = "problems/drawn.rs"]
+#[expect(dead_code, reason = "each test uses a part")]
+mod drawn;
+
 use std::path::Path;
 
+use drawn::{drawn_at, folder};
 use homepoint::diagnose::candidates::{Candidate, Wanted, offer};
 use homepoint::diagnose::evidence::Evidence;
 use homepoint::diagnose::gap::drops;
@@ -121,6 +126,53 @@ fn a_drop_is_what_two_fits_without_the_run_leave_of_it() {
             "{run}: {} {due}",
             drops[run]
         );
+    }
+}
+
+/// What belongs to a run is fitted to four of its eighths and judged on the four between.
+#[test]
+fn a_run_with_values_of_its_own_is_judged_between_what_it_was_fitted_to() {
+    let mut request = Request::new([folder()]);
+    request.with = vec!["sample_clock_rate".to_owned()];
+    let (opened, problem) = drawn_at(&request, 3, &|one| {
+        let of = one.of.as_deref().unwrap_or_default();
+        let sense = if of.contains("ccw") { 1.0 } else { -1.0 };
+        (one.name == "sample_clock_rate.rate_error").then_some(sense * 1e-6)
+    });
+    let nominal = calibrate(problem, &Options::default()).unwrap();
+    let fitted =
+        Fitted { recipes: opened.recipes.clone(), problem: nominal.problem, fit: nominal.fit };
+    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let candidate = offered.iter().find(|one| one.name == "sample_clock_rate").unwrap();
+    let options = Options::default();
+    let after = fitted.with(&candidate.selected, &[], &options).unwrap().unwrap();
+    let before = after.without(&[&candidate.selected], &options).unwrap();
+    let drops = drops(&before, &after, 0.0);
+    for run in [0, 7] {
+        let among = |model: &Fitted, parity: usize| {
+            let mut problem = model.problem.clone();
+            problem.parts[0].runs[run].record.edit(|samples| {
+                let length = samples.readings[0].len();
+                for column in &mut samples.readings {
+                    for (sample, reading) in column.iter_mut().enumerate() {
+                        if sample * 8 / length % 2 != parity {
+                            *reading = f64::NAN;
+                        }
+                    }
+                }
+            });
+            Problem::new(problem.parts)
+        };
+        let squares = |model: &Fitted| {
+            let learnt = Fitted { problem: among(model, 0), ..model.clone() };
+            let learnt = learnt.again(&options).unwrap();
+            let gram = &among(model, 1).normal(&learnt.fit.point).runs[run].gram;
+            gram[(gram.nrows() - 1, gram.nrows() - 1)]
+        };
+        let due = squares(&before) - squares(&after);
+        let found = drops[run];
+        assert!(due > 10.0, "{run}: {due}");
+        assert!((found - due).abs() < 0.01 * due.abs().max(1.0), "{run}: {found} {due}");
     }
 }
 

@@ -198,6 +198,21 @@ fn clean_readings_and_a_strong_effect() {
     }
 }
 
+/// A rate of each run's own, learnt from one half of the run, is known worst in the other one: held to
+/// what it predicts there, a true effect would be refuted.
+#[test]
+fn clocks_of_each_run_s_own_rate() {
+    let mut rig = Rig::new("clocks", 4);
+    for seed in 0..4 {
+        let problem = rig.draw(Some("sample_clock_rate"), 12.0, 300 + seed);
+        let found = rig.diagnose(problem, &[]);
+        assert_eq!(found.verdict, Verdict::Explained, "{seed}: {}", told(&found));
+        assert_eq!(found.effects[0].candidate.name, "sample_clock_rate");
+        let gap = found.gap.unwrap();
+        assert!(gap.held_out_drop > 0.0, "{seed}: {}", gap.held_out_drop);
+    }
+}
+
 fn count(name: &str, or: usize) -> usize {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(or)
 }

@@ -5,29 +5,21 @@
 //! subtracting a noise floor from it is ill-conditioned; paired differences are not. The part closed
 //! is `D / (D + leftover)` with the largest block of structure that is left.
 //!
-//! Folds are whole runs, or, with fewer than [`LEAST_RUNS`] runs, stretches of time with a gap about
-//! them. Parameters that belong to a run are fitted to its first half and judged on its second. Sums
-//! are linear about the fit with the effects; the models without them differ by the effects' values,
-//! which is where the linear form is good to second order.
-
-use std::ops::Range;
+//! Sums are linear about the fit with the effects; the models without them differ by the effects'
+//! values, which is where the linear form is good to second order.
 
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 
-use crate::engine::Problem;
 use crate::engine::gram::{LeastSquares, Normal, PriorRow, RunGram};
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::estimate::calibrate::rms;
 
+use super::folds::{Fold, folds};
 use super::search::LEAST_LAMBDA;
 use super::stage::Fitted;
 use super::steps::Steps;
 
-/// Fewer runs are not left out as wholes.
-pub const LEAST_RUNS: usize = 4;
-/// Folds in time.
-const FOLDS: usize = 5;
 /// Samples looked at for the floor at most.
 const MOST_SAMPLES: usize = 5_000;
 /// Normal quantile of the intervals: 95 %.
@@ -164,93 +156,11 @@ pub fn floor(fitted: &Fitted) -> Vec<(String, f64)> {
     sums.into_iter().map(|(name, sum, count)| (name, (sum / count).sqrt())).collect()
 }
 
-/// One fold: what is fitted to, and what is judged, as sums of each run.
-struct Fold {
-    training: Vec<RunGram>,
-    judged: Vec<(usize, RunGram)>,
-}
-
 /// The drop of each fold.
 pub fn drops(before: &Fitted, after: &Fitted, memory: f64) -> Vec<f64> {
     let Some(step) = switched_off(before, after) else { return Vec::new() };
     let normal = after.problem.normal(&after.fit.point);
-    let has_own = normal.columns.runs.iter().any(|(_, count)| *count > 0);
-    let runs = normal.runs.len();
-    let folds: Vec<Fold> = if runs >= LEAST_RUNS && !has_own {
-        (0..runs)
-            .map(|out| {
-                let mut training = normal.runs.clone();
-                let size = training[out].gram.nrows();
-                let whole = std::mem::replace(&mut training[out], RunGram::empty(size));
-                Fold { training, judged: vec![(out, whole)] }
-            })
-            .collect()
-    } else if runs >= LEAST_RUNS {
-        let first = kept(after, |_, len| 0..len / 2);
-        let second = kept(after, |_, len| len / 2..len);
-        (0..runs)
-            .map(|out| {
-                let mut training = normal.runs.clone();
-                training[out] = first[out].clone();
-                Fold { training, judged: vec![(out, second[out].clone())] }
-            })
-            .collect()
-    } else {
-        let time = if memory > 0.0 { (-1.0 / memory.ln()).ceil() as usize } else { 0 };
-        (0..FOLDS)
-            .map(|fold| {
-                let range = |len: usize| fold * len / FOLDS..(fold + 1) * len / FOLDS;
-                let judged = kept(after, |_, len| range(len));
-                let near = kept(after, |_, len| {
-                    let range = range(len);
-                    range.start.saturating_sub(time)..(range.end + time).min(len)
-                });
-                let training = normal
-                    .runs
-                    .iter()
-                    .zip(near)
-                    .map(|(all, near)| RunGram {
-                        gram: &all.gram - near.gram,
-                        readings: all.readings - near.readings,
-                    })
-                    .collect();
-                Fold { training, judged: judged.into_iter().enumerate().collect() }
-            })
-            .collect()
-    };
-    folds.iter().filter_map(|fold| drop_of(&normal, fold, &step)).collect()
-}
-
-/// The sums with only some samples of each run.
-fn kept(fitted: &Fitted, range: impl Fn(usize, usize) -> Range<usize>) -> Vec<RunGram> {
-    let mut problem = among(&fitted.problem, |run, len| {
-        let range = range(run, len);
-        move |sample| range.contains(&sample)
-    });
-    problem.reweight(&fitted.fit.point);
-    problem.normal(&fitted.fit.point).runs
-}
-
-/// A problem with only some samples of each run, by the run's number in its campaign and its length.
-pub(super) fn among<W: Fn(usize) -> bool>(
-    problem: &Problem,
-    wanted: impl Fn(usize, usize) -> W,
-) -> Problem {
-    let mut parts = problem.parts.clone();
-    for part in &mut parts {
-        let columns = part.reading_columns();
-        for (number, run) in part.runs.iter_mut().enumerate() {
-            let wanted = wanted(number, run.record.len());
-            let samples: Vec<bool> = (0..run.record.len()).map(wanted).collect();
-            let mut from = 0;
-            for alike in samples.chunk_by(|a, b| a == b) {
-                let to = from + alike.len();
-                run.record.leave_out((!alike[0]).then(|| (from..to, columns.clone())));
-                from = to;
-            }
-        }
-    }
-    Problem::new(parts)
+    folds(after, &normal, memory).iter().filter_map(|fold| drop_of(&normal, fold, &step)).collect()
 }
 
 /// For each column of the model with the effects the step that switches them off; `None` for nominal

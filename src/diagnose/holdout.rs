@@ -18,7 +18,8 @@ use crate::graph::Scope;
 use crate::system::{Selected, System};
 
 use super::candidates::Wanted;
-use super::gap::{Gap, Step, among, closed, floor};
+use super::folds::{among, learns_from};
+use super::gap::{Gap, Step, closed, floor};
 use super::lost;
 use super::stage::{Fitted, Stage, rebuilt};
 use super::steps::Steps;
@@ -112,7 +113,7 @@ impl Scored {
     /// Of the eighths of runs that a fit did not learn from.
     fn of_the_rest(whole: &Fitted, learnt: Fitted) -> Self {
         let mut problem =
-            among(&whole.problem, |_, length| move |sample| !learns_from(sample, length));
+            among(&whole.problem, |length| move |sample| !learns_from(sample, length));
         problem.reweight(&learnt.fit.point);
         let normal = problem.normal(&learnt.fit.point);
         Self::of(Fitted { problem, fit: Fit { normal, ..learnt.fit }, ..learnt })
@@ -187,19 +188,10 @@ impl Held<'_> {
 
     /// The same model fitted to every other eighth of each run.
     fn learns_in_part(self, whole: &Fitted) -> Result<Fitted, FitError> {
-        let mut problem =
-            among(&whole.problem, |_, length| move |sample| learns_from(sample, length));
+        let mut problem = among(&whole.problem, |length| move |sample| learns_from(sample, length));
         let fit = fit(&mut problem, whole.fit.point.clone(), self.options)?;
         Ok(Fitted { recipes: whole.recipes.clone(), problem, fit })
     }
-}
-
-/// Stretches that a run is cut into.
-const STRETCHES: usize = 8;
-
-/// Whether a run's own parameters are fitted to a sample: to every other stretch.
-fn learns_from(sample: usize, length: usize) -> bool {
-    (sample * STRETCHES / length.max(1)).is_multiple_of(2)
 }
 
 /// Puts the runs of a problem in the place of those of some campaigns.

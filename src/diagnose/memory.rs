@@ -13,7 +13,7 @@ use crate::model::Process;
 
 use super::candidates::Candidate;
 use super::evidence::Entry;
-use super::gap::LEAST_RUNS;
+use super::folds::LEAST_RUNS;
 use super::score::of_gain;
 use super::search::level;
 use super::stage::{Fitted, Stage};
