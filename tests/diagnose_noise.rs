@@ -25,6 +25,20 @@ fn noise_of<'d>(found: &'d Diagnosis, name: &str) -> &'d homepoint::diagnose::wh
     one.unwrap_or_else(|| unreachable!("{name} in {names:?}, {:?}", found.verdict))
 }
 
+/// One reading far out spoils the fit of all others: it is left out, and nothing is found in what it did.
+#[test]
+fn a_gross_reading_is_left_out_and_no_other() {
+    for (measurand, by) in [(0, 4e-3), (0, 1.0), (2, 0.02)] {
+        let (opened, mut problem) = drawn(&[], &[], 21);
+        problem.parts[0].runs[2].record.edit(|samples| samples.readings[measurand][50] += by);
+        let found = run(problem, &opened);
+        let noise = &found.search.as_ref().unwrap().stages[0].noise_found;
+        assert_eq!(found.verdict, Verdict::Adequate, "{by}: {:?}", found.noise);
+        assert_eq!(noise.left_out.len(), 1, "{by}: {:?}", noise.left_out);
+        assert!(noise.levels.is_empty() && noise.run_levels.is_empty(), "{by}");
+    }
+}
+
 #[test]
 fn lost_samples_are_found_with_their_rows() {
     let (opened, mut problem) = drawn(&[], &[], 3);

@@ -176,6 +176,28 @@ fn a_run_with_values_of_its_own_is_judged_between_what_it_was_fitted_to() {
     }
 }
 
+/// Without its only run a setup is not determined: part of the run is left out.
+#[test]
+fn the_only_run_of_a_setup_is_not_left_out_whole() {
+    let (opened, fitted) = example();
+    let mut parts = fitted.problem.parts.clone();
+    let fast = |run: &homepoint::campaign::Run| run.name.ends_with("50");
+    parts[0].runs.retain(fast);
+    parts[0].setups = parts[0].runs.iter().map(|run| run.name.clone()).collect();
+    parts[0].runs.iter_mut().enumerate().for_each(|(number, run)| run.setup = number);
+    let runs = parts[0].runs.len();
+    assert!(runs >= 4);
+    let options = Options::default();
+    let nominal = calibrate(Problem::new(parts), &options).unwrap();
+    let fitted =
+        Fitted { recipes: opened.recipes.clone(), problem: nominal.problem, fit: nominal.fit };
+    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let candidate = offered.iter().find(|one| one.name == "encoder_second_harmonic").unwrap();
+    let after = fitted.with(&candidate.selected, &[], &options).unwrap().unwrap();
+    let before = after.without(&[&candidate.selected], &options).unwrap();
+    assert_eq!(drops(&before, &after, 0.0).len(), runs);
+}
+
 #[test]
 fn every_shipped_model_has_blocks_of_unknown_structure() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");

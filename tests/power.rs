@@ -228,6 +228,22 @@ fn more_readings_show_smaller_effects() {
     }
 }
 
+/// An effect without anything to find has no size: its parameters are constants or do nothing.
+#[test]
+fn an_effect_with_nothing_to_find_has_no_size() {
+    let own = tempfile::tempdir().unwrap();
+    let text = "name = \"stated\"\ntitle = \"Stated\"\nacts = \"arm\"\n\
+                [parameters]\nknown = { unit = \"m\", typical = \"1 um\", scope = \"rig\", value = \"2 um\", fixed = true }\n\
+                [patch]\ntarget = 'target + known * rotate(arm_turn, [1, 0, 0])'\n";
+    std::fs::write(own.path().join("stated.toml"), text).unwrap();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
+    let mut request = Request::new([folder]);
+    request.effects = vec![own.path().to_owned()];
+    let opened = open(&request).unwrap();
+    let power = table(&opened, &campaign().1);
+    assert_eq!(row(&power, "stated").detectable, None);
+}
+
 #[test]
 fn a_plan_says_what_it_can_see_and_what_would_help() {
     let folder =

@@ -89,6 +89,34 @@ fn an_effect_has_the_length_that_is_asked_for() {
     }
 }
 
+/// Values go to their rig and instrument, whether those have names or not.
+#[test]
+fn effects_are_put_in_where_instrument_and_rig_have_names() {
+    let shipped = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
+    let own = tempfile::tempdir().unwrap();
+    for file in std::fs::read_dir(&shipped).unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), own.path().join(file.file_name())).unwrap();
+    }
+    let path = own.path().join("campaign.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, format!("instrument = \"T1\"\nrig = \"R1\"\n{text}")).unwrap();
+    let named = Design::new(open(&Request::new([own.path()])).unwrap()).unwrap();
+    let plan = Plan::of(8, 5, &[Kind::One], &[25.0]);
+    for number in 0..8 {
+        let quiet = draw(&named, &plan.trial(number)).noiseless().unwrap();
+        let cost = {
+            let mut nominal = named.problem.clone();
+            for (part, other) in nominal.parts.iter_mut().zip(&quiet.parts) {
+                part.runs.clone_from(&other.runs);
+            }
+            nominal.reweight(&named.truth);
+            left(nominal, &named.truth).sqrt()
+        };
+        assert!((cost / 25.0 - 1.0).abs() < 0.05, "{number}: {cost}");
+    }
+}
+
 #[test]
 fn a_diagnosis_without_a_library_scores_badly() {
     let mut design = design();

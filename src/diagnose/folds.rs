@@ -1,9 +1,9 @@
 //! Folds: which readings models are fitted to, and which they are judged on.
 //!
 //! Whole runs are left out in turn, or, with fewer than [`LEAST_RUNS`] runs, stretches of time with a gap
-//! about them. Where parameters belong to a run they are fitted to every other eighth of it, and the
-//! eighths between are judged: a clock's rate learnt from a first half would have to be extrapolated over
-//! the second, and the error of that hides what the effect does.
+//! about them. Where parameters belong to a run, or to a setup with no other run, every other eighth of
+//! each run is left out in turn: without the run they would not be known, and a clock's rate learnt from
+//! a first half would have to be extrapolated over the second, where its error hides what the effect does.
 
 use crate::engine::Problem;
 use crate::engine::gram::{LeastSquares, Normal, RunGram};
@@ -26,27 +26,36 @@ pub(super) struct Fold {
 /// The folds of a fitted model, of which these are the sums; `memory` from reading to reading widens the
 /// gap about stretches of time.
 pub(super) fn folds(fitted: &Fitted, normal: &Normal, memory: f64) -> Vec<Fold> {
-    let has_own = normal.columns.runs.iter().any(|(_, count)| *count > 0);
-    let runs = normal.runs.len();
-    if runs < LEAST_RUNS {
+    let runs = &normal.columns.runs;
+    if runs.len() < LEAST_RUNS {
         return in_time(fitted, normal, memory);
     }
-    let halves = has_own.then(|| {
-        let learnt = kept(fitted, |length| move |sample| learns_from(sample, length));
-        let rest = kept(fitted, |length| move |sample| !learns_from(sample, length));
-        (learnt, rest)
-    });
-    (0..runs)
-        .map(|out| {
-            let mut training = normal.runs.clone();
-            let (learnt, judged) = match &halves {
-                Some((learnt, rest)) => (learnt[out].clone(), rest[out].clone()),
-                None => (RunGram::empty(training[out].gram.nrows()), training[out].clone()),
-            };
-            training[out] = learnt;
-            Fold { training, judged: vec![(out, judged)] }
-        })
-        .collect()
+    let is_alone = |setup: usize| {
+        let others = runs.iter().filter(|(other, _)| *other == setup).count();
+        others == 1 && normal.columns.setups[setup] > 0
+    };
+    if runs.iter().any(|(setup, own)| *own > 0 || is_alone(*setup)) {
+        return within_runs(fitted, normal);
+    }
+    let whole = |out: usize| {
+        let mut training = normal.runs.clone();
+        let empty = RunGram::empty(training[out].gram.nrows());
+        let judged = std::mem::replace(&mut training[out], empty);
+        Fold { training, judged: vec![(out, judged)] }
+    };
+    (0..runs.len()).map(whole).collect()
+}
+
+/// Every other eighth of each run, left out in turn.
+fn within_runs(fitted: &Fitted, normal: &Normal) -> Vec<Fold> {
+    let learnt = kept(fitted, |length| move |sample| learns_from(sample, length));
+    let rest = kept(fitted, |length| move |sample| !learns_from(sample, length));
+    let fold = |(out, (learnt, judged)): (usize, (RunGram, RunGram))| {
+        let mut training = normal.runs.clone();
+        training[out] = learnt;
+        Fold { training, judged: vec![(out, judged)] }
+    };
+    learnt.into_iter().zip(rest).enumerate().map(fold).collect()
 }
 
 /// Stretches of time of all runs, left out in turn with what noise of this memory makes like them.

@@ -19,10 +19,12 @@ use super::folds::{Fold, folds};
 use super::search::LEAST_LAMBDA;
 use super::stage::Fitted;
 use super::steps::Steps;
+use super::tail::student;
 
 /// Samples looked at for the floor at most.
 const MOST_SAMPLES: usize = 5_000;
-/// Normal quantile of the intervals: 95 %.
+/// Level of the intervals, and its normal quantile.
+const LEVEL: f64 = 0.95;
 const QUANTILE: f64 = 1.96;
 
 /// What one effect contributes, after those before it.
@@ -70,12 +72,11 @@ pub fn closed(drops: &[f64], leftover: f64) -> (f64, [f64; 2]) {
     let mean = total / count.max(1.0);
     let scatter: f64 = drops.iter().map(|drop| (drop - mean).powi(2)).sum();
     // One fold does not scatter; noise alone gives a drop twice its root.
-    let spread = QUANTILE
-        * if drops.len() > 1 {
-            (scatter * count / (count - 1.0)).sqrt()
-        } else {
-            2.0 * total.max(0.0).sqrt()
-        };
+    let spread = if drops.len() > 1 {
+        student(LEVEL, count - 1.0) * (scatter * count / (count - 1.0)).sqrt()
+    } else {
+        QUANTILE * 2.0 * total.max(0.0).sqrt()
+    };
     // What is not seen may be as large as what is just not declared.
     let most = leftover
         + if leftover > 0.0 { QUANTILE * 2.0 * leftover.sqrt() } else { LEAST_LAMBDA.powi(2) };

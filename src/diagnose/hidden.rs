@@ -1,11 +1,12 @@
 //! What could still hide: for each effect that was not found, how far off it could make a delay
 //! without being noticed.
 //!
-//! At the size that is just not declared its signature has length [`LEAST_LAMBDA`]; the nominal
-//! parameters then move by `H_nn⁻¹ H_ne` times its values. A variance factor near one says little:
+//! At the size that is declared every other time ([`bar`]) its signature has a length of 5 or, with many
+//! unknowns or members of a family, more; the nominal parameters then move by `H_nn⁻¹ H_ne` times its values. A variance factor near one says little:
 //! some effects raise it hardly and move delays by many standard uncertainties.
 
-use super::search::LEAST_LAMBDA;
+use super::power::detection::bar;
+use super::search::level;
 use super::stage::Stage;
 
 /// The largest shift that an effect could cause unnoticed.
@@ -36,7 +37,10 @@ pub fn hidden(stage: &Stage) -> Vec<Hidden> {
         .filter_map(|n| {
             let entry = stage.entry(n);
             let moves = &entry.coupling * &entry.basis;
-            let bias = |column: usize| LEAST_LAMBDA * moves.row(column).norm();
+            let degrees = entry.degrees();
+            let bar = bar(degrees, stage.members[n], level(stage.effects), stage.stretches);
+            let length = (bar - degrees as f64).max(0.0).sqrt();
+            let bias = |column: usize| length * moves.row(column).norm();
             let (column, name) =
                 delays.iter().copied().max_by(|a, b| bias(a.0).total_cmp(&bias(b.0)))?;
             let (delay, name) = (name.to_owned(), stage.candidates[n].name.clone());

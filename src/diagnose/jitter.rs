@@ -8,9 +8,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::engine::Part;
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::engine::stretches::Left;
+use crate::engine::{Part, Problem};
 use crate::model::Process;
 use crate::system::RandomSetting;
 use crate::units::Unit;
@@ -175,6 +175,12 @@ struct Pairs {
     typical: f64,
 }
 
+/// One sample of so many is looked at.
+pub(super) fn stride(problem: &Problem) -> usize {
+    let runs = problem.parts.iter().flat_map(|part| &part.runs);
+    runs.map(|run| run.record.len()).sum::<usize>().div_ceil(MOST_SAMPLES).max(1)
+}
+
 /// The sums over all campaigns that have the random quantity of a name; `with` gives a campaign's model
 /// with it.
 fn pairs(
@@ -185,9 +191,7 @@ fn pairs(
 ) -> Option<Pairs> {
     let fitted = &stage.fitted;
     let mut pairs = Pairs { sum: 0.0, weights: 0.0, scatter: 0.0, typical: 1.0 };
-    let samples: usize =
-        fitted.problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum();
-    let stride = samples.div_ceil(MOST_SAMPLES).max(1);
+    let stride = stride(&fitted.problem);
     for (p, part) in fitted.problem.parts.iter().enumerate() {
         let Some(with) = with(p, part) else { continue };
         let is_it =

@@ -13,7 +13,7 @@ use crate::graph::MeasurandKind;
 use super::candidates::Candidate;
 use super::search::level;
 use super::stage::{Fitted, Stage};
-use super::tail::ln_normal;
+use super::tail::{ln_below, ln_chi_squared, ln_normal};
 use super::whiten::{Given, Noise, NoiseEffect, Sequence, median, sequences};
 
 /// Readings of a run from which on its scatter is looked at, and runs of which one can be set apart.
@@ -24,7 +24,7 @@ const UNEVEN: f64 = 1.25;
 /// Standard uncertainties by which a level that is not as stated may differ from the scatter.
 const FOLLOWS: f64 = 2.0;
 /// Standard deviation of the logarithm of a median absolute deviation, times `√n`.
-const OF_A_MEDIAN: f64 = 1.17;
+pub(super) const OF_A_MEDIAN: f64 = 1.17;
 
 /// Lets runs that scatter otherwise than most have a level of their own, once.
 pub(super) fn uneven(stage: &Stage, left: &[Left], noise: &Noise) -> Option<Fitted> {
@@ -110,6 +110,8 @@ pub(super) fn name_levels(
             }
         }
     }
+    let present: Vec<Vec<usize>> =
+        if stage.noise.is_empty() { Vec::new() } else { parts.iter().map(Part::present).collect() };
     for candidate in &stage.noise {
         let (mut squares, mut count, mut readings) = (0.0, 0, 0);
         for (p, (part, stated)) in parts.iter().zip(stated).enumerate() {
@@ -119,7 +121,7 @@ pub(super) fn name_levels(
                     let white = own.map(|(.., part)| *part).fold(1.0, f64::min);
                     squares += white * (sigma / stated).powi(2);
                     count += 1;
-                    readings += part.runs.iter().map(|run| run.record.len()).sum::<usize>();
+                    readings += present[p][measurand];
                 }
             }
         }
@@ -184,13 +186,19 @@ pub(super) fn levels(
                 continue;
             }
             let variance = squares / (count as f64 * freedom);
-            let size =
-                (variance - 1.0).abs() * (0.5 * noise.alike() * freedom * count as f64).sqrt();
+            let effective = noise.alike() * freedom * count as f64;
+            let degrees = (effective.floor() as usize).max(1);
+            let squares = degrees as f64 * variance;
+            let by_chance = if variance > 1.0 {
+                ln_chi_squared(squares, degrees)
+            } else {
+                ln_below(squares, degrees)
+            };
             // With the stated one structure looked stronger than it is, and took more of the scatter away.
             let is_stated = part.sigma[measurand] == given.stated[p][measurand];
             let least =
                 if is_stated { level(tests) - std::f64::consts::LN_2 } else { ln_normal(FOLLOWS) };
-            if ln_normal(size) <= least {
+            if by_chance <= least {
                 found.push((p, measurand, variance.sqrt()));
             }
         }

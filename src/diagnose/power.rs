@@ -93,6 +93,9 @@ pub struct Row {
     pub members: Vec<(BTreeMap<String, f64>, f64)>,
     /// The largest shift of each delay (s) by an effect of the detectable size that nobody knows of.
     pub shifts: Vec<(String, f64)>,
+    /// The size falls with the number of readings by a root of this order: the second for effects on the
+    /// mean and for levels, the fourth for what shows in products of readings, the first for what is counted.
+    pub root: f64,
     /// A sentence to act on.
     pub words: String,
 }
@@ -202,6 +205,7 @@ fn not_testable(name: &str, why: String) -> Row {
         with: Vec::new(),
         members: Vec::new(),
         shifts: Vec::new(),
+        root: 2.0,
         words: why,
     }
 }
@@ -259,6 +263,7 @@ fn row(stage: &Stage, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Row {
         with,
         members: seen.members,
         shifts,
+        root: 2.0,
         words: String::new(),
     }
 }

@@ -324,23 +324,13 @@ impl<'a> Scan<'a> {
             if from > 0.0 { first * (value / from).powf(power) } else { first.min(last) }
         };
         let most = MOST.min(MOST_WORK / self.samples.max(1)).max(25);
-        let count = |coarse: f64| {
-            let (mut value, mut grid) = (from, Vec::new());
-            while value < to && grid.len() <= most {
-                grid.push(value);
-                value += coarse * step(value);
-            }
-            grid.push(to);
-            grid.retain(|member| !self.is_blind(*member));
-            grid
-        };
+        if !step(from).is_finite() || step(from) <= 0.0 {
+            return None;
+        }
         let mut coarse = 1.0;
         loop {
-            let grid = count(coarse);
-            if !step(from).is_finite() || step(from) <= 0.0 {
-                return None;
-            }
-            if grid.len() <= most {
+            let step = |value: f64| coarse * step(value);
+            if let Some(grid) = spaced((from, to), most, step, |value| self.is_blind(value)) {
                 return (!grid.is_empty()).then_some(grid);
             }
             coarse *= 1.5;
@@ -394,4 +384,46 @@ fn opened(effect: &Effect, family: &str) -> Option<Effect> {
     constant.setting.value = Some(vec![declared.members.default_member()]);
     effect.parameters.push(constant);
     Some(effect)
+}
+
+/// The members of a range so far apart that are not blind; `None` where there are more than `most`.
+fn spaced(
+    (from, to): (f64, f64),
+    most: usize,
+    step: impl Fn(f64) -> f64,
+    is_blind: impl Fn(f64) -> bool,
+) -> Option<Vec<f64>> {
+    let (mut value, mut grid) = (from, Vec::new());
+    while value < to {
+        if !is_blind(value) {
+            grid.push(value);
+        }
+        if grid.len() >= most {
+            return None;
+        }
+        value += step(value);
+    }
+    grid.extend((!is_blind(to)).then_some(to));
+    Some(grid)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Blind members do not make a scan that stops short look whole.
+    #[test]
+    fn a_range_is_scanned_to_its_end_or_more_coarsely() {
+        let blind = |value: f64| value < 5.0;
+        assert_eq!(
+            spaced((0.0, 10.0), 8, |_| 1.0, blind),
+            Some(vec![5.0, 6.0, 7.0, 8.0, 9.0, 10.0])
+        );
+        assert_eq!(spaced((0.0, 10.0), 5, |_| 1.0, blind), None);
+        assert_eq!(spaced((0.0, 10.0), 8, |_| 1.0, |_| false), None);
+        assert_eq!(
+            spaced((0.0, 10.0), 8, |_| 2.5, |_| false),
+            Some(vec![0.0, 2.5, 5.0, 7.5, 10.0])
+        );
+    }
 }

@@ -73,7 +73,7 @@ impl Fitted {
         let mut point = carried(&self.problem, &self.fit.point, &problem);
         for (name, component, of, value) in start {
             for (index, instance) in problem.layout.instances.iter().enumerate() {
-                let here = instance.of == *of || instance.of.is_none() || of.is_none();
+                let here = instance.whose() == of.as_deref();
                 if instance.name == *name && here && !instance.setting.fixed {
                     point.values[index][*component] = *value;
                 }
@@ -181,7 +181,7 @@ pub fn carried(from: &Problem, point: &Point, to: &Problem) -> Point {
             .layout
             .instances
             .iter()
-            .position(|one| one.name == instance.name && one.of == instance.of);
+            .position(|one| one.name == instance.name && one.whose() == instance.whose());
         if let Some(same) = same {
             carried.values[index] = point.values[same];
         }

@@ -4,6 +4,7 @@
 //! `ln Q(a, x)` of the incomplete gamma function by Legendre's continued fraction where `x > a + 1`
 //! (modified Lentz, Press et al., *Numerical Recipes*, 6.2), else from its complement.
 
+use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::beta::beta_reg;
 use statrs::function::gamma::{gamma_lr, ln_gamma};
 
@@ -17,6 +18,15 @@ pub fn ln_chi_squared(value: f64, degrees: usize) -> f64 {
         return 0.0;
     }
     ln_gamma_tail(0.5 * degrees as f64, 0.5 * value)
+}
+
+/// Natural logarithm of the probability that chi squared of so many degrees of freedom is below a
+/// value.
+pub fn ln_below(value: f64, degrees: usize) -> f64 {
+    if degrees == 0 || value.is_nan() || value <= 0.0 {
+        return f64::NEG_INFINITY;
+    }
+    gamma_lr(0.5 * degrees as f64, 0.5 * value).max(f64::MIN_POSITIVE).ln()
 }
 
 /// `ln Q(a, x)` of the incomplete gamma function: half the degrees and half the value of chi squared.
@@ -69,6 +79,13 @@ pub fn ln_normal(value: f64) -> f64 {
     if value > 0.0 { both - 2.0_f64.ln() } else { (-0.5 * both.exp()).ln_1p() }
 }
 
+/// The value that Student's t of so many degrees of freedom exceeds in neither direction with this
+/// probability.
+pub fn student(probability: f64, degrees: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees)
+        .map_or(f64::INFINITY, |student| student.inverse_cdf(0.5 * (1.0 + probability)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -89,5 +106,13 @@ mod tests {
         assert!((ln_normal(2.326_347_9).exp() - 0.01).abs() < 1e-8);
         assert!((ln_normal(-2.326_347_9).exp() - 0.99).abs() < 1e-8);
         assert_eq!(ln_chi_squared(f64::NAN, 3), 0.0);
+        assert!((student(0.95, 3.0) - 3.182_446_3).abs() < 1e-6);
+        // From below: what is above has all but the rest.
+        for (value, degrees) in [(3.0, 5), (30.0, 5), (1e-3, 6)] {
+            let (above, below) = (ln_chi_squared(value, degrees), ln_below(value, degrees));
+            assert!((above.exp() + below.exp() - 1.0).abs() < 1e-12, "{value} {degrees}");
+        }
+        // The first term of the series, x^a exp(-x) / Γ(a + 1).
+        assert!((ln_below(2e-9, 4) - (-2.0 * 1e9_f64.ln() - 2.0_f64.ln())).abs() < 1e-6);
     }
 }

@@ -159,7 +159,8 @@ fn blocks_are_simpler(search: &Search, first: &Stage) -> bool {
     let Some(blocks) = blocks_needed(first, count - 1) else { return false };
     let among = ((first.candidates.len() - first.effects) as f64).ln();
     let together = together + FURTHER.ln();
-    count > 2 || blocks.iter().any(|block| first.scores[*block].ln_p + among < together)
+    (count > 2 && !blocks.is_empty())
+        || blocks.iter().any(|block| first.scores[*block].ln_p + among < together)
 }
 
 /// Effects that are tried with each block beside them.

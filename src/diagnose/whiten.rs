@@ -4,6 +4,7 @@
 //! been taken off greedily: an effect that is not modelled yet must not pass for noise. Then, in this
 //! order,
 //!
+//! - gross readings are left out ([`super::wild`]), for what they do to a fit looks like all the rest;
 //! - random quantities that the readings of one sample share are looked for ([`super::jitter`]);
 //! - wild readings are left out ([`super::wild`]);
 //! - the level of each measurand is its scatter over what is stated;
@@ -38,7 +39,7 @@ use super::stage::{Fitted, Kept, Stage, rebuilt};
 use super::variances::judged_again;
 use super::wander::Found;
 use super::wander::displaced::Displaced;
-use super::wild::{LeftOut, name_wild, without_wild};
+use super::wild::{LeftOut, name_wild, without_gross, without_wild};
 
 /// Something found in the noise.
 #[derive(Clone, Debug)]
@@ -238,8 +239,9 @@ fn times(record: &Record, clock: NoiseClock) -> Vec<f64> {
     times
 }
 
-/// Rounds of judging the noise and fitting again.
+/// Rounds of judging the noise and fitting again, and of leaving gross readings out.
 const ROUNDS: usize = 8;
+const PEELS: usize = 6;
 
 /// Stretches that a campaign is cut into.
 const STRETCHES: usize = 60;
@@ -262,7 +264,7 @@ pub fn prepare(
     let mut kept = Kept::default();
     given.put_into(&mut fitted.problem);
     fitted = fitted.without(&known.selected(), options)?;
-    let mut round = 0;
+    let (mut round, mut peels) = (0, 0);
     loop {
         let last = round + 1 >= ROUNDS;
         let Some(mut stage) = Stage::again(fitted, wanted, &mut kept) else {
@@ -277,6 +279,15 @@ pub fn prepare(
         } else {
             sequences(problem, &left)
         };
+        if peels < PEELS
+            && let Some(changed) = without_gross(&stage, &white, &mut noise)
+        {
+            // What was scanned beside them, too.
+            kept = Kept::default();
+            fitted = changed.again(options)?;
+            peels += 1;
+            continue;
+        }
         let unknowns = problem.layout.columns.len() + structure.degrees();
         let changed = if last {
             None
@@ -302,7 +313,7 @@ pub fn prepare(
             let Found { effect, displaced, .. } = found;
             noise = Noise { effects: vec![effect], displaced, ..Noise::default() };
             fitted = changed;
-            round = 0;
+            (round, peels) = (0, 0);
             continue;
         }
         if !last && let Some(changed) = remember(&stage, &mut noise) {

@@ -1,18 +1,26 @@
 //! Wild readings: those beyond [`TRIM`] robust standard deviations of their measurand are left out, and
-//! listed by row. Where many are far out the noise has long tails and none is left out.
+//! listed by row. Where many are far out the noise has long tails and none is left out. Gross ones go before
+//! anything else is judged, the farthest first: what they do to the fit would pass for jitter, for noisier
+//! runs and for more wild readings.
 
-use crate::engine::Problem;
+use std::collections::BTreeSet;
+
+use crate::engine::{Part, Problem};
 use crate::units::Unit;
 
+use super::levels::OF_A_MEDIAN;
 use super::search::level;
 use super::stage::{Fitted, Stage};
-use super::tail::ln_chi_squared;
+use super::tail::{ln_below, ln_normal};
 use super::whiten::{Noise, NoiseEffect, Sequence, median};
 
 /// Readings farther out are left out, in robust standard deviations.
 pub const TRIM: f64 = 4.5;
-/// Share of readings farther out by chance.
-const BEYOND_TRIM: f64 = 6.8e-6;
+/// Gross readings are so many robust standard deviations out, of their measurand and of it in their run.
+const GROSS: f64 = 20.0;
+/// Of gross readings those go at once that are at least this part of the farthest: that one may have put
+/// the others there.
+const PEELED: f64 = 0.1;
 /// Where more readings than this share are far out, the noise has long tails and none is left out.
 const MOST_WILD: f64 = 0.05;
 /// Standard deviation over median absolute deviation of a normal distribution.
@@ -34,50 +42,91 @@ pub struct LeftOut {
 /// Leaves wild readings of a stage out. `white` is what is left as if there were no memory: one wild
 /// reading is one there, not the beginning of several.
 pub(super) fn without_wild(stage: &Stage, white: &[Sequence], noise: &mut Noise) -> Option<Fitted> {
-    let mut fitted = stage.fitted.clone();
-    let wild = trim(&mut fitted.problem, white)?;
-    noise.wild += wild.len();
-    noise.left_out.extend(wild);
-    Some(fitted)
+    without(stage, noise, white, 0.0, |_, deviation| TRIM * deviation)
 }
 
-/// Leaves wild readings out and lists them; `None` where there is none.
-fn trim(problem: &mut Problem, all: &[Sequence]) -> Option<Vec<LeftOut>> {
-    let mut wild = Vec::new();
+/// Leaves gross readings of a stage out.
+pub(super) fn without_gross(
+    stage: &Stage,
+    white: &[Sequence],
+    noise: &mut Noise,
+) -> Option<Fitted> {
+    let of_run = |residuals: &[f64]| {
+        let present = residuals.iter().map(|value| value.abs()).filter(|size| !size.is_nan());
+        median(&mut present.collect::<Vec<f64>>()).unwrap_or(0.0) * NORMAL
+    };
+    without(stage, noise, white, PEELED, |residuals, deviation| {
+        GROSS * of_run(residuals).max(deviation)
+    })
+}
+
+/// Leaves readings beyond a limit out, which are at least some part of the farthest: the limit is one of
+/// the residuals of a run and the robust standard deviation in all.
+fn without(
+    stage: &Stage,
+    noise: &mut Noise,
+    white: &[Sequence],
+    peeled: f64,
+    limit: impl Fn(&[f64], f64) -> f64,
+) -> Option<Fitted> {
+    let mut fitted = stage.fitted.clone();
+    let wild = trim(&mut fitted.problem, white, peeled, limit);
+    noise.wild += wild.len();
+    noise.left_out.extend(wild.iter().cloned());
+    (!wild.is_empty()).then_some(fitted)
+}
+
+/// Leaves readings beyond a limit out and lists them, each once, however many components it has.
+fn trim(
+    problem: &mut Problem,
+    all: &[Sequence],
+    peeled: f64,
+    limit: impl Fn(&[f64], f64) -> f64,
+) -> Vec<LeftOut> {
+    let (mut wild, mut known) = (Vec::new(), BTreeSet::new());
     for one in all {
         let mut sizes: Vec<f64> = one.present().map(f64::abs).collect();
         let Some(median) = median(&mut sizes) else { continue };
-        let limit = TRIM * NORMAL * median;
-        let far = sizes.iter().filter(|size| **size > limit).count();
-        if far == 0 || far as f64 > MOST_WILD * sizes.len() as f64 {
+        let deviation = NORMAL * median;
+        let beyond = |residuals: &[f64]| -> Vec<(usize, f64)> {
+            let limit = limit(residuals, deviation);
+            let all = residuals.iter().copied().enumerate();
+            all.filter(|(_, value)| value.abs() > limit).collect()
+        };
+        let mut far: Vec<Vec<(usize, f64)>> = one.runs.iter().map(|run| beyond(run)).collect();
+        let count: usize = far.iter().map(Vec::len).sum();
+        if count == 0 || count as f64 > MOST_WILD * sizes.len() as f64 {
             continue;
         }
+        let farthest = sizes.iter().copied().fold(0.0, f64::max);
+        far.iter_mut().for_each(|run| run.retain(|(_, value)| value.abs() >= peeled * farthest));
         let part = &mut problem.parts[one.part];
         let slot = part.slots()[one.measurand].clone();
         let name = part.system.assembly.names.measurands[one.measurand].name.clone();
-        for (run, residuals) in part.runs.iter_mut().zip(&one.runs) {
-            if !residuals.iter().any(|value| value.abs() > limit) {
+        for (number, (run, far)) in part.runs.iter_mut().zip(far).enumerate() {
+            if far.is_empty() {
                 continue;
             }
-            let far = residuals.iter().enumerate().filter(|(_, value)| value.abs() > limit);
-            let far: Vec<(usize, f64)> = far.map(|(sample, value)| (sample, *value)).collect();
-            wild.extend(far.iter().map(|(sample, value)| LeftOut {
+            let new = |(sample, _): &&(usize, f64)| {
+                known.insert((one.part, number, one.measurand, *sample))
+            };
+            wild.extend(far.iter().filter(new).map(|(sample, value)| LeftOut {
                 run: run.name.clone(),
                 row: run.record.row(*sample),
                 measurand: name.clone(),
-                deviations: *value / (NORMAL * median),
+                deviations: *value / deviation,
             }));
             let readings = far.iter().map(|(sample, _)| (*sample..*sample + 1, slot.columns()));
             run.record.leave_out(readings);
         }
     }
-    (!wild.is_empty()).then_some(wild)
+    wild
 }
 
 /// Names outliers where there are more wild readings than chance gives.
 pub(super) fn name_wild(stage: &Stage, noise: &mut Noise) {
     let readings = stage.fitted.problem.reading_count() + noise.wild;
-    let ln_p = ln_wild(noise.wild, readings);
+    let ln_p = ln_wild(noise.wild, &counts(&stage.fitted.problem));
     if noise.wild > 0 && ln_p <= level(stage.noise.len() + 1) {
         let share = noise.wild as f64 / readings as f64;
         noise.effects.push(NoiseEffect {
@@ -94,10 +143,48 @@ pub(super) fn name_wild(stage: &Stage, noise: &mut Noise) {
     }
 }
 
-/// Logarithm of the probability of so many wild readings among normal ones.
-pub fn ln_wild(wild: usize, readings: usize) -> f64 {
+/// Number of readings of each measurand of each campaign.
+pub(super) fn counts(problem: &Problem) -> Vec<usize> {
+    problem.parts.iter().flat_map(Part::present).collect()
+}
+
+/// Logarithm of the probability of so many wild readings among normal ones, of which these are the numbers
+/// in each measurand.
+pub fn ln_wild(wild: usize, readings: &[usize]) -> f64 {
     // Poisson: the chance of at least so many is that of a chi squared below twice the mean.
-    let mean = BEYOND_TRIM * readings as f64;
-    let upper = ln_chi_squared(2.0 * mean, 2 * wild);
-    (-upper.exp()).ln_1p().max(-700.0)
+    let mean: f64 = readings.iter().map(|count| *count as f64 * beyond_trim(*count)).sum();
+    ln_below(2.0 * mean, 2 * wild).max(-700.0)
+}
+
+/// Share of readings beyond [`TRIM`] by chance, where their deviation is known from the median of so many:
+/// its logarithm has the standard deviation `1.17 / √n`.
+fn beyond_trim(count: usize) -> f64 {
+    const STEPS: i32 = 20;
+    let spread = OF_A_MEDIAN / (count.max(1) as f64).sqrt();
+    let mean = |(sum, weights): (f64, f64), step: i32| {
+        let z = 4.0 * f64::from(step) / f64::from(STEPS);
+        let weight = (-0.5 * z * z).exp();
+        let beyond = 2.0 * ln_normal(TRIM * (spread * z).exp()).exp();
+        (sum + weight * beyond, weights + weight)
+    };
+    let (sum, weights) = (-STEPS..=STEPS).fold((0.0, 0.0), mean);
+    sum / weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_readings_say_less_of_what_is_wild() {
+        // Twice the tail of the normal distribution at 4.5.
+        assert!((beyond_trim(1_000_000) / 6.8e-6 - 1.0).abs() < 0.01);
+        assert!(beyond_trim(45) > 10.0 * beyond_trim(1_000_000));
+        // One of many is nothing, ten are something; one mean: 1 - exp(-mean).
+        let one = ln_wild(1, &[10_000]).exp();
+        let mean = 10_000.0 * beyond_trim(10_000);
+        assert!((one - (1.0 - (-mean).exp())).abs() < 1e-12);
+        assert!(ln_wild(10, &[10_000]) < ln_wild(9, &[10_000]));
+        assert!(ln_wild(60, &[10_000]) < -150.0);
+    }
 }

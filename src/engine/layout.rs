@@ -5,7 +5,7 @@
 //! normal equations: one for a scalar, three for a vector or a rotation (its tangent space).
 //! Parameters whose values sum to zero over their scope share n - 1 columns of contrasts.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
 use crate::engine::gram::Columns;
@@ -25,8 +25,11 @@ pub struct Instance {
     pub unit: Unit,
     /// What is known of it.
     pub setting: Setting,
-    /// The setup or run it holds for; `None` for rig and instrument.
+    /// The setup or run it holds for; for rig and instrument the campaign where several are told apart by
+    /// labels, their own name where there are several of them, else `None`.
     pub of: Option<String>,
+    /// The rig or instrument that it belongs to, where that has a name.
+    pub owner: Option<String>,
     /// How its tangent components follow from the columns.
     pub tangent: Tangent,
     /// Whether it acts on noise alone: then it is a level, not an unknown of least squares.
@@ -37,6 +40,11 @@ impl Instance {
     /// Number of tangent components: 1 for a scalar, 3 for a vector or a rotation.
     pub fn dimension(&self) -> usize {
         self.kind.dimension()
+    }
+
+    /// Whose it is, by any name: of its rig or instrument, else of what it holds for.
+    pub fn whose(&self) -> Option<&str> {
+        self.owner.as_deref().or(self.of.as_deref())
     }
 }
 
@@ -139,6 +147,10 @@ impl Layout {
                             Block::Run(first_run + run),
                         ),
                     };
+                    let owner = match &holder {
+                        Holder::Named(_, name) => Some(name.clone()),
+                        _ => None,
+                    };
                     let index =
                         *known.entry((parameter.name.clone(), holder)).or_insert_with(|| {
                             layout.instances.push(Instance {
@@ -147,6 +159,7 @@ impl Layout {
                                 unit: parameter.unit.clone(),
                                 setting: setting.clone(),
                                 of,
+                                owner,
                                 tangent: Tangent::Fixed,
                                 noise_only: *noise_only,
                             });
@@ -165,9 +178,28 @@ impl Layout {
             first_setup += share.setups.len();
             first_run += share.runs.len();
         }
+        layout.name_owners();
         layout.columns.setups = vec![0; first_setup];
         layout.assign(&blocks);
         layout
+    }
+
+    /// Lets parameters of several rigs or instruments say whose they are.
+    fn name_owners(&mut self) {
+        let mut owners: HashMap<&str, BTreeSet<&str>> = HashMap::new();
+        for one in &self.instances {
+            owners.entry(&one.name).or_default().extend(one.owner.as_deref());
+        }
+        let several: BTreeSet<String> = owners
+            .into_iter()
+            .filter(|(_, owners)| owners.len() > 1)
+            .map(|(name, _)| name.to_owned())
+            .collect();
+        for one in &mut self.instances {
+            if several.contains(&one.name) {
+                one.of = one.of.take().or_else(|| one.owner.clone());
+            }
+        }
     }
 
     /// Gives columns to the free instances: globals first, then setups, then runs.

@@ -195,6 +195,14 @@ impl Part {
         !sample.reading(slot.column).is_nan()
     }
 
+    /// Number of readings of each measurand.
+    pub fn present(&self) -> Vec<usize> {
+        let runs = (0..self.runs.len()).map(|run| self.present_in(run));
+        runs.fold(vec![0; self.slots.len()], |sum, run| {
+            sum.iter().zip(run).map(|(sum, own)| sum + own).collect()
+        })
+    }
+
     /// Number of readings of each measurand in a run.
     pub fn present_in(&self, run: usize) -> Vec<usize> {
         let mut counts = vec![0; self.slots.len()];

@@ -259,12 +259,13 @@ fn unexplained(diagnosis: &Diagnosis) -> String {
         ));
     }
     let mut rows = table(&["rms", "of the residuals", "noise alone"]);
-    for ((name, rms), (_, noise)) in diagnosis.nominal.rms.iter().zip(noise) {
+    for (name, rms) in &diagnosis.nominal.rms {
         let unit = residual_unit(*rms, &unit_of(&diagnosis.nominal, name));
+        let noise = noise.iter().find(|(other, _)| other == name);
         rows.add_row([
             name.clone(),
             figure::uncertainty(*rms, &unit),
-            figure::uncertainty(*noise, &unit),
+            noise.map_or_else(String::new, |(_, noise)| figure::uncertainty(*noise, &unit)),
         ]);
     }
     text + &drawn(&rows)
@@ -382,5 +383,5 @@ fn by_chance(ln_p: f64) -> String {
     if tenth > -3.0 {
         return format!("{:.3}", ln_p.exp());
     }
-    format!("1e{}", tenth.floor())
+    format!("1e{}", tenth.round())
 }

@@ -170,7 +170,7 @@ fn with(
     let mut point = carried(&design.problem, &design.truth, &full);
     for (name, component, of, value) in values {
         for (index, instance) in full.layout.instances.iter().enumerate() {
-            if instance.name == *name && instance.of == *of {
+            if instance.name == *name && instance.whose() == of.as_deref() {
                 point.values[index][*component] = *value;
             }
         }

@@ -8,12 +8,12 @@
 use crate::diagnose::candidates::Candidate;
 use nalgebra::DVector;
 
-use crate::diagnose::jitter::white_randoms;
+use crate::diagnose::jitter::{stride, white_randoms};
 use crate::diagnose::levels::patches_level;
 use crate::diagnose::search::level;
 use crate::diagnose::stage::{Fitted, Stage, rebuilt};
 use crate::diagnose::tail::ln_normal;
-use crate::diagnose::wild::ln_wild;
+use crate::diagnose::wild::{counts, ln_wild};
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::model::{ParameterDeclaration, Process};
 use crate::units::Unit;
@@ -76,21 +76,23 @@ struct Shared<'a> {
     typical: f64,
     /// `√W`.
     strength: f64,
-    products: Vec<f64>,
+    /// In each campaign; empty where it does not fit.
+    products: Vec<Vec<f64>>,
 }
 
 impl<'a> Shared<'a> {
     fn new(stage: &'a Stage, candidate: &'a Candidate) -> Option<Self> {
         let (name, unit) = white_randoms(candidate).into_iter().next()?;
         let (products, typical) = pattern(stage, candidate, &name)?;
-        let strength = products.iter().map(|one| one * one).sum::<f64>().sqrt();
+        let strength = products.iter().flatten().map(|one| one * one).sum::<f64>().sqrt();
         (strength > 0.0).then_some(Self { candidate, unit, typical, strength, products })
     }
 
     fn row(&self, others: &[Self], bar: f64) -> Row {
         let detectable = (bar / self.strength).sqrt();
         let cosine = |other: &Self| {
-            let sum: f64 = self.products.iter().zip(&other.products).map(|(a, b)| a * b).sum();
+            let both = self.products.iter().zip(&other.products);
+            let sum: f64 = both.flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| a * b).sum();
             sum / (self.strength * other.strength)
         };
         let mut near: Vec<(&str, f64)> = others
@@ -118,17 +120,19 @@ impl<'a> Shared<'a> {
             with: near.into_iter().map(|(name, _)| name.to_owned()).collect(),
             members: Vec::new(),
             shifts: Vec::new(),
+            root: 4.0,
             words: String::new(),
         }
     }
 }
 
 /// `a_m a_n` of the whitened derivatives along a random quantity, for every pair of readings of every
-/// sample, and its usual size.
-fn pattern(stage: &Stage, candidate: &Candidate, name: &str) -> Option<(Vec<f64>, f64)> {
+/// sample that is looked at, in each campaign, and its usual size.
+fn pattern(stage: &Stage, candidate: &Candidate, name: &str) -> Option<(Vec<Vec<f64>>, f64)> {
     let Fitted { problem, fit, .. } = &stage.fitted;
-    let (mut products, mut typical) = (Vec::new(), 1.0);
-    for (p, part) in problem.parts.iter().enumerate() {
+    let (mut all, mut typical) = (vec![Vec::new(); problem.parts.len()], 1.0);
+    let stride = stride(problem);
+    for ((p, part), products) in problem.parts.iter().enumerate().zip(&mut all) {
         let Some(system) = &candidate.systems[p] else { continue };
         let with = rebuilt(part, (**system).clone());
         let k = with.system.randoms.iter().position(|random| random.name == name)?;
@@ -141,7 +145,7 @@ fn pattern(stage: &Stage, candidate: &Candidate, name: &str) -> Option<(Vec<f64>
         for (run, data) in part.runs.iter().enumerate() {
             let parameters = problem.parameters(p, run, &fit.point);
             data.record.walk(|stretch| {
-                for sample in stretch.each() {
+                for sample in stretch.each().filter(|sample| sample.number % stride == 0) {
                     let made = covariance_of(part, run, sample, &parameters, &active, &mut memory);
                     let own = covariance_of(&with, run, sample, &parameters, &[k], &mut memory);
                     let g: DVector<f64> = own.sensitivities.column(0).into_owned();
@@ -156,23 +160,18 @@ fn pattern(stage: &Stage, candidate: &Candidate, name: &str) -> Option<(Vec<f64>
             });
         }
     }
-    Some((products, typical))
+    Some((all, typical))
 }
 
 /// A level of the noise.
 fn scatter(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Row> {
     let parameter = candidate.selected.effect.parameters.first()?;
     let problem = &stage.fitted.problem;
-    let mut readings = 0;
-    for part in &problem.parts {
-        for (measurand, count) in
-            (0..part.runs.len()).flat_map(|r| part.present_in(r).into_iter().enumerate())
-        {
-            if patches_level(candidate, part, measurand) {
-                readings = readings.max(count * part.runs.len());
-            }
-        }
-    }
+    let readings = problem.parts.iter().flat_map(|part| {
+        let present = part.present().into_iter().enumerate();
+        present.filter(|(m, _)| patches_level(candidate, part, *m)).map(|(_, count)| count)
+    });
+    let readings = readings.max().unwrap_or(0);
     if readings == 0 {
         return None;
     }
@@ -191,6 +190,7 @@ fn scatter(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Row> {
         with: Vec::new(),
         members: Vec::new(),
         shifts: Vec::new(),
+        root: 2.0,
         words: String::new(),
     })
 }
@@ -198,8 +198,9 @@ fn scatter(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Row> {
 /// Wild readings.
 fn wild(stage: &Stage) -> Row {
     let readings = stage.fitted.problem.reading_count();
+    let counts = counts(&stage.fitted.problem);
     let level = level(stage.noise.len() + 1);
-    let least = (1..=readings).find(|count| ln_wild(*count, readings) <= level);
+    let least = (1..=readings).find(|count| ln_wild(*count, &counts) <= level);
     // Poisson: so many are there with the probability asked for if their mean is that much larger.
     let mean = least.map(|count| {
         let count = count as f64;
@@ -217,6 +218,7 @@ fn wild(stage: &Stage) -> Row {
         with: Vec::new(),
         members: Vec::new(),
         shifts: Vec::new(),
+        root: 1.0,
         words: String::new(),
     }
 }

@@ -42,7 +42,7 @@ pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
         let made = design(fitted.recipes.clone(), problem, point);
         all.push((Remedy { words: words.to_owned() }, made));
     };
-    let more = |problem: &mut Problem, motion: &dyn Fn(f64, [f64; 3], [f64; 3]) -> [f64; 3]| {
+    let more = |problem: &mut Problem, motion: &dyn Fn(&Moment) -> [f64; 3]| {
         let mut run: Run = problem.parts[part].runs[run].clone();
         run.name = "one_run_more".to_owned();
         run.record.edit(|samples| moved(samples, signal, motion));
@@ -50,23 +50,21 @@ pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
     };
     if senses < 2 {
         add("a run of opposite sense", &|problem| {
-            more(problem, &|_, first, now| [2.0 * first[0] - now[0], -now[1], -now[2]]);
+            more(problem, &|Moment { first, now, .. }| [2.0 * first[0] - now[0], -now[1], -now[2]]);
         });
     }
     add("a slower run", &|problem| {
-        more(problem, &|_, first, now| {
+        more(problem, &|Moment { first, now, .. }| {
             [first[0] + SLOWER * (now[0] - first[0]), SLOWER * now[1], SLOWER * now[2]]
         });
     });
     add("a run whose rate swings", &|problem| {
-        more(problem, &|share, first, now| {
-            // The rate goes as the sine of the phase; `now` gives time by its own mean rate.
-            let phase = std::f64::consts::TAU * SWINGS * share;
-            let time = if first[1] == 0.0 { 0.0 } else { (now[0] - first[0]) / first[1] };
-            let turn =
-                if share > 0.0 { std::f64::consts::TAU * SWINGS * share / time } else { 0.0 };
-            let angle = if turn > 0.0 { first[1] / turn * (1.0 - phase.cos()) } else { 0.0 };
-            [first[0] + angle, first[1] * phase.sin(), first[1] * turn * phase.cos()]
+        more(problem, &|Moment { first, time, duration, rate, .. }| {
+            // The rate goes as the sine of the phase.
+            let turn = std::f64::consts::TAU * SWINGS / duration;
+            let phase = turn * time;
+            let angle = rate / turn * (1.0 - phase.cos());
+            [first[0] + angle, rate * phase.sin(), rate * turn * phase.cos()]
         });
     });
     let names = &fitted.problem.parts[part].system.assembly.names;
@@ -187,17 +185,30 @@ fn at(samples: &Samples, input: usize, sample: usize) -> [f64; 3] {
     [0, 1, 2].map(|order| samples.inputs[input].at(sample, samples.time[sample], 0.0, order))
 }
 
-/// Lets an input move otherwise: `motion` of the share of the run that is over, the state at its start
-/// and the state there.
-fn moved(
-    samples: &mut Samples,
-    input: usize,
-    motion: &dyn Fn(f64, [f64; 3], [f64; 3]) -> [f64; 3],
-) {
-    let count = samples.len();
-    let first = at(samples, input, 0);
-    let states: Vec<[f64; 3]> = (0..count)
-        .map(|sample| motion(sample as f64 / count as f64, first, at(samples, input, sample)))
+/// A moment of a run that is there, for one that is not: states are value, rate and acceleration.
+struct Moment {
+    /// The state at the start of the run, and now.
+    first: [f64; 3],
+    now: [f64; 3],
+    /// Since the start, and of the whole run (s).
+    time: f64,
+    duration: f64,
+    /// The mean rate of the run.
+    rate: f64,
+}
+
+/// Lets an input move otherwise.
+fn moved(samples: &mut Samples, input: usize, motion: &dyn Fn(&Moment) -> [f64; 3]) {
+    let Some(last) = samples.len().checked_sub(1) else { return };
+    let (first, end) = (at(samples, input, 0), at(samples, input, last));
+    let duration = samples.time[last] - samples.time[0];
+    let duration = if duration > 0.0 { duration } else { 1.0 };
+    let rate = (end[0] - first[0]) / duration;
+    let states: Vec<[f64; 3]> = (0..=last)
+        .map(|sample| {
+            let time = samples.time[sample] - samples.time[0];
+            motion(&Moment { first, now: at(samples, input, sample), time, duration, rate })
+        })
         .collect();
     let column = |order: usize| states.iter().map(|state| state[order]).collect();
     samples.inputs[input] =

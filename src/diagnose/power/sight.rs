@@ -138,8 +138,9 @@ pub fn sight(
     let mean = |rays: &[&Ray], size: f64, of: fn(&Ray, f64) -> f64| {
         rays.iter().map(|ray| of(ray, size)).sum::<f64>() / rays.len() as f64
     };
-    let Some(first) = ways.first() else { return Sight::default() };
-    let typical = first.candidate.typical(&first.entry.owners[0].parameter).unwrap_or(1.0);
+    let first = ways.iter().find_map(|way| Some((way, way.entry.owners.first()?)));
+    let Some((first, owner)) = first else { return Sight::default() };
+    let typical = first.candidate.typical(&owner.parameter).unwrap_or(1.0);
     let caught = |rays: &[&Ray], of: fn(&Ray, f64) -> f64| {
         let size = typical * solved(|size| mean(rays, size * typical, of) >= CAUGHT);
         size.is_finite().then_some(size)

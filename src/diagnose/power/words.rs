@@ -64,7 +64,7 @@ fn of_visible(row: &Row, stage: &Stage, tried: &[(Remedy, Vec<Row>)]) -> String 
         return String::new();
     };
     let Some(typical) = row.typical else { return "it is seen and told from others".to_owned() };
-    let times = |size: f64| (size / typical).powi(2);
+    let times = |size: f64| (size / typical).powf(row.root);
     let readings = stage.fitted.problem.reading_count() as f64;
     let more = |size: f64| {
         let times = times(size);
