@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`mod@file`] | what campaign.toml says, with the place of everything |
 //! | [`load`] | a campaign file read against its model |
+//! | `overlap` | runs of one setup that seem to be recorded at the same time |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `row`, `lines` | a line of it as numbers; its lines, one after the other |
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
@@ -26,6 +27,7 @@ pub mod file;
 pub mod header;
 mod lines;
 pub mod load;
+mod overlap;
 pub mod overrides;
 #[cfg(feature = "parquet")]
 mod parquet;

@@ -6,7 +6,7 @@
 //! | [`candidates`] | what may be added to the model |
 //! | [`catalogue`] | all that has been made of the models so far |
 //! | [`structure`] | what an effect that nobody wrote down could look like |
-//! | [`evidence`], `nominal` | what each of them would explain, from one pass |
+//! | [`evidence`], `columns`, `nominal` | what each of them would explain, from one pass |
 //! | [`mod@scan`] | which member of a family explains most |
 //! | [`score`], [`tail`] | how unlikely that is by chance |
 //! | [`stage`] | a fitted model with all of that |
@@ -24,6 +24,7 @@
 pub mod basis;
 pub mod candidates;
 pub mod catalogue;
+mod columns;
 pub mod evidence;
 mod folds;
 pub mod gap;
@@ -254,7 +255,11 @@ pub fn diagnose(
     }
     if diagnosis.verdict == Verdict::Unknown {
         let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);
-        diagnosis.nearest = diagnosis.candidates.iter().max_by(by_share).cloned();
+        // Of what has no place shares are of no account.
+        diagnosis.nearest = match diagnosis.locations.is_empty() {
+            true => diagnosis.candidates.first().cloned(),
+            false => diagnosis.candidates.iter().max_by(by_share).cloned(),
+        };
         if let Some(displaced) = verdict::displaced(&search) {
             diagnosis.locations.clone_from(&displaced.places);
             diagnosis.nearest = Some(displaced.nearest());

@@ -497,6 +497,23 @@ fn samples_without_an_input_are_left_out_and_counted() {
     assert_eq!((campaign.left_out[0].samples, campaign.left_out[0].run.as_str()), (1, "slow"));
 }
 
+/// Runs of a setup come one after the other: where their times say otherwise somebody should look.
+#[test]
+fn runs_that_overlap_are_told() {
+    let told = |data: &str, text: &str| {
+        let second = format!("{CAMPAIGN}[[runs]]\nname = \"again\"\ndata = \"{data}\"\n");
+        let files = [("campaign.toml", second.as_str()), ("slow.csv", SLOW), ("other.csv", text)];
+        let folder = Folder::new(&format!("overlap-{data}-{}", text.len()), &files);
+        let file = CampaignFile::read(&folder.0).unwrap();
+        let read = file.load(&model(), &LoadOptions::default()).unwrap();
+        read.warnings.iter().map(|one| one.message.clone()).collect::<Vec<_>>().join("\n")
+    };
+    assert!(told("slow.csv", SLOW).contains("read the same file"));
+    assert!(told("other.csv", SLOW).contains("runs `slow` and `again` of setup"));
+    let before = SLOW.replace("10,350", "7,350").replace("11,0", "8,0").replace("12.5,15", "9,15");
+    assert!(!told("other.csv", &before).contains("overlap"));
+}
+
 #[test]
 fn streams_are_smoothed_unwrapped_and_kept_off_their_ends() {
     let toml = CAMPAIGN

@@ -2,12 +2,11 @@
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 #[path = "problems/drawn.rs"]
-#[expect(dead_code, reason = "each test uses a part")]
 mod drawn;
 
 use std::path::Path;
 
-use drawn::{drawn_at, folder};
+use drawn::{drawn, drawn_at, folder, run};
 use homepoint::diagnose::candidates::{Candidate, Wanted, offer};
 use homepoint::diagnose::evidence::Evidence;
 use homepoint::diagnose::gap::drops;
@@ -174,6 +173,18 @@ fn a_run_with_values_of_its_own_is_judged_between_what_it_was_fitted_to() {
         assert!(due > 10.0, "{run}: {due}");
         assert!((found - due).abs() < 0.01 * due.abs().max(1.0), "{run}: {found} {due}");
     }
+}
+
+/// A clock with a rate of each run's own takes up what a common clock and the air do, but for what is left.
+#[test]
+fn two_effects_of_which_a_third_takes_up_both() {
+    let set = ["air_drag.drag=4 um*s^2/rad^2", "clock_drift.rate_error=3 ppm"];
+    let (opened, problem) = drawn(&["air_drag", "clock_drift"], &set, 1);
+    let found = run(problem, &opened);
+    let mut names: Vec<&str> = found.effects.iter().map(|one| &one.candidate.name[..]).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["air_drag", "clock_drift"], "{:?}", found.verdict);
+    assert!(found.effects.iter().all(|one| one.probability > 0.5));
 }
 
 /// Without its only run a setup is not determined: part of the run is left out.

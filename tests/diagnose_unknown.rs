@@ -5,13 +5,15 @@
 #[expect(dead_code, reason = "each test uses a part")]
 mod drawn;
 
+use std::path::Path;
+
 use drawn::{drawn_at, folder};
 use homepoint::diagnose::candidates::Wanted;
 use homepoint::diagnose::structure::Place;
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::layout::Instance;
-use homepoint::engine::open::Request;
+use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::report::diagnosis_text;
 
@@ -149,6 +151,26 @@ fn what_swings_otherwise_than_in_torsion() {
         let said: f64 = place.words.split_whitespace().rev().nth(1).unwrap().parse().unwrap();
         assert!((said - frequency.parse::<f64>().unwrap()).abs() < 0.01, "{}", place.words);
     }
+}
+
+/// A distance meter that counts from another zero once it was switched off and on: as seen from one setup the
+/// rig might have been displaced.
+#[test]
+fn what_changed_for_good_between_two_runs() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/four_setups");
+    let opened = open(&Request::new([folder])).unwrap();
+    let mut problem = opened.problem.clone();
+    let later = ["C_ccw120", "C_cw120", "C_ccw190_platform+20", "C_cw190_platform-20"];
+    let part = &mut problem.parts[0];
+    let column = part.slots()[2].column;
+    for run in part.runs.iter_mut().filter(|run| later.contains(&run.name.as_str())) {
+        run.record.edit(|samples| {
+            samples.readings[column].iter_mut().for_each(|distance| *distance += 20e-6);
+        });
+    }
+    let wanted = Wanted::default();
+    let found = diagnose(problem, opened.recipes, &wanted, &Options::default()).unwrap();
+    assert_eq!(best_place(&found).words, "an error of `distance` from run `C_ccw120` on");
 }
 
 /// Somebody knocks against the tripod before a run, or moves the arm for one run and back: that is no

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use crate::campaign::calibration::InputSpread;
 use crate::campaign::entries::{Item, get};
 use crate::campaign::file::{CampaignFile, InputOverride, Named, RunEntry};
+use crate::campaign::overlap::overlap;
 use crate::campaign::plan::Planned;
 use crate::campaign::record::{BLOCK, Record};
 use crate::campaign::recorder::{Recorder, Store};
@@ -169,6 +170,7 @@ impl CampaignFile {
         self.check_constants(model, &mut loader);
         let (setups, mut runs) = self.load_runs(model, &mut loader);
         setup_times(&mut runs);
+        loader.warnings.extend(overlap(&self.runs, &runs));
         self.need_sigmas(model, &mut loader, &runs, &mut measurand_sigma);
         Diagnostics(std::mem::take(&mut loader.reader.faults)).into_result(())?;
         let name = std::path::absolute(&self.folder)

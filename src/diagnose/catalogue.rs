@@ -14,7 +14,7 @@ use crate::engine::signatures::Signatures;
 use crate::system::Selected;
 
 use super::candidates::{Candidate, Offer, Wanted, offer};
-use super::evidence::sign;
+use super::columns::sign;
 use super::structure::blocks;
 
 /// Models with certain effects that are kept at most: those used last. Each takes some 50 MB.

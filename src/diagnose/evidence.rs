@@ -13,14 +13,14 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::engine::gram::{Normal, RunGram};
-use crate::engine::layout::qualified;
-use crate::engine::signatures::{Candidate as Signed, Signature, Signatures};
+use crate::engine::signatures::Signatures;
 use crate::engine::stretches::Left;
 use crate::engine::{Point, Problem};
-use crate::graph::Scope;
 
 use super::basis::{RANK, basis};
 use super::candidates::Candidate;
+pub use super::columns::Owner;
+use super::columns::{Column, Owned, join, sign};
 use super::nominal::Nominal;
 
 /// One pass over the readings.
@@ -35,27 +35,6 @@ pub struct Evidence {
     /// The nominal columns of each run.
     touched: Vec<Vec<usize>>,
     nominal: Nominal,
-}
-
-/// One column: where its signature stands in the sums of which runs.
-#[derive(Clone, Debug)]
-struct Column {
-    /// Run and index among its signatures.
-    at: Vec<(usize, usize)>,
-}
-
-/// Some columns and whose values they are.
-type Owned = (Vec<Owner>, Vec<Column>);
-
-/// Whose value a column is.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Owner {
-    /// Full name.
-    pub parameter: String,
-    /// Component of its tangent space.
-    pub component: usize,
-    /// The setup or run.
-    pub of: Option<String>,
 }
 
 /// A candidate's columns, the nominal parameters' part taken off, as they are.
@@ -225,11 +204,24 @@ impl Evidence {
         self.entry(owners, columns)
     }
 
-    /// The columns of a projected candidate that are wanted, those of a parameter in several runs as one: it
+    /// The columns of a candidate that are wanted, those of a parameter in several runs as one: it
     /// has the same value in all of them. `wanted` sees whose value a column is, and its run.
     pub fn tied(&self, own: &Projected, wanted: impl Fn(&Owner, usize) -> bool) -> Entry {
+        self.tied_of((&own.owners, &own.columns), wanted)
+    }
+
+    /// The same of an entry, in the runs that are wanted.
+    pub fn tied_over(&self, own: &Entry, wanted: impl Fn(usize) -> bool) -> Entry {
+        self.tied_of((&own.owners, &own.columns), |_, run| wanted(run))
+    }
+
+    fn tied_of(
+        &self,
+        (owners, columns): (&[Owner], &[Column]),
+        wanted: impl Fn(&Owner, usize) -> bool,
+    ) -> Entry {
         let mut tied: Vec<(Owner, Column)> = Vec::new();
-        for (owner, column) in own.owners.iter().zip(&own.columns) {
+        for (owner, column) in owners.iter().zip(columns) {
             let at = column.at.iter().copied().filter(|(run, _)| wanted(owner, *run));
             let same = tied.iter_mut().find(|(known, _)| {
                 (&known.parameter, known.component) == (&owner.parameter, owner.component)
@@ -431,58 +423,5 @@ impl Evidence {
             .collect();
         takers.sort_by(|a, b| b.1.total_cmp(&a.1));
         takers
-    }
-}
-
-/// The signatures of candidates in each campaign.
-pub(super) fn sign(problem: &Problem, candidates: &[&Candidate]) -> Arc<Vec<Signatures>> {
-    let parts = 0..problem.parts.len();
-    Arc::new(parts.map(|part| sign_in(problem, part, candidates)).collect())
-}
-
-/// Those of the candidates that fit a campaign; an effect is called by its number.
-fn sign_in(problem: &Problem, part: usize, candidates: &[&Candidate]) -> Signatures {
-    let names: Vec<String> = (0..candidates.len()).map(|number| number.to_string()).collect();
-    let signed: Vec<Signed<'_>> = candidates
-        .iter()
-        .zip(&names)
-        .filter_map(|(one, name)| Some(Signed { name, system: one.systems[part].as_deref()? }))
-        .collect();
-    Signatures::new(problem, part, &signed)
-}
-
-/// Gives a signature its columns: one for each value that its scope has in the campaign.
-fn join(
-    problem: &Problem,
-    part: usize,
-    index: usize,
-    signature: &Signature,
-    columns: &mut Vec<(Owner, Column)>,
-) {
-    let data = &problem.parts[part];
-    let label = |name: &str| qualified(data.label.as_deref(), name);
-    for (run, one) in data.runs.iter().enumerate() {
-        let of = match signature.scope {
-            Scope::Rig if data.rig.is_some() => None,
-            Scope::Instrument if data.instrument.is_some() => None,
-            Scope::Rig | Scope::Instrument => data.label.clone(),
-            Scope::Setup => Some(label(&data.setups[one.setup])),
-            Scope::Run | Scope::Sample => Some(label(&one.name)),
-        };
-        let named = match signature.scope {
-            Scope::Rig => data.rig.as_deref(),
-            Scope::Instrument => data.instrument.as_deref(),
-            Scope::Setup | Scope::Run | Scope::Sample => None,
-        };
-        let owner = Owner {
-            parameter: signature.parameter.clone(),
-            component: signature.component,
-            of: of.or_else(|| named.map(str::to_owned)),
-        };
-        let at = (problem.run_index(part, run), index);
-        match columns.iter_mut().find(|(known, _)| *known == owner) {
-            Some((_, column)) => column.at.push(at),
-            None => columns.push((owner, Column { at: vec![at] })),
-        }
     }
 }

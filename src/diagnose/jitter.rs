@@ -84,6 +84,7 @@ pub(super) fn jitter<'s>(
         unit,
         value: size.value,
         sigma: size.sigma,
+        also: Vec::new(),
         aliases,
         memory: None,
         ln_p: pairs.ln_p(alike),

@@ -116,7 +116,7 @@ pub(super) fn name_levels(
         let (mut squares, mut count, mut readings) = (0.0, 0, 0);
         for (p, (part, stated)) in parts.iter().zip(stated).enumerate() {
             for (measurand, (sigma, stated)) in part.sigma.iter().zip(stated).enumerate() {
-                if patches_level(candidate, part, measurand) {
+                if patches_level(candidate, stage, (p, measurand)) {
                     let own = white.iter().filter(|(q, m, _)| (*q, *m) == (p, measurand));
                     let white = own.map(|(.., part)| *part).fold(1.0, f64::min);
                     squares += white * (sigma / stated).powi(2);
@@ -140,6 +140,7 @@ pub(super) fn name_levels(
                 unit: parameter.unit.clone(),
                 value: size,
                 sigma,
+                also: Vec::new(),
                 aliases: Vec::new(),
                 memory: None,
                 ln_p: ln_normal(size / sigma),
@@ -148,16 +149,21 @@ pub(super) fn name_levels(
     }
 }
 
-/// Whether an effect patches the noise level of a measurand.
+/// Whether an effect patches the noise level of a measurand of a campaign.
 pub(in crate::diagnose) fn patches_level(
     candidate: &Candidate,
-    part: &Part,
-    measurand: usize,
+    stage: &Stage,
+    (campaign, measurand): (usize, usize),
 ) -> bool {
-    let one = &part.system.assembly.names.measurands[measurand];
+    let Fitted { problem, recipes, .. } = &stage.fitted;
+    let one = &problem.parts[campaign].system.assembly.names.measurands[measurand];
+    let heads = &recipes[campaign].model.heads;
+    let head = candidate.selected.head.as_ref().and_then(|head| heads.get(head));
+    let is_called = |name: &String| head.and_then(|own| own.get(name)).unwrap_or(name) == &one.name;
+    let is_read = || head.is_none_or(|own| own.values().any(|name| *name == one.name));
     candidate.selected.effect.patches.iter().any(|line| match &line.target {
-        Target::Sigma(name) => *name == one.name,
-        Target::EachAngleSigma => matches!(one.kind, MeasurandKind::Angle { .. }),
+        Target::Sigma(name) => is_called(name),
+        Target::EachAngleSigma => matches!(one.kind, MeasurandKind::Angle { .. }) && is_read(),
         _ => false,
     })
 }

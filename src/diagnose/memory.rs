@@ -303,6 +303,7 @@ pub(super) fn name_memory(stage: &Stage, all: &[Sequence], noise: &mut Noise) {
         value: size,
         // The share is known as the correlation of neighbours is.
         sigma: 0.5 * size / (share.max(1e-12) * memory.pairs.sqrt()),
+        also: Vec::new(),
         aliases: Vec::new(),
         memory: part.gauss_markov[one.row].map(|own| own.time),
         ln_p: memory.ln_p,

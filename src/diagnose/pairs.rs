@@ -1,39 +1,45 @@
 //! Two effects at once: what the search one by one may miss.
 //!
-//! The effect that explains most alone need not be one of two that explain everything together. Of the
-//! `BEST` candidates every pair is tried on the sums of the nominal stage: both must explain something
-//! beyond the other, and no block of unknown structure may be left.
+//! The effect that explains most alone need not be one of two that explain everything together: one with a
+//! value for each run takes up a part of both. Each of the `BEST` candidates is tried on the sums of the nominal
+//! stage with the `SECOND` that explain most beyond it: both must explain something beyond the other, and no
+//! block of unknown structure may be left.
 
 use super::evidence::Entry;
 use super::score::of_gain;
 use super::search::{LEAST_LAMBDA, level};
 use super::stage::Stage;
 
-/// Candidates of which pairs are made.
+/// Candidates that may be the first of a pair.
 const BEST: usize = 8;
-/// Candidates that explain less than this part of the best one's gain are no part of a pair.
-const LEAST_SHARE: f64 = 0.02;
+/// Candidates that are tried as the second of each.
+const SECOND: usize = 3;
 
 /// Pairs that leave nothing, the least probable by chance first.
 pub fn pairs(stage: &Stage) -> Vec<(usize, usize)> {
     let mut best: Vec<usize> =
         (0..stage.effects).filter(|n| stage.entry(*n).degrees() > 0).collect();
     best.sort_by(|a, b| stage.scores[*a].ln_p.total_cmp(&stage.scores[*b].ln_p));
-    let most = best.first().map_or(0.0, |n| stage.scores[*n].gain);
-    best.retain(|n| stage.scores[*n].gain >= LEAST_SHARE * most);
+    let all = best.clone();
     best.truncate(BEST);
     let mut found: Vec<(f64, (usize, usize))> = Vec::new();
-    for (k, first) in best.iter().enumerate() {
-        for second in &best[..k] {
-            let (a, b) = (stage.entry(*first), stage.entry(*second));
-            if !(adds(stage, a, *second) && adds(stage, b, *first)) {
+    for first in best {
+        let known = stage.entry(first);
+        let others = all.iter().copied().filter(|second| *second != first);
+        let mut seconds: Vec<(f64, usize)> =
+            others.filter_map(|second| Some((adds(stage, known, second)?, second))).collect();
+        seconds.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, second) in seconds.into_iter().take(SECOND) {
+            let is_known = |(_, pair): &(f64, (usize, usize))| *pair == (second, first);
+            let other = stage.entry(second);
+            if found.iter().any(is_known) || adds(stage, other, first).is_none() {
                 continue;
             }
-            let both = stage.evidence.together(&[a, b]);
+            let both = stage.evidence.together(&[known, other]);
             if leaves_nothing(stage, &both) {
-                let members = stage.members[*first] * stage.members[*second];
+                let members = stage.members[first] * stage.members[second];
                 let ln_p = of_gain(both.gain(), both.degrees(), members).ln_p;
-                found.push((ln_p, (*second, *first)));
+                found.push((ln_p, (first, second)));
             }
         }
     }
@@ -41,11 +47,12 @@ pub fn pairs(stage: &Stage) -> Vec<(usize, usize)> {
     found.into_iter().map(|(_, pair)| pair).collect()
 }
 
-/// Whether a candidate explains something beyond an entry.
-fn adds(stage: &Stage, known: &Entry, candidate: usize) -> bool {
+/// Logarithm of the probability by chance of what a candidate explains beyond an entry, if it explains
+/// something.
+fn adds(stage: &Stage, known: &Entry, candidate: usize) -> Option<f64> {
     let (gain, degrees) = stage.evidence.beyond(known, stage.entry(candidate));
     let score = of_gain(gain, degrees, stage.members[candidate]);
-    score.ln_p <= level(stage.effects) && score.lambda() >= LEAST_LAMBDA
+    (score.ln_p <= level(stage.effects) && score.lambda() >= LEAST_LAMBDA).then_some(score.ln_p)
 }
 
 /// Whether no block of unknown structure explains anything beyond an entry.

@@ -220,7 +220,7 @@ fn row(stage: &Stage, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Row {
         return not_testable(name, why_silent(stage, *number));
     };
     if ways.iter().any(|way| !way.entry.finite) {
-        let why = "the recordings do not hold an input that it acts on".to_owned();
+        let why = "the recordings do not hold an input that it acts on, or its slope where its parameters are zero is no number".to_owned();
         return not_testable(name, why);
     }
     let absorbed = ways.iter().all(|way| way.entry.degrees() == 0);

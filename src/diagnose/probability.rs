@@ -34,6 +34,11 @@ const LARGEST: (f64, f64) = (30.0, 10.0);
 /// Effects whose logarithm of probability is this much below the best are not asked what they leave.
 const OUT_OF_QUESTION: f64 = 12.0;
 
+/// Whether an effect so many times as large as usual is larger than the largest scale.
+pub fn is_implausible(times: f64) -> bool {
+    times > LARGEST.0
+}
+
 /// The probability of each candidate of a stage, in their order, blocks among them.
 pub fn probabilities(stage: &Stage) -> Vec<f64> {
     let [effect, block] = shares(stage);

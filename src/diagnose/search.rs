@@ -170,14 +170,24 @@ pub fn search(
         }
         seen.push(names);
     }
-    if search.adopted.is_empty() || search.passes_gate() {
+    // Effects that imitate something else: two others may be what is there.
+    let stands = |search: &Search| search.passes_gate() && search.convinces();
+    if search.adopted.is_empty() || stands(&search) {
         return Ok(Some(search));
     }
     let tried = pairs(&search.stages[0]);
     for (first, second) in tried.into_iter().take(SHORT_LIST) {
         let name = |number: usize| search.stages[0].candidates[number].name.clone();
-        let named = [name(first), name(second)];
-        if let Some(found) = search.anew(&named, &common)?.filter(Search::passes_gate) {
+        let mut named = [name(first), name(second)];
+        if let Some(mut found) = search.anew(&named, &common)?.filter(stands) {
+            // Alone the first one was no match for what did a part of both: it is judged beside the second.
+            named.reverse();
+            if let Some(other) = search.anew(&named, &common)?
+                && let (Some(first), Some(judged)) =
+                    (found.adopted.first_mut(), other.adopted.last())
+            {
+                first.among_effects = judged.among_effects;
+            }
             return Ok(Some(found));
         }
     }

@@ -15,12 +15,13 @@ use crate::system::Selected;
 
 use super::candidates::{Candidate, NotTestable, Offer, Wanted};
 use super::catalogue::{self, Made};
-use super::evidence::{Entry, Evidence, sign};
+use super::columns::sign;
+use super::evidence::{Entry, Evidence};
 use super::memory::wanders;
 use super::scan::{Scanned, scan};
 use super::score::{Score, of_gain, score};
 use super::search::level;
-use super::structure::Place;
+use super::structure::{Of, Place};
 use super::whiten::Noise;
 
 /// Structures taken off at most before the noise is judged.
@@ -338,6 +339,19 @@ impl Stage {
     /// The same one by one, but for what each run has for itself and oscillations.
     pub fn structures_over_runs(&self) -> Vec<usize> {
         self.structures_among(|n| !self.is_of_runs(n) && !self.is_oscillation(n))
+    }
+
+    /// Blocks of readings with a value for each run that are significant by themselves.
+    pub fn readings_over_runs(&self) -> Vec<usize> {
+        let level = level(self.candidates.len());
+        let is_of_readings = |n: &usize| {
+            let place = self.candidates[*n].place.as_ref();
+            place.is_some_and(|place| place.is_of_runs() && matches!(place.of, Of::Measurand(_)))
+        };
+        (self.effects..self.candidates.len())
+            .filter(is_of_readings)
+            .filter(|n| self.scores[*n].ln_p <= level)
+            .collect()
     }
 
     /// The same but for oscillations, which walks and noisier runs imitate.

@@ -73,8 +73,7 @@ fn orders(model: &Model) -> usize {
 
 /// The directions in which a target may be displaced, by channel; none where a model has no target.
 fn directions(model: &Model) -> &'static [(&'static str, &'static str)] {
-    let has = |name: &str| model.quantities.contains_key(name);
-    match (has("target"), has("arm_turn")) {
+    match (model.quantities.contains_key("target"), turns_its_target(model)) {
         (false, _) => &[],
         (true, true) => &[
             ("target tangential", "rotate(arm_turn, [0, 1, 0])"),
@@ -85,6 +84,11 @@ fn directions(model: &Model) -> &'static [(&'static str, &'static str)] {
             &[("target x", "[1, 0, 0]"), ("target y", "[0, 1, 0]"), ("target z", "[0, 0, 1]")]
         }
     }
+}
+
+/// Whether the target goes round on an arm.
+fn turns_its_target(model: &Model) -> bool {
+    ["target", "arm_turn"].iter().all(|name| model.quantities.contains_key(*name))
 }
 
 /// Displacements of the target.
@@ -118,9 +122,9 @@ fn rig(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
 }
 
 /// Displacements of the rig by what moves: its pedestal gives way to imbalance and torque, in directions of its
-/// own, which are others in each setup for the instrument.
+/// own, which are others in each setup for the instrument. Where nothing turns they are those of the target.
 fn pedestal(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
-    if directions(model).is_empty() || !few_move(model) {
+    if !turns_its_target(model) || !few_move(model) {
         return;
     }
     let covariates = of_motion(model, COARSE_ORDERS);
@@ -227,7 +231,7 @@ pub(super) fn made(
     family: &str,
     patches: &str,
 ) -> Option<(Arc<Effect>, Place)> {
-    let name: String = name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    let name = called(name);
     let mut text =
         format!("name = \"{name}\"\ntitle = \"{}\"\nacts = \"noise\"\n[parameters]\n", place.words);
     for (coefficient, dimension) in coefficients {
@@ -240,6 +244,72 @@ pub(super) fn made(
     }
     let shape = if family.is_empty() { "" } else { "[shape]\n" };
     text.push_str(&format!("[patch]\n{patches}\n{shape}{family}\n"));
-    let effect = Effect::parse(Source::new(name, text)).ok()?;
-    Some((Arc::new(effect), place.clone()))
+    let effect = Effect::parse(Source::new(name, text));
+    debug_assert!(effect.is_ok(), "{effect:?}");
+    Some((Arc::new(effect.ok()?), place.clone()))
+}
+
+/// Letters of a block's name at most; effects may have 64.
+const LONGEST: usize = 60;
+
+/// A name that an effect may have, the same each time: of a long one the beginning and a number for all of it.
+fn called(name: &str) -> String {
+    let plain: Vec<char> =
+        name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    if plain.len() <= LONGEST {
+        return plain.into_iter().collect();
+    }
+    // FNV-1a.
+    let number = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    let beginning: String = plain.into_iter().take(LONGEST - 17).collect();
+    format!("{beginning}_{number:016x}")
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use super::*;
+
+    fn blocks_of(inputs: &str, target: &str, measurands: &[&str]) -> Vec<(String, String)> {
+        let lines: String = measurands
+            .iter()
+            .map(|name| format!("{name} = {{ value = 'target.x', unit = \"m\" }}\n"))
+            .collect();
+        let text = format!(
+            "name = \"stage\"\ntitle = \"Stage\"\n[inputs]\n{inputs}\n[quantities]\n{target}\n[measurands]\n{lines}"
+        );
+        let model = Model::parse(Source::new("stage.toml", text)).unwrap();
+        let made = effects(&model);
+        made.into_iter().map(|(effect, place)| (effect.name.clone(), place.words)).collect()
+    }
+
+    /// What slides has waves over its length, and is displaced along fixed axes by what moves: a pedestal
+    /// would say the same again.
+    #[test]
+    fn what_slides_has_waves_a_metre_and_no_pedestal() {
+        let slides = "stage_x = { unit = \"m\", signal = true }";
+        let made = blocks_of(slides, "target = '[stage_x, 0, 0]'", &["distance"]);
+        let says = |words: &str| made.iter().any(|(_, one)| one.contains(words));
+        assert!(says("an x displacement of the target over stage_x, {member} waves a metre"));
+        assert!(!says("pedestal"));
+    }
+
+    /// Names of effects are short; those of measurands may be long, and no block is lost for that.
+    #[test]
+    fn no_block_is_lost_for_a_long_name() {
+        let slides = "position_of_the_carriage = { unit = \"m\", signal = true }";
+        let target = "target = '[position_of_the_carriage, 0, 0]'";
+        let long = blocks_of(
+            slides,
+            target,
+            &["distance_of_the_first_interferometer", "distance_of_the_second_interferometer"],
+        );
+        let short = blocks_of(slides, target, &["first", "second"]);
+        assert_eq!(long.len(), short.len());
+        let names: std::collections::BTreeSet<&String> = long.iter().map(|one| &one.0).collect();
+        assert_eq!(names.len(), long.len());
+    }
 }

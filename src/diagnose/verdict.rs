@@ -11,6 +11,9 @@ use super::wander::displaced::Displaced;
 /// Share that an effect must explain to be named although its form does not fit: the one from which on
 /// two effects count as one name. Neighbours in a library explain up to .976 of each other.
 pub const NAMED: f64 = 0.98;
+/// An effect that is less probable than this is no name for what is there: its size is far from what is usual,
+/// or something that nobody wrote down does as much with less.
+const LEAST_PROBABLE: f64 = 0.001;
 /// Places shown at most.
 const PLACES: usize = 5;
 /// A block that explains less of the best is no place of its own.
@@ -81,9 +84,7 @@ pub struct Location {
 
 /// The verdict of a search and the effects that it names.
 pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
-    let (Some(first), Some(last)) = (search.stages.first(), search.stages.last()) else {
-        return (Verdict::Unobservable, Vec::new());
-    };
+    let Some(last) = search.stages.last() else { return (Verdict::Unobservable, Vec::new()) };
     if displaced(search).is_some() {
         return (Verdict::Unknown, Vec::new());
     }
@@ -97,16 +98,19 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
         };
         return (verdict, Vec::new());
     }
-    if left.is_empty() && !blocks_are_simpler(search, first) {
+    if left.is_empty() && search.convinces() {
         let mut adopted = search.adopted.clone();
         against_effects(adopted.split_last_mut().map_or(&mut [], |(_, before)| before));
         return (Verdict::Explained, adopted);
+    }
+    if left.is_empty() && !search.is_probable() {
+        return (Verdict::Unknown, Vec::new());
     }
     // Effects may still be causes although something of another form is left.
     let second = &search.stages[1];
     let gain = search.adopted[0].gain;
     let share = gain / (gain + leftover(second));
-    if share >= NAMED {
+    if share >= NAMED && search.adopted[0].among_effects >= LEAST_PROBABLE {
         let further = (1..search.adopted.len()).take_while(|number| is_a_cause(search, *number));
         let mut adopted = search.adopted[..=further.count()].to_vec();
         against_effects(&mut adopted);
@@ -140,27 +144,37 @@ fn is_a_cause(search: &Search, number: usize) -> bool {
     gain >= NAMED * best && gain > leftover(after)
 }
 
-/// Whether blocks of unknown structure account for everything more simply than several effects: then
-/// those effects imitate what nobody wrote down. Of three effects and more fewer blocks are simpler;
-/// of two effects one block, if it is also less surprising by chance. An effect with a block beside it
-/// is simpler, too, where far less surprising: effects with a value for each run can imitate much.
-fn blocks_are_simpler(search: &Search, first: &Stage) -> bool {
-    let count = search.adopted.len();
-    if count < 2 {
-        return false;
+impl Search {
+    /// Whether what was adopted is a cause to be named where it leaves nothing: probable, and no imitation.
+    pub(super) fn convinces(&self) -> bool {
+        self.is_probable() && !self.imitates()
     }
-    let gain = search.adopted.iter().map(|one| one.score.gain).sum();
-    let degrees = search.adopted.iter().map(|one| one.score.degrees).sum();
-    let choices = count as f64 * (first.effects as f64).ln();
-    let together = of_gain(gain, degrees, 1).ln_p + choices;
-    if with_a_block(first) + FURTHER.ln() < together {
-        return true;
+
+    /// By the last one: what was adopted before was judged without it.
+    fn is_probable(&self) -> bool {
+        self.adopted.last().is_some_and(|last| last.probability >= LEAST_PROBABLE)
     }
-    let Some(blocks) = blocks_needed(first, count - 1) else { return false };
-    let among = ((first.candidates.len() - first.effects) as f64).ln();
-    let together = together + FURTHER.ln();
-    (count > 2 && !blocks.is_empty())
-        || blocks.iter().any(|block| first.scores[*block].ln_p + among < together)
+
+    /// Whether blocks of unknown structure account for everything more simply than several effects: then
+    /// those effects imitate what nobody wrote down. Of three effects and more fewer blocks are simpler;
+    /// of two effects one block, if it is also less surprising by chance. An effect with a block beside it
+    /// is simpler, too, where far less surprising: effects with a value for each run can imitate much.
+    fn imitates(&self) -> bool {
+        let count = self.adopted.len();
+        let Some(first) = self.stages.first().filter(|_| count >= 2) else { return false };
+        let gain = self.adopted.iter().map(|one| one.score.gain).sum();
+        let degrees = self.adopted.iter().map(|one| one.score.degrees).sum();
+        let choices = count as f64 * (first.effects as f64).ln();
+        let together = of_gain(gain, degrees, 1).ln_p + choices;
+        if with_a_block(first) + FURTHER.ln() < together {
+            return true;
+        }
+        let Some(blocks) = blocks_needed(first, count - 1) else { return false };
+        let among = ((first.candidates.len() - first.effects) as f64).ln();
+        let together = together + FURTHER.ln();
+        (count > 2 && !blocks.is_empty())
+            || blocks.iter().any(|block| first.scores[*block].ln_p + among < together)
+    }
 }
 
 /// Effects that are tried with each block beside them.
@@ -275,7 +289,7 @@ pub fn silent(stage: &Stage) -> (Vec<Absorbed>, Vec<NotTestable>) {
         let name = stage.candidates[number].name.clone();
         let entry = stage.entry(number);
         if !entry.finite {
-            let why = "the recordings do not hold an input that it acts on".to_owned();
+            let why = "the recordings do not hold an input that it acts on, or its slope where its parameters are zero is no number".to_owned();
             not_testable.push(NotTestable { name, why });
         } else if !entry.acts() {
             not_testable.push(NotTestable { name, why: why_silent(stage, number) });
@@ -339,6 +353,6 @@ pub(super) fn why_silent(stage: &Stage, number: usize) -> String {
             accelerations.join(" or ")
         )
     } else {
-        "it changes no reading in these runs".to_owned()
+        "it changes no reading in these runs, or only by powers of its parameters: an effect must have a slope where they are zero".to_owned()
     }
 }

@@ -6,6 +6,7 @@
 //!
 //! | file | answers |
 //! |---|---|
+//! | `sequence` | in which order runs came |
 //! | `course` | how a walk goes on from run to run |
 //! | `variance` | how large it is, and how unlikely by chance |
 //! | `wandering` | what of it is left beyond something known |
@@ -32,6 +33,7 @@ use super::evidence::Entry;
 use super::memory::likelihood_of_memory;
 use super::score::likelihood_of_gain;
 use super::stage::Stage;
+use super::structure::Place;
 use super::verdict::FURTHER;
 use super::whiten::{NoiseEffect, sequences};
 use course::{Column, Course, Times};
@@ -40,6 +42,7 @@ use wandering::{Likeliest, Wandering};
 
 mod course;
 pub mod displaced;
+mod sequence;
 mod variance;
 mod wandering;
 
@@ -75,12 +78,21 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
     let times = Times::of(&fitted.problem, TERMS);
     let anywhere = select(candidate, &times, Course::Anywhere, None)?;
     let structures = stage.structures_beside_noise();
-    let beside: Vec<&Candidate> = structures.iter().map(|n| &stage.candidates[*n]).collect();
+    let others = stage.readings_over_runs().into_iter().filter(|one| !structures.contains(one));
+    let beside = structures.iter().copied().chain(others).map(|n| &stage.candidates[n]);
+    let beside: Vec<&Candidate> = beside.collect();
     let columns = joined(&fitted.recipes, anywhere)?;
     let wandering = Wandering::of(fitted, &beside, &columns, &times, level)?;
     let entries = &wandering.evidence.entries[..];
-    let displaced = |known, likelihood| {
-        let suspect = Suspect { name: &candidate.name, wandering: &wandering, known, likelihood };
+    let of_runs: Vec<(&Place, &Entry)> = beside
+        .iter()
+        .zip(entries)
+        .filter_map(|(one, entry)| Some((one.place.as_ref()?, entry)))
+        .filter(|(place, _)| place.is_of_runs())
+        .collect();
+    let displaced = |known: &[Entry], likelihood| {
+        let (name, of_runs) = (&candidate.name[..], &of_runs[..]);
+        let suspect = Suspect { name, wandering: &wandering, known, of_runs, likelihood };
         suspect.displaced(&fitted.problem)
     };
     // Structure over time follows displacements, too, but not as well.
@@ -105,7 +117,8 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
     let Likeliest { course, walk, likelihood } = found;
     let (variance, spread) = walk.variance();
     let sigma = variance.sqrt();
-    let parameter = candidate.selected.effect.parameters.first()?;
+    let (parameter, others) = candidate.selected.effect.parameters.split_first()?;
+    let full = |name: &str| format!("{}.{name}", candidate.name);
     let own = Entry::of(wandering.own.clone());
     let taken: Vec<&Entry> = entries[..known].iter().chain([&own]).collect();
     let rest = wandering.evidence.together(&taken);
@@ -114,7 +127,8 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
     let effect = NoiseEffect {
         name: candidate.name.clone(),
         selected: select(candidate, &times, course, Some(sigma)),
-        parameter: format!("{}.{}", candidate.name, parameter.name),
+        parameter: full(&parameter.name),
+        also: others.iter().map(|one| full(&one.name)).collect(),
         unit: parameter.unit.clone(),
         value: sigma,
         sigma: if sigma > 0.0 { spread / (2.0 * sigma) } else { 0.0 },
@@ -146,7 +160,7 @@ fn beside_structure(
         }
         found = rest?;
     }
-    Some((found, evidence.entries.len()))
+    Some((found, prices.len()))
 }
 
 /// What is offered to the campaigns' models.

@@ -50,6 +50,8 @@ pub struct NoiseEffect {
     pub selected: Option<Selected>,
     /// The name of its parameter.
     pub parameter: String,
+    /// Other parameters of it that have this size, too: a walk is the same along all axes.
+    pub also: Vec<String>,
     /// Unit in which the parameter is declared.
     pub unit: Unit,
     /// Its size (SI).
@@ -367,6 +369,7 @@ fn name_lost(lost: &[Lost], noise: &mut Noise) {
         unit: Unit::one(),
         value: first.periods as f64,
         sigma: 0.0,
+        also: Vec::new(),
         aliases: Vec::new(),
         memory: None,
         ln_p: lost.iter().map(|one| one.ln_p).fold(0.0, f64::min),

@@ -136,6 +136,7 @@ pub(super) fn name_wild(stage: &Stage, noise: &mut Noise) {
             unit: Unit::one(),
             value: share,
             sigma: (share / readings as f64).sqrt(),
+            also: Vec::new(),
             aliases: Vec::new(),
             memory: None,
             ln_p,

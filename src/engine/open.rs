@@ -106,6 +106,20 @@ impl Recipe {
     }
 }
 
+/// What to say of a campaign that was given before.
+fn given_before(path: &Path, before: &[PathBuf], file: &CampaignFile) -> Option<Diagnostic> {
+    let folder = |path: &Path| {
+        let path = if path.is_dir() { path } else { path.parent()? };
+        std::fs::canonicalize(path).ok()
+    };
+    let own = folder(path)?;
+    before.iter().any(|other| folder(other).as_ref() == Some(&own)).then(|| {
+        let message =
+            format!("the campaign `{}` is given twice: its readings count twice", path.display());
+        Diagnostic::warning(message).at(file.model.place.clone()).help("name each campaign once")
+    })
+}
+
 /// Reads campaigns, models and effects, and puts them together.
 ///
 /// # Errors
@@ -118,8 +132,9 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
     let mut models = Vec::new();
     let mut warnings = Vec::new();
     let mut recipes = Vec::new();
-    for path in &request.campaigns {
+    for (number, path) in request.campaigns.iter().enumerate() {
         let file = CampaignFile::read(path)?;
+        warnings.extend(given_before(path, &request.campaigns[..number], &file));
         let mut library = Library::builtin()?.with_effects_beside(&file.folder)?;
         for folder in &request.effects {
             library = library.with_effects_dir(folder)?;

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use crate::diagnose::Diagnosis;
 use crate::diagnose::gap::Gap;
 use crate::diagnose::hidden::Hidden;
-use crate::diagnose::probability::at_most;
+use crate::diagnose::probability::{at_most, is_implausible};
 use crate::diagnose::search::Adopted;
 use crate::diagnose::structure::Of;
 use crate::diagnose::verdict::{Location, Ranked};
@@ -123,6 +123,17 @@ pub(crate) fn estimates_of(diagnosis: &Diagnosis, adopted: &Adopted) -> Vec<Esti
     all.filter(|one| one.name.starts_with(&prefix)).collect()
 }
 
+/// How many times as large as usual an effect is, by the largest of its values; `None` where it has no usual
+/// size.
+pub(crate) fn times_usual(diagnosis: &Diagnosis, adopted: &Adopted) -> Option<f64> {
+    let explained = diagnosis.explained.as_ref()?;
+    let times = |one: Estimate| {
+        let typical = explained.problem.layout.instances[one.instance?].setting.typical?;
+        Some(one.value?.abs() / typical)
+    };
+    estimates_of(diagnosis, adopted).into_iter().filter_map(times).reduce(f64::max)
+}
+
 fn effect(diagnosis: &Diagnosis, adopted: &Adopted) -> Value {
     let member: Map<String, Value> = adopted
         .candidate
@@ -137,25 +148,32 @@ fn effect(diagnosis: &Diagnosis, adopted: &Adopted) -> Value {
         "probability": number(Some(adopted.probability)),
         "aliases": adopted.aliases,
         "evidence": adopted.evidence(),
+        "times_usual": number(times_usual(diagnosis, adopted)),
+        "implausible": times_usual(diagnosis, adopted).is_some_and(is_implausible),
         "parameters": estimates_of(diagnosis, adopted).iter().map(estimate).collect::<Vec<_>>(),
     })
 }
 
 fn noise_effect(one: &NoiseEffect) -> Value {
+    let parameters = std::iter::once(&one.parameter).chain(&one.also).map(|name| {
+        json!({
+            "name": name,
+            "scope": "sample",
+            "of": Value::Null,
+            "value": number(Some(one.value)),
+            "sigma": number(Some(one.sigma)),
+            "unit": one.unit.si_symbol(),
+        })
+    });
     json!({
         "name": one.name,
         "member": one.memory.map(|memory| json!({ "memory": memory })),
         "probability": number(Some(at_most(one.ln_p))),
         "aliases": one.aliases,
         "evidence": "data",
-        "parameters": [{
-            "name": one.parameter,
-            "scope": "sample",
-            "of": Value::Null,
-            "value": number(Some(one.value)),
-            "sigma": number(Some(one.sigma)),
-            "unit": one.unit.si_symbol(),
-        }],
+        "times_usual": Value::Null,
+        "implausible": false,
+        "parameters": parameters.collect::<Vec<_>>(),
     })
 }
 

@@ -3,10 +3,11 @@
 use crate::diagnose::Diagnosis;
 use crate::diagnose::gap::Gap;
 use crate::diagnose::lost::Lost;
-use crate::diagnose::verdict::{Verdict, displaced};
+use crate::diagnose::probability::is_implausible;
+use crate::diagnose::verdict::{Verdict, displaced, locations};
 use crate::diagnose::whiten::{Noise, NoiseEffect};
 use crate::diagnose::wild::LeftOut;
-use crate::report::diagnosis::{estimates_of, last_noise};
+use crate::report::diagnosis::{estimates_of, last_noise, times_usual};
 use crate::report::figure;
 use crate::report::text::{drawn, residual_unit, table, trouble, unit_of};
 use crate::units::{Dimension, Unit};
@@ -15,6 +16,8 @@ use crate::units::{Dimension, Unit};
 const TOP: usize = 8;
 /// Share of the best from which on another place is as good.
 const SAME_PLACE: f64 = 0.95;
+/// Part of the gap that is closed below which readings contradict what was named.
+const BORNE_OUT: f64 = 0.25;
 /// Readings left out that are shown.
 const SHOWN: usize = 5;
 
@@ -67,6 +70,9 @@ fn noise(diagnosis: &Diagnosis) -> String {
     for one in diagnosis.noise.iter().filter(|one| one.name != "lost_samples") {
         let figure = figure::measured(one.value, one.sigma, &one.unit);
         text.push_str(&format!("\n{}\n  {} = {figure}", one.name, one.parameter));
+        if !one.also.is_empty() {
+            text.push_str(&format!(", and so {}", one.also.join(", ")));
+        }
         if let Some(memory) = one.memory {
             let second = Unit::coherent(Dimension::TIME);
             let memory = figure::uncertainty(memory, &second);
@@ -90,7 +96,7 @@ fn noise(diagnosis: &Diagnosis) -> String {
     }
     let is_named = |measurand: &str| {
         let own = |one: &&NoiseEffect| one.parameter == format!("{}.{measurand}", one.name);
-        found.effects.iter().filter(own).any(|one| one.memory.is_some())
+        diagnosis.noise.iter().filter(own).any(|one| one.memory.is_some())
     };
     for (measurand, memory) in found.memories.iter().filter(|(name, _)| !is_named(name)) {
         let time = figure::uncertainty(memory.time, &Unit::coherent(Dimension::TIME));
@@ -124,14 +130,15 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
     if found.wild > 0 {
         let are = if found.wild == 1 { "reading is" } else { "readings are" };
         text.push_str(&format!("{} wild {are} left out:", found.wild));
-        for one in found.left_out.iter().take(SHOWN) {
+        let all = found.left_out.len();
+        let shown = if all <= SHOWN + 1 { all } else { SHOWN };
+        for one in found.left_out.iter().take(shown) {
             let LeftOut { run, row, measurand, deviations } = one;
             text.push_str(&format!(
                 "\n  `{measurand}` in row {row} of run `{run}` ({deviations:.0} deviations)"
             ));
         }
-        let more = found.left_out.len().saturating_sub(SHOWN);
-        text.push_str(if more > 0 { "\n  ... all with `--format json`\n" } else { "\n" });
+        text.push_str(if all > shown { "\n  ... all with `--format json`\n" } else { "\n" });
         text.push_str(&whole_runs(diagnosis, found));
     }
     let second = Unit::coherent(Dimension::TIME);
@@ -185,6 +192,11 @@ fn effects(diagnosis: &Diagnosis) -> String {
             let of = estimate.of.map_or_else(String::new, |of| format!(" ({of})"));
             text.push_str(&format!("  {}{of} = {figure}\n", estimate.name));
         }
+        if let Some(times) = times_usual(diagnosis, one).filter(|times| is_implausible(*times)) {
+            text.push_str(&format!(
+                "  That is {times:.0} times its usual size, which is implausible: look at units, signs and setups.\n"
+            ));
+        }
         text.push_str(&alike(&one.aliases));
         let which = if one.aliases.is_empty() { "this effect" } else { "one of these" };
         let probability = percent(one.probability);
@@ -217,9 +229,16 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
             if gap.folds == 1 { "" } else { "s" }
         ));
     }
-    if gap.left_out > 0 {
-        text.push_str(&format!("{} of its readings are left out: lost or gross.\n", gap.left_out));
+    if gap.closed_interval.is_some_and(|[_, high]| high < BORNE_OUT) {
+        text.push_str("They do not bear it out.\n");
     }
+    if gap.left_out > 0 {
+        text.push_str(&format!(
+            "{} of those readings are left out: lost or gross.\n",
+            gap.left_out
+        ));
+    }
+    text.push_str(&remains(diagnosis, gap));
     let steps: Vec<String> = match gap.steps.as_slice() {
         [] | [_] => vec!["after".to_owned()],
         [first, more @ ..] => std::iter::once(format!("with {}", first.effect))
@@ -247,16 +266,34 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
     text
 }
 
+/// What an effect leaves whose form does not fit.
+fn remains(diagnosis: &Diagnosis, gap: &Gap) -> String {
+    let mut stages = diagnosis.search.iter().flat_map(|search| &search.stages);
+    let stage = stages.nth(diagnosis.effects.len());
+    let left = stage.map(locations).unwrap_or_default();
+    match (diagnosis.verdict, left.first()) {
+        (Verdict::ShapeDiffers, Some(first)) => format!(
+            "What is left looks like {}, {:.0} units of the noise long.\n",
+            first.place.words,
+            gap.leftover.sqrt()
+        ),
+        _ => String::new(),
+    }
+}
+
 /// How large a gap is that nothing explains, and what comes nearest to it.
 fn unexplained(diagnosis: &Diagnosis) -> String {
     let Some(noise) = &diagnosis.floor else { return String::new() };
     let mut text = String::new();
     if let Some(nearest) = &diagnosis.nearest {
-        text.push_str(&format!(
-            "\nThe nearest effect, `{}`, explains {:.0} % of it.\n",
-            nearest.name,
-            100.0 * nearest.share
-        ));
+        text.push_str(&match diagnosis.locations.is_empty() {
+            true => format!("\nThe nearest effect is `{}`.\n", nearest.name),
+            false => format!(
+                "\nThe nearest effect, `{}`, explains {:.0} % of it.\n",
+                nearest.name,
+                100.0 * nearest.share
+            ),
+        });
     }
     let mut rows = table(&["rms", "of the residuals", "noise alone"]);
     for (name, rms) in &diagnosis.nominal.rms {
@@ -303,7 +340,7 @@ fn could_hide(diagnosis: &Diagnosis) -> String {
     let Some(worst) = diagnosis.hidden.first() else { return String::new() };
     let second = Unit::coherent(Dimension::TIME);
     format!(
-        "\nWhat could still hide: `{}`, just too small to be declared, would shift `{}` by {}.\n",
+        "\nWhat could still hide: were `{}` there, just too small to be declared, `{}` would be off by {}.\n",
         worst.name,
         worst.delay,
         figure::uncertainty(worst.bias, &second)

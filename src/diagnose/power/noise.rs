@@ -167,9 +167,9 @@ fn pattern(stage: &Stage, candidate: &Candidate, name: &str) -> Option<(Vec<Vec<
 fn scatter(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Row> {
     let parameter = candidate.selected.effect.parameters.first()?;
     let problem = &stage.fitted.problem;
-    let readings = problem.parts.iter().flat_map(|part| {
+    let readings = problem.parts.iter().enumerate().flat_map(|(p, part)| {
         let present = part.present().into_iter().enumerate();
-        present.filter(|(m, _)| patches_level(candidate, part, *m)).map(|(_, count)| count)
+        present.filter(move |(m, _)| patches_level(candidate, stage, (p, *m))).map(|(_, n)| n)
     });
     let readings = readings.max().unwrap_or(0);
     if readings == 0 {

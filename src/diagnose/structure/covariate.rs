@@ -44,6 +44,20 @@ impl Covariate {
         }
     }
 
+    /// Waves over a length, of one of the numbers a metre that a line says, by its name.
+    pub(super) fn ripple(length: &str, number: &str, family: String) -> Self {
+        Self {
+            over: length.to_owned(),
+            words: format!("{length}, {{member}} waves a metre"),
+            family,
+            ..Self::new(
+                format!("fine {length}"),
+                "instrument",
+                wave(&format!("2 * pi * {number} * {length}")),
+            )
+        }
+    }
+
     /// Waves over a setup of one of the periods that a line says, by its name.
     pub(super) fn swing(period: &str, family: String) -> Self {
         let phase = format!("2 * pi * setup_time / {period}");

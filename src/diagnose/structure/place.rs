@@ -41,6 +41,12 @@ impl Place {
         Self::of_rig(RUN, &format!("before run `{name}`"))
     }
 
+    /// Of a block with a value for each run: that the value changed before a run, for good.
+    pub(in crate::diagnose) fn changed_before(&self, name: &str) -> Self {
+        let what = self.words.trim_end_matches(&format!(" over {RUN}"));
+        Self { words: format!("{what} from run `{name}` on"), ..self.clone() }
+    }
+
     /// Of a family, with the member that was found.
     pub fn at(&self, member: f64) -> Self {
         let digits = (2.0 - member.abs().log10().floor()).clamp(0.0, 6.0) as usize;

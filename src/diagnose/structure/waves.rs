@@ -1,5 +1,6 @@
 //! Unknown structure of a scale that nobody knows: waves over an angle that are finer than blocks have
-//! them, oscillations in time, and swings over a setup, as a room's climate makes them. Each is a family of blocks that is scanned like those of the library.
+//! them, waves over a length, oscillations in time, and swings over a setup, as a room's climate makes them.
+//! Each is a family of blocks that is scanned like those of the library.
 //!
 //! Without them an encoder's error of order twelve is an oscillation at each rate, and is named as one,
 //! what swings otherwise than in torsion is taken for noise, and what swings slowly for noise with a memory
@@ -9,7 +10,8 @@ use std::sync::Arc;
 
 use crate::effect::Effect;
 use crate::graph::MeasurandKind;
-use crate::model::Model;
+use crate::model::{InputDeclaration, Model};
+use crate::units::Dimension;
 
 use super::covariate::{Covariate, few_move, turns};
 use super::place::{OSCILLATION, Of, Place};
@@ -34,15 +36,29 @@ fn orders_of(angle: &str, orders: impl Iterator<Item = f64>) -> Covariate {
     Covariate::family(angle, order, format!("{order} = [{}]", members.join(", ")))
 }
 
-/// Waves over what turns, finer than blocks have them or between theirs (a gear or a belt turns at another
-/// rate than what it drives), where few things turn: a robot's joints are too many.
+/// Waves over what moves, where few things do: a robot's joints are too many. Over what turns they are finer
+/// than blocks have them or between theirs (a gear or a belt turns at another rate than what it drives), over a
+/// length they are those of a screw, of a rack or of the bend of a rail.
 pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
     if !few_move(model) {
         return Vec::new();
     }
-    let angles = model.inputs.iter().filter(|input| input.signal && turns(&input.unit));
     let halves = || (0..ORDERS.0).map(|order| order as f64 + 0.5);
-    angles.map(|signal| orders_of(&signal.name, halves().chain(finer(ORDERS.0)))).collect()
+    let signals = model.inputs.iter().filter(|input| input.signal);
+    let over = |input: &InputDeclaration| {
+        if turns(&input.unit) {
+            Some(orders_of(&input.name, halves().chain(finer(ORDERS.0))))
+        } else {
+            (input.unit.dimension == Dimension::LENGTH).then(|| over_length(&input.name))
+        }
+    };
+    signals.filter_map(over).collect()
+}
+
+fn over_length(length: &str) -> Covariate {
+    let number = "unknown_waves";
+    let range = format!("{number} = {{ unit = \"1/m\", from = \"0.2 1/m\", to = \"200 1/m\" }}");
+    Covariate::ripple(length, number, range)
 }
 
 /// Waves over a setup, from those that a run just sees to those that a long setup just sees.

@@ -6,16 +6,16 @@
 //! several courses ([`Course`]). Where a walk goes on, what its sines have come to at the end of a run is
 //! where all later runs of the setup begin, and so is what it does between runs and what the sines leave
 //! out: one step then acts in many columns.
-//!
-//! Runs of a setup count in the order in which the campaign lists them.
 
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::campaign::Run;
 use crate::diagnose::evidence::{Owner, Projected};
 use crate::engine::Problem;
+
+use super::sequence::{Span, in_order, places, spans};
 
 /// The number of a column by its name; 0 is where the walk has come to when a run begins.
 pub(super) fn number_of(parameter: &str) -> u8 {
@@ -31,6 +31,8 @@ pub(super) struct Times {
     run: f64,
     /// Of the longest setup (s).
     setup: f64,
+    /// The place of each run in the order in which runs came.
+    places: Vec<usize>,
     legs: Vec<Leg>,
 }
 
@@ -76,25 +78,10 @@ struct Leg {
     new: Option<f64>,
 }
 
-/// The setup of a run, and when the run begins and ends since the setup began (s), if it has samples.
-type Span = (usize, Option<[f64; 2]>);
-
 impl Times {
     /// Of the runs of a problem, for walks with so many sines.
     pub(super) fn of(problem: &Problem, terms: u8) -> Self {
-        let setups = problem.layout.columns.runs.iter().map(|(setup, _)| *setup);
-        let runs = problem.parts.iter().flat_map(|part| &part.runs);
-        let span = |run: &Run| {
-            let mut span: Option<[f64; 2]> = None;
-            run.record.walk(|stretch| {
-                for time in &stretch.samples.setup_time[stretch.range()] {
-                    let [start, end] = span.unwrap_or([*time; 2]);
-                    span = Some([start.min(*time), end.max(*time)]);
-                }
-            });
-            span
-        };
-        Self::between(&setups.zip(runs.map(span)).collect::<Vec<_>>(), terms)
+        Self::between(&spans(problem), terms)
     }
 
     fn between(spans: &[Span], terms: u8) -> Self {
@@ -105,23 +92,24 @@ impl Times {
             let last = own().filter_map(|one| one.1).map(|[_, end]| end).fold(0.0, f64::max);
             last.max(own().map(duration).sum())
         };
+        let alone = |run: usize| Leg { chain: run, duration: duration(&spans[run]), new: None };
         let mut times = Self {
             terms,
             run: spans.iter().map(duration).fold(0.0, f64::max),
             setup: spans.iter().map(|(setup, _)| whole(*setup)).fold(0.0, f64::max),
-            legs: Vec::new(),
+            places: places(spans),
+            legs: (0..spans.len()).map(alone).collect(),
         };
-        for (run, one) in spans.iter().enumerate() {
-            let last = (0..run).rev().find(|n| spans[*n].0 == one.0 && spans[*n].1.is_some());
-            let after = last.and_then(|last| {
-                let gap = one.1?[0] - spans[last].1?[1];
-                (gap >= 0.0).then_some((last, gap))
-            });
-            times.legs.push(Leg {
-                chain: after.map_or(run, |(last, _)| times.legs[last].chain),
-                duration: duration(one),
-                new: after.map(|(last, gap)| gap + times.left_out(last)),
-            });
+        let mut last: HashMap<usize, usize> = HashMap::new();
+        for run in in_order(spans) {
+            let (setup, Some([start, _])) = spans[run] else { continue };
+            if let Some(before) = last.insert(setup, run)
+                && let Some(gap) =
+                    spans[before].1.map(|[_, end]| start - end).filter(|gap| *gap >= 0.0)
+            {
+                times.legs[run].chain = times.legs[before].chain;
+                times.legs[run].new = Some(gap + times.left_out(before));
+            }
         }
         times
     }
@@ -222,7 +210,7 @@ impl Steps {
             let goes_on = |(_, other): &(usize, &Own<'_>)| {
                 course == Course::GoesOn
                     && other.number == 0
-                    && other.run > one.run
+                    && times.places[other.run] > times.places[one.run]
                     && times.legs[other.run].chain == run.chain
                     && other.axis == one.axis
             };

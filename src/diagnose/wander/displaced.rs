@@ -1,13 +1,13 @@
-//! Displacements of the rig between runs, told from a walk.
+//! What changed between runs, once and for all later runs of a setup, told from a walk.
 //!
-//! Who knocks against a tripod displaces it once. What is left of the readings then looks as if the
-//! instrument wandered, and a walk that was found may be no walk: displacements before a few runs, each
-//! with one value for all later runs of its setup, say the same with less. They are taken off one after
-//! the other, the likeliest first, and paid for; where nothing of the walk is left beyond three of them
-//! at most, before half of the runs at most, and where they are far likelier than the walk, they are what
-//! happened. No effect of the library says so: it is unknown structure with a place.
-//!
-//! Runs of a setup count in the order in which the campaign lists them.
+//! Who knocks against a tripod displaces it once; an instrument that was switched off and on may count from
+//! another zero. What is left of the readings then looks as if the instrument wandered, and a walk that was
+//! found may be no walk: changes before a few runs, each with one value for all later runs of its setup, say
+//! the same with less. Those of the rig's place, and those of each block that has a value for each run and
+//! was found, are taken off one after the other, the likeliest first, and paid for; where nothing of the walk
+//! is left beyond three of them at most, before half of the runs at most, and where they are far likelier
+//! than the walk, they are what happened, of kinds of change the likeliest. No effect of the library says so:
+//! it is unknown structure with a place.
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::score::{Score, likelihood_of_gain};
@@ -16,6 +16,7 @@ use crate::diagnose::verdict::{FURTHER, Location, Ranked};
 use crate::engine::Problem;
 use crate::engine::layout::qualified;
 
+use super::sequence::{Span, places, spans};
 use super::wandering::Wandering;
 
 /// Displacements that are looked for: more are a walk.
@@ -28,6 +29,8 @@ pub struct Displaced {
     pub places: Vec<Location>,
     /// The effect that the walk is.
     pub walk: String,
+    /// Logarithm of their likelihood ratio, against nothing, the choice of their kind paid for.
+    likelihood: f64,
     /// How much of them the walk explains: the logarithm of its likelihood ratio, against nothing, by theirs.
     pub share: f64,
 }
@@ -47,17 +50,41 @@ pub(super) struct Suspect<'a> {
     pub(super) wandering: &'a Wandering,
     /// What is known beside it.
     pub(super) known: &'a [Entry],
+    /// Blocks with a value for each run that were found.
+    pub(super) of_runs: &'a [(&'a Place, &'a Entry)],
     /// Logarithm of its likelihood ratio beyond that.
     pub(super) likelihood: f64,
 }
 
-/// A displacement before a run: its number, and what it does.
+/// A change before a run: its number, and what it does.
 type Possible = (usize, Entry);
 
+/// What may have changed: the place of the rig, or what a block says.
+#[derive(Clone, Copy)]
+enum Changed<'a> {
+    Rig,
+    Block(&'a Place, &'a Entry),
+}
+
 impl Suspect<'_> {
-    /// The displacements that do for the walk, if they do.
+    /// The displacements that do for the walk, if they do, with the logarithm of their likelihood ratio.
     pub(super) fn displaced(&self, problem: &Problem) -> Option<Displaced> {
-        let possible = self.possible(&problem.layout.columns.runs);
+        let spans = spans(problem);
+        let blocks = self.of_runs.iter().map(|(place, entry)| Changed::Block(place, entry));
+        std::iter::once(Changed::Rig)
+            .chain(blocks)
+            .filter_map(|changed| self.changes(problem, &spans, changed))
+            .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))
+    }
+
+    /// The changes of one kind that do for the walk, if they do.
+    fn changes(
+        &self,
+        problem: &Problem,
+        spans: &[Span],
+        changed: Changed<'_>,
+    ) -> Option<Displaced> {
+        let possible = self.possible(spans, changed);
         let mut taken: Vec<&Possible> = Vec::new();
         loop {
             // As many as there are runs say anything.
@@ -85,21 +112,30 @@ impl Suspect<'_> {
             self.beyond(&self.beside(&without(&taken, one)), one, possible.len()).1
         };
         let found: Vec<(usize, f64)> = taken.iter().map(|one| (one.0, gain(one))).collect();
+        // Of which kind is chosen, too.
+        let likelihood = likelihood - ((1 + self.of_runs.len()) as f64).ln();
         (likelihood > self.likelihood + FURTHER.ln()).then(|| Displaced {
-            places: located(problem, found),
+            places: located(problem, changed, found),
+            likelihood,
             walk: self.name.to_owned(),
             share: (self.likelihood / likelihood).max(0.0),
         })
     }
 
-    /// Displacements before each run but the first of its setup; of each of `runs` its setup comes first.
-    fn possible(&self, runs: &[(usize, usize)]) -> Vec<Possible> {
-        let setup = |run: usize| runs[run].0;
+    /// Changes before each run but the first of its setup.
+    fn possible(&self, runs: &[Span], changed: Changed<'_>) -> Vec<Possible> {
+        let places = places(runs);
+        let is_after =
+            |run: usize, other: usize| runs[run].0 == runs[other].0 && places[run] > places[other];
         let from = |run: usize| {
-            let is_later = |other| setup(other) == setup(run) && other >= run;
-            (run, self.wandering.displacement(is_later))
+            let is_later = |other| other == run || is_after(other, run);
+            let change = match changed {
+                Changed::Rig => self.wandering.displacement(is_later),
+                Changed::Block(_, entry) => self.wandering.evidence.tied_over(entry, is_later),
+            };
+            (run, change)
         };
-        let is_later = |run: &usize| (0..*run).any(|other| setup(other) == setup(*run));
+        let is_later = |run: &usize| (0..runs.len()).any(|other| is_after(*run, other));
         (0..runs.len()).filter(is_later).map(from).collect()
     }
 
@@ -126,8 +162,8 @@ fn without<'p>(taken: &[&'p Possible], one: &Possible) -> Vec<&'p Possible> {
     taken.iter().copied().filter(|other| other.0 != one.0).collect()
 }
 
-/// Displacements before runs, with what each explains, as places, the largest first.
-fn located(problem: &Problem, mut found: Vec<(usize, f64)>) -> Vec<Location> {
+/// Changes before runs, with what each explains, as places, the largest first.
+fn located(problem: &Problem, changed: Changed<'_>, mut found: Vec<(usize, f64)>) -> Vec<Location> {
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     let most = found.first().map_or(1.0, |(_, gain)| *gain);
     let names: Vec<String> = problem
@@ -135,6 +171,9 @@ fn located(problem: &Problem, mut found: Vec<(usize, f64)>) -> Vec<Location> {
         .iter()
         .flat_map(|part| part.runs.iter().map(|run| qualified(part.label.as_deref(), &run.name)))
         .collect();
-    let place = |run: usize| Place::before_run(&names[run]);
+    let place = |run: usize| match changed {
+        Changed::Rig => Place::before_run(&names[run]),
+        Changed::Block(place, _) => place.changed_before(&names[run]),
+    };
     found.iter().map(|(run, gain)| Location { place: place(*run), share: gain / most }).collect()
 }

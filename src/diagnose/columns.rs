@@ -1,0 +1,85 @@
+//! The columns that candidates have in the sums, and whose values they are: one for each value that a
+//! parameter has over its scope.
+
+use std::sync::Arc;
+
+use crate::engine::Problem;
+use crate::engine::layout::qualified;
+use crate::engine::signatures::{Candidate as Signed, Signature, Signatures};
+use crate::graph::Scope;
+
+use super::candidates::Candidate;
+
+/// One column: where its signature stands in the sums of which runs.
+#[derive(Clone, Debug)]
+pub(super) struct Column {
+    /// Run and index among its signatures.
+    pub(super) at: Vec<(usize, usize)>,
+}
+
+/// Some columns and whose values they are.
+pub(super) type Owned = (Vec<Owner>, Vec<Column>);
+
+/// Whose value a column is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Owner {
+    /// Full name.
+    pub parameter: String,
+    /// Component of its tangent space.
+    pub component: usize,
+    /// The setup or run.
+    pub of: Option<String>,
+}
+
+/// The signatures of candidates in each campaign.
+pub(super) fn sign(problem: &Problem, candidates: &[&Candidate]) -> Arc<Vec<Signatures>> {
+    let parts = 0..problem.parts.len();
+    Arc::new(parts.map(|part| sign_in(problem, part, candidates)).collect())
+}
+
+/// Those of the candidates that fit a campaign; an effect is called by its number.
+fn sign_in(problem: &Problem, part: usize, candidates: &[&Candidate]) -> Signatures {
+    let names: Vec<String> = (0..candidates.len()).map(|number| number.to_string()).collect();
+    let signed: Vec<Signed<'_>> = candidates
+        .iter()
+        .zip(&names)
+        .filter_map(|(one, name)| Some(Signed { name, system: one.systems[part].as_deref()? }))
+        .collect();
+    Signatures::new(problem, part, &signed)
+}
+
+/// Gives a signature its columns: one for each value that its scope has in the campaign.
+pub(super) fn join(
+    problem: &Problem,
+    part: usize,
+    index: usize,
+    signature: &Signature,
+    columns: &mut Vec<(Owner, Column)>,
+) {
+    let data = &problem.parts[part];
+    let label = |name: &str| qualified(data.label.as_deref(), name);
+    for (run, one) in data.runs.iter().enumerate() {
+        let of = match signature.scope {
+            Scope::Rig if data.rig.is_some() => None,
+            Scope::Instrument if data.instrument.is_some() => None,
+            Scope::Rig | Scope::Instrument => data.label.clone(),
+            Scope::Setup => Some(label(&data.setups[one.setup])),
+            Scope::Run | Scope::Sample => Some(label(&one.name)),
+        };
+        let named = match signature.scope {
+            Scope::Rig => data.rig.as_deref(),
+            Scope::Instrument => data.instrument.as_deref(),
+            Scope::Setup | Scope::Run | Scope::Sample => None,
+        };
+        let owner = Owner {
+            parameter: signature.parameter.clone(),
+            component: signature.component,
+            of: of.or_else(|| named.map(str::to_owned)),
+        };
+        let at = (problem.run_index(part, run), index);
+        match columns.iter_mut().find(|(known, _)| *known == owner) {
+            Some((_, column)) => column.at.push(at),
+            None => columns.push((owner, Column { at: vec![at] })),
+        }
+    }
+}
