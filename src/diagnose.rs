@@ -256,9 +256,10 @@ pub fn diagnose(
     if diagnosis.verdict == Verdict::Unknown {
         let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);
         // Of what has no place shares are of no account.
-        diagnosis.nearest = match diagnosis.locations.is_empty() {
-            true => diagnosis.candidates.first().cloned(),
-            false => diagnosis.candidates.iter().max_by(by_share).cloned(),
+        diagnosis.nearest = if diagnosis.locations.is_empty() {
+            diagnosis.candidates.first().cloned()
+        } else {
+            diagnosis.candidates.iter().max_by(by_share).cloned()
         };
         if let Some(displaced) = verdict::displaced(&search) {
             diagnosis.locations.clone_from(&displaced.places);

@@ -28,6 +28,15 @@ fn example() -> (Opened, Fitted) {
     (opened, fitted)
 }
 
+/// A fitted model and the same with an effect of the library.
+fn without_and_with(opened: &Opened, fitted: &Fitted, name: &str) -> (Fitted, Fitted) {
+    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let candidate = offered.iter().find(|one| one.name == name).unwrap();
+    let options = Options::default();
+    let after = fitted.with(&candidate.selected, &[], &options).unwrap().unwrap();
+    (after.without(&[&candidate.selected], &options).unwrap(), after)
+}
+
 fn evidence(fitted: &Fitted, candidates: &[&Candidate]) -> Evidence {
     Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, candidates).unwrap()
 }
@@ -101,11 +110,8 @@ fn stretches_add_up_to_the_sums_of_their_run() {
 #[test]
 fn a_drop_is_what_two_fits_without_the_run_leave_of_it() {
     let (opened, fitted) = example();
-    let offered = offer(&opened.recipes, &Wanted::default()).effects;
-    let candidate = offered.iter().find(|one| one.name == "encoder_eccentricity").unwrap();
     let options = Options::default();
-    let after = fitted.with(&candidate.selected, &[], &options).unwrap().unwrap();
-    let before = after.without(&[&candidate.selected], &options).unwrap();
+    let (before, after) = without_and_with(&opened, &fitted, "encoder_eccentricity");
     let drops = drops(&before, &after, 0.0);
     assert_eq!(drops.len(), 12);
     for run in [0, 7] {
@@ -141,11 +147,8 @@ fn a_run_with_values_of_its_own_is_judged_between_what_it_was_fitted_to() {
     let nominal = calibrate(problem, &Options::default()).unwrap();
     let fitted =
         Fitted { recipes: opened.recipes.clone(), problem: nominal.problem, fit: nominal.fit };
-    let offered = offer(&opened.recipes, &Wanted::default()).effects;
-    let candidate = offered.iter().find(|one| one.name == "sample_clock_rate").unwrap();
     let options = Options::default();
-    let after = fitted.with(&candidate.selected, &[], &options).unwrap().unwrap();
-    let before = after.without(&[&candidate.selected], &options).unwrap();
+    let (before, after) = without_and_with(&opened, &fitted, "sample_clock_rate");
     let drops = drops(&before, &after, 0.0);
     for run in [0, 7] {
         let among = |model: &Fitted, parity: usize| {
@@ -202,10 +205,7 @@ fn the_only_run_of_a_setup_is_not_left_out_whole() {
     let nominal = calibrate(Problem::new(parts), &options).unwrap();
     let fitted =
         Fitted { recipes: opened.recipes.clone(), problem: nominal.problem, fit: nominal.fit };
-    let offered = offer(&opened.recipes, &Wanted::default()).effects;
-    let candidate = offered.iter().find(|one| one.name == "encoder_second_harmonic").unwrap();
-    let after = fitted.with(&candidate.selected, &[], &options).unwrap().unwrap();
-    let before = after.without(&[&candidate.selected], &options).unwrap();
+    let (before, after) = without_and_with(&opened, &fitted, "encoder_second_harmonic");
     assert_eq!(drops(&before, &after, 0.0).len(), runs);
 }
 

@@ -3,8 +3,8 @@
 //! An instrument measures one run after the other. Where runs overlap times begin anew in each file, or a
 //! file is named twice: what drifts or wanders through a setup is then looked for along wrong times.
 
+use crate::campaign::Run;
 use crate::campaign::file::RunEntry;
-use crate::campaign::{Record, Run, Samples};
 use crate::diagnostic::Diagnostic;
 
 /// What to say of runs that overlap; `None` where none do.
@@ -14,7 +14,10 @@ pub(super) fn overlap(entries: &[RunEntry], runs: &[Run]) -> Option<Diagnostic> 
     let mut spans: Vec<(&Run, f64, f64)> = runs
         .iter()
         .filter(recorded)
-        .filter_map(|run| Some((run, run.record.first_time()?, last_time(&run.record)?)))
+        .filter_map(|run| {
+            let [start, end] = run.record.ends(|samples| &samples.time)?;
+            Some((run, start, end))
+        })
         .collect();
     spans.sort_by(|(a, from_a, _), (b, from_b, _)| {
         a.setup.cmp(&b.setup).then(from_a.total_cmp(from_b))
@@ -37,11 +40,4 @@ pub(super) fn overlap(entries: &[RunEntry], runs: &[Run]) -> Option<Diagnostic> 
     let names = (&first.name, &second.name, &one.setup);
     let words = format!("runs `{}` and `{}` of setup `{}` {what}", names.0, names.1, names.2);
     Some(Diagnostic::warning(words).at(other.name.place.clone()).help(help))
-}
-
-/// When a record's last sample was taken (s).
-fn last_time(record: &Record) -> Option<f64> {
-    let mut scratch = Samples::default();
-    let last = record.stretch(record.len().saturating_sub(1)..record.len(), &mut scratch);
-    last.samples.time[last.range()].last().copied()
 }

@@ -171,6 +171,16 @@ impl Record {
         }
     }
 
+    /// A clock at the first and at the last sample; `None` where there is none.
+    pub fn ends(&self, clock: fn(&Samples) -> &[f64]) -> Option<[f64; 2]> {
+        let mut scratch = Samples::default();
+        let mut at = |sample: usize| {
+            let one = self.stretch(sample..sample + 1, &mut scratch);
+            clock(one.samples)[one.range()].first().copied()
+        };
+        Some([at(0)?, at(self.len.checked_sub(1)?)?])
+    }
+
     /// Whether the samples are in a temporary file.
     pub fn is_spilled(&self) -> bool {
         matches!(self.kept, Kept::Spilled { .. })

@@ -27,7 +27,7 @@ pub struct Owner {
     pub parameter: String,
     /// Component of its tangent space.
     pub component: usize,
-    /// The setup or run.
+    /// Whose it is: as [`Instance::whose`](crate::engine::layout::Instance::whose).
     pub of: Option<String>,
 }
 
@@ -60,22 +60,13 @@ pub(super) fn join(
     let label = |name: &str| qualified(data.label.as_deref(), name);
     for (run, one) in data.runs.iter().enumerate() {
         let of = match signature.scope {
-            Scope::Rig if data.rig.is_some() => None,
-            Scope::Instrument if data.instrument.is_some() => None,
-            Scope::Rig | Scope::Instrument => data.label.clone(),
+            Scope::Rig => data.rig.clone().or_else(|| data.label.clone()),
+            Scope::Instrument => data.instrument.clone().or_else(|| data.label.clone()),
             Scope::Setup => Some(label(&data.setups[one.setup])),
             Scope::Run | Scope::Sample => Some(label(&one.name)),
         };
-        let named = match signature.scope {
-            Scope::Rig => data.rig.as_deref(),
-            Scope::Instrument => data.instrument.as_deref(),
-            Scope::Setup | Scope::Run | Scope::Sample => None,
-        };
-        let owner = Owner {
-            parameter: signature.parameter.clone(),
-            component: signature.component,
-            of: of.or_else(|| named.map(str::to_owned)),
-        };
+        let (parameter, component) = (signature.parameter.clone(), signature.component);
+        let owner = Owner { parameter, component, of };
         let at = (problem.run_index(part, run), index);
         match columns.iter_mut().find(|(known, _)| *known == owner) {
             Some((_, column)) => column.at.push(at),

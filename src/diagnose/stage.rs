@@ -341,19 +341,6 @@ impl Stage {
         self.structures_among(|n| !self.is_of_runs(n) && !self.is_oscillation(n))
     }
 
-    /// Blocks of readings with a value for each run that are significant by themselves.
-    pub fn readings_over_runs(&self) -> Vec<usize> {
-        let level = level(self.candidates.len());
-        let is_of_readings = |n: &usize| {
-            let place = self.candidates[*n].place.as_ref();
-            place.is_some_and(|place| place.is_of_runs() && matches!(place.of, Of::Measurand(_)))
-        };
-        (self.effects..self.candidates.len())
-            .filter(is_of_readings)
-            .filter(|n| self.scores[*n].ln_p <= level)
-            .collect()
-    }
-
     /// The same but for oscillations, which walks and noisier runs imitate.
     pub fn structures_beside_noise(&self) -> Vec<usize> {
         self.structures_among(|n| !self.is_oscillation(n))
@@ -362,6 +349,18 @@ impl Stage {
     /// The candidates, of the library or unknown, that are significant one after the other, greedily.
     pub fn structures(&self) -> Vec<usize> {
         self.structures_among(|_| true)
+    }
+
+    /// Blocks of readings with a value for each run that are significant by themselves.
+    pub fn readings_over_runs(&self) -> Vec<usize> {
+        let level = level(self.candidates.len());
+        let is_of_reading = |n: usize| {
+            let place = self.candidates[n].place.as_ref();
+            place.is_some_and(|place| matches!(place.of, Of::Measurand(_)))
+        };
+        (self.effects..self.candidates.len())
+            .filter(|n| self.is_of_runs(*n) && is_of_reading(*n) && self.scores[*n].ln_p <= level)
+            .collect()
     }
 
     /// Several candidates as one.

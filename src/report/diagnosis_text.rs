@@ -71,7 +71,7 @@ fn noise(diagnosis: &Diagnosis) -> String {
         let figure = figure::measured(one.value, one.sigma, &one.unit);
         text.push_str(&format!("\n{}\n  {} = {figure}", one.name, one.parameter));
         if !one.also.is_empty() {
-            text.push_str(&format!(", and so {}", one.also.join(", ")));
+            text.push_str(&format!(", the same for {}", one.also.join(" and ")));
         }
         if let Some(memory) = one.memory {
             let second = Unit::coherent(Dimension::TIME);
@@ -286,14 +286,13 @@ fn unexplained(diagnosis: &Diagnosis) -> String {
     let Some(noise) = &diagnosis.floor else { return String::new() };
     let mut text = String::new();
     if let Some(nearest) = &diagnosis.nearest {
-        text.push_str(&match diagnosis.locations.is_empty() {
-            true => format!("\nThe nearest effect is `{}`.\n", nearest.name),
-            false => format!(
-                "\nThe nearest effect, `{}`, explains {:.0} % of it.\n",
-                nearest.name,
-                100.0 * nearest.share
-            ),
-        });
+        let share = if diagnosis.locations.is_empty() {
+            format!("\nThe nearest effect is `{}`.\n", nearest.name)
+        } else {
+            let share = 100.0 * nearest.share;
+            format!("\nThe nearest effect, `{}`, explains {share:.0} % of it.\n", nearest.name)
+        };
+        text.push_str(&share);
     }
     let mut rows = table(&["rms", "of the residuals", "noise alone"]);
     for (name, rms) in &diagnosis.nominal.rms {

@@ -78,6 +78,12 @@ impl Covariate {
         Self { terms, ..self }
     }
 
+    /// The acceleration of something, of whose rate this is the dimension.
+    fn acceleration(name: &str, rate: Dimension) -> Self {
+        let term = (format!("rate(rate({name}))"), rate / Dimension::TIME);
+        Self::new(format!("acceleration of {name}"), "instrument", vec![term])
+    }
+
     fn waves(name: &str, orders: usize) -> Self {
         let pair = |order: usize| wave(&format!("{order} * {name}"));
         Self::new(name, "instrument", (1..=orders).flat_map(pair).collect())
@@ -119,11 +125,7 @@ pub(super) fn of_motion(model: &Model, orders: usize) -> Vec<Covariate> {
                 (format!("rate({name})^2"), rate * rate),
             ],
         ));
-        all.push(Covariate::new(
-            format!("acceleration of {name}"),
-            "instrument",
-            vec![(format!("rate(rate({name}))"), rate / Dimension::TIME)],
-        ));
+        all.push(Covariate::acceleration(name, rate));
     }
     all
 }
@@ -181,11 +183,7 @@ pub(super) fn of_the_head(model: &Model) -> Vec<Covariate> {
                 (format!("sign(rate({name}))"), Dimension::NONE),
             ],
         ));
-        all.push(Covariate::new(
-            format!("acceleration of {name}"),
-            "instrument",
-            vec![(format!("rate(rate({name}))"), rate / Dimension::TIME)],
-        ));
+        all.push(Covariate::acceleration(name, rate));
     }
     all
 }

@@ -92,16 +92,17 @@ impl Times {
             let last = own().filter_map(|one| one.1).map(|[_, end]| end).fold(0.0, f64::max);
             last.max(own().map(duration).sum())
         };
+        let order = in_order(spans);
         let alone = |run: usize| Leg { chain: run, duration: duration(&spans[run]), new: None };
         let mut times = Self {
             terms,
             run: spans.iter().map(duration).fold(0.0, f64::max),
             setup: spans.iter().map(|(setup, _)| whole(*setup)).fold(0.0, f64::max),
-            places: places(spans),
+            places: places(&order),
             legs: (0..spans.len()).map(alone).collect(),
         };
         let mut last: HashMap<usize, usize> = HashMap::new();
-        for run in in_order(spans) {
+        for run in order {
             let (setup, Some([start, _])) = spans[run] else { continue };
             if let Some(before) = last.insert(setup, run)
                 && let Some(gap) =

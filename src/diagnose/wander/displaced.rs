@@ -16,7 +16,7 @@ use crate::diagnose::verdict::{FURTHER, Location, Ranked};
 use crate::engine::Problem;
 use crate::engine::layout::qualified;
 
-use super::sequence::{Span, places, spans};
+use super::sequence::{Span, in_order, places, spans};
 use super::wandering::Wandering;
 
 /// Displacements that are looked for: more are a walk.
@@ -67,7 +67,7 @@ enum Changed<'a> {
 }
 
 impl Suspect<'_> {
-    /// The displacements that do for the walk, if they do, with the logarithm of their likelihood ratio.
+    /// The likeliest changes that do for the walk, if some do.
     pub(super) fn displaced(&self, problem: &Problem) -> Option<Displaced> {
         let spans = spans(problem);
         let blocks = self.of_runs.iter().map(|(place, entry)| Changed::Block(place, entry));
@@ -124,7 +124,7 @@ impl Suspect<'_> {
 
     /// Changes before each run but the first of its setup.
     fn possible(&self, runs: &[Span], changed: Changed<'_>) -> Vec<Possible> {
-        let places = places(runs);
+        let places = places(&in_order(runs));
         let is_after =
             |run: usize, other: usize| runs[run].0 == runs[other].0 && places[run] > places[other];
         let from = |run: usize| {

@@ -1,7 +1,6 @@
 //! In which order the runs of a setup came: by their times, however a campaign lists them, or as listed where
 //! times begin anew in each recording and runs seem to overlap.
 
-use crate::campaign::Run;
 use crate::engine::Problem;
 
 /// The setup of a run, and when the run begins and ends since the setup began (s), if it has samples.
@@ -11,18 +10,8 @@ pub(super) type Span = (usize, Option<[f64; 2]>);
 pub(super) fn spans(problem: &Problem) -> Vec<Span> {
     let setups = problem.layout.columns.runs.iter().map(|(setup, _)| *setup);
     let runs = problem.parts.iter().flat_map(|part| &part.runs);
-    setups.zip(runs.map(span)).collect()
-}
-
-fn span(run: &Run) -> Option<[f64; 2]> {
-    let mut span: Option<[f64; 2]> = None;
-    run.record.walk(|stretch| {
-        for time in &stretch.samples.setup_time[stretch.range()] {
-            let [start, end] = span.unwrap_or([*time; 2]);
-            span = Some([start.min(*time), end.max(*time)]);
-        }
-    });
-    span
+    let ends = runs.map(|run| run.record.ends(|samples| &samples.setup_time));
+    setups.zip(ends).collect()
 }
 
 /// All runs, those of each setup one after the other.
@@ -45,11 +34,11 @@ pub(super) fn in_order(spans: &[Span]) -> Vec<usize> {
     order
 }
 
-/// The place of each run in that order.
-pub(super) fn places(spans: &[Span]) -> Vec<usize> {
-    let mut places = vec![0; spans.len()];
-    for (place, run) in in_order(spans).into_iter().enumerate() {
-        places[run] = place;
+/// The place of each run in such an order.
+pub(super) fn places(order: &[usize]) -> Vec<usize> {
+    let mut places = vec![0; order.len()];
+    for (place, run) in order.iter().enumerate() {
+        places[*run] = place;
     }
     places
 }
@@ -63,7 +52,7 @@ mod tests {
         let shuffled =
             [(0, Some([20.0, 30.0])), (1, Some([5.0, 9.0])), (0, None), (0, Some([0.0, 20.0]))];
         assert_eq!(in_order(&shuffled), [3, 1, 2, 0]);
-        assert_eq!(places(&shuffled), [3, 1, 2, 0]);
+        assert_eq!(places(&[2, 0, 1]), [1, 2, 0]);
         let anew = [(0, Some([0.0, 30.0])), (0, Some([0.0, 20.0])), (0, Some([0.0, 25.0]))];
         assert_eq!(in_order(&anew), [0, 1, 2]);
     }
