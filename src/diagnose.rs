@@ -54,19 +54,20 @@ pub mod wild;
 
 use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe};
-use crate::estimate::batch::{FitError, Options};
+use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate, finish};
 
 use candidates::{NotTestable, Wanted};
 use gap::{Gap, floor, gap};
 use hidden::{Hidden, hidden};
-use holdout::holdout;
+use holdout::{HoldoutError, holdout};
 use lost::Lost;
 use search::{Adopted, Search, search};
 use stage::Fitted;
 use steps::Steps;
-use verdict::{Absorbed, Location, Ranked, Verdict};
+use verdict::{Absorbed, Answer, Location, Ranked, Verdict, Why};
 use whiten::NoiseEffect;
+use wild::LeftOut;
 
 /// The answer.
 #[derive(Clone, Debug)]
@@ -77,6 +78,8 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The effects that it names, in order of adoption.
     pub effects: Vec<Adopted>,
+    /// Where it is *unknown*, why, and which effects would have been named but for that.
+    pub why: Option<(Why, Vec<String>)>,
     /// The effects on the noise that it names.
     pub noise: Vec<NoiseEffect>,
     /// The joint estimate with those effects; `None` without any.
@@ -123,6 +126,26 @@ pub struct Twice {
     pub sigma: Option<f64>,
 }
 
+/// Leaves gross readings out that keep the nominal fit from settling, and fits again.
+fn without_gross(
+    whole: Calibration,
+    options: &Options,
+) -> Result<(Calibration, Vec<LeftOut>), FitError> {
+    let (mut nominal, mut gross) = (whole, Vec::new());
+    for _ in 0..whiten::PEELS {
+        if nominal.fit.outcome == Outcome::Converged {
+            break;
+        }
+        let (rest, found) = wild::without_gross_at(&nominal.problem, &nominal.fit.point);
+        if found.is_empty() {
+            break;
+        }
+        gross.extend(found);
+        nominal = calibrate(rest, options)?;
+    }
+    Ok((nominal, gross))
+}
+
 /// Leaves lost samples out and fits again, until none are found.
 fn without_lost(
     whole: Calibration,
@@ -155,6 +178,10 @@ fn twice(
         part.runs.clone_from(&given.runs);
     }
     let with = Fitted { recipes, problem: Problem::new(parts), fit: fit.clone() }.again(options)?;
+    // Gross readings may keep the fit of all from settling: then it has no delays.
+    if !with.is_sound() {
+        return Ok(Vec::new());
+    }
     let without = finish(problem, fit, Vec::new(), Vec::new())?.estimates();
     let with = finish(with.problem, with.fit, Vec::new(), Vec::new())?.estimates();
     let delays = without.into_iter().filter(|one| one.name.ends_with(".delay") && !one.fixed);
@@ -170,9 +197,12 @@ fn twice(
 /// below a quarter of what they take off where they were fitted, by more than chance does. A value that
 /// is learnt from half of a run costs twice there what it costs with all readings.
 fn is_refuted(gap: &Gap, effects: &[Adopted]) -> bool {
-    let learnt = effects.iter().map(|one| one.score.lambda().powi(2)).sum();
-    let degrees = effects.iter().map(|one| one.score.degrees).sum();
-    gap.closed.is_some() && gap.held_out_drop < least_drop(learnt, degrees)
+    gap.closed.is_some() && gap.held_out_drop < least_drop(gap.lambda.powi(2), degrees(effects))
+}
+
+/// The degrees of freedom of some effects together.
+fn degrees(effects: &[Adopted]) -> usize {
+    effects.iter().map(|one| one.score.degrees).sum()
 }
 
 /// The least drop on held-out readings of effects with so many values that take so much off where they
@@ -195,10 +225,12 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, FitError> {
     let whole = calibrate(problem, options)?;
-    let (nominal, lost) = without_lost(whole.clone(), options)?;
+    let (settled, gross) = without_gross(whole.clone(), options)?;
+    let (nominal, lost) = without_lost(settled, options)?;
     let mut diagnosis = Diagnosis {
         verdict: Verdict::Unobservable,
         effects: Vec::new(),
+        why: None,
         noise: Vec::new(),
         explained: None,
         candidates: Vec::new(),
@@ -219,11 +251,12 @@ pub fn diagnose(
         return Ok(diagnosis);
     }
     let (problem, fit) = (diagnosis.nominal.problem.clone(), diagnosis.nominal.fit.clone());
-    let Some(search) = search(Fitted { recipes, problem, fit }, &diagnosis.lost, wanted, options)?
-    else {
+    let (fitted, aside) = (Fitted { recipes, problem, fit }, (&diagnosis.lost[..], &gross[..]));
+    let Some(search) = search(fitted, aside, wanted, options)? else {
         return Ok(diagnosis);
     };
-    (diagnosis.verdict, diagnosis.effects) = verdict::verdict(&search);
+    let Answer { verdict, effects, why } = verdict::verdict(&search);
+    (diagnosis.verdict, diagnosis.effects, diagnosis.why) = (verdict, effects, why);
     if let Some(stage) = search.stages.get(diagnosis.effects.len())
         && matches!(diagnosis.verdict, Verdict::Explained | Verdict::ShapeDiffers)
     {
@@ -231,14 +264,16 @@ pub fn diagnose(
         if !diagnosis.effects.is_empty() {
             let models = Steps::of(&stage.fitted, &diagnosis.effects, options)?;
             let in_data = diagnosis.effects.iter().all(|one| one.evidence() == "data");
-            let memory = stage.noise_found.memory;
-            diagnosis.gap = Some(gap(&models, verdict::leftover(stage), memory, in_data));
+            let (memory, left) = (stage.noise_found.memory, verdict::leftover(stage));
+            let degrees = degrees(&diagnosis.effects);
+            diagnosis.gap = Some(gap(&models, degrees, left, memory, in_data));
         }
         let Fitted { problem, fit, .. } = stage.fitted.clone();
         diagnosis.explained = Some(finish(problem, fit, Vec::new(), Vec::new())?);
         if diagnosis.gap.as_ref().is_some_and(|gap| is_refuted(gap, &diagnosis.effects)) {
+            let effects = diagnosis.effects.drain(..).map(|one| one.candidate.name);
+            diagnosis.why = Some((Why::NotBorneOut, effects.collect()));
             diagnosis.verdict = Verdict::Unknown;
-            diagnosis.effects.clear();
             diagnosis.noise.clear();
             (diagnosis.explained, diagnosis.gap) = (None, None);
         }
@@ -272,8 +307,10 @@ pub fn diagnose(
         diagnosis.hidden = hidden(stage);
         let name = |number: usize| stage.candidates[number].name.clone();
         let named = |name: &String| diagnosis.effects.iter().any(|one| one.aliases.contains(name));
-        diagnosis.suspected =
-            stage.suspected().into_iter().map(name).filter(|name| !named(name)).collect();
+        // What passes its test, but cannot be fitted, is no less suspect.
+        let unfitted = if search.adopted.is_empty() { stage.declared() } else { Vec::new() };
+        let suspected = unfitted.into_iter().chain(stage.suspected()).map(name);
+        diagnosis.suspected = suspected.filter(|name| !named(name)).collect();
     }
     diagnosis.search = Some(search);
     Ok(diagnosis)
@@ -283,20 +320,21 @@ pub fn diagnose(
 /// changes.
 ///
 /// # Errors
-/// [`FitError`] where a problem cannot be fitted at all.
+/// [`HoldoutError`] where the campaign cannot be fitted at all, or does not take an effect.
 pub fn judge(
     diagnosis: &mut Diagnosis,
     held_out: &Opened,
     wanted: &Wanted,
     options: &Options,
-) -> Result<(), FitError> {
+) -> Result<(), HoldoutError> {
     let Some(search) = &diagnosis.search else { return Ok(()) };
     let Some(stage) = search.stages.get(diagnosis.effects.len()) else { return Ok(()) };
     if diagnosis.effects.is_empty() {
         return Ok(());
     }
     let models = Steps::of(&stage.fitted, &diagnosis.effects, options)?;
-    diagnosis.gap = Some(holdout(held_out, &models, wanted, options)?);
+    let in_data = diagnosis.effects.iter().all(|one| one.evidence() == "data");
+    diagnosis.gap = Some(holdout(held_out, &models, wanted, in_data, options)?);
     Ok(())
 }
 

@@ -8,7 +8,7 @@
 //! | [`figure`] | a value with its standard uncertainty as people write it |
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
 //! | [`text`] | tables and sentences for the terminal |
-//! | [`diagnosis`], `diagnosis_text` | why simulation and reality differ, for programs and for people |
+//! | [`diagnosis`], `diagnosis_text`, `noise_text` | why simulation and reality differ, for programs and for people |
 //! | [`trials`], `trials_text` | how well a diagnosis does on campaigns whose truth is known |
 //! | [`power`], `power_text` | what a campaign can see |
 //! | [`timing`] | how reference times came about |
@@ -22,6 +22,8 @@ pub mod diagnosis;
 pub mod diagnosis_text;
 pub mod figure;
 pub mod json;
+#[cfg(feature = "cli")]
+mod noise_text;
 pub mod power;
 #[cfg(feature = "cli")]
 pub mod power_text;

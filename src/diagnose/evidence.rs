@@ -4,7 +4,7 @@
 //! columns `e`: `S = H_ee - H_en H_nn⁻¹ H_ne` and the score `g = b_e - H_en H_nn⁻¹ b_n`. Without the
 //! effect `gᵀ S⁻¹ g` is chi squared (Rao's score test); `λ² = gᵀ S⁻¹ g` less its degrees is the
 //! squared length of the effect's signature that nominal parameters cannot follow. Columns are cut
-//! where less than [`RANK`] of their length is left; where nothing is left, the effect is absorbed.
+//! where less than [`super::basis::RANK`] of their length is left; where nothing is left, the effect is absorbed.
 //!
 //! Values of scope setup and run have a column each; sums are kept by run, so nothing more is summed.
 
@@ -17,11 +17,15 @@ use crate::engine::signatures::Signatures;
 use crate::engine::stretches::Left;
 use crate::engine::{Point, Problem};
 
-use super::basis::{RANK, basis};
+use super::basis::basis;
 use super::candidates::Candidate;
 pub use super::columns::Owner;
 use super::columns::{Column, Owned, join, sign};
 use super::nominal::Nominal;
+
+/// Squared sine of the angle below which a direction is taken up by what it stands beside: tangents of
+/// effects that are not quite linear differ by as much.
+const NEARLY: f64 = 3e-4;
 
 /// One pass over the readings.
 #[derive(Clone, Debug)]
@@ -387,7 +391,7 @@ impl Evidence {
         let mut gain = 0.0;
         let mut degrees = 0;
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-            if *value > RANK {
+            if *value > NEARLY {
                 gain += vector.dot(&score).powi(2) / value;
                 degrees += 1;
             }

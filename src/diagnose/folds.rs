@@ -47,7 +47,7 @@ pub(super) fn folds(fitted: &Fitted, normal: &Normal, memory: f64) -> Vec<Fold> 
 }
 
 /// Every other eighth of each run, left out in turn.
-fn within_runs(fitted: &Fitted, normal: &Normal) -> Vec<Fold> {
+pub(super) fn within_runs(fitted: &Fitted, normal: &Normal) -> Vec<Fold> {
     let learnt = kept(fitted, |length| move |sample| learns_from(sample, length));
     let rest = kept(fitted, |length| move |sample| !learns_from(sample, length));
     let fold = |(out, (learnt, judged)): (usize, (RunGram, RunGram))| {

@@ -8,14 +8,14 @@
 //! Sums are linear about the fit with the effects; the models without them differ by the effects'
 //! values, which is where the linear form is good to second order.
 
-use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 
 use crate::engine::gram::{LeastSquares, Normal, PriorRow, RunGram};
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::estimate::calibrate::rms;
 
-use super::folds::{Fold, folds};
+use super::folds::{Fold, folds, within_runs};
+use super::nominal::factored;
 use super::search::LEAST_LAMBDA;
 use super::stage::Fitted;
 use super::steps::Steps;
@@ -26,6 +26,8 @@ const MOST_SAMPLES: usize = 5_000;
 /// Level of the intervals, and its normal quantile.
 const LEVEL: f64 = 0.95;
 const QUANTILE: f64 = 1.96;
+/// Part of the effects' squared length that must show in what a fold is fitted to.
+const SHOWN: f64 = 0.5;
 
 /// What one effect contributes, after those before it.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,17 +67,34 @@ pub struct Gap {
     pub left_out: usize,
 }
 
-/// Drops by fold, with what is left, as parts closed.
-pub fn closed(drops: &[f64], leftover: f64) -> (f64, [f64; 2]) {
-    let total: f64 = drops.iter().sum();
+/// What effects take off the sum of squares of one fold, which they were not fitted to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drop {
+    /// So much.
+    pub taken: f64,
+    /// Squared length of what they do there.
+    pub length: f64,
+}
+
+/// The sum of what is taken off.
+pub fn taken(drops: &[Drop]) -> f64 {
+    drops.iter().map(|one| one.taken).sum()
+}
+
+/// Drops by fold, with what is left, as parts closed. Folds differ in how much of the effects they see: it is
+/// the ratio of what is taken off to that by which they are compared, and noise alone makes a drop uncertain
+/// by twice its root.
+pub fn closed(drops: &[Drop], leftover: f64) -> (f64, [f64; 2]) {
+    let total = taken(drops);
+    let length: f64 = drops.iter().map(|one| one.length).sum();
+    let ratio = if length > 0.0 { total / length } else { 0.0 };
+    let scatter: f64 = drops.iter().map(|one| (one.taken - ratio * one.length).powi(2)).sum();
     let count = drops.len() as f64;
-    let mean = total / count.max(1.0);
-    let scatter: f64 = drops.iter().map(|drop| (drop - mean).powi(2)).sum();
-    // One fold does not scatter; noise alone gives a drop twice its root.
+    let of_noise = QUANTILE * 2.0 * total.max(0.0).sqrt();
     let spread = if drops.len() > 1 {
-        student(LEVEL, count - 1.0) * (scatter * count / (count - 1.0)).sqrt()
+        (student(LEVEL, count - 1.0) * (scatter * count / (count - 1.0)).sqrt()).max(of_noise)
     } else {
-        QUANTILE * 2.0 * total.max(0.0).sqrt()
+        of_noise
     };
     // What is not seen may be as large as what is just not declared.
     let most = leftover
@@ -89,16 +108,17 @@ pub fn closed(drops: &[f64], leftover: f64) -> (f64, [f64; 2]) {
 }
 
 /// The gap of a model with its adopted effects against the same without them.
-pub fn gap(models: &Steps, leftover: f64, memory: f64, in_data: bool) -> Gap {
+/// The effects have so many `degrees` of freedom that the readings determine.
+pub fn gap(models: &Steps, degrees: usize, leftover: f64, memory: f64, in_data: bool) -> Gap {
     let (before, after) = (&models.nominal, models.last());
     let drops = drops(before, after, memory);
     let mut steps: Vec<Step> = Vec::new();
     let mut last = before;
     for (effect, fitted) in &models.with {
-        let held_out_drop: f64 = if models.with.len() == 1 {
-            drops.iter().sum()
+        let held_out_drop = if models.with.len() == 1 {
+            taken(&drops)
         } else {
-            self::drops(last, fitted, memory).iter().sum()
+            taken(&self::drops(last, fitted, memory))
         };
         let rms = rms(&fitted.problem, &fitted.fit.point);
         steps.push(Step { effect: effect.clone(), rms, held_out_drop });
@@ -106,15 +126,13 @@ pub fn gap(models: &Steps, leftover: f64, memory: f64, in_data: bool) -> Gap {
     }
     let (part, interval) = closed(&drops, leftover);
     let gain = before.cost() - after.cost();
-    let degrees =
-        after.problem.layout.columns.len() as f64 - before.problem.layout.columns.len() as f64;
     Gap {
         before: rms(&before.problem, &before.fit.point),
         after: rms(&after.problem, &after.fit.point),
         steps,
         floor: floor(after),
-        lambda: (gain - degrees).max(0.0).sqrt(),
-        held_out_drop: drops.iter().sum(),
+        lambda: (gain - degrees as f64).max(0.0).sqrt(),
+        held_out_drop: taken(&drops),
         leftover,
         closed: in_data.then_some(part),
         closed_interval: in_data.then_some(interval),
@@ -157,11 +175,36 @@ pub fn floor(fitted: &Fitted) -> Vec<(String, f64)> {
     sums.into_iter().map(|(name, sum, count)| (name, (sum / count).sqrt())).collect()
 }
 
-/// The drop of each fold.
-pub fn drops(before: &Fitted, after: &Fitted, memory: f64) -> Vec<f64> {
-    let Some(step) = switched_off(before, after) else { return Vec::new() };
+/// The drop of each fold. Where the effects hardly show without what some fold leaves out, say for they act
+/// in one run, every run is judged between the stretches that it is fitted to.
+pub fn drops(before: &Fitted, after: &Fitted, memory: f64) -> Vec<Drop> {
+    let Some(off) = switched_off(before, after) else { return Vec::new() };
     let normal = after.problem.normal(&after.fit.point);
-    folds(after, &normal, memory).iter().filter_map(|fold| drop_of(&normal, fold, &step)).collect()
+    let whole = squared_length(&normal, &normal.runs, &off);
+    let shows = |fold: &Fold| squared_length(&normal, &fold.training, &off) >= SHOWN * whole;
+    let mut folds = folds(after, &normal, memory);
+    if !folds.iter().all(shows) {
+        folds = within_runs(after, &normal);
+    }
+    folds.iter().filter_map(|fold| drop_of(&normal, fold, &off)).collect()
+}
+
+/// The columns of the nominal model.
+fn nominal_columns(off: &[Option<f64>]) -> Vec<usize> {
+    (0..off.len()).filter(|column| off[*column].is_none()).collect()
+}
+
+/// The step that switches the effects off, nominal columns held.
+fn held(off: &[Option<f64>]) -> DVector<f64> {
+    DVector::from_iterator(off.len(), off.iter().map(|step| step.unwrap_or(0.0)))
+}
+
+/// Squared length of what the effects do in some sums, beyond what nominal parameters follow.
+fn squared_length(normal: &Normal, runs: &[RunGram], off: &[Option<f64>]) -> f64 {
+    let (hessian, _) = sums(normal, runs);
+    let whole = &hessian * held(off);
+    let followed = solve(&hessian, &whole, &nominal_columns(off)).unwrap_or(held(off));
+    held(off).dot(&whole) - followed.dot(&whole)
 }
 
 /// For each column of the model with the effects the step that switches them off; `None` for nominal
@@ -191,16 +234,15 @@ fn switched_off(before: &Fitted, after: &Fitted) -> Option<Vec<Option<f64>>> {
     step.iter().any(Option::is_some).then_some(step)
 }
 
-/// `e₀² - e₁²` of one fold; `None` where the rest does not determine the models.
-fn drop_of(normal: &Normal, fold: &Fold, off: &[Option<f64>]) -> Option<f64> {
+/// `e₀² - e₁²` of one fold: of what the rest does not determine effects stay off.
+fn drop_of(normal: &Normal, fold: &Fold, off: &[Option<f64>]) -> Option<Drop> {
     let (hessian, gradient) = sums(normal, &fold.training);
+    let held = held(off);
     let all: Vec<usize> = (0..off.len()).collect();
-    let nominal: Vec<usize> = all.iter().copied().filter(|c| off[*c].is_none()).collect();
-    let with = solve(&hessian, &gradient, &all)?;
-    // The effects are held off; the rest follows.
-    let held = DVector::from_iterator(off.len(), off.iter().map(|step| step.unwrap_or(0.0)));
-    let without = solve(&hessian, &(gradient - &hessian * &held), &nominal)? + held;
-    let squares = |step: &DVector<f64>| -> f64 {
+    let left = gradient - &hessian * &held;
+    let with = solve(&hessian, &left, &all)? + &held;
+    let without = solve(&hessian, &left, &nominal_columns(off))? + held;
+    let squares = |step: &DVector<f64>, of_readings: f64| -> f64 {
         fold.judged
             .iter()
             .map(|(run, sums)| {
@@ -210,12 +252,13 @@ fn drop_of(normal: &Normal, fold: &Fold, off: &[Option<f64>]) -> Option<f64> {
                 for (place, column) in touched.iter().enumerate() {
                     move_by[place] = -step[*column];
                 }
-                move_by[last] = 1.0;
+                move_by[last] = of_readings;
                 move_by.dot(&(&sums.gram * &move_by))
             })
             .sum()
     };
-    Some(squares(&without) - squares(&with))
+    let taken = squares(&without, 1.0) - squares(&with, 1.0);
+    Some(Drop { taken, length: squares(&(with - without), 0.0) })
 }
 
 /// The normal matrix and gradient of some sums with all priors.
@@ -244,18 +287,12 @@ fn sums(normal: &Normal, runs: &[RunGram]) -> (DMatrix<f64>, DVector<f64>) {
     (hessian, gradient)
 }
 
-/// The step along some columns, columns scaled to unit length.
+/// The step along some columns; what the sums do not determine stays.
 fn solve(hessian: &DMatrix<f64>, gradient: &DVector<f64>, along: &[usize]) -> Option<DVector<f64>> {
-    let length: Vec<f64> = along
-        .iter()
-        .map(|c| hessian[(*c, *c)].sqrt())
-        .map(|l| if l > 0.0 { l } else { 1.0 })
-        .collect();
-    let scaled = DMatrix::from_fn(along.len(), along.len(), |i, j| {
-        hessian[(along[i], along[j])] / (length[i] * length[j])
-    });
+    let own = DMatrix::from_fn(along.len(), along.len(), |i, j| hessian[(along[i], along[j])]);
+    let (factor, length) = factored(&own)?;
     let right = DVector::from_fn(along.len(), |i, _| gradient[along[i]] / length[i]);
-    let found = Cholesky::new(scaled)?.solve(&right);
+    let found = factor.solve(&right);
     let mut step = DVector::zeros(hessian.nrows());
     for (k, column) in along.iter().enumerate() {
         step[*column] = found[k] / length[k];
@@ -269,13 +306,27 @@ mod tests {
 
     #[test]
     fn what_is_left_lowers_the_part_closed() {
-        let (part, [low, high]) = closed(&[100.0, 120.0, 80.0, 100.0], 100.0);
+        let alike = |all: &[f64]| -> Vec<Drop> {
+            all.iter().map(|taken| Drop { taken: *taken, length: 100.0 }).collect()
+        };
+        let (part, [low, high]) = closed(&alike(&[100.0, 120.0, 80.0, 100.0]), 100.0);
         assert!((part - 0.8).abs() < 1e-12);
         assert!(low < part && part < high && high <= 1.0);
-        let (part, [low, _]) = closed(&[100.0; 4], 0.0);
+        let (part, [low, _]) = closed(&alike(&[100.0; 4]), 0.0);
         assert_eq!(part, 1.0);
-        // 400 against the 25 that would not be declared.
-        assert!((low - 400.0 / 425.0).abs() < 1e-12);
-        assert_eq!(closed(&[-3.0, 1.0], 0.0).0, 0.0);
+        // 400, less twice its root by 1.96, against the 25 that would not be declared.
+        let least = 400.0 - 1.96 * 2.0 * 20.0;
+        assert!((low - least / (least + 25.0)).abs() < 1e-12);
+        assert_eq!(closed(&alike(&[-3.0, 1.0]), 0.0).0, 0.0);
+    }
+
+    #[test]
+    fn folds_without_the_effect_say_nothing_of_it() {
+        let one = |taken, length| Drop { taken, length };
+        let (part, [low, _]) = closed(&[one(900.0, 900.0), one(0.5, 0.0), one(-0.5, 0.0)], 0.0);
+        assert!(part > 0.99 && low > 0.95, "{part} {low}");
+        // Two that should see as much, of which one does not.
+        let (_, [low, _]) = closed(&[one(900.0, 900.0), one(0.0, 900.0)], 0.0);
+        assert_eq!(low, 0.0);
     }
 }

@@ -38,7 +38,7 @@ pub fn hidden(stage: &Stage) -> Vec<Hidden> {
             let entry = stage.entry(n);
             let moves = &entry.coupling * &entry.basis;
             let degrees = entry.degrees();
-            let bar = bar(degrees, stage.members[n], level(stage.effects), stage.stretches);
+            let bar = bar(degrees, stage.members[n], level(stage.effects), stage.support());
             let length = (bar - degrees as f64).max(0.0).sqrt();
             let bias = |column: usize| length * moves.row(column).norm();
             let (column, name) =

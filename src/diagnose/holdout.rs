@@ -2,7 +2,7 @@
 //!
 //! What belongs to the instrument and the rig is held at the values of the first campaign, for each
 //! model: without the effects, with the first of them, with the first two, and so on. Lost samples and
-//! gross readings (beyond 3.5 robust standard deviations), as the model with all effects sees them, are
+//! gross readings (beyond 3.5 robust standard deviations of their campaign and run), as the model with all effects sees them, are
 //! left out for every model, and counted. Parameters
 //! of setups and runs are then fitted to every other eighth of each run, and the eighths between are
 //! judged: a clock's rate extrapolated from first halves would hide what effects do in second ones. Where
@@ -19,23 +19,41 @@ use crate::system::{Selected, System};
 
 use super::candidates::Wanted;
 use super::folds::{among, learns_from};
-use super::gap::{Gap, Step, closed, floor};
-use super::lost;
+use super::gap::{Drop, Gap, Step, closed, floor, taken};
+use super::lost::{self, Among};
 use super::stage::{Fitted, Stage, rebuilt};
 use super::steps::Steps;
 use super::verdict::leftover;
 use super::whiten::stretch;
 
-/// The gap of a held-out campaign, without and with the effects that were adopted elsewhere.
+/// Why a held-out campaign cannot be judged.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum HoldoutError {
+    /// It cannot be fitted at all.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// It has the model, but does not take an effect that was found with it.
+    #[error("the held-out campaign does not take the effect `{name}`: {why}")]
+    Effect {
+        /// The effect.
+        name: String,
+        /// What is wrong.
+        why: String,
+    },
+}
+
+/// The gap of a held-out campaign, without and with the effects that were adopted elsewhere; no part of it
+/// counts as closed where what speaks for them was not `in_data`.
 ///
 /// # Errors
-/// [`FitError`] where the campaign cannot be fitted at all.
+/// [`HoldoutError`] where the campaign cannot be fitted at all, or does not take an effect.
 pub fn holdout(
     opened: &Opened,
     models: &Steps,
     wanted: &Wanted,
+    in_data: bool,
     options: &Options,
-) -> Result<Gap, FitError> {
+) -> Result<Gap, HoldoutError> {
     let held = Held { parts: &opened.problem.parts, recipes: &opened.recipes, options };
     let parts = held.sound(models.last())?;
     let readings = |parts: &[Part]| Problem::new(parts.to_vec()).reading_count();
@@ -44,11 +62,11 @@ pub fn holdout(
     let both = |model: &Fitted| {
         let whole = held.learns(model)?;
         let learnt = held.learns_in_part(&whole)?;
-        Ok::<_, FitError>((whole, learnt))
+        Ok::<_, HoldoutError>((whole, learnt))
     };
     let nominal = both(&models.nominal)?;
     let with: Vec<(Fitted, Fitted)> =
-        models.with.iter().map(|(_, model)| both(model)).collect::<Result<_, _>>()?;
+        models.with.iter().map(|(_, model)| both(model)).collect::<Result<_, HoldoutError>>()?;
     let by_eighths = with.iter().chain([&nominal]).all(|(_, learnt)| learnt.is_sound());
     let scored = |(whole, learnt): (Fitted, Fitted)| {
         if by_eighths { Scored::of_the_rest(&whole, learnt) } else { Scored::of(whole) }
@@ -57,7 +75,7 @@ pub fn holdout(
     let mut steps: Vec<Step> = Vec::new();
     let mut last = before.clone();
     for ((effect, _), next) in models.with.iter().zip(with.into_iter().map(scored)) {
-        let held_out_drop = last.drops(&next).iter().sum();
+        let held_out_drop = taken(&last.drops(&next));
         steps.push(Step { effect: effect.clone(), rms: next.rms.clone(), held_out_drop });
         last = next;
     }
@@ -66,7 +84,7 @@ pub fn holdout(
     let after = last.rms.clone();
     let left = last.leftover(wanted, options)?;
     let (part, interval) = closed(&drops, left);
-    let drop: f64 = drops.iter().sum();
+    let drop = taken(&drops);
     Ok(Gap {
         before: before.rms,
         after,
@@ -75,8 +93,8 @@ pub fn holdout(
         lambda: drop.max(0.0).sqrt(),
         held_out_drop: drop,
         leftover: left,
-        closed: Some(part),
-        closed_interval: Some(interval),
+        closed: in_data.then_some(part),
+        closed_interval: in_data.then_some(interval),
         folds: drops.len(),
         left_out,
     })
@@ -120,8 +138,34 @@ impl Scored {
     }
 
     /// How much less the sum of squares of each run is with another model.
-    fn drops(&self, other: &Self) -> Vec<f64> {
-        self.squares.iter().zip(&other.squares).map(|(before, after)| before - after).collect()
+    fn drops(&self, other: &Self) -> Vec<Drop> {
+        let squares = self.squares.iter().zip(&other.squares).zip(self.apart(other));
+        squares.map(|((before, after), length)| Drop { taken: before - after, length }).collect()
+    }
+
+    /// For each run the squared length of the difference between two models' predictions, in what the other
+    /// one leaves of each measurand.
+    fn apart(&self, other: &Self) -> Vec<f64> {
+        let mut apart = Vec::new();
+        for (p, part) in self.judged.problem.parts.iter().enumerate() {
+            let names = &part.system.assembly.names.measurands;
+            let unit = |row: usize| {
+                let name = &names[part.measurand_of(row)].name;
+                other.rms.iter().find(|(one, _)| one == name).map_or(1.0, |(_, rms)| *rms)
+            };
+            let units: Vec<f64> = (0..part.residual_count()).map(unit).collect();
+            for run in 0..part.runs.len() {
+                let left = |one: &Fitted| one.problem.residuals(p, run, &one.fit.point);
+                let (own, other) = (left(&self.judged), left(&other.judged));
+                let both = own.iter().flatten().zip(other.iter().flatten());
+                let square = |((own, other), unit): ((&f64, &f64), &f64)| {
+                    let apart = (own - other) / unit;
+                    if apart.is_finite() { apart * apart } else { 0.0 }
+                };
+                apart.push(both.zip(units.iter().cycle()).map(square).sum());
+            }
+        }
+        apart
     }
 
     /// Squared length of the largest structure that is left in what is judged.
@@ -140,7 +184,7 @@ impl Scored {
 
 impl Held<'_> {
     /// Its campaigns without lost samples and wild readings, as a model sees them.
-    fn sound(self, model: &Fitted) -> Result<Vec<Part>, FitError> {
+    fn sound(self, model: &Fitted) -> Result<Vec<Part>, HoldoutError> {
         let mut parts = self.parts.to_vec();
         for _ in 0..lost::LOOKS {
             let Fitted { mut problem, fit, .. } = Held { parts: &parts, ..self }.learns(model)?;
@@ -154,31 +198,23 @@ impl Held<'_> {
             take_runs(&mut parts, problem);
         }
         let Fitted { problem, fit, .. } = Held { parts: &parts, ..self }.learns(model)?;
-        take_runs(&mut parts, lost::sturdy(&problem, &fit.point, self.options)?.1);
+        let (_, rest) = lost::sturdy(&problem, &fit.point, Among::Run, self.options)?;
+        take_runs(&mut parts, rest);
         Ok(parts)
     }
 
     /// A model fitted to it; what is global is held.
-    fn learns(self, model: &Fitted) -> Result<Fitted, FitError> {
+    fn learns(self, model: &Fitted) -> Result<Fitted, HoldoutError> {
         let mut recipes = self.recipes.to_vec();
         let mut parts = Vec::new();
-        let effects = || model.recipes.iter().flat_map(|recipe| &recipe.effects);
         for (recipe, part) in recipes.iter_mut().zip(self.parts) {
-            for effect in effects() {
-                let known = |one: &Selected| {
-                    one.effect.name == effect.effect.name && one.head == effect.head
-                };
-                if !recipe.effects.iter().any(known) {
-                    recipe.effects.push(effect.clone());
-                }
+            let mut system = with_effects(recipe, part.system.clone(), &model.recipes)?;
+            hold(&mut system, part, model);
+            let mut part = rebuilt(part, system);
+            for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
+                *sigma = model.random(&random.name).unwrap_or(*sigma);
             }
-            parts.push(match recipe.with(&[]) {
-                Ok(mut system) => {
-                    hold(&mut system, part, model);
-                    rebuilt(part, system)
-                }
-                Err(_) => part.clone(),
-            });
+            parts.push(part);
         }
         let mut problem = Problem::new(parts);
         let (point, _) = start(&problem);
@@ -192,6 +228,40 @@ impl Held<'_> {
         let fit = fit(&mut problem, whole.fit.point.clone(), self.options)?;
         Ok(Fitted { recipes: whole.recipes.clone(), problem, fit })
     }
+}
+
+/// Gives a recipe, of which this is the system, the effects that others found, with the constants that these
+/// state of them: the system with them. Effects that only other models take are left aside.
+fn with_effects(
+    recipe: &mut Recipe,
+    mut system: System,
+    from: &[Recipe],
+) -> Result<System, HoldoutError> {
+    for (other, effect) in from.iter().flat_map(|one| one.effects.iter().map(move |e| (one, e))) {
+        let name = &effect.effect.name;
+        let known = |one: &Selected| one.effect.name == *name && one.head == effect.head;
+        if recipe.effects.iter().any(known) {
+            continue;
+        }
+        let own = format!("{name}.");
+        for said in other.overrides.iter().filter(|said| said.name.starts_with(&own)) {
+            if !recipe.overrides.iter().any(|one| one.name == said.name) {
+                recipe.overrides.push(said.clone());
+            }
+        }
+        match recipe.with(std::slice::from_ref(effect)) {
+            Ok(with) => {
+                system = with;
+                recipe.effects.push(effect.clone());
+            }
+            Err(faults) if other.model.name == recipe.model.name => {
+                let why: Vec<&str> = faults.0.iter().map(|one| one.message.as_str()).collect();
+                return Err(HoldoutError::Effect { name: name.clone(), why: why.join("; ") });
+            }
+            Err(_) => {}
+        }
+    }
+    Ok(system)
 }
 
 /// Puts the runs of a problem in the place of those of some campaigns.

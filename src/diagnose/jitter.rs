@@ -81,6 +81,7 @@ pub(super) fn jitter<'s>(
         selected: Some(candidate.selected.clone()),
         name: candidate.name.clone(),
         parameter,
+        of: None,
         unit,
         value: size.value,
         sigma: size.sigma,

@@ -7,6 +7,7 @@
 
 use crate::effect::Target;
 use crate::engine::Part;
+use crate::engine::layout::qualified;
 use crate::engine::stretches::Left;
 use crate::graph::MeasurandKind;
 
@@ -14,7 +15,7 @@ use super::candidates::Candidate;
 use super::search::level;
 use super::stage::{Fitted, Stage};
 use super::tail::{ln_below, ln_chi_squared, ln_normal};
-use super::whiten::{Given, Noise, NoiseEffect, Sequence, median, sequences};
+use super::whiten::{Given, Level, Noise, NoiseEffect, Sequence, median, sequences};
 
 /// Readings of a run from which on its scatter is looked at, and runs of which one can be set apart.
 const LEAST_READINGS: usize = 20;
@@ -84,7 +85,7 @@ fn scatter(own: &[&Sequence], run: usize) -> Option<(usize, f64, f64)> {
     (sizes.len() >= LEAST_READINGS).then_some((run, size, sizes.len() as f64))
 }
 
-/// Names the effects of the library that stand for scatter beyond what is stated.
+/// Tells levels that are not as stated, and names the effects of the library that stand for scatter beyond it.
 /// What has a memory is no matter of levels: `white` is the part of the variance without.
 pub(super) fn name_levels(
     stage: &Stage,
@@ -97,7 +98,8 @@ pub(super) fn name_levels(
         for (run, levels) in part.runs.iter().zip(&part.run_levels) {
             for (one, factor) in part.system.assembly.names.measurands.iter().zip(levels) {
                 if *factor != 1.0 {
-                    noise.run_levels.push((one.name.clone(), run.name.clone(), *factor));
+                    let run = qualified(part.label.as_deref(), &run.name);
+                    noise.run_levels.push((one.name.clone(), run, *factor));
                 }
             }
         }
@@ -106,47 +108,105 @@ pub(super) fn name_levels(
         let names = &part.system.assembly.names.measurands;
         for ((measurand, sigma), stated) in names.iter().zip(&part.sigma).zip(stated) {
             if sigma != stated {
-                noise.levels.push((measurand.name.clone(), sigma / stated));
+                let (measurand, of) = (measurand.name.clone(), part.label.clone());
+                noise.levels.push(Level { measurand, of, factor: sigma / stated });
             }
         }
     }
-    let present: Vec<Vec<usize>> =
-        if stage.noise.is_empty() { Vec::new() } else { parts.iter().map(Part::present).collect() };
     for candidate in &stage.noise {
-        let (mut squares, mut count, mut readings) = (0.0, 0, 0);
-        for (p, (part, stated)) in parts.iter().zip(stated).enumerate() {
-            for (measurand, (sigma, stated)) in part.sigma.iter().zip(stated).enumerate() {
-                if patches_level(candidate, stage, (p, measurand)) {
-                    let own = white.iter().filter(|(q, m, _)| (*q, *m) == (p, measurand));
-                    let white = own.map(|(.., part)| *part).fold(1.0, f64::min);
-                    squares += white * (sigma / stated).powi(2);
-                    count += 1;
-                    readings += present[p][measurand];
-                }
+        let each: Vec<(Option<String>, Size)> = (0..parts.len())
+            .filter_map(|p| {
+                Some((parts[p].label.clone(), beyond(stage, candidate, p, stated, white)?))
+            })
+            .collect();
+        let tests = 2 * stage.noise.len() + 1;
+        let together = Size::of_all(each.iter().map(|(_, size)| size));
+        let differ = together.as_ref().filter(|_| each.len() > 1).is_some_and(|all| {
+            let squares = each.iter().map(|(_, one)| ((one.value - all.value) / one.sigma).powi(2));
+            ln_chi_squared(squares.sum(), each.len() - 1) <= level(tests)
+        });
+        let told =
+            if differ { each } else { together.map(|size| (None, size)).into_iter().collect() };
+        for (of, Size { value, sigma, .. }) in told {
+            let ln_p = ln_normal(value / sigma);
+            if value > 0.0 && ln_p <= level(tests) {
+                noise.effects.extend(named(candidate, of, (value, sigma), ln_p));
             }
         }
-        let size = (squares / f64::from(count.max(1))).sqrt() - 1.0;
-        let parameter = candidate.selected.effect.parameters.first();
-        // How much of the variance has a memory is known less well than the variance.
-        let remembers = white.iter().any(|(.., part)| *part < 1.0);
-        let freedom = 2.0 * readings.max(1) as f64 / if remembers { 9.0 } else { 1.0 };
-        let sigma = (1.0 + size) / freedom.sqrt();
-        let beyond = ln_normal(size / sigma) <= level(2 * stage.noise.len() + 1);
-        if let (Some(parameter), true) = (parameter, size > 0.0 && beyond) {
-            noise.effects.push(NoiseEffect {
-                name: candidate.name.clone(),
-                selected: None,
-                parameter: format!("{}.{}", candidate.name, parameter.name),
-                unit: parameter.unit.clone(),
-                value: size,
-                sigma,
-                also: Vec::new(),
-                aliases: Vec::new(),
-                memory: None,
-                ln_p: ln_normal(size / sigma),
-            });
+    }
+}
+
+/// By how much readings scatter beyond what is stated.
+struct Size {
+    value: f64,
+    sigma: f64,
+    /// Sum of the squared factors on what is stated, and their number.
+    squares: f64,
+    count: f64,
+    /// Twice the readings that say so.
+    freedom: f64,
+}
+
+impl Size {
+    fn of(squares: f64, count: f64, freedom: f64) -> Self {
+        let value = (squares / count).sqrt() - 1.0;
+        Self { value, sigma: (1.0 + value) / freedom.max(1.0).sqrt(), squares, count, freedom }
+    }
+
+    /// That of several together; `None` of none.
+    fn of_all<'a>(all: impl Iterator<Item = &'a Self>) -> Option<Self> {
+        let (squares, count, freedom) = all.fold((0.0, 0.0, 0.0), |(s, c, f), one| {
+            (s + one.squares, c + one.count, f + one.freedom)
+        });
+        (count > 0.0).then(|| Self::of(squares, count, freedom))
+    }
+}
+
+/// By how much the measurands of a campaign that an effect patches scatter beyond what is stated; `None`
+/// where it patches none.
+fn beyond(
+    stage: &Stage,
+    candidate: &Candidate,
+    p: usize,
+    stated: &[Vec<f64>],
+    white: &[(usize, usize, f64)],
+) -> Option<Size> {
+    let part = &stage.fitted.problem.parts[p];
+    let (present, mut squares, mut count, mut freedom) = (part.present(), 0.0, 0.0, 0.0);
+    for (measurand, (sigma, stated)) in part.sigma.iter().zip(&stated[p]).enumerate() {
+        if patches_level(candidate, stage, (p, measurand)) {
+            let own = white.iter().filter(|(q, m, _)| (*q, *m) == (p, measurand));
+            let white = own.map(|(.., part)| *part).fold(1.0, f64::min);
+            squares += white * (sigma / stated).powi(2);
+            count += 1.0;
+            // How much of the variance has a memory is known less well than the variance.
+            freedom += 2.0 * present[measurand] as f64 / if white < 1.0 { 9.0 } else { 1.0 };
         }
     }
+    (count > 0.0).then(|| Size::of(squares, count, freedom))
+}
+
+/// An effect on the level of noise; `None` where it has no parameter.
+fn named(
+    candidate: &Candidate,
+    of: Option<String>,
+    (value, sigma): (f64, f64),
+    ln_p: f64,
+) -> Option<NoiseEffect> {
+    let parameter = candidate.selected.effect.parameters.first()?;
+    Some(NoiseEffect {
+        name: candidate.name.clone(),
+        selected: None,
+        parameter: format!("{}.{}", candidate.name, parameter.name),
+        of,
+        unit: parameter.unit.clone(),
+        value,
+        sigma,
+        also: Vec::new(),
+        aliases: Vec::new(),
+        memory: None,
+        ln_p,
+    })
 }
 
 /// Whether an effect patches the noise level of a measurand of a campaign.

@@ -16,6 +16,7 @@
 
 use std::ops::Range;
 
+use crate::engine::layout::qualified;
 use crate::engine::part::{SampleLeaves, Slot};
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, fit};
@@ -80,7 +81,7 @@ pub fn look(
     if variance_factor.is_none_or(|factor| factor < GROSS_FACTOR) {
         return Ok(Vec::new());
     }
-    Ok(find(problem, &sturdy(problem, point, options)?.0))
+    Ok(find(problem, &sturdy(problem, point, Among::Campaign, options)?.0))
 }
 
 /// The stretches of all runs, at a point.
@@ -88,7 +89,7 @@ pub fn find(problem: &Problem, point: &Point) -> Vec<Lost> {
     let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
     let mut found = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
-        let scatter = scatter(problem, p, point);
+        let scatter = scatter(problem, p, 0..part.runs.len(), point);
         for (r, run) in part.runs.iter().enumerate() {
             let mut shifted = Shifted::new(problem, (p, r), point, &scatter);
             let count = run.record.len() as f64;
@@ -101,12 +102,21 @@ pub fn find(problem: &Problem, point: &Point) -> Vec<Lost> {
                 }
                 shifted.forget(&samples);
                 let rows = (run.record.row(samples.start), run.record.row(samples.end - 1));
-                let name = run.name.clone();
+                let name = qualified(part.label.as_deref(), &run.name);
                 found.push(Lost { part: p, run: r, name, samples, rows, periods, ln_p });
             }
         }
     }
     found
+}
+
+/// Among which readings one is far out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Among {
+    /// Among all of its measurand: where most of a run may be wrong.
+    Campaign,
+    /// Among those of its run, too: where noise grows with the rate.
+    Run,
 }
 
 /// A fit that gross readings do not spoil: what is far out is left out and the rest fitted again,
@@ -117,6 +127,7 @@ pub fn find(problem: &Problem, point: &Point) -> Vec<Lost> {
 pub fn sturdy(
     problem: &Problem,
     point: &Point,
+    among: Among,
     options: &Options,
 ) -> Result<(Point, Problem), FitError> {
     let (mut point, mut rest) = (point.clone(), problem.clone());
@@ -124,9 +135,14 @@ pub fn sturdy(
         let mut parts = problem.parts.clone();
         let mut far = false;
         for (p, part) in parts.iter_mut().enumerate() {
-            let scatter = scatter(problem, p, &point);
+            let of_all = scatter(problem, p, 0..part.runs.len(), &point);
             let slots = part.slots().to_vec();
             for (r, run) in part.runs.iter_mut().enumerate() {
+                let mut scatter = of_all.clone();
+                if among == Among::Run {
+                    let of_run = self::scatter(problem, p, r..r + 1, &point);
+                    scatter.iter_mut().zip(of_run).for_each(|(all, own)| *all = all.max(own));
+                }
                 let residuals = problem.residuals(p, r, &point);
                 let gross = |slot: &Slot, sample: usize| {
                     (slot.residual..slot.residual + slot.components)
@@ -162,11 +178,11 @@ pub fn leave_out(problem: &mut Problem, lost: &[Lost]) {
     problem.progress = progress;
 }
 
-/// Robust standard deviation of each residual component of a campaign, at least what is stated.
-fn scatter(problem: &Problem, p: usize, point: &Point) -> Vec<f64> {
+/// Robust standard deviation of each residual component in some runs of a campaign, at least what is stated.
+fn scatter(problem: &Problem, p: usize, runs: Range<usize>, point: &Point) -> Vec<f64> {
     let part = &problem.parts[p];
     let mut all: Vec<Vec<f64>> = vec![Vec::new(); part.residual_count()];
-    for r in 0..part.runs.len() {
+    for r in runs {
         problem.visit_residuals(p, r, point, &mut |_, residuals| {
             for (all, value) in all.iter_mut().zip(residuals) {
                 all.extend(value.is_finite().then_some(value.abs()));

@@ -299,6 +299,7 @@ pub(super) fn name_memory(stage: &Stage, all: &[Sequence], noise: &mut Noise) {
         name: candidate.name.clone(),
         selected: None,
         parameter: format!("{}.{}", candidate.name, measurand.name),
+        of: None,
         unit: measurand.unit.clone(),
         value: size,
         // The share is known as the correlation of neighbours is.
@@ -311,7 +312,7 @@ pub(super) fn name_memory(stage: &Stage, all: &[Sequence], noise: &mut Noise) {
 }
 
 /// The memories in the weights, of each measurand the one with the largest part of the variance.
-fn memories(problem: &Problem) -> Vec<(String, GaussMarkov)> {
+fn memories(problem: &Problem) -> Vec<(String, Option<String>, GaussMarkov)> {
     let mut all = Vec::new();
     for part in &problem.parts {
         for (number, measurand) in part.system.assembly.names.measurands.iter().enumerate() {
@@ -319,7 +320,7 @@ fn memories(problem: &Problem) -> Vec<(String, GaussMarkov)> {
             let largest = rows
                 .filter_map(|row| part.gauss_markov[row])
                 .max_by(|a, b| a.share.total_cmp(&b.share));
-            all.extend(largest.map(|memory| (measurand.name.clone(), memory)));
+            all.extend(largest.map(|one| (measurand.name.clone(), part.label.clone(), one)));
         }
     }
     all

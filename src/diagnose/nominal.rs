@@ -1,12 +1,18 @@
 //! The nominal normal equations, factored: what is taken off everything that a candidate does.
 //!
-//! It knows no candidate.
+//! Effects that are adopted bring columns, too, some of which these readings may not determine: a value of
+//! a setup in which nothing moves, a direction that other parameters follow. Such directions stay where they
+//! are, and take nothing off a candidate. It knows no candidate, and does not say what is not determined.
 
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use crate::engine::gram::{Normal, PriorRow};
 use crate::estimate::arrow::normal_matrix;
+
+/// Share of a column's squared length below which what is left of it beside the columns before it is
+/// rounding; so much is added where it is.
+const ROUNDING: f64 = 1e-12;
 
 /// The nominal normal equations.
 #[derive(Clone, Debug)]
@@ -22,16 +28,10 @@ pub(super) struct Nominal {
 }
 
 impl Nominal {
-    /// Those of a linearised problem; `None` where its parameters are not determined.
+    /// Those of a linearised problem; `None` where they hold what is no number.
     pub(super) fn of(normal: &Normal) -> Option<Self> {
         let (hessian, score) = normal_matrix(normal).ok()?;
-        let n = hessian.nrows();
-        let length = DVector::from_fn(n, |i, _| {
-            let square: f64 = hessian[(i, i)];
-            if square > 0.0 { square.sqrt() } else { 1.0 }
-        });
-        let scaled = DMatrix::from_fn(n, n, |i, j| hessian[(i, j)] / (length[i] * length[j]));
-        let factor = Cholesky::new(scaled)?;
+        let (factor, length) = factored(&hessian)?;
         Some(Self { factor, length, score, priors: normal.priors.clone() })
     }
 
@@ -42,4 +42,24 @@ impl Nominal {
         };
         scaled(&self.factor.solve(&scaled(matrix)))
     }
+}
+
+/// The Cholesky factor of a matrix of sums of products, columns scaled to unit length, and their lengths.
+/// What the sums do not determine is held. `None` where they are no numbers.
+pub(super) fn factored(hessian: &DMatrix<f64>) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
+    let n = hessian.nrows();
+    let length = hessian.diagonal().map(|square| if square > 0.0 { square.sqrt() } else { 1.0 });
+    let scaled = |held: f64| {
+        let with = |i, j| hessian[(i, j)] / (length[i] * length[j]) + f64::from(i == j) * held;
+        Cholesky::new(DMatrix::from_fn(n, n, with))
+    };
+    let is_sound =
+        |factor: &Cholesky<f64, Dyn>| (0..n).all(|i| factor.l_dirty()[(i, i)].powi(2) > ROUNDING);
+    let mut held = ROUNDING;
+    let mut factor = scaled(0.0).filter(is_sound);
+    while factor.is_none() && held < 1e-6 {
+        factor = scaled(held);
+        held *= 10.0;
+    }
+    Some((factor?, length))
 }

@@ -36,6 +36,7 @@ use crate::units::Unit;
 
 use super::candidates::Wanted;
 use super::scan::members;
+use super::score::Support;
 use super::search::level;
 use super::stage::Stage;
 use super::verdict::{acts_as, why_silent};
@@ -162,6 +163,7 @@ fn rows(stage: &Stage) -> Vec<Row> {
     let own = stretch(&stage.fitted.problem, 0.0);
     let runs = stage.fitted.problem.parts.iter().flat_map(|part| &part.runs);
     let stretches: usize = runs.map(|run| run.record.len().div_ceil(own)).sum();
+    let support = Support { stretches, memory: 0.0 };
     let ways = |wanted: &dyn Fn(&str) -> bool| -> Vec<(usize, Way<'_>)> {
         let all = stage.candidates.iter().zip(&stage.evidence.entries).enumerate();
         all.filter(|(_, (candidate, _))| wanted(&candidate.name))
@@ -182,7 +184,7 @@ fn rows(stage: &Stage) -> Vec<Row> {
             let scanned = own.first().filter(|_| own.len() > 1);
             let scanned = scanned.and_then(|way| members(&stage.fitted, way.candidate));
             let members = scanned.unwrap_or(own.len());
-            let bar = |degrees| bar(degrees, members, level(names.len()), stretches);
+            let bar = |degrees| bar(degrees, members, level(names.len()), support);
             let seen = sight(&stage.evidence, &own, &others, bar);
             row(stage, &numbers, &own, seen)
         })

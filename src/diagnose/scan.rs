@@ -10,17 +10,18 @@
 //! looked through in the same way, as it stands.
 
 use nalgebra::linalg::Cholesky;
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 use crate::effect::{Effect, Members};
+use crate::engine::Problem;
 use crate::engine::gram::RunGram;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
-use crate::estimate::arrow::normal_matrix;
 use crate::graph::Scope;
 use crate::system::{Selected, System};
 use crate::units::Unit;
 
 use super::candidates::{Candidate, join};
+use super::nominal::Nominal;
 use super::sampling::Sampling;
 use super::stage::Fitted;
 
@@ -101,6 +102,32 @@ pub fn members(fitted: &Fitted, family: &Candidate) -> Option<usize> {
     Some(Scan::new(fitted, family, name)?.tried(&declared.members)?.1)
 }
 
+/// Why no member of a family can be tested.
+pub(super) const ALL_BLIND: &str = "none of its frequencies can be told from nothing at the rates at which these runs are sampled: sample faster, or at uneven intervals";
+
+/// The members of a family that the runs can tell from nothing.
+pub(super) fn told<'a>(problem: &Problem, family: &'a [Candidate]) -> Vec<&'a Candidate> {
+    let Some(first) = family.first().filter(|_| family.len() > 1) else {
+        return family.iter().collect();
+    };
+    let shape = &first.selected.effect.shape;
+    let frequencies: Vec<&String> =
+        shape.iter().filter(|(_, one)| is_frequency(&one.unit)).map(|(name, _)| name).collect();
+    if frequencies.is_empty() {
+        return family.iter().collect();
+    }
+    let sampling = Sampling::of(problem);
+    let is_blind = |one: &&Candidate| {
+        let values = frequencies.iter().filter_map(|name| one.selected.member.get(*name));
+        values.into_iter().any(|value| sampling.is_blind(*value))
+    };
+    family.iter().filter(|one| !is_blind(one)).collect()
+}
+
+fn is_frequency(unit: &Unit) -> bool {
+    Unit::parse("Hz").is_ok_and(|hertz| unit.dimension == hertz.dimension)
+}
+
 /// A family whose constant is left open.
 struct Scan<'a> {
     fitted: &'a Fitted,
@@ -109,10 +136,7 @@ struct Scan<'a> {
     alone: Vec<Signatures>,
     beside: Vec<Signatures>,
     single: Vec<Signatures>,
-    factor: Cholesky<f64, Dyn>,
-    /// Length of each nominal column.
-    length: DVector<f64>,
-    score: DVector<f64>,
+    nominal: Nominal,
     samples: usize,
     /// Of a family of frequencies.
     sampling: Option<Sampling>,
@@ -131,8 +155,7 @@ impl<'a> Scan<'a> {
     fn new(fitted: &'a Fitted, family: &Candidate, name: &str) -> Option<Self> {
         let problem = &fitted.problem;
         let unit = &family.selected.effect.shape.get(name)?.unit;
-        let is_frequency = unit.dimension == Unit::parse("Hz").ok()?.dimension;
-        let sampling = is_frequency.then(|| Sampling::of(problem));
+        let sampling = is_frequency(unit).then(|| Sampling::of(problem));
         let selected = Selected {
             effect: opened(&family.selected.effect, name)?.into(),
             member: Default::default(),
@@ -148,15 +171,10 @@ impl<'a> Scan<'a> {
             beside.push(Signatures::open(problem, part, &all, name, true));
             single.push(Signatures::open(problem, part, &all[..1], name, true));
         }
-        let (hessian, score) = normal_matrix(&fitted.fit.normal).ok()?;
-        let length = hessian.diagonal().map(|s| if s > 0.0 { s.sqrt() } else { 1.0 });
-        let scaled = DMatrix::from_fn(hessian.nrows(), hessian.nrows(), |i, j| {
-            hessian[(i, j)] / (length[i] * length[j])
-        });
-        let factor = Cholesky::new(scaled)?;
+        let nominal = Nominal::of(&fitted.fit.normal)?;
         let runs = problem.parts.iter().flat_map(|part| &part.runs);
         let samples = runs.map(|run| run.record.len()).sum();
-        Some(Self { fitted, alone, beside, single, factor, length, score, samples, sampling })
+        Some(Self { fitted, alone, beside, single, nominal, samples, sampling })
     }
 
     /// Whether a member is a frequency that the runs cannot tell from nothing.
@@ -169,7 +187,7 @@ impl<'a> Scan<'a> {
     fn groups(&self, signatures: &Signatures, members: &[f64], across: bool) -> Vec<Group> {
         let problem = &self.fitted.problem;
         let part = signatures.part();
-        let n = self.length.len();
+        let n = self.nominal.length.len();
         let mut groups: Vec<Group> = Vec::new();
         let grams = problem.gram_at(signatures, &self.fitted.fit.point, members, across);
         for (run, RunGram { gram, .. }) in grams.iter().enumerate() {
@@ -251,13 +269,9 @@ impl<'a> Scan<'a> {
 
     /// What columns take off the sum of squares beyond the nominal parameters.
     fn gain_beyond(&self, own: &DMatrix<f64>, across: &DMatrix<f64>, score: DVector<f64>) -> f64 {
-        let scaled = DMatrix::from_fn(across.nrows(), across.ncols(), |i, j| {
-            across[(i, j)] / self.length[i]
-        });
-        let solved = self.factor.solve(&scaled);
-        let mut left = own - scaled.tr_mul(&solved);
-        let nominal = self.score.component_div(&self.length);
-        let score = score - solved.tr_mul(&nominal);
+        let coupling = self.nominal.solve(across);
+        let mut left = own - across.tr_mul(&coupling);
+        let score = score - coupling.tr_mul(&self.nominal.score);
         for i in 0..left.nrows() {
             // What nominal parameters take up is nothing.
             left[(i, i)] += super::basis::RANK.powi(2) * own[(i, i)];

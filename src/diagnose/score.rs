@@ -1,7 +1,10 @@
 //! How unlikely a candidate's gain is by chance.
 
 use super::evidence::Entry;
-use super::tail::ln_chi_squared;
+use super::tail::{ln_chi_squared, ln_f};
+
+/// Fewer stretches do not show how scores scatter.
+pub const LEAST_STRETCHES: usize = 20;
 
 /// A score test.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +38,31 @@ pub fn score(entry: &Entry, members: usize) -> Score {
 pub fn of_gain(gain: f64, degrees: usize, members: usize) -> Score {
     let ln_p = ln_chi_squared(gain, degrees) + (members.max(1) as f64).ln();
     Score { gain, degrees, ln_p: ln_p.min(0.0) }
+}
+
+/// What supports a score besides the noise that is known: how scores scatter from stretch to stretch.
+#[derive(Clone, Copy, Debug)]
+pub struct Support {
+    /// Number of stretches.
+    pub stretches: usize,
+    /// Correlation of neighbours in time that is left.
+    pub memory: f64,
+}
+
+impl Support {
+    /// Logarithm of the probability by chance of a gain of one of so many members, if noise is as unruly as
+    /// it looks: a test of F with scores that scatter `inflation` times as much as the noise says, or, where
+    /// stretches are too few to show that, the most that a memory of this strength can pretend.
+    pub fn ln_p(&self, gain: f64, degrees: usize, members: usize, inflation: f64) -> f64 {
+        let alone = if self.stretches < LEAST_STRETCHES {
+            let most = (1.0 + self.memory) / (1.0 - self.memory);
+            ln_chi_squared(gain / most, degrees)
+        } else {
+            let d = degrees as f64;
+            ln_f(gain / (d * inflation.max(1.0)), d, self.stretches as f64 - 1.0)
+        };
+        (alone + (members.max(1) as f64).ln()).min(0.0)
+    }
 }
 
 /// Logarithm of the likelihood ratio, against nothing, of normal values of the likeliest variance that take

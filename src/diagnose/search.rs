@@ -12,10 +12,10 @@ use super::candidates::{Candidate, Wanted};
 use super::lost::Lost;
 use super::pairs::pairs;
 use super::probability::{among_effects, probabilities};
-use super::score::{Score, of_gain};
+use super::score::{Score, Support, of_gain};
 use super::stage::{Fitted, Stage};
-use super::tail::{ln_chi_squared, ln_f};
 use super::whiten::{Given, Noise, prepare};
+use super::wild::LeftOut;
 
 /// Probability of any false declaration, split evenly over effects, blocks and noise.
 pub const FALSE_ALARMS: f64 = 0.01;
@@ -25,9 +25,6 @@ pub const LEAST_LAMBDA: f64 = 5.0;
 const SHORT_LIST: usize = 3;
 /// Effects that are adopted at most.
 const MOST: usize = 4;
-
-/// Fewer stretches do not show how scores scatter.
-pub(super) const LEAST_STRETCHES: usize = 20;
 
 /// Logarithms of probabilities that differ less do not tell effects apart: half of [`ALIKE`].
 const TIE: f64 = 4.6;
@@ -114,15 +111,13 @@ impl Stage {
         if score.ln_p > level || score.lambda() < LEAST_LAMBDA {
             return false;
         }
-        if self.stretches < LEAST_STRETCHES {
-            // Too short for that: the most that a memory of this strength can pretend.
-            let memory = self.noise_found.memory;
-            let most = (1.0 + memory) / (1.0 - memory);
-            return ln_chi_squared(score.gain / most, score.degrees) <= level;
-        }
-        let degrees = score.degrees as f64;
-        let ratio = score.gain / (degrees * self.inflation[candidate].max(1.0));
-        ln_f(ratio, degrees, self.stretches as f64 - 1.0) <= level
+        let (degrees, members) = (score.degrees, self.members[candidate]);
+        self.support().ln_p(score.gain, degrees, members, self.inflation[candidate]) <= level
+    }
+
+    /// What is known of how scores scatter.
+    pub(super) fn support(&self) -> Support {
+        Support { stretches: self.stretches, memory: self.noise_found.memory }
     }
 }
 
@@ -133,18 +128,19 @@ struct Common<'a> {
     options: &'a Options,
 }
 
-/// Searches from a fitted nominal model, from which lost samples are left out. `None` where its
-/// parameters are not determined.
+/// Searches from a fitted nominal model, from which lost samples and some gross readings are left out.
+/// `None` where its parameters are not determined.
 ///
 /// # Errors
 /// [`FitError`] where a model cannot be fitted at all.
 pub fn search(
     nominal: Fitted,
-    lost: &[Lost],
+    (lost, gross): (&[Lost], &[LeftOut]),
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Option<Search>, FitError> {
-    let given = Given { lost: lost.to_vec(), ..Given::of(&nominal.problem) };
+    let (lost, gross) = (lost.to_vec(), gross.to_vec());
+    let given = Given { lost, gross, ..Given::of(&nominal.problem) };
     let Some(stage) = prepare(nominal, wanted, &given, &Noise::default(), options)? else {
         return Ok(None);
     };
@@ -228,7 +224,7 @@ impl Search {
     }
 
     /// The adopted effects' names, in order.
-    fn names(&self) -> Vec<String> {
+    pub(super) fn names(&self) -> Vec<String> {
         self.adopted.iter().map(|one| one.candidate.name.clone()).collect()
     }
 

@@ -18,7 +18,7 @@ use super::catalogue::{self, Made};
 use super::columns::sign;
 use super::evidence::{Entry, Evidence};
 use super::memory::wanders;
-use super::scan::{Scanned, scan};
+use super::scan::{ALL_BLIND, Scanned, scan, told};
 use super::score::{Score, of_gain, score};
 use super::search::level;
 use super::structure::{Of, Place};
@@ -275,8 +275,9 @@ impl Stage {
         let effects = effects.into_iter().filter(is_wanted).collect();
         noise.retain(is_wanted);
         not_testable.retain(|one| wanted.includes(&one.name, None));
-        let (mut candidates, mut members) =
+        let (mut candidates, mut members, blind) =
             best_members(&fitted, &made, effects, &mut kept.scanned)?;
+        not_testable.extend(blind);
         let effects = candidates.len();
         for block in &made.blocks {
             if block.selected.effect.shape.is_empty() {
@@ -416,23 +417,19 @@ impl Stage {
     }
 }
 
-/// Of each family the member that explains most, with the number of members tried.
+/// Of each family the member that explains most, with the number of members tried, and families of which no
+/// member can be tested.
 fn best_members(
     fitted: &Fitted,
     made: &Made,
     offered: Vec<Candidate>,
     scanned: &mut Scanned,
-) -> Option<(Vec<Candidate>, Vec<usize>)> {
-    let mut best: Vec<Candidate> = Vec::new();
-    let mut tried = Vec::new();
-    let mut rest = offered.as_slice();
-    while let Some(first) = rest.first() {
-        let count = rest.iter().take_while(|one| one.name == first.name).count();
-        let (family, after) = rest.split_at(count);
-        rest = after;
-        let mut winner = 0;
-        let is_range = |family: &Family| matches!(family.members, Members::Range { .. });
-        if count > 1
+) -> Option<(Vec<Candidate>, Vec<usize>, Vec<NotTestable>)> {
+    let (mut best, mut tried, mut blind) = (Vec::new(), Vec::new(), Vec::new());
+    let is_range = |family: &Family| matches!(family.members, Members::Range { .. });
+    for family in offered.chunk_by(|a, b| a.name == b.name) {
+        let first = &family[0];
+        if family.len() > 1
             && first.selected.effect.shape.values().all(is_range)
             && let Some((found, members)) = scan(fitted, first, scanned)
         {
@@ -440,8 +437,14 @@ fn best_members(
             tried.push(members);
             continue;
         }
+        let members = told(&fitted.problem, family);
+        let count = members.len();
+        if count == 0 {
+            blind.push(NotTestable { name: first.name.clone(), why: ALL_BLIND.to_owned() });
+            continue;
+        }
+        let mut winner = 0;
         if count > 1 {
-            let members: Vec<&Candidate> = family.iter().collect();
             let fit = &fitted.fit;
             let signatures = made.signatures(&fitted.problem, &members);
             let evidence =
@@ -449,8 +452,8 @@ fn best_members(
             let gain = |k: &usize| score(&evidence.entries[*k], 1).ln_p;
             winner = (0..count).min_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(0);
         }
-        best.push(family[winner].clone());
+        best.push(members[winner].clone());
         tried.push(count);
     }
-    Some((best, tried))
+    Some((best, tried, blind))
 }

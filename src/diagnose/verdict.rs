@@ -51,6 +51,58 @@ impl Verdict {
     }
 }
 
+/// Why what is there has no name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Why {
+    /// No effect passes its test, or what does leaves something.
+    NoneFits,
+    /// The model with an effect that passes its test cannot be fitted.
+    NotFitted,
+    /// Effects leave nothing, but hardly are the cause.
+    Improbable,
+    /// Several effects leave nothing, but something simpler that nobody wrote down does as much.
+    Imitated,
+    /// Effects explain it where they are fitted, but not on readings that they are not fitted to.
+    NotBorneOut,
+    /// The rig was displaced between runs, or a reading counts anew from some run on.
+    Displaced,
+}
+
+impl Why {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::NoneFits => "none_fits",
+            Self::NotFitted => "not_fitted",
+            Self::Improbable => "improbable",
+            Self::Imitated => "imitated",
+            Self::NotBorneOut => "not_borne_out",
+            Self::Displaced => "displaced",
+        }
+    }
+}
+
+/// A verdict with what belongs to it.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The effects that it names.
+    pub effects: Vec<Adopted>,
+    /// Where it is *unknown*, why, and which effects would have been named but for that.
+    pub why: Option<(Why, Vec<String>)>,
+}
+
+impl Answer {
+    fn known(verdict: Verdict, effects: Vec<Adopted>) -> Self {
+        Self { verdict, effects, why: None }
+    }
+
+    fn unknown(why: Why, effects: Vec<String>) -> Self {
+        Self { verdict: Verdict::Unknown, effects: Vec::new(), why: Some((why, effects)) }
+    }
+}
+
 /// A testable effect.
 #[derive(Clone, Debug)]
 pub struct Ranked {
@@ -82,29 +134,34 @@ pub struct Location {
     pub share: f64,
 }
 
-/// The verdict of a search and the effects that it names.
-pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
-    let Some(last) = search.stages.last() else { return (Verdict::Unobservable, Vec::new()) };
+/// The verdict of a search.
+pub fn verdict(search: &Search) -> Answer {
+    let Some(last) = search.stages.last() else {
+        return Answer::known(Verdict::Unobservable, Vec::new());
+    };
     if displaced(search).is_some() {
-        return (Verdict::Unknown, Vec::new());
+        return Answer::unknown(Why::Displaced, Vec::new());
     }
     let left = last.blocks_found();
     if search.adopted.is_empty() {
         let noise = !last.noise_found.effects.is_empty();
-        let verdict = match (left.is_empty(), noise) {
-            (false, _) => Verdict::Unknown,
-            (true, true) => Verdict::Explained,
-            (true, false) => Verdict::Adequate,
+        let unfitted = last.declared().first().map(|n| last.candidates[*n].name.clone());
+        return match (left.is_empty(), noise) {
+            (false, _) if unfitted.is_some() => {
+                Answer::unknown(Why::NotFitted, unfitted.into_iter().collect())
+            }
+            (false, _) => Answer::unknown(Why::NoneFits, Vec::new()),
+            (true, true) => Answer::known(Verdict::Explained, Vec::new()),
+            (true, false) => Answer::known(Verdict::Adequate, Vec::new()),
         };
-        return (verdict, Vec::new());
     }
     if left.is_empty() && search.convinces() {
         let mut adopted = search.adopted.clone();
         against_effects(adopted.split_last_mut().map_or(&mut [], |(_, before)| before));
-        return (Verdict::Explained, adopted);
+        return Answer::known(Verdict::Explained, adopted);
     }
     if left.is_empty() && !search.is_probable() {
-        return (Verdict::Unknown, Vec::new());
+        return Answer::unknown(Why::Improbable, search.names());
     }
     // Effects may still be causes although something of another form is left.
     let second = &search.stages[1];
@@ -114,9 +171,12 @@ pub fn verdict(search: &Search) -> (Verdict, Vec<Adopted>) {
         let further = (1..search.adopted.len()).take_while(|number| is_a_cause(search, *number));
         let mut adopted = search.adopted[..=further.count()].to_vec();
         against_effects(&mut adopted);
-        return (Verdict::ShapeDiffers, adopted);
+        return Answer::known(Verdict::ShapeDiffers, adopted);
     }
-    (Verdict::Unknown, Vec::new())
+    if left.is_empty() {
+        return Answer::unknown(Why::Imitated, search.names());
+    }
+    Answer::unknown(Why::NoneFits, Vec::new())
 }
 
 /// What displaced the rig: it is in the model as a walk, which soaks it up, but it is none.

@@ -129,6 +129,7 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
         selected: select(candidate, &times, course, Some(sigma)),
         parameter: full(&parameter.name),
         also: others.iter().map(|one| full(&one.name)).collect(),
+        of: None,
         unit: parameter.unit.clone(),
         value: sigma,
         sigma: if sigma > 0.0 { spread / (2.0 * sigma) } else { 0.0 },

@@ -34,7 +34,8 @@ use super::lost::Lost;
 use super::memory::{
     found_walk, left_white, may_wander, memory, name_memory, remember, white_parts,
 };
-use super::search::{LEAST_STRETCHES, level};
+use super::score::LEAST_STRETCHES;
+use super::search::level;
 use super::stage::{Fitted, Kept, Stage, rebuilt};
 use super::variances::judged_again;
 use super::wander::Found;
@@ -52,6 +53,8 @@ pub struct NoiseEffect {
     pub parameter: String,
     /// Other parameters of it that have this size, too: a walk is the same along all axes.
     pub also: Vec<String>,
+    /// The campaign that it is found in, where others differ.
+    pub of: Option<String>,
     /// Unit in which the parameter is declared.
     pub unit: Unit,
     /// Its size (SI).
@@ -66,6 +69,17 @@ pub struct NoiseEffect {
     pub ln_p: f64,
 }
 
+/// By how much a measurand scatters otherwise than stated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Level {
+    /// The measurand.
+    pub measurand: String,
+    /// Its campaign, where there are several.
+    pub of: Option<String>,
+    /// The factor on the standard uncertainty that is stated.
+    pub factor: f64,
+}
+
 /// The noise of campaigns.
 #[derive(Clone, Debug, Default)]
 pub struct Noise {
@@ -75,13 +89,13 @@ pub struct Noise {
     pub displaced: Option<Displaced>,
     /// Those among them whose size was mended once beside what else was found.
     pub grown: Vec<String>,
-    /// For each measurand the factor on its stated standard uncertainty that was found, where it
-    /// differs from 1.
-    pub levels: Vec<(String, f64)>,
+    /// Levels that are not as stated.
+    pub levels: Vec<Level>,
     /// Measurand, run and factor where a run scatters otherwise than most.
     pub run_levels: Vec<(String, String, f64)>,
-    /// Measurands whose noise has a memory of which the weights take account.
-    pub memories: Vec<(String, GaussMarkov)>,
+    /// Measurands whose noise has a memory of which the weights take account, with their campaigns where
+    /// there are several.
+    pub memories: Vec<(String, Option<String>, GaussMarkov)>,
     /// Readings left out.
     pub wild: usize,
     /// Which ones.
@@ -106,6 +120,8 @@ pub struct Given {
     pub stated: Vec<Vec<f64>>,
     /// Stretches of lost samples, left out already.
     pub lost: Vec<Lost>,
+    /// Gross readings, left out already.
+    pub gross: Vec<LeftOut>,
 }
 
 impl Given {
@@ -115,11 +131,15 @@ impl Given {
             whole: problem.parts.iter().map(|part| part.runs.clone()).collect(),
             stated: problem.parts.iter().map(|part| part.sigma.clone()).collect(),
             lost: Vec::new(),
+            gross: Vec::new(),
         }
     }
-}
 
-impl Given {
+    /// Noise of which nothing is known but what was left out already.
+    fn noise(&self) -> Noise {
+        Noise { wild: self.gross.len(), left_out: self.gross.clone(), ..Noise::default() }
+    }
+
     /// What is given, with one more selected effect in the place of the noise that was found without it.
     fn anew(
         &self,
@@ -243,7 +263,7 @@ fn times(record: &Record, clock: NoiseClock) -> Vec<f64> {
 
 /// Rounds of judging the noise and fitting again, and of leaving gross readings out.
 const ROUNDS: usize = 8;
-const PEELS: usize = 6;
+pub(super) const PEELS: usize = 6;
 
 /// Stretches that a campaign is cut into.
 const STRETCHES: usize = 60;
@@ -262,7 +282,7 @@ pub fn prepare(
     known: &Noise,
     options: &Options,
 ) -> Result<Option<Stage>, FitError> {
-    let mut noise = Noise::default();
+    let mut noise = given.noise();
     let mut kept = Kept::default();
     given.put_into(&mut fitted.problem);
     fitted = fitted.without(&known.selected(), options)?;
@@ -313,7 +333,7 @@ pub fn prepare(
         {
             // A walk passes for levels and jitter: they are judged again beside it.
             let Found { effect, displaced, .. } = found;
-            noise = Noise { effects: vec![effect], displaced, ..Noise::default() };
+            noise = Noise { effects: vec![effect], displaced, ..given.noise() };
             fitted = changed;
             (round, peels) = (0, 0);
             continue;
@@ -366,6 +386,7 @@ fn name_lost(lost: &[Lost], noise: &mut Noise) {
         name: "lost_samples".to_owned(),
         selected: None,
         parameter: "lost_samples.periods".to_owned(),
+        of: None,
         unit: Unit::one(),
         value: first.periods as f64,
         sigma: 0.0,

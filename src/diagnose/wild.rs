@@ -4,15 +4,18 @@
 //! runs and for more wild readings.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
-use crate::engine::{Part, Problem};
+use crate::engine::layout::qualified;
+use crate::engine::stretches::Left;
+use crate::engine::{Part, Point, Problem};
 use crate::units::Unit;
 
 use super::levels::OF_A_MEDIAN;
 use super::search::level;
 use super::stage::{Fitted, Stage};
 use super::tail::{ln_below, ln_normal};
-use super::whiten::{Noise, NoiseEffect, Sequence, median};
+use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
 
 /// Readings farther out are left out, in robust standard deviations.
 pub const TRIM: f64 = 4.5;
@@ -51,13 +54,33 @@ pub(super) fn without_gross(
     white: &[Sequence],
     noise: &mut Noise,
 ) -> Option<Fitted> {
-    let of_run = |residuals: &[f64]| {
-        let present = residuals.iter().map(|value| value.abs()).filter(|size| !size.is_nan());
-        median(&mut present.collect::<Vec<f64>>()).unwrap_or(0.0) * NORMAL
-    };
-    without(stage, noise, white, PEELED, |residuals, deviation| {
-        GROSS * of_run(residuals).max(deviation)
-    })
+    without(stage, noise, white, PEELED, gross)
+}
+
+/// Leaves gross readings of campaigns out as they are seen from a point that a fit ran to and did not
+/// settle at: one reading of 99999 among thousands keeps it from that. The others, and what is left out.
+pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, Vec<LeftOut>) {
+    let mut left = Vec::new();
+    for (p, part) in problem.parts.iter().enumerate() {
+        for r in 0..part.runs.len() {
+            let mut residuals = vec![Vec::new(); part.residual_count()];
+            problem.visit_residuals(p, r, point, &mut |_, values| {
+                residuals.iter_mut().zip(values).for_each(|(all, value)| all.push(*value));
+            });
+            let residuals = residuals.into_iter().map(Arc::new).collect();
+            left.push(Left { residuals, scores: Vec::new() });
+        }
+    }
+    let mut rest = Problem::new(problem.parts.clone());
+    let found = trim(&mut rest, &sequences(problem, &left), PEELED, gross);
+    (rest, found)
+}
+
+/// Beyond what a reading is gross.
+fn gross(residuals: &[f64], deviation: f64) -> f64 {
+    let present = residuals.iter().map(|value| value.abs()).filter(|size| !size.is_nan());
+    let of_run = median(&mut present.collect::<Vec<f64>>()).unwrap_or(0.0) * NORMAL;
+    GROSS * of_run.max(deviation)
 }
 
 /// Leaves readings beyond a limit out, which are at least some part of the farthest: the limit is one of
@@ -103,6 +126,7 @@ fn trim(
         let part = &mut problem.parts[one.part];
         let slot = part.slots()[one.measurand].clone();
         let name = part.system.assembly.names.measurands[one.measurand].name.clone();
+        let label = part.label.clone();
         for (number, (run, far)) in part.runs.iter_mut().zip(far).enumerate() {
             if far.is_empty() {
                 continue;
@@ -111,7 +135,7 @@ fn trim(
                 known.insert((one.part, number, one.measurand, *sample))
             };
             wild.extend(far.iter().filter(new).map(|(sample, value)| LeftOut {
-                run: run.name.clone(),
+                run: qualified(label.as_deref(), &run.name),
                 row: run.record.row(*sample),
                 measurand: name.clone(),
                 deviations: *value / deviation,
@@ -133,6 +157,7 @@ pub(super) fn name_wild(stage: &Stage, noise: &mut Noise) {
             name: "outliers".to_owned(),
             selected: None,
             parameter: "outliers.share".to_owned(),
+            of: None,
             unit: Unit::one(),
             value: share,
             sigma: (share / readings as f64).sqrt(),

@@ -40,17 +40,22 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         "unexplained": diagnosis.floor.as_ref().map(|floor| json!({
             "before": by_measurand(&diagnosis.nominal.rms),
             "floor": by_measurand(floor),
+            "why": diagnosis.why.as_ref().map(|(why, _)| why.word()),
+            "effects": diagnosis.why.as_ref().map(|(_, effects)| effects),
         })),
         "hidden": diagnosis.hidden.iter().map(hidden).collect::<Vec<_>>(),
-        "levels": last_noise(diagnosis).into_iter().flat_map(|noise| &noise.levels).map(|(name, by)| {
-            json!({ "measurand": name, "factor": number(Some(*by)) })
+        "levels": last_noise(diagnosis).into_iter().flat_map(|noise| &noise.levels).map(|one| {
+            json!({ "measurand": one.measurand, "of": one.of, "factor": number(Some(one.factor)) })
         }).collect::<Vec<_>>(),
         "run_levels": last_noise(diagnosis).into_iter().flat_map(|noise| &noise.run_levels).map(
             |(measurand, run, by)| json!({ "measurand": measurand, "run": run, "factor": number(Some(*by)) })
         ).collect::<Vec<_>>(),
         "memories": last_noise(diagnosis).into_iter().flat_map(|noise| &noise.memories).map(
-            |(measurand, memory)| json!({
-                "measurand": measurand, "share": number(Some(memory.share)), "time": number(Some(memory.time))
+            |(measurand, of, memory)| json!({
+                "measurand": measurand,
+                "of": of,
+                "share": number(Some(memory.share)),
+                "time": number(Some(memory.time)),
             })
         ).collect::<Vec<_>>(),
         "left_out": left_out(diagnosis),
@@ -159,7 +164,7 @@ fn noise_effect(one: &NoiseEffect) -> Value {
         json!({
             "name": name,
             "scope": "sample",
-            "of": Value::Null,
+            "of": one.of,
             "value": number(Some(one.value)),
             "sigma": number(Some(one.sigma)),
             "unit": one.unit.si_symbol(),

@@ -2,13 +2,11 @@
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::gap::Gap;
-use crate::diagnose::lost::Lost;
 use crate::diagnose::probability::is_implausible;
-use crate::diagnose::verdict::{Verdict, displaced, locations};
-use crate::diagnose::whiten::{Noise, NoiseEffect};
-use crate::diagnose::wild::LeftOut;
+use crate::diagnose::verdict::{Verdict, Why, displaced, locations};
 use crate::report::diagnosis::{estimates_of, last_noise, times_usual};
 use crate::report::figure;
+use crate::report::noise_text::{alike, noise};
 use crate::report::text::{drawn, residual_unit, table, trouble, unit_of};
 use crate::units::{Dimension, Unit};
 
@@ -18,8 +16,6 @@ const TOP: usize = 8;
 const SAME_PLACE: f64 = 0.95;
 /// Part of the gap that is closed below which readings contradict what was named.
 const BORNE_OUT: f64 = 0.25;
-/// Readings left out that are shown.
-const SHOWN: usize = 5;
 
 /// The result of `diagnose`, at most `top` candidates.
 pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
@@ -64,117 +60,6 @@ fn listed(line: &str, header: [&str; 2], rows: Vec<[&str; 2]>) -> String {
     format!("\n{line}\n{}", drawn(&made))
 }
 
-/// The noise as it was found.
-fn noise(diagnosis: &Diagnosis) -> String {
-    let mut text = String::new();
-    for one in diagnosis.noise.iter().filter(|one| one.name != "lost_samples") {
-        let figure = figure::measured(one.value, one.sigma, &one.unit);
-        text.push_str(&format!("\n{}\n  {} = {figure}", one.name, one.parameter));
-        if !one.also.is_empty() {
-            text.push_str(&format!(", the same for {}", one.also.join(" and ")));
-        }
-        if let Some(memory) = one.memory {
-            let second = Unit::coherent(Dimension::TIME);
-            let memory = figure::uncertainty(memory, &second);
-            text.push_str(&format!(", with a memory of {memory}; the weights take account of it"));
-        }
-        text.push('\n');
-        text.push_str(&alike(&one.aliases));
-    }
-    let Some(found) = last_noise(diagnosis) else { return text };
-    for (measurand, factor) in &found.levels {
-        let hint = if (0.1..10.0).contains(factor) { "" } else { " Is its unit right?" };
-        let factor = if *factor < 0.1 { format!("{factor:.1e}") } else { format!("{factor:.2}") };
-        text.push_str(&format!(
-            "`{measurand}` scatters {factor} times as much as stated; the fit uses what it finds.{hint}\n"
-        ));
-    }
-    for (measurand, run, factor) in &found.run_levels {
-        text.push_str(&format!(
-            "`{measurand}` scatters {factor:.2} times as much in run `{run}` as in most; the fit uses that.\n"
-        ));
-    }
-    let is_named = |measurand: &str| {
-        let own = |one: &&NoiseEffect| one.parameter == format!("{}.{measurand}", one.name);
-        diagnosis.noise.iter().filter(own).any(|one| one.memory.is_some())
-    };
-    for (measurand, memory) in found.memories.iter().filter(|(name, _)| !is_named(name)) {
-        let time = figure::uncertainty(memory.time, &Unit::coherent(Dimension::TIME));
-        let share = 100.0 * memory.share;
-        text.push_str(&format!(
-            "`{measurand}` has a memory of {time} in {share:.0} % of its variance; the weights take account of it.\n"
-        ));
-    }
-    text.push_str(&left_out(diagnosis, found));
-    if found.memory > 0.0 {
-        text.push_str(&format!(
-            "Readings next to each other are alike (correlation {:.2}): what is left has a memory.\n",
-            found.memory
-        ));
-    }
-    text
-}
-
-/// What is left out, by row, and what that does to the delays.
-fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
-    let mut text = String::new();
-    for one in &diagnosis.lost {
-        let (Lost { name, rows: (first, last), periods, .. }, side) =
-            (one, if one.periods > 0 { "later" } else { "earlier" });
-        let plural = if periods.abs() == 1 { "" } else { "s" };
-        text.push_str(&format!(
-            "Readings in rows {first} to {last} of run `{name}` are those of samples {} row{plural} {side}; they are left out.\n",
-            periods.abs()
-        ));
-    }
-    if found.wild > 0 {
-        let are = if found.wild == 1 { "reading is" } else { "readings are" };
-        text.push_str(&format!("{} wild {are} left out:", found.wild));
-        let all = found.left_out.len();
-        let shown = if all <= SHOWN + 1 { all } else { SHOWN };
-        for one in found.left_out.iter().take(shown) {
-            let LeftOut { run, row, measurand, deviations } = one;
-            text.push_str(&format!(
-                "\n  `{measurand}` in row {row} of run `{run}` ({deviations:.0} deviations)"
-            ));
-        }
-        text.push_str(if all > shown { "\n  ... all with `--format json`\n" } else { "\n" });
-        text.push_str(&whole_runs(diagnosis, found));
-    }
-    let second = Unit::coherent(Dimension::TIME);
-    let mut rows = table(&["nominal delay", "with all readings", "without those left out"]);
-    for one in &diagnosis.delays {
-        let of = one.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
-        let figure = |value| figure::value(value, one.sigma, &second);
-        rows.add_row([format!("{}{of}", one.name), figure(one.with), figure(one.without)]);
-    }
-    if !diagnosis.delays.is_empty() {
-        text.push_str(&drawn(&rows));
-    }
-    text
-}
-
-/// Runs of which most readings of a measurand are left out: their files are to be looked at.
-fn whole_runs(diagnosis: &Diagnosis, found: &Noise) -> String {
-    let mut text = String::new();
-    for part in &diagnosis.nominal.problem.parts {
-        let names = &part.system.assembly.names.measurands;
-        for (index, run) in part.runs.iter().enumerate() {
-            for (one, all) in names.iter().zip(part.present_in(index)) {
-                let own = |out: &&LeftOut| out.run == run.name && out.measurand == one.name;
-                let out = found.left_out.iter().filter(own).count();
-                if 2 * out > all {
-                    text.push_str(&format!(
-                        "{out} of {all} readings of `{}` in run `{}` are among them: look at its file (units, setup, clock).\n",
-                        one.name, run.name
-                    ));
-                }
-            }
-        }
-    }
-    text
-}
-
 /// The named effects with their values and what cannot be told from them.
 fn effects(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
@@ -206,14 +91,6 @@ fn effects(diagnosis: &Diagnosis) -> String {
         }
     }
     text
-}
-
-/// What an effect cannot be told from.
-fn alike(aliases: &[String]) -> String {
-    if aliases.is_empty() {
-        return String::new();
-    }
-    format!("  These data cannot tell it from `{}`.\n", aliases.join("`, `"))
 }
 
 /// How far the gap shrinks.
@@ -355,7 +232,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
     match diagnosis.verdict {
         Verdict::Adequate
             if last_noise(diagnosis)
-                .is_some_and(|noise| noise.levels.iter().any(|(_, factor)| *factor > 1.0)) =>
+                .is_some_and(|noise| noise.levels.iter().any(|one| one.factor > 1.0)) =>
         {
             "Nothing was found but noise: what is left looks like noise that is larger than stated."
                 .to_owned()
@@ -396,11 +273,45 @@ fn sentence(diagnosis: &Diagnosis) -> String {
                 [] => "No place of it stands out".to_owned(),
                 places => format!("It looks like {}", places.join(join)),
             };
-            format!("There is a gap that no effect of the library explains. {looks}.")
+            format!("{} {looks}.", unnamed(diagnosis))
+        }
+        Verdict::Unobservable if diagnosis.nominal.unobservable.is_empty() => {
+            "No diagnosis: the fit of the model's own parameters did not settle.".to_owned()
         }
         Verdict::Unobservable => {
             "No diagnosis: these readings do not determine the model's own parameters.".to_owned()
         }
+    }
+}
+
+/// That there is a gap without a name, and why it has none.
+fn unnamed(diagnosis: &Diagnosis) -> String {
+    let (why, effects) = match &diagnosis.why {
+        Some((why, effects)) => (*why, effects.as_slice()),
+        None => (Why::NoneFits, [].as_slice()),
+    };
+    let (names, several) = (format!("`{}`", effects.join("` and `")), effects.len() > 1);
+    let verb = |one: &'static str, more: &'static str| if several { more } else { one };
+    match why {
+        Why::NoneFits | Why::Displaced => {
+            "There is a gap that no effect of the library explains.".to_owned()
+        }
+        Why::NotFitted => format!(
+            "There is a gap like the one that {names} would make, but the model with it cannot be fitted to these readings."
+        ),
+        Why::Improbable => format!(
+            "There is a gap of which {names} {} nothing, but {} hardly its cause (probability below 0.1 %).",
+            verb("leaves", "leave"),
+            verb("is", "are")
+        ),
+        Why::Imitated => format!(
+            "There is a gap of which {names} leave nothing, but something simpler that nobody wrote down leaves no more."
+        ),
+        Why::NotBorneOut => format!(
+            "There is a gap that {names} {} where fitted, but not on readings that {} not fitted to.",
+            verb("explains", "explain"),
+            verb("it is", "they are")
+        ),
     }
 }
 

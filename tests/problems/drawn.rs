@@ -1,4 +1,4 @@
-//! The readings of the example `rotating_arm`, drawn anew with effects in them.
+//! The readings of an example, `rotating_arm` unless another is asked for, drawn anew with effects in them.
 
 use std::path::{Path, PathBuf};
 
@@ -33,13 +33,14 @@ pub(crate) fn drawn(with: &[&str], set: &[&str], seed: u64) -> (Opened, Problem)
     })
 }
 
-/// The same with values of the effects' parameters as `value` says; as stated where it says nothing.
+/// The same of the campaigns of a request with values of the effects' parameters as `value` says; as stated
+/// where it says nothing.
 pub(crate) fn drawn_at(
     request: &Request,
     seed: u64,
     value: &dyn Fn(&Instance) -> Option<f64>,
 ) -> (Opened, Problem) {
-    let opened = open(&Request::new([folder()])).unwrap();
+    let opened = open(&Request::new(&request.campaigns)).unwrap();
     let nominal = calibrate(opened.problem.clone(), &Options::default()).unwrap();
     let mut truth = open(request).unwrap().problem;
     let mut point = Point::stated(&truth.layout);

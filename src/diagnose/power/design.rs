@@ -3,8 +3,9 @@
 
 use std::convert::Infallible;
 
-use crate::diagnose::candidates::{Wanted, offer};
+use crate::diagnose::candidates::{NotTestable, Wanted, offer};
 use crate::diagnose::evidence::Evidence;
+use crate::diagnose::scan::{ALL_BLIND, told};
 use crate::diagnose::score::score;
 use crate::diagnose::stage::{Fitted, Stage};
 use crate::diagnose::whiten::Noise;
@@ -53,10 +54,18 @@ pub fn design(recipes: Vec<Recipe>, mut problem: Problem, point: Point) -> Fitte
 /// The library before a design: every effect at every head with every member of its families, and no
 /// unknown structure. `None` where the model's own parameters are not determined.
 pub fn stage(fitted: Fitted, wanted: &Wanted) -> Option<Stage> {
-    let offer = offer(&fitted.recipes, wanted);
-    let all: Vec<_> = offer.effects.iter().collect();
+    let mut offer = offer(&fitted.recipes, wanted);
+    let mut candidates = Vec::new();
+    for family in offer.effects.chunk_by(|a, b| a.name == b.name) {
+        let told = told(&fitted.problem, family);
+        if told.is_empty() {
+            let (name, why) = (family[0].name.clone(), ALL_BLIND.to_owned());
+            offer.not_testable.push(NotTestable { name, why });
+        }
+        candidates.extend(told.into_iter().cloned());
+    }
+    let all: Vec<_> = candidates.iter().collect();
     let evidence = Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, &all)?;
-    let candidates = offer.effects;
     let like = |n: usize| candidates.iter().filter(|one| one.name == candidates[n].name).count();
     let members: Vec<usize> = (0..candidates.len()).map(like).collect();
     let scores = evidence.entries.iter().zip(&members).map(|(entry, m)| score(entry, *m)).collect();

@@ -1,0 +1,142 @@
+//! The noise that `diagnose` found, for people: its effects, its levels and memories, and what is left out.
+
+use crate::diagnose::Diagnosis;
+use crate::diagnose::lost::Lost;
+use crate::diagnose::whiten::{Level, Noise, NoiseEffect};
+use crate::diagnose::wild::LeftOut;
+use crate::engine::layout::qualified;
+use crate::report::diagnosis::last_noise;
+use crate::report::figure;
+use crate::report::text::{drawn, table};
+use crate::units::{Dimension, Unit};
+
+/// Readings left out that are shown.
+const SHOWN: usize = 5;
+
+/// The noise as it was found.
+pub(super) fn noise(diagnosis: &Diagnosis) -> String {
+    let mut text = String::new();
+    for one in diagnosis.noise.iter().filter(|one| one.name != "lost_samples") {
+        let figure = figure::measured(one.value, one.sigma, &one.unit);
+        let of = one.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
+        text.push_str(&format!("\n{}\n  {}{of} = {figure}", one.name, one.parameter));
+        if !one.also.is_empty() {
+            text.push_str(&format!(", the same for {}", one.also.join(" and ")));
+        }
+        if let Some(memory) = one.memory {
+            let second = Unit::coherent(Dimension::TIME);
+            let memory = figure::uncertainty(memory, &second);
+            text.push_str(&format!(", with a memory of {memory}; the weights take account of it"));
+        }
+        text.push('\n');
+        text.push_str(&alike(&one.aliases));
+    }
+    let Some(found) = last_noise(diagnosis) else { return text };
+    for Level { measurand, of, factor } in &found.levels {
+        let hint = if (0.1..10.0).contains(factor) { "" } else { " Is its unit right?" };
+        let factor = if *factor < 0.1 { format!("{factor:.1e}") } else { format!("{factor:.2}") };
+        text.push_str(&format!(
+            "`{measurand}`{} scatters {factor} times as much as stated; the fit uses what it finds.{hint}\n",
+            in_campaign(of.as_deref())
+        ));
+    }
+    for (measurand, run, factor) in &found.run_levels {
+        text.push_str(&format!(
+            "`{measurand}` scatters {factor:.2} times as much in run `{run}` as in most; the fit uses that.\n"
+        ));
+    }
+    let is_named = |measurand: &str| {
+        let own = |one: &&NoiseEffect| one.parameter == format!("{}.{measurand}", one.name);
+        diagnosis.noise.iter().filter(own).any(|one| one.memory.is_some())
+    };
+    for (measurand, of, memory) in found.memories.iter().filter(|(name, ..)| !is_named(name)) {
+        let time = figure::uncertainty(memory.time, &Unit::coherent(Dimension::TIME));
+        let share = 100.0 * memory.share;
+        text.push_str(&format!(
+            "`{measurand}`{} has a memory of {time} in {share:.0} % of its variance; the weights take account of it.\n",
+            in_campaign(of.as_deref())
+        ));
+    }
+    text.push_str(&left_out(diagnosis, found));
+    if found.memory > 0.0 {
+        text.push_str(&format!(
+            "Readings next to each other are alike (correlation {:.2}): what is left has a memory.\n",
+            found.memory
+        ));
+    }
+    text
+}
+
+/// In which campaign, where there are several.
+fn in_campaign(of: Option<&str>) -> String {
+    of.map_or_else(String::new, |of| format!(" in campaign `{of}`"))
+}
+
+/// What is left out, by row, and what that does to the delays.
+fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
+    let mut text = String::new();
+    for one in &diagnosis.lost {
+        let (Lost { name, rows: (first, last), periods, .. }, side) =
+            (one, if one.periods > 0 { "later" } else { "earlier" });
+        let plural = if periods.abs() == 1 { "" } else { "s" };
+        text.push_str(&format!(
+            "Readings in rows {first} to {last} of run `{name}` are those of samples {} row{plural} {side}; they are left out.\n",
+            periods.abs()
+        ));
+    }
+    if found.wild > 0 {
+        let are = if found.wild == 1 { "reading is" } else { "readings are" };
+        text.push_str(&format!("{} wild {are} left out:", found.wild));
+        let all = found.left_out.len();
+        let shown = if all <= SHOWN + 1 { all } else { SHOWN };
+        for one in found.left_out.iter().take(shown) {
+            let LeftOut { run, row, measurand, deviations } = one;
+            text.push_str(&format!(
+                "\n  `{measurand}` in row {row} of run `{run}` ({deviations:.0} deviations)"
+            ));
+        }
+        text.push_str(if all > shown { "\n  ... all with `--format json`\n" } else { "\n" });
+        text.push_str(&whole_runs(diagnosis, found));
+    }
+    let second = Unit::coherent(Dimension::TIME);
+    let mut rows = table(&["nominal delay", "with all readings", "without those left out"]);
+    for one in &diagnosis.delays {
+        let of = one.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
+        let figure = |value| figure::value(value, one.sigma, &second);
+        rows.add_row([format!("{}{of}", one.name), figure(one.with), figure(one.without)]);
+    }
+    if !diagnosis.delays.is_empty() {
+        text.push_str(&drawn(&rows));
+    }
+    text
+}
+
+/// Runs of which most readings of a measurand are left out: their files are to be looked at.
+fn whole_runs(diagnosis: &Diagnosis, found: &Noise) -> String {
+    let mut text = String::new();
+    for part in &diagnosis.nominal.problem.parts {
+        let names = &part.system.assembly.names.measurands;
+        for (index, run) in part.runs.iter().enumerate() {
+            let run = qualified(part.label.as_deref(), &run.name);
+            for (one, all) in names.iter().zip(part.present_in(index)) {
+                let own = |out: &&LeftOut| out.run == run && out.measurand == one.name;
+                let out = found.left_out.iter().filter(own).count();
+                if 2 * out > all {
+                    text.push_str(&format!(
+                        "{out} of {all} readings of `{}` in run `{}` are among them: look at its file (units, setup, clock).\n",
+                        one.name, run
+                    ));
+                }
+            }
+        }
+    }
+    text
+}
+
+/// What an effect cannot be told from.
+pub(super) fn alike(aliases: &[String]) -> String {
+    if aliases.is_empty() {
+        return String::new();
+    }
+    format!("  These data cannot tell it from `{}`.\n", aliases.join("`, `"))
+}

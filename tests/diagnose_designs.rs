@@ -1,0 +1,196 @@
+//! Designs in which not every run or setup shows an effect, and readings that are no measurements.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+#[path = "problems/drawn.rs"]
+#[expect(dead_code, reason = "each test uses a part")]
+mod drawn;
+
+use std::path::Path;
+
+use drawn::{drawn_at, folder, run};
+use homepoint::diagnose::candidates::Wanted;
+use homepoint::diagnose::power::power;
+use homepoint::diagnose::verdict::Verdict;
+use homepoint::diagnose::{Diagnosis, judge};
+use homepoint::engine::Problem;
+use homepoint::engine::open::{Opened, Request, open};
+use homepoint::engine::simulate::simulate;
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::start::start;
+
+/// Some runs of two of the example's four setups, with the axis of the platform beside the standing axis.
+fn beside(shift: f64, runs: &[&str]) -> (Opened, Problem) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/four_setups");
+    let mut request = Request::new([folder]);
+    request.with = vec!["platform_offset".to_owned()];
+    let (opened, problem) = drawn_at(&request, 5, &|_| Some(shift));
+    let mut parts = problem.parts;
+    parts[0].runs.retain(|run| runs.contains(&run.name.as_str()));
+    parts[0].setups.truncate(2);
+    (opened, Problem::new(parts))
+}
+
+fn names(found: &Diagnosis) -> Vec<&str> {
+    found.effects.iter().map(|one| one.candidate.name.as_str()).collect()
+}
+
+const STILL: [&str; 8] =
+    ["A_ccw5", "A_cw5", "A_ccw50", "A_cw50", "B_ccw5", "B_cw5", "B_ccw50", "B_cw50"];
+
+/// The platform turns in one setup: in the other the effect's values are not determined.
+#[test]
+fn an_effect_that_one_setup_does_not_show_is_named_with_what_is_known_of_it() {
+    let turning = ["A_ccw50_platform-30", "A_cw50_platform+30"];
+    let (opened, problem) = beside(40e-6, &[&STILL[..], &turning].concat());
+    let found = run(problem, &opened);
+    assert_eq!((found.verdict, names(&found)), (Verdict::Explained, vec!["platform_offset"]));
+    let estimates = found.explained.as_ref().unwrap().estimates();
+    let mut known = 0;
+    for one in estimates.iter().filter(|one| one.name.starts_with("platform_offset.")) {
+        match one.of.as_deref() {
+            Some("A") => {
+                let (value, sigma) = (one.value.unwrap(), one.sigma.unwrap());
+                assert!((value - 40e-6).abs() < 4.0 * sigma && sigma < 2e-6, "{one:?}");
+                known += 1;
+            }
+            _ => assert_eq!((one.value, one.sigma), (None, None), "{one:?}"),
+        }
+    }
+    assert_eq!(known, 2);
+}
+
+/// All evidence lies in one run: left out as a whole it would leave nothing to learn from.
+#[test]
+fn an_effect_that_one_run_shows_is_judged_within_it() {
+    let (opened, problem) = beside(40e-6, &[&STILL[..], &["A_ccw50_platform-30"]].concat());
+    let found = run(problem, &opened);
+    assert_eq!((found.verdict, names(&found)), (Verdict::Explained, vec!["platform_offset"]));
+    let gap = found.gap.unwrap();
+    assert_eq!(gap.folds, 9);
+    assert!(gap.held_out_drop > 0.3 * gap.lambda.powi(2), "{gap:?}");
+    let [low, high] = gap.closed_interval.unwrap();
+    assert!(low > 0.9 && high == 1.0, "{gap:?}");
+}
+
+/// A code for a missing value keeps a fit from settling; it is one reading of thousands.
+#[test]
+fn codes_for_missing_values_are_left_out_by_row() {
+    let opened = open(&Request::new([folder()])).unwrap();
+    for code in [99_999.0, 9_999.999, -999.0] {
+        let mut parts = opened.problem.parts.clone();
+        let rows = [7, 100, 101];
+        parts[0].runs[2].record.edit(|samples| {
+            rows.iter().for_each(|row| samples.readings[2][*row] = code);
+        });
+        let row = |sample: &usize| parts[0].runs[2].record.row(*sample);
+        let due: Vec<usize> = rows.iter().map(row).collect();
+        let name = parts[0].runs[2].name.clone();
+        let found = run(Problem::new(parts), &opened);
+        // Three of thousands are more than chance gives: outliers, and nothing else.
+        assert_eq!((found.verdict, found.effects.len()), (Verdict::Explained, 0), "{code}");
+        assert!(found.noise.iter().all(|one| one.name == "outliers"), "{code}");
+        let left_out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
+        let told: Vec<usize> = left_out
+            .iter()
+            .filter(|one| one.run == name && one.measurand == "distance")
+            .map(|one| one.row)
+            .collect();
+        assert_eq!((told, left_out.len()), (due, rows.len()), "{code}");
+    }
+}
+
+/// A campaign as one request opens it, with readings drawn as another one says.
+fn drawn_as(request: &Request, truth: &Request, seed: u64) -> Opened {
+    let mut drawn = open(truth).unwrap().problem;
+    for part in &mut drawn.parts {
+        for (sigma, random) in part.random_sigma.iter_mut().zip(&part.system.randoms) {
+            *sigma = random.sigma.or(random.typical).unwrap_or(0.0);
+        }
+    }
+    let (point, _) = start(&drawn);
+    simulate(&mut drawn, &point, seed, true);
+    let mut opened = open(request).unwrap();
+    for (part, other) in opened.problem.parts.iter_mut().zip(drawn.parts) {
+        part.runs = other.runs;
+    }
+    opened.problem = Problem::new(opened.problem.parts);
+    opened
+}
+
+/// A request for the example with effects and stated values.
+fn asked(with: &[&str], set: &[&str]) -> Request {
+    let own = |all: &[&str]| all.iter().map(|one| (*one).to_owned()).collect();
+    Request { with: own(with), set: own(set), ..Request::new([folder()]) }
+}
+
+/// A model whose own random quantity is estimated: what is found of it holds for the other campaign, too.
+#[test]
+fn a_held_out_campaign_has_the_noise_that_was_found() {
+    let request = asked(&["timestamp_jitter"], &[]);
+    let truth = asked(&["timestamp_jitter", "trunnion_tilt"], &["trunnion_tilt.tilt=6 arcsec"]);
+    let (first, other) = (drawn_as(&request, &truth, 1), drawn_as(&request, &truth, 2));
+    let mut found = run(first.problem.clone(), &first);
+    assert_eq!(names(&found), ["trunnion_tilt"]);
+    let own = found.gap.clone().unwrap();
+    judge(&mut found, &other, &Wanted::default(), &Options::default()).unwrap();
+    let gap = found.gap.unwrap();
+    // A half of the readings, at other rates on the mean.
+    for ((name, floor), (_, before)) in gap.floor.iter().zip(&own.floor) {
+        assert!((floor / before - 1.0).abs() < 0.2, "{name}: {floor} {before}");
+    }
+    assert!(gap.left_out < 25 && gap.closed.unwrap() > 0.9, "{gap:?}");
+}
+
+/// A constant of an effect that only the fitted campaign states holds for the other one, too.
+#[test]
+fn a_held_out_campaign_takes_the_constants_of_effects() {
+    let period = "sampling_grid.period=20 us";
+    let truth = asked(&["sampling_grid"], &[period, "sampling_grid.depth=60 us"]);
+    let (first, other) =
+        (drawn_as(&asked(&[], &[period]), &truth, 1), drawn_as(&asked(&[], &[]), &truth, 2));
+    let mut found = run(first.problem.clone(), &first);
+    assert_eq!(names(&found), ["sampling_grid"]);
+    judge(&mut found, &other, &Wanted::default(), &Options::default()).unwrap();
+    let gap = found.gap.unwrap();
+    assert!(gap.closed.unwrap() > 0.9, "{gap:?}");
+}
+
+/// Where every frequency of a family is one that these runs cannot tell from a slower one, none is tried.
+#[test]
+fn a_family_whose_frequencies_cannot_be_told_is_not_testable() {
+    let own = tempfile::tempdir().unwrap();
+    let mut text = String::from(
+        r#"title = "Sampled slowly"
+model = "polar_one_rotation"
+[parameters]
+radius = { value = "1.15 m", sigma = "1 um" }
+orientation = { value = ["0.1 rad", "0.2 rad", "0.32 rad"] }
+position = { value = ["2.2 m", "0.5 m", "0.4 m"] }
+[inputs]
+arm_angle = { sigma = "0.2 arcsec" }
+[measurands]
+horizontal = { sigma = "6 urad" }
+vertical = { sigma = "6 urad" }
+distance = { sigma = "8 um" }
+"#,
+    );
+    for (number, rate) in [50, -50, 97, -97, 131, -131].iter().enumerate() {
+        text.push_str(&format!(
+            "[[runs]]\nname = \"r{number}\"\nsetup = \"A\"\nplan = {{ trigger = \"0.9 Hz\", duration = \"200 s\", \
+             arm_angle = {{ start = \"0 deg\", rate = \"{rate} deg/s\" }} }}\n"
+        ));
+    }
+    std::fs::write(own.path().join("campaign.toml"), text).unwrap();
+    let request = Request::new([own.path()]);
+    let opened = drawn_as(&request, &request, 3);
+    let name = "arm_torsion_oscillation";
+    let (point, _) = start(&opened.problem);
+    let before =
+        power(opened.problem.clone(), opened.recipes.clone(), point, &Wanted::default()).unwrap();
+    let row = before.rows.iter().find(|one| one.name == name).unwrap();
+    assert!(row.words.contains("none of its frequencies"), "{}", row.words);
+    let found = run(opened.problem.clone(), &opened);
+    let told = found.not_testable.iter().find(|one| one.name == name).unwrap();
+    assert!(told.why.contains("none of its frequencies"), "{}", told.why);
+    assert!(found.candidates.iter().all(|one| one.name != name));
+}
