@@ -221,22 +221,12 @@ fn every_shipped_model_has_blocks_of_unknown_structure() {
 }
 
 #[test]
-fn a_diagnosis_has_the_promised_keys() {
+fn probabilities_of_causes_leave_something_for_none() {
     let (opened, _) = example();
     let options = Options::default();
     let found =
         homepoint::diagnose::diagnose(opened.problem, opened.recipes, &Wanted::default(), &options);
     let json = report::diagnosis::json(&found.unwrap(), None);
-    for key in
-        ["verdict", "effects", "candidates", "absorbed", "not_testable", "where", "nearest", "gap"]
-    {
-        assert!(json.get(key).is_some(), "{key}");
-    }
-    for key in ["name", "p", "lambda", "probability", "share"] {
-        assert!(json["candidates"][0].get(key).is_some(), "{key}");
-    }
-    assert!(json["absorbed"][0]["acts_as"].is_string());
-    assert!(json["not_testable"][0]["why"].is_string());
     assert_eq!(json["verdict"], "adequate");
     let whole: f64 = json["candidates"]
         .as_array()

@@ -1,8 +1,16 @@
 //! The keys that programs rely on: `docs/formats.md`, section 6.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
+#[path = "problems/drawn.rs"]
+mod drawn;
+
 use std::collections::BTreeSet;
 use std::path::Path;
+
+use drawn::{drawn, run};
+use homepoint::diagnose::candidates::Wanted;
+use homepoint::diagnose::{diagnose, judge};
+use homepoint::engine::Problem;
 
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
@@ -100,4 +108,32 @@ fn results_have_the_promised_keys() {
     for name in ["radius", "orientation.x", "position.z", "horizontal.delay"] {
         assert!(names.contains(&name), "{name}");
     }
+}
+
+/// Of an effect that is named, here and on a held-out campaign, one that is withheld, and bad noise.
+#[test]
+fn diagnoses_have_the_promised_keys() {
+    let mut found = BTreeSet::new();
+    let (whole, options) = (Wanted::default(), Options::default());
+    let tilt = ["trunnion_tilt.tilt=6 arcsec"];
+    let (opened, problem) = drawn(&["trunnion_tilt"], &tilt, 9);
+    let (mut other, again) = drawn(&["trunnion_tilt"], &tilt, 10);
+    other.problem = again;
+    let mut explained = run(problem, &opened);
+    paths(&report::diagnosis::json(&explained, None), "explained", &mut found);
+    judge(&mut explained, &other, &whole, &options).unwrap();
+    let gap = &report::diagnosis::json(&explained, None)["gap"];
+    paths(gap, "held out: gap", &mut found);
+    let (opened, problem) = drawn(&["tracking_reversal"], &[], 3);
+    let without = Wanted::new(&[], &["tracking_reversal".to_owned()]);
+    let unknown = diagnose(problem, opened.recipes.clone(), &without, &options).unwrap();
+    paths(&report::diagnosis::json(&unknown, None), "unknown", &mut found);
+    // Jitter, a level, a noisier run, a gross reading.
+    let (opened, problem) = drawn(&["timestamp_jitter"], &[], 4);
+    let mut parts = problem.parts;
+    parts[0].sigma[2] *= 0.5;
+    parts[0].runs[1].record.edit(|samples| samples.readings[2][7] += 0.1);
+    let noisy = run(Problem::new(parts), &opened);
+    paths(&report::diagnosis::json(&noisy, None), "noise", &mut found);
+    insta::assert_snapshot!(found.into_iter().collect::<Vec<_>>().join("\n"));
 }
