@@ -5,6 +5,7 @@
 //! |---|---|
 //! | [`candidates`] | what may be added to the model |
 //! | [`catalogue`] | all that has been made of the models so far |
+//! | `off` | whether an effect is off where its parameters are zero |
 //! | [`structure`] | what an effect that nobody wrote down could look like |
 //! | [`evidence`], `columns`, `nominal` | what each of them would explain, from one pass |
 //! | [`mod@scan`] | which member of a family explains most |
@@ -35,6 +36,7 @@ mod levels;
 pub mod lost;
 pub mod memory;
 mod nominal;
+mod off;
 pub mod pairs;
 pub mod power;
 pub mod probability;
@@ -251,8 +253,12 @@ pub fn diagnose(
         return Ok(diagnosis);
     }
     let (problem, fit) = (diagnosis.nominal.problem.clone(), diagnosis.nominal.fit.clone());
-    let (fitted, aside) = (Fitted { recipes, problem, fit }, (&diagnosis.lost[..], &gross[..]));
-    let Some(search) = search(fitted, aside, wanted, options)? else {
+    let fitted = Fitted { recipes, problem, fit };
+    let never_off = off::never_off(&fitted, wanted);
+    let mut wanted = wanted.clone();
+    wanted.without.extend(never_off.iter().map(|one| one.name.clone()));
+    let aside = (&diagnosis.lost[..], &gross[..]);
+    let Some(search) = search(fitted, aside, &wanted, options)? else {
         return Ok(diagnosis);
     };
     let Answer { verdict, effects, why } = verdict::verdict(&search);
@@ -281,6 +287,8 @@ pub fn diagnose(
     if let Some(first) = search.stages.first() {
         diagnosis.candidates = verdict::ranked(first);
         (diagnosis.absorbed, diagnosis.not_testable) = verdict::silent(first);
+        diagnosis.not_testable.extend(never_off);
+        diagnosis.not_testable.sort_by(|a, b| a.name.cmp(&b.name));
         diagnosis.locations = verdict::locations(first);
     }
     if let Some(first) = search.stages.first()

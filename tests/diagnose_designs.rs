@@ -155,6 +155,42 @@ fn a_held_out_campaign_takes_the_constants_of_effects() {
     assert!(gap.closed.unwrap() > 0.9, "{gap:?}");
 }
 
+/// Effects of the user's own: one with a value that nominal parameters take up, one that is never off.
+#[test]
+fn own_effects_are_tested_by_what_can_be_seen_of_them_and_where_they_can_be_off() {
+    let own = tempfile::tempdir().unwrap();
+    let write = |name: &str, lines: &str| {
+        let text = format!("name = \"{name}\"\ntitle = \"Own\"\nacts = \"arm\"\n{lines}");
+        std::fs::write(own.path().join(format!("{name}.toml")), text).unwrap();
+    };
+    let size = "{ unit = \"m\", typical = \"20 um\", scope = \"rig\" }";
+    write(
+        "bent",
+        &format!(
+            "[parameters]\nwave = {size}\nlift = {size}\n[patch]\n\
+             target = 'target + [0, 0, lift] + rotate(arm_turn, [0, wave * sin(3 * arm_angle), 0])'\n"
+        ),
+    );
+    write(
+        "always_on",
+        &format!("[parameters]\nsize = {size}\n[patch]\nradius = 'radius * 1.001 + size'\n"),
+    );
+    let mut request = Request::new([folder()]);
+    request.effects = vec![own.path().to_path_buf()];
+    let mut truth = request.clone();
+    truth.with = vec!["bent".to_owned()];
+    truth.set = vec!["bent.wave=30 um".to_owned(), "bent.lift=30 um".to_owned()];
+    let opened = drawn_as(&request, &truth, 6);
+    let found = run(opened.problem.clone(), &opened);
+    assert_eq!((found.verdict, names(&found)), (Verdict::Explained, vec!["bent"]));
+    let estimates = found.explained.as_ref().unwrap().estimates();
+    let value = |name: &str| estimates.iter().find(|one| one.name == name).unwrap().value;
+    assert!((value("bent.wave").unwrap() - 30e-6).abs() < 3e-6);
+    assert_eq!(value("bent.lift"), None);
+    let told = found.not_testable.iter().find(|one| one.name == "always_on").unwrap();
+    assert!(told.why.contains("where its parameters are zero"), "{}", told.why);
+}
+
 /// Where every frequency of a family is one that these runs cannot tell from a slower one, none is tried.
 #[test]
 fn a_family_whose_frequencies_cannot_be_told_is_not_testable() {
