@@ -13,6 +13,7 @@
 //! | [`stage`] | a fitted model with all of that |
 //! | [`memory`] | noise that is like itself for a while |
 //! | [`wander`] | random walks, tested in the variance; a displaced rig, which looks like one |
+//! | [`apart`] | readings that are off in a few runs |
 //! | [`lost`] | stretches of readings shifted by whole samples |
 //! | [`wild`] | readings that are far out |
 //! | [`whiten`], [`jitter`], `levels`, `variances` | the noise, before anything is tested against it |
@@ -22,6 +23,7 @@
 //! | [`mod@gap`], [`mod@holdout`], `folds` | how far the gap shrinks |
 //! | [`mod@hidden`] | what could still hide |
 
+pub mod apart;
 pub mod basis;
 pub mod candidates;
 pub mod catalogue;
@@ -69,7 +71,7 @@ use stage::Fitted;
 use steps::Steps;
 use verdict::{Absorbed, Answer, Location, Ranked, Verdict, Why};
 use whiten::NoiseEffect;
-use wild::LeftOut;
+use wild::Trimmed;
 
 /// The answer.
 #[derive(Clone, Debug)]
@@ -132,8 +134,8 @@ pub struct Twice {
 fn without_gross(
     whole: Calibration,
     options: &Options,
-) -> Result<(Calibration, Vec<LeftOut>), FitError> {
-    let (mut nominal, mut gross) = (whole, Vec::new());
+) -> Result<(Calibration, Trimmed), FitError> {
+    let (mut nominal, mut gross) = (whole, Trimmed::default());
     for _ in 0..whiten::PEELS {
         if nominal.fit.outcome == Outcome::Converged {
             break;
@@ -257,7 +259,7 @@ pub fn diagnose(
     let never_off = off::never_off(&fitted, wanted);
     let mut wanted = wanted.clone();
     wanted.without.extend(never_off.iter().map(|one| one.name.clone()));
-    let aside = (&diagnosis.lost[..], &gross[..]);
+    let aside = (&diagnosis.lost[..], &gross);
     let Some(search) = search(fitted, aside, &wanted, options)? else {
         return Ok(diagnosis);
     };

@@ -93,6 +93,7 @@ fn in_text(model: &str, pose: &Pose) -> Vec<Jet> {
     });
     let samples = Samples {
         time: vec![3.0],
+        elapsed_time: vec![0.0],
         run_time: vec![0.0],
         setup_time: vec![0.0],
         uniform_time: vec![0.0],

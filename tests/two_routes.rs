@@ -194,6 +194,7 @@ fn the_covariance_agrees_with_repeated_simulation() {
 fn thin(samples: &mut Samples, step: usize) {
     let keep = |values: &mut Vec<f64>| *values = values.iter().copied().step_by(step).collect();
     keep(&mut samples.time);
+    keep(&mut samples.elapsed_time);
     keep(&mut samples.run_time);
     keep(&mut samples.setup_time);
     keep(&mut samples.uniform_time);

@@ -16,7 +16,7 @@ use std::sync::{Arc, OnceLock};
 
 pub use crate::campaign::spill::BLOCK;
 
-use crate::campaign::run::Samples;
+use crate::campaign::run::{Samples, Starts};
 use crate::campaign::signal::Track;
 use crate::campaign::spilled::{Spilled, shape};
 
@@ -37,7 +37,7 @@ pub struct Record {
 #[derive(Clone, Debug)]
 enum Kept {
     Held(Arc<Samples>),
-    Spilled { columns: Arc<Spilled>, setup_start: f64 },
+    Spilled { columns: Arc<Spilled>, starts: Starts },
 }
 
 /// Samples of one block, and their reading columns.
@@ -140,7 +140,10 @@ impl Record {
         Self {
             len: columns.table.len(),
             inputs: columns.inputs.clone(),
-            kept: Kept::Spilled { setup_start: columns.first_time, columns: Arc::new(columns) },
+            kept: Kept::Spilled {
+                starts: Starts::at(columns.first_time),
+                columns: Arc::new(columns),
+            },
             change: None,
             left_out: Arc::default(),
             whole: OnceLock::new(),
@@ -224,8 +227,8 @@ impl Record {
     fn copy(&self, range: Range<usize>, into: &mut Samples) {
         match &self.kept {
             Kept::Held(samples) => copy(samples, range.clone(), into),
-            Kept::Spilled { columns, setup_start } => {
-                columns.fill(range.clone(), *setup_start, into);
+            Kept::Spilled { columns, starts } => {
+                columns.fill(range.clone(), *starts, into);
             }
         }
         if let Some(change) = self.change {
@@ -358,7 +361,18 @@ impl Record {
                 let samples = Arc::make_mut(samples);
                 samples.setup_time = samples.time.iter().map(|time| time - start).collect();
             }
-            Kept::Spilled { setup_start, .. } => *setup_start = start,
+            Kept::Spilled { starts, .. } => starts.setup = start,
+        }
+    }
+
+    /// Lets elapsed time count from `start` (s).
+    pub(crate) fn set_start(&mut self, start: f64) {
+        match &mut self.kept {
+            Kept::Held(samples) => {
+                let samples = Arc::make_mut(samples);
+                samples.elapsed_time = samples.time.iter().map(|time| time - start).collect();
+            }
+            Kept::Spilled { starts, .. } => starts.all = start,
         }
     }
 }
@@ -401,6 +415,7 @@ fn copy(from: &Samples, range: Range<usize>, into: &mut Samples) {
     for (to, from) in into.columns_mut().zip(from.columns()) {
         part(to, from, range.clone());
     }
+    part(&mut into.elapsed_time, &from.elapsed_time, range.clone());
     part(&mut into.run_time, &from.run_time, range.clone());
     part(&mut into.setup_time, &from.setup_time, range.clone());
     part(&mut into.uniform_time, &from.uniform_time, range.clone());

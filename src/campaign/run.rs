@@ -38,6 +38,8 @@ impl Run {
 pub struct Samples {
     /// Reference time (s), one a sample.
     pub time: Vec<f64>,
+    /// Time since the first sample of all campaigns that are used together (s): what formulas call `time`.
+    pub elapsed_time: Vec<f64>,
     /// Time since the start of the run (s).
     pub run_time: Vec<f64>,
     /// Time since the start of the setup (s).
@@ -78,17 +80,33 @@ impl Samples {
 
     /// Bytes of memory for as many samples, all clocks counted.
     pub(crate) fn bytes(&self) -> u64 {
-        8 * (self.columns().count() as u64 + 4) * self.len() as u64
+        8 * (self.columns().count() as u64 + 5) * self.len() as u64
     }
 
-    /// Fills `run_time`, `uniform_time` and, for a setup that begins with this run, `setup_time` from
-    /// `time`.
+    /// Fills `run_time`, `uniform_time` and, for a setup and campaign that begin with this run, `setup_time`
+    /// and `elapsed_time` from `time`.
     pub(crate) fn set_clocks(&mut self) {
         let first = self.time.first().copied().unwrap_or(0.0);
         self.run_time = self.time.iter().map(|time| time - first).collect();
         self.setup_time.clone_from(&self.run_time);
+        self.elapsed_time.clone_from(&self.run_time);
         let times = &self.run_time;
         let line = Line::through(times.len(), |visit| times.iter().for_each(|time| visit(*time)));
         self.uniform_time = (0..times.len()).map(|sample| line.at(sample)).collect();
+    }
+}
+
+/// From when a run's clocks count (s).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Starts {
+    /// The first sample of its setup.
+    pub(crate) setup: f64,
+    /// The first sample of all.
+    pub(crate) all: f64,
+}
+
+impl Starts {
+    pub(crate) fn at(time: f64) -> Self {
+        Self { setup: time, all: time }
     }
 }

@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use crate::campaign::run::Samples;
+use crate::campaign::run::{Samples, Starts};
 use crate::campaign::signal::Track;
 use crate::campaign::spill::{self, BLOCK};
 
@@ -79,7 +79,7 @@ impl Spilled {
         }
     }
 
-    pub(crate) fn fill(&self, range: Range<usize>, setup_start: f64, into: &mut Samples) {
+    pub(crate) fn fill(&self, range: Range<usize>, starts: Starts, into: &mut Samples) {
         shape(into, &self.inputs, self.readings);
         let mut number = 0;
         for column in into.columns_mut() {
@@ -91,10 +91,19 @@ impl Spilled {
         }
         let mut rows = Vec::with_capacity(range.len());
         self.column(number, range.clone(), &mut rows);
-        let Samples { time, run_time, setup_time, uniform_time, rows: row_numbers, .. } = into;
+        let Samples {
+            time,
+            elapsed_time,
+            run_time,
+            setup_time,
+            uniform_time,
+            rows: row_numbers,
+            ..
+        } = into;
         replace(row_numbers, rows.iter().map(|row| *row as usize));
         replace(run_time, time.iter().map(|time| time - self.first_time));
-        replace(setup_time, time.iter().map(|time| time - setup_start));
+        replace(setup_time, time.iter().map(|time| time - starts.setup));
+        replace(elapsed_time, time.iter().map(|time| time - starts.all));
         replace(uniform_time, range.map(|sample| self.uniform.at(sample)));
     }
 }

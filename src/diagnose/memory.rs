@@ -11,6 +11,7 @@ use crate::engine::Problem;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use crate::model::Process;
 
+use super::apart::{Apart, few};
 use super::candidates::Candidate;
 use super::evidence::Entry;
 use super::folds::LEAST_RUNS;
@@ -18,6 +19,7 @@ use super::score::of_gain;
 use super::search::level;
 use super::stage::{Fitted, Stage};
 use super::tail::ln_normal;
+use super::verdict::FURTHER;
 use super::wander::{Found, is_walk, walk};
 use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
 
@@ -158,10 +160,14 @@ pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
     let structures = stage.structures_over_runs();
     let structure = stage.together(&structures);
     let mut white = left_white(stage, &structure);
-    if !structures.is_empty() && !fitted.problem.has_memory() {
-        let choice = |n: &usize| (stage.candidates.len() as f64 * stage.members[*n] as f64).ln();
-        let choices: f64 = structures.iter().map(choice).sum();
-        let by_chance = of_gain(structure.gain(), structure.degrees(), 1).ln_p + choices;
+    let mut known = false;
+    noise.apart.retain(|one| one.block.is_none());
+    if let Some((rest, apart)) = beside_few(stage, &structures, &white) {
+        noise.apart.push(apart);
+        (white, known) = (rest, true);
+    }
+    if !known && !structures.is_empty() && !fitted.problem.has_memory() {
+        let by_chance = by_chance(stage, &structures, &structure);
         let alone = left_white(stage, &stage.evidence.together(&[]));
         if likelihood_of_memory(&alone) > likelihood_of_memory(&white) - by_chance {
             white = alone;
@@ -187,6 +193,33 @@ pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
     let all = || fitted.problem.parts.iter().flat_map(|part| part.gauss_markov.iter().flatten());
     noise.runs_scatter = all().any(|one| one.time > LONG * typical_duration(&white));
     changed.then_some(fitted)
+}
+
+/// Logarithm of the probability of some structures by chance, the choice of each paid for.
+fn by_chance(stage: &Stage, structures: &[usize], together: &Entry) -> f64 {
+    let choice = |n: &usize| (stage.candidates.len() as f64 * stage.members[*n] as f64).ln();
+    let choices: f64 = structures.iter().map(choice).sum();
+    of_gain(together.gain(), together.degrees(), 1).ln_p + choices
+}
+
+/// What is left beside changes in a few runs, and these, where they are far likelier than what `white` says
+/// beside the structures that do without them.
+fn beside_few(
+    stage: &Stage,
+    structures: &[usize],
+    white: &[Sequence],
+) -> Option<(Vec<Sequence>, Apart)> {
+    if stage.fitted.problem.has_memory() {
+        return None;
+    }
+    let (known, few) = few(stage)?;
+    let entries = known.iter().map(|n| stage.entry(*n)).chain([&few.entry]);
+    let together = stage.evidence.together(&entries.collect::<Vec<_>>());
+    let rest = left_white(stage, &together);
+    let own = likelihood_of_memory(&rest) - by_chance(stage, &known, &together) - few.choices;
+    let alone = stage.together(structures);
+    let other = likelihood_of_memory(white) - by_chance(stage, structures, &alone);
+    (own > other + FURTHER.ln()).then_some((rest, few.apart))
 }
 
 /// A memory longer than this part of a run makes runs differ from each other.

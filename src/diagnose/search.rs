@@ -15,7 +15,7 @@ use super::probability::{among_effects, probabilities};
 use super::score::{Score, Support, of_gain};
 use super::stage::{Fitted, Stage};
 use super::whiten::{Given, Noise, prepare};
-use super::wild::LeftOut;
+use super::wild::Trimmed;
 
 /// Probability of any false declaration, split evenly over effects, blocks and noise.
 pub const FALSE_ALARMS: f64 = 0.01;
@@ -135,11 +135,11 @@ struct Common<'a> {
 /// [`FitError`] where a model cannot be fitted at all.
 pub fn search(
     nominal: Fitted,
-    (lost, gross): (&[Lost], &[LeftOut]),
+    (lost, gross): (&[Lost], &Trimmed),
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Option<Search>, FitError> {
-    let (lost, gross) = (lost.to_vec(), gross.to_vec());
+    let (lost, gross) = (lost.to_vec(), gross.clone());
     let given = Given { lost, gross, ..Given::of(&nominal.problem) };
     let Some(stage) = prepare(nominal, wanted, &given, &Noise::default(), options)? else {
         return Ok(None);

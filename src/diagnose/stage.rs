@@ -13,6 +13,7 @@ use crate::engine::{Part, Point, Problem};
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
 use crate::system::Selected;
 
+use super::apart::Apart;
 use super::candidates::{Candidate, NotTestable, Offer, Wanted};
 use super::catalogue::{self, Made};
 use super::columns::sign;
@@ -313,11 +314,15 @@ impl Stage {
         })
     }
 
-    /// Whether a block is not counted as structure: noise with a memory scatters from run to run, so what
+    /// Whether a block is not counted as structure, unless a few runs do for it: noise with a memory scatters from run to run, so what
     /// each run has for itself says nothing then; and beside a walk, or a memory that weights do not take
     /// account of, an oscillation says no more, for at a multiple of a run's sampling rate it is slow there.
     pub fn is_scatter(&self, candidate: usize) -> bool {
         let found = &self.noise_found;
+        let own = |apart: &Apart| apart.block.as_ref() == Some(&self.candidates[candidate].name);
+        if found.apart.iter().any(own) {
+            return false;
+        }
         let slow = found.memory > 0.0 || wanders(found, &self.noise);
         (found.runs_scatter && self.is_of_runs(candidate))
             || (slow && self.is_oscillation(candidate))
@@ -328,7 +333,7 @@ impl Stage {
         self.candidates[candidate].place.as_ref().is_some_and(Place::is_oscillation)
     }
 
-    fn is_of_runs(&self, candidate: usize) -> bool {
+    pub(super) fn is_of_runs(&self, candidate: usize) -> bool {
         self.candidates[candidate].place.as_ref().is_some_and(Place::is_of_runs)
     }
 

@@ -64,6 +64,8 @@ pub enum Why {
     Imitated,
     /// Effects explain it where they are fitted, but not on readings that they are not fitted to.
     NotBorneOut,
+    /// A reading is off in a few runs.
+    RunsApart,
     /// The rig was displaced between runs, or a reading counts anew from some run on.
     Displaced,
 }
@@ -77,6 +79,7 @@ impl Why {
             Self::Improbable => "improbable",
             Self::Imitated => "imitated",
             Self::NotBorneOut => "not_borne_out",
+            Self::RunsApart => "runs_apart",
             Self::Displaced => "displaced",
         }
     }
@@ -139,10 +142,14 @@ pub fn verdict(search: &Search) -> Answer {
     let Some(last) = search.stages.last() else {
         return Answer::known(Verdict::Unobservable, Vec::new());
     };
-    if displaced(search).is_some() {
-        return Answer::unknown(Why::Displaced, Vec::new());
-    }
     let left = last.blocks_found();
+    let named = || if left.is_empty() && search.convinces() { search.names() } else { Vec::new() };
+    if displaced(search).is_some() {
+        return Answer::unknown(Why::Displaced, named());
+    }
+    if !last.noise_found.apart.is_empty() {
+        return Answer::unknown(Why::RunsApart, named());
+    }
     if search.adopted.is_empty() {
         let noise = !last.noise_found.effects.is_empty();
         let unfitted = last.declared().first().map(|n| last.candidates[*n].name.clone());
@@ -302,17 +309,26 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     let found = stage.blocks_found();
     let most = leftover(stage);
     let share = |block: &usize| stage.scores[*block].lambda().powi(2) / most;
+    let apart = &stage.noise_found.apart;
+    let few = |block: &usize| {
+        let name = &stage.candidates[*block].name;
+        apart.iter().find(|one| one.block.as_ref() == Some(name))
+    };
     let mut found = found.clone();
     found.sort_by(|a, b| share(b).total_cmp(&share(a)));
-    found
-        .iter()
-        .filter(|block| share(block) >= LEAST_SHARE)
-        .filter_map(|block| {
-            let place = stage.candidates[*block].place.clone()?;
-            Some(Location { place, share: share(block) })
-        })
-        .take(PLACES)
-        .collect()
+    // What a few runs do for comes first: other blocks say the same of all runs.
+    found.sort_by_key(|block| few(block).is_none());
+    let found = found.iter().filter(|block| share(block) >= LEAST_SHARE).filter_map(|block| {
+        let own = || stage.candidates[*block].place.clone();
+        let place = few(block).map(|one| one.place.clone()).or_else(own)?;
+        Some(Location { place, share: share(block) })
+    });
+    let left_out = apart.iter().filter(|one| one.block.is_none());
+    let left_out = left_out.map(|one| Location { place: one.place.clone(), share: 1.0 });
+    let mut all: Vec<Location> = left_out.chain(found).collect();
+    all.dedup_by(|a, b| a.place.words == b.place.words);
+    all.truncate(PLACES);
+    all
 }
 
 /// All testable effects, best first.

@@ -42,7 +42,7 @@ use wandering::{Likeliest, Wandering};
 
 mod course;
 pub mod displaced;
-mod sequence;
+pub(super) mod sequence;
 mod variance;
 mod wandering;
 

@@ -27,6 +27,7 @@ use crate::estimate::batch::{FitError, Options};
 use crate::system::Selected;
 use crate::units::Unit;
 
+use super::apart::Apart;
 use super::candidates::Wanted;
 use super::jitter::jitter;
 use super::levels::{levels, name_levels, uneven};
@@ -40,7 +41,7 @@ use super::stage::{Fitted, Kept, Stage, rebuilt};
 use super::variances::judged_again;
 use super::wander::Found;
 use super::wander::displaced::Displaced;
-use super::wild::{LeftOut, name_wild, without_gross, without_wild};
+use super::wild::{LeftOut, Trimmed, name_wild, without_gross, without_wild};
 
 /// Something found in the noise.
 #[derive(Clone, Debug)]
@@ -87,6 +88,8 @@ pub struct Noise {
     pub effects: Vec<NoiseEffect>,
     /// Where the rig was displaced, if that is what a walk among them stands for.
     pub displaced: Option<Displaced>,
+    /// Readings that are off in a few runs.
+    pub apart: Vec<Apart>,
     /// Those among them whose size was mended once beside what else was found.
     pub grown: Vec<String>,
     /// Levels that are not as stated.
@@ -121,7 +124,7 @@ pub struct Given {
     /// Stretches of lost samples, left out already.
     pub lost: Vec<Lost>,
     /// Gross readings, left out already.
-    pub gross: Vec<LeftOut>,
+    pub gross: Trimmed,
 }
 
 impl Given {
@@ -131,13 +134,15 @@ impl Given {
             whole: problem.parts.iter().map(|part| part.runs.clone()).collect(),
             stated: problem.parts.iter().map(|part| part.sigma.clone()).collect(),
             lost: Vec::new(),
-            gross: Vec::new(),
+            gross: Trimmed::default(),
         }
     }
 
     /// Noise of which nothing is known but what was left out already.
     fn noise(&self) -> Noise {
-        Noise { wild: self.gross.len(), left_out: self.gross.clone(), ..Noise::default() }
+        let Trimmed { wild, of_runs, apart } = self.gross.clone();
+        let (count, left_out) = (wild.len(), wild.into_iter().chain(of_runs).collect());
+        Noise { wild: count, left_out, apart, ..Noise::default() }
     }
 
     /// What is given, with one more selected effect in the place of the noise that was found without it.

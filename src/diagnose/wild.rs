@@ -11,9 +11,11 @@ use crate::engine::stretches::Left;
 use crate::engine::{Part, Point, Problem};
 use crate::units::Unit;
 
+use super::apart::Apart;
 use super::levels::OF_A_MEDIAN;
 use super::search::level;
 use super::stage::{Fitted, Stage};
+use super::structure::Place;
 use super::tail::{ln_below, ln_normal};
 use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
 
@@ -24,6 +26,11 @@ const GROSS: f64 = 20.0;
 /// Of gross readings those go at once that are at least this part of the farthest: that one may have put
 /// the others there.
 const PEELED: f64 = 0.1;
+/// Runs of which most readings of a measurand are far out are left out as wholes: so many at most, and one of
+/// so many.
+const RUNS_APART: usize = 3;
+const LEAST_WRONG: usize = 10;
+const ONE_OF: usize = 4;
 /// Where more readings than this share are far out, the noise has long tails and none is left out.
 const MOST_WILD: f64 = 0.05;
 /// Standard deviation over median absolute deviation of a normal distribution.
@@ -59,7 +66,7 @@ pub(super) fn without_gross(
 
 /// Leaves gross readings of campaigns out as they are seen from a point that a fit ran to and did not
 /// settle at: one reading of 99999 among thousands keeps it from that. The others, and what is left out.
-pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, Vec<LeftOut>) {
+pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, Trimmed) {
     let mut left = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         for r in 0..part.runs.len() {
@@ -93,10 +100,37 @@ fn without(
     limit: impl Fn(&[f64], f64) -> f64,
 ) -> Option<Fitted> {
     let mut fitted = stage.fitted.clone();
-    let wild = trim(&mut fitted.problem, white, peeled, limit);
+    let Trimmed { wild, of_runs, apart } = trim(&mut fitted.problem, white, peeled, limit);
+    let found = wild.len() + of_runs.len();
     noise.wild += wild.len();
-    noise.left_out.extend(wild.iter().cloned());
-    (!wild.is_empty()).then_some(fitted)
+    noise.left_out.extend(wild.into_iter().chain(of_runs));
+    noise.apart.extend(apart);
+    (found > 0).then_some(fitted)
+}
+
+/// What is left out.
+#[derive(Clone, Debug, Default)]
+pub struct Trimmed {
+    /// Single readings.
+    pub wild: Vec<LeftOut>,
+    /// All those of a measurand in runs that are wrong as wholes.
+    pub of_runs: Vec<LeftOut>,
+    /// Those runs.
+    pub apart: Vec<Apart>,
+}
+
+impl Trimmed {
+    /// Whether it is nothing.
+    pub fn is_empty(&self) -> bool {
+        self.wild.is_empty() && self.of_runs.is_empty()
+    }
+
+    /// Adds what is left out later.
+    pub fn extend(&mut self, later: Self) {
+        self.wild.extend(later.wild);
+        self.of_runs.extend(later.of_runs);
+        self.apart.extend(later.apart);
+    }
 }
 
 /// Leaves readings beyond a limit out and lists them, each once, however many components it has.
@@ -105,24 +139,43 @@ fn trim(
     all: &[Sequence],
     peeled: f64,
     limit: impl Fn(&[f64], f64) -> f64,
-) -> Vec<LeftOut> {
-    let (mut wild, mut known) = (Vec::new(), BTreeSet::new());
+) -> Trimmed {
+    let (mut trimmed, mut known) = (Trimmed::default(), BTreeSet::new());
     for one in all {
         let mut sizes: Vec<f64> = one.present().map(f64::abs).collect();
         let Some(median) = median(&mut sizes) else { continue };
         let deviation = NORMAL * median;
-        let beyond = |residuals: &[f64]| -> Vec<(usize, f64)> {
-            let limit = limit(residuals, deviation);
-            let all = residuals.iter().copied().enumerate();
-            all.filter(|(_, value)| value.abs() > limit).collect()
-        };
-        let mut far: Vec<Vec<(usize, f64)>> = one.runs.iter().map(|run| beyond(run)).collect();
-        let count: usize = far.iter().map(Vec::len).sum();
-        if count == 0 || count as f64 > MOST_WILD * sizes.len() as f64 {
-            continue;
+        let present = |run: &[f64]| run.iter().filter(|value| !value.is_nan()).count();
+        let mut far: Vec<Vec<(usize, f64)>> = one
+            .runs
+            .iter()
+            .map(|run| {
+                let limit = limit(run, deviation);
+                let all = run.iter().copied().enumerate();
+                all.filter(|(_, value)| value.abs() > limit).collect()
+            })
+            .collect();
+        let mut wrong: Vec<usize> = (0..far.len())
+            .filter(|run| {
+                far[*run].len() >= LEAST_WRONG && 2 * far[*run].len() > present(&one.runs[*run])
+            })
+            .collect();
+        if wrong.len() > RUNS_APART || ONE_OF * wrong.len() > far.len() {
+            wrong.clear();
         }
+        let is_wrong = |run: &usize| wrong.contains(run);
+        let single = (0..far.len()).filter(|run| !is_wrong(run));
+        let count: usize = single.map(|run| far[run].len()).sum();
+        let too_many = count as f64 > MOST_WILD * sizes.len() as f64;
         let farthest = sizes.iter().copied().fold(0.0, f64::max);
-        far.iter_mut().for_each(|run| run.retain(|(_, value)| value.abs() >= peeled * farthest));
+        for (run, far) in far.iter_mut().enumerate() {
+            if wrong.contains(&run) {
+                let all = one.runs[run].iter().copied().enumerate();
+                *far = all.filter(|(_, value)| !value.is_nan()).collect();
+            } else {
+                far.retain(|(_, value)| !too_many && value.abs() >= peeled * farthest);
+            }
+        }
         let part = &mut problem.parts[one.part];
         let slot = part.slots()[one.measurand].clone();
         let name = part.system.assembly.names.measurands[one.measurand].name.clone();
@@ -131,20 +184,27 @@ fn trim(
             if far.is_empty() {
                 continue;
             }
+            let called = qualified(label.as_deref(), &run.name);
             let new = |(sample, _): &&(usize, f64)| {
                 known.insert((one.part, number, one.measurand, *sample))
             };
-            wild.extend(far.iter().filter(new).map(|(sample, value)| LeftOut {
-                run: qualified(label.as_deref(), &run.name),
+            let told = far.iter().filter(new).map(|(sample, value)| LeftOut {
+                run: called.clone(),
                 row: run.record.row(*sample),
                 measurand: name.clone(),
                 deviations: *value / deviation,
-            }));
+            });
+            if wrong.contains(&number) {
+                trimmed.of_runs.extend(told);
+                trimmed.apart.push(Apart { block: None, place: Place::of_run(&name, &called) });
+            } else {
+                trimmed.wild.extend(told);
+            }
             let readings = far.iter().map(|(sample, _)| (*sample..*sample + 1, slot.columns()));
             run.record.leave_out(readings);
         }
     }
-    wild
+    trimmed
 }
 
 /// Names outliers where there are more wild readings than chance gives.

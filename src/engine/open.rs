@@ -197,6 +197,11 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         campaigns.push(campaign);
         models.push(model);
     }
+    let runs = || parts.iter().flat_map(|part: &Part| &part.runs);
+    let first = runs().filter_map(|run| run.record.first_time()).fold(f64::INFINITY, f64::min);
+    for run in parts.iter_mut().flat_map(|part| &mut part.runs) {
+        run.record.set_start(first);
+    }
     if parts.len() > 1 {
         for (part, label) in parts.iter_mut().zip(labels(&campaigns)) {
             part.label = Some(label);

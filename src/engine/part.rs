@@ -284,7 +284,7 @@ impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
                 samples.inputs[input as usize].at(i, samples.time[i], N::constant(0.0), 0)
             }
             Leaf::Clock(clock) => N::constant(match clock {
-                Clock::Time => samples.time[i],
+                Clock::Time => samples.elapsed_time[i],
                 Clock::RunTime => samples.run_time[i],
                 Clock::SetupTime => samples.setup_time[i],
                 Clock::Index => number as f64,

@@ -9,7 +9,7 @@ use crate::campaign::Sample;
 use crate::campaign::record::BLOCK;
 use crate::campaign::run::Samples;
 use crate::engine::lanes::InstructionSet;
-use crate::engine::layout::{Layout, Share};
+use crate::engine::layout::{Layout, Share, qualified};
 use crate::engine::part::{Part, SampleLeaves};
 use crate::engine::point::{Point, seeded};
 use crate::engine::programs::Programs;
@@ -167,6 +167,14 @@ impl Problem {
                 seeded(kind, point.values[instance], [seed(0), seed(1), seed(2)])
             })
             .collect()
+    }
+
+    /// The names of all runs, with the labels of their campaigns where there are several.
+    pub fn run_names(&self) -> Vec<String> {
+        let of = |part: &Part| -> Vec<String> {
+            part.runs.iter().map(|run| qualified(part.label.as_deref(), &run.name)).collect()
+        };
+        self.parts.iter().flat_map(of).collect()
     }
 
     /// Number of readings there are, a rotation counting as one.

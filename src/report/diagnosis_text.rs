@@ -3,7 +3,7 @@
 use crate::diagnose::Diagnosis;
 use crate::diagnose::gap::Gap;
 use crate::diagnose::probability::is_implausible;
-use crate::diagnose::verdict::{Verdict, Why, displaced, locations};
+use crate::diagnose::verdict::{Location, Verdict, Why, locations};
 use crate::report::diagnosis::{estimates_of, last_noise, times_usual};
 use crate::report::figure;
 use crate::report::noise_text::{alike, noise};
@@ -72,9 +72,13 @@ fn effects(diagnosis: &Diagnosis) -> String {
             text.push_str(&format!("  {family} {shown}\n"));
         }
         for estimate in estimates_of(diagnosis, one) {
-            let Some(value) = estimate.value else { continue };
-            let figure = figure::measured(value, estimate.sigma.unwrap_or(0.0), &estimate.declared);
             let of = estimate.of.map_or_else(String::new, |of| format!(" ({of})"));
+            let Some(value) = estimate.value else {
+                let name = estimate.name;
+                text.push_str(&format!("  {name}{of} is not determined by these readings\n"));
+                continue;
+            };
+            let figure = figure::measured(value, estimate.sigma.unwrap_or(0.0), &estimate.declared);
             text.push_str(&format!("  {}{of} = {figure}\n", estimate.name));
         }
         if let Some(times) = times_usual(diagnosis, one).filter(|times| is_implausible(*times)) {
@@ -262,12 +266,21 @@ fn sentence(diagnosis: &Diagnosis) -> String {
             "Nearly all of the gap is explained by {names}, but its form does not quite fit."
         ),
         Verdict::Unknown => {
-            // Displacements are there together; of blocks one would do.
-            let (least, join) = match diagnosis.search.as_ref().and_then(displaced) {
-                Some(_) => (0.0, " and "),
-                None => (SAME_PLACE, " or "),
+            // Displacements are there together, and so are runs; of blocks one would do.
+            let first = diagnosis.search.as_ref().and_then(|search| search.stages.first());
+            let apart = first.map_or(&[][..], |stage| &stage.noise_found.apart);
+            let is_apart =
+                |one: &Location| apart.iter().any(|own| own.place.words == one.place.words);
+            let is_meant = |one: &&Location| match &diagnosis.why {
+                Some((Why::Displaced, _)) => true,
+                Some((Why::RunsApart, _)) => is_apart(one),
+                _ => one.share >= SAME_PLACE,
             };
-            let alike = diagnosis.locations.iter().filter(|one| one.share >= least);
+            let join = match &diagnosis.why {
+                Some((Why::Displaced | Why::RunsApart, _)) => " and ",
+                _ => " or ",
+            };
+            let alike = diagnosis.locations.iter().filter(is_meant);
             let places: Vec<&str> = alike.map(|one| one.place.words.as_str()).collect();
             let looks = match places.as_slice() {
                 [] => "No place of it stands out".to_owned(),
@@ -293,8 +306,13 @@ fn unnamed(diagnosis: &Diagnosis) -> String {
     let (names, several) = (format!("`{}`", effects.join("` and `")), effects.len() > 1);
     let verb = |one: &'static str, more: &'static str| if several { more } else { one };
     match why {
-        Why::NoneFits | Why::Displaced => {
-            "There is a gap that no effect of the library explains.".to_owned()
+        Why::NoneFits => "There is a gap that no effect of the library explains.".to_owned(),
+        Why::Displaced | Why::RunsApart => {
+            let beside = match effects {
+                [] => String::new(),
+                _ => format!(" Beside it {names} {}.", verb("shows", "show")),
+            };
+            format!("There is a gap that no effect of the library explains.{beside}")
         }
         Why::NotFitted => format!(
             "There is a gap like the one that {names} would make, but the model with it cannot be fitted to these readings."

@@ -33,6 +33,10 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     }
     let Some(found) = last_noise(diagnosis) else { return text };
     for Level { measurand, of, factor } in &found.levels {
+        // By so little that figures do not show it.
+        if (factor - 1.0).abs() < 0.005 {
+            continue;
+        }
         let hint = if (0.1..10.0).contains(factor) { "" } else { " Is its unit right?" };
         let factor = if *factor < 0.1 { format!("{factor:.1e}") } else { format!("{factor:.2}") };
         text.push_str(&format!(
@@ -52,6 +56,9 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     for (measurand, of, memory) in found.memories.iter().filter(|(name, ..)| !is_named(name)) {
         let time = figure::uncertainty(memory.time, &Unit::coherent(Dimension::TIME));
         let share = 100.0 * memory.share;
+        if share < 0.5 {
+            continue;
+        }
         text.push_str(&format!(
             "`{measurand}`{} has a memory of {time} in {share:.0} % of its variance; the weights take account of it.\n",
             in_campaign(of.as_deref())
@@ -84,10 +91,10 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
             periods.abs()
         ));
     }
-    if found.wild > 0 {
-        let are = if found.wild == 1 { "reading is" } else { "readings are" };
-        text.push_str(&format!("{} wild {are} left out:", found.wild));
-        let all = found.left_out.len();
+    let all = found.left_out.len();
+    if all > 0 {
+        let are = if all == 1 { "reading is" } else { "readings are" };
+        text.push_str(&format!("{all} wild {are} left out:"));
         let shown = if all <= SHOWN + 1 { all } else { SHOWN };
         for one in found.left_out.iter().take(shown) {
             let LeftOut { run, row, measurand, deviations } = one;

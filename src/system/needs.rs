@@ -96,12 +96,14 @@ pub fn stand_ins(effect: &Effect) -> Vec<Override> {
 }
 
 /// The heads at which an effect is to be tried: all of them if it names something that heads have
-/// in their own way, else none.
+/// in their own way, or patches each angle, which at a head is each of its own, else none.
 pub(crate) fn heads_for(model: &Model, effect: &Effect) -> Vec<Option<String>> {
     let uses_heads = names_in(effect)
         .iter()
         .any(|name| model.heads.values().any(|aliases| aliases.contains_key(owner_of(name))));
-    if uses_heads {
+    let is_each = |target: &Target| matches!(target, Target::EachAngle | Target::EachAngleSigma);
+    let patches_each = effect.patches.iter().any(|line| is_each(&line.target));
+    if uses_heads || (patches_each && !model.heads.is_empty()) {
         model.heads.keys().map(|head| Some(head.clone())).collect()
     } else {
         vec![None]

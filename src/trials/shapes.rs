@@ -28,7 +28,7 @@ const FORMS: &[Written] = &[
         "reversal_algebraic",
         &["tracking_reversal"],
         r#"step = { unit = "rad", typical = "1.6 arcsec", scope = "instrument" }"#,
-        r#""each.angle" = 'self + step * rate(self) / sqrt(rate(self)^2 + (0.03 rad/s)^2)'"#,
+        r#""each.angle" = 'self + step * rate(self) / sqrt(rate(self)^2 + (0.03 rad / 1 s)^2)'"#,
     ),
     (
         "reversal_sharp",
@@ -46,19 +46,19 @@ const FORMS: &[Written] = &[
         "stribeck_windup",
         &["arm_windup"],
         r#"windup = { unit = "m", typical = "8 um", scope = "rig" }"#,
-        r#"target = 'target - windup * tanh(rate(arm_angle) / 6 deg/s) * rotate(arm_turn, [0, 1, 0])'"#,
+        r#"target = 'target - windup * tanh(rate(arm_angle) * 1 s / 6 deg) * rotate(arm_turn, [0, 1, 0])'"#,
     ),
     (
         "drag_of_less_than_square",
         &["air_drag"],
         r#"drag = { unit = "m", typical = "2 um", scope = "rig" }"#,
-        r#"target = 'target - drag * sign(rate(arm_angle)) * abs(rate(arm_angle) / 1 rad/s)^1.85 * rotate(arm_turn, [0, 1, 0])'"#,
+        r#"target = 'target - drag * sign(rate(arm_angle)) * abs(rate(arm_angle) * 1 s / 1 rad)^1.85 * rotate(arm_turn, [0, 1, 0])'"#,
     ),
     (
         "stretch_that_stiffens",
         &["centrifugal_stretch", "support_sway"],
         r#"stretch = { unit = "m/(rad/s)^2", typical = "0.5 um/(rad/s)^2", scope = "rig" }"#,
-        r#"radius = 'radius + stretch * rate(arm_angle)^2 / (1 + (rate(arm_angle) / 8 rad/s)^2)'"#,
+        r#"radius = 'radius + stretch * rate(arm_angle)^2 / (1 + (rate(arm_angle) * 1 s / 8 rad)^2)'"#,
     ),
     (
         "triangular_encoder_error",
@@ -174,10 +174,29 @@ fn made((name, names, parameters, patch): &Written) -> Option<Shape> {
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use std::path::Path;
+
     use super::*;
+    use crate::library::Library;
+    use crate::system::{Selected, System};
 
     #[test]
     fn every_shape_can_be_read() {
         assert_eq!(shapes().len(), FORMS.len() + NAMELESS.len());
+    }
+
+    /// A form that no model takes is never drawn, and no score says so.
+    #[test]
+    fn every_shape_fits_a_model() {
+        let library = Library::builtin().unwrap();
+        let model = library.model("polar_two_rotations", Path::new(".")).unwrap();
+        for shape in shapes() {
+            let (effect, member) = (shape.effect.clone(), Default::default());
+            let selected = Selected { effect, head: None, member };
+            let built = System::build(&model, &[selected], &[], &vec![None; model.inputs.len()]);
+            assert!(built.is_ok(), "{}: {:?}", shape.effect.name, built.err());
+        }
     }
 }

@@ -43,8 +43,22 @@ impl Place {
 
     /// Of a block with a value for each run: that the value changed before a run, for good.
     pub(in crate::diagnose) fn changed_before(&self, name: &str) -> Self {
+        self.in_runs(&format!("from run `{name}` on"))
+    }
+
+    /// Of a block with a value for each run: in which runs.
+    pub(in crate::diagnose) fn in_runs(&self, which: &str) -> Self {
         let what = self.words.trim_end_matches(&format!(" over {RUN}"));
-        Self { words: format!("{what} from run `{name}` on"), ..self.clone() }
+        Self { words: format!("{what} {which}"), ..self.clone() }
+    }
+
+    /// Of a reading that is left out in a run.
+    pub(in crate::diagnose) fn of_run(measurand: &str, run: &str) -> Self {
+        Self {
+            of: Of::Measurand(measurand.to_owned()),
+            covariate: RUN.to_owned(),
+            words: format!("an error of `{measurand}` in run `{run}`"),
+        }
     }
 
     /// Of a family, with the member that was found.

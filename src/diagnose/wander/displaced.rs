@@ -14,7 +14,6 @@ use crate::diagnose::score::{Score, likelihood_of_gain};
 use crate::diagnose::structure::Place;
 use crate::diagnose::verdict::{FURTHER, Location, Ranked};
 use crate::engine::Problem;
-use crate::engine::layout::qualified;
 
 use super::sequence::{Span, in_order, places, spans};
 use super::wandering::Wandering;
@@ -166,11 +165,7 @@ fn without<'p>(taken: &[&'p Possible], one: &Possible) -> Vec<&'p Possible> {
 fn located(problem: &Problem, changed: Changed<'_>, mut found: Vec<(usize, f64)>) -> Vec<Location> {
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     let most = found.first().map_or(1.0, |(_, gain)| *gain);
-    let names: Vec<String> = problem
-        .parts
-        .iter()
-        .flat_map(|part| part.runs.iter().map(|run| qualified(part.label.as_deref(), &run.name)))
-        .collect();
+    let names = problem.run_names();
     let place = |run: usize| match changed {
         Changed::Rig => Place::before_run(&names[run]),
         Changed::Block(place, _) => place.changed_before(&names[run]),

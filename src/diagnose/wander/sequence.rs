@@ -4,10 +4,10 @@
 use crate::engine::Problem;
 
 /// The setup of a run, and when the run begins and ends since the setup began (s), if it has samples.
-pub(super) type Span = (usize, Option<[f64; 2]>);
+pub(in crate::diagnose) type Span = (usize, Option<[f64; 2]>);
 
 /// The spans of all runs.
-pub(super) fn spans(problem: &Problem) -> Vec<Span> {
+pub(in crate::diagnose) fn spans(problem: &Problem) -> Vec<Span> {
     let setups = problem.layout.columns.runs.iter().map(|(setup, _)| *setup);
     let runs = problem.parts.iter().flat_map(|part| &part.runs);
     let ends = runs.map(|run| run.record.ends(|samples| &samples.setup_time));
@@ -15,7 +15,7 @@ pub(super) fn spans(problem: &Problem) -> Vec<Span> {
 }
 
 /// All runs, those of each setup one after the other.
-pub(super) fn in_order(spans: &[Span]) -> Vec<usize> {
+pub(in crate::diagnose) fn in_order(spans: &[Span]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..spans.len()).collect();
     let setups = spans.iter().map(|one| one.0 + 1).max().unwrap_or(0);
     for setup in 0..setups {
@@ -35,7 +35,7 @@ pub(super) fn in_order(spans: &[Span]) -> Vec<usize> {
 }
 
 /// The place of each run in such an order.
-pub(super) fn places(order: &[usize]) -> Vec<usize> {
+pub(in crate::diagnose) fn places(order: &[usize]) -> Vec<usize> {
     let mut places = vec![0; order.len()];
     for (place, run) in order.iter().enumerate() {
         places[*run] = place;

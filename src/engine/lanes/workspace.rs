@@ -154,7 +154,7 @@ impl Workspace {
         let stretch = chunk.start..chunk.start + chunk.len;
         for (column, slot) in code.columns.iter().zip(&mut self.slots) {
             let values: &[f64] = match *column {
-                Column::Clock(Clock::Time) => &samples.time[stretch.clone()],
+                Column::Clock(Clock::Time) => &samples.elapsed_time[stretch.clone()],
                 Column::Clock(Clock::RunTime) => &samples.run_time[stretch.clone()],
                 Column::Clock(Clock::SetupTime) => &samples.setup_time[stretch.clone()],
                 Column::Clock(Clock::UniformTime) => &samples.uniform_time[stretch.clone()],
