@@ -50,18 +50,18 @@ pub struct Support {
 }
 
 impl Support {
-    /// Logarithm of the probability by chance of a gain of one of so many members, if noise is as unruly as
-    /// it looks: a test of F with scores that scatter `inflation` times as much as the noise says, or, where
-    /// stretches are too few to show that, the most that a memory of this strength can pretend.
-    pub fn ln_p(&self, gain: f64, degrees: usize, members: usize, inflation: f64) -> f64 {
-        let alone = if self.stretches < LEAST_STRETCHES {
+    /// Logarithm of the probability by chance of a gain, if noise is as unruly as it looks: a test of F with
+    /// scores that scatter `inflation` times as much as the noise says, or, where stretches are too few to
+    /// show that, the most that a memory of this strength can pretend. Members of a family are paid for in
+    /// the score test alone: few stretches would never give so many.
+    pub fn ln_p(&self, gain: f64, degrees: usize, inflation: f64) -> f64 {
+        if self.stretches < LEAST_STRETCHES {
             let most = (1.0 + self.memory) / (1.0 - self.memory);
             ln_chi_squared(gain / most, degrees)
         } else {
             let d = degrees as f64;
             ln_f(gain / (d * inflation.max(1.0)), d, self.stretches as f64 - 1.0)
-        };
-        (alone + (members.max(1) as f64).ln()).min(0.0)
+        }
     }
 }
 

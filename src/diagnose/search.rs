@@ -111,8 +111,8 @@ impl Stage {
         if score.ln_p > level || score.lambda() < LEAST_LAMBDA {
             return false;
         }
-        let (degrees, members) = (score.degrees, self.members[candidate]);
-        self.support().ln_p(score.gain, degrees, members, self.inflation[candidate]) <= level
+        let inflation = self.inflation[candidate];
+        self.support().ln_p(score.gain, score.degrees, inflation) <= level
     }
 
     /// What is known of how scores scatter.

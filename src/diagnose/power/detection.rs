@@ -28,7 +28,7 @@ pub fn bar(degrees: usize, members: usize, level: f64, support: Support) -> f64 
     // The scatter of the scores is itself an estimate, and only what exceeds 1 counts: the mean of
     // max(1, 1 + s z) for a normal z is 1 + 0.4 s.
     let scatter = 1.0 + 0.4 * (2.0 / (support.stretches.max(1) as f64 * d)).sqrt();
-    let supported = smallest(|gain| support.ln_p(gain, degrees, members, scatter), level);
+    let supported = smallest(|gain| support.ln_p(gain, degrees, scatter), level);
     chance.max(supported).max(LEAST_LAMBDA.powi(2) + d)
 }
 
@@ -128,10 +128,9 @@ mod tests {
         assert!((many - 55.0).abs() < 1e-9, "{many}");
         // Abramowitz and Stegun, table 26.8: the 1 % point of 60 degrees.
         assert!((bar(60, 1, 0.01_f64.ln(), few) - 88.3794).abs() < 1e-3);
-        let of = |members, support| bar(8, members, (1e-4_f64).ln(), support);
-        assert!(of(1, support(60, 0.0)) > of(1, few));
-        // Members are paid for; a memory of 0.8 may pretend nine times as much.
-        assert!(of(100, support(60, 0.0)) > of(1, support(60, 0.0)) + 9.0);
+        let level = (1e-4_f64).ln();
+        assert!(bar(8, 1, level, support(60, 0.0)) > bar(8, 1, level, few));
+        // A memory of 0.8 may pretend nine times as much.
         assert!((bar(60, 1, 0.01_f64.ln(), support(5, 0.8)) - 9.0 * 88.3794).abs() < 1e-2);
         assert!(leads(4.6, 1, 1) > 0.9 && leads(4.5, 1, 1) < 0.9);
     }
