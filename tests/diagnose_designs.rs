@@ -99,6 +99,54 @@ fn codes_for_missing_values_are_left_out_by_row() {
     }
 }
 
+/// A reading that is off by a constant in one run is that, not noise with a memory, whatever its size.
+#[test]
+fn a_run_beside_the_others_is_told() {
+    let opened = open(&Request::new([folder()])).unwrap();
+    for (number, shift) in [(9, 500e-6), (4, 17.5e-3)] {
+        let mut parts = opened.problem.parts.clone();
+        let name = parts[0].runs[number].name.clone();
+        parts[0].runs[number].record.edit(|samples| {
+            samples.readings[2].iter_mut().for_each(|reading| *reading += shift);
+        });
+        let found = run(Problem::new(parts), &opened);
+        assert_eq!((found.verdict, found.effects.len()), (Verdict::Unknown, 0), "{shift}");
+        let words = &found.locations[0].place.words;
+        assert!(words.contains("`distance`") && words.contains(&name), "{shift}: {words}");
+    }
+}
+
+/// Formulas count time from the first sample: stamps of the day say the same.
+#[test]
+fn the_origin_of_the_stamps_does_not_matter() {
+    let own = tempfile::tempdir().unwrap();
+    for file in std::fs::read_dir(folder()).unwrap() {
+        let path = file.unwrap().path();
+        let to = own.path().join(path.file_name().unwrap());
+        if path.extension().is_none_or(|extension| extension != "csv") {
+            std::fs::copy(&path, to).unwrap();
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        let later = |line: &str| match line.split_once(',') {
+            Some((time, rest)) => match time.parse::<f64>() {
+                Ok(time) => format!("{:.6},{rest}\n", time + 36_000.0),
+                Err(_) => format!("{line}\n"),
+            },
+            None => format!("{line}\n"),
+        };
+        std::fs::write(to, text.lines().map(later).collect::<String>()).unwrap();
+    }
+    let of = |folder: &Path| {
+        let opened = open(&Request::new([folder])).unwrap();
+        let found = run(opened.problem.clone(), &opened);
+        let own = found.candidates.into_iter().find(|one| one.name == "arm_thermal_growth");
+        own.unwrap().score.gain
+    };
+    let (as_is, later) = (of(&folder()), of(own.path()));
+    assert!((as_is - later).abs() < 1e-3 * as_is.max(1.0), "{as_is} {later}");
+}
+
 /// A campaign as one request opens it, with readings drawn as another one says.
 fn drawn_as(request: &Request, truth: &Request, seed: u64) -> Opened {
     let mut drawn = open(truth).unwrap().problem;
