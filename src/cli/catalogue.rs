@@ -65,8 +65,11 @@ impl Effects {
         let mut rows = Vec::new();
         for effect in library.effects() {
             let why = match &model {
-                Some(model) => system::testable(model, effect, &[]).err().map(|why| why.messages()),
-                None => None,
+                // Built-in detectors look at the readings of any model.
+                Some(model) if !effect.builtin => {
+                    system::testable(model, effect, &[]).err().map(|why| why.messages())
+                }
+                _ => None,
             };
             rows.push((effect, why));
         }

@@ -60,7 +60,9 @@ impl Check {
         }
         if path.extension().is_some_and(|extension| extension == "toml") {
             let source = Source::read(path)?;
-            return if is_effect(&source) {
+            return if is_campaign(&source) {
+                self.campaign(path)
+            } else if is_effect(&source) {
                 effect(library, &Arc::new(Effect::parse(source)?))
             } else {
                 model(&Model::parse(source)?)
@@ -94,6 +96,11 @@ impl Check {
             opened.problem.layout.columns.len()
         ))
     }
+}
+
+/// Whether a file is a campaign or a plan: it has runs.
+fn is_campaign(source: &Source) -> bool {
+    source.text.lines().any(|line| line.trim_start().starts_with("[[runs]]"))
 }
 
 /// Whether a file is an effect: it patches, or acts.

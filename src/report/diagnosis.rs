@@ -11,7 +11,7 @@ use crate::diagnose::structure::Of;
 use crate::diagnose::verdict::{Location, Ranked};
 use crate::diagnose::whiten::{Noise, NoiseEffect};
 use crate::estimate::calibrate::Estimate;
-use crate::report::json::{estimate, number, unobservable};
+use crate::report::json::{calibration, estimate, number, unobservable};
 
 /// The result of `diagnose`, at most `top` candidates.
 pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
@@ -59,6 +59,7 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
             })
         ).collect::<Vec<_>>(),
         "left_out": left_out(diagnosis),
+        "fit": calibration(&diagnosis.nominal)["fit"],
         "unobservable": unobservable(&diagnosis.nominal.unobservable),
     })
 }
