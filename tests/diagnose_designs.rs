@@ -203,6 +203,36 @@ fn a_held_out_campaign_takes_the_constants_of_effects() {
     assert!(gap.closed.unwrap() > 0.9, "{gap:?}");
 }
 
+/// A value that nominal parameters take up does not make an effect harder to see.
+#[test]
+fn what_cannot_be_seen_is_no_part_of_a_size() {
+    let own = tempfile::tempdir().unwrap();
+    let size = "{ unit = \"m\", typical = \"20 um\", scope = \"rig\" }";
+    let wave = "rotate(arm_turn, [0, wave * sin(3 * arm_angle), 0])";
+    for (name, more, lift) in [("bent", "lift", "[0, 0, lift] + "), ("alone", "", "")] {
+        let second = if more.is_empty() { String::new() } else { format!("{more} = {size}\n") };
+        let text = format!(
+            "name = \"{name}\"\ntitle = \"Own\"\nacts = \"arm\"\n[parameters]\nwave = {size}\n{second}\
+             [patch]\ntarget = 'target + {lift}{wave}'\n"
+        );
+        std::fs::write(own.path().join(format!("{name}.toml")), text).unwrap();
+    }
+    let mut request = Request::new([folder()]);
+    request.effects = vec![own.path().to_path_buf()];
+    let opened = open(&request).unwrap();
+    let (point, _) = start(&opened.problem);
+    let only = Wanted::new(&["bent".to_owned(), "alone".to_owned()], &[]);
+    let found = power(opened.problem, opened.recipes, point, &only).unwrap();
+    let size =
+        |name: &str| found.rows.iter().find(|one| one.name == name).unwrap().detectable.unwrap();
+    assert!(
+        (size("bent") / size("alone") - 1.0).abs() < 0.05,
+        "{} {}",
+        size("bent"),
+        size("alone")
+    );
+}
+
 /// Effects of the user's own: one with a value that nominal parameters take up, one that is never off.
 #[test]
 fn own_effects_are_tested_by_what_can_be_seen_of_them_and_where_they_can_be_off() {

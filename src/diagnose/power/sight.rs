@@ -4,7 +4,7 @@
 //! and counted in the unit of the first: the amplitude of a cosine and sine pair. A value for each
 //! setup, run or measurand has that size in each of them. Nobody knows the phase: probabilities are
 //! means over directions (`DIRECTIONS` random ones, always the same) and over the members of a family.
-//! Directions that nominal parameters take up are left aside.
+//! Values and directions that nominal parameters take up are left aside.
 
 use std::collections::BTreeMap;
 
@@ -21,6 +21,8 @@ use crate::diagnose::evidence::{Entry, Evidence};
 const DIRECTIONS: usize = 48;
 /// Part of the strongest direction's squared length below which a direction is none.
 const NOTHING: f64 = 1e-6;
+/// Part of the longest value's signature below which a value is not seen.
+const UNSEEN: f64 = 1e-4;
 /// Probability with which an effect of the stated size is declared, or told from the others.
 pub const CAUGHT: f64 = 0.9;
 /// Sizes beyond so many times the typical and the detectable one are not thought of.
@@ -58,10 +60,16 @@ pub fn directions(way: Way<'_>) -> Vec<DVector<f64>> {
     let (scale, groups) = groups(way);
     let count = if scale.len() > 1 { DIRECTIONS } else { 1 };
     let contrast = way.candidate.sums_to_zero();
+    let seen = seen(way, &scale);
     let mut generator = ChaCha12Rng::seed_from_u64(1);
     let mut draw = || {
         let mut direction =
             DVector::from_fn(scale.len(), |_, _| StandardNormal.sample(&mut generator));
+        // What nobody can see is no part of the size.
+        seen.iter()
+            .zip(direction.iter_mut())
+            .filter(|(seen, _)| !**seen)
+            .for_each(|(_, one)| *one = 0.0);
         normalise(&mut direction, &groups);
         if contrast {
             // Values over one scope sum to zero, parameter by parameter.
@@ -76,6 +84,14 @@ pub fn directions(way: Way<'_>) -> Vec<DVector<f64>> {
     (0..count)
         .filter_map(|_| (0..DIRECTIONS).map(|_| draw()).find(|one| one.norm() > 0.0))
         .collect()
+}
+
+/// Which values change readings beyond the nominal parameters; all where none does.
+fn seen(way: Way<'_>, scale: &DVector<f64>) -> Vec<bool> {
+    let lengths = way.entry.lengths.column_iter().zip(scale.iter());
+    let lengths: Vec<f64> = lengths.map(|(column, scale)| column.norm() * scale).collect();
+    let most = lengths.iter().copied().fold(0.0, f64::max);
+    lengths.iter().map(|length| *length >= UNSEEN * most).collect()
 }
 
 /// The weight of each value, and the values that belong to one setup, run and measurand.
@@ -97,7 +113,9 @@ pub fn groups(way: Way<'_>) -> (DVector<f64>, Vec<Vec<usize>>) {
 fn normalise(direction: &mut DVector<f64>, groups: &[Vec<usize>]) {
     for group in groups {
         let length = group.iter().map(|k| direction[*k].powi(2)).sum::<f64>().sqrt();
-        group.iter().for_each(|k| direction[*k] /= length);
+        if length > 0.0 {
+            group.iter().for_each(|k| direction[*k] /= length);
+        }
     }
 }
 
