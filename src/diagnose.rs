@@ -291,7 +291,10 @@ pub fn diagnose(
         (diagnosis.absorbed, diagnosis.not_testable) = verdict::silent(first);
         diagnosis.not_testable.extend(never_off);
         diagnosis.not_testable.sort_by(|a, b| a.name.cmp(&b.name));
-        diagnosis.locations = verdict::locations(first);
+        // Which runs are apart is judged anew with each effect.
+        let is_apart = matches!(&diagnosis.why, Some((Why::RunsApart, _)));
+        let stage = search.stages.last().filter(|_| is_apart).unwrap_or(first);
+        diagnosis.locations = verdict::locations(stage);
     }
     if let Some(first) = search.stages.first()
         && (!diagnosis.lost.is_empty() || !first.noise_found.left_out.is_empty())

@@ -160,13 +160,12 @@ pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
     let structures = stage.structures_over_runs();
     let structure = stage.together(&structures);
     let mut white = left_white(stage, &structure);
-    let mut known = false;
+    let is_off = noise.apart.iter().any(|one| one.block.is_some());
     noise.apart.retain(|one| one.block.is_none());
-    if let Some((rest, apart)) = beside_few(stage, &structures, &white) {
+    if let Some((rest, apart)) = beside_few(stage, &structures, &white, is_off) {
         noise.apart.push(apart);
-        (white, known) = (rest, true);
-    }
-    if !known && !structures.is_empty() && !fitted.problem.has_memory() {
+        white = rest;
+    } else if !structures.is_empty() && !fitted.problem.has_memory() {
         let by_chance = by_chance(stage, &structures, &structure);
         let alone = left_white(stage, &stage.evidence.together(&[]));
         if likelihood_of_memory(&alone) > likelihood_of_memory(&white) - by_chance {
@@ -203,19 +202,24 @@ fn by_chance(stage: &Stage, structures: &[usize], together: &Entry) -> f64 {
 }
 
 /// What is left beside changes in a few runs, and these, where they are far likelier than what `white` says
-/// beside the structures that do without them.
+/// beside the structures that do without them. Once they are found (`is_off`) memories of other readings
+/// do not change that.
 fn beside_few(
     stage: &Stage,
     structures: &[usize],
     white: &[Sequence],
+    is_off: bool,
 ) -> Option<(Vec<Sequence>, Apart)> {
-    if stage.fitted.problem.has_memory() {
+    if stage.fitted.problem.has_memory() && !is_off {
         return None;
     }
     let (known, few) = few(stage)?;
     let entries = known.iter().map(|n| stage.entry(*n)).chain([&few.entry]);
     let together = stage.evidence.together(&entries.collect::<Vec<_>>());
     let rest = left_white(stage, &together);
+    if is_off {
+        return Some((rest, few.apart));
+    }
     let own = likelihood_of_memory(&rest) - by_chance(stage, &known, &together) - few.choices;
     let alone = stage.together(structures);
     let other = likelihood_of_memory(white) - by_chance(stage, structures, &alone);

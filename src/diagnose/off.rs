@@ -29,7 +29,10 @@ pub(super) fn never_off(fitted: &Fitted, wanted: &Wanted) -> Vec<NotTestable> {
     for one in made.offer.effects.iter().filter(|one| own.contains(&&*one.selected.effect.name)) {
         let is_wanted = wanted.includes(&one.selected.effect.name, one.selected.head.as_deref());
         let is_known = found.iter().any(|known| known.name == one.name);
-        if let Some(measurand) = changed(fitted, one).filter(|_| is_wanted && !is_known) {
+        if is_wanted
+            && !is_known
+            && let Some(measurand) = changed(fitted, one)
+        {
             let why = format!(
                 "it changes `{measurand}` where its parameters are zero: it must be off there, as `x + size * ...` is"
             );

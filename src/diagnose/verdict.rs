@@ -1,5 +1,6 @@
 //! The verdict: what the search found, as an answer.
 
+use super::apart::Apart;
 use super::candidates::NotTestable;
 use super::probability::probabilities;
 use super::score::{Score, of_gain};
@@ -147,7 +148,7 @@ pub fn verdict(search: &Search) -> Answer {
     if displaced(search).is_some() {
         return Answer::unknown(Why::Displaced, named());
     }
-    if !last.noise_found.apart.is_empty() {
+    if !apart(search).is_empty() {
         return Answer::unknown(Why::RunsApart, named());
     }
     if search.adopted.is_empty() {
@@ -189,6 +190,11 @@ pub fn verdict(search: &Search) -> Answer {
 /// What displaced the rig: it is in the model as a walk, which soaks it up, but it is none.
 pub fn displaced(search: &Search) -> Option<&Displaced> {
     search.stages.last()?.noise_found.displaced.as_ref()
+}
+
+/// Readings that are off in a few runs, as the last stage sees them.
+pub fn apart(search: &Search) -> &[Apart] {
+    search.stages.last().map_or(&[], |last| &last.noise_found.apart)
 }
 
 /// Of effects beside which something else was found: that they are not all is known.

@@ -26,10 +26,10 @@ const GROSS: f64 = 20.0;
 /// Of gross readings those go at once that are at least this part of the farthest: that one may have put
 /// the others there.
 const PEELED: f64 = 0.1;
-/// Runs of which most readings of a measurand are far out are left out as wholes: so many at most, and one of
-/// so many.
-const RUNS_APART: usize = 3;
+/// Runs of which most readings of a measurand are far out, and so many at least, are left out as wholes: so
+/// many runs at most, and one of so many.
 const LEAST_WRONG: usize = 10;
+const RUNS_APART: usize = 3;
 const ONE_OF: usize = 4;
 /// Where more readings than this share are far out, the noise has long tails and none is left out.
 const MOST_WILD: f64 = 0.05;
@@ -100,12 +100,15 @@ fn without(
     limit: impl Fn(&[f64], f64) -> f64,
 ) -> Option<Fitted> {
     let mut fitted = stage.fitted.clone();
-    let Trimmed { wild, of_runs, apart } = trim(&mut fitted.problem, white, peeled, limit);
-    let found = wild.len() + of_runs.len();
+    let trimmed = trim(&mut fitted.problem, white, peeled, limit);
+    if trimmed.is_empty() {
+        return None;
+    }
+    let Trimmed { wild, of_runs, apart } = trimmed;
     noise.wild += wild.len();
     noise.left_out.extend(wild.into_iter().chain(of_runs));
     noise.apart.extend(apart);
-    (found > 0).then_some(fitted)
+    Some(fitted)
 }
 
 /// What is left out.
@@ -145,7 +148,6 @@ fn trim(
         let mut sizes: Vec<f64> = one.present().map(f64::abs).collect();
         let Some(median) = median(&mut sizes) else { continue };
         let deviation = NORMAL * median;
-        let present = |run: &[f64]| run.iter().filter(|value| !value.is_nan()).count();
         let mut far: Vec<Vec<(usize, f64)>> = one
             .runs
             .iter()
@@ -155,16 +157,8 @@ fn trim(
                 all.filter(|(_, value)| value.abs() > limit).collect()
             })
             .collect();
-        let mut wrong: Vec<usize> = (0..far.len())
-            .filter(|run| {
-                far[*run].len() >= LEAST_WRONG && 2 * far[*run].len() > present(&one.runs[*run])
-            })
-            .collect();
-        if wrong.len() > RUNS_APART || ONE_OF * wrong.len() > far.len() {
-            wrong.clear();
-        }
-        let is_wrong = |run: &usize| wrong.contains(run);
-        let single = (0..far.len()).filter(|run| !is_wrong(run));
+        let wrong = wrong_runs(one, &far);
+        let single = (0..far.len()).filter(|run| !wrong.contains(run));
         let count: usize = single.map(|run| far[run].len()).sum();
         let too_many = count as f64 > MOST_WILD * sizes.len() as f64;
         let farthest = sizes.iter().copied().fold(0.0, f64::max);
@@ -205,6 +199,17 @@ fn trim(
         }
     }
     trimmed
+}
+
+/// The runs of which most readings are far out; none where they are too many to be exceptions.
+fn wrong_runs(one: &Sequence, far: &[Vec<(usize, f64)>]) -> Vec<usize> {
+    let is_wrong = |run: &usize| {
+        let present = one.runs[*run].iter().filter(|value| !value.is_nan()).count();
+        far[*run].len() >= LEAST_WRONG && 2 * far[*run].len() > present
+    };
+    let wrong: Vec<usize> = (0..far.len()).filter(is_wrong).collect();
+    let few = wrong.len() <= RUNS_APART && ONE_OF * wrong.len() <= far.len();
+    if few { wrong } else { Vec::new() }
 }
 
 /// Names outliers where there are more wild readings than chance gives.

@@ -7,6 +7,7 @@ use crate::diagnose::gap::Gap;
 use crate::diagnose::hidden::Hidden;
 use crate::diagnose::probability::{at_most, is_implausible};
 use crate::diagnose::search::Adopted;
+use crate::diagnose::stage::Stage;
 use crate::diagnose::structure::Of;
 use crate::diagnose::verdict::{Location, Ranked};
 use crate::diagnose::whiten::{Noise, NoiseEffect};
@@ -118,8 +119,12 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
 
 /// The noise with the named effects in the model.
 pub(crate) fn last_noise(diagnosis: &Diagnosis) -> Option<&Noise> {
-    let stages = &diagnosis.search.as_ref()?.stages;
-    stages.get(diagnosis.effects.len()).map(|stage| &stage.noise_found)
+    last_stage(diagnosis).map(|stage| &stage.noise_found)
+}
+
+/// The stage with the named effects in the model.
+pub(crate) fn last_stage(diagnosis: &Diagnosis) -> Option<&Stage> {
+    diagnosis.search.as_ref()?.stages.get(diagnosis.effects.len())
 }
 
 /// The estimates that belong to an effect.

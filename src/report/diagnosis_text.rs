@@ -3,8 +3,8 @@
 use crate::diagnose::Diagnosis;
 use crate::diagnose::gap::Gap;
 use crate::diagnose::probability::is_implausible;
-use crate::diagnose::verdict::{Location, Verdict, Why, locations};
-use crate::report::diagnosis::{estimates_of, last_noise, times_usual};
+use crate::diagnose::verdict::{Location, Verdict, Why, apart, locations};
+use crate::report::diagnosis::{estimates_of, last_noise, last_stage, times_usual};
 use crate::report::figure;
 use crate::report::noise_text::{alike, noise};
 use crate::report::text::{drawn, residual_unit, table, trouble, unit_of};
@@ -149,9 +149,7 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
 
 /// What an effect leaves whose form does not fit.
 fn remains(diagnosis: &Diagnosis, gap: &Gap) -> String {
-    let mut stages = diagnosis.search.iter().flat_map(|search| &search.stages);
-    let stage = stages.nth(diagnosis.effects.len());
-    let left = stage.map(locations).unwrap_or_default();
+    let left = last_stage(diagnosis).map(locations).unwrap_or_default();
     match (diagnosis.verdict, left.first()) {
         (Verdict::ShapeDiffers, Some(first)) => format!(
             "What is left looks like {}, {:.0} units of the noise long.\n",
@@ -267,8 +265,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         ),
         Verdict::Unknown => {
             // Displacements are there together, and so are runs; of blocks one would do.
-            let first = diagnosis.search.as_ref().and_then(|search| search.stages.first());
-            let apart = first.map_or(&[][..], |stage| &stage.noise_found.apart);
+            let apart = diagnosis.search.as_ref().map_or(&[][..], apart);
             let is_apart =
                 |one: &Location| apart.iter().any(|own| own.place.words == one.place.words);
             let is_meant = |one: &&Location| match &diagnosis.why {

@@ -5,7 +5,7 @@ use crate::diagnose::lost::Lost;
 use crate::diagnose::whiten::{Level, Noise, NoiseEffect};
 use crate::diagnose::wild::LeftOut;
 use crate::engine::layout::qualified;
-use crate::report::diagnosis::last_noise;
+use crate::report::diagnosis::{last_noise, last_stage};
 use crate::report::figure;
 use crate::report::text::{drawn, table};
 use crate::units::{Dimension, Unit};
@@ -121,14 +121,16 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
 /// Runs of which most readings of a measurand are left out: their files are to be looked at.
 fn whole_runs(diagnosis: &Diagnosis, found: &Noise) -> String {
     let mut text = String::new();
-    for part in &diagnosis.nominal.problem.parts {
+    let Some(stage) = last_stage(diagnosis) else { return text };
+    for part in &stage.fitted.problem.parts {
         let names = &part.system.assembly.names.measurands;
         for (index, run) in part.runs.iter().enumerate() {
             let run = qualified(part.label.as_deref(), &run.name);
-            for (one, all) in names.iter().zip(part.present_in(index)) {
+            for (one, rest) in names.iter().zip(part.present_in(index)) {
                 let own = |out: &&LeftOut| out.run == run && out.measurand == one.name;
                 let out = found.left_out.iter().filter(own).count();
-                if 2 * out > all {
+                let all = out + rest;
+                if out > rest {
                     text.push_str(&format!(
                         "{out} of {all} readings of `{}` in run `{}` are among them: look at its file (units, setup, clock).\n",
                         one.name, run
