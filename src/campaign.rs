@@ -27,6 +27,7 @@ pub mod file;
 pub mod header;
 mod lines;
 pub mod load;
+mod logged;
 mod overlap;
 pub mod overrides;
 #[cfg(feature = "parquet")]

@@ -551,6 +551,56 @@ fn streams_are_smoothed_unwrapped_and_kept_off_their_ends() {
 }
 
 #[test]
+fn gaps_of_a_stream_and_turns_without_a_period_are_told() {
+    let toml = CAMPAIGN
+        .replace("data =", "signals = [\"joints.csv\"]\ndata =")
+        .replace("[measurands]", "[inputs]\narm_angle = { smooth = \"50 ms\" }\n[measurands]");
+    // 200 degrees in each gap: only the way before it tells how many turns.
+    let mut joints = "time [s],arm_angle [deg]\n".to_owned();
+    for i in (0..1000).filter(|i| !(300..600).contains(i)) {
+        let t = f64::from(i) * 0.01;
+        joints += &format!("{t:.3},{:.6}\n", (300.0 + 70.0 * t).rem_euclid(360.0));
+    }
+    let mut slow = "time [s],distance [m]\n".to_owned();
+    for i in 0..100 {
+        slow += &format!("{:.3},1\n", f64::from(i) * 0.1);
+    }
+    let files = [("campaign.toml", toml.as_str()), ("slow.csv", &slow), ("joints.csv", &joints)];
+    let folder = Folder::new("gap", &files);
+    let campaign = folder.load(&LoadOptions::default()).unwrap();
+    let samples = campaign.runs[0].held();
+    let angle = samples.inputs[0].at(0, 8.0, 0.0_f64, 0) / DEGREE;
+    assert!((angle - 860.0).abs() < 1e-3, "{angle}");
+    let used: Vec<f64> = samples
+        .time
+        .iter()
+        .zip(&samples.readings[1])
+        .filter(|(_, read)| !read.is_nan())
+        .map(|(t, _)| *t)
+        .collect();
+    assert!(
+        used.iter().all(|t| (0.5..=2.491).contains(t) || (6.5..=9.491).contains(t)),
+        "{used:?}"
+    );
+    assert_eq!((used.len(), campaign.left_out[0].samples), (50, 50));
+    assert!(campaign.left_out[0].why.contains("a gap"), "{}", campaign.left_out[0].why);
+    assert!(campaign.warnings.is_empty());
+
+    let without = MODEL.replace(", period = \"360 deg\" }\ntemp", " }\ntemp");
+    assert_ne!(without, MODEL);
+    let model = Model::parse(Source::new("arm.toml", without)).unwrap();
+    let read = CampaignFile::read(&folder.0).unwrap().load(&model, &LoadOptions::default());
+    let warning = read.unwrap().warnings.remove(0);
+    assert!(
+        warning
+            .message
+            .contains("`arm_angle` in run `slow` jumps by more than half a turn at 0.850 s"),
+        "{warning}"
+    );
+    assert!(warning.help.join("").contains("period = \"360 deg\""), "{warning}");
+}
+
+#[test]
 fn plans_have_exact_motions() {
     let toml = CAMPAIGN.replace(
         "data = \"slow.csv\"",

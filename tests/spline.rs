@@ -178,3 +178,28 @@ fn periods_are_unwrapped() {
     unwrap(&mut fast, 360.0, |_, _| 300.0);
     assert_eq!(fast, [0.0, 300.0, 600.0]);
 }
+
+#[test]
+fn a_pause_over_which_the_curve_is_a_guess_is_not_covered() {
+    let times = (0..2000).map(|n| f64::from(n) * 0.01).filter(|t| *t < 8.0 || *t > 11.0);
+    let times: Vec<f64> = times.collect();
+    let mut noise = Noise(3);
+    let mut fit = |of: &dyn Fn(f64) -> f64, smoothing| {
+        let values: Vec<f64> = times.iter().map(|t| of(*t) + 1e-4 * noise.next()).collect();
+        Spline::fit(&times, &values, smoothing).unwrap()
+    };
+    let swinging = fit(&|t| (5.0 * t).sin(), Smoothing::Misfit(1e-4));
+    for (from, to, is_known) in [
+        (7.0, 7.9, true),
+        (7.5, 8.5, false),
+        (9.0, 9.1, false),
+        (10.9, 11.5, false),
+        (11.1, 12.0, true),
+    ] {
+        assert_eq!(swinging.covers(from, to), is_known, "{from} to {to}");
+    }
+    // Nothing is lost where the curve is too smooth for the pause, or stands still in it.
+    assert!(fit(&|t| 3.0 * t, Smoothing::Misfit(1.1e-4)).covers(9.0, 10.0));
+    assert!(fit(&|_| 2.0, Smoothing::TimeConstant(0.05)).covers(9.0, 10.0));
+    assert!(!fit(&|t| 3.0 * t, Smoothing::TimeConstant(0.05)).covers(9.0, 10.0));
+}

@@ -95,7 +95,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Takes out the readings of samples that lack an input, or lie outside a stream.
+    /// Takes out the readings of samples that lack an input, or lie where a stream says nothing.
     pub(crate) fn leave_out(&self, samples: &mut Samples, usable: &[bool], known: &mut Readings) {
         let Samples { time, inputs, readings, .. } = samples;
         let logged: Vec<(f64, &Spline)> = inputs
@@ -133,8 +133,10 @@ impl Loader<'_> {
             self.left_out.push(LeftOut { run: run.clone(), samples: lacking, why });
         }
         if outside > 0 {
-            let why =
-                format!("within {} s of the end of a stream, or outside it", self.delay_range);
+            let why = format!(
+                "within {} s of the end of a stream or of a gap in it, or outside it",
+                self.delay_range
+            );
             self.left_out.push(LeftOut { run: run.clone(), samples: outside, why });
         }
         if 2 * outside > all {

@@ -10,13 +10,18 @@ use crate::campaign::table::TIME;
 use crate::diagnostic::Diagnostic;
 
 const NO_TIME: &str = "the row has no time";
-const BACKWARDS: &str = "time runs backwards here";
-const IN_ORDER: &str = "the rows of a file are in the order of time";
 
 fn not_finite(cell: &str, value: f64, column: &Column) -> Diagnostic {
     let what = if value.is_nan() { "is not a number" } else { "is not finite" };
     Diagnostic::error(format!("`{cell}` in column `{}` {what}", column.name))
         .help("leave the cell empty where a reading is missing")
+}
+
+/// A row before the one that came last: either may have the wrong time.
+fn backwards(time: f64, last: f64) -> Diagnostic {
+    Diagnostic::error(format!("time runs backwards here: {time} s comes after {last} s")).help(
+        "the rows of a file are in the order of time; the row before may be the one that is off",
+    )
 }
 
 /// Reads the rows of one table in their order.
@@ -70,9 +75,7 @@ impl Reader {
             let fault = match cell {
                 Some(cell) if !value.is_finite() => not_finite(&cell.to_string(), *cell, column),
                 None if is_time => Diagnostic::error(NO_TIME),
-                Some(_) if is_time && value < self.last_time => {
-                    Diagnostic::error(BACKWARDS).help(IN_ORDER)
-                }
+                Some(_) if is_time && value < self.last_time => backwards(value, self.last_time),
                 _ => continue,
             };
             let mut place = header::place(&self.file, number, "", (0, 0));
@@ -160,7 +163,8 @@ impl Reader {
                 }
             }
             if Some(index) == self.time && self.row[index] < self.last_time {
-                faults.push(fault(BACKWARDS.into(), span).help(IN_ORDER));
+                let at = header::place(&self.file, number, text, span);
+                faults.push(backwards(self.row[index], self.last_time).at(at));
             }
         }
         if found != columns.len() {

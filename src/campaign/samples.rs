@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use crate::campaign::calibration::Corrections;
 use crate::campaign::captured::{Captured, columns_of};
@@ -13,9 +12,9 @@ use crate::campaign::readings::Readings;
 use crate::campaign::record::{BLOCK, Record};
 use crate::campaign::recorder::{Recorder, Store};
 use crate::campaign::run::Samples;
-use crate::campaign::signal::{Track, unwrap};
+use crate::campaign::signal::Track;
 use crate::campaign::spilled::shape;
-use crate::campaign::spline::{Smoothing, Spline};
+use crate::campaign::spline::Smoothing;
 use crate::campaign::table::{Skipped, TIME, Table, TableError};
 use crate::campaign::timing::captures::Captures;
 use crate::campaign::timing::replies::RequestToReply;
@@ -381,34 +380,6 @@ impl Loader<'_> {
             value: Vec::new(),
             rate: empty(&rate),
             acceleration: empty(&acceleration),
-        }
-    }
-
-    fn logged(&mut self, index: usize, entry: &RunEntry, stream: &Table) -> Track {
-        let input = &self.model.inputs[index];
-        let span = entry.signals.first().map_or(entry.name.span, |name| name.span);
-        let (Some(times), Some(values)) = (stream.values(TIME), stream.values(&input.name)) else {
-            let message = format!("the stream of `{}` has no column `time [s]`", input.name);
-            self.reader.fault(span, message, format!("columns found: {}", stream.names()));
-            return Track::Absent;
-        };
-        let (times, mut values): (Vec<f64>, Vec<f64>) =
-            times.iter().zip(values).filter(|(_, value)| !value.is_nan()).unzip();
-        if let Some(period) = self.inputs[index].period {
-            unwrap(&mut values, period, |_, _| 0.0);
-        }
-        if let Some(corrections) = &self.inputs[index].corrections {
-            for value in &mut values {
-                corrections.correct(value);
-            }
-        }
-        match Spline::fit(&times, &values, self.inputs[index].smoothing) {
-            Ok(spline) => Track::Logged(Arc::new(spline)),
-            Err(error) => {
-                let message = format!("the stream of `{}` cannot be smoothed: {error}", input.name);
-                self.reader.fault(span, message, "");
-                Track::Absent
-            }
         }
     }
 }

@@ -147,7 +147,7 @@ fn local_spacing(points: &Points, s: f64) -> Vec<f64> {
 }
 
 /// Root mean square of raw minus smoothed, over raw values (averaged ones count as many).
-fn misfit(points: &Points, curve: &Curve) -> f64 {
+pub(crate) fn misfit(points: &Points, curve: &Curve) -> f64 {
     let mut sum = 0.0;
     let mut total = 0.0;
     for ((y, g), count) in points.y.iter().zip(&curve.value).zip(&points.count) {

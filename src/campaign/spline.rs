@@ -19,6 +19,12 @@ const SAME_TIME: f64 = 1e-3;
 /// equations however dense the stream.
 const SAME_PART: f64 = 0.02;
 
+/// A stream pauses where nothing comes for so many of its mean spacings.
+const PAUSE: f64 = 10.0;
+
+/// Over a pause the curve is a guess if it moves by so many times what values scatter about it.
+const GUESSED: f64 = 10.0;
+
 /// How much to smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Smoothing {
@@ -74,6 +80,8 @@ pub struct Spline {
     pieces: Vec<[f64; 4]>,
     /// Value at the first and the last knot.
     ends: [f64; 2],
+    /// Pauses over which the curve is a guess: seconds since the origin.
+    gaps: Vec<[f64; 2]>,
     /// Root of the mean leverage.
     noise_gain: f64,
     /// Effective time constant (s).
@@ -105,7 +113,30 @@ impl Spline {
             Smoothing::Misfit(sigma) => smoothing::by_misfit(&points, sigma),
             Smoothing::CrossValidation => smoothing::by_cross_validation(&points),
         };
-        Ok(Self::from_curve(first + shift, points.x, &curve))
+        let scatter = smoothing::misfit(&points, &curve);
+        let mut spline = Self::from_curve(first + shift, points.x, &curve);
+        spline.gaps = spline.guessed(mean_spacing(times), scatter);
+        Ok(spline)
+    }
+
+    /// The pauses over which the curve is a guess: longer than half the period of what it lets pass, and
+    /// it moves there.
+    fn guessed(&self, spacing: f64, scatter: f64) -> Vec<[f64; 2]> {
+        let shortest = std::f64::consts::PI * self.time_constant;
+        let moves = |piece: usize, length: f64| {
+            let at = |eighth: i32| {
+                self.within(piece, self.knots[piece] + length * f64::from(eighth) / 8.0, 0)
+            };
+            (1..=8).any(|eighth| (at(eighth) - at(0)).abs() > GUESSED * scatter)
+        };
+        let pieces = self.knots.windows(2).enumerate();
+        pieces
+            .filter(|(piece, knots)| {
+                let length = knots[1] - knots[0];
+                is_pause(length, spacing) && length > shortest && moves(*piece, length)
+            })
+            .map(|(_, knots)| [knots[0], knots[1]])
+            .collect()
     }
 
     /// The piecewise cubic with given values and second derivatives at the knots.
@@ -126,6 +157,7 @@ impl Spline {
             origin,
             pieces,
             ends: [first, last],
+            gaps: Vec::new(),
             noise_gain: curve.leverage.sqrt(),
             time_constant: curve.time_constant,
         }
@@ -179,9 +211,13 @@ impl Spline {
         }
     }
 
-    /// Whether the times `from..=to` (s) lie within the knots.
+    /// Whether the curve is known at the times `from..=to` (s): they lie within the knots, and in no pause
+    /// over which it is a guess.
     pub fn covers(&self, from: f64, to: f64) -> bool {
-        from - self.origin >= 0.0 && to - self.origin <= self.knots.last().copied().unwrap_or(0.0)
+        let (from, to) = (from - self.origin, to - self.origin);
+        let next = self.gaps.partition_point(|[_, end]| *end <= from);
+        let is_free = self.gaps.get(next).is_none_or(|[start, _]| *start >= to);
+        from >= 0.0 && to <= self.knots.last().copied().unwrap_or(0.0) && is_free
     }
 
     /// Time of the first and of the last knot (s).
@@ -200,6 +236,17 @@ impl Spline {
     pub fn time_constant(&self) -> f64 {
         self.time_constant
     }
+}
+
+/// Mean interval between times.
+pub(crate) fn mean_spacing(times: &[f64]) -> f64 {
+    let length = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
+    length / times.len().max(2).saturating_sub(1) as f64
+}
+
+/// Whether an interval is a pause of a stream with that spacing.
+pub(crate) fn is_pause(length: f64, spacing: f64) -> bool {
+    length > PAUSE * spacing
 }
 
 /// Knots with their values and how many raw values each stands for.
