@@ -50,12 +50,39 @@ pub struct System {
     pub assembly: Assembly,
     /// What is known of each of `assembly.names.parameters`, overrides applied; never of scope sample.
     pub settings: Vec<Setting>,
+    /// What is known of a parameter in one setup, where that is more than in all.
+    pub of_setups: Vec<OfSetup>,
     /// More on each of `assembly.names.parameters`.
     pub declared: Vec<Declared>,
     /// What is known of each of `assembly.names.randoms`.
     pub randoms: Vec<RandomSetting>,
     /// The effects in order of application.
     pub effects: Vec<EffectInstance>,
+}
+
+/// What is known of a parameter in one setup.
+#[derive(Clone, Debug)]
+pub struct OfSetup {
+    /// Name of the setup.
+    pub setup: String,
+    /// The parameter, by its index.
+    pub parameter: usize,
+    /// What is known of it there.
+    pub setting: Setting,
+}
+
+impl System {
+    /// What is known of a parameter in a setup.
+    pub fn setting_in(&self, parameter: usize, setup: &str) -> &Setting {
+        let own = |one: &&OfSetup| one.parameter == parameter && one.setup == setup;
+        self.of_setups.iter().find(own).map_or(&self.settings[parameter], |one| &one.setting)
+    }
+
+    /// What is known of a parameter, everywhere and in single setups, to be changed.
+    pub fn settings_mut(&mut self, parameter: usize) -> impl Iterator<Item = &mut Setting> {
+        let own = self.of_setups.iter_mut().filter(move |one| one.parameter == parameter);
+        self.settings.get_mut(parameter).into_iter().chain(own.map(|one| &mut one.setting))
+    }
 }
 
 /// Where a parameter comes from.

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use indexmap::IndexMap;
+use indexmap::{IndexMap, IndexSet};
 
 use crate::campaign::entries::{Entry, Item, Quantity, Reader, Value, get};
 use crate::campaign::overrides;
@@ -21,7 +21,7 @@ use crate::units::Unit;
 
 pub use crate::campaign::load::{Campaign, LeftOut, LoadOptions};
 
-const KEYS: [&str; 14] = [
+const KEYS: [&str; 15] = [
     "title",
     "model",
     "instrument",
@@ -29,6 +29,7 @@ const KEYS: [&str; 14] = [
     "effects",
     "metadata",
     "parameters",
+    "setups",
     "inputs",
     "measurands",
     "specification",
@@ -132,7 +133,7 @@ pub struct CampaignFile {
     pub effects: Vec<Named>,
     /// `[metadata]`.
     pub metadata: serde_json::Value,
-    /// `[parameters]`.
+    /// `[parameters]`, then what `[setups.NAME]` say over them.
     pub parameters: Vec<Override>,
     /// `[inputs]`.
     pub inputs: Vec<InputOverride>,
@@ -203,10 +204,17 @@ impl CampaignFile {
         let timing =
             get(&entries, "timing").and_then(|item| timing::read::timing(&mut reader, item));
         let parameters = table(&mut reader, "parameters");
+        let setups = table(&mut reader, "setups");
         let inputs = table(&mut reader, "inputs");
         let measurands = table(&mut reader, "measurands");
         let metadata = table(&mut reader, "metadata");
         let specification = table(&mut reader, "specification");
+        let timed = get(&entries, "timing").is_some();
+        let runs = runs(&mut reader, get(&entries, "runs"), timed);
+        let mut parameters = overrides::read(&mut reader, &parameters);
+        let known: IndexSet<&str> = runs.iter().map(|run| run.setup.as_str()).collect();
+        let known: Vec<&str> = known.into_iter().collect();
+        parameters.extend(overrides::of_setups(&mut reader, &setups, &known));
         let this = Self {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             path: path.to_owned(),
@@ -220,13 +228,13 @@ impl CampaignFile {
                 .map(|entry| (entry.key.clone(), entry.item.to_json()))
                 .collect::<serde_json::Map<_, _>>()
                 .into(),
-            parameters: overrides::read(&mut reader, &parameters),
+            parameters,
             inputs: inputs.iter().map(|entry| input(&mut reader, entry)).collect(),
             measurands: measurands.iter().map(|entry| measurand(&mut reader, entry)).collect(),
             specification: Specification::read(&mut reader, &specification),
             delay_range,
             timing,
-            runs: runs(&mut reader, get(&entries, "runs"), get(&entries, "timing").is_some()),
+            runs,
             reader: reader.clone(),
         };
         Diagnostics(reader.faults).into_result(Self {

@@ -5,6 +5,7 @@
 
 use crate::campaign::entries::{Entry, Item, Reader, Value};
 use crate::campaign::statement;
+use crate::diagnostic::Diagnostic;
 use crate::graph::Scope;
 use crate::model::Override;
 use crate::model::parameter::SCOPES;
@@ -34,10 +35,33 @@ pub(crate) fn read(reader: &mut Reader, entries: &[Entry]) -> Vec<Override> {
     found
 }
 
+/// Reads `[setups.NAME]`: what holds in a setup alone, of parameters that have a value in each. A setup
+/// without a run is a fault.
+pub(crate) fn of_setups(reader: &mut Reader, entries: &[Entry], setups: &[&str]) -> Vec<Override> {
+    let mut found = Vec::new();
+    for setup in entries {
+        if !setups.contains(&setup.key.as_str()) {
+            reader.unknown(setup.span, "setup", &setup.key, setups);
+        }
+        let said = reader.table(&setup.item, "[setups.A]").to_vec();
+        let own = read(reader, &said);
+        for one in own.iter().filter(|one| one.scope.is_some() || one.sum_zero.is_some()) {
+            let message = format!("`scope` and `sum` of `{}` hold for all setups", one.name);
+            let fault = Diagnostic::error(message).help("state them in [parameters]");
+            reader.faults.push(fault.at_maybe(one.place.as_ref()));
+        }
+        found.extend(own.into_iter().map(|one| Override { setup: Some(setup.key.clone()), ..one }));
+    }
+    found
+}
+
 fn read_one(reader: &mut Reader, entry: &Entry, name: &str, found: &mut Vec<Override>) {
     let entries = reader.table(&entry.item, "radius = { value = \"1.146 m\", sigma = \"20 um\" }");
-    let mut this =
-        Override { name: name.to_owned(), place: Some(reader.place(entry.span)), ..nothing() };
+    let mut this = Override {
+        name: name.to_owned(),
+        place: Some(reader.place(entry.span)),
+        ..Override::default()
+    };
     // An effect's parameter may be called `k`: a table is always a name, no key takes one.
     let is_name = |entry: &&Entry| matches!(entry.item.value, Value::Table(_));
     let (names, said): (Vec<&Entry>, Vec<&Entry>) = entries.iter().partition(is_name);
@@ -110,21 +134,4 @@ fn scope(reader: &mut Reader, item: &Item) -> Option<Scope> {
 fn several(reader: &mut Reader, item: &Item) -> Option<Vec<(f64, Unit)>> {
     let found = reader.quantities(item)?;
     Some(found.into_iter().map(|quantity| (quantity.value, quantity.unit)).collect())
-}
-
-fn nothing() -> Override {
-    Override {
-        name: String::new(),
-        place: None,
-        value: None,
-        sigma: None,
-        lower: None,
-        upper: None,
-        start: None,
-        plausible: None,
-        fixed: None,
-        scope: None,
-        sum_zero: None,
-        degrees_of_freedom: None,
-    }
 }

@@ -114,9 +114,13 @@ pub fn write_campaign_toml(
             }
         }
     }
-    if !campaign.parameters.is_empty() {
-        line("\n[parameters]".into());
-        campaign.parameters.iter().for_each(|parameter| line(parameter_line(parameter)));
+    // Those of all setups first, then those of each, as they were read.
+    for said in campaign.parameters.chunk_by(|one, next| one.setup == next.setup) {
+        match said.first().and_then(|first| first.setup.as_ref()) {
+            None => line("\n[parameters]".into()),
+            Some(setup) => line(format!("\n[setups.{}]", quoted(setup))),
+        }
+        said.iter().for_each(|parameter| line(parameter_line(parameter)));
     }
     let inputs: Vec<String> = model
         .inputs

@@ -151,8 +151,9 @@ fn without_effects(problem: &Problem) -> Problem {
                 own.any(|parameter| parameter.name == declared.local && !parameter.setting.fixed)
             })
         };
-        for (setting, declared) in part.system.settings.iter_mut().zip(&part.system.declared) {
-            if is_free(declared) {
+        let free: Vec<bool> = part.system.declared.iter().map(is_free).collect();
+        for (parameter, _) in free.into_iter().enumerate().filter(|(_, free)| *free) {
+            for setting in part.system.settings_mut(parameter) {
                 setting.fixed = true;
                 setting.value = None;
             }

@@ -15,6 +15,7 @@ use crate::estimate::batch::{Fit, FitError, Options, fit};
 use crate::estimate::calibrate::rms;
 use crate::estimate::start::start;
 use crate::graph::Scope;
+use crate::model::Override;
 use crate::system::{Selected, System};
 
 use super::candidates::Wanted;
@@ -244,7 +245,8 @@ fn with_effects(
             continue;
         }
         let own = format!("{name}.");
-        for said in other.overrides.iter().filter(|said| said.name.starts_with(&own)) {
+        let of_all = |said: &&Override| said.setup.is_none() && said.name.starts_with(&own);
+        for said in other.overrides.iter().filter(of_all) {
             if !recipe.overrides.iter().any(|one| one.name == said.name) {
                 recipe.overrides.push(said.clone());
             }

@@ -118,9 +118,10 @@ impl Layout {
             for (run, (run_name, setup)) in share.runs.iter().enumerate() {
                 let mut row = Vec::with_capacity(share.system.settings.len());
                 let parameters = &share.system.assembly.names.parameters;
-                for ((parameter, setting), noise_only) in
-                    parameters.iter().zip(&share.system.settings).zip(&noise_only)
+                for (index, (parameter, noise_only)) in
+                    parameters.iter().zip(&noise_only).enumerate()
                 {
+                    let setting = share.system.setting_in(index, &share.setups[*setup]);
                     let (holder, of, block) = match setting.scope {
                         Scope::Rig | Scope::Instrument => {
                             let name = if setting.scope == Scope::Rig {

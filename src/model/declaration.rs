@@ -212,6 +212,8 @@ pub struct Override {
     pub name: String,
     /// Where it stands, if it stands in a file.
     pub place: Option<Place>,
+    /// The setup in which it holds; `None`: everywhere.
+    pub setup: Option<String>,
     /// Known value (SI), one a component.
     pub value: Option<Vec<(f64, Unit)>>,
     /// Standard uncertainty of it.

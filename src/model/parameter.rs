@@ -131,6 +131,7 @@ pub fn said_of(section: &Section<'_>, known: Option<(&Unit, Kind)>) -> Override 
     };
     let said = Override {
         name: String::new(),
+        setup: None,
         place: None,
         value: list("value", &value),
         sigma: list("sigma", &width),

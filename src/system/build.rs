@@ -12,7 +12,7 @@ use crate::system::layer::Placed;
 use crate::system::needs::{delay_names, is_random, known_names};
 use crate::system::place::place;
 use crate::system::unknown::{Origin, Unknown};
-use crate::system::{EffectInstance, Selected, System};
+use crate::system::{EffectInstance, OfSetup, Selected, System};
 use crate::units::Unit;
 
 impl System {
@@ -199,6 +199,7 @@ impl Builder<'_> {
         let Self { model, placed, unknowns, owned } = self;
         let mut names = Names { quantities: model.quantities.clone(), ..Names::default() };
         let (mut settings, mut declared, mut randoms) = (Vec::new(), Vec::new(), Vec::new());
+        let mut of_setups = Vec::new();
         // Where each unknown went: random or parameter, by index.
         let mut places: Vec<(bool, usize)> = Vec::with_capacity(unknowns.len());
         for unknown in &unknowns {
@@ -213,6 +214,11 @@ impl Builder<'_> {
             } else {
                 let (name, unit) = (unknown.name.clone(), unknown.unit.clone());
                 names.parameters.push(Parameter { name, kind: unknown.kind, unit });
+                of_setups.extend(unknown.of_setups.iter().map(|(setup, own)| OfSetup {
+                    setup: setup.clone(),
+                    parameter: settings.len(),
+                    setting: own.setting.clone(),
+                }));
                 settings.push(unknown.setting.clone());
                 declared.push(unknown.declared.clone());
             }
@@ -292,7 +298,7 @@ impl Builder<'_> {
         }
         Diagnostics(faults).into_result(())?;
         let assembly = assemble(names)?;
-        Ok(System { assembly, settings, declared, randoms, effects })
+        Ok(System { assembly, settings, of_setups, declared, randoms, effects })
     }
 }
 

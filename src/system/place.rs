@@ -88,6 +88,11 @@ fn place_one(
         let name = format!("{}.{family}", effect.name);
         let mut value = declared.members.default_member();
         for said in overrides.iter().filter(|said| said.name == name) {
+            if said.setup.is_some() {
+                let message = format!("`{name}` is a member of a family, the same in all setups");
+                let error = Diagnostic::error(message).help("state it in [parameters]");
+                return Err(error.at_maybe(said.place.as_ref()).into());
+            }
             if let Some((message, help)) = said.check(1, &declared.unit) {
                 let error = Diagnostic::error(message).help(help);
                 return Err(error.at_maybe(said.place.as_ref()).into());

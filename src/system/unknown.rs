@@ -28,6 +28,8 @@ pub(super) struct Unknown {
     pub(super) kind: Kind,
     pub(super) unit: Unit,
     pub(super) setting: Setting,
+    /// What is said of it in single setups, with the setup's name.
+    pub(super) of_setups: Vec<(String, Unknown)>,
     pub(super) origin: Origin,
     pub(super) declared: Declared,
     pub(super) process: Process,
@@ -51,6 +53,7 @@ impl Unknown {
             kind: declaration.kind,
             unit: declaration.unit.clone(),
             setting: declaration.setting.clone(),
+            of_setups: Vec::new(),
             origin: Origin::Declared,
             declared: Declared {
                 local: declaration.name.clone(),
@@ -73,6 +76,7 @@ impl Unknown {
             kind: Kind::Scalar,
             unit,
             setting,
+            of_setups: Vec::new(),
             origin,
             process: Process::White,
             shape: Shape::Normal,
@@ -81,8 +85,22 @@ impl Unknown {
         }
     }
 
-    /// Lays an override over it.
+    /// Lays an override over it, and over what was said of it in single setups.
     pub(super) fn apply(&mut self, said: &Override) -> Result<(), Box<Diagnostic>> {
+        let Some(setup) = &said.setup else {
+            self.of_setups.iter_mut().try_for_each(|(_, own)| own.apply_here(said))?;
+            return self.apply_here(said);
+        };
+        if let Some((_, own)) = self.of_setups.iter_mut().find(|(known, _)| known == setup) {
+            return own.apply_here(said);
+        }
+        let mut own = Self { of_setups: Vec::new(), ..self.clone() };
+        own.apply_here(said)?;
+        self.of_setups.push((setup.clone(), own));
+        Ok(())
+    }
+
+    fn apply_here(&mut self, said: &Override) -> Result<(), Box<Diagnostic>> {
         let at = |error: Diagnostic| Box::new(error.at_maybe(said.place.as_ref()));
         if let Some((message, help)) = said.check(component_count(self.kind), &self.unit) {
             let error = Diagnostic::error(message);
@@ -118,8 +136,19 @@ impl Unknown {
         Err(at(Diagnostic::error(message)))
     }
 
-    /// What is wrong with it now that everything is said.
+    /// What is wrong with it, or with what is said of it in single setups, now that everything is said.
     pub(super) fn fault(&self) -> Option<Diagnostic> {
+        if let (Some((_, own)), false) =
+            (self.of_setups.first(), self.setting.scope == Scope::Setup)
+        {
+            let message = format!("`{}` has no value of its own in each setup", self.name);
+            let help = "state it in [parameters]; there scope = \"setup\" gives it one in each";
+            return Some(Diagnostic::error(message).help(help).at_maybe(own.place.as_ref()));
+        }
+        self.fault_here().or_else(|| self.of_setups.iter().find_map(|(_, own)| own.fault_here()))
+    }
+
+    fn fault_here(&self) -> Option<Diagnostic> {
         let (name, setting) = (&self.name, &self.setting);
         let error = |message: String, help: &str| {
             let error = Diagnostic::error(message);

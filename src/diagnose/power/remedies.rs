@@ -8,6 +8,7 @@ use crate::diagnose::stage::{Fitted, carried};
 use crate::engine::{Point, Problem};
 use crate::graph::{Kind, Scope};
 use crate::quaternion::Quaternion;
+use crate::system::OfSetup;
 use crate::units::Dimension;
 
 use super::design::design;
@@ -91,6 +92,10 @@ pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
         add("another setup", &|problem| {
             let part = &mut problem.parts[part];
             let setup = part.runs[run].setup;
+            let same = part.system.of_setups.iter().filter(|one| one.setup == part.setups[setup]);
+            let same: Vec<_> =
+                same.map(|one| OfSetup { setup: NEW.to_owned(), ..one.clone() }).collect();
+            part.system.of_setups.extend(same);
             part.setups.push(NEW.to_owned());
             let mut again: Vec<Run> =
                 part.runs.iter().filter(|run| run.setup == setup).cloned().collect();
@@ -111,9 +116,10 @@ pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
             let instance = fitted.problem.layout.instance_in(part, run, index);
             let value = fitted.fit.point.values[instance][0];
             add(&words, &|problem| {
-                let setting = &mut problem.parts[part].system.settings[index];
-                setting.value = Some(vec![value]);
-                setting.sigma = Some(vec![LENGTH]);
+                for setting in problem.parts[part].system.settings_mut(index) {
+                    setting.value = Some(vec![value]);
+                    setting.sigma = Some(vec![LENGTH]);
+                }
             });
         }
     }

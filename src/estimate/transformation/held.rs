@@ -31,8 +31,9 @@ impl<'a> Held<'a> {
         let mut parts = problem.parts.clone();
         for (p, held) in parts.iter_mut().enumerate() {
             for index in free_delays(problem, p) {
-                let setting = &mut held.system.settings[index];
-                (setting.fixed, setting.sigma, setting.value) = (true, None, Some(vec![0.0]));
+                for setting in held.system.settings_mut(index) {
+                    (setting.fixed, setting.sigma, setting.value) = (true, None, Some(vec![0.0]));
+                }
             }
         }
         let whole = Problem::new(parts);
@@ -67,7 +68,8 @@ impl<'a> Held<'a> {
 
 /// Gives a delay that is held another value.
 fn hold(problem: &mut Problem, part: usize, parameter: usize, value: f64) {
-    problem.parts[part].system.settings[parameter].value = Some(vec![value]);
+    let settings = problem.parts[part].system.settings_mut(parameter);
+    settings.for_each(|setting| setting.value = Some(vec![value]));
     for run in 0..problem.parts[part].runs.len() {
         let instance = problem.layout.used[part][run][parameter];
         problem.layout.instances[instance].setting.value = Some(vec![value]);

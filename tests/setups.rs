@@ -1,0 +1,173 @@
+//! What a campaign says of parameters in single setups: values, priors, faults.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use homepoint::campaign::write::write_campaign;
+use homepoint::diagnose::candidates::Wanted;
+use homepoint::diagnose::power::power;
+use homepoint::diagnostic::Diagnostics;
+use homepoint::engine::open::{Opened, Request, open};
+use homepoint::engine::simulate::simulate;
+use homepoint::engine::{Point, Problem};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::calibrate;
+
+/// Two setups, planned.
+const PLAN: &str = r#"
+model = "polar_one_rotation"
+[parameters]
+radius = { value = "1.2 m", sigma = "1 um" }
+orientation = { value = ["0.1 rad", "0.2 rad", "0.3 rad"] }
+collimation.offset = { value = "1 urad" }
+[setups.A]
+position = { value = ["1.5 m", "0.1 m", "0.2 m"] }
+[setups.B]
+position = { value = ["-0.5 m", "1.9 m", "0.3 m"], start = ["-0.6 m", "1.8 m", "0.3 m"] }
+orientation = { value = ["-0.4 rad", "0.2 rad", "1.3 rad"] }
+[inputs]
+arm_angle = { sigma = "1 urad" }
+[measurands]
+horizontal = { sigma = "6 urad" }
+vertical = { sigma = "6 urad" }
+distance = { sigma = "8 um" }
+"#;
+
+fn folder(name: &str, change: impl Fn(String) -> String) -> PathBuf {
+    let mut text = PLAN.to_owned();
+    for (setup, name, rate) in [
+        ("A", "A_ccw", 5),
+        ("A", "A_cw", -5),
+        ("A", "A_quick", 90),
+        ("B", "B_ccw", 5),
+        ("B", "B_quick", -90),
+    ] {
+        text += &format!(
+            "[[runs]]\nname = \"{name}\"\nsetup = \"{setup}\"\nplan = {{ trigger = \"5 Hz\", duration = \"72 s\", arm_angle = {{ start = \"0 deg\", rate = \"{rate} deg/s\" }} }}\n"
+        );
+    }
+    let folder = std::env::temp_dir().join(format!("setups-{name}-{}", std::process::id()));
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("campaign.toml"), change(text)).unwrap();
+    folder
+}
+
+fn opened(folder: &Path, set: &[&str]) -> Result<Opened, Diagnostics> {
+    let set = set.iter().map(|text| (*text).to_owned()).collect();
+    open(&Request { set, ..Request::new([folder]) })
+}
+
+/// The stated value of a parameter in a setup.
+fn value(problem: &Problem, name: &str, of: &str) -> Vec<f64> {
+    let mut all = problem.layout.instances.iter();
+    let own = all.find(|one| one.name == name && one.of.as_deref() == Some(of)).unwrap();
+    own.setting.value.clone().unwrap()
+}
+
+#[test]
+fn each_setup_has_its_own_place() {
+    let folder = folder("place", |text| text);
+    let Opened { problem, .. } = opened(&folder, &[]).unwrap();
+    assert_eq!(value(&problem, "position", "A"), [1.5, 0.1, 0.2]);
+    assert_eq!(value(&problem, "position", "B"), [-0.5, 1.9, 0.3]);
+    assert_eq!(value(&problem, "orientation", "A"), [0.1, 0.2, 0.3]);
+    assert_eq!(value(&problem, "orientation", "B"), [-0.4, 0.2, 1.3]);
+    // What is said on the command line holds in all of them.
+    let said = opened(&folder, &["position=1 m,2 m,3 m"]).unwrap().problem;
+    assert_eq!(value(&said, "position", "A"), [1.0, 2.0, 3.0]);
+    assert_eq!(value(&said, "position", "B"), [1.0, 2.0, 3.0]);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn what_is_drawn_at_two_places_is_found_there_and_written_again() {
+    let folder = folder("drawn", |text| text);
+    let Opened { mut problem, campaigns, models, .. } = opened(&folder, &[]).unwrap();
+    let stated = Point::stated(&problem.layout);
+    simulate(&mut problem, &stated, 4, true);
+    let written = folder.join("written");
+    write_campaign(&written, &campaigns[0], &models[0], &problem.parts[0].runs).unwrap();
+    let again = opened(&written, &[]).unwrap().problem;
+    for name in ["position", "orientation"] {
+        for setup in ["A", "B"] {
+            assert_eq!(value(&again, name, setup), value(&problem, name, setup));
+        }
+    }
+    let found = calibrate(again, &Options::default()).unwrap();
+    assert!(found.is_sound());
+    for (index, one) in found.problem.layout.instances.iter().enumerate() {
+        if one.name == "position" {
+            let truth = one.setting.value.as_ref().unwrap();
+            let off = found.fit.point.values[index].iter().zip(truth).map(|(a, b)| (a - b).abs());
+            assert!(off.fold(0.0, f64::max) < 5e-6, "{:?}", found.fit.point.values[index]);
+        }
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// From one place and from two a design sees differently; a further setup that is proposed stands where
+/// the one of the fastest run does.
+#[test]
+fn power_looks_from_each_place() {
+    let from = |name: &str, change: fn(String) -> String| {
+        let folder = folder(name, change);
+        let Opened { problem, recipes, .. } = opened(&folder, &[]).unwrap();
+        let point = Point::stated(&problem.layout);
+        let found = power(problem, recipes, point, &Wanted::default()).unwrap();
+        fs::remove_dir_all(folder).unwrap();
+        let size = |name: &str| {
+            found.rows.iter().find(|row| row.name == name).unwrap().detectable.unwrap()
+        };
+        [size("trunnion_tilt"), size("distance_scale_drift")]
+    };
+    let two = from("two", |text| text);
+    let one = from("one", |text| {
+        text.replace("[\"-0.5 m\", \"1.9 m\", \"0.3 m\"]", "[\"1.5 m\", \"0.1 m\", \"0.2 m\"]")
+    });
+    assert!(two.iter().zip(&one).all(|(two, one)| two != one), "{two:?} {one:?}");
+}
+
+#[test]
+fn faults_of_setups() {
+    for (name, from, to, message, help) in [
+        ("name", "[setups.B]", "[setups.Bb]", "unknown setup `Bb`", "did you mean `B`?"),
+        (
+            "scope",
+            "[setups.B]\n",
+            "[setups.B]\nradius = { value = \"1.3 m\" }\n",
+            "`radius` has no value of its own in each setup",
+            "state it in [parameters]",
+        ),
+        (
+            "sum",
+            "[setups.B]\n",
+            "[setups.B]\nvertical.delay = { scope = \"setup\" }\n",
+            "`scope` and `sum` of `vertical.delay` hold for all setups",
+            "state them in [parameters]",
+        ),
+        ("dimension", "\"-0.5 m\", \"1.9 m\"", "\"-0.5 s\", \"1.9 m\"", "`s`", ""),
+        (
+            "unknown",
+            "[setups.B]\n",
+            "[setups.B]\npositoin = { value = \"1 m\" }\n",
+            "there is no parameter `positoin`",
+            "did you mean `position`?",
+        ),
+        (
+            "twice",
+            "[setups.B]\n",
+            "[setups.B]\norientation = { start = [\"0 rad\", \"0 rad\", \"0 rad\"] }\n",
+            "duplicate key",
+            "",
+        ),
+    ] {
+        let folder = folder(name, |text| text.replacen(from, to, 1));
+        let faults = opened(&folder, &[]).unwrap_err();
+        let found = faults.0[0].clone();
+        assert!(found.message.contains(message), "{name}: {found}");
+        assert!(found.help.join(" ").contains(help), "{name}: {found}");
+        assert!(found.place.is_some(), "{name}: {found}");
+        fs::remove_dir_all(folder).unwrap();
+    }
+}
