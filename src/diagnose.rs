@@ -14,11 +14,13 @@
 //! | [`memory`] | noise that is like itself for a while |
 //! | [`wander`] | random walks, tested in the variance; a displaced rig, which looks like one |
 //! | [`apart`] | readings that are off in a few runs |
+//! | `settle` | the nominal fit, without what keeps it from settling |
 //! | [`lost`] | stretches of readings shifted by whole samples |
 //! | [`wild`] | readings that are far out |
 //! | [`whiten`], [`jitter`], `levels`, `variances` | the noise, before anything is tested against it |
 //! | [`mod@search`], [`mod@pairs`] | which effects are adopted |
-//! | [`verdict`] | the answer |
+//! | `imitation` | whether several effects only imitate what nobody wrote down |
+//! | [`verdict`], [`silent`] | the answer, and what shows in no reading |
 //! | [`probability`] | how probable each cause is |
 //! | [`mod@gap`], [`mod@holdout`], `folds` | how far the gap shrinks |
 //! | [`mod@hidden`] | what could still hide |
@@ -33,6 +35,7 @@ mod folds;
 pub mod gap;
 pub mod hidden;
 pub mod holdout;
+mod imitation;
 pub mod jitter;
 mod levels;
 pub mod lost;
@@ -46,6 +49,8 @@ mod sampling;
 pub mod scan;
 pub mod score;
 pub mod search;
+mod settle;
+pub mod silent;
 pub mod stage;
 pub mod steps;
 pub mod structure;
@@ -58,7 +63,7 @@ pub mod wild;
 
 use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe};
-use crate::estimate::batch::{FitError, Options, Outcome};
+use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate, finish};
 
 use candidates::{NotTestable, Wanted};
@@ -67,11 +72,12 @@ use hidden::{Hidden, hidden};
 use holdout::{HoldoutError, holdout};
 use lost::Lost;
 use search::{Adopted, Search, search};
-use stage::Fitted;
+use settle::{without_gross, without_lost};
+use silent::{Absorbed, silent};
+use stage::{Fitted, Stage};
 use steps::Steps;
-use verdict::{Absorbed, Answer, Location, Ranked, Verdict, Why};
+use verdict::{Answer, Location, Ranked, Verdict, Why};
 use whiten::NoiseEffect;
-use wild::Trimmed;
 
 /// The answer.
 #[derive(Clone, Debug)]
@@ -130,52 +136,8 @@ pub struct Twice {
     pub sigma: Option<f64>,
 }
 
-/// Leaves gross readings out that keep the nominal fit from settling, and fits again.
-fn without_gross(
-    whole: Calibration,
-    options: &Options,
-) -> Result<(Calibration, Trimmed), FitError> {
-    let (mut nominal, mut gross) = (whole, Trimmed::default());
-    for _ in 0..whiten::PEELS {
-        if nominal.fit.outcome == Outcome::Converged {
-            break;
-        }
-        let (rest, found) = wild::without_gross_at(&nominal.problem, &nominal.fit.point);
-        if found.is_empty() {
-            break;
-        }
-        gross.extend(found);
-        nominal = calibrate(rest, options)?;
-    }
-    Ok((nominal, gross))
-}
-
-/// Leaves lost samples out and fits again, until none are found.
-fn without_lost(
-    whole: Calibration,
-    options: &Options,
-) -> Result<(Calibration, Vec<Lost>), FitError> {
-    let (mut nominal, mut lost) = (whole, Vec::new());
-    for _ in 0..lost::LOOKS {
-        let factor = nominal.variance_factor();
-        let more = lost::look(&nominal.problem, &nominal.fit.point, factor, options)?;
-        if more.is_empty() {
-            break;
-        }
-        let mut problem = nominal.problem.clone();
-        lost::leave_out(&mut problem, &more);
-        lost.extend(more);
-        nominal = calibrate(problem, options)?;
-    }
-    Ok((nominal, lost))
-}
-
 /// The delays with and without what is left out, with the same noise.
-fn twice(
-    whole: &Calibration,
-    stage: &stage::Stage,
-    options: &Options,
-) -> Result<Vec<Twice>, FitError> {
+fn twice(whole: &Calibration, stage: &Stage, options: &Options) -> Result<Vec<Twice>, FitError> {
     let Fitted { problem, fit, recipes } = stage.fitted.clone();
     let mut parts = problem.parts.clone();
     for (part, given) in parts.iter_mut().zip(&whole.problem.parts) {
@@ -286,13 +248,13 @@ pub fn diagnose(
             (diagnosis.explained, diagnosis.gap) = (None, None);
         }
     }
+    let is_apart = matches!(&diagnosis.why, Some((Why::RunsApart, _)));
     if let Some(first) = search.stages.first() {
         diagnosis.candidates = verdict::ranked(first);
-        (diagnosis.absorbed, diagnosis.not_testable) = verdict::silent(first);
+        (diagnosis.absorbed, diagnosis.not_testable) = silent(first);
         diagnosis.not_testable.extend(never_off);
         diagnosis.not_testable.sort_by(|a, b| a.name.cmp(&b.name));
         // Which runs are apart is judged anew with each effect.
-        let is_apart = matches!(&diagnosis.why, Some((Why::RunsApart, _)));
         let stage = search.stages.last().filter(|_| is_apart).unwrap_or(first);
         diagnosis.locations = verdict::locations(stage);
     }
@@ -312,8 +274,19 @@ pub fn diagnose(
         if let Some(displaced) = verdict::displaced(&search) {
             diagnosis.locations.clone_from(&displaced.places);
             diagnosis.nearest = Some(displaced.nearest());
-            // The walk that stands for them leaves nothing to be explained.
-            diagnosis.candidates.iter_mut().for_each(|one| one.share = 0.0);
+            // The walk that stands for them leaves nothing to be explained, and is no single cause.
+            for one in &mut diagnosis.candidates {
+                (one.share, one.probability) = (0.0, 0.0);
+            }
+        }
+        let is_clear =
+            |stage: Option<&Stage>| stage.is_some_and(|one| one.blocks_found().is_empty());
+        if is_apart && is_clear(search.stages.last()) {
+            // Those runs are left out: nothing is there to be near to, or even to have a share of.
+            diagnosis.nearest = None;
+            if is_clear(search.stages.first()) {
+                diagnosis.candidates.iter_mut().for_each(|one| one.share = 0.0);
+            }
         }
         diagnosis.floor = search.stages.first().map(|stage| floor(&stage.fitted));
     } else if let Some(stage) = search.stages.get(diagnosis.effects.len()) {

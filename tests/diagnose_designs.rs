@@ -116,6 +116,29 @@ fn a_run_beside_the_others_is_told() {
     }
 }
 
+/// A distance in millimetres where metres are said keeps the whole fit from settling.
+#[test]
+fn a_run_in_another_unit_is_told() {
+    let opened = open(&Request::new([folder()])).unwrap();
+    for number in [2, 7] {
+        let mut parts = opened.problem.parts.clone();
+        let name = parts[0].runs[number].name.clone();
+        let mut all = 0;
+        parts[0].runs[number].record.edit(|samples| {
+            samples.readings[2].iter_mut().for_each(|reading| *reading *= 1000.0);
+            all = samples.readings[2].iter().filter(|reading| !reading.is_nan()).count();
+        });
+        let found = run(Problem::new(parts), &opened);
+        assert_eq!((found.verdict, found.effects.len()), (Verdict::Unknown, 0), "{name}");
+        let words = &found.locations[0].place.words;
+        assert!(words.contains("`distance`") && words.contains(&name), "{words}");
+        assert!(found.nearest.is_none() && found.candidates.iter().all(|one| one.share == 0.0));
+        let left_out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
+        let of_run = left_out.iter().filter(|one| one.run == name && one.measurand == "distance");
+        assert_eq!(of_run.count(), all, "{name}");
+    }
+}
+
 /// Formulas count time from the first sample: stamps of the day say the same.
 #[test]
 fn the_origin_of_the_stamps_does_not_matter() {

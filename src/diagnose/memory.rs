@@ -15,11 +15,11 @@ use super::apart::{Apart, few};
 use super::candidates::Candidate;
 use super::evidence::Entry;
 use super::folds::LEAST_RUNS;
+use super::imitation::FURTHER;
 use super::score::of_gain;
 use super::search::level;
 use super::stage::{Fitted, Stage};
 use super::tail::ln_normal;
-use super::verdict::FURTHER;
 use super::wander::{Found, is_walk, walk};
 use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
 

@@ -1,10 +1,9 @@
 //! The verdict: what the search found, as an answer.
 
 use super::apart::Apart;
-use super::candidates::NotTestable;
 use super::probability::probabilities;
-use super::score::{Score, of_gain};
-use super::search::{Adopted, LEAST_LAMBDA, Search, level};
+use super::score::Score;
+use super::search::{Adopted, Search};
 use super::stage::Stage;
 use super::structure::Place;
 use super::wander::displaced::Displaced;
@@ -19,10 +18,6 @@ const LEAST_PROBABLE: f64 = 0.001;
 const PLACES: usize = 5;
 /// A block that explains less of the best is no place of its own.
 const LEAST_SHARE: f64 = 0.2;
-
-/// Odds against two effects of the library in a place that one unknown cause would do for, and against
-/// displacements that nobody wrote down where a walk would do.
-pub(super) const FURTHER: f64 = 1000.0;
 
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -118,15 +113,6 @@ pub struct Ranked {
     pub share: f64,
     /// Probability that it, or an effect like it, is the cause.
     pub probability: f64,
-}
-
-/// An effect that nominal parameters take up.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Absorbed {
-    /// The effect.
-    pub name: String,
-    /// The parameters that take it up.
-    pub acts_as: String,
 }
 
 /// Where the gap lies.
@@ -227,81 +213,6 @@ impl Search {
     fn is_probable(&self) -> bool {
         self.adopted.last().is_some_and(|last| last.probability >= LEAST_PROBABLE)
     }
-
-    /// Whether blocks of unknown structure account for everything more simply than several effects: then
-    /// those effects imitate what nobody wrote down. Of three effects and more fewer blocks are simpler;
-    /// of two effects one block, if it is also less surprising by chance. An effect with a block beside it
-    /// is simpler, too, where far less surprising: effects with a value for each run can imitate much.
-    fn imitates(&self) -> bool {
-        let count = self.adopted.len();
-        let Some(first) = self.stages.first().filter(|_| count >= 2) else { return false };
-        let gain = self.adopted.iter().map(|one| one.score.gain).sum();
-        let degrees = self.adopted.iter().map(|one| one.score.degrees).sum();
-        let choices = count as f64 * (first.effects as f64).ln();
-        let together = of_gain(gain, degrees, 1).ln_p + choices;
-        if with_a_block(first) + FURTHER.ln() < together {
-            return true;
-        }
-        let Some(blocks) = blocks_needed(first, count - 1) else { return false };
-        let among = ((first.candidates.len() - first.effects) as f64).ln();
-        let together = together + FURTHER.ln();
-        (count > 2 && !blocks.is_empty())
-            || blocks.iter().any(|block| first.scores[*block].ln_p + among < together)
-    }
-}
-
-/// Effects that are tried with each block beside them.
-const BESIDE: usize = 8;
-
-/// Logarithm of the probability by chance of the effect and block that together are least probable, with
-/// the choices among all of them paid for.
-fn with_a_block(stage: &Stage) -> f64 {
-    let mut effects = stage.declared();
-    effects.truncate(BESIDE);
-    let blocks = stage.effects..stage.candidates.len();
-    let choices = (stage.effects.max(1) as f64 * blocks.len().max(1) as f64).ln();
-    let mut best = 0.0_f64;
-    for effect in effects {
-        let own = &stage.scores[effect];
-        let paid = own.ln_p - of_gain(own.gain, own.degrees, 1).ln_p;
-        for block in blocks.clone().filter(|block| !stage.is_scatter(*block)) {
-            let (gain, degrees) = stage.evidence.beyond(stage.entry(effect), stage.entry(block));
-            let both = of_gain(own.gain + gain, own.degrees + degrees, 1).ln_p;
-            let member = (stage.members[block] as f64).ln();
-            best = best.min(both + paid + member + choices);
-        }
-    }
-    best
-}
-
-/// The blocks, taken greedily, beyond which nothing significant is left; `None` where it takes more.
-fn blocks_needed(stage: &Stage, most: usize) -> Option<Vec<usize>> {
-    let level = level(stage.candidates.len());
-    let strong: Vec<usize> = (0..stage.candidates.len())
-        .filter(|n| stage.scores[*n].ln_p <= level && !stage.is_scatter(*n))
-        .collect();
-    let mut taken: Vec<usize> = Vec::new();
-    loop {
-        let entries: Vec<_> = taken.iter().map(|n| stage.entry(*n)).collect();
-        let whole = stage.evidence.together(&entries);
-        let left: Vec<(usize, Score)> = strong
-            .iter()
-            .map(|n| {
-                let (gain, degrees) = stage.evidence.beyond(&whole, stage.entry(*n));
-                (*n, of_gain(gain, degrees, stage.members[*n]))
-            })
-            .filter(|(_, score)| score.ln_p <= level && score.lambda() >= LEAST_LAMBDA)
-            .collect();
-        if left.is_empty() {
-            return Some(taken);
-        }
-        if taken.len() == most {
-            return None;
-        }
-        let blocks = left.iter().filter(|(n, _)| *n >= stage.effects);
-        let best = blocks.min_by(|a, b| a.1.ln_p.total_cmp(&b.1.ln_p))?;
-        taken.push(best.0);
-    }
 }
 
 /// What the best block still explains.
@@ -361,80 +272,4 @@ pub fn ranked(stage: &Stage) -> Vec<Ranked> {
         .collect();
     all.sort_by(|a, b| a.1.score.ln_p.total_cmp(&b.1.score.ln_p).then(a.0.cmp(&b.0)));
     all.into_iter().map(|(_, one)| one).collect()
-}
-
-/// Effects that nominal parameters take up, and effects that change no reading here.
-pub fn silent(stage: &Stage) -> (Vec<Absorbed>, Vec<NotTestable>) {
-    let mut absorbed = Vec::new();
-    let mut not_testable = stage.not_testable.clone();
-    for number in (0..stage.effects).filter(|n| stage.entry(*n).degrees() == 0) {
-        let name = stage.candidates[number].name.clone();
-        let entry = stage.entry(number);
-        if !entry.finite {
-            let why = "the recordings do not hold an input that it acts on, or its slope where its parameters are zero is no number".to_owned();
-            not_testable.push(NotTestable { name, why });
-        } else if !entry.acts() {
-            not_testable.push(NotTestable { name, why: why_silent(stage, number) });
-        } else {
-            absorbed.push(Absorbed { name, acts_as: acts_as(stage, number) });
-        }
-    }
-    not_testable.sort_by(|a, b| a.name.cmp(&b.name));
-    (absorbed, not_testable)
-}
-
-/// Share of an effect's length above which a parameter is named as taking it up.
-const TAKES_PART: f64 = 0.05;
-
-/// The nominal parameters that take an effect up.
-pub(super) fn acts_as(stage: &Stage, number: usize) -> String {
-    let layout = &stage.fitted.problem.layout;
-    let takers = stage.evidence.takers(stage.entry(number));
-    let most = takers.first().map_or(0.0, |(_, share)| *share);
-    let mut names: Vec<&str> = Vec::new();
-    for (column, _) in takers.iter().filter(|(_, share)| *share >= TAKES_PART * most) {
-        let owner = layout.instances.iter().enumerate().find(|(index, instance)| {
-            (0..instance.dimension())
-                .any(|k| layout.columns_of(*index, k).iter().any(|(c, _)| c == column))
-        });
-        if let Some((_, instance)) = owner
-            && !names.contains(&instance.name.as_str())
-        {
-            names.push(&instance.name);
-        }
-    }
-    names.join(", ")
-}
-
-/// Why an effect changes no reading here.
-pub(super) fn why_silent(stage: &Stage, number: usize) -> String {
-    let accelerations: Vec<String> = stage
-        .fitted
-        .recipes
-        .iter()
-        .zip(&stage.fitted.problem.parts)
-        .flat_map(|(recipe, part)| {
-            let captured = |input: usize| {
-                part.runs.iter().any(|run| {
-                    matches!(
-                        run.record.inputs()[input],
-                        crate::campaign::Track::Captured { acceleration: None, .. }
-                    )
-                })
-            };
-            let signals = recipe.model.inputs.iter().enumerate();
-            let moving = signals.filter(move |(index, input)| input.signal && captured(*index));
-            moving.map(|(_, input)| format!("`{}_acceleration`", input.name))
-        })
-        .collect();
-    let patches = &stage.candidates[number].selected.effect.patches;
-    let twice = patches.iter().any(|line| line.formula.text.contains("rate(rate("));
-    if twice && !accelerations.is_empty() {
-        format!(
-            "it changes no reading while rates are constant: it needs a column {}",
-            accelerations.join(" or ")
-        )
-    } else {
-        "it changes no reading in these runs, or only by powers of its parameters: an effect must have a slope where they are zero".to_owned()
-    }
 }

@@ -30,11 +30,11 @@ use crate::units::{Dimension, Exponent, Unit};
 
 use super::candidates::{Candidate, join};
 use super::evidence::Entry;
+use super::imitation::FURTHER;
 use super::memory::likelihood_of_memory;
 use super::score::likelihood_of_gain;
 use super::stage::Stage;
 use super::structure::Place;
-use super::verdict::FURTHER;
 use super::whiten::{NoiseEffect, sequences};
 use course::{Column, Course, Times};
 use displaced::{Displaced, Suspect};

@@ -67,6 +67,21 @@ pub(super) fn without_gross(
 /// Leaves gross readings of campaigns out as they are seen from a point that a fit ran to and did not
 /// settle at: one reading of 99999 among thousands keeps it from that. The others, and what is left out.
 pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, Trimmed) {
+    let mut rest = Problem::new(problem.parts.clone());
+    let found = trim(&mut rest, &seen_from(problem, point), PEELED, gross);
+    (rest, found)
+}
+
+/// The same from a point that a fit of most runs settled at: a run may be gross as a whole there.
+pub(super) fn without_wrong_at(problem: &Problem, point: &Point) -> (Problem, Trimmed) {
+    let mut rest = Problem::new(problem.parts.clone());
+    let limit = |_: &[f64], deviation| GROSS * deviation;
+    let found = trim(&mut rest, &seen_from(problem, point), 0.0, limit);
+    (rest, found)
+}
+
+/// All residuals at a point.
+fn seen_from(problem: &Problem, point: &Point) -> Vec<Sequence> {
     let mut left = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         for r in 0..part.runs.len() {
@@ -78,9 +93,7 @@ pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, Tr
             left.push(Left { residuals, scores: Vec::new() });
         }
     }
-    let mut rest = Problem::new(problem.parts.clone());
-    let found = trim(&mut rest, &sequences(problem, &left), PEELED, gross);
-    (rest, found)
+    sequences(problem, &left)
 }
 
 /// Beyond what a reading is gross.

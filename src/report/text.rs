@@ -44,6 +44,11 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
     let mut text = format!("{title}\n\n");
     text.push_str(&fit(result));
     text.push_str(&trouble(result));
+    if result.fit.outcome == Outcome::IterationLimit {
+        text.push_str(
+            "`homepoint diagnose` looks for readings and runs that keep it from settling.\n",
+        );
+    }
     let estimates = result.estimates();
     let mut rows = table(&["parameter", "of", "value", "u (k=1)"]);
     let shown: Vec<&Estimate> = estimates.iter().filter(|one| !one.fixed).collect();

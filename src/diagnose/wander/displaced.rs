@@ -10,9 +10,10 @@
 //! it is unknown structure with a place.
 
 use crate::diagnose::evidence::Entry;
+use crate::diagnose::imitation::FURTHER;
 use crate::diagnose::score::{Score, likelihood_of_gain};
 use crate::diagnose::structure::Place;
-use crate::diagnose::verdict::{FURTHER, Location, Ranked};
+use crate::diagnose::verdict::{Location, Ranked};
 use crate::engine::Problem;
 
 use super::sequence::{Span, in_order, places, spans};
