@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`mod@file`] | what campaign.toml says, with the place of everything |
 //! | [`load`] | a campaign file read against its model |
+//! | `logged` | a logged stream made into a signal: turns taken out, glitches told |
 //! | `overlap` | runs of one setup that seem to be recorded at the same time |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `row`, `lines` | a line of it as numbers; its lines, one after the other |

@@ -285,7 +285,9 @@ pub fn diagnose(
             // Those runs are left out: nothing is there to be near to, or even to have a share of.
             diagnosis.nearest = None;
             if is_clear(search.stages.first()) {
-                diagnosis.candidates.iter_mut().for_each(|one| one.share = 0.0);
+                for one in &mut diagnosis.candidates {
+                    (one.share, one.probability) = (0.0, 0.0);
+                }
             }
         }
         diagnosis.floor = search.stages.first().map(|stage| floor(&stage.fitted));

@@ -190,6 +190,47 @@ fn a_campaign_gives_a_parameter_another_scope() {
     }
 }
 
+/// Delays follow from rates: a rate that is off by two in a hundred puts every delay off by as much.
+#[test]
+fn rates_that_contradict_their_values_are_told_by_any_factor() {
+    let scratch = Scratch::new("rates");
+    let design = runs(&[("ccw", "A", 20.0), ("cw", "A", -190.0)]);
+    let folder = scratch.campaign("one", &(HEAD.to_owned() + &design));
+    let problem = drawn(open(&Request::new([&folder])).unwrap(), 6);
+    // An arm that swings: its rate changes between samples.
+    let swinging = |factor: f64, interval: f64| {
+        let mut problem = problem.clone();
+        for run in &mut problem.parts[0].runs {
+            run.record.edit(|samples| {
+                let times: Vec<f64> = (0..samples.len()).map(|n| interval * n as f64).collect();
+                let w = 3.0;
+                if let Track::Captured { value, rate: Some(rate), acceleration } =
+                    &mut samples.inputs[0]
+                {
+                    *value = times.iter().map(|t| (w * t).sin()).collect();
+                    *rate = times.iter().map(|t| factor * w * (w * t).cos()).collect();
+                    *acceleration = None;
+                }
+                samples.time = times;
+            });
+        }
+        let found: Vec<String> = check(&problem).into_iter().map(|one| one.message).collect();
+        found.join("\n")
+    };
+    for interval in [0.01, 0.05, 0.15, 0.4, 0.7, 1.0, 1.5] {
+        assert_eq!(swinging(1.0, interval), "", "every {interval} s");
+    }
+    for interval in [0.01, 0.05, 0.15] {
+        assert!(swinging(1.02, interval).contains("changes 0.98"), "{}", swinging(1.02, interval));
+        assert!(swinging(2.0, interval).contains("changes 0.500"), "{}", swinging(2.0, interval));
+        assert!(
+            swinging(1000.0, interval).contains("does not change"),
+            "{}",
+            swinging(1000.0, interval)
+        );
+    }
+}
+
 #[test]
 fn set_ups_that_cannot_be_are_told_before_any_fit() {
     let scratch = Scratch::new("checks");

@@ -497,6 +497,29 @@ fn samples_without_an_input_are_left_out_and_counted() {
     assert_eq!((campaign.left_out[0].samples, campaign.left_out[0].run.as_str()), (1, "slow"));
 }
 
+#[test]
+fn rows_that_repeat_the_one_before_are_told() {
+    // The same time with another reading, and a row without reading, are no repetition.
+    let more = "12.5,15,10,3,1002\n12.5,15,10,3,1003\n13,20,10,,\n13,20,10,,\n";
+    let campaign = load("repeat", CAMPAIGN, &(SLOW.to_owned() + more)).unwrap();
+    let warning = &campaign.warnings[0];
+    assert!(warning.message.contains("run `slow`: 1 sample"), "{warning}");
+    assert!(load("no-repeat", CAMPAIGN, SLOW).unwrap().warnings.is_empty());
+    // Across the blocks in which a long file is read.
+    let mut long = SLOW.to_owned();
+    for i in 0..20_000 {
+        long += &format!("{},15,10,3,1002\n", 13 + i);
+    }
+    let twice: String = long
+        .lines()
+        .map(|line| format!("{line}\n{}\n", if line.starts_with('1') { line } else { "# again" }))
+        .collect();
+    let campaign = load("repeat-long", CAMPAIGN, &twice).unwrap();
+    let told = campaign.warnings[0].message.clone();
+    let due = long.lines().filter(|line| line.starts_with('1')).count();
+    assert!(told.contains(&format!("{due} samples")), "{told}");
+}
+
 /// Runs of a setup come one after the other: where their times say otherwise somebody should look.
 #[test]
 fn runs_that_overlap_are_told() {
@@ -592,9 +615,9 @@ fn gaps_of_a_stream_and_turns_without_a_period_are_told() {
     let read = CampaignFile::read(&folder.0).unwrap().load(&model, &LoadOptions::default());
     let warning = read.unwrap().warnings.remove(0);
     assert!(
-        warning
-            .message
-            .contains("`arm_angle` in run `slow` jumps by more than half a turn at 0.850 s"),
+        warning.message.contains(
+            "run `slow`: the stream of `arm_angle` jumps by more than half a turn at 0.850 s"
+        ),
         "{warning}"
     );
     assert!(warning.help.join("").contains("period = \"360 deg\""), "{warning}");

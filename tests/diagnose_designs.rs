@@ -132,7 +132,8 @@ fn a_run_in_another_unit_is_told() {
         assert_eq!((found.verdict, found.effects.len()), (Verdict::Unknown, 0), "{name}");
         let words = &found.locations[0].place.words;
         assert!(words.contains("`distance`") && words.contains(&name), "{words}");
-        assert!(found.nearest.is_none() && found.candidates.iter().all(|one| one.share == 0.0));
+        assert!(found.nearest.is_none());
+        assert!(found.candidates.iter().all(|one| one.share == 0.0 && one.probability == 0.0));
         let left_out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
         let of_run = left_out.iter().filter(|one| one.run == name && one.measurand == "distance");
         assert_eq!(of_run.count(), all, "{name}");

@@ -168,6 +168,7 @@ impl Loader<'_> {
         shape(&mut samples, inputs, column_count(self.model));
         // The tracks without columns, too, for they say where they have values.
         samples.inputs = inputs.to_vec();
+        let is_timed = table.column(TIME).is_some();
         while self.more(data, table, BLOCK)? {
             if let Some(captures) = &mut captures {
                 captures.refer(self, table)?;
@@ -187,6 +188,9 @@ impl Loader<'_> {
                 }
             }
             self.take_readings(table, &mut samples, &mut readings);
+            if is_timed {
+                readings.count_repeated(&samples);
+            }
             self.leave_out(&mut samples, &usable, &mut readings);
             if let Err(error) = recorder.push(self.store, &samples) {
                 self.cannot_keep(entry, &error);

@@ -238,10 +238,21 @@ impl Spline {
     }
 }
 
-/// Mean interval between times.
+/// Mean interval between times, pauses left out.
 pub(crate) fn mean_spacing(times: &[f64]) -> f64 {
-    let length = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
-    length / times.len().max(2).saturating_sub(1) as f64
+    let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let mut known = f64::INFINITY;
+    // A long pause hides shorter ones: each look takes those out that the last one let be seen.
+    loop {
+        let own = steps.iter().filter(|step| !is_pause(**step, known));
+        let (sum, count) = own.fold((0.0, 0), |(sum, count), step| (sum + step, count + 1));
+        let mean = if count > 0 { sum / f64::from(count) } else { 0.0 };
+        // NaN among times is for others to tell.
+        if mean >= known || mean.is_nan() {
+            return mean;
+        }
+        known = mean;
+    }
 }
 
 /// Whether an interval is a pause of a stream with that spacing.

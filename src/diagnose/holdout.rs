@@ -247,8 +247,10 @@ fn with_effects(
         let own = format!("{name}.");
         let of_all = |said: &&Override| said.setup.is_none() && said.name.starts_with(&own);
         for said in other.overrides.iter().filter(of_all) {
-            if !recipe.overrides.iter().any(|one| one.name == said.name) {
-                recipe.overrides.push(said.clone());
+            let is_known = |one: &Override| one.setup.is_none() && one.name == said.name;
+            if !recipe.overrides.iter().any(is_known) {
+                // What the campaign says of single setups counts over it.
+                recipe.overrides.insert(0, said.clone());
             }
         }
         match recipe.with(std::slice::from_ref(effect)) {

@@ -12,7 +12,7 @@ use super::wild::{Trimmed, without_gross_at, without_wrong_at};
 
 /// Runs that are left out one at a time where the fit does not settle: of so few none can be told to be
 /// wrong, of so many each one takes too long.
-const RUNS: std::ops::RangeInclusive<usize> = 3..=100;
+const RUNS: std::ops::RangeInclusive<usize> = 4..=100;
 
 /// Leaves out what keeps the nominal fit from settling, and fits again: gross readings, or what is gross where
 /// the fit settles once some run is left out.
@@ -27,6 +27,9 @@ pub(super) fn without_gross(
     }
     let Some(point) = without_a_run(&problem, options)? else { return Ok((nominal, gross)) };
     let (rest, found) = without_wrong_at(&problem, &point);
+    if found.is_empty() {
+        return Ok((nominal, gross));
+    }
     peeled(calibrate(rest, options)?, found, options)
 }
 

@@ -39,6 +39,9 @@ pub(crate) fn drawn(table: &Table) -> String {
     lines.join("\n") + "\n"
 }
 
+/// A variance factor beyond this is no matter of stated uncertainties that are a little too small.
+const DOUBTFUL: f64 = 2.0;
+
 /// The result of `calibrate`.
 pub fn calibration(title: &str, result: &Calibration) -> String {
     let mut text = format!("{title}\n\n");
@@ -47,6 +50,11 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
     if result.fit.outcome == Outcome::IterationLimit {
         text.push_str(
             "`homepoint diagnose` looks for readings and runs that keep it from settling.\n",
+        );
+    }
+    if result.is_sound() && result.variance_factor().is_some_and(|factor| factor > DOUBTFUL) {
+        text.push_str(
+            "\nThe residuals are larger than stated: the uncertainties do not hold. `homepoint diagnose` looks for the cause.\n",
         );
     }
     let estimates = result.estimates();

@@ -138,6 +138,18 @@ impl Unknown {
 
     /// What is wrong with it, or with what is said of it in single setups, now that everything is said.
     pub(super) fn fault(&self) -> Option<Diagnostic> {
+        let is_constant = self.setting.fixed && self.declared.effect.is_some();
+        if let Some((_, own)) = self.of_setups.first().filter(|_| is_constant) {
+            let message =
+                format!("`{}` is a constant of an effect, the same in all setups", self.name);
+            let error = Diagnostic::error(message).help("state it in [parameters]");
+            return Some(error.at_maybe(own.place.as_ref()));
+        }
+        if let Some((_, own)) = self.of_setups.first().filter(|_| self.setting.sum_zero) {
+            let message = format!("the values of `{}` sum to zero over the setups", self.name);
+            let help = "none of them can be stated alone";
+            return Some(Diagnostic::error(message).help(help).at_maybe(own.place.as_ref()));
+        }
         if let (Some((_, own)), false) =
             (self.of_setups.first(), self.setting.scope == Scope::Setup)
         {
