@@ -20,7 +20,7 @@
 //! | [`whiten`], [`jitter`], `levels`, `variances` | the noise, before anything is tested against it |
 //! | [`mod@search`], [`mod@pairs`] | which effects are adopted |
 //! | `imitation` | whether several effects only imitate what nobody wrote down |
-//! | [`verdict`], [`silent`] | the answer, and what shows in no reading |
+//! | [`verdict`], [`mod@silent`] | the answer, and what shows in no reading |
 //! | [`probability`] | how probable each cause is |
 //! | [`mod@gap`], [`mod@holdout`], `folds` | how far the gap shrinks |
 //! | [`mod@hidden`] | what could still hide |

@@ -128,6 +128,45 @@ fn power_looks_from_each_place() {
     assert!(two.iter().zip(&one).all(differ), "{two:?} {one:?}");
 }
 
+/// Values that sum to zero are moved along contrasts: where they start makes no difference.
+#[test]
+fn a_start_of_values_that_sum_to_zero_moves_no_delay() {
+    let folder = folder("start", |text| text);
+    let delays = |start: Option<&str>| {
+        let mut text = fs::read_to_string(folder.join("campaign.toml")).unwrap();
+        if let Some(start) = start {
+            let said =
+                format!("[parameters]\ngate_delay_per_setup.gate = {{ start = \"{start}\" }}\n");
+            text = text.replacen("[parameters]\n", &said, 1);
+        }
+        fs::write(folder.join("campaign.toml"), text).unwrap();
+        let with = vec!["gate_delay_per_setup".to_owned()];
+        let mut problem = open(&Request { with, ..Request::new([&folder]) }).unwrap().problem;
+        let stated = Point::stated(&problem.layout);
+        let mut zero = stated.clone();
+        for (index, one) in problem.layout.instances.iter().enumerate() {
+            if one.name == "gate_delay_per_setup.gate" {
+                zero.values[index][0] = 0.0;
+            }
+        }
+        simulate(&mut problem, &zero, 4, true);
+        let found = calibrate(problem, &Options::default()).unwrap();
+        let named =
+            |name: &str| found.problem.layout.instances.iter().position(|one| one.name == name);
+        let delay = found.fit.point.values[named("distance.delay").unwrap()][0];
+        let gates = found.problem.layout.instances.iter().zip(&found.fit.point.values);
+        let gates = gates.filter(|(one, _)| one.name == "gate_delay_per_setup.gate");
+        (delay, gates.map(|(_, value)| value[0]).sum::<f64>())
+    };
+    let (own, sum) = delays(None);
+    let (other, other_sum) = delays(Some("100 us"));
+    assert!(
+        (own - other).abs() < 1e-9 && sum.abs() < 1e-12 && other_sum.abs() < 1e-12,
+        "{own} {other} {sum} {other_sum}"
+    );
+    fs::remove_dir_all(folder).unwrap();
+}
+
 #[test]
 fn faults_of_setups() {
     for (name, from, to, message, help) in [

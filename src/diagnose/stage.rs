@@ -81,7 +81,7 @@ impl Fitted {
                 }
             }
         }
-        balance(&problem, &mut point);
+        point.balance(&problem.layout);
         let fit = fit(&mut problem, point, options)?;
         Ok(Some(Self { recipes, problem, fit }))
     }
@@ -189,18 +189,6 @@ pub fn carried(from: &Problem, point: &Point, to: &Problem) -> Point {
         }
     }
     carried
-}
-
-/// Takes the mean off values that sum to zero over their scope: a fit moves them along contrasts only.
-fn balance(problem: &Problem, point: &mut Point) {
-    for members in problem.layout.sums_to_zero() {
-        for component in 0..problem.layout.instances[members[0]].dimension() {
-            let sum: f64 = members.iter().map(|n| point.values[*n][component]).sum();
-            for n in &members {
-                point.values[*n][component] -= sum / members.len() as f64;
-            }
-        }
-    }
 }
 
 /// A fitted model with the evidence for all that is not in it.

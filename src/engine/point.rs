@@ -19,12 +19,26 @@ pub struct Point {
 
 impl Point {
     /// Where iteration starts: `start`, else `value`, else zero (identity); a fixed parameter's
-    /// `value`.
+    /// `value`. Values that sum to zero do so from the start.
     pub fn start(layout: &Layout) -> Self {
-        Self::from(layout, |setting| match (&setting.start, &setting.value) {
+        let mut point = Self::from(layout, |setting| match (&setting.start, &setting.value) {
             (Some(start), _) if !setting.fixed => Some(start),
             (start, value) => value.as_ref().or(start.as_ref()),
-        })
+        });
+        point.balance(layout);
+        point
+    }
+
+    /// Takes the mean off values that sum to zero over their scope: a fit moves them along contrasts only.
+    pub fn balance(&mut self, layout: &Layout) {
+        for members in layout.sums_to_zero() {
+            for component in 0..layout.instances[members[0]].dimension() {
+                let sum: f64 = members.iter().map(|n| self.values[*n][component]).sum();
+                for n in &members {
+                    self.values[*n][component] -= sum / members.len() as f64;
+                }
+            }
+        }
     }
 
     /// What is stated: `value`, else `start`, else zero.

@@ -18,6 +18,8 @@ pub(super) struct Held<'a> {
     part: usize,
     /// The delay parameters that are held for it.
     pub(super) delays: Vec<usize>,
+    /// Where the campaign itself holds one of them: parameter and setup.
+    stated: Vec<(usize, String)>,
 }
 
 impl<'a> Held<'a> {
@@ -31,14 +33,16 @@ impl<'a> Held<'a> {
         let mut parts = problem.parts.clone();
         for (p, held) in parts.iter_mut().enumerate() {
             for index in free_delays(problem, p) {
-                for setting in held.system.settings_mut(index) {
+                for setting in held.system.settings_mut(index).filter(|one| !one.fixed) {
                     (setting.fixed, setting.sigma, setting.value) = (true, None, Some(vec![0.0]));
                 }
             }
         }
         let whole = Problem::new(parts);
         let alone = alone(&whole, part).ok_or(NoTransformation::NoReference)?;
-        Ok(Self { whole, alone, levels, part, delays })
+        let own = problem.parts[part].system.of_setups.iter().filter(|one| one.setting.fixed);
+        let stated = own.map(|one| (one.parameter, one.setup.clone())).collect();
+        Ok(Self { whole, alone, levels, part, delays, stated })
     }
 
     /// The fit with these values (s) of the delay parameters; zero without.
@@ -46,7 +50,7 @@ impl<'a> Held<'a> {
         for (index, parameter) in self.delays.iter().enumerate() {
             let value = values.get(index).copied().unwrap_or(0.0);
             for problem in [&mut self.whole, &mut self.alone] {
-                hold(problem, self.part, *parameter, value);
+                hold(problem, self.part, (*parameter, value), &self.stated);
             }
         }
         let undetermined = |why: String| NoTransformation::NotDetermined(why);
@@ -66,13 +70,24 @@ impl<'a> Held<'a> {
     }
 }
 
-/// Gives a delay that is held another value.
-fn hold(problem: &mut Problem, part: usize, parameter: usize, value: f64) {
-    let settings = problem.parts[part].system.settings_mut(parameter);
-    settings.for_each(|setting| setting.value = Some(vec![value]));
-    for run in 0..problem.parts[part].runs.len() {
-        let instance = problem.layout.used[part][run][parameter];
-        problem.layout.instances[instance].setting.value = Some(vec![value]);
+/// Gives a delay that is held another value, but where the campaign itself holds it.
+fn hold(
+    problem: &mut Problem,
+    part: usize,
+    (parameter, value): (usize, f64),
+    stated: &[(usize, String)],
+) {
+    let is_free = |setup: &str| !stated.iter().any(|(own, of)| *own == parameter && of == setup);
+    let own = &mut problem.parts[part];
+    own.system.settings[parameter].value = Some(vec![value]);
+    let of_setups = own.system.of_setups.iter_mut();
+    for one in of_setups.filter(|one| one.parameter == parameter && is_free(&one.setup)) {
+        one.setting.value = Some(vec![value]);
+    }
+    for (run, used) in own.runs.iter().zip(&problem.layout.used[part]) {
+        if is_free(&own.setups[run.setup]) {
+            problem.layout.instances[used[parameter]].setting.value = Some(vec![value]);
+        }
     }
 }
 
