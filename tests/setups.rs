@@ -80,6 +80,34 @@ fn each_setup_has_its_own_place() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+/// How places are known may be said once, where each of them is stated.
+#[test]
+fn what_is_known_of_all_places_is_said_once() {
+    let of_a = "[setups.A]\nposition = { value = [\"1.5 m\", \"0.1 m\", \"0.2 m\"] }\n";
+    let known = |line: &str, lacking: &str| {
+        let folder = folder("once", |text| {
+            let text = text.replace(lacking, "");
+            text.replacen("[parameters]", &format!("[parameters]\n{line}"), 1)
+        });
+        let found = opened(&folder, &[]);
+        fs::remove_dir_all(folder).unwrap();
+        found.map(|opened| {
+            let all = opened.problem.layout.instances.iter();
+            let own = all.filter(|one| one.name == "position");
+            own.map(|one| (one.setting.fixed, one.setting.sigma.clone())).collect::<Vec<_>>()
+        })
+    };
+    assert_eq!(
+        known("position = { fixed = true }", "\n\n\n").unwrap(),
+        [(true, None), (true, None)]
+    );
+    let sigma = "position = { sigma = [\"1 mm\", \"1 mm\", \"2 mm\"] }";
+    let expected = (false, Some(vec![1e-3, 1e-3, 2e-3]));
+    assert_eq!(known(sigma, "\n\n\n").unwrap(), [expected.clone(), expected]);
+    // Of A nobody states how it stands there.
+    assert!(known(sigma, of_a).is_err());
+}
+
 #[test]
 fn what_is_drawn_at_two_places_is_found_there_and_written_again() {
     let folder = folder("drawn", |text| text);

@@ -215,6 +215,7 @@ impl CampaignFile {
         let known: IndexSet<&str> = runs.iter().map(|run| run.setup.as_str()).collect();
         let known: Vec<&str> = known.into_iter().collect();
         parameters.extend(overrides::of_setups(&mut reader, &setups, &known));
+        overrides::hand_on(&mut parameters, &known);
         let this = Self {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             path: path.to_owned(),

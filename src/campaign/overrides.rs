@@ -55,6 +55,35 @@ pub(crate) fn of_setups(reader: &mut Reader, entries: &[Entry], setups: &[&str])
     found
 }
 
+/// What `[parameters]` say of how values are known that every setup states for itself is said of those: nobody
+/// states another.
+pub(crate) fn hand_on(parameters: &mut [Override], setups: &[&str]) {
+    for index in 0..parameters.len() {
+        let general = &parameters[index];
+        let (fixed, sigma) = (general.fixed, general.sigma.clone());
+        let (degrees, name) = (general.degrees_of_freedom, general.name.clone());
+        let is_own = |one: &Override, setup: &str| {
+            one.name == name && one.setup.as_deref() == Some(setup) && one.value.is_some()
+        };
+        let stated = |setup: &&str| parameters.iter().any(|one| is_own(one, setup));
+        let is_handed_on = general.setup.is_none()
+            && general.value.is_none()
+            && (fixed.is_some() || sigma.is_some())
+            && setups.iter().all(stated);
+        if !is_handed_on {
+            continue;
+        }
+        for own in parameters.iter_mut().filter(|one| one.name == name && one.setup.is_some()) {
+            if own.fixed.is_none() && own.sigma.is_none() {
+                (own.fixed, own.sigma) = (fixed, sigma.clone());
+                own.degrees_of_freedom = own.degrees_of_freedom.or(degrees);
+            }
+        }
+        let general = &mut parameters[index];
+        (general.fixed, general.sigma, general.degrees_of_freedom) = (None, None, None);
+    }
+}
+
 fn read_one(reader: &mut Reader, entry: &Entry, name: &str, found: &mut Vec<Override>) {
     let entries = reader.table(&entry.item, "radius = { value = \"1.146 m\", sigma = \"20 um\" }");
     let mut this = Override {

@@ -179,22 +179,23 @@ impl Loader<'_> {
                 .iter()
                 .zip(&self.model.inputs)
                 .filter_map(|(track, input)| match track {
-                    Track::Logged(spline) => Some(format!(
-                        "`{}` from {:.3} s to {:.3} s",
-                        input.name,
-                        spline.span().0,
-                        spline.span().1
-                    )),
+                    Track::Logged(spline) => Some(held(&input.name, spline)),
                     _ => None,
                 })
                 .take(3)
                 .collect();
+            let has_gaps = |track: &Track| matches!(track, Track::Logged(one) if one.gaps().0 > 0);
+            let even = if inputs.iter().any(has_gaps) {
+                "; a stream that is logged only when its value changes has gaps: log it at an even rate"
+            } else {
+                ""
+            };
             let (first, last) = known.span.unwrap_or_default();
             let message = format!(
                 "{outside} of {all} samples of run `{run}` lie outside its streams, or in gaps of them"
             );
             let help = format!(
-                "the samples go from {first:.3} s to {last:.3} s, the streams hold {}; a margin of delay_range = \"{} s\" is kept",
+                "the samples go from {first:.3} s to {last:.3} s, the streams hold {}; a margin of delay_range = \"{} s\" is kept{even}",
                 spans.join(", "),
                 self.delay_range
             );
@@ -202,4 +203,15 @@ impl Loader<'_> {
             self.reader.fault(span, message, help);
         }
     }
+}
+
+/// What a stream holds of an input, in words.
+fn held(name: &str, spline: &Spline) -> String {
+    let ((from, to), (gaps, longest)) = (spline.span(), spline.gaps());
+    let gaps = match gaps {
+        0 => String::new(),
+        1 => format!(" with a gap of {longest:.3} s"),
+        _ => format!(" with {gaps} gaps of up to {longest:.3} s"),
+    };
+    format!("`{name}` from {from:.3} s to {to:.3} s{gaps}")
 }

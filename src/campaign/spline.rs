@@ -220,6 +220,12 @@ impl Spline {
         from >= 0.0 && to <= self.knots.last().copied().unwrap_or(0.0) && is_free
     }
 
+    /// Number and greatest length (s) of the pauses over which it is a guess.
+    pub fn gaps(&self) -> (usize, f64) {
+        let lengths = self.gaps.iter().map(|[start, end]| end - start);
+        (self.gaps.len(), lengths.fold(0.0, f64::max))
+    }
+
     /// Time of the first and of the last knot (s).
     pub fn span(&self) -> (f64, f64) {
         (self.origin, self.origin + self.knots.last().copied().unwrap_or(0.0))
