@@ -65,6 +65,7 @@ use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate, finish};
+use crate::estimate::contradicted::{Contradicted, contradicted};
 
 use candidates::{NotTestable, Wanted};
 use gap::{Gap, floor, gap};
@@ -72,7 +73,7 @@ use hidden::{Hidden, hidden};
 use holdout::{HoldoutError, holdout};
 use lost::Lost;
 use search::{Adopted, Search, search};
-use settle::{without_gross, without_lost};
+use settle::{without_gross, without_lost, without_spoiling};
 use silent::{Absorbed, silent};
 use stage::{Fitted, Stage};
 use steps::Steps;
@@ -117,6 +118,8 @@ pub struct Diagnosis {
     /// The delays of the nominal model with all readings and without those that are left out; empty if
     /// none are.
     pub delays: Vec<Twice>,
+    /// Stated values that the readings contradict with the named effects in the model, farthest first.
+    pub contradicted: Vec<Contradicted>,
     /// The search, for those who want to know more; `None` where there was none.
     pub search: Option<Search>,
 }
@@ -159,6 +162,15 @@ fn twice(whole: &Calibration, stage: &Stage, options: &Options) -> Result<Vec<Tw
     Ok(pairs.collect())
 }
 
+/// The stated values that readings contradict, as a stage has them: those of the nominal model.
+fn beside_readings(stage: &Stage, nominal: &Calibration) -> Result<Vec<Contradicted>, FitError> {
+    let Fitted { problem, fit, .. } = stage.fitted.clone();
+    let mut found = contradicted(&finish(problem, fit, Vec::new(), Vec::new())?);
+    let own = &nominal.problem.layout.instances;
+    found.retain(|one| own.iter().any(|instance| instance.name == one.parameter));
+    Ok(found)
+}
+
 /// Whether named effects fail on the readings that they were not fitted to: what they take off there is
 /// below a quarter of what they take off where they were fitted, by more than chance does. A value that
 /// is learnt from half of a run costs twice there what it costs with all readings.
@@ -191,8 +203,10 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, FitError> {
     let whole = calibrate(problem, options)?;
-    let (settled, gross) = without_gross(whole.clone(), options)?;
-    let (nominal, lost) = without_lost(settled, options)?;
+    let (settled, mut gross) = without_gross(whole.clone(), options)?;
+    let (settled, lost) = without_lost(settled, options)?;
+    let (nominal, wrong) = without_spoiling(settled, options)?;
+    gross.extend(wrong);
     let mut diagnosis = Diagnosis {
         verdict: Verdict::Unobservable,
         effects: Vec::new(),
@@ -208,6 +222,7 @@ pub fn diagnose(
         gap: None,
         floor: None,
         hidden: Vec::new(),
+        contradicted: Vec::new(),
         search: None,
         lost,
         delays: Vec::new(),
@@ -248,6 +263,13 @@ pub fn diagnose(
             (diagnosis.explained, diagnosis.gap) = (None, None);
         }
     }
+    if let Some(stage) = search.stages.get(diagnosis.effects.len()) {
+        diagnosis.contradicted = beside_readings(stage, &diagnosis.nominal)?;
+        if diagnosis.verdict == Verdict::Adequate && !diagnosis.contradicted.is_empty() {
+            diagnosis.verdict = Verdict::Unknown;
+            diagnosis.why = Some((Why::NoneFits, Vec::new()));
+        }
+    }
     let is_apart = matches!(&diagnosis.why, Some((Why::RunsApart, _)));
     if let Some(first) = search.stages.first() {
         diagnosis.candidates = verdict::ranked(first);
@@ -257,6 +279,10 @@ pub fn diagnose(
         // Which runs are apart is judged anew with each effect.
         let stage = search.stages.last().filter(|_| is_apart).unwrap_or(first);
         diagnosis.locations = verdict::locations(stage);
+        if diagnosis.verdict == Verdict::Unknown {
+            let stated = verdict::of_stated(stage, &diagnosis.contradicted);
+            diagnosis.locations = verdict::beside(stated, diagnosis.locations);
+        }
     }
     if let Some(first) = search.stages.first()
         && (!diagnosis.lost.is_empty() || !first.noise_found.left_out.is_empty())

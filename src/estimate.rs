@@ -22,6 +22,7 @@
 //! | [`head`] | what the instrument's head must follow: rates, speeds, reversals |
 //! | [`bias`] | what the paper's transformation does to delays |
 //! | [`conditions`] | self-calibration: delays under changed conditions |
+//! | [`mod@contradicted`] | which stated values the readings contradict |
 //! | [`repeatability`] | whether several campaigns agree |
 //! | [`systematic`] | what the inputs' calibration leaves open in them |
 //! | [`blind`] | arm angles at which a measurand does not show its delay |
@@ -43,6 +44,7 @@ pub mod circle;
 pub mod compare;
 pub mod conditions;
 pub mod conic;
+pub mod contradicted;
 pub mod covariance;
 pub mod coverage;
 pub mod delays;

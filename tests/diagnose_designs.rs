@@ -140,6 +140,32 @@ fn a_run_in_another_unit_is_told() {
     }
 }
 
+/// Angles that changed places in one run, and distances in another: the fit settles, spoilt, and no other run is
+/// blamed.
+#[test]
+fn runs_that_spoil_the_fit_are_told_and_no_others() {
+    let opened = open(&Request::new([folder()])).unwrap();
+    for wrong in [&[3][..], &[1, 6]] {
+        let mut parts = opened.problem.parts.clone();
+        let name = |number: &usize| parts[0].runs[*number].name.clone();
+        let names: Vec<String> = wrong.iter().map(name).collect();
+        for number in wrong {
+            parts[0].runs[*number].record.edit(|samples| samples.readings.swap(0, 1));
+        }
+        let found = run(Problem::new(parts), &opened);
+        assert_eq!((found.verdict, found.effects.len()), (Verdict::Unknown, 0), "{names:?}");
+        let words: Vec<&str> = found.locations.iter().map(|one| one.place.words.as_str()).collect();
+        for words in &words {
+            assert!(names.iter().any(|name| words.contains(&format!("`{name}`"))), "{words}");
+        }
+        for name in &names {
+            assert!(words.iter().any(|words| words.contains(&format!("`{name}`"))), "{name}");
+        }
+        let levels = &found.search.as_ref().unwrap().stages[0].noise_found.levels;
+        assert!(levels.is_empty(), "{levels:?}");
+    }
+}
+
 /// Formulas count time from the first sample: stamps of the day say the same.
 #[test]
 fn the_origin_of_the_stamps_does_not_matter() {

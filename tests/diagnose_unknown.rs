@@ -58,7 +58,9 @@ fn what_happened_to_one_run() {
     for (name, seed) in [("A_ccw50", 61), ("B_cw190", 62)] {
         let late = |one: &Instance| if one.of.as_deref() == Some(name) { 20e-6 } else { 0.0 };
         let found = with_a_nameless(text, seed, &late);
-        assert_eq!(best_place(&found).covariate, "run", "{name}");
+        let place = best_place(&found);
+        assert_eq!(place.covariate, "run", "{name}");
+        assert!(place.words.ends_with(&format!("in run `{name}`")), "{}", place.words);
     }
 }
 
@@ -127,16 +129,18 @@ fn what_swings_slowly() {
     }
 }
 
-/// The arm swings along its axis and the instrument along its beam, each run with a phase of its own.
+/// The arm swings along its axis, which distances show best, the instrument along its beam and, as slowly as its
+/// noise might, in its zenith angle, each run with a phase of its own.
 #[test]
 fn what_swings_otherwise_than_in_torsion() {
     let swing = "swing * cos(2 * pi * f * run_time + phase)";
     let parameters = "[parameters]\nswing = { unit = \"m\", typical = \"10 um\", scope = \"rig\" }\n\
                       phase = { unit = \"rad\", typical = \"1 rad\", scope = \"run\" }\n\
                       f = { unit = \"Hz\", value = \"FREQUENCY Hz\", fixed = true }\n[patch]\n";
-    for (frequency, patch, seed) in [
-        ("1.433", "target = 'target + [0, 0, SWING]'", 66),
-        ("3.07", "distance = 'distance + SWING'", 67),
+    for (frequency, patch, place_of, seed) in [
+        ("1.433", "target = 'target + [0, 0, SWING]'", "", 66),
+        ("3.07", "distance = 'distance + SWING'", "`distance`", 67),
+        ("0.22", "vertical = 'vertical + SWING / 1 m'", "`vertical`", 68),
     ] {
         let text = format!("{parameters}{patch}\n");
         let text = text.replace("SWING", swing).replace("FREQUENCY", frequency);
@@ -147,6 +151,11 @@ fn what_swings_otherwise_than_in_torsion() {
         let found = with_a_nameless(&text, seed, &value);
         let place = best_place(&found);
         assert_eq!(place.covariate, "oscillation");
+        assert!(
+            place.words.starts_with(&format!("an oscillation of {place_of}")),
+            "{}",
+            place.words
+        );
         assert!(found.noise.is_empty());
         let said: f64 = place.words.split_whitespace().rev().nth(1).unwrap().parse().unwrap();
         assert!((said - frequency.parse::<f64>().unwrap()).abs() < 0.01, "{}", place.words);

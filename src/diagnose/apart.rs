@@ -1,7 +1,8 @@
-//! Single runs in which a reading is off by a value of its own, and runs from which on it is: told from noise
-//! with a long memory.
+//! Single runs in which a reading, the target or a clock is off by a value of its own, and runs from which on it
+//! is: told from noise with a long memory.
 //!
-//! A forgotten prism constant or a fixture that slipped puts one run beside the others. Noise with a memory
+//! A forgotten prism constant, a fixture that slipped or an encoder that lost its datum puts one run beside the
+//! others. Noise with a memory
 //! as long as a run explains that, too, but then every run would be off. Where a few changes leave nothing of
 //! what each run has for itself, and are far likelier than a memory, they are what happened. Displacements
 //! beside a walk are those of [`super::wander::displaced`].
@@ -15,10 +16,12 @@ use super::wander::sequence::{in_order, places, spans};
 
 /// Changes that are looked for: more are noise.
 const MOST: usize = 3;
+/// Blocks that are looked at, the least probable by chance first.
+const BLOCKS: usize = 4;
 /// Runs for each change at least.
 const RUNS: usize = 4;
 
-/// A reading that is off in a few runs.
+/// What is off in a few runs.
 #[derive(Clone, Debug)]
 pub struct Apart {
     /// The block of unknown structure that says so for all runs; `None` where its readings are left out.
@@ -51,20 +54,26 @@ impl Change {
     }
 }
 
-/// The structure that is there beside what each run has for itself, and the reading that is off in a few runs
-/// if that is all that runs have for themselves beside it.
+/// The structure that is there beside what each run has for itself, and what is off in a few runs if that is
+/// all that runs have for themselves beside it.
 pub(super) fn few(stage: &Stage) -> Option<(Vec<usize>, Few)> {
     let all = stage.structures();
     let is_known = |n: &usize| !stage.is_of_runs(*n) && !stage.is_oscillation(*n);
     let known: Vec<usize> = all.iter().copied().filter(is_known).collect();
     let of_runs: Vec<usize> = all.iter().copied().filter(|n| stage.is_of_runs(*n)).collect();
-    let mut of_readings = stage.readings_over_runs();
-    of_readings.sort_by(|a, b| stage.scores[*a].ln_p.total_cmp(&stage.scores[*b].ln_p));
-    let block = *of_readings.first().filter(|_| !of_runs.is_empty())?;
-    let few = few_of(stage, block, &known)?;
-    let entries = known.iter().map(|n| stage.entry(*n)).chain([&few.entry]);
-    let whole = stage.evidence.together(&entries.collect::<Vec<_>>());
-    (!of_runs.iter().any(|block| shows(stage, *block, &whole))).then_some((known, few))
+    let mut blocks = stage.blocks_over_runs();
+    blocks.sort_by(|a, b| stage.scores[*a].ln_p.total_cmp(&stage.scores[*b].ln_p));
+    blocks.truncate(if of_runs.is_empty() { 0 } else { BLOCKS });
+    let is_all = |few: &Few| {
+        let entries = known.iter().map(|n| stage.entry(*n)).chain([&few.entry]);
+        let whole = stage.evidence.together(&entries.collect::<Vec<_>>());
+        !of_runs.iter().any(|block| shows(stage, *block, &whole))
+    };
+    // Beside other structure a displacement in some run is soon a part of what that leaves.
+    let of_readings = stage.readings_over_runs();
+    blocks.retain(|block| known.is_empty() || of_readings.contains(block));
+    let few = blocks.into_iter().find_map(|block| few_of(stage, block, &known).filter(is_all))?;
+    Some((known, few))
 }
 
 /// Whether a block is significant beyond something.

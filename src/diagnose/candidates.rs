@@ -33,6 +33,12 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// Whether both fit some campaign.
+    pub(super) fn is_beside(&self, other: &Self) -> bool {
+        let mut both = self.systems.iter().zip(&other.systems);
+        both.any(|(own, other)| own.is_some() && other.is_some())
+    }
+
     /// The usual size (SI) of one of its parameters, by full name.
     pub fn typical(&self, parameter: &str) -> Option<f64> {
         self.find(parameter).and_then(|(system, index)| system.settings[index].typical)

@@ -153,26 +153,40 @@ const WORTH_IT: f64 = 3.0;
 
 /// Lets the memories of a stage's noise follow what is left. `None` where nothing changes.
 ///
-/// Structure is taken off first if it is less probable by chance than memories could make it; what each
-/// run has for itself never is, for a long memory looks just so.
+/// Structure is taken off first if it is less probable by chance than memories could make it, an oscillation if
+/// far less and it leaves no memory; what each run has for itself never is, for a long memory looks just so.
 pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
     let mut fitted = stage.fitted.clone();
     let structures = stage.structures_over_runs();
     let structure = stage.together(&structures);
     let mut white = left_white(stage, &structure);
+    let level = level(white.len() + stage.noise.len());
     let is_off = noise.apart.iter().any(|one| one.block.is_some());
     noise.apart.retain(|one| one.block.is_none());
     if let Some((rest, apart)) = beside_few(stage, &structures, &white, is_off) {
         noise.apart.push(apart);
         white = rest;
-    } else if !structures.is_empty() && !fitted.problem.has_memory() {
-        let by_chance = by_chance(stage, &structures, &structure);
-        let alone = left_white(stage, &stage.evidence.together(&[]));
-        if likelihood_of_memory(&alone) > likelihood_of_memory(&white) - by_chance {
-            white = alone;
+    } else if !fitted.problem.has_memory() {
+        let likelihood = |white: &[Sequence], structures: &[usize], together: &Entry| {
+            likelihood_of_memory(white) - by_chance(stage, structures, together)
+        };
+        let own = likelihood(&white, &structures, &structure);
+        let waving = stage.structures_over_samples();
+        let waves = stage.together(&waving);
+        let beside_waves = left_white(stage, &waves);
+        let is_all = || beside_waves.iter().all(|one| remembered(one, level).is_none());
+        if waving.iter().any(|n| stage.is_oscillation(*n))
+            && likelihood(&beside_waves, &waving, &waves) > own + FURTHER.ln()
+            && is_all()
+        {
+            white = beside_waves;
+        } else if !structures.is_empty() {
+            let alone = left_white(stage, &stage.evidence.together(&[]));
+            if likelihood_of_memory(&alone) > own {
+                white = alone;
+            }
         }
     }
-    let level = level(white.len() + stage.noise.len());
     let mut changed = false;
     for one in &white {
         let own = &mut fitted.problem.parts[one.part].gauss_markov[one.row];

@@ -78,9 +78,16 @@ pub fn scan(
             scan.polished(low, high, (grid[best], gains[best]))
         }
     };
-    let mut selected =
-        Selected { effect: family.selected.effect.clone(), ..family.selected.clone() };
-    selected.member.insert(name.clone(), value);
+    let candidate = with_member(fitted, family, value)?;
+    known.push((family.name.clone(), candidate.clone(), tried));
+    Some((candidate, tried))
+}
+
+/// A family's candidate with this member.
+pub(super) fn with_member(fitted: &Fitted, family: &Candidate, value: f64) -> Option<Candidate> {
+    let (name, _) = family.selected.effect.shape.first()?;
+    let mut selected = family.selected.clone();
+    selected.member = [(name.clone(), value)].into();
     let place = family.place.as_ref().map(|place| place.at(value));
     let mut found = Vec::new();
     for (campaign, recipe) in fitted.recipes.iter().enumerate() {
@@ -89,9 +96,7 @@ pub fn scan(
             join(&mut found, at, selected.clone(), place.clone(), system);
         }
     }
-    let candidate: Candidate = found.pop()?;
-    known.push((family.name.clone(), candidate.clone(), tried));
-    Some((candidate, tried))
+    found.pop()
 }
 
 /// The number of members that a family is scanned over, as it is paid for; `None` where it is not.

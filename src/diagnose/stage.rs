@@ -19,7 +19,7 @@ use super::catalogue::{self, Made};
 use super::columns::sign;
 use super::evidence::{Entry, Evidence};
 use super::memory::wanders;
-use super::scan::{ALL_BLIND, Scanned, scan, told};
+use super::scan::{ALL_BLIND, Scanned, scan, told, with_member};
 use super::score::{Score, of_gain, score};
 use super::search::level;
 use super::structure::{Of, Place};
@@ -268,11 +268,26 @@ impl Stage {
             best_members(&fitted, &made, effects, &mut kept.scanned)?;
         not_testable.extend(blind);
         let effects = candidates.len();
+        let mut waves: Vec<(Candidate, usize)> = Vec::new();
         for block in &made.blocks {
-            if block.selected.effect.shape.is_empty() {
-                candidates.push(block.clone());
-                members.push(1);
-            } else if let Some((found, tried)) = scan(&fitted, block, &mut kept.scanned) {
+            let place = block.place.as_ref();
+            let wave = waves.iter().find(|(wave, _)| wave.is_beside(block));
+            let found = if block.selected.effect.shape.is_empty() {
+                Some((block.clone(), 1))
+            } else if let Some((wave, tried)) = wave
+                && place.is_some_and(Place::is_oscillation_of_one)
+            {
+                // Where all of them do most.
+                let frequency = wave.selected.member.values().next();
+                frequency.and_then(|one| Some((with_member(&fitted, block, *one)?, *tried)))
+            } else {
+                let found = scan(&fitted, block, &mut kept.scanned);
+                if place.is_some_and(Place::is_oscillation) {
+                    waves.extend(found.clone());
+                }
+                found
+            };
+            if let Some((found, tried)) = found {
                 candidates.push(found);
                 members.push(tried);
             }
@@ -335,6 +350,11 @@ impl Stage {
         self.structures_among(|n| !self.is_of_runs(n) && !self.is_oscillation(n))
     }
 
+    /// The same but for what each run has for itself.
+    pub fn structures_over_samples(&self) -> Vec<usize> {
+        self.structures_among(|n| !self.is_of_runs(n))
+    }
+
     /// The same but for oscillations, which walks and noisier runs imitate.
     pub fn structures_beside_noise(&self) -> Vec<usize> {
         self.structures_among(|n| !self.is_oscillation(n))
@@ -345,16 +365,21 @@ impl Stage {
         self.structures_among(|_| true)
     }
 
-    /// Blocks of readings with a value for each run that are significant by themselves.
-    pub fn readings_over_runs(&self) -> Vec<usize> {
+    /// Blocks with a value for each run that are significant by themselves.
+    pub fn blocks_over_runs(&self) -> Vec<usize> {
         let level = level(self.candidates.len());
-        let is_of_reading = |n: usize| {
-            let place = self.candidates[n].place.as_ref();
+        (self.effects..self.candidates.len())
+            .filter(|n| self.is_of_runs(*n) && self.scores[*n].ln_p <= level)
+            .collect()
+    }
+
+    /// Those of readings.
+    pub fn readings_over_runs(&self) -> Vec<usize> {
+        let is_of_reading = |n: &usize| {
+            let place = self.candidates[*n].place.as_ref();
             place.is_some_and(|place| matches!(place.of, Of::Measurand(_)))
         };
-        (self.effects..self.candidates.len())
-            .filter(|n| self.is_of_runs(*n) && is_of_reading(*n) && self.scores[*n].ln_p <= level)
-            .collect()
+        self.blocks_over_runs().into_iter().filter(is_of_reading).collect()
     }
 
     /// Several candidates as one.

@@ -27,6 +27,7 @@ use crate::units::{Dimension, Unit};
 use super::candidates::{Candidate, join};
 use covariate::{
     CIRCLE_ORDERS, Covariate, few_move, of_motion, of_the_head, of_the_rig, over_time,
+    scale_over_campaign,
 };
 pub use place::{Of, Place};
 
@@ -160,8 +161,8 @@ fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         for covariate in of_the_rig(model, COARSE_ORDERS) {
             let place = Place {
                 of: Of::Channel(format!("time of {of}")),
-                words: format!("a timing error of {called} over {}", covariate.name),
-                covariate: covariate.name.clone(),
+                words: format!("a timing error of {called} over {}", covariate.words),
+                covariate: covariate.over.clone(),
             };
             let patch = |sum: &str| {
                 let line = |name: &&str| format!("\"{name}.t\" = 't + {sum}'\n");
@@ -182,6 +183,9 @@ fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         let mut covariates = of_the_rig(model, orders(model));
         covariates.extend(of_the_head(model));
         covariates.push(waves::slow());
+        if measurand.kind == MeasurandKind::Plain {
+            covariates.push(scale_over_campaign(name, measurand.unit.dimension));
+        }
         if matches!(measurand.kind, MeasurandKind::Angle { .. }) {
             covariates.push(waves::over_circle(name, CIRCLE_ORDERS));
         }

@@ -1,5 +1,7 @@
 //! The verdict: what the search found, as an answer.
 
+use crate::estimate::contradicted::Contradicted;
+
 use super::apart::Apart;
 use super::probability::probabilities;
 use super::score::Score;
@@ -231,7 +233,7 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
         let name = &stage.candidates[*block].name;
         apart.iter().find(|one| one.block.as_ref() == Some(name))
     };
-    let mut found = found.clone();
+    let mut found = with_one_oscillation(stage, found);
     found.sort_by(|a, b| share(b).total_cmp(&share(a)));
     // What a few runs do for comes first: other blocks say the same of all runs.
     found.sort_by_key(|block| few(block).is_none());
@@ -243,9 +245,51 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     let left_out = apart.iter().filter(|one| one.block.is_none());
     let left_out = left_out.map(|one| Location { place: one.place.clone(), share: 1.0 });
     let mut all: Vec<Location> = left_out.chain(found).collect();
-    all.dedup_by(|a, b| a.place.words == b.place.words);
+    let mut said: Vec<String> = Vec::new();
+    all.retain(|one| {
+        let is_new = !said.contains(&one.place.words);
+        said.push(one.place.words.clone());
+        is_new
+    });
     all.truncate(PLACES);
     all
+}
+
+/// Stated values that the readings contradict, as places: what the sum of squares loses without them, over
+/// what it loses with the best block of a stage.
+pub fn of_stated(stage: &Stage, contradicted: &[Contradicted]) -> Vec<Location> {
+    let most = leftover(stage);
+    let share = |one: &Contradicted| if most > 0.0 { one.gain / most } else { 1.0 };
+    let place = |one: &Contradicted| Place::of_stated(&one.parameter, one.estimate.of.as_deref());
+    contradicted.iter().map(|one| Location { place: place(one), share: share(one) }).collect()
+}
+
+/// Places with others, best first, the best of them with a share of 1.
+pub fn beside(mut places: Vec<Location>, others: Vec<Location>) -> Vec<Location> {
+    if places.is_empty() {
+        return others;
+    }
+    places.extend(others);
+    places.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let most = places[0].share.max(1.0);
+    places.iter_mut().for_each(|one| one.share /= most);
+    places.retain(|one| one.share >= LEAST_SHARE);
+    places.truncate(PLACES);
+    places
+}
+
+/// Blocks of which an oscillation of all readings stays only where it is less probable by chance than that of
+/// any one, which goes then.
+fn with_one_oscillation(stage: &Stage, mut found: Vec<usize>) -> Vec<usize> {
+    let place = |block: &usize| stage.candidates[*block].place.as_ref();
+    let is_of_one = |block: &usize| place(block).is_some_and(Place::is_oscillation_of_one);
+    let waves: Vec<usize> =
+        found.iter().copied().filter(|block| stage.is_oscillation(*block)).collect();
+    let ln_p = |block: &&usize| stage.scores[**block].ln_p;
+    let best = waves.iter().min_by(|a, b| ln_p(a).total_cmp(&ln_p(b)));
+    let of_one = best.is_some_and(is_of_one);
+    found.retain(|block| !waves.contains(block) || is_of_one(block) == of_one);
+    found
 }
 
 /// All testable effects, best first.

@@ -266,9 +266,10 @@ fn times(record: &Record, clock: NoiseClock) -> Vec<f64> {
     times
 }
 
-/// Rounds of judging the noise and fitting again, and of leaving gross readings out.
+/// Rounds of judging the noise and fitting again, of leaving gross readings out, and wild ones.
 const ROUNDS: usize = 8;
 pub(super) const PEELS: usize = 6;
+const TRIMS: usize = 12;
 
 /// Stretches that a campaign is cut into.
 const STRETCHES: usize = 60;
@@ -291,7 +292,7 @@ pub fn prepare(
     let mut kept = Kept::default();
     given.put_into(&mut fitted.problem);
     fitted = fitted.without(&known.selected(), options)?;
-    let (mut round, mut peels) = (0, 0);
+    let (mut round, mut peels, mut trims) = (0, 0, 0);
     loop {
         let last = round + 1 >= ROUNDS;
         let Some(mut stage) = Stage::again(fitted, wanted, &mut kept) else {
@@ -316,6 +317,7 @@ pub fn prepare(
             continue;
         }
         let unknowns = problem.layout.columns.len() + structure.degrees();
+        let wild = noise.wild;
         let changed = if last {
             None
         } else {
@@ -328,7 +330,11 @@ pub fn prepare(
         };
         if let Some(changed) = changed {
             fitted = changed.again(options)?;
-            round += 1;
+            if noise.wild > wild && trims < TRIMS {
+                trims += 1;
+            } else {
+                round += 1;
+            }
             continue;
         }
         if !last
@@ -340,7 +346,7 @@ pub fn prepare(
             let Found { effect, displaced, .. } = found;
             noise = Noise { effects: vec![effect], displaced, ..given.noise() };
             fitted = changed;
-            (round, peels) = (0, 0);
+            (round, peels, trims) = (0, 0, 0);
             continue;
         }
         if !last && let Some(changed) = remember(&stage, &mut noise) {

@@ -117,27 +117,30 @@ impl Point {
 
     /// The whitened rows of prior knowledge at this point.
     pub fn priors(&self, layout: &Layout) -> Vec<PriorRow> {
-        let mut rows = Vec::new();
-        for (index, instance) in layout.instances.iter().enumerate() {
-            let (Some(value), Some(sigma), false) =
-                (&instance.setting.value, &instance.setting.sigma, instance.setting.fixed)
-            else {
-                continue;
-            };
-            let stated = from_components(instance.kind, value);
-            let difference = difference(instance.kind, stated, self.values[index]);
-            for (component, sigma) in sigma.iter().enumerate().take(instance.dimension()) {
-                rows.push(PriorRow {
-                    coefficients: layout
-                        .columns_of(index, component)
-                        .into_iter()
-                        .map(|(column, coefficient)| (column, coefficient / sigma))
-                        .collect(),
-                    residual: difference[component] / sigma,
-                });
-            }
-        }
-        rows
+        (0..layout.instances.len()).flat_map(|index| self.priors_of(layout, index)).collect()
+    }
+
+    /// Those of one instance: a row for each component, none where nothing is stated of it.
+    pub fn priors_of(&self, layout: &Layout, index: usize) -> Vec<PriorRow> {
+        let instance = &layout.instances[index];
+        let (Some(value), Some(sigma), false) =
+            (&instance.setting.value, &instance.setting.sigma, instance.setting.fixed)
+        else {
+            return Vec::new();
+        };
+        let stated = from_components(instance.kind, value);
+        let difference = difference(instance.kind, stated, self.values[index]);
+        let sigma = sigma.iter().enumerate().take(instance.dimension());
+        sigma
+            .map(|(component, sigma)| PriorRow {
+                coefficients: layout
+                    .columns_of(index, component)
+                    .into_iter()
+                    .map(|(column, coefficient)| (column, coefficient / sigma))
+                    .collect(),
+                residual: difference[component] / sigma,
+            })
+            .collect()
     }
 }
 

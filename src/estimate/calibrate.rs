@@ -102,7 +102,8 @@ impl Calibration {
         estimates
     }
 
-    fn estimates_of(&self, index: usize) -> Vec<Estimate> {
+    /// The components of one instance.
+    pub(super) fn estimates_of(&self, index: usize) -> Vec<Estimate> {
         let layout = &self.problem.layout;
         let instance = &layout.instances[index];
         if layout.is_noise_only(index) {

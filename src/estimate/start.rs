@@ -3,8 +3,8 @@
 //! A model's `[coordinates]` gives the target in the rig's frame and, from one sample's readings, in
 //! the instrument's frame; the rotation and translation between them follow without iteration.
 //! Reference runs (slow or static) are used where a transformation has any. What a user stated
-//! (`start`, `value`, `fixed`) is left alone. Long runs are looked at in [`ENOUGH`] samples, spread
-//! evenly: a start need not be better.
+//! (`start`, `value`, `fixed`) is left alone, and the other half fitted to it. Long runs are looked at in
+//! [`ENOUGH`] samples, spread evenly: a start need not be better.
 
 use crate::campaign::{Role, Run, Samples};
 use crate::engine::lanes::LANES;
@@ -13,6 +13,8 @@ use crate::engine::point::{Point, from_components};
 use crate::engine::pointwise::Program;
 use crate::engine::problem::Problem;
 use crate::estimate::align::{Alignment, Degenerate, Pair, align};
+use crate::graph::Kind;
+use crate::quaternion::Quaternion;
 
 /// Samples that are enough for one transformation's start.
 pub const ENOUGH: usize = 1 << 17;
@@ -70,17 +72,24 @@ pub fn start(problem: &Problem) -> (Point, Vec<Aligned>) {
         for r in 0..part.runs.len() {
             let rotation = problem.layout.instance_in(p, r, coordinates.rotation);
             let translation = problem.layout.instance_in(p, r, coordinates.translation);
-            if done.contains(&(rotation, translation)) || stated(problem, rotation, translation) {
+            let of_user = [rotation, translation].map(|index| stated(problem, index));
+            if done.contains(&(rotation, translation)) || of_user == [true, true] {
                 continue;
             }
             done.push((rotation, translation));
             let all = gather(problem, p, (rotation, translation), &point);
             let result = align(&all, false);
-            if let Ok(alignment) = &result {
+            if of_user[0] {
+                let turn = Quaternion::from_components(point.values[rotation]);
+                let moved = shift(&all, turn);
+                point.values[translation] = from_components(Kind::Vector, &moved);
+            } else if let Ok(alignment) = &result {
                 let q = alignment.rotation;
                 point.values[rotation] = [q.w, q.v[0], q.v[1], q.v[2]];
-                point.values[translation] =
-                    from_components(crate::graph::Kind::Vector, &alignment.translation);
+                if !of_user[1] {
+                    point.values[translation] =
+                        from_components(Kind::Vector, &alignment.translation);
+                }
             }
             report.push(Aligned { of: problem.layout.instances[rotation].of.clone(), result });
         }
@@ -88,12 +97,23 @@ pub fn start(problem: &Problem) -> (Point, Vec<Aligned>) {
     (point, report)
 }
 
-/// Whether the user said where the transformation is.
-fn stated(problem: &Problem, rotation: usize, translation: usize) -> bool {
-    [rotation, translation].iter().any(|index| {
-        let setting = &problem.layout.instances[*index].setting;
-        setting.fixed || setting.start.is_some() || setting.value.is_some()
-    })
+/// Whether the user said what a part of the transformation is.
+fn stated(problem: &Problem, index: usize) -> bool {
+    let setting = &problem.layout.instances[index].setting;
+    setting.fixed || setting.start.is_some() || setting.value.is_some()
+}
+
+/// The mean translation (m) that is left once points are turned.
+fn shift(pairs: &[Pair], rotation: Quaternion<f64>) -> [f64; 3] {
+    let count = pairs.len().max(1) as f64;
+    let mut sum = [0.0; 3];
+    for Pair { source, target, .. } in pairs {
+        let turned = rotation.rotate(*source);
+        for (axis, sum) in sum.iter_mut().enumerate() {
+            *sum += (target[axis] - turned[axis]) / count;
+        }
+    }
+    sum
 }
 
 /// Pairs of all runs that share a transformation: its reference runs, else all of them.

@@ -12,7 +12,7 @@ use crate::diagnose::structure::Of;
 use crate::diagnose::verdict::{Location, Ranked};
 use crate::diagnose::whiten::{Noise, NoiseEffect};
 use crate::estimate::calibrate::Estimate;
-use crate::report::json::{calibration, estimate, number, unobservable};
+use crate::report::json::{calibration, estimate, number, stated, unobservable};
 
 /// The result of `diagnose`, at most `top` candidates.
 pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
@@ -60,6 +60,7 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
             })
         ).collect::<Vec<_>>(),
         "left_out": left_out(diagnosis),
+        "contradicted": stated(&diagnosis.contradicted),
         "fit": calibration(&diagnosis.nominal)["fit"],
         "unobservable": unobservable(&diagnosis.nominal.unobservable),
     })

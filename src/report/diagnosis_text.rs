@@ -7,7 +7,7 @@ use crate::diagnose::verdict::{Location, Verdict, Why, apart, locations};
 use crate::report::diagnosis::{estimates_of, last_noise, last_stage, times_usual};
 use crate::report::figure;
 use crate::report::noise_text::{alike, noise};
-use crate::report::text::{drawn, residual_unit, table, trouble, unit_of};
+use crate::report::text::{drawn, residual_unit, stated, table, trouble, unit_of};
 use crate::units::{Dimension, Unit};
 
 /// Candidates shown unless another number is asked for.
@@ -30,6 +30,7 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
     }
     text.push_str(&noise(diagnosis));
     text.push_str(&effects(diagnosis));
+    text.push_str(&stated(&diagnosis.contradicted));
     if let Some(found) = &diagnosis.gap {
         text.push_str(&gap(diagnosis, found));
     }

@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::compare::Comparison;
+use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::delays::Summary;
 use crate::estimate::words::Unobservable;
 use crate::graph::Scope;
@@ -55,7 +56,26 @@ pub fn calibration(result: &Calibration) -> Value {
             "rms": rms,
         },
         "unobservable": unobservable(&result.unobservable),
+        "contradicted": stated(&contradicted(result)),
     })
+}
+
+/// Stated values that the readings contradict.
+pub(crate) fn stated(list: &[Contradicted]) -> Value {
+    list.iter()
+        .map(|one| {
+            json!({
+                "name": one.estimate.name,
+                "scope": scope_word(one.estimate.scope),
+                "of": one.estimate.of,
+                "stated": number(Some(one.stated)),
+                "sigma": number(Some(one.sigma)),
+                "alone": number(Some(one.alone)),
+                "deviations": number(Some(one.deviations)),
+                "unit": one.estimate.unit,
+            })
+        })
+        .collect()
 }
 
 /// What cannot be determined.

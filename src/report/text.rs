@@ -5,6 +5,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::compare::Comparison;
+use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::delays::Delays;
 use crate::estimate::transformation::From;
 use crate::report::budget;
@@ -57,6 +58,7 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
             "\nThe residuals are larger than stated: the uncertainties do not hold. `homepoint diagnose` looks for the cause.\n",
         );
     }
+    text.push_str(&stated(&contradicted(result)));
     let estimates = result.estimates();
     let mut rows = table(&["parameter", "of", "value", "u (k=1)"]);
     let shown: Vec<&Estimate> = estimates.iter().filter(|one| !one.fixed).collect();
@@ -135,6 +137,22 @@ pub fn trouble(result: &Calibration) -> String {
         text.push_str(&format!("- {}\n  remedy: {}\n", one.words, one.remedy));
     }
     text
+}
+
+/// Stated values that the readings contradict, one a line; empty if there are none.
+pub(crate) fn stated(contradicted: &[Contradicted]) -> String {
+    let mut text = String::new();
+    for one in contradicted {
+        let Estimate { name, declared, .. } = &one.estimate;
+        let of = one.estimate.of.as_ref().map_or_else(String::new, |of| format!(" of `{of}`"));
+        let stated = figure::measured(one.stated, one.sigma, declared);
+        let alone = figure::value(one.alone, Some(one.sigma), declared);
+        text.push_str(&format!(
+            "`{name}`{of} is stated as {stated}, but the readings say {alone}: {:.0} standard deviations apart.\n",
+            one.deviations
+        ));
+    }
+    if text.is_empty() { text } else { format!("\n{text}") }
 }
 
 /// The result of `delays`.

@@ -134,6 +134,7 @@ pub(super) fn of_motion(model: &Model, orders: usize) -> Vec<Covariate> {
 pub(super) fn of_the_rig(model: &Model, orders: usize) -> Vec<Covariate> {
     let mut all = of_motion(model, orders);
     all.push(over_time());
+    all.push(over_campaign());
     let run_time = vec![("run_time".to_owned(), Dimension::TIME)];
     all.push(Covariate::new("run time", "instrument", run_time));
     all.push(Covariate::new("setup", "setup", vec![("1".to_owned(), Dimension::NONE)]));
@@ -147,6 +148,26 @@ pub(super) fn over_time() -> Covariate {
         [("setup_time", Dimension::TIME), ("setup_time^2", Dimension::TIME * Dimension::TIME)];
     let powers = powers.map(|(power, dimension)| (power.to_owned(), dimension));
     Covariate::new(TIME, "setup", powers.to_vec())
+}
+
+/// The course of a campaign: what drifts goes on while the instrument is put to another place.
+fn over_campaign() -> Covariate {
+    let powers = [("time", Dimension::TIME), ("time^2", Dimension::TIME * Dimension::TIME)];
+    let powers = powers.map(|(power, dimension)| (power.to_owned(), dimension));
+    let own = Covariate::new("campaign time", "instrument", powers.to_vec());
+    Covariate { over: TIME.to_owned(), words: TIME.to_owned(), ..own }
+}
+
+/// A scale of what a measurand of this dimension reads that drifts in the course of a campaign.
+pub(super) fn scale_over_campaign(name: &str, own: Dimension) -> Covariate {
+    let whole = over_campaign();
+    let of_it = |(power, of): &(String, Dimension)| (format!("{power} * {name}"), *of * own);
+    Covariate {
+        name: format!("scale of {name} over time"),
+        words: format!("{TIME} and {name}"),
+        terms: whole.terms.iter().map(of_it).collect(),
+        ..whole
+    }
 }
 
 /// Whether few things move: a robot's joints are many.

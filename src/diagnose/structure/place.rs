@@ -27,6 +27,11 @@ impl Place {
         self.covariate == OSCILLATION
     }
 
+    /// Whether it is such a wave of one measurand.
+    pub(in crate::diagnose) fn is_oscillation_of_one(&self) -> bool {
+        self.is_oscillation() && matches!(self.of, Of::Measurand(_))
+    }
+
     /// A displacement of the instrument, or of all that it looks at.
     pub(super) fn of_rig(covariate: &str, when: &str) -> Self {
         Self {
@@ -50,6 +55,16 @@ impl Place {
     pub(in crate::diagnose) fn in_runs(&self, which: &str) -> Self {
         let what = self.words.trim_end_matches(&format!(" over {RUN}"));
         Self { words: format!("{what} {which}"), ..self.clone() }
+    }
+
+    /// Of a parameter whose stated value the readings contradict.
+    pub(in crate::diagnose) fn of_stated(parameter: &str, of: Option<&str>) -> Self {
+        let of = of.map_or_else(String::new, |of| format!(" of `{of}`"));
+        Self {
+            of: Of::Channel("stated values".to_owned()),
+            covariate: parameter.to_owned(),
+            words: format!("a wrong stated value of `{parameter}`{of}"),
+        }
     }
 
     /// Of a reading that is left out in a run.

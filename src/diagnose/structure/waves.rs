@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::effect::Effect;
 use crate::graph::MeasurandKind;
-use crate::model::{InputDeclaration, Model};
+use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::Dimension;
 
 use super::covariate::{Covariate, few_move, turns};
@@ -68,31 +68,47 @@ pub(super) fn slow() -> Covariate {
     Covariate::swing(period, range)
 }
 
-/// An oscillation of all readings together, with phases and strengths of each run's own.
-pub(super) fn in_time(model: &Model) -> Option<(Arc<Effect>, Place)> {
-    let (mut coefficients, mut patches, mut names) = (Vec::new(), String::new(), Vec::new());
-    let numbers =
-        model.measurands.iter().filter(|measurand| measurand.kind != MeasurandKind::Rotation);
-    for (number, measurand) in numbers.enumerate() {
+/// An oscillation, with phases and strengths of each run's own, from where slow waves end: of all readings
+/// together, which is scanned, then of each by itself, which is looked at where that is found.
+pub(super) fn in_time(model: &Model) -> Vec<(Arc<Effect>, Place)> {
+    let numbers = model.measurands.iter().filter(|one| one.kind != MeasurandKind::Rotation);
+    let all: Vec<&MeasurandDeclaration> = numbers.collect();
+    let name = |one: &&MeasurandDeclaration| one.name.clone();
+    // Models with other measurands have another family.
+    let together = all.iter().map(name).collect::<Vec<_>>().join("_");
+    let whole = Place {
+        of: Of::Channel("all readings".to_owned()),
+        words: "an oscillation of the readings at {member} Hz".to_owned(),
+        covariate: OSCILLATION.to_owned(),
+    };
+    let each = all.iter().map(|one| {
+        let words = format!("an oscillation of `{}` at {{member}} Hz", one.name);
+        let place = Place { of: Of::Measurand(one.name.clone()), words, ..whole.clone() };
+        oscillation(&one.name, &place, &[one])
+    });
+    let whole = (all.len() > 1).then(|| oscillation(&together, &whole, &all));
+    whole.into_iter().chain(each).flatten().collect()
+}
+
+fn oscillation(
+    name: &str,
+    place: &Place,
+    of: &[&MeasurandDeclaration],
+) -> Option<(Arc<Effect>, Place)> {
+    let (mut coefficients, mut patches) = (Vec::new(), String::new());
+    for (number, measurand) in of.iter().enumerate() {
         let name = measurand.name.as_str();
-        names.push(name);
         let [cosine, sine] = ["cosine", "sine"].map(|wave| format!("unknown_{wave}_{number}"));
         patches.push_str(&format!(
             "{name} = '{name} + {cosine} * cos(2 * pi * unknown_frequency * run_time) + {sine} * sin(2 * pi * unknown_frequency * run_time)'\n"
         ));
         coefficients.extend([cosine, sine].map(|one| (one, measurand.unit.dimension)));
     }
-    let place = Place {
-        of: Of::Channel("all readings".to_owned()),
-        words: "an oscillation of the readings at {member} Hz".to_owned(),
-        covariate: OSCILLATION.to_owned(),
-    };
     made(
-        // Models with other measurands have another family.
-        &format!("unknown_oscillation_{}", names.join("_")),
-        &place,
+        &format!("unknown_oscillation_{name}"),
+        place,
         (&coefficients, "run"),
-        "unknown_frequency = { unit = \"Hz\", from = \"0.5 Hz\", to = \"10 Hz\" }",
+        "unknown_frequency = { unit = \"Hz\", from = \"0.1 Hz\", to = \"10 Hz\" }",
         &patches,
     )
 }

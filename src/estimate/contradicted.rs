@@ -1,0 +1,93 @@
+//! Stated values that the readings contradict.
+//!
+//! A value with an uncertainty is one more observation. What the fit leaves of it, over what the other
+//! observations leave free (its redundancy), is a standard normal number where it is right: the test of
+//! Baarda (1968) for a gross error, of a stated value. It does not say whether the value is wrong or the model
+//! of the readings.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use crate::estimate::calibrate::{Calibration, Estimate};
+
+/// Standard deviations between what is stated and what the readings say from which on they contradict each
+/// other.
+const APART: f64 = 5.0;
+/// Redundancy below which the readings say nothing of a stated value.
+const SILENT: f64 = 1e-6;
+
+/// A stated value that is far from what the readings say.
+#[derive(Clone, Debug)]
+pub struct Contradicted {
+    /// The parameter.
+    pub parameter: String,
+    /// Its component that is farthest away, as it is estimated.
+    pub estimate: Estimate,
+    /// What is stated of that (SI).
+    pub stated: f64,
+    /// With this standard uncertainty (SI).
+    pub sigma: f64,
+    /// What everything else says (SI).
+    pub alone: f64,
+    /// Their difference in standard deviations of itself.
+    pub deviations: f64,
+    /// What the sum of squares loses without the stated value, all its components: chi squared of as many
+    /// degrees where it is right.
+    pub gain: f64,
+}
+
+/// The stated values that the readings contradict, farthest first; none of a fit that is not sound. Where
+/// residuals are larger than stated the bar is higher by as much.
+pub fn contradicted(result: &Calibration) -> Vec<Contradicted> {
+    if !result.is_sound() {
+        return Vec::new();
+    }
+    let bar = APART * result.variance_factor().unwrap_or(1.0).max(1.0).sqrt();
+    let count = result.problem.layout.instances.len();
+    let judged = (0..count).filter_map(|index| judged(result, index));
+    let mut found: Vec<Contradicted> = judged.filter(|one| one.deviations > bar).collect();
+    found.sort_by(|a, b| b.deviations.total_cmp(&a.deviations));
+    found
+}
+
+/// The component of a stated value that is farthest from what the readings say.
+fn judged(result: &Calibration, index: usize) -> Option<Contradicted> {
+    let layout = &result.problem.layout;
+    let setting = &layout.instances[index].setting;
+    let (value, sigma) = (setting.value.as_ref()?, setting.sigma.as_ref()?);
+    let rows = result.fit.point.priors_of(layout, index);
+    let count = rows.len();
+    let mut design = DMatrix::zeros(count, layout.columns.len());
+    for (row, prior) in rows.iter().enumerate() {
+        for (column, coefficient) in &prior.coefficients {
+            design[(row, *column)] += coefficient;
+        }
+    }
+    let left = DVector::from_iterator(count, rows.iter().map(|row| row.residual));
+    let redundancy =
+        DMatrix::identity(count, count) - &design * &result.covariance * design.transpose();
+    let deviations = |row: usize| {
+        let free = redundancy[(row, row)];
+        if free > SILENT { left[row].abs() / free.sqrt() } else { 0.0 }
+    };
+    let worst = (0..count).max_by(|a, b| deviations(*a).total_cmp(&deviations(*b)))?;
+    let free = redundancy[(worst, worst)].max(SILENT);
+    let estimate = result.estimates_of(index).into_iter().nth(worst)?;
+    let stated = *value.get(worst)?;
+    Some(Contradicted {
+        parameter: layout.instances[index].name.clone(),
+        alone: stated + (estimate.value? - stated) / free,
+        estimate,
+        stated,
+        sigma: *sigma.get(worst)?,
+        deviations: deviations(worst),
+        gain: gain(redundancy, &left),
+    })
+}
+
+/// `rᵀ R⁻¹ r` over what is free.
+fn gain(redundancy: DMatrix<f64>, left: &DVector<f64>) -> f64 {
+    let eigen = SymmetricEigen::new(redundancy);
+    let free = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
+    let free = free.filter(|(value, _)| **value > SILENT);
+    free.map(|(value, vector)| vector.dot(left).powi(2) / value).sum()
+}
