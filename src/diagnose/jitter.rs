@@ -4,7 +4,8 @@
 //! They show in the products of different readings of a sample: with whitened derivatives `a` the sum
 //! of `a_m a_n z_m z_n` over pairs has mean `s² Σ (a_m a_n)²` and, without the effect, the variance
 //! `Σ (a_m a_n z_m z_n)²`, whatever the levels of the single readings are. So neither a wrong level nor
-//! a wild reading is taken for jitter. A model with a single reading a sample shows none.
+//! a wild reading is taken for jitter. A model with a single reading a sample shows none. What shows in one part
+//! of the runs alone, as what swings from their beginning on until it has come to rest, is no jitter.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -62,7 +63,8 @@ pub(super) fn jitter<'s>(
             found.extend(pairs.map(|pairs| Found { of, pairs }));
         }
     }
-    found.retain(|one| one.pairs.ln_p(alike) <= level && one.pairs.sum > 0.0);
+    found.retain(|one| one.pairs.ln_p(alike) <= level && one.pairs.whole().sum > 0.0);
+    found.retain(|one| one.pairs.is_all_along());
     let most = found.iter().map(|one| one.pairs.explained()).fold(0.0, f64::max);
     found.retain(|one| one.pairs.explained() >= most * (1.0 - SAME));
     // Of those that look the same the one that is there, else the one whose usual size is nearest.
@@ -131,22 +133,48 @@ pub(super) fn white_randoms(candidate: &Candidate) -> Vec<(String, Unit)> {
 }
 
 impl Pairs {
+    /// Those of all parts of the runs.
+    fn whole(&self) -> Sums {
+        let add = |all: Sums, one: &Sums| Sums {
+            sum: all.sum + one.sum,
+            weights: all.weights + one.weights,
+            scatter: all.scatter + one.scatter,
+        };
+        self.parts.iter().fold(Sums::default(), add)
+    }
+
     /// Logarithm of the probability of such products by chance.
     fn ln_p(&self, alike: f64) -> f64 {
-        ln_normal(self.sum / self.scatter.sqrt() * alike.sqrt())
+        let Sums { sum, scatter, .. } = self.whole();
+        ln_normal(sum / scatter.sqrt() * alike.sqrt())
+    }
+
+    /// Whether it may be as large without any one part of the runs.
+    fn is_all_along(&self) -> bool {
+        let whole = self.whole();
+        let variance = whole.sum / whole.weights;
+        self.parts.iter().all(|part| {
+            let weights = whole.weights - part.weights;
+            let most = whole.sum - part.sum + DEVIATIONS * (whole.scatter - part.scatter).sqrt();
+            weights <= 0.0 || most >= ALL_ALONG * variance * weights
+        })
     }
 
     /// What it takes off the sum of squares.
     fn explained(&self) -> f64 {
-        0.5 * self.sum * self.sum / self.weights
+        let Sums { sum, weights, .. } = self.whole();
+        0.5 * sum * sum / weights
     }
 
     /// The standard deviation that they show.
     fn size(&self) -> Size {
-        let value = (self.sum / self.weights).sqrt();
-        Size { value, sigma: 0.5 * self.scatter.sqrt() / (self.weights * value) }
+        let Sums { sum, weights, scatter } = self.whole();
+        let value = (sum / weights).sqrt();
+        Size { value, sigma: 0.5 * scatter.sqrt() / (weights * value) }
     }
+}
 
+impl Sums {
     /// Adds a sample: its whitened residuals (NaN where there is no reading), the covariance that
     /// whitened them, and the derivatives that are not whitened yet.
     fn add(&mut self, z: &[f64], covariance: DMatrix<f64>, g: &DVector<f64>) {
@@ -165,16 +193,28 @@ impl Pairs {
     }
 }
 
-/// Sums over pairs of readings of a sample.
+/// Parts of each run that are compared.
+const PARTS: usize = 8;
+/// Part of the variance that must be there without any of them, and standard deviations that it may be off.
+const ALL_ALONG: f64 = 0.6;
+const DEVIATIONS: f64 = 2.0;
+
+/// Sums over pairs of readings of a sample, by parts of the runs.
 struct Pairs {
+    parts: [Sums; PARTS],
+    /// The usual size of the effect.
+    typical: f64,
+}
+
+/// Those of one part.
+#[derive(Clone, Copy, Default)]
+struct Sums {
     /// `Σ a_m a_n z_m z_n`.
     sum: f64,
     /// `Σ (a_m a_n)²`.
     weights: f64,
     /// `Σ (a_m a_n z_m z_n)²`: the variance of the sum, wild readings or not.
     scatter: f64,
-    /// The usual size of the effect.
-    typical: f64,
 }
 
 /// One sample of so many is looked at.
@@ -192,7 +232,7 @@ fn pairs(
     name: &str,
 ) -> Option<Pairs> {
     let fitted = &stage.fitted;
-    let mut pairs = Pairs { sum: 0.0, weights: 0.0, scatter: 0.0, typical: 1.0 };
+    let mut pairs = Pairs { parts: Default::default(), typical: 1.0 };
     let stride = stride(&fitted.problem);
     for (p, part) in fitted.problem.parts.iter().enumerate() {
         let Some(with) = with(p, part) else { continue };
@@ -213,10 +253,53 @@ fn pairs(
                             .covariance;
                     let slopes = covariance_of(&with, run, sample, &parameters, &[k], &mut memory);
                     let g = slopes.sensitivities.column(0).into_owned();
-                    pairs.add(&z, covariance, &g);
+                    let part = PARTS * sample.number / data.record.len().max(1);
+                    pairs.parts[part.min(PARTS - 1)].add(&z, covariance, &g);
                 }
             });
         }
     }
-    (pairs.scatter > 0.0).then_some(pairs)
+    (pairs.whole().scatter > 0.0).then_some(pairs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Products of two readings of unit noise that share a draw of this standard deviation in some samples.
+    fn drawn(shared: impl Fn(usize) -> f64) -> Pairs {
+        let mut pairs = Pairs { parts: Default::default(), typical: 1.0 };
+        let mut state = 1_u64;
+        // A sum of uniform draws is normal enough.
+        let mut normal = || {
+            let draw = |_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+            };
+            (0..12).map(draw).sum::<f64>()
+        };
+        for sample in 0..8000 {
+            let both = shared(sample) * normal();
+            let z = [normal() + both, normal() + both];
+            pairs.parts[PARTS * sample / 8000].add(
+                &z,
+                DMatrix::identity(2, 2),
+                &DVector::from_vec(vec![1.0, 1.0]),
+            );
+        }
+        pairs
+    }
+
+    #[test]
+    fn what_comes_to_rest_is_no_jitter() {
+        let steady = drawn(|_| 0.4);
+        assert!(steady.ln_p(1.0) < -20.0 && steady.is_all_along());
+        assert!((steady.size().value - 0.4).abs() < 0.05);
+        let falling = drawn(|sample| if sample < 4000 { 0.5 } else { 0.3 });
+        assert!(falling.is_all_along());
+        let at_rest = drawn(|sample| if sample < 800 { 1.2 } else { 0.0 });
+        assert!(at_rest.ln_p(1.0) < -20.0 && !at_rest.is_all_along());
+        // What hardly shows is not refused for how it scatters.
+        assert!(drawn(|_| 0.15).is_all_along());
+    }
 }
