@@ -46,6 +46,11 @@ impl Place {
         Self::of_rig(RUN, &format!("before run `{name}`"))
     }
 
+    /// Where the rig was displaced in a run alone.
+    pub(in crate::diagnose) fn of_rig_in(name: &str) -> Self {
+        Self::of_rig(RUN, &format!("in run `{name}`"))
+    }
+
     /// Of a block with a value for each run: that the value changed before a run, for good.
     pub(in crate::diagnose) fn changed_before(&self, name: &str) -> Self {
         self.in_runs(&format!("from run `{name}` on"))

@@ -2,8 +2,8 @@
 //!
 //! Who knocks against a tripod displaces it once; an instrument that was switched off and on may count from
 //! another zero. What is left of the readings then looks as if the instrument wandered, and a walk that was
-//! found may be no walk: changes before a few runs, each with one value for all later runs of its setup, say
-//! the same with less. Those of the rig's place, and those of each block that has a value for each run and
+//! found may be no walk: changes before a few runs, each with one value for all later runs of its setup or, put
+//! right again, for one run, say the same with less. Those of the rig's place, and those of each block that has a value for each run and
 //! was found, are taken off one after the other, the likeliest first, and paid for; where nothing of the walk
 //! is left beyond three of them at most, before half of the runs at most, and where they are far likelier
 //! than the walk, they are what happened, of kinds of change the likeliest. No effect of the library says so:
@@ -56,8 +56,15 @@ pub(super) struct Suspect<'a> {
     pub(super) likelihood: f64,
 }
 
-/// A change before a run: its number, and what it does.
-type Possible = (usize, Entry);
+/// A change, and what it does.
+type Possible = (Change, Entry);
+
+/// When something changed: before a run for good, or in a run alone.
+#[derive(Clone, Copy, PartialEq)]
+enum Change {
+    Before(usize),
+    In(usize),
+}
 
 /// What may have changed: the place of the rig, or what a block says.
 #[derive(Clone, Copy)]
@@ -85,10 +92,11 @@ impl Suspect<'_> {
         changed: Changed<'_>,
     ) -> Option<Displaced> {
         let possible = self.possible(spans, changed);
+        let before = possible.iter().filter(|one| matches!(one.0, Change::Before(_))).count();
         let mut taken: Vec<&Possible> = Vec::new();
         loop {
             // As many as there are runs say anything.
-            if taken.len() == MOST || 2 * (taken.len() + 1) > possible.len() {
+            if taken.len() == MOST || 2 * (taken.len() + 1) > before {
                 return None;
             }
             let whole = self.beside(&taken);
@@ -111,7 +119,7 @@ impl Suspect<'_> {
         let gain = |one: &Possible| {
             self.beyond(&self.beside(&without(&taken, one)), one, possible.len()).1
         };
-        let found: Vec<(usize, f64)> = taken.iter().map(|one| (one.0, gain(one))).collect();
+        let found: Vec<(Change, f64)> = taken.iter().map(|one| (one.0, gain(one))).collect();
         // Of which kind is chosen, too.
         let likelihood = likelihood - ((1 + self.of_runs.len()) as f64).ln();
         (likelihood > self.likelihood + FURTHER.ln()).then(|| Displaced {
@@ -122,21 +130,22 @@ impl Suspect<'_> {
         })
     }
 
-    /// Changes before each run but the first of its setup.
+    /// Changes before each run but the first of its setup, and in each but that and the last.
     fn possible(&self, runs: &[Span], changed: Changed<'_>) -> Vec<Possible> {
         let places = places(&in_order(runs));
         let is_after =
             |run: usize, other: usize| runs[run].0 == runs[other].0 && places[run] > places[other];
-        let from = |run: usize| {
-            let is_later = |other| other == run || is_after(other, run);
-            let change = match changed {
-                Changed::Rig => self.wandering.displacement(is_later),
-                Changed::Block(_, entry) => self.wandering.evidence.tied_over(entry, is_later),
-            };
-            (run, change)
+        let acts = |wanted: &dyn Fn(usize) -> bool| match changed {
+            Changed::Rig => self.wandering.displacement(wanted),
+            Changed::Block(_, entry) => self.wandering.evidence.tied_over(entry, wanted),
         };
-        let is_later = |run: &usize| (0..runs.len()).any(|other| is_after(*run, other));
-        (0..runs.len()).filter(is_later).map(from).collect()
+        let all = || 0..runs.len();
+        let is_later = |run: &usize| all().any(|other| is_after(*run, other));
+        let is_between = |run: &usize| is_later(run) && all().any(|other| is_after(other, *run));
+        let before =
+            |run| (Change::Before(run), acts(&|other| other == run || is_after(other, run)));
+        let within = |run| (Change::In(run), acts(&|other| other == run));
+        all().filter(is_later).map(before).chain(all().filter(is_between).map(within)).collect()
     }
 
     /// What is known and some displacements as one.
@@ -162,14 +171,23 @@ fn without<'p>(taken: &[&'p Possible], one: &Possible) -> Vec<&'p Possible> {
     taken.iter().copied().filter(|other| other.0 != one.0).collect()
 }
 
-/// Changes before runs, with what each explains, as places, the largest first.
-fn located(problem: &Problem, changed: Changed<'_>, mut found: Vec<(usize, f64)>) -> Vec<Location> {
+/// Changes, with what each explains, as places, the largest first.
+fn located(
+    problem: &Problem,
+    changed: Changed<'_>,
+    mut found: Vec<(Change, f64)>,
+) -> Vec<Location> {
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     let most = found.first().map_or(1.0, |(_, gain)| *gain);
     let names = problem.run_names();
-    let place = |run: usize| match changed {
-        Changed::Rig => Place::before_run(&names[run]),
-        Changed::Block(place, _) => place.changed_before(&names[run]),
+    let place = |change: Change| match (changed, change) {
+        (Changed::Rig, Change::Before(run)) => Place::before_run(&names[run]),
+        (Changed::Rig, Change::In(run)) => Place::of_rig_in(&names[run]),
+        (Changed::Block(place, _), Change::Before(run)) => place.changed_before(&names[run]),
+        (Changed::Block(place, _), Change::In(run)) => {
+            place.in_runs(&format!("in run `{}`", names[run]))
+        }
     };
-    found.iter().map(|(run, gain)| Location { place: place(*run), share: gain / most }).collect()
+    let found = found.into_iter();
+    found.map(|(one, gain)| Location { place: place(one), share: gain / most }).collect()
 }
