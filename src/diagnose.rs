@@ -13,11 +13,12 @@
 //! | [`stage`] | a fitted model with all of that |
 //! | [`memory`] | noise that is like itself for a while |
 //! | [`wander`] | random walks, tested in the variance; a displaced rig, which looks like one |
-//! | [`apart`] | readings that are off in a few runs |
-//! | `settle` | the nominal fit, without what keeps it from settling |
+//! | [`apart`], `alone` | readings that are off in a few runs, or in a part of one |
+//! | `settle`, `spikes` | the nominal fit, without what keeps it from settling or bends it |
 //! | [`lost`] | stretches of readings shifted by whole samples |
-//! | [`wild`] | readings that are far out |
+//! | [`wild`], [`left_out`] | readings that are far out, and how what is left out is told |
 //! | [`whiten`], [`jitter`], `levels`, `variances` | the noise, before anything is tested against it |
+//! | `sequences` | residuals in the order of time |
 //! | [`mod@search`], [`mod@pairs`] | which effects are adopted |
 //! | `imitation` | whether several effects only imitate what nobody wrote down |
 //! | [`verdict`], [`mod@silent`] | the answer, and what shows in no reading |
@@ -25,6 +26,7 @@
 //! | [`mod@gap`], [`mod@holdout`], `folds` | how far the gap shrinks |
 //! | [`mod@hidden`] | what could still hide |
 
+mod alone;
 pub mod apart;
 pub mod basis;
 pub mod candidates;
@@ -37,6 +39,7 @@ pub mod hidden;
 pub mod holdout;
 mod imitation;
 pub mod jitter;
+pub mod left_out;
 mod levels;
 pub mod lost;
 pub mod memory;
@@ -49,8 +52,10 @@ mod sampling;
 pub mod scan;
 pub mod score;
 pub mod search;
+mod sequences;
 mod settle;
 pub mod silent;
+mod spikes;
 pub mod stage;
 pub mod steps;
 pub mod structure;
@@ -67,6 +72,7 @@ use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate, finish};
 use crate::estimate::contradicted::{Contradicted, contradicted};
 
+use alone::without_alone;
 use candidates::{NotTestable, Wanted};
 use gap::{Gap, floor, gap};
 use hidden::{Hidden, hidden};
@@ -75,6 +81,7 @@ use lost::Lost;
 use search::{Adopted, Search, search};
 use settle::{without_gross, without_lost, without_spoiling};
 use silent::{Absorbed, silent};
+use spikes::without_spikes;
 use stage::{Fitted, Stage};
 use steps::Steps;
 use verdict::{Answer, Location, Ranked, Verdict, Why};
@@ -205,6 +212,8 @@ pub fn diagnose(
     let whole = calibrate(problem, options)?;
     let (settled, mut gross) = without_gross(whole.clone(), options)?;
     let (settled, lost) = without_lost(settled, options)?;
+    let (settled, spikes) = without_spikes(settled, options)?;
+    gross.extend(spikes);
     let (nominal, wrong) = without_spoiling(settled, options)?;
     gross.extend(wrong);
     let mut diagnosis = Diagnosis {
@@ -237,9 +246,12 @@ pub fn diagnose(
     let mut wanted = wanted.clone();
     wanted.without.extend(never_off.iter().map(|one| one.name.clone()));
     let aside = (&diagnosis.lost[..], &gross);
-    let Some(search) = search(fitted, aside, &wanted, options)? else {
+    let Some(mut search) = search(fitted.clone(), aside, &wanted, options)? else {
         return Ok(diagnosis);
     };
+    if let Some((nominal, found)) = without_alone(&search, &fitted, aside, &wanted, options)? {
+        (diagnosis.nominal, search) = (nominal, found);
+    }
     let Answer { verdict, effects, why } = verdict::verdict(&search);
     (diagnosis.verdict, diagnosis.effects, diagnosis.why) = (verdict, effects, why);
     if let Some(stage) = search.stages.get(diagnosis.effects.len())

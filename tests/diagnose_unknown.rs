@@ -129,6 +129,36 @@ fn what_swings_slowly() {
     }
 }
 
+/// What comes to rest after each run begins is neither a slow wave nor a few wild readings at its start.
+#[test]
+fn what_comes_to_rest_in_each_run() {
+    let rest = "creep * exp(-(run_time / rest_time))";
+    for (time, size, patch, place_of, seed) in [
+        (1.5, 60e-6, "vertical = 'vertical + REST / 1 m'", "an error of `vertical`", 76),
+        (
+            6.0,
+            80e-6,
+            "target = 'target + REST * sign(rate(arm_angle)) * rotate(arm_turn, [0, 1, 0])'",
+            "a tangential displacement of the target",
+            77,
+        ),
+    ] {
+        let text = format!(
+            "[parameters]\ncreep = {{ unit = \"m\", typical = \"10 um\", scope = \"rig\" }}\n\
+             rest_time = {{ unit = \"s\", value = \"{time} s\", fixed = true }}\n[patch]\n{patch}\n"
+        )
+        .replace("REST", rest);
+        let found = with_a_nameless(&text, seed, &|_| size);
+        let place = best_place(&found);
+        let words: Vec<&str> = place.words.split(" over run time, coming to rest in ").collect();
+        assert_eq!(words[0], place_of);
+        let said: f64 = words[1].trim_end_matches(" s").parse().unwrap();
+        assert!((said / time - 1.0).abs() < 0.15, "{}", place.words);
+        let left_out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
+        assert!(left_out.len() < 4, "{left_out:?}");
+    }
+}
+
 /// The arm swings along its axis, which distances show best, the instrument along its beam and, as slowly as its
 /// noise might, in its zenith angle, each run with a phase of its own.
 #[test]

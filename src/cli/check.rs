@@ -88,12 +88,13 @@ impl Check {
         let timing = report::timing::text(&opened.campaigns[0], &opened.models[0]);
         let timing = timing.lines().map(|line| format!("\n  {line}")).collect::<String>();
         Ok(format!(
-            "a campaign of `{}`, {} runs in {} setups, {} readings, {} unknowns{timing}",
+            "a campaign of `{}`, {} runs in {} setups, {} readings, {} unknowns{}{timing}",
             opened.models[0].name,
             part.runs.len(),
             part.setups.len(),
             opened.problem.reading_count(),
-            opened.problem.layout.columns.len()
+            opened.problem.layout.columns.len(),
+            without_target(&opened.models[0])
         ))
     }
 }
@@ -115,11 +116,21 @@ fn is_effect(source: &Source) -> bool {
 fn model(model: &Model) -> Result<String, Diagnostics> {
     let system = System::build(model, &[], &[], &vec![None; model.inputs.len()])?;
     Ok(format!(
-        "a model of {} measurands, {} parameters, {} nodes",
+        "a model of {} measurands, {} parameters, {} nodes{}",
         model.measurands.len(),
         system.settings.len(),
-        system.assembly.graph.nodes().len()
+        system.assembly.graph.nodes().len(),
+        without_target(model)
     ))
+}
+
+/// What is not looked for where nothing is called so.
+fn without_target(model: &Model) -> &'static str {
+    if model.quantities.contains_key("target") {
+        ""
+    } else {
+        "; none of its quantities is called `target`: `diagnose` looks for no displacement of what is measured"
+    }
 }
 
 /// An effect is sound if it fits at least one model of the library.

@@ -12,7 +12,7 @@ use super::score::of_gain;
 use super::search::level;
 use super::stage::Stage;
 use super::structure::Place;
-use super::wander::sequence::{in_order, places, spans};
+use super::wander::sequence::{Change, in_order, places, spans};
 
 /// Changes that are looked for: more are noise.
 const MOST: usize = 3;
@@ -36,22 +36,6 @@ pub(super) struct Few {
     pub(super) entry: Entry,
     /// Logarithm of the number of choices.
     pub(super) choices: f64,
-}
-
-/// A change: in one run, or in all of a setup from one on.
-#[derive(Clone, Copy)]
-enum Change {
-    In(usize),
-    From(usize),
-}
-
-impl Change {
-    fn words(self, names: &[String]) -> String {
-        match self {
-            Self::In(run) => format!("in run `{}`", names[run]),
-            Self::From(run) => format!("from run `{}` on", names[run]),
-        }
-    }
 }
 
 /// The structure that is there beside what each run has for itself, and what is off in a few runs if that is

@@ -5,7 +5,8 @@
 //! of `a_m a_n z_m z_n` over pairs has mean `s² Σ (a_m a_n)²` and, without the effect, the variance
 //! `Σ (a_m a_n z_m z_n)²`, whatever the levels of the single readings are. So neither a wrong level nor
 //! a wild reading is taken for jitter. A model with a single reading a sample shows none. What shows in one part
-//! of the runs alone, as what swings from their beginning on until it has come to rest, is no jitter.
+//! of the runs alone, as what swings from their beginning on until it has come to rest, or in one run, as where
+//! a logged stream stood still, is no jitter.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -133,14 +134,16 @@ pub(super) fn white_randoms(candidate: &Candidate) -> Vec<(String, Unit)> {
 }
 
 impl Pairs {
+    /// Those of so many runs.
+    fn new(runs: usize) -> Self {
+        Self { parts: [Sums::default(); PARTS], runs: vec![Sums::default(); runs], typical: 1.0 }
+    }
+
     /// Those of all parts of the runs.
     fn whole(&self) -> Sums {
-        let add = |all: Sums, one: &Sums| Sums {
-            sum: all.sum + one.sum,
-            weights: all.weights + one.weights,
-            scatter: all.scatter + one.scatter,
-        };
-        self.parts.iter().fold(Sums::default(), add)
+        let mut all = Sums::default();
+        self.parts.iter().for_each(|one| all.add(*one));
+        all
     }
 
     /// Logarithm of the probability of such products by chance.
@@ -149,14 +152,15 @@ impl Pairs {
         ln_normal(sum / scatter.sqrt() * alike.sqrt())
     }
 
-    /// Whether it may be as large without any one part of the runs.
+    /// Whether it may be as large without any one part of the runs, and without any one run.
     fn is_all_along(&self) -> bool {
         let whole = self.whole();
         let variance = whole.sum / whole.weights;
-        self.parts.iter().all(|part| {
-            let weights = whole.weights - part.weights;
-            let most = whole.sum - part.sum + DEVIATIONS * (whole.scatter - part.scatter).sqrt();
-            weights <= 0.0 || most >= ALL_ALONG * variance * weights
+        self.parts.iter().chain(&self.runs).all(|one| {
+            let weights = whole.weights - one.weights;
+            let scatter = (whole.scatter - one.scatter).max(0.0);
+            let most = whole.sum - one.sum + DEVIATIONS * scatter.sqrt();
+            weights <= ROUNDING * whole.weights || most >= ALL_ALONG * variance * weights
         })
     }
 
@@ -175,21 +179,30 @@ impl Pairs {
 }
 
 impl Sums {
-    /// Adds a sample: its whitened residuals (NaN where there is no reading), the covariance that
+    /// Those of a sample: of its whitened residuals (NaN where there is no reading), the covariance that
     /// whitened them, and the derivatives that are not whitened yet.
-    fn add(&mut self, z: &[f64], covariance: DMatrix<f64>, g: &DVector<f64>) {
-        let Some(factor) = covariance.cholesky() else { return };
-        let Some(a) = factor.l_dirty().solve_lower_triangular(g) else { return };
+    fn of(z: &[f64], covariance: DMatrix<f64>, g: &DVector<f64>) -> Self {
+        let mut own = Self::default();
+        let whitened = covariance.cholesky().and_then(|by| by.l_dirty().solve_lower_triangular(g));
+        let Some(a) = whitened else { return own };
         for m in 0..z.len() {
             for n in 0..m {
                 let (product, weight) = (z[m] * z[n], a[m] * a[n]);
                 if product.is_finite() {
-                    self.sum += weight * product;
-                    self.weights += weight * weight;
-                    self.scatter += (weight * product).powi(2);
+                    own.sum += weight * product;
+                    own.weights += weight * weight;
+                    own.scatter += (weight * product).powi(2);
                 }
             }
         }
+        own
+    }
+
+    /// Adds others.
+    fn add(&mut self, other: Self) {
+        self.sum += other.sum;
+        self.weights += other.weights;
+        self.scatter += other.scatter;
     }
 }
 
@@ -198,10 +211,13 @@ const PARTS: usize = 8;
 /// Part of the variance that must be there without any of them, and standard deviations that it may be off.
 const ALL_ALONG: f64 = 0.6;
 const DEVIATIONS: f64 = 2.0;
+/// A part of all weights that is none.
+const ROUNDING: f64 = 1e-9;
 
-/// Sums over pairs of readings of a sample, by parts of the runs.
+/// Sums over pairs of readings of a sample, by parts of the runs and by runs.
 struct Pairs {
     parts: [Sums; PARTS],
+    runs: Vec<Sums>,
     /// The usual size of the effect.
     typical: f64,
 }
@@ -232,7 +248,8 @@ fn pairs(
     name: &str,
 ) -> Option<Pairs> {
     let fitted = &stage.fitted;
-    let mut pairs = Pairs { parts: Default::default(), typical: 1.0 };
+    let runs = fitted.problem.parts.iter().map(|part| part.runs.len()).sum();
+    let mut pairs = Pairs::new(runs);
     let stride = stride(&fitted.problem);
     for (p, part) in fitted.problem.parts.iter().enumerate() {
         let Some(with) = with(p, part) else { continue };
@@ -242,7 +259,8 @@ fn pairs(
         pairs.typical = with.system.randoms[k].typical.unwrap_or(1.0);
         let active = active_randoms(part);
         for (run, data) in part.runs.iter().enumerate() {
-            let residuals = &left[fitted.problem.run_index(p, run)].residuals;
+            let index = fitted.problem.run_index(p, run);
+            let residuals = &left[index].residuals;
             let parameters = fitted.problem.parameters(p, run, &fitted.fit.point);
             let mut memory = Vec::new();
             data.record.walk(|stretch| {
@@ -254,7 +272,9 @@ fn pairs(
                     let slopes = covariance_of(&with, run, sample, &parameters, &[k], &mut memory);
                     let g = slopes.sensitivities.column(0).into_owned();
                     let part = PARTS * sample.number / data.record.len().max(1);
-                    pairs.parts[part.min(PARTS - 1)].add(&z, covariance, &g);
+                    let sums = Sums::of(&z, covariance, &g);
+                    pairs.parts[part.min(PARTS - 1)].add(sums);
+                    pairs.runs[index].add(sums);
                 }
             });
         }
@@ -266,9 +286,10 @@ fn pairs(
 mod tests {
     use super::*;
 
-    /// Products of two readings of unit noise that share a draw of this standard deviation in some samples.
+    /// Products of two readings of unit noise that share a draw of this standard deviation in some samples, of
+    /// ten runs in turn.
     fn drawn(shared: impl Fn(usize) -> f64) -> Pairs {
-        let mut pairs = Pairs { parts: Default::default(), typical: 1.0 };
+        let mut pairs = Pairs::new(10);
         let mut state = 1_u64;
         // A sum of uniform draws is normal enough.
         let mut normal = || {
@@ -281,11 +302,10 @@ mod tests {
         for sample in 0..8000 {
             let both = shared(sample) * normal();
             let z = [normal() + both, normal() + both];
-            pairs.parts[PARTS * sample / 8000].add(
-                &z,
-                DMatrix::identity(2, 2),
-                &DVector::from_vec(vec![1.0, 1.0]),
-            );
+            let slopes = DVector::from_vec(vec![1.0, 1.0]);
+            let sums = Sums::of(&z, DMatrix::identity(2, 2), &slopes);
+            pairs.parts[PARTS * sample / 8000].add(sums);
+            pairs.runs[sample % 10].add(sums);
         }
         pairs
     }
@@ -299,6 +319,12 @@ mod tests {
         assert!(falling.is_all_along());
         let at_rest = drawn(|sample| if sample < 800 { 1.2 } else { 0.0 });
         assert!(at_rest.ln_p(1.0) < -20.0 && !at_rest.is_all_along());
+        // Where a stream of one run stood still for three samples.
+        let still =
+            drawn(
+                |sample| if sample == 83 || sample == 4703 || sample == 6003 { 30.0 } else { 0.0 },
+            );
+        assert!(still.whole().sum > 100.0 && !still.is_all_along());
         // What hardly shows is not refused for how it scatters.
         assert!(drawn(|_| 0.15).is_all_along());
     }

@@ -13,9 +13,10 @@ use crate::graph::MeasurandKind;
 
 use super::candidates::Candidate;
 use super::search::level;
+use super::sequences::{Sequence, median, sequences};
 use super::stage::{Fitted, Stage};
 use super::tail::{ln_below, ln_chi_squared, ln_normal};
-use super::whiten::{Given, Level, Noise, NoiseEffect, Sequence, median, sequences};
+use super::whiten::{Given, Level, Noise, NoiseEffect};
 
 /// Readings of a run from which on its scatter is looked at, and runs of which one can be set apart.
 const LEAST_READINGS: usize = 20;

@@ -22,7 +22,7 @@ use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, fit};
 
 use super::search::level;
-use super::whiten::median;
+use super::sequences::median;
 
 /// Sample periods looked at, in both senses.
 const PERIODS: isize = 5;

@@ -18,10 +18,11 @@ use super::folds::LEAST_RUNS;
 use super::imitation::FURTHER;
 use super::score::of_gain;
 use super::search::level;
+use super::sequences::{Neighbours, Sequence, median, sequences};
 use super::stage::{Fitted, Stage};
 use super::tail::ln_normal;
 use super::wander::{Found, is_walk, walk};
-use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
+use super::whiten::{Noise, NoiseEffect};
 
 /// A random walk that shows, unless one is in the model already, the runs are too few to tell one from
 /// structure, or a memory of each measurand by itself is the likelier reason.
@@ -167,19 +168,9 @@ pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
         noise.apart.push(apart);
         white = rest;
     } else if !fitted.problem.has_memory() {
-        let likelihood = |white: &[Sequence], structures: &[usize], together: &Entry| {
-            likelihood_of_memory(white) - by_chance(stage, structures, together)
-        };
-        let own = likelihood(&white, &structures, &structure);
-        let waving = stage.structures_over_samples();
-        let waves = stage.together(&waving);
-        let beside_waves = left_white(stage, &waves);
-        let is_all = || beside_waves.iter().all(|one| remembered(one, level).is_none());
-        if waving.iter().any(|n| stage.is_oscillation(*n))
-            && likelihood(&beside_waves, &waving, &waves) > own + FURTHER.ln()
-            && is_all()
-        {
-            white = beside_waves;
+        let own = beside(stage, &white, &structures, &structure);
+        if let Some(left) = beside_waves(stage, own, level) {
+            white = left;
         } else if !structures.is_empty() {
             let alone = left_white(stage, &stage.evidence.together(&[]));
             if likelihood_of_memory(&alone) > own {
@@ -208,6 +199,23 @@ pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
     changed.then_some(fitted)
 }
 
+/// Logarithm of the likelihood ratio of memories of what structures leave, these paid for.
+fn beside(stage: &Stage, white: &[Sequence], structures: &[usize], together: &Entry) -> f64 {
+    likelihood_of_memory(white) - by_chance(stage, structures, together)
+}
+
+/// What structure with an oscillation leaves, where that has no memory and is far likelier than something else.
+fn beside_waves(stage: &Stage, other: f64, level: f64) -> Option<Vec<Sequence>> {
+    let structures = stage.structures_over_samples();
+    if !structures.iter().any(|n| stage.is_oscillation(*n)) {
+        return None;
+    }
+    let together = stage.together(&structures);
+    let white = left_white(stage, &together);
+    let is_likelier = beside(stage, &white, &structures, &together) > other + FURTHER.ln();
+    (is_likelier && white.iter().all(|one| remembered(one, level).is_none())).then_some(white)
+}
+
 /// Logarithm of the probability of some structures by chance, the choice of each paid for.
 fn by_chance(stage: &Stage, structures: &[usize], together: &Entry) -> f64 {
     let choice = |n: &usize| (stage.candidates.len() as f64 * stage.members[*n] as f64).ln();
@@ -234,9 +242,8 @@ fn beside_few(
     if is_off {
         return Some((rest, few.apart));
     }
-    let own = likelihood_of_memory(&rest) - by_chance(stage, &known, &together) - few.choices;
-    let alone = stage.together(structures);
-    let other = likelihood_of_memory(white) - by_chance(stage, structures, &alone);
+    let own = beside(stage, &rest, &known, &together) - few.choices;
+    let other = beside(stage, white, structures, &stage.together(structures));
     (own > other + FURTHER.ln()).then_some((rest, few.apart))
 }
 
@@ -263,7 +270,7 @@ fn durations(all: &[Sequence]) -> impl Iterator<Item = f64> {
 
 /// Noise with a memory: neighbours in time are alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Memory {
+pub(super) struct Memory {
     /// Part of the variance that has it.
     share: f64,
     /// Number of pairs of neighbours.
@@ -277,7 +284,7 @@ const LAGS: usize = 24;
 
 /// The memory of a measurand, if it has one: `share · exp(-lag / samples)` through its correlations, by
 /// least squares over a grid of times.
-fn remembered(one: &Sequence, level: f64) -> Option<Memory> {
+pub(super) fn remembered(one: &Sequence, level: f64) -> Option<Memory> {
     let correlation = |lag: usize| {
         let (mut products, mut count) = (0.0, 0.0);
         for run in &one.runs {
@@ -381,17 +388,14 @@ fn memories(problem: &Problem) -> Vec<(String, Option<String>, GaussMarkov)> {
 pub(super) fn memory(all: &[Sequence], level: f64) -> f64 {
     all.iter()
         .map(|one| {
-            let (mut products, mut squares, mut count) = (0.0, 0.0, 0);
+            let mut all = Neighbours::of(&[]);
             for run in &one.runs {
-                for pair in run.windows(2).filter(|pair| pair.iter().all(|value| !value.is_nan())) {
-                    products += pair[0] * pair[1];
-                    squares += 0.5 * (pair[0] * pair[0] + pair[1] * pair[1]);
-                    count += 1;
-                }
+                let own = Neighbours::of(run);
+                all.products += own.products;
+                all.squares += own.squares;
+                all.pairs += own.pairs;
             }
-            let correlation = if squares > 0.0 { products / squares } else { 0.0 };
-            let ln_p = ln_normal(correlation * f64::from(count).sqrt());
-            if ln_p <= level { correlation.min(0.99) } else { 0.0 }
+            if all.ln_p() <= level { all.correlation().min(0.99) } else { 0.0 }
         })
         .fold(0.0, f64::max)
 }

@@ -9,13 +9,13 @@
 use crate::estimate::batch::{FitError, Options};
 
 use super::candidates::{Candidate, Wanted};
+use super::left_out::Trimmed;
 use super::lost::Lost;
 use super::pairs::pairs;
 use super::probability::{among_effects, probabilities};
 use super::score::{Score, Support, of_gain};
 use super::stage::{Fitted, Stage};
 use super::whiten::{Given, Noise, prepare};
-use super::wild::Trimmed;
 
 /// Probability of any false declaration, split evenly over effects, blocks and noise.
 pub const FALSE_ALARMS: f64 = 0.01;

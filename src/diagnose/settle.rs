@@ -6,9 +6,10 @@ use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
+use super::left_out::Trimmed;
 use super::lost::{self, Lost};
 use super::whiten::PEELS;
-use super::wild::{Trimmed, without_gross_at, without_wrong_at};
+use super::wild::{without_gross_at, without_wrong_at};
 
 /// Runs that are left out one at a time where the fit does not settle: of so few none can be told to be
 /// wrong, of so many each one takes too long.
@@ -17,7 +18,7 @@ const RUNS: std::ops::RangeInclusive<usize> = 4..=100;
 /// Runs that may be wrong together.
 const WRONG: usize = 2;
 /// A variance factor beyond which such runs may be all that is wrong.
-const SPOILT: f64 = 100.0;
+pub(super) const SPOILT: f64 = 100.0;
 /// They are where the factor without them is so many times less, and not even by so much without another in the
 /// place of the last one.
 const SOUND_WITHOUT: f64 = 50.0;

@@ -97,7 +97,7 @@ fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     for (channel, direction) in directions(model) {
         let mut covariates = of_the_rig(model, orders(model));
         covariates.extend(waves::over_signals(model));
-        covariates.push(waves::slow());
+        covariates.extend([waves::slow(), waves::settling(model)]);
         for covariate in covariates {
             let place = Place {
                 of: Of::Channel((*channel).to_owned()),
@@ -158,7 +158,8 @@ fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     }
     for (of, names) in groups {
         let called = if names.len() > 1 { of.to_owned() } else { format!("`{of}`") };
-        for covariate in of_the_rig(model, COARSE_ORDERS) {
+        let covariates = of_the_rig(model, COARSE_ORDERS).into_iter();
+        for covariate in covariates.chain([waves::settling(model)]) {
             let place = Place {
                 of: Of::Channel(format!("time of {of}")),
                 words: format!("a timing error of {called} over {}", covariate.words),
@@ -182,7 +183,7 @@ fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         }
         let mut covariates = of_the_rig(model, orders(model));
         covariates.extend(of_the_head(model));
-        covariates.push(waves::slow());
+        covariates.extend([waves::slow(), waves::settling(model)]);
         if measurand.kind == MeasurandKind::Plain {
             covariates.push(scale_over_campaign(name, measurand.unit.dimension));
         }

@@ -9,6 +9,7 @@ use super::search::{Adopted, Search};
 use super::stage::Stage;
 use super::structure::Place;
 use super::wander::displaced::Displaced;
+use super::wild::RUNS_APART;
 
 /// Share that an effect must explain to be named although its form does not fit: the one from which on
 /// two effects count as one name. Neighbours in a library explain up to .976 of each other.
@@ -175,6 +176,30 @@ pub fn verdict(search: &Search) -> Answer {
     Answer::unknown(Why::NoneFits, Vec::new())
 }
 
+/// In how many runs at most what is there may be off alone, of the nominal model and beside the effects that were
+/// found: in none where an effect explains it by itself, or where something is known of runs already; where several
+/// effects do, one run may do as much by itself.
+pub fn runs_in_doubt(search: &Search) -> (usize, usize) {
+    let answer = verdict(search);
+    // Readings of which most are wild in a run may be so in a part of it.
+    let is_known =
+        displaced(search).is_some() || apart(search).iter().any(|one| one.block.is_some());
+    match (answer.verdict, answer.effects.len()) {
+        _ if is_known => (0, 0),
+        (Verdict::Explained, 1) => (0, 0),
+        (Verdict::Explained, 2..) => (1, 0),
+        (Verdict::ShapeDiffers, _) => (0, RUNS_APART),
+        _ => (RUNS_APART, RUNS_APART),
+    }
+}
+
+/// Whether nothing is left but noise, beside effects if they are probable.
+pub fn is_clear(search: &Search) -> bool {
+    let clear = search.stages.last().is_some_and(|last| last.blocks_found().is_empty());
+    let convinces = search.adopted.is_empty() || search.convinces();
+    clear && convinces && displaced(search).is_none()
+}
+
 /// What displaced the rig: it is in the model as a walk, which soaks it up, but it is none.
 pub fn displaced(search: &Search) -> Option<&Displaced> {
     search.stages.last()?.noise_found.displaced.as_ref()
@@ -237,14 +262,18 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     found.sort_by(|a, b| share(b).total_cmp(&share(a)));
     // What a few runs do for comes first: other blocks say the same of all runs.
     found.sort_by_key(|block| few(block).is_none());
-    let found = found.iter().filter(|block| share(block) >= LEAST_SHARE).filter_map(|block| {
+    found.retain(|block| share(block) >= LEAST_SHARE);
+    let blocks: Vec<&str> = found.iter().map(|one| stage.candidates[*one].name.as_str()).collect();
+    let found = found.iter().filter_map(|block| {
         let own = || stage.candidates[*block].place.clone();
         let place = few(block).map(|one| one.place.clone()).or_else(own)?;
         Some(Location { place, share: share(block) })
     });
-    let left_out = apart.iter().filter(|one| one.block.is_none());
-    let left_out = left_out.map(|one| Location { place: one.place.clone(), share: 1.0 });
-    let mut all: Vec<Location> = left_out.chain(found).collect();
+    // What is left out has no block, and what is weighed down by a level of its run may pass no test.
+    let is_found = |name: &String| blocks.contains(&name.as_str());
+    let others = apart.iter().filter(|one| !one.block.as_ref().is_some_and(is_found));
+    let others = others.map(|one| Location { place: one.place.clone(), share: 1.0 });
+    let mut all: Vec<Location> = others.chain(found).collect();
     let mut said: Vec<String> = Vec::new();
     all.retain(|one| {
         let is_new = !said.contains(&one.place.words);

@@ -15,12 +15,9 @@
 //! enters the covariance. A memory that no Gauss-Markov
 //! process follows widens the stretches over which scores are summed.
 
-use std::sync::{Arc, OnceLock};
-
 use crate::campaign::Run;
-use crate::campaign::record::Record;
 use crate::engine::Problem;
-use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
+use crate::engine::gauss_markov::GaussMarkov;
 use crate::engine::stretches::Left;
 use crate::estimate::batch::{FitError, Options};
 
@@ -30,6 +27,7 @@ use crate::units::Unit;
 use super::apart::Apart;
 use super::candidates::Wanted;
 use super::jitter::jitter;
+use super::left_out::{LeftOut, Trimmed};
 use super::levels::{levels, name_levels, uneven};
 use super::lost::Lost;
 use super::memory::{
@@ -37,11 +35,12 @@ use super::memory::{
 };
 use super::score::LEAST_STRETCHES;
 use super::search::level;
+use super::sequences::sequences;
 use super::stage::{Fitted, Kept, Stage, rebuilt};
 use super::variances::judged_again;
 use super::wander::Found;
 use super::wander::displaced::Displaced;
-use super::wild::{LeftOut, Trimmed, name_wild, without_gross, without_wild};
+use super::wild::{name_wild, without_gross, without_wild};
 
 /// Something found in the noise.
 #[derive(Clone, Debug)]
@@ -159,7 +158,7 @@ impl Given {
     }
 
     /// Puts the runs with every reading and the stated uncertainties back.
-    fn put_into(&self, problem: &mut Problem) {
+    pub(super) fn put_into(&self, problem: &mut Problem) {
         for (part, (runs, stated)) in
             problem.parts.iter_mut().zip(self.whole.iter().zip(&self.stated))
         {
@@ -181,89 +180,6 @@ impl Noise {
     pub fn selected(&self) -> Vec<&Selected> {
         self.effects.iter().filter_map(|one| one.selected.as_ref()).collect()
     }
-}
-
-/// One residual component's residuals, run after run.
-pub(super) struct Sequence {
-    pub(super) measurand: usize,
-    pub(super) part: usize,
-    /// The component.
-    pub(super) row: usize,
-    pub(super) runs: Vec<Arc<Vec<f64>>>,
-    pub(super) times: Arc<Times>,
-}
-
-/// The times of the samples of runs, made when they are asked for.
-pub(super) struct Times {
-    records: Vec<Record>,
-    by_stamps: OnceLock<Vec<Vec<f64>>>,
-    by_numbers: OnceLock<Vec<Vec<f64>>>,
-}
-
-impl Times {
-    fn of(runs: &[Run]) -> Self {
-        let records = runs.iter().map(|run| run.record.clone()).collect();
-        Self { records, by_stamps: OnceLock::new(), by_numbers: OnceLock::new() }
-    }
-
-    /// The times of all samples of each run (s).
-    fn by(&self, clock: NoiseClock) -> &[Vec<f64>] {
-        let made = match clock {
-            NoiseClock::Stamps => &self.by_stamps,
-            NoiseClock::Numbers => &self.by_numbers,
-        };
-        made.get_or_init(|| self.records.iter().map(|record| times(record, clock)).collect())
-    }
-}
-
-impl Sequence {
-    pub(super) fn present(&self) -> impl Iterator<Item = f64> + '_ {
-        self.runs.iter().flat_map(|run| run.iter()).copied().filter(|value| !value.is_nan())
-    }
-
-    /// Their mean square.
-    pub(super) fn variance(&self) -> f64 {
-        let add = |(sum, count), value: f64| (sum + value * value, count + 1.0);
-        let (sum, count) = self.present().fold((0.0, 0.0), add);
-        if count > 0.0 { sum / count } else { 0.0 }
-    }
-
-    /// The times of all samples of each run (s).
-    pub(super) fn times(&self, clock: NoiseClock) -> &[Vec<f64>] {
-        self.times.by(clock)
-    }
-
-    /// The median time between samples (s).
-    pub(super) fn interval(&self, clock: NoiseClock) -> Option<f64> {
-        let pairs = self.times(clock).iter().flat_map(|times| times.windows(2));
-        median(&mut pairs.map(|pair| pair[1] - pair[0]).collect::<Vec<f64>>())
-            .filter(|interval| *interval > 0.0)
-    }
-}
-
-/// The residuals of each component of each measurand.
-pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
-    let mut all = Vec::new();
-    for (p, part) in problem.parts.iter().enumerate() {
-        let times = Arc::new(Times::of(&part.runs));
-        for row in 0..part.residual_count() {
-            let runs = (0..part.runs.len())
-                .map(|run| Arc::clone(&left[problem.run_index(p, run)].residuals[row]))
-                .collect();
-            let (measurand, times) = (part.measurand_of(row), Arc::clone(&times));
-            all.push(Sequence { measurand, part: p, row, runs, times });
-        }
-    }
-    all
-}
-
-/// The times of a run's samples (s).
-fn times(record: &Record, clock: NoiseClock) -> Vec<f64> {
-    let mut times = Vec::with_capacity(record.len());
-    record.walk(|stretch| {
-        times.extend_from_slice(&clock.of(stretch.samples)[stretch.range()]);
-    });
-    times
 }
 
 /// Rounds of judging the noise and fitting again, of leaving gross readings out, and wild ones.
@@ -430,14 +346,4 @@ fn shared(stage: &Stage, left: &[Left], noise: &mut Noise) -> Option<Fitted> {
 /// Where no walk can be told from a memory there is nothing to wait for: levels are judged beside it.
 fn remember_early(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
     if may_wander(stage) { None } else { remember(stage, noise) }
-}
-
-/// The median of some numbers, which change their order.
-pub(super) fn median(numbers: &mut [f64]) -> Option<f64> {
-    let middle = numbers.len() / 2;
-    if numbers.is_empty() {
-        return None;
-    }
-    let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*median)
 }

@@ -3,52 +3,31 @@
 //! anything else is judged, the farthest first: what they do to the fit would pass for jitter, for noisier
 //! runs and for more wild readings.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
-
-use crate::engine::layout::qualified;
-use crate::engine::stretches::Left;
 use crate::engine::{Part, Point, Problem};
 use crate::units::Unit;
 
-use super::apart::Apart;
+use super::left_out::{Far, Listed, Trimmed, leave_out, told};
 use super::levels::OF_A_MEDIAN;
 use super::search::level;
+use super::sequences::{NORMAL, Sequence, median, seen_from};
 use super::stage::{Fitted, Stage};
-use super::structure::Place;
 use super::tail::{ln_below, ln_normal};
-use super::whiten::{Noise, NoiseEffect, Sequence, median, sequences};
+use super::whiten::{Noise, NoiseEffect};
 
 /// Readings farther out are left out, in robust standard deviations.
 pub const TRIM: f64 = 4.5;
 /// Gross readings are so many robust standard deviations out, of their measurand and of it in their run.
-const GROSS: f64 = 20.0;
+pub(super) const GROSS: f64 = 20.0;
 /// Of gross readings those go at once that are at least this part of the farthest: that one may have put
 /// the others there.
 const PEELED: f64 = 0.1;
 /// Runs of which most readings of a measurand are far out, and so many at least, are left out as wholes: so
 /// many runs at most, and one of so many.
 const LEAST_WRONG: usize = 10;
-const RUNS_APART: usize = 3;
-const ONE_OF: usize = 4;
+pub(super) const RUNS_APART: usize = 3;
+pub(super) const ONE_OF: usize = 4;
 /// Where more readings than this share are far out, the noise has long tails and none is left out.
 const MOST_WILD: f64 = 0.05;
-/// Standard deviation over median absolute deviation of a normal distribution.
-const NORMAL: f64 = 1.482_602_2;
-
-/// A reading that is left out because it is wild.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LeftOut {
-    /// Name of the run.
-    pub run: String,
-    /// Row of its data file.
-    pub row: usize,
-    /// The measurand.
-    pub measurand: String,
-    /// How far out it was, in robust standard deviations of its measurand.
-    pub deviations: f64,
-}
-
 /// Leaves wild readings of a stage out. `white` is what is left as if there were no memory: one wild
 /// reading is one there, not the beginning of several.
 pub(super) fn without_wild(stage: &Stage, white: &[Sequence], noise: &mut Noise) -> Option<Fitted> {
@@ -80,24 +59,8 @@ pub(super) fn without_wrong_at(problem: &Problem, point: &Point) -> (Problem, Tr
     (rest, found)
 }
 
-/// All residuals at a point.
-fn seen_from(problem: &Problem, point: &Point) -> Vec<Sequence> {
-    let mut left = Vec::new();
-    for (p, part) in problem.parts.iter().enumerate() {
-        for r in 0..part.runs.len() {
-            let mut residuals = vec![Vec::new(); part.residual_count()];
-            problem.visit_residuals(p, r, point, &mut |_, values| {
-                residuals.iter_mut().zip(values).for_each(|(all, value)| all.push(*value));
-            });
-            let residuals = residuals.into_iter().map(Arc::new).collect();
-            left.push(Left { residuals, scores: Vec::new() });
-        }
-    }
-    sequences(problem, &left)
-}
-
 /// Beyond what a reading is gross.
-fn gross(residuals: &[f64], deviation: f64) -> f64 {
+pub(super) fn gross(residuals: &[f64], deviation: f64) -> f64 {
     let present = residuals.iter().map(|value| value.abs()).filter(|size| !size.is_nan());
     let of_run = median(&mut present.collect::<Vec<f64>>()).unwrap_or(0.0) * NORMAL;
     GROSS * of_run.max(deviation)
@@ -124,31 +87,6 @@ fn without(
     Some(fitted)
 }
 
-/// What is left out.
-#[derive(Clone, Debug, Default)]
-pub struct Trimmed {
-    /// Single readings.
-    pub wild: Vec<LeftOut>,
-    /// All those of a measurand in runs that are wrong as wholes.
-    pub of_runs: Vec<LeftOut>,
-    /// Those runs.
-    pub apart: Vec<Apart>,
-}
-
-impl Trimmed {
-    /// Whether it is nothing.
-    pub fn is_empty(&self) -> bool {
-        self.wild.is_empty() && self.of_runs.is_empty()
-    }
-
-    /// Adds what is left out later.
-    pub fn extend(&mut self, later: Self) {
-        self.wild.extend(later.wild);
-        self.of_runs.extend(later.of_runs);
-        self.apart.extend(later.apart);
-    }
-}
-
 /// Leaves readings beyond a limit out and lists them, each once, however many components it has.
 fn trim(
     problem: &mut Problem,
@@ -156,12 +94,10 @@ fn trim(
     peeled: f64,
     limit: impl Fn(&[f64], f64) -> f64,
 ) -> Trimmed {
-    let (mut trimmed, mut known) = (Trimmed::default(), BTreeSet::new());
+    let (mut trimmed, mut listed) = (Trimmed::default(), Listed::new());
     for one in all {
-        let mut sizes: Vec<f64> = one.present().map(f64::abs).collect();
-        let Some(median) = median(&mut sizes) else { continue };
-        let deviation = NORMAL * median;
-        let mut far: Vec<Vec<(usize, f64)>> = one
+        let Some(deviation) = one.deviation() else { continue };
+        let mut far: Far = one
             .runs
             .iter()
             .map(|run| {
@@ -173,43 +109,17 @@ fn trim(
         let wrong = wrong_runs(one, &far);
         let single = (0..far.len()).filter(|run| !wrong.contains(run));
         let count: usize = single.map(|run| far[run].len()).sum();
-        let too_many = count as f64 > MOST_WILD * sizes.len() as f64;
-        let farthest = sizes.iter().copied().fold(0.0, f64::max);
+        let too_many = count as f64 > MOST_WILD * one.present().count() as f64;
+        let farthest = one.present().map(f64::abs).fold(0.0, f64::max);
         for (run, far) in far.iter_mut().enumerate() {
             if wrong.contains(&run) {
-                let all = one.runs[run].iter().copied().enumerate();
-                *far = all.filter(|(_, value)| !value.is_nan()).collect();
+                *far = one.readings(run);
             } else {
                 far.retain(|(_, value)| !too_many && value.abs() >= peeled * farthest);
             }
         }
-        let part = &mut problem.parts[one.part];
-        let slot = part.slots()[one.measurand].clone();
-        let name = part.system.assembly.names.measurands[one.measurand].name.clone();
-        let label = part.label.clone();
-        for (number, (run, far)) in part.runs.iter_mut().zip(far).enumerate() {
-            if far.is_empty() {
-                continue;
-            }
-            let called = qualified(label.as_deref(), &run.name);
-            let new = |(sample, _): &&(usize, f64)| {
-                known.insert((one.part, number, one.measurand, *sample))
-            };
-            let told = far.iter().filter(new).map(|(sample, value)| LeftOut {
-                run: called.clone(),
-                row: run.record.row(*sample),
-                measurand: name.clone(),
-                deviations: *value / deviation,
-            });
-            if wrong.contains(&number) {
-                trimmed.of_runs.extend(told);
-                trimmed.apart.push(Apart { block: None, place: Place::of_run(&name, &called) });
-            } else {
-                trimmed.wild.extend(told);
-            }
-            let readings = far.iter().map(|(sample, _)| (*sample..*sample + 1, slot.columns()));
-            run.record.leave_out(readings);
-        }
+        trimmed.extend(told(problem, one, &far, &wrong, &mut listed));
+        leave_out(problem, one, &far);
     }
     trimmed
 }

@@ -91,6 +91,7 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
             "row": one.row,
             "measurand": one.measurand,
             "deviations": number(Some(one.deviations)),
+            "of_run": one.of_run,
         })
     });
     let lost = diagnosis.lost.iter().map(|one| {

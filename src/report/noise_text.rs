@@ -1,9 +1,9 @@
 //! The noise that `diagnose` found, for people: its effects, its levels and memories, and what is left out.
 
 use crate::diagnose::Diagnosis;
+use crate::diagnose::left_out::LeftOut;
 use crate::diagnose::lost::Lost;
 use crate::diagnose::whiten::{Level, Noise, NoiseEffect};
-use crate::diagnose::wild::LeftOut;
 use crate::engine::layout::qualified;
 use crate::report::diagnosis::{last_noise, last_stage};
 use crate::report::figure;
@@ -91,19 +91,25 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
             periods.abs()
         ));
     }
-    let all = found.left_out.len();
+    let single: Vec<&LeftOut> = found.left_out.iter().filter(|out| !out.of_run).collect();
+    let all = single.len();
     if all > 0 {
         let are = if all == 1 { "reading is" } else { "readings are" };
         text.push_str(&format!("{all} wild {are} left out:"));
         let shown = if all <= SHOWN + 1 { all } else { SHOWN };
-        for one in found.left_out.iter().take(shown) {
-            let LeftOut { run, row, measurand, deviations } = one;
+        for one in &single[..shown] {
+            let LeftOut { run, row, measurand, deviations, .. } = one;
             text.push_str(&format!(
                 "\n  `{measurand}` in row {row} of run `{run}` ({deviations:.0} deviations)"
             ));
         }
         text.push_str(if all > shown { "\n  ... all with `--format json`\n" } else { "\n" });
-        text.push_str(&whole_runs(diagnosis, found));
+    }
+    for RunLeftOut { measurand, run, out, all } in &runs_left_out(diagnosis, found) {
+        let part = if out == all { format!("All {all}") } else { format!("{out} of {all}") };
+        text.push_str(&format!(
+            "{part} readings of `{measurand}` in run `{run}` are left out: look at its file (units, setup, clock, a step).\n"
+        ));
     }
     let second = Unit::coherent(Dimension::TIME);
     let mut rows = table(&["nominal delay", "with all readings", "without those left out"]);
@@ -118,10 +124,18 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
     text
 }
 
+/// A measurand in a run of which most readings are left out.
+struct RunLeftOut {
+    measurand: String,
+    run: String,
+    out: usize,
+    all: usize,
+}
+
 /// Runs of which most readings of a measurand are left out: their files are to be looked at.
-fn whole_runs(diagnosis: &Diagnosis, found: &Noise) -> String {
-    let mut text = String::new();
-    let Some(stage) = last_stage(diagnosis) else { return text };
+fn runs_left_out(diagnosis: &Diagnosis, found: &Noise) -> Vec<RunLeftOut> {
+    let mut all = Vec::new();
+    let Some(stage) = last_stage(diagnosis) else { return all };
     for part in &stage.fitted.problem.parts {
         let names = &part.system.assembly.names.measurands;
         for (index, run) in part.runs.iter().enumerate() {
@@ -129,17 +143,14 @@ fn whole_runs(diagnosis: &Diagnosis, found: &Noise) -> String {
             for (one, rest) in names.iter().zip(part.present_in(index)) {
                 let own = |out: &&LeftOut| out.run == run && out.measurand == one.name;
                 let out = found.left_out.iter().filter(own).count();
-                let all = out + rest;
-                if out > rest {
-                    text.push_str(&format!(
-                        "{out} of {all} readings of `{}` in run `{}` are among them: look at its file (units, setup, clock).\n",
-                        one.name, run
-                    ));
+                if out > rest && out > 1 {
+                    let (measurand, run) = (one.name.clone(), run.clone());
+                    all.push(RunLeftOut { measurand, run, out, all: out + rest });
                 }
             }
         }
     }
-    text
+    all
 }
 
 /// What an effect cannot be told from.

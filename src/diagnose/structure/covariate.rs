@@ -13,6 +13,8 @@ const FEW: usize = 2;
 pub(super) const CIRCLE_ORDERS: usize = 4;
 /// The covariate of what a setup does in its course.
 const TIME: &str = "time";
+/// The covariate of what each run does in its course.
+const RUN_TIME: &str = "run time";
 
 /// A covariate: terms with their dimension, one coefficient each.
 #[derive(Clone)]
@@ -66,6 +68,24 @@ impl Covariate {
             words: format!("{TIME}, a wave every {{member}} s"),
             family,
             ..Self::new("slow time", "setup", wave(&phase))
+        }
+    }
+
+    /// What comes to rest after each run begins, in the same way or by the sense in which any of some signals
+    /// moves, in one of the times that a line says, by its name.
+    pub(super) fn settling(time: &str, signals: &[&str], family: String) -> Self {
+        let rest = format!("exp(-(run_time / {time}))");
+        let by_sense = signals.iter().map(|signal| format!("sign(rate({signal})) * {rest}"));
+        let terms = std::iter::once(rest.clone()).chain(by_sense);
+        Self {
+            over: RUN_TIME.to_owned(),
+            words: format!("{RUN_TIME}, coming to rest in {{member}} s"),
+            family,
+            ..Self::new(
+                format!("rest in {RUN_TIME}"),
+                "instrument",
+                terms.map(|term| (term, Dimension::NONE)).collect(),
+            )
         }
     }
 
@@ -136,7 +156,7 @@ pub(super) fn of_the_rig(model: &Model, orders: usize) -> Vec<Covariate> {
     all.push(over_time());
     all.push(over_campaign());
     let run_time = vec![("run_time".to_owned(), Dimension::TIME)];
-    all.push(Covariate::new("run time", "instrument", run_time));
+    all.push(Covariate::new(RUN_TIME, "instrument", run_time));
     all.push(Covariate::new("setup", "setup", vec![("1".to_owned(), Dimension::NONE)]));
     all.push(Covariate::new(RUN, "run", vec![("1".to_owned(), Dimension::NONE)]));
     all

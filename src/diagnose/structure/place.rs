@@ -51,11 +51,6 @@ impl Place {
         Self::of_rig(RUN, &format!("in run `{name}`"))
     }
 
-    /// Of a block with a value for each run: that the value changed before a run, for good.
-    pub(in crate::diagnose) fn changed_before(&self, name: &str) -> Self {
-        self.in_runs(&format!("from run `{name}` on"))
-    }
-
     /// Of a block with a value for each run: in which runs.
     pub(in crate::diagnose) fn in_runs(&self, which: &str) -> Self {
         let what = self.words.trim_end_matches(&format!(" over {RUN}"));
@@ -79,6 +74,21 @@ impl Place {
             covariate: RUN.to_owned(),
             words: format!("an error of `{measurand}` in run `{run}`"),
         }
+    }
+
+    /// Of a reading that is left out in a run, where it is off from a row of its file on or up to another.
+    pub(in crate::diagnose) fn of_rows(
+        measurand: &str,
+        run: &str,
+        rows: Option<(usize, Option<usize>)>,
+    ) -> Self {
+        let mut place = Self::of_run(measurand, run);
+        place.words += &match rows {
+            Some((first, Some(last))) => format!(" in rows {first} to {last}"),
+            Some((first, None)) => format!(" from row {first} on"),
+            None => String::new(),
+        };
+        place
     }
 
     /// Of a family, with the member that was found.

@@ -1,5 +1,6 @@
 //! Unknown structure of a scale that nobody knows: waves over an angle that are finer than blocks have
-//! them, waves over a length, oscillations in time, and swings over a setup, as a room's climate makes them.
+//! them, waves over a length, oscillations in time, swings over a setup, as a room's climate makes them, and what comes
+//! to rest after each run begins.
 //! Each is a family of blocks that is scanned like those of the library.
 //!
 //! Without them an encoder's error of order twelve is an oscillation at each rate, and is named as one,
@@ -66,6 +67,14 @@ pub(super) fn slow() -> Covariate {
     let period = "unknown_period";
     let range = format!("{period} = {{ unit = \"s\", from = \"10 s\", to = \"3600 s\" }}");
     Covariate::swing(period, range)
+}
+
+/// What comes to rest after each run begins: a servo, a bearing, what was touched to start it.
+pub(super) fn settling(model: &Model) -> Covariate {
+    let time = "unknown_time";
+    let range = format!("{time} = {{ unit = \"s\", from = \"0.2 s\", to = \"100 s\" }}");
+    let signals = model.inputs.iter().filter(|input| input.signal && few_move(model));
+    Covariate::settling(time, &signals.map(|input| input.name.as_str()).collect::<Vec<_>>(), range)
 }
 
 /// An oscillation, with phases and strengths of each run's own, from where slow waves end: of all readings

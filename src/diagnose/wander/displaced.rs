@@ -3,11 +3,11 @@
 //! Who knocks against a tripod displaces it once; an instrument that was switched off and on may count from
 //! another zero. What is left of the readings then looks as if the instrument wandered, and a walk that was
 //! found may be no walk: changes before a few runs, each with one value for all later runs of its setup or, put
-//! right again, for one run, say the same with less. Those of the rig's place, and those of each block that has a value for each run and
-//! was found, are taken off one after the other, the likeliest first, and paid for; where nothing of the walk
-//! is left beyond three of them at most, before half of the runs at most, and where they are far likelier
-//! than the walk, they are what happened, of kinds of change the likeliest. No effect of the library says so:
-//! it is unknown structure with a place.
+//! right again, for one run, say the same with less. Those of the rig's place, and those of each block that has
+//! a value for each run and was found, are taken off one after the other, the likeliest first, and paid for;
+//! where nothing of the walk is left beyond three of them at most, before half of the runs at most, and where
+//! they are far likelier than the walk, they are what happened, of kinds of change the likeliest. No effect of
+//! the library says so: it is unknown structure with a place.
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::imitation::FURTHER;
@@ -16,7 +16,7 @@ use crate::diagnose::structure::Place;
 use crate::diagnose::verdict::{Location, Ranked};
 use crate::engine::Problem;
 
-use super::sequence::{Span, in_order, places, spans};
+use super::sequence::{Change, Span, in_order, places, spans};
 use super::wandering::Wandering;
 
 /// Displacements that are looked for: more are a walk.
@@ -59,13 +59,6 @@ pub(super) struct Suspect<'a> {
 /// A change, and what it does.
 type Possible = (Change, Entry);
 
-/// When something changed: before a run for good, or in a run alone.
-#[derive(Clone, Copy, PartialEq)]
-enum Change {
-    Before(usize),
-    In(usize),
-}
-
 /// What may have changed: the place of the rig, or what a block says.
 #[derive(Clone, Copy)]
 enum Changed<'a> {
@@ -92,7 +85,7 @@ impl Suspect<'_> {
         changed: Changed<'_>,
     ) -> Option<Displaced> {
         let possible = self.possible(spans, changed);
-        let before = possible.iter().filter(|one| matches!(one.0, Change::Before(_))).count();
+        let before = possible.iter().filter(|one| matches!(one.0, Change::From(_))).count();
         let mut taken: Vec<&Possible> = Vec::new();
         loop {
             // As many as there are runs say anything.
@@ -142,8 +135,7 @@ impl Suspect<'_> {
         let all = || 0..runs.len();
         let is_later = |run: &usize| all().any(|other| is_after(*run, other));
         let is_between = |run: &usize| is_later(run) && all().any(|other| is_after(other, *run));
-        let before =
-            |run| (Change::Before(run), acts(&|other| other == run || is_after(other, run)));
+        let before = |run| (Change::From(run), acts(&|other| other == run || is_after(other, run)));
         let within = |run| (Change::In(run), acts(&|other| other == run));
         all().filter(is_later).map(before).chain(all().filter(is_between).map(within)).collect()
     }
@@ -181,12 +173,9 @@ fn located(
     let most = found.first().map_or(1.0, |(_, gain)| *gain);
     let names = problem.run_names();
     let place = |change: Change| match (changed, change) {
-        (Changed::Rig, Change::Before(run)) => Place::before_run(&names[run]),
+        (Changed::Rig, Change::From(run)) => Place::before_run(&names[run]),
         (Changed::Rig, Change::In(run)) => Place::of_rig_in(&names[run]),
-        (Changed::Block(place, _), Change::Before(run)) => place.changed_before(&names[run]),
-        (Changed::Block(place, _), Change::In(run)) => {
-            place.in_runs(&format!("in run `{}`", names[run]))
-        }
+        (Changed::Block(place, _), change) => place.in_runs(&change.words(&names)),
     };
     let found = found.into_iter();
     found.map(|(one, gain)| Location { place: place(one), share: gain / most }).collect()

@@ -1,10 +1,26 @@
-//! In which order the runs of a setup came: by their times, however a campaign lists them, or as listed where
-//! times begin anew in each recording and runs seem to overlap.
+//! When something changed, and in which order the runs of a setup came: by their times, however a campaign
+//! lists them, or as listed where times begin anew in each recording and runs seem to overlap.
 
 use crate::engine::Problem;
 
 /// The setup of a run, and when the run begins and ends since the setup began (s), if it has samples.
 pub(in crate::diagnose) type Span = (usize, Option<[f64; 2]>);
+
+/// When something changed: from a run of its setup on for good, or in one run alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::diagnose) enum Change {
+    From(usize),
+    In(usize),
+}
+
+impl Change {
+    pub(in crate::diagnose) fn words(self, names: &[String]) -> String {
+        match self {
+            Self::From(run) => format!("from run `{}` on", names[run]),
+            Self::In(run) => format!("in run `{}`", names[run]),
+        }
+    }
+}
 
 /// The spans of all runs.
 pub(in crate::diagnose) fn spans(problem: &Problem) -> Vec<Span> {

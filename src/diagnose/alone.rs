@@ -1,0 +1,339 @@
+//! A reading that is off in a part of a run: told from noise with a memory, from noisier runs and from wild readings.
+//!
+//! An instrument that is knocked while a run is recorded, a clock that jumps or a stream that drops out puts what
+//! follows in that run beside the model. One run's readings are then like their neighbours, which
+//! noise with a memory explains, too, and a few of them pass for wild ones. But noise has its memory in all runs.
+//! Readings of the run that shows most are left out, one after the other, and the model is fitted again; where
+//! nothing is left that has a memory after a few, and a memory of those alone is far likelier than one of all, they
+//! are what happened. Whether the other readings fit without them is for [`mod@super::search`] to say.
+//!
+//! What is off in a run from its beginning to its end is told by [`super::apart`] or [`super::wild`], too.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::engine::Problem;
+use crate::engine::layout::qualified;
+use crate::estimate::batch::{FitError, Options};
+use crate::estimate::calibrate::{Calibration, calibrate};
+
+use super::apart::Apart;
+use super::candidates::Wanted;
+use super::imitation::FURTHER;
+use super::left_out::{OfRun, Trimmed, leave_runs_out, runs_out};
+use super::lost::Lost;
+use super::memory::{likelihood_of_memory, remembered};
+use super::search::{Search, level, search};
+use super::sequences::{Neighbours, Sequence, seen_from};
+use super::stage::Fitted;
+use super::structure::Place;
+use super::verdict;
+use super::whiten::Given;
+use super::wild::{ONE_OF, TRIM};
+
+/// Part of all that neighbours have in common that the run which shows most has at least.
+const MOST_OF_IT: f64 = 0.25;
+/// Part of what a run has beyond noise that one value in a stretch of it explains, for that to be what happened.
+const ONE_VALUE: f64 = 0.9;
+/// Ends of stretches that are looked at in a run.
+const ENDS: usize = 150;
+
+/// What a few runs have for themselves.
+pub(super) struct Alone {
+    /// The residuals as they are seen where the model was fitted without them.
+    all: Vec<Sequence>,
+    /// The measurands and runs.
+    off: BTreeSet<OfRun>,
+}
+
+/// What is found without the readings of a few runs that are off there alone, be it beside the effects that were
+/// adopted with them, and the nominal model without them; `None` where there are none, where effects or other runs
+/// explain what is there, or where something is left without them.
+pub(super) fn without_alone(
+    found: &Search,
+    fitted: &Fitted,
+    (lost, gross): (&[Lost], &Trimmed),
+    wanted: &Wanted,
+    options: &Options,
+) -> Result<Option<(Calibration, Search)>, FitError> {
+    let (of_nominal, beside_effects) = verdict::runs_in_doubt(found);
+    let mut models = vec![(fitted.clone(), of_nominal)];
+    if let Some(last) = found.stages.last().filter(|_| !found.adopted.is_empty()) {
+        let mut with = last.fitted.clone();
+        Given::of(&fitted.problem).put_into(&mut with.problem);
+        models.push((with.without(&last.noise_found.selected(), options)?, beside_effects));
+    }
+    for (model, most) in models.into_iter().filter(|(_, most)| *most > 0) {
+        let Some(alone) = alone(&model, most, options)? else { continue };
+        let (mut problem, mut gross) = (fitted.problem.clone(), gross.clone());
+        gross.extend(alone.leave_out(&mut problem));
+        let nominal = calibrate(problem.clone(), options)?;
+        if !nominal.is_sound() {
+            continue;
+        }
+        let recipes = fitted.recipes.clone();
+        let rest = Fitted { recipes, problem, fit: nominal.fit.clone() };
+        let found = search(rest, (lost, &gross), wanted, options)?;
+        if let Some(found) = found.filter(verdict::is_clear) {
+            return Ok(Some((nominal, found)));
+        }
+    }
+    Ok(None)
+}
+
+/// What a few runs, so many at most, have for themselves in a model with noise as it is stated; `None` where there
+/// is nothing of the kind.
+pub(super) fn alone(
+    whole: &Fitted,
+    most: usize,
+    options: &Options,
+) -> Result<Option<Alone>, FitError> {
+    let count: usize = whole.problem.parts.iter().map(|part| part.runs.len()).sum();
+    let first = seen_from(&whole.problem, &whole.fit.point);
+    let mut off: BTreeSet<OfRun> = BTreeSet::new();
+    let (mut rest, mut left) = (whole.clone(), clipped(&first, &limits(&first)));
+    while let Shown::InOne(one) = shown(&left) {
+        off.insert(one);
+        let runs: BTreeSet<(usize, usize)> = off.iter().map(|one| (one.part, one.run)).collect();
+        if runs.len() > most || ONE_OF * runs.len() > count {
+            return Ok(None);
+        }
+        leave_runs_out(&mut rest.problem, &left, &BTreeSet::from([one]));
+        rest = rest.again(options)?;
+        if !rest.is_sound() {
+            return Ok(None);
+        }
+        let seen = seen_from(&rest.problem, &rest.fit.point);
+        left = clipped(&seen, &limits(&seen));
+    }
+    if off.is_empty() || matches!(shown(&left), Shown::InAll) {
+        return Ok(None);
+    }
+    let all = seen_from(&whole.problem, &rest.fit.point);
+    let limits = limits(&left);
+    let [before, after] = [&first, &all].map(|seen| clipped(seen, &limits));
+    let places: usize =
+        whole.problem.parts.iter().map(|one| one.runs.len() * one.slots().len()).sum();
+    let choices = (off.len() as f64) * (places as f64 * FURTHER).ln();
+    let is_likelier = likelihood_apart(&after, &off) - choices > likelihood_together(&before, &off);
+    Ok(is_likelier.then_some(Alone { all, off }))
+}
+
+impl Alone {
+    /// Leaves those readings out of campaigns.
+    pub(super) fn leave_out(&self, problem: &mut Problem) -> Trimmed {
+        let mut trimmed = runs_out(problem, &self.all, &self.off);
+        let place = |one: &OfRun| Apart { block: None, place: self.place(problem, *one) };
+        trimmed.apart = self.off.iter().map(place).collect();
+        trimmed
+    }
+
+    /// Where one of them is off.
+    fn place(&self, problem: &Problem, one: OfRun) -> Place {
+        let part = &problem.parts[one.part];
+        let data = &part.runs[one.run];
+        let called = qualified(part.label.as_deref(), &data.name);
+        let name = &part.system.assembly.names.measurands[one.measurand].name;
+        let own =
+            self.all.iter().filter(|all| (all.part, all.measurand) == (one.part, one.measurand));
+        // Of several components the one that shows most.
+        let shown = own.map(|all| &*all.runs[one.run]);
+        let products = |run: &[f64]| Neighbours::of(run).products;
+        let most = shown.max_by(|a, b| products(a).total_cmp(&products(b)));
+        let samples = most.and_then(|run| Some((stretch_off(run)?, run.len())));
+        let rows = samples.map(|(samples, count)| {
+            let last = (samples.end < count).then(|| data.record.row(samples.end - 1));
+            (data.record.row(samples.start), last)
+        });
+        Place::of_rows(name, &called, rows)
+    }
+}
+
+/// Beyond what residuals of each sequence are wild.
+fn limits(all: &[Sequence]) -> Vec<f64> {
+    all.iter().map(|one| TRIM * one.deviation().unwrap_or(f64::INFINITY)).collect()
+}
+
+/// Residuals of which wild ones count as their limit: a few of them next to each other are no stretch.
+fn clipped(all: &[Sequence], limits: &[f64]) -> Vec<Sequence> {
+    let clip = |(one, limit): (&Sequence, &f64)| {
+        // NaN stays.
+        let clip = |value: &f64| value.clamp(-limit, *limit);
+        let runs = one.runs.iter().map(|run| Arc::new(run.iter().map(clip).collect()));
+        Sequence { runs: runs.collect(), ..one.clone() }
+    };
+    all.iter().zip(limits).map(clip).collect()
+}
+
+/// Where neighbours are alike.
+enum Shown {
+    /// Nowhere.
+    Nowhere,
+    /// In one measurand of one run more than anywhere else.
+    InOne(OfRun),
+    /// Not in one run more than in others.
+    InAll,
+}
+
+fn shown(all: &[Sequence]) -> Shown {
+    let runs: usize = all.iter().map(|one| one.runs.len()).sum();
+    let (mut most, mut has_memory): (Option<(f64, OfRun)>, _) = (None, false);
+    for one in all.iter().filter(|one| remembered(one, level(runs)).is_some()) {
+        let Some(deviation) = one.deviation().filter(|deviation| *deviation > 0.0) else {
+            continue;
+        };
+        let each: Vec<Neighbours> = one.runs.iter().map(|run| Neighbours::of(run)).collect();
+        let common: f64 = each.iter().map(|run| run.products.max(0.0)).sum();
+        let is_alike = |run: &&(usize, &Neighbours)| {
+            run.1.ln_p() <= level(runs) && run.1.products >= MOST_OF_IT * common
+        };
+        let strongest = each.iter().enumerate().filter(|run| is_alike(&run));
+        has_memory = true;
+        let strongest = strongest.max_by(|a, b| a.1.products.total_cmp(&b.1.products));
+        // What is off in one run bends the fit of others, too: they are looked at without it.
+        let Some((run, found)) = strongest else { continue };
+        let size = found.products / deviation.powi(2);
+        if most.is_none_or(|(known, _)| size > known) {
+            most = Some((size, OfRun { part: one.part, measurand: one.measurand, run }));
+        }
+    }
+    match most {
+        Some((_, one)) => Shown::InOne(one),
+        None if has_memory => Shown::InAll,
+        None => Shown::Nowhere,
+    }
+}
+
+/// Logarithm of the likelihood of residuals with a memory of each sequence, but for a constant.
+fn likelihood(all: &[Sequence]) -> f64 {
+    let squares: f64 = all.iter().flat_map(Sequence::present).map(|value| value * value).sum();
+    likelihood_of_memory(all) - 0.5 * squares
+}
+
+/// The same where readings of some runs have a memory and a level of their own.
+fn likelihood_apart(all: &[Sequence], off: &BTreeSet<OfRun>) -> f64 {
+    let others = all.iter().map(|one| one.among(|run| !one.is_among(off, run)));
+    let each = all.iter().flat_map(|one| {
+        let own = (0..one.runs.len()).filter(|run| one.is_among(off, *run));
+        own.map(|run| one.among(|other| other == run))
+    });
+    likelihood(&others.chain(each).collect::<Vec<_>>())
+}
+
+/// The same where they have a level of their own, but one memory with the others.
+fn likelihood_together(all: &[Sequence], off: &BTreeSet<OfRun>) -> f64 {
+    let mut of_levels = 0.0;
+    let even = all.iter().map(|one| {
+        let rest = one.among(|run| !one.is_among(off, run)).variance();
+        let mut even = one.clone();
+        for run in (0..one.runs.len()).filter(|run| one.is_among(off, *run)) {
+            let own = one.among(|other| other == run);
+            let ratio = (own.variance() / rest).sqrt();
+            if ratio.is_finite() && ratio > 0.0 {
+                of_levels -= own.present().count() as f64 * ratio.ln();
+                even.runs[run] =
+                    Arc::new(one.runs[run].iter().map(|value| value / ratio).collect());
+            }
+        }
+        even
+    });
+    let even: Vec<Sequence> = even.collect();
+    likelihood(&even) + of_levels
+}
+
+/// The samples of a run from which on, or in which alone, one value explains what there is beyond noise; `None`
+/// where that is not what happened.
+fn stretch_off(run: &[f64]) -> Option<Range<usize>> {
+    let (mut sums, mut counts) = (vec![0.0], vec![0.0]);
+    for value in run {
+        let present = !value.is_nan();
+        sums.push(sums[sums.len() - 1] + if present { *value } else { 0.0 });
+        counts.push(counts[counts.len() - 1] + f64::from(u8::from(present)));
+    }
+    let explained = |range: &Range<usize>| {
+        let count: f64 = counts[range.end] - counts[range.start];
+        let sum: f64 = sums[range.end] - sums[range.start];
+        if count > 0.0 { sum * sum / count } else { 0.0 }
+    };
+    let best = |starts: &[usize], ends: &[usize]| {
+        let pairs = starts.iter().flat_map(|start| ends.iter().map(|end| *start..*end));
+        pairs
+            .filter(|range| range.start < range.end)
+            .max_by(|a, b| explained(a).total_cmp(&explained(b)))
+    };
+    // Roughly first, then sample by sample about each end.
+    let step = run.len().div_ceil(ENDS).max(1);
+    let rough: Vec<usize> = (0..run.len()).step_by(step).chain([run.len()]).collect();
+    let found = best(&rough, &rough)?;
+    let about = |at: usize| -> Vec<usize> {
+        (at.saturating_sub(step)..=(at + step).min(run.len())).collect()
+    };
+    let found = best(&about(found.start), &[found.end])?;
+    let found = best(&[found.start], &about(found.end))?;
+    let is_whole = counts[found.end] - counts[found.start] >= counts[run.len()];
+    // Neighbours have in common what is no noise.
+    let beyond = Neighbours::of(run).products;
+    (!is_whole && explained(&found) >= ONE_VALUE * beyond).then_some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Noise of unit variance.
+    fn noise(seed: u64, count: usize) -> Vec<f64> {
+        let mut state = seed;
+        let mut draw = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        (0..count).map(|_| (0..12).map(|_| draw()).sum()).collect()
+    }
+
+    fn with_a_step(mut run: Vec<f64>, samples: Range<usize>, by: f64) -> Vec<f64> {
+        run[samples].iter_mut().for_each(|value| *value += by);
+        run
+    }
+
+    #[test]
+    fn a_stretch_is_found_where_it_is() {
+        let run = |samples| with_a_step(noise(5, 300), samples, 8.0);
+        assert_eq!(stretch_off(&run(120..300)), Some(120..300));
+        assert_eq!(stretch_off(&run(0..31)), Some(0..31));
+        assert_eq!(stretch_off(&run(77..190)), Some(77..190));
+        assert_eq!(stretch_off(&run(0..300)), None);
+        // Missing readings belong to no side of an end.
+        let mut holey = run(120..300);
+        holey[110..125].fill(f64::NAN);
+        holey[290..].fill(f64::NAN);
+        let found = stretch_off(&holey).map_or(0..0, |found| found);
+        assert!((110..=125).contains(&found.start) && found.end >= 290, "{found:?}");
+        // What grows is no step.
+        let ramp = noise(6, 300)
+            .iter()
+            .enumerate()
+            .map(|(k, value)| value + 0.05 * k as f64)
+            .collect::<Vec<_>>();
+        assert_eq!(stretch_off(&ramp), None);
+        assert_eq!(stretch_off(&[]), None);
+        // A long run is looked at roughly first.
+        assert_eq!(
+            stretch_off(&with_a_step(noise(7, 20_000), 6_543..20_000, 8.0)),
+            Some(6_543..20_000)
+        );
+    }
+
+    #[test]
+    fn what_one_run_shows_is_not_in_all() {
+        let of =
+            |each: Vec<Vec<f64>>| vec![Sequence::of_runs(each.into_iter().map(Arc::new).collect())];
+        let plain = |run: u64| noise(run + 1, 300);
+        assert!(matches!(shown(&of((0..8).map(plain).collect())), Shown::Nowhere));
+        let one = |run| if run == 5 { with_a_step(plain(run), 100..300, 2.0) } else { plain(run) };
+        let found = shown(&of((0..8).map(one).collect()));
+        assert!(matches!(found, Shown::InOne(one) if one.run == 5));
+        let all = |run| with_a_step(plain(run), 100..300, 2.0);
+        assert!(matches!(shown(&of((0..8).map(all).collect())), Shown::InAll));
+    }
+}
