@@ -14,7 +14,7 @@
 //! | [`memory`] | noise that is like itself for a while |
 //! | [`wander`] | random walks, tested in the variance; a displaced rig, which looks like one |
 //! | [`apart`], `alone` | readings that are off in a few runs, or in a part of one |
-//! | `settle`, `spikes` | the nominal fit, without what keeps it from settling or bends it |
+//! | `settle`, `codes`, `spikes` | the nominal fit, without what keeps it from settling or bends it |
 //! | [`lost`] | stretches of readings shifted by whole samples |
 //! | [`wild`], [`left_out`] | readings that are far out, and how what is left out is told |
 //! | [`whiten`], [`jitter`], `levels`, `variances` | the noise, before anything is tested against it |
@@ -31,6 +31,7 @@ pub mod apart;
 pub mod basis;
 pub mod candidates;
 pub mod catalogue;
+mod codes;
 mod columns;
 pub mod evidence;
 mod folds;
@@ -74,6 +75,7 @@ use crate::estimate::contradicted::{Contradicted, contradicted};
 
 use alone::without_alone;
 use candidates::{NotTestable, Wanted};
+use codes::without_codes;
 use gap::{Gap, floor, gap};
 use hidden::{Hidden, hidden};
 use holdout::{HoldoutError, holdout};
@@ -210,7 +212,9 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, FitError> {
     let whole = calibrate(problem, options)?;
-    let (settled, mut gross) = without_gross(whole.clone(), options)?;
+    let (settled, mut gross) = without_codes(whole.clone(), options)?;
+    let (settled, more) = without_gross(settled, options)?;
+    gross.extend(more);
     let (settled, lost) = without_lost(settled, options)?;
     let (settled, spikes) = without_spikes(settled, options)?;
     gross.extend(spikes);

@@ -143,6 +143,39 @@ fn repeated_readings_are_left_out_and_no_others() {
     }
 }
 
+/// What an instrument writes where it lost its target keeps the fit from settling or spoils it: all such codes are
+/// left out, and nothing else is, though a code may be a reading that could be.
+#[test]
+fn codes_in_the_place_of_readings() {
+    let (opened, nominal) = drawn(&[], &[], 75);
+    let clean = run(nominal.clone(), &opened);
+    let names: Vec<String> = nominal.parts[0].runs.iter().map(|run| run.name.clone()).collect();
+    for (code, columns, every) in
+        [(99_999.0, 2..3, 30), (-1.0, 2..3, 9), (0.0, 2..3, 4), (0.0, 0..3, 3), (1e6, 1..2, 60)]
+    {
+        let (mut problem, mut lost) = (nominal.clone(), BTreeSet::new());
+        for (start, name) in names.iter().enumerate() {
+            edit(&mut problem, name, |all| {
+                for sample in (start % every..119).step_by(every) {
+                    for column in columns.clone() {
+                        all.readings[column][sample] = code;
+                        let measurand = ["horizontal", "vertical", "distance"][column];
+                        lost.insert((name.clone(), sample + 2, measurand.to_owned()));
+                    }
+                }
+            });
+        }
+        let found = run(problem, &opened);
+        let text = told("", &found, None);
+        assert_eq!(found.verdict, Verdict::Explained, "{code}: {text}");
+        assert!(found.effects.is_empty(), "{code}: {text}");
+        let out = left_out(&found);
+        assert!(lost.difference(&out).next().is_none(), "{code}: {text}");
+        assert!(out.difference(&lost).count() <= 1, "{code}: {text}");
+        assert!(farthest(&found, &clean) < 3.0, "{code}: {}", farthest(&found, &clean));
+    }
+}
+
 /// The log of an encoder that stands still for a moment is no jitter of all runs.
 #[test]
 fn a_log_that_stands_still_for_three_samples() {

@@ -15,6 +15,8 @@ use super::candidates::Candidate;
 pub(super) struct Column {
     /// Run and index among its signatures.
     pub(super) at: Vec<(usize, usize)>,
+    /// The magnitude that its value usually has, where that is known.
+    pub(super) typical: Option<f64>,
 }
 
 /// Some columns and whose values they are.
@@ -70,7 +72,7 @@ pub(super) fn join(
         let at = (problem.run_index(part, run), index);
         match columns.iter_mut().find(|(known, _)| *known == owner) {
             Some((_, column)) => column.at.push(at),
-            None => columns.push((owner, Column { at: vec![at] })),
+            None => columns.push((owner, Column { at: vec![at], typical: signature.typical })),
         }
     }
 }

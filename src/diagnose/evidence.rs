@@ -26,6 +26,8 @@ use super::nominal::Nominal;
 /// Squared sine of the angle below which a direction is taken up by what it stands beside: tangents of
 /// effects that are not quite linear differ by as much.
 const NEARLY: f64 = 3e-4;
+/// Length, in units of the noise, that a column must have at the usual size of its value.
+const NEGLIGIBLE: f64 = 1e-4;
 
 /// One pass over the readings.
 #[derive(Clone, Debug)]
@@ -191,7 +193,19 @@ impl Evidence {
         }
         let runs = Arc::new(runs);
         let evidence = Self { entries: Vec::new(), signatures: signed, runs, touched, nominal };
+        for own in &mut columns {
+            own.retain(|(_, column)| evidence.shows(column));
+        }
         Some((evidence, columns.into_iter().map(|own| own.into_iter().unzip()).collect()))
+    }
+
+    /// Whether a column changes readings at a size that can be: what does not even show at thousands of
+    /// times its usual size is rounding, such as stamps that are uniform but for their last digit.
+    fn shows(&self, column: &Column) -> bool {
+        let one = std::slice::from_ref(column);
+        let square = self.products(one, one)[(0, 0)];
+        let shows = |usual: f64| square.is_nan() || usual * square.sqrt() >= NEGLIGIBLE;
+        column.typical.is_none_or(shows)
     }
 
     fn enter(&mut self, columns: Vec<Owned>) {
@@ -233,7 +247,8 @@ impl Evidence {
             match same {
                 Some((_, known)) => known.at.extend(at),
                 None => {
-                    tied.push((Owner { of: None, ..owner.clone() }, Column { at: at.collect() }))
+                    let owner = Owner { of: None, ..owner.clone() };
+                    tied.push((owner, Column { at: at.collect(), typical: column.typical }))
                 }
             }
         }

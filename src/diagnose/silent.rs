@@ -84,6 +84,6 @@ pub(super) fn why_silent(stage: &Stage, number: usize) -> String {
             accelerations.join(" or ")
         )
     } else {
-        "it changes no reading in these runs, or only by powers of its parameters: an effect must have a slope where they are zero".to_owned()
+        "it changes no reading in these runs by an amount that could be seen, or only by powers of its parameters: an effect must have a slope where they are zero".to_owned()
     }
 }

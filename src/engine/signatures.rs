@@ -42,6 +42,8 @@ pub struct Signature {
     pub component: usize,
     /// Where one value of it holds.
     pub scope: Scope,
+    /// The magnitude that it usually has, if its declaration says so.
+    pub typical: Option<f64>,
 }
 
 /// The signatures of some effects in one campaign.
@@ -150,6 +152,7 @@ impl Adding<'_> {
             parameter: system.assembly.names.parameters[parameter].name.clone(),
             component,
             scope: system.settings[parameter].scope,
+            typical: system.settings[parameter].typical,
         }
     }
 

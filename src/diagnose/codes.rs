@@ -1,0 +1,177 @@
+//! Codes in the place of readings: the 0, -1 or 99999 that some instruments write where they lost their target.
+//!
+//! A number that comes back to its last digit, in a few places at least, is no measurement where it stands apart from
+//! all others by far, or where no other comes back nearly as often and what is read before is far off it. Codes are
+//! looked for in the readings themselves, before any model, and only where the model's own parameters do not settle
+//! or leave far too much. Numbers that are wrong and differ are for [`super::wild`] and `spikes`.
+
+use crate::engine::Part;
+use crate::estimate::batch::{FitError, Options, Outcome};
+use crate::estimate::calibrate::{Calibration, calibrate};
+
+use super::left_out::{Far, Trimmed, leave_out, told};
+use super::sequences::{Sequence, median, seen_from};
+use super::settle::SPOILT;
+
+/// A code stands in so many places at least, in runs of which it is not the most.
+const PLACES: usize = 3;
+/// It is apart from all others by so many times the range that half of them have,
+const APART: f64 = 3.0;
+/// or there so many times as often as others are,
+const AS_OFTEN: usize = 10;
+/// and so many times as far off the readings before it as these are off each other.
+const JUMP: f64 = 5.0;
+
+/// Leaves codes out where the nominal fit does not settle or is spoilt, and fits again.
+pub(super) fn without_codes(
+    whole: Calibration,
+    options: &Options,
+) -> Result<(Calibration, Trimmed), FitError> {
+    let is_spoilt = whole.variance_factor().is_some_and(|factor| factor > SPOILT);
+    if whole.fit.outcome == Outcome::Converged && !is_spoilt {
+        return Ok((whole, Trimmed::default()));
+    }
+    let problem = &whole.problem;
+    let found: Vec<Vec<Places>> = problem.parts.iter().map(places).collect();
+    if found.iter().flatten().flatten().all(Vec::is_empty) {
+        return Ok((whole, Trimmed::default()));
+    }
+    let mut rest = problem.clone();
+    let far = |one: &Sequence| -> Far {
+        let places = found[one.part][one.measurand].iter().zip(&one.runs);
+        places.map(|(at, run)| at.iter().map(|sample| (*sample, run[*sample])).collect()).collect()
+    };
+    for one in &seen_from(problem, &whole.fit.point) {
+        leave_out(&mut rest, one, &far(one));
+    }
+    let fitted = calibrate(rest, options)?;
+    // How far out they are is seen from where they do nothing.
+    let (mut trimmed, mut listed) = (Trimmed::default(), Default::default());
+    for one in &seen_from(problem, &fitted.fit.point) {
+        trimmed.extend(told(problem, one, &far(one), &[], &mut listed));
+    }
+    Ok((fitted, trimmed))
+}
+
+/// The samples of each run that hold a code of a measurand.
+type Places = Vec<Vec<usize>>;
+
+/// Those of each measurand of a campaign; rotations have none.
+fn places(part: &Part) -> Vec<Places> {
+    let of_slot = |(column, width): (usize, usize)| {
+        let runs: Vec<Vec<f64>> = if width == 1 { readings(part, column) } else { Vec::new() };
+        let codes = codes(&runs);
+        let held = |run: &Vec<f64>| (0..run.len()).filter(|k| codes.contains(&run[*k])).collect();
+        let mut places: Places = runs.iter().map(held).collect();
+        places.resize(part.runs.len(), Vec::new());
+        places
+    };
+    part.slots().iter().map(|slot| of_slot((slot.column, slot.width))).collect()
+}
+
+/// A reading column of each run.
+fn readings(part: &Part, column: usize) -> Vec<Vec<f64>> {
+    let of_run = |record: &crate::campaign::record::Record| {
+        let mut all = Vec::with_capacity(record.len());
+        record.walk(|stretch| all.extend(stretch.each().map(|sample| sample.reading(column))));
+        all
+    };
+    part.runs.iter().map(|run| of_run(&run.record)).collect()
+}
+
+/// The numbers among the readings of some runs that are codes.
+fn codes(runs: &[Vec<f64>]) -> Vec<f64> {
+    let mut sorted: Vec<f64> = runs.iter().flatten().copied().filter(|x| !x.is_nan()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let half = sorted.len() / 2;
+    let range =
+        (0..sorted.len() - half).map(|k| sorted[k + half] - sorted[k]).min_by(f64::total_cmp);
+    let Some(range) = range.filter(|range| *range > 0.0) else { return Vec::new() };
+    let same: Vec<&[f64]> = sorted.chunk_by(|a, b| a == b).collect();
+    // How often the reading in the middle is there, if they are put in the order of that.
+    let mut often: Vec<usize> = same.iter().flat_map(|all| all.iter().map(|_| all.len())).collect();
+    often.sort_unstable();
+    let usual = often[half.min(often.len() - 1)];
+    let mut found = Vec::new();
+    for (k, all) in same.iter().enumerate().filter(|(_, all)| all.len() >= PLACES) {
+        let code = all[0];
+        let beside = [k.checked_sub(1).map(|k| same[k][0]), same.get(k + 1).map(|next| next[0])];
+        let nearest = beside.iter().flatten().map(|other| (code - other).abs());
+        let is_apart = nearest.fold(f64::INFINITY, f64::min) > APART * range;
+        let is_often = all.len() >= AS_OFTEN * usual;
+        if (is_apart || is_often && is_jump(runs, code)) && is_scattered(runs, code) {
+            found.push(code);
+        }
+    }
+    found
+}
+
+/// Whether a number comes back in a few places, in runs of which it is not the most.
+fn is_scattered(runs: &[Vec<f64>], code: f64) -> bool {
+    let mut places = 0;
+    for run in runs {
+        let present: Vec<bool> =
+            run.iter().filter(|x| !x.is_nan()).map(|value| *value == code).collect();
+        let groups = present.chunk_by(|a, b| a == b).filter(|group| group[0]);
+        if 2 * present.iter().filter(|is| **is).count() <= present.len() {
+            places += groups.count();
+        }
+    }
+    places >= PLACES
+}
+
+/// Whether what is read before a number is far off it.
+fn is_jump(runs: &[Vec<f64>], code: f64) -> bool {
+    let (mut to_code, mut others) = (Vec::new(), Vec::new());
+    for run in runs {
+        let present: Vec<f64> = run.iter().copied().filter(|value| !value.is_nan()).collect();
+        for pair in present.windows(2).filter(|pair| pair[0] != code) {
+            let step = (pair[1] - pair[0]).abs();
+            if pair[1] == code { to_code.push(step) } else { others.push(step) }
+        }
+    }
+    matches!((median(&mut to_code), median(&mut others)), (Some(to), Some(other)) if to > JUMP * other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A motion and its readings to a digit.
+    fn motion(run: usize, digit: f64) -> Vec<f64> {
+        let at = |k: usize| 2.0 + 0.3 * (0.05 * k as f64 + run as f64).sin();
+        (0..300).map(|k| (at(k) / digit).round() * digit).collect()
+    }
+
+    fn with(code: f64, every: usize, digit: f64) -> Vec<f64> {
+        let mut runs: Vec<Vec<f64>> = (0..4).map(|run| motion(run, digit)).collect();
+        runs.iter_mut().for_each(|run| run.iter_mut().step_by(every).for_each(|x| *x = code));
+        codes(&runs)
+    }
+
+    #[test]
+    fn what_stands_apart_or_among_others() {
+        for code in [0.0, -1.0, 99_999.0] {
+            assert_eq!(with(code, 100, 1e-7), [code]);
+            assert_eq!(with(code, 3, 1e-7), [code]);
+        }
+        // Among the readings themselves a number must be there far more often than others.
+        assert_eq!(with(2.0, 10, 1e-7), [2.0]);
+        assert!(with(2.0, 150, 1e-4).is_empty());
+    }
+
+    #[test]
+    fn rests_turning_points_and_frozen_logs_are_none() {
+        // Digits as coarse as a part in a hundred of the motion, which comes back to its ends.
+        for digit in [1e-6, 1e-4, 3e-3, 0.1] {
+            assert!(codes(&[motion(0, digit), motion(1, digit), motion(2, digit)]).is_empty());
+        }
+        // A run at rest, and a rest within others.
+        let mut resting = motion(0, 1e-6);
+        resting[40..100].fill(2.5);
+        assert!(codes(&[resting.clone(), vec![2.5; 300], motion(1, 1e-6)]).is_empty());
+        assert!(codes(&[vec![2.0; 300]]).is_empty());
+        assert!(codes(&[]).is_empty());
+        assert!(codes(&[vec![f64::NAN; 9]]).is_empty());
+    }
+}
