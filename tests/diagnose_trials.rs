@@ -1,7 +1,7 @@
 //! Trials: campaigns drawn from the model with an effect of known size, diagnosed blind.
 //!
 //! A few run always; `cargo nextest run --test diagnose_trials --run-ignored all --no-capture` runs
-//! hundreds and prints what `docs/diagnosis.md` says.
+//! hundreds and prints what `docs/diagnosis-evidence.md` says.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 #![expect(clippy::print_stderr, reason = "what was measured is told")]
 

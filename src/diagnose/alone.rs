@@ -25,7 +25,7 @@ use super::left_out::{OfRun, Trimmed, leave_runs_out, runs_out};
 use super::lost::Lost;
 use super::memory::{likelihood_of_memory, remembered};
 use super::search::{Search, level, search};
-use super::sequences::{Neighbours, Sequence, seen_from};
+use super::sequences::{Neighbours, Sequence, median, seen_from};
 use super::stage::Fitted;
 use super::structure::Place;
 use super::verdict;
@@ -43,6 +43,8 @@ const ENDS: usize = 150;
 pub(super) struct Alone {
     /// The residuals as they are seen where the model was fitted without them.
     all: Vec<Sequence>,
+    /// Beyond what those of each sequence are wild.
+    limits: Vec<f64>,
     /// The measurands and runs.
     off: BTreeSet<OfRun>,
 }
@@ -59,7 +61,8 @@ pub(super) fn without_alone(
 ) -> Result<Option<(Calibration, Search)>, FitError> {
     let (of_nominal, beside_effects) = verdict::runs_in_doubt(found);
     let mut models = vec![(fitted.clone(), of_nominal)];
-    if let Some(last) = found.stages.last().filter(|_| !found.adopted.is_empty()) {
+    let is_beside = beside_effects > 0 && !found.adopted.is_empty();
+    if let Some(last) = found.stages.last().filter(|_| is_beside) {
         let mut with = last.fitted.clone();
         Given::of(&fitted.problem).put_into(&mut with.problem);
         models.push((with.without(&last.noise_found.selected(), options)?, beside_effects));
@@ -117,7 +120,7 @@ pub(super) fn alone(
         whole.problem.parts.iter().map(|one| one.runs.len() * one.slots().len()).sum();
     let choices = (off.len() as f64) * (places as f64 * FURTHER).ln();
     let is_likelier = likelihood_apart(&after, &off) - choices > likelihood_together(&before, &off);
-    Ok(is_likelier.then_some(Alone { all, off }))
+    Ok(is_likelier.then_some(Alone { all, limits, off }))
 }
 
 impl Alone {
@@ -135,13 +138,13 @@ impl Alone {
         let data = &part.runs[one.run];
         let called = qualified(part.label.as_deref(), &data.name);
         let name = &part.system.assembly.names.measurands[one.measurand].name;
-        let own =
-            self.all.iter().filter(|all| (all.part, all.measurand) == (one.part, one.measurand));
+        let is_own = |all: &Sequence| (all.part, all.measurand) == (one.part, one.measurand);
+        let own = self.all.iter().zip(&self.limits).filter(|(all, _)| is_own(all));
         // Of several components the one that shows most.
-        let shown = own.map(|all| &*all.runs[one.run]);
+        let shown = own.map(|(all, limit)| without_wild(&all.runs[one.run], *limit));
         let products = |run: &[f64]| Neighbours::of(run).products;
         let most = shown.max_by(|a, b| products(a).total_cmp(&products(b)));
-        let samples = most.and_then(|run| Some((stretch_off(run)?, run.len())));
+        let samples = most.and_then(|run| Some((stretch_off(&run)?, run.len())));
         let rows = samples.map(|(samples, count)| {
             let last = (samples.end < count).then(|| data.record.row(samples.end - 1));
             (data.record.row(samples.start), last)
@@ -164,6 +167,14 @@ fn clipped(all: &[Sequence], limits: &[f64]) -> Vec<Sequence> {
         Sequence { runs: runs.collect(), ..one.clone() }
     };
     all.iter().zip(limits).map(clip).collect()
+}
+
+/// A run of which the wild readings are no more than twice as far out as most beyond a limit: a few are no stretch.
+fn without_wild(run: &[f64], limit: f64) -> Vec<f64> {
+    let beyond = run.iter().map(|value| value.abs()).filter(|size| *size > limit);
+    let most = 2.0 * median(&mut beyond.collect::<Vec<f64>>()).unwrap_or(0.0);
+    let limit = limit.max(most);
+    run.iter().map(|value| value.clamp(-limit, limit)).collect()
 }
 
 /// Where neighbours are alike.
@@ -271,7 +282,15 @@ fn stretch_off(run: &[f64]) -> Option<Range<usize>> {
     };
     let found = best(&about(found.start), &[found.end])?;
     let found = best(&[found.start], &about(found.end))?;
-    let is_whole = counts[found.end] - counts[found.start] >= counts[run.len()];
+    // Where two ends do no more than chance lets the best ones do, the run is off as a whole.
+    let count = counts[run.len()];
+    if count == 0.0 {
+        return None;
+    }
+    let squares: f64 = run.iter().filter(|value| !value.is_nan()).map(|value| value * value).sum();
+    let noise = (squares - explained(&found)) / count;
+    let gain = explained(&found) - explained(&(0..run.len()));
+    let is_whole = gain <= 4.0 * count.ln() * noise;
     // Neighbours have in common what is no noise.
     let beyond = Neighbours::of(run).products;
     (!is_whole && explained(&found) >= ONE_VALUE * beyond).then_some(found)
@@ -303,6 +322,17 @@ mod tests {
         assert_eq!(stretch_off(&run(0..31)), Some(0..31));
         assert_eq!(stretch_off(&run(77..190)), Some(77..190));
         assert_eq!(stretch_off(&run(0..300)), None);
+        // Nor has a small offset of a whole run an end.
+        for seed in 0..50 {
+            for by in [1.0, 2.0, 4.0] {
+                assert_eq!(stretch_off(&with_a_step(noise(seed, 119), 0..119, by)), None);
+            }
+        }
+        // A wild reading is no stretch, before a step or without one.
+        let mut wild = run(120..300);
+        wild[40..43].fill(900.0);
+        assert_eq!(stretch_off(&without_wild(&wild, 4.5)), Some(120..300));
+        assert_eq!(stretch_off(&[f64::NAN; 9]), None);
         // Missing readings belong to no side of an end.
         let mut holey = run(120..300);
         holey[110..125].fill(f64::NAN);

@@ -2,16 +2,17 @@
 //!
 //! A number that comes back to its last digit, in a few places at least, is no measurement where it stands apart from
 //! all others by far, or where no other comes back nearly as often and what is read before is far off it. Codes are
-//! looked for in the readings themselves, before any model, and only where the model's own parameters do not settle
-//! or leave far too much. Numbers that are wrong and differ are for [`super::wild`] and `spikes`.
+//! looked for in the readings themselves, before any model, only where the model's own parameters do not settle or
+//! leave far too much, and stay out if they are gross from where they do nothing. Numbers that are wrong and differ are for [`super::wild`] and `spikes`.
 
 use crate::engine::Part;
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::left_out::{Far, Trimmed, leave_out, told};
-use super::sequences::{Sequence, median, seen_from};
+use super::sequences::{NORMAL, Sequence, median, seen_from};
 use super::settle::SPOILT;
+use super::wild::GROSS;
 
 /// A code stands in so many places at least, in runs of which it is not the most.
 const PLACES: usize = 3;
@@ -32,25 +33,53 @@ pub(super) fn without_codes(
         return Ok((whole, Trimmed::default()));
     }
     let problem = &whole.problem;
-    let found: Vec<Vec<Places>> = problem.parts.iter().map(places).collect();
-    if found.iter().flatten().flatten().all(Vec::is_empty) {
+    let mut found: Vec<Vec<Places>> = problem.parts.iter().map(places).collect();
+    let mut seen = seen_from(problem, &whole.fit.point);
+    // First all, then those that are gross from where they do nothing.
+    let rest = loop {
+        if found.iter().flatten().flatten().all(Vec::is_empty) {
+            return Ok((whole, Trimmed::default()));
+        }
+        let mut without = problem.clone();
+        seen.iter().for_each(|one| leave_out(&mut without, one, &far(one, &found)));
+        let rest = calibrate(without, options)?;
+        seen = seen_from(problem, &rest.fit.point);
+        let is_none = |one: &&Sequence| !is_gross(one, &far(one, &found));
+        let none: Vec<&Sequence> = seen.iter().filter(is_none).collect();
+        if none.is_empty() {
+            break rest;
+        }
+        for one in none {
+            found[one.part][one.measurand].iter_mut().for_each(Vec::clear);
+        }
+    };
+    if whole.is_sound() && !rest.is_sound() {
         return Ok((whole, Trimmed::default()));
     }
-    let mut rest = problem.clone();
-    let far = |one: &Sequence| -> Far {
-        let places = found[one.part][one.measurand].iter().zip(&one.runs);
-        places.map(|(at, run)| at.iter().map(|sample| (*sample, run[*sample])).collect()).collect()
-    };
-    for one in &seen_from(problem, &whole.fit.point) {
-        leave_out(&mut rest, one, &far(one));
-    }
-    let fitted = calibrate(rest, options)?;
-    // How far out they are is seen from where they do nothing.
     let (mut trimmed, mut listed) = (Trimmed::default(), Default::default());
-    for one in &seen_from(problem, &fitted.fit.point) {
-        trimmed.extend(told(problem, one, &far(one), &[], &mut listed));
+    for one in &seen {
+        trimmed.extend(told(problem, one, &far(one, &found), &[], &mut listed));
     }
-    Ok((fitted, trimmed))
+    Ok((rest, trimmed))
+}
+
+/// The residuals of a sequence where codes stand.
+fn far(one: &Sequence, found: &[Vec<Places>]) -> Far {
+    let places = found[one.part][one.measurand].iter().zip(&one.runs);
+    places.map(|(at, run)| at.iter().map(|sample| (*sample, run[*sample])).collect()).collect()
+}
+
+/// Whether most readings in the place of which codes would stand are gross; where there are none all are.
+fn is_gross(one: &Sequence, far: &Far) -> bool {
+    let mut codes: Vec<f64> = far.iter().flatten().map(|(_, value)| value.abs()).collect();
+    let mut others: Vec<f64> = Vec::new();
+    for (run, far) in far.iter().enumerate() {
+        let is_code = |sample| far.binary_search_by(|one| one.0.cmp(&sample)).is_ok();
+        let readings = one.readings(run).into_iter();
+        others.extend(readings.filter(|(at, _)| !is_code(*at)).map(|(_, value)| value.abs()));
+    }
+    let Some(size) = median(&mut codes) else { return true };
+    median(&mut others).is_some_and(|usual| size > GROSS * NORMAL * usual)
 }
 
 /// The samples of each run that hold a code of a measurand.
@@ -127,7 +156,11 @@ fn is_jump(runs: &[Vec<f64>], code: f64) -> bool {
         let present: Vec<f64> = run.iter().copied().filter(|value| !value.is_nan()).collect();
         for pair in present.windows(2).filter(|pair| pair[0] != code) {
             let step = (pair[1] - pair[0]).abs();
-            if pair[1] == code { to_code.push(step) } else { others.push(step) }
+            if pair[1] == code {
+                to_code.push(step);
+            } else if step > 0.0 {
+                others.push(step);
+            }
         }
     }
     matches!((median(&mut to_code), median(&mut others)), (Some(to), Some(other)) if to > JUMP * other)
@@ -166,6 +199,12 @@ mod tests {
         for digit in [1e-6, 1e-4, 3e-3, 0.1] {
             assert!(codes(&[motion(0, digit), motion(1, digit), motion(2, digit)]).is_empty());
         }
+        // A place on a coarse display to which some runs come back, beside motion on a fine one.
+        let mut stops = motion(3, 1e-6);
+        for k in 0..100 {
+            stops[3 * k..3 * k + 3].fill([2.1, 2.1, 2.1, 1.9][k % 4] + 1e-4 * (k % 7) as f64);
+        }
+        assert!(codes(&[motion(0, 1e-6), motion(1, 1e-6), motion(2, 1e-6), stops]).is_empty());
         // A run at rest, and a rest within others.
         let mut resting = motion(0, 1e-6);
         resting[40..100].fill(2.5);

@@ -193,9 +193,6 @@ impl Evidence {
         }
         let runs = Arc::new(runs);
         let evidence = Self { entries: Vec::new(), signatures: signed, runs, touched, nominal };
-        for own in &mut columns {
-            own.retain(|(_, column)| evidence.shows(column));
-        }
         Some((evidence, columns.into_iter().map(|own| own.into_iter().unzip()).collect()))
     }
 
@@ -210,6 +207,8 @@ impl Evidence {
 
     fn enter(&mut self, columns: Vec<Owned>) {
         for (owners, columns) in columns {
+            let own = owners.into_iter().zip(columns);
+            let (owners, columns) = own.filter(|(_, column)| self.shows(column)).unzip();
             let entry = self.entry(owners, columns);
             self.entries.push(entry);
         }

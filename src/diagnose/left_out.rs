@@ -1,6 +1,6 @@
 //! Readings that are left out, and how they are told: by row, once for all components, with how far out they were.
 //!
-//! Which ones those are is judged elsewhere ([`super::wild`], `spikes`, `alone`).
+//! Which ones those are is judged elsewhere ([`super::wild`], `codes`, `spikes`, `alone`).
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use super::apart::Apart;
 use super::sequences::Sequence;
 use super::structure::Place;
 
-/// A reading that is left out because it is wild, or because its run is wrong.
+/// A reading that is left out because it is wild or a code, or because its run is wrong.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftOut {
     /// Name of the run.

@@ -156,6 +156,22 @@ struct Group {
     score: DVector<f64>,
 }
 
+type Factor = Cholesky<f64, nalgebra::Dyn>;
+
+/// The factor of what is left of columns whose products are `own`. What others take up is nothing: the nominal
+/// parameters, or another of the columns, as where all runs turn in the same sense; so is a column of zeros, as
+/// where a signal stands still.
+fn factor(mut left: DMatrix<f64>, own: &DMatrix<f64>) -> Option<Factor> {
+    for i in 0..left.nrows() {
+        if own[(i, i)] > 0.0 {
+            left[(i, i)] += super::basis::RANK.powi(2) * own[(i, i)];
+        } else {
+            left[(i, i)] = 1.0;
+        }
+    }
+    Cholesky::new(left)
+}
+
 impl<'a> Scan<'a> {
     fn new(fitted: &'a Fitted, family: &Candidate, name: &str) -> Option<Self> {
         let problem = &fitted.problem;
@@ -232,7 +248,7 @@ impl<'a> Scan<'a> {
     /// still.
     fn plain_gains(&self, members: &[f64]) -> Vec<f64> {
         let gain = |own: DMatrix<f64>, _: DMatrix<f64>, score: DVector<f64>| {
-            Cholesky::new(own).map_or(0.0, |factor| score.dot(&factor.solve(&score)))
+            factor(own.clone(), &own).map_or(0.0, |factor| score.dot(&factor.solve(&score)))
         };
         self.added(&self.alone, &filled(members), gain)[..members.len()].to_vec()
     }
@@ -275,13 +291,9 @@ impl<'a> Scan<'a> {
     /// What columns take off the sum of squares beyond the nominal parameters.
     fn gain_beyond(&self, own: &DMatrix<f64>, across: &DMatrix<f64>, score: DVector<f64>) -> f64 {
         let coupling = self.nominal.solve(across);
-        let mut left = own - across.tr_mul(&coupling);
+        let left = own - across.tr_mul(&coupling);
         let score = score - coupling.tr_mul(&self.nominal.score);
-        for i in 0..left.nrows() {
-            // What nominal parameters take up is nothing.
-            left[(i, i)] += super::basis::RANK.powi(2) * own[(i, i)];
-        }
-        Cholesky::new(left).map_or(0.0, |factor| score.dot(&factor.solve(&score)))
+        factor(left, own).map_or(0.0, |factor| score.dot(&factor.solve(&score)))
     }
 
     /// Mean squared cosine between two members.
@@ -290,17 +302,24 @@ impl<'a> Scan<'a> {
         for group in self.alone.iter().flat_map(|one| self.groups(one, &filled(&[a, b]), true)) {
             let k = group.own.nrows() / TOGETHER;
             let block = |i, j| group.own.view((i, j), (k, k)).into_owned();
+            let (own, other) = (block(0, 0), block(k, k));
             let (Some(left), Some(right)) =
-                (Cholesky::new(block(0, 0)), Cholesky::new(block(k, k)))
+                (factor(own.clone(), &own), factor(other.clone(), &other))
             else {
                 continue;
             };
-            let Some(half) = left.l().solve_lower_triangular(&block(0, k)) else { continue };
-            let Some(cosines) = right.l().solve_lower_triangular(&half.transpose()) else {
+            let cosines = |right: &Factor, products: DMatrix<f64>| {
+                let half = left.l().solve_lower_triangular(&products)?;
+                Some(right.l().solve_lower_triangular(&half.transpose())?.norm_squared())
+            };
+            // With itself it has as many cosines of one as directions.
+            let (Some(between), Some(directions)) =
+                (cosines(&right, block(0, k)), cosines(&left, own))
+            else {
                 continue;
             };
-            sum += cosines.norm_squared();
-            all += k as f64;
+            sum += between;
+            all += directions;
         }
         if all > 0.0 { sum / all } else { 1.0 }
     }
@@ -429,6 +448,16 @@ fn spaced(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A signal that stands still has a column of zeros, and one that always turns in one sense two that are the
+    /// same; what the others do is seen all the same.
+    #[test]
+    fn columns_of_zeros_and_the_same_ones_take_nothing() {
+        let own = DMatrix::from_row_slice(3, 3, &[4.0, 4.0, 0.0, 4.0, 4.0, 0.0, 0.0, 0.0, 0.0]);
+        let score = DVector::from_row_slice(&[6.0, 6.0, 0.0]);
+        let gain = factor(own.clone(), &own).map(|factor| score.dot(&factor.solve(&score)));
+        assert!(gain.is_some_and(|gain| (gain - 9.0).abs() < 1e-3), "{gain:?}");
+    }
 
     /// Blind members do not make a scan that stops short look whole.
     #[test]

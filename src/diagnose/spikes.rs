@@ -7,7 +7,7 @@
 //! are out. Of these the gross ones that stand alone, with a few neighbours or in a burst with sharp ends are left
 //! out for good; what rises and falls is structure. All others are judged with the noise ([`super::wild`]).
 
-use crate::estimate::batch::{FitError, Options, fit};
+use crate::estimate::batch::{FitError, Options, Outcome, fit};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::left_out::{Far, Trimmed, leave_out, readings_out};
@@ -47,7 +47,11 @@ pub(super) fn without_spikes(
         }
         let mut rest = whole.clone();
         all.iter().zip(&far).for_each(|(one, far)| leave_out(&mut rest, one, far));
-        (point, out) = (fit(&mut rest, point, options)?.point, new);
+        let trimmed = fit(&mut rest, point, options)?;
+        if trimmed.outcome != Outcome::Converged {
+            return Ok((nominal, Trimmed::default()));
+        }
+        (point, out) = (trimmed.point, new);
         all = seen_from(whole, &point);
     }
     let far: Vec<Far> = all.iter().map(spikes).collect();

@@ -272,7 +272,14 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     // What is left out has no block, and what is weighed down by a level of its run may pass no test.
     let is_found = |name: &String| blocks.contains(&name.as_str());
     let others = apart.iter().filter(|one| !one.block.as_ref().is_some_and(is_found));
-    let others = others.map(|one| Location { place: one.place.clone(), share: 1.0 });
+    let own_share = |one: &Apart| {
+        let is_own = |block: &usize| one.block.as_ref() == Some(&stage.candidates[*block].name);
+        stage.blocks_found().iter().find(|block| is_own(block)).map(share)
+    };
+    let others = others.map(|one| {
+        let share = own_share(one).unwrap_or(1.0);
+        Location { place: one.place.clone(), share }
+    });
     let mut all: Vec<Location> = others.chain(found).collect();
     let mut said: Vec<String> = Vec::new();
     all.retain(|one| {
