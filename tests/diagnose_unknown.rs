@@ -159,6 +159,47 @@ fn what_comes_to_rest_in_each_run() {
     }
 }
 
+/// The same where the model has a platform, which never moves here: its sense is nothing.
+#[test]
+fn what_comes_to_rest_where_a_signal_stands_still() {
+    let standing = tempfile::tempdir().unwrap();
+    for file in std::fs::read_dir(folder()).unwrap() {
+        let file = file.unwrap().path();
+        let at = standing.path().join(file.file_name().unwrap());
+        let Some("csv" | "toml") = file.extension().and_then(|end| end.to_str()) else { continue };
+        let text = std::fs::read_to_string(&file).unwrap();
+        let with_a_platform = |(row, line): (usize, &str)| {
+            let columns =
+                if row == 0 { "platform_angle [deg],platform_angle_rate [deg/s]" } else { "0,0" };
+            format!("{line},{columns}\n")
+        };
+        let text = if file.extension().is_some_and(|end| end == "csv") {
+            text.lines().enumerate().map(with_a_platform).collect()
+        } else {
+            text.replace("polar_one_rotation", "polar_two_rotations")
+        };
+        std::fs::write(at, text).unwrap();
+    }
+    let own = standing.path().join("own");
+    std::fs::create_dir(&own).unwrap();
+    std::fs::write(
+        own.join("nameless.toml"),
+        "name = \"nameless\"\ntitle = \"Nameless\"\nacts = \"instrument\"\n\
+         [parameters]\ncreep = { unit = \"rad\", typical = \"10 urad\", scope = \"rig\" }\n\
+         [patch]\nvertical = 'vertical + creep * exp(-(run_time / 6 s))'\n",
+    )
+    .unwrap();
+    let mut request = Request::new([standing.path()]);
+    request.effects = vec![own];
+    request.with = vec!["nameless".to_owned()];
+    let (opened, problem) = drawn_at(&request, 78, &|_| Some(60e-6));
+    let found = diagnose(problem, opened.recipes, &Wanted::default(), &Options::default()).unwrap();
+    let place = best_place(&found);
+    let said = place.words.strip_prefix("an error of `vertical` over run time, coming to rest in ");
+    let said: f64 = said.unwrap().trim_end_matches(" s").parse().unwrap();
+    assert!((said / 6.0 - 1.0).abs() < 0.15, "{}", place.words);
+}
+
 /// The arm swings along its axis, which distances show best, the instrument along its beam and, as slowly as its
 /// noise might, in its zenith angle, each run with a phase of its own.
 #[test]

@@ -95,7 +95,7 @@ pub(super) fn alone(
     let count: usize = whole.problem.parts.iter().map(|part| part.runs.len()).sum();
     let first = seen_from(&whole.problem, &whole.fit.point);
     let mut off: BTreeSet<OfRun> = BTreeSet::new();
-    let (mut rest, mut left) = (whole.clone(), clipped(&first, &limits(&first)));
+    let (mut rest, mut left) = (whole.clone(), clipped(&first, &limits_of(&first)));
     while let Shown::InOne(one) = shown(&left) {
         off.insert(one);
         let runs: BTreeSet<(usize, usize)> = off.iter().map(|one| (one.part, one.run)).collect();
@@ -108,13 +108,13 @@ pub(super) fn alone(
             return Ok(None);
         }
         let seen = seen_from(&rest.problem, &rest.fit.point);
-        left = clipped(&seen, &limits(&seen));
+        left = clipped(&seen, &limits_of(&seen));
     }
     if off.is_empty() || matches!(shown(&left), Shown::InAll) {
         return Ok(None);
     }
     let all = seen_from(&whole.problem, &rest.fit.point);
-    let limits = limits(&left);
+    let limits = limits_of(&left);
     let [before, after] = [&first, &all].map(|seen| clipped(seen, &limits));
     let places: usize =
         whole.problem.parts.iter().map(|one| one.runs.len() * one.slots().len()).sum();
@@ -154,7 +154,7 @@ impl Alone {
 }
 
 /// Beyond what residuals of each sequence are wild.
-fn limits(all: &[Sequence]) -> Vec<f64> {
+fn limits_of(all: &[Sequence]) -> Vec<f64> {
     all.iter().map(|one| TRIM * one.deviation().unwrap_or(f64::INFINITY)).collect()
 }
 
@@ -262,6 +262,10 @@ fn stretch_off(run: &[f64]) -> Option<Range<usize>> {
         sums.push(sums[sums.len() - 1] + if present { *value } else { 0.0 });
         counts.push(counts[counts.len() - 1] + f64::from(u8::from(present)));
     }
+    let count = counts[run.len()];
+    if count == 0.0 {
+        return None;
+    }
     let explained = |range: &Range<usize>| {
         let count: f64 = counts[range.end] - counts[range.start];
         let sum: f64 = sums[range.end] - sums[range.start];
@@ -283,10 +287,6 @@ fn stretch_off(run: &[f64]) -> Option<Range<usize>> {
     let found = best(&about(found.start), &[found.end])?;
     let found = best(&[found.start], &about(found.end))?;
     // Where two ends do no more than chance lets the best ones do, the run is off as a whole.
-    let count = counts[run.len()];
-    if count == 0.0 {
-        return None;
-    }
     let squares: f64 = run.iter().filter(|value| !value.is_nan()).map(|value| value * value).sum();
     let noise = (squares - explained(&found)) / count;
     let gain = explained(&found) - explained(&(0..run.len()));

@@ -3,17 +3,22 @@
 //! A number that comes back to its last digit, in a few places at least, is no measurement where it stands apart from
 //! all others by far, or where no other comes back nearly as often and what is read before is far off it. Codes are
 //! looked for in the readings themselves, before any model, only where the model's own parameters do not settle or
-//! leave far too much, and stay out if they are gross from where they do nothing. Numbers that are wrong and differ are for [`super::wild`] and `spikes`.
+//! leave far too much, and stay out if they are gross from where they do nothing. Numbers that are wrong and differ
+//! are for [`super::wild`] and `spikes`.
 
+use crate::campaign::record::Record;
 use crate::engine::Part;
+use crate::engine::part::Slot;
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::left_out::{Far, Trimmed, leave_out, told};
 use super::sequences::{NORMAL, Sequence, median, seen_from};
-use super::settle::SPOILT;
+use super::settle::is_spoilt;
 use super::wild::GROSS;
 
+/// A measurand has so many codes at most: of more numbers those that are there most often are looked at.
+const MOST: usize = 8;
 /// A code stands in so many places at least, in runs of which it is not the most.
 const PLACES: usize = 3;
 /// It is apart from all others by so many times the range that half of them have,
@@ -28,8 +33,7 @@ pub(super) fn without_codes(
     whole: Calibration,
     options: &Options,
 ) -> Result<(Calibration, Trimmed), FitError> {
-    let is_spoilt = whole.variance_factor().is_some_and(|factor| factor > SPOILT);
-    if whole.fit.outcome == Outcome::Converged && !is_spoilt {
+    if whole.fit.outcome == Outcome::Converged && !is_spoilt(&whole) {
         return Ok((whole, Trimmed::default()));
     }
     let problem = &whole.problem;
@@ -87,20 +91,20 @@ type Places = Vec<Vec<usize>>;
 
 /// Those of each measurand of a campaign; rotations have none.
 fn places(part: &Part) -> Vec<Places> {
-    let of_slot = |(column, width): (usize, usize)| {
-        let runs: Vec<Vec<f64>> = if width == 1 { readings(part, column) } else { Vec::new() };
+    let of_slot = |slot: &Slot| {
+        let runs = if slot.width == 1 { readings(part, slot.column) } else { Vec::new() };
         let codes = codes(&runs);
         let held = |run: &Vec<f64>| (0..run.len()).filter(|k| codes.contains(&run[*k])).collect();
         let mut places: Places = runs.iter().map(held).collect();
         places.resize(part.runs.len(), Vec::new());
         places
     };
-    part.slots().iter().map(|slot| of_slot((slot.column, slot.width))).collect()
+    part.slots().iter().map(of_slot).collect()
 }
 
 /// A reading column of each run.
 fn readings(part: &Part, column: usize) -> Vec<Vec<f64>> {
-    let of_run = |record: &crate::campaign::record::Record| {
+    let of_run = |record: &Record| {
         let mut all = Vec::with_capacity(record.len());
         record.walk(|stretch| all.extend(stretch.each().map(|sample| sample.reading(column))));
         all
@@ -121,18 +125,19 @@ fn codes(runs: &[Vec<f64>]) -> Vec<f64> {
     let mut often: Vec<usize> = same.iter().flat_map(|all| all.iter().map(|_| all.len())).collect();
     often.sort_unstable();
     let usual = often[half.min(often.len() - 1)];
-    let mut found = Vec::new();
-    for (k, all) in same.iter().enumerate().filter(|(_, all)| all.len() >= PLACES) {
-        let code = all[0];
-        let beside = [k.checked_sub(1).map(|k| same[k][0]), same.get(k + 1).map(|next| next[0])];
-        let nearest = beside.iter().flatten().map(|other| (code - other).abs());
-        let is_apart = nearest.fold(f64::INFINITY, f64::min) > APART * range;
-        let is_often = all.len() >= AS_OFTEN * usual;
-        if (is_apart || is_often && is_jump(runs, code)) && is_scattered(runs, code) {
-            found.push(code);
-        }
-    }
-    found
+    let is_apart = |k: usize| {
+        let beside =
+            [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|k| same.get(k));
+        beside.into_iter().all(|other| (same[k][0] - other[0]).abs() > APART * range)
+    };
+    let is_often = |k: usize| same[k].len() >= AS_OFTEN * usual;
+    let many = (0..same.len()).filter(|k| same[*k].len() >= PLACES);
+    let mut found: Vec<usize> = many.filter(|k| is_apart(*k) || is_often(*k)).collect();
+    found.sort_by_key(|k| std::cmp::Reverse(same[*k].len()));
+    found.truncate(MOST);
+    found.retain(|k| is_apart(*k) || is_jump(runs, same[*k][0]));
+    found.retain(|k| is_scattered(runs, same[*k][0]));
+    found.into_iter().map(|k| same[k][0]).collect()
 }
 
 /// Whether a number comes back in a few places, in runs of which it is not the most.

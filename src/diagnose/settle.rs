@@ -18,7 +18,7 @@ const RUNS: std::ops::RangeInclusive<usize> = 4..=100;
 /// Runs that may be wrong together.
 const WRONG: usize = 2;
 /// A variance factor beyond which such runs may be all that is wrong.
-pub(super) const SPOILT: f64 = 100.0;
+const SPOILT: f64 = 100.0;
 /// They are where the factor without them is so many times less, and not even by so much without another in the
 /// place of the last one.
 const SOUND_WITHOUT: f64 = 50.0;
@@ -60,6 +60,11 @@ pub(super) fn without_spoiling(
         return Ok((nominal, Trimmed::default()));
     }
     peeled(calibrate(rest, options)?, found, options)
+}
+
+/// Whether a fit leaves far more than noise, though it may have settled.
+pub(super) fn is_spoilt(nominal: &Calibration) -> bool {
+    nominal.variance_factor().is_some_and(|factor| factor > SPOILT)
 }
 
 /// Leaves gross readings out, as they are seen from where the fit stopped, until it settles.

@@ -12,7 +12,7 @@ use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::left_out::{Far, Trimmed, leave_out, readings_out};
 use super::sequences::{Sequence, seen_from};
-use super::settle::SPOILT;
+use super::settle::is_spoilt;
 use super::wild::{GROSS, ONE_OF, RUNS_APART, TRIM, gross};
 
 /// Fits until the same readings are out.
@@ -34,8 +34,7 @@ pub(super) fn without_spikes(
 ) -> Result<(Calibration, Trimmed), FitError> {
     let whole = &nominal.problem;
     let mut all = seen_from(whole, &nominal.fit.point);
-    let is_bent = nominal.variance_factor().is_some_and(|factor| factor > SPOILT);
-    if !nominal.is_sound() || !(is_bent || all.iter().any(has_gross)) {
+    if !nominal.is_sound() || !(is_spoilt(&nominal) || all.iter().any(has_gross)) {
         return Ok((nominal, Trimmed::default()));
     }
     let (mut point, mut out) = (nominal.fit.point.clone(), Vec::new());

@@ -262,7 +262,7 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     found.sort_by(|a, b| share(b).total_cmp(&share(a)));
     // What a few runs do for comes first: other blocks say the same of all runs.
     found.sort_by_key(|block| few(block).is_none());
-    found.retain(|block| share(block) >= LEAST_SHARE);
+    found.retain(|block| few(block).is_some() || share(block) >= LEAST_SHARE);
     let blocks: Vec<&str> = found.iter().map(|one| stage.candidates[*one].name.as_str()).collect();
     let found = found.iter().filter_map(|block| {
         let own = || stage.candidates[*block].place.clone();
@@ -272,14 +272,7 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     // What is left out has no block, and what is weighed down by a level of its run may pass no test.
     let is_found = |name: &String| blocks.contains(&name.as_str());
     let others = apart.iter().filter(|one| !one.block.as_ref().is_some_and(is_found));
-    let own_share = |one: &Apart| {
-        let is_own = |block: &usize| one.block.as_ref() == Some(&stage.candidates[*block].name);
-        stage.blocks_found().iter().find(|block| is_own(block)).map(share)
-    };
-    let others = others.map(|one| {
-        let share = own_share(one).unwrap_or(1.0);
-        Location { place: one.place.clone(), share }
-    });
+    let others = others.map(|one| Location { place: one.place.clone(), share: 1.0 });
     let mut all: Vec<Location> = others.chain(found).collect();
     let mut said: Vec<String> = Vec::new();
     all.retain(|one| {

@@ -28,6 +28,7 @@ pub(super) const RUNS_APART: usize = 3;
 pub(super) const ONE_OF: usize = 4;
 /// Where more readings than this share are far out, the noise has long tails and none is left out.
 const MOST_WILD: f64 = 0.05;
+
 /// Leaves wild readings of a stage out. `white` is what is left as if there were no memory: one wild
 /// reading is one there, not the beginning of several.
 pub(super) fn without_wild(stage: &Stage, white: &[Sequence], noise: &mut Noise) -> Option<Fitted> {
