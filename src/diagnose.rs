@@ -14,7 +14,7 @@
 //! | [`memory`] | noise that is like itself for a while |
 //! | [`wander`] | random walks, tested in the variance; a displaced rig, which looks like one |
 //! | [`apart`], `alone` | readings that are off in a few runs, or in a part of one |
-//! | `settle`, `codes`, `spikes` | the nominal fit, without what keeps it from settling or bends it |
+//! | `settle`, `codes`, `spikes`, `trimmed` | the nominal fit, without what keeps it from settling or bends it |
 //! | [`lost`] | stretches of readings shifted by whole samples |
 //! | [`wild`], [`left_out`] | readings that are far out, and how what is left out is told |
 //! | [`whiten`], [`jitter`], `levels`, `variances` | the noise, before anything is tested against it |
@@ -61,6 +61,7 @@ pub mod stage;
 pub mod steps;
 pub mod structure;
 pub mod tail;
+mod trimmed;
 mod variances;
 pub mod verdict;
 pub mod wander;
@@ -81,7 +82,7 @@ use hidden::{Hidden, hidden};
 use holdout::{HoldoutError, holdout};
 use lost::Lost;
 use search::{Adopted, Search, search};
-use settle::{without_gross, without_lost, without_spoiling};
+use settle::{settled, without_lost, without_spoiling};
 use silent::{Absorbed, silent};
 use spikes::without_spikes;
 use stage::{Fitted, Stage};
@@ -212,13 +213,13 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, FitError> {
     let whole = calibrate(problem, options)?;
-    let (settled, mut gross) = without_codes(whole.clone(), options)?;
-    let (settled, more) = without_gross(settled, options)?;
-    gross.extend(more);
-    let (settled, lost) = without_lost(settled, options)?;
-    let (settled, spikes) = without_spikes(settled, options)?;
+    let (nominal, mut gross) = without_codes(whole.clone(), options)?;
+    let (nominal, unsettling) = settled(nominal, options)?;
+    gross.extend(unsettling);
+    let (nominal, lost) = without_lost(nominal, options)?;
+    let (nominal, spikes) = without_spikes(nominal, options)?;
     gross.extend(spikes);
-    let (nominal, wrong) = without_spoiling(settled, options)?;
+    let (nominal, wrong) = without_spoiling(nominal, options)?;
     gross.extend(wrong);
     let mut diagnosis = Diagnosis {
         verdict: Verdict::Unobservable,

@@ -1,4 +1,4 @@
-//! Designs in which not every run or setup shows an effect, and readings that are no measurements.
+//! Designs in which not every run or setup shows an effect, and runs that are wrong as wholes.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 #[path = "problems/drawn.rs"]
@@ -72,33 +72,6 @@ fn an_effect_that_one_run_shows_is_judged_within_it() {
     assert!(low > 0.9 && high == 1.0, "{gap:?}");
 }
 
-/// A code for a missing value keeps a fit from settling; it is one reading of thousands.
-#[test]
-fn codes_for_missing_values_are_left_out_by_row() {
-    let opened = open(&Request::new([folder()])).unwrap();
-    for code in [99_999.0, 9_999.999, -999.0] {
-        let mut parts = opened.problem.parts.clone();
-        let rows = [7, 100, 101];
-        parts[0].runs[2].record.edit(|samples| {
-            rows.iter().for_each(|row| samples.readings[2][*row] = code);
-        });
-        let row = |sample: &usize| parts[0].runs[2].record.row(*sample);
-        let due: Vec<usize> = rows.iter().map(row).collect();
-        let name = parts[0].runs[2].name.clone();
-        let found = run(Problem::new(parts), &opened);
-        // Three of thousands are more than chance gives: outliers, and nothing else.
-        assert_eq!((found.verdict, found.effects.len()), (Verdict::Explained, 0), "{code}");
-        assert!(found.noise.iter().all(|one| one.name == "outliers"), "{code}");
-        let left_out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
-        let told: Vec<usize> = left_out
-            .iter()
-            .filter(|one| one.run == name && one.measurand == "distance")
-            .map(|one| one.row)
-            .collect();
-        assert_eq!((told, left_out.len()), (due, rows.len()), "{code}");
-    }
-}
-
 /// A reading that is off by a constant in one run is that, not noise with a memory, whatever its size.
 #[test]
 fn a_run_beside_the_others_is_told() {
@@ -135,8 +108,10 @@ fn a_run_in_another_unit_is_told() {
         assert!(found.nearest.is_none());
         assert!(found.candidates.iter().all(|one| one.share == 0.0 && one.probability == 0.0));
         let left_out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
-        let of_run = left_out.iter().filter(|one| one.run == name && one.measurand == "distance");
-        assert_eq!(of_run.count(), all, "{name}");
+        let [of_run] = &left_out.runs[..] else { unreachable!("{left_out:?}") };
+        assert_eq!((&of_run.run, &of_run.measurand[..], of_run.readings), (&name, "distance", all));
+        assert!(left_out.readings.is_empty() && of_run.deviations > 1e3, "{left_out:?}");
+        assert_eq!(found.locations[0].place.run.as_ref(), Some(&name));
     }
 }
 

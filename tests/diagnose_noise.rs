@@ -34,7 +34,7 @@ fn a_gross_reading_is_left_out_and_no_other() {
         let found = run(problem, &opened);
         let noise = &found.search.as_ref().unwrap().stages[0].noise_found;
         assert_eq!(found.verdict, Verdict::Adequate, "{by}: {:?}", found.noise);
-        assert_eq!(noise.left_out.len(), 1, "{by}: {:?}", noise.left_out);
+        assert_eq!(noise.left_out.readings.len(), 1, "{by}: {:?}", noise.left_out);
         assert!(noise.levels.is_empty() && noise.run_levels.is_empty(), "{by}");
     }
 }
@@ -97,12 +97,12 @@ fn wild_readings_are_listed_by_row() {
     assert_eq!(found.verdict, Verdict::Explained);
     assert_eq!(found.noise.len(), 1);
     assert_eq!(noise_of(&found, "outliers").name, "outliers");
-    let listed = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
+    let listed = &found.search.as_ref().unwrap().stages[0].noise_found.left_out.readings;
     assert_eq!(listed.len(), wild.len(), "{listed:?}");
     for (run, sample) in wild {
         let run = &problem.parts[0].runs[run];
         let row = run.record.row(sample);
-        assert!(listed.iter().any(|one| one.run == run.name && one.row == row), "{row}");
+        assert!(listed.iter().any(|one| *one.run == *run.name && one.row == row), "{row}");
     }
     assert_eq!(found.delays.len(), 3);
 }
@@ -365,7 +365,7 @@ fn a_noisier_run_is_no_effect() {
     let found = run(problem, &opened);
     assert_eq!(found.verdict, Verdict::Adequate, "{:?} {:?}", found.effects, found.noise);
     let stage = &found.search.as_ref().unwrap().stages[0];
-    assert_eq!(stage.noise_found.wild, 0);
+    assert_eq!(stage.noise_found.wild(), 0);
     let levels = &stage.noise_found.run_levels;
     assert_eq!(levels.len(), 3, "{levels:?}");
     for (measurand, run, factor) in levels {

@@ -29,8 +29,9 @@ fn angles(samples: &mut Samples) -> &mut Vec<f64> {
 
 fn left_out(found: &Diagnosis) -> BTreeSet<(String, usize, String)> {
     let noise = &found.search.as_ref().unwrap().stages[0].noise_found;
-    let each = noise.left_out.iter();
-    each.map(|one| (one.run.clone(), one.row, one.measurand.clone())).collect()
+    assert!(noise.left_out.runs.is_empty());
+    let each = noise.left_out.readings.iter();
+    each.map(|one| (one.run.to_string(), one.row, one.measurand.to_string())).collect()
 }
 
 /// The farthest that a delay is from another one's, in standard uncertainties.

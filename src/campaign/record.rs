@@ -286,6 +286,21 @@ impl Record {
         self.sample(sample, &mut Samples::default()).row()
     }
 
+    /// The same of some samples, in ascending order.
+    pub fn rows(&self, samples: &[usize]) -> Vec<usize> {
+        let mut scratch = Samples::default();
+        let mut rows = Vec::with_capacity(samples.len());
+        for group in samples.chunk_by(|a, b| a / BLOCK == b / BLOCK) {
+            let (first, last) = (group[0], group[group.len() - 1]);
+            let stretch = self.stretch(first..last + 1, &mut scratch);
+            let at = |sample: &usize| stretch.start + sample - first;
+            rows.extend(group.iter().map(|sample| {
+                Sample { samples: stretch.samples, at: at(sample), number: *sample }.row()
+            }));
+        }
+        rows
+    }
+
     /// Ranges of at most `step` samples, spread evenly over the run, that hold about this share of
     /// it: for those whom a part of a long run tells enough.
     pub fn share(&self, share: f64, step: usize) -> impl Iterator<Item = Range<usize>> + use<> {

@@ -14,14 +14,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::engine::Problem;
-use crate::engine::layout::qualified;
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
-use super::apart::Apart;
 use super::candidates::Wanted;
 use super::imitation::FURTHER;
-use super::left_out::{OfRun, Trimmed, leave_runs_out, runs_out};
+use super::left_out::{LeftOut, OfRun, leave_runs_out, runs_out};
 use super::lost::Lost;
 use super::memory::{likelihood_of_memory, remembered};
 use super::search::{Search, level, search};
@@ -55,7 +53,7 @@ pub(super) struct Alone {
 pub(super) fn without_alone(
     found: &Search,
     fitted: &Fitted,
-    (lost, gross): (&[Lost], &Trimmed),
+    (lost, gross): (&[Lost], &LeftOut),
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Option<(Calibration, Search)>, FitError> {
@@ -125,19 +123,14 @@ pub(super) fn alone(
 
 impl Alone {
     /// Leaves those readings out of campaigns.
-    pub(super) fn leave_out(&self, problem: &mut Problem) -> Trimmed {
-        let mut trimmed = runs_out(problem, &self.all, &self.off);
-        let place = |one: &OfRun| Apart { block: None, place: self.place(problem, *one) };
-        trimmed.apart = self.off.iter().map(place).collect();
-        trimmed
+    pub(super) fn leave_out(&self, problem: &mut Problem) -> LeftOut {
+        runs_out(problem, &self.all, &self.off, |problem, one| self.place(problem, one))
     }
 
     /// Where one of them is off.
     fn place(&self, problem: &Problem, one: OfRun) -> Place {
-        let part = &problem.parts[one.part];
-        let data = &part.runs[one.run];
-        let called = qualified(part.label.as_deref(), &data.name);
-        let name = &part.system.assembly.names.measurands[one.measurand].name;
+        let record = &problem.parts[one.part].runs[one.run].record;
+        let (run, name) = one.names(problem);
         let is_own = |all: &Sequence| (all.part, all.measurand) == (one.part, one.measurand);
         let own = self.all.iter().zip(&self.limits).filter(|(all, _)| is_own(all));
         // Of several components the one that shows most.
@@ -146,10 +139,10 @@ impl Alone {
         let most = shown.max_by(|a, b| products(a).total_cmp(&products(b)));
         let samples = most.and_then(|run| Some((stretch_off(&run)?, run.len())));
         let rows = samples.map(|(samples, count)| {
-            let last = (samples.end < count).then(|| data.record.row(samples.end - 1));
-            (data.record.row(samples.start), last)
+            let last = (samples.end < count).then(|| record.row(samples.end - 1));
+            (record.row(samples.start), last)
         });
-        Place::of_rows(name, &called, rows)
+        Place::of_rows(&name, &run, rows)
     }
 }
 

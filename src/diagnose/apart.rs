@@ -24,8 +24,8 @@ const RUNS: usize = 4;
 /// What is off in a few runs.
 #[derive(Clone, Debug)]
 pub struct Apart {
-    /// The block of unknown structure that says so for all runs; `None` where its readings are left out.
-    pub block: Option<String>,
+    /// The block of unknown structure that says so for all runs.
+    pub block: String,
     /// Where it sits.
     pub place: Place,
 }
@@ -103,6 +103,6 @@ fn few_of(stage: &Stage, block: usize, known: &[usize]) -> Option<Few> {
     let place = candidate.place.as_ref()?.in_runs(&words.join(" and "));
     let entry = evidence.together(&entries[known.len()..]);
     let choices = taken.len() as f64 * (possible.len() as f64).ln();
-    let apart = Apart { block: Some(candidate.name.clone()), place };
+    let apart = Apart { block: candidate.name.clone(), place };
     (!taken.is_empty()).then_some(Few { apart, entry, choices })
 }

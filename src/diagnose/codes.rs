@@ -6,16 +6,18 @@
 //! leave far too much, and stay out if they are gross from where they do nothing. Numbers that are wrong and differ
 //! are for [`super::wild`] and `spikes`.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use crate::campaign::record::Record;
 use crate::engine::Part;
 use crate::engine::part::Slot;
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
-use super::left_out::{Far, Trimmed, leave_out, told};
+use super::left_out::{Far, LeftOut, leave_out, told};
 use super::sequences::{NORMAL, Sequence, median, seen_from};
 use super::settle::is_spoilt;
-use super::wild::GROSS;
+use super::wild::{GROSS, has_gross};
 
 /// A measurand has so many codes at most: of more numbers those that are there most often are looked at.
 const MOST: usize = 8;
@@ -28,49 +30,67 @@ const AS_OFTEN: usize = 10;
 /// and so many times as far off the readings before it as these are off each other.
 const JUMP: f64 = 5.0;
 
-/// Leaves codes out where the nominal fit does not settle or is spoilt, and fits again.
+/// Leaves codes out where the nominal fit does not settle, is spoilt or may hide it, and fits again.
 pub(super) fn without_codes(
     whole: Calibration,
     options: &Options,
-) -> Result<(Calibration, Trimmed), FitError> {
-    if whole.fit.outcome == Outcome::Converged && !is_spoilt(&whole) {
-        return Ok((whole, Trimmed::default()));
-    }
+) -> Result<(Calibration, LeftOut), FitError> {
     let problem = &whole.problem;
-    let mut found: Vec<Vec<Places>> = problem.parts.iter().map(places).collect();
     let mut seen = seen_from(problem, &whole.fit.point);
+    if !is_in_doubt(&whole, &seen) {
+        return Ok((whole, LeftOut::default()));
+    }
+    let mut found: Vec<Vec<Codes>> = problem.parts.iter().map(codes_of).collect();
     // First all, then those that are gross from where they do nothing.
     let rest = loop {
         if found.iter().flatten().flatten().all(Vec::is_empty) {
-            return Ok((whole, Trimmed::default()));
+            return Ok((whole, LeftOut::default()));
         }
         let mut without = problem.clone();
         seen.iter().for_each(|one| leave_out(&mut without, one, &far(one, &found)));
         let rest = calibrate(without, options)?;
         seen = seen_from(problem, &rest.fit.point);
-        let is_none = |one: &&Sequence| !is_gross(one, &far(one, &found));
-        let none: Vec<&Sequence> = seen.iter().filter(is_none).collect();
-        if none.is_empty() {
-            break rest;
+        // What is off in one of its components is no reading.
+        let of = |one: &Sequence| (one.part, one.measurand);
+        let gross = seen.iter().filter(|one| is_gross(one, &far(one, &found)));
+        let gross: BTreeSet<(usize, usize)> = gross.map(of).collect();
+        let mut is_done = true;
+        for (part, measurand) in seen.iter().map(of).filter(|one| !gross.contains(one)) {
+            for run in &mut found[part][measurand] {
+                is_done &= run.is_empty();
+                run.clear();
+            }
         }
-        for one in none {
-            found[one.part][one.measurand].iter_mut().for_each(Vec::clear);
+        if is_done {
+            break rest;
         }
     };
     if whole.is_sound() && !rest.is_sound() {
-        return Ok((whole, Trimmed::default()));
+        return Ok((whole, LeftOut::default()));
     }
-    let (mut trimmed, mut listed) = (Trimmed::default(), Default::default());
-    for one in &seen {
-        trimmed.extend(told(problem, one, &far(one, &found), &[], &mut listed));
-    }
-    Ok((rest, trimmed))
+    let far: Vec<Far> = seen.iter().map(|one| far(one, &found)).collect();
+    let code = |one: &Sequence, run: usize, sample: usize| {
+        let codes = &found[one.part][one.measurand][run];
+        let at = codes.binary_search_by_key(&sample, |code| code.0);
+        at.ok().map(|at| codes[at].1)
+    };
+    let readings = told(problem, &seen, &far, code);
+    Ok((rest, LeftOut { readings, runs: Vec::new() }))
+}
+
+/// Whether a fit may be spoilt: it does not settle, leaves far too much or some reading far beyond the others, or has
+/// levels of its own, which grow with what is left.
+fn is_in_doubt(whole: &Calibration, seen: &[Sequence]) -> bool {
+    whole.fit.outcome != Outcome::Converged
+        || is_spoilt(whole)
+        || !whole.levels.is_empty()
+        || seen.iter().any(has_gross)
 }
 
 /// The residuals of a sequence where codes stand.
-fn far(one: &Sequence, found: &[Vec<Places>]) -> Far {
-    let places = found[one.part][one.measurand].iter().zip(&one.runs);
-    places.map(|(at, run)| at.iter().map(|sample| (*sample, run[*sample])).collect()).collect()
+fn far(one: &Sequence, found: &[Vec<Codes>]) -> Far {
+    let codes = found[one.part][one.measurand].iter().zip(&one.runs);
+    codes.map(|(at, run)| at.iter().map(|(sample, _)| (*sample, run[*sample])).collect()).collect()
 }
 
 /// Whether most readings in the place of which codes would stand are gross; where there are none all are.
@@ -86,18 +106,34 @@ fn is_gross(one: &Sequence, far: &Far) -> bool {
     median(&mut others).is_some_and(|usual| size > GROSS * NORMAL * usual)
 }
 
-/// The samples of each run that hold a code of a measurand.
-type Places = Vec<Vec<usize>>;
+/// The samples of each run that hold a code of a measurand, with it.
+type Codes = Vec<Vec<(usize, f64)>>;
 
-/// Those of each measurand of a campaign; rotations have none.
-fn places(part: &Part) -> Vec<Places> {
+/// Those of each measurand of a campaign. A rotation that is a code has a code in some component, and comes back
+/// with all of them.
+fn codes_of(part: &Part) -> Vec<Codes> {
     let of_slot = |slot: &Slot| {
-        let runs = if slot.width == 1 { readings(part, slot.column) } else { Vec::new() };
-        let codes = codes(&runs);
-        let held = |run: &Vec<f64>| (0..run.len()).filter(|k| codes.contains(&run[*k])).collect();
-        let mut places: Places = runs.iter().map(held).collect();
-        places.resize(part.runs.len(), Vec::new());
-        places
+        let columns: Vec<Vec<Vec<f64>>> = slot.columns().map(|one| readings(part, one)).collect();
+        let codes: Vec<Vec<f64>> = columns.iter().map(|runs| codes(runs)).collect();
+        let whole = |run: usize, sample: usize| -> Vec<u64> {
+            columns.iter().map(|runs| runs[run][sample].to_bits()).collect()
+        };
+        let mut found: Codes = vec![Vec::new(); part.runs.len()];
+        let mut places: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
+        for (run, found) in found.iter_mut().enumerate() {
+            for sample in 0..columns[0][run].len() {
+                let held = columns.iter().zip(&codes);
+                let mut held = held.map(|(runs, codes)| (runs[run][sample], codes));
+                if let Some((code, _)) = held.find(|(value, codes)| codes.contains(value)) {
+                    found.push((sample, code));
+                    *places.entry(whole(run, sample)).or_default() += 1;
+                }
+            }
+        }
+        for (run, found) in found.iter_mut().enumerate() {
+            found.retain(|(sample, _)| places[&whole(run, *sample)] >= PLACES);
+        }
+        found
     };
     part.slots().iter().map(of_slot).collect()
 }

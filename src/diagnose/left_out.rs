@@ -1,53 +1,68 @@
-//! Readings that are left out, and how they are told: by row, once for all components, with how far out they were.
+//! Readings that are left out, and how they are told: single ones by row, once for all components, with how far out
+//! they were; those of a measurand in a run that is wrong as a whole by their number.
 //!
 //! Which ones those are is judged elsewhere ([`super::wild`], `codes`, `spikes`, `alone`).
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use crate::engine::Problem;
 use crate::engine::layout::qualified;
 
-use super::apart::Apart;
-use super::sequences::Sequence;
+use super::sequences::{Sequence, median};
 use super::structure::Place;
 
-/// A reading that is left out because it is wild or a code, or because its run is wrong.
+/// A reading that is left out because it is wild or a code.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LeftOut {
+pub struct Reading {
     /// Name of the run.
-    pub run: String,
+    pub run: Arc<str>,
     /// Row of its data file.
     pub row: usize,
     /// The measurand.
-    pub measurand: String,
+    pub measurand: Arc<str>,
     /// How far out it was, in robust standard deviations of its measurand.
     pub deviations: f64,
-    /// Whether all readings of the measurand in the run are, for it is wrong there.
-    pub of_run: bool,
+    /// The code that stands in its place, if it is one (SI).
+    pub code: Option<f64>,
+}
+
+/// A run of which all readings of a measurand are left out, for it is wrong there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WholeRun {
+    /// Name of the run.
+    pub run: String,
+    /// The measurand.
+    pub measurand: String,
+    /// How many readings that are.
+    pub readings: usize,
+    /// Rows of the data file: first and last.
+    pub rows: (usize, usize),
+    /// How far out half of them were at least, in robust standard deviations of the measurand.
+    pub deviations: f64,
+    /// What is wrong.
+    pub place: Place,
 }
 
 /// What is left out.
 #[derive(Clone, Debug, Default)]
-pub struct Trimmed {
+pub struct LeftOut {
     /// Single readings.
-    pub wild: Vec<LeftOut>,
-    /// All those of a measurand in runs that are wrong as wholes.
-    pub of_runs: Vec<LeftOut>,
-    /// Those runs.
-    pub apart: Vec<Apart>,
+    pub readings: Vec<Reading>,
+    /// Runs that are wrong as wholes.
+    pub runs: Vec<WholeRun>,
 }
 
-impl Trimmed {
+impl LeftOut {
     /// Whether it is nothing.
     pub fn is_empty(&self) -> bool {
-        self.wild.is_empty() && self.of_runs.is_empty()
+        self.readings.is_empty() && self.runs.is_empty()
     }
 
     /// Adds what is left out later.
     pub fn extend(&mut self, later: Self) {
-        self.wild.extend(later.wild);
-        self.of_runs.extend(later.of_runs);
-        self.apart.extend(later.apart);
+        self.readings.extend(later.readings);
+        self.runs.extend(later.runs);
     }
 }
 
@@ -62,30 +77,33 @@ pub(super) struct OfRun {
     pub(super) run: usize,
 }
 
-/// What was listed already: campaign, run, measurand and sample.
-pub(super) type Listed = BTreeSet<(usize, usize, usize, usize)>;
-
-/// Leaves readings of sequences out and lists them.
-pub(super) fn readings_out(problem: &mut Problem, all: &[Sequence], far: &[Far]) -> Trimmed {
-    let (mut trimmed, mut listed) = (Trimmed::default(), Listed::new());
-    for (one, far) in all.iter().zip(far) {
-        trimmed.extend(told(problem, one, far, &[], &mut listed));
-        leave_out(problem, one, far);
+impl OfRun {
+    /// The names of the run and of the measurand.
+    pub(super) fn names(self, problem: &Problem) -> (String, String) {
+        let part = &problem.parts[self.part];
+        let run = qualified(part.label.as_deref(), &part.runs[self.run].name);
+        (run, part.system.assembly.names.measurands[self.measurand].name.clone())
     }
-    trimmed
 }
 
-/// Leaves all readings of measurands in some runs out and lists them.
-pub(super) fn runs_out(problem: &mut Problem, all: &[Sequence], off: &BTreeSet<OfRun>) -> Trimmed {
-    let (mut trimmed, mut listed) = (Trimmed::default(), Listed::new());
-    for one in all {
-        let wrong: Vec<usize> = (0..one.runs.len()).filter(|run| one.is_among(off, *run)).collect();
-        let readings = |run| if wrong.contains(&run) { one.readings(run) } else { Vec::new() };
-        let far: Far = (0..one.runs.len()).map(readings).collect();
-        trimmed.extend(told(problem, one, &far, &wrong, &mut listed));
-    }
+/// Leaves readings of sequences out and lists them.
+pub(super) fn readings_out(problem: &mut Problem, all: &[Sequence], far: &[Far]) -> LeftOut {
+    let readings = told(problem, all, far, |_, _, _| None);
+    all.iter().zip(far).for_each(|(one, far)| leave_out(problem, one, far));
+    LeftOut { readings, runs: Vec::new() }
+}
+
+/// Leaves all readings of measurands in some runs out and lists them; `place` says where each is off.
+pub(super) fn runs_out(
+    problem: &mut Problem,
+    all: &[Sequence],
+    off: &BTreeSet<OfRun>,
+    place: impl Fn(&Problem, OfRun) -> Place,
+) -> LeftOut {
+    let told = |one: &OfRun| whole_run(problem, all, *one, place(problem, *one));
+    let runs = off.iter().filter_map(told).collect();
     leave_runs_out(problem, all, off);
-    trimmed
+    LeftOut { readings: Vec::new(), runs }
 }
 
 /// Leaves readings of a sequence out.
@@ -112,37 +130,57 @@ pub(super) fn leave_runs_out(problem: &mut Problem, all: &[Sequence], off: &BTre
     }
 }
 
-/// Readings of a sequence that are left out, as they are told: those that are not listed yet, and those of `wrong`
-/// runs as of such.
+/// Readings of sequences as they are told, each once; `code` says which code stands in a sample of a run.
 pub(super) fn told(
     problem: &Problem,
-    one: &Sequence,
-    far: &Far,
-    wrong: &[usize],
-    listed: &mut Listed,
-) -> Trimmed {
-    let mut trimmed = Trimmed::default();
-    let deviation = one.deviation().unwrap_or(1.0);
-    let part = &problem.parts[one.part];
-    let name = &part.system.assembly.names.measurands[one.measurand].name;
-    for (number, (run, far)) in part.runs.iter().zip(far).enumerate() {
-        let called = qualified(part.label.as_deref(), &run.name);
-        let of_run = wrong.contains(&number);
-        let new =
-            |(sample, _): &&(usize, f64)| listed.insert((one.part, number, one.measurand, *sample));
-        let each = far.iter().filter(new).map(|(sample, value)| LeftOut {
-            run: called.clone(),
-            row: run.record.row(*sample),
-            measurand: name.clone(),
-            deviations: *value / deviation,
-            of_run,
-        });
-        if !of_run {
-            trimmed.wild.extend(each);
-        } else if !far.is_empty() {
-            trimmed.of_runs.extend(each);
-            trimmed.apart.push(Apart { block: None, place: Place::of_run(name, &called) });
+    all: &[Sequence],
+    far: &[Far],
+    code: impl Fn(&Sequence, usize, usize) -> Option<f64>,
+) -> Vec<Reading> {
+    let (mut readings, mut listed) = (Vec::new(), BTreeSet::new());
+    for (one, far) in all.iter().zip(far) {
+        let deviation = one.deviation().unwrap_or(1.0);
+        let part = &problem.parts[one.part];
+        let names = &part.system.assembly.names.measurands;
+        let measurand: Arc<str> = names[one.measurand].name.as_str().into();
+        for (number, (run, far)) in part.runs.iter().zip(far).enumerate() {
+            let mut new = far.clone();
+            new.retain(|(at, _)| listed.insert((one.part, number, one.measurand, *at)));
+            let samples: Vec<usize> = new.iter().map(|(sample, _)| *sample).collect();
+            let called: Arc<str> = qualified(part.label.as_deref(), &run.name).into();
+            let rows = run.record.rows(&samples);
+            readings.extend(new.iter().zip(rows).map(|((sample, value), row)| Reading {
+                run: Arc::clone(&called),
+                row,
+                measurand: Arc::clone(&measurand),
+                deviations: *value / deviation,
+                code: code(one, number, *sample),
+            }));
         }
     }
-    trimmed
+    readings
+}
+
+/// A measurand in a run of which all readings are left out, as it is told; `None` where none are there.
+fn whole_run(problem: &Problem, all: &[Sequence], off: OfRun, place: Place) -> Option<WholeRun> {
+    let is_own = |one: &&Sequence| (one.part, one.measurand) == (off.part, off.measurand);
+    let part = &problem.parts[off.part];
+    let run = &part.runs[off.run];
+    let (run_name, measurand) = off.names(problem);
+    let size = |one: &Sequence| {
+        let mut sizes: Vec<f64> = one.readings(off.run).iter().map(|one| one.1.abs()).collect();
+        Some(median(&mut sizes)? / one.deviation().filter(|deviation| *deviation > 0.0)?)
+    };
+    let own: Vec<&Sequence> = all.iter().filter(is_own).collect();
+    let samples: Vec<(usize, f64)> = own.first()?.readings(off.run);
+    let ends = [samples.first()?.0, samples.last()?.0];
+    let rows = run.record.rows(&ends);
+    Some(WholeRun {
+        place,
+        run: run_name,
+        measurand,
+        readings: samples.len(),
+        rows: (*rows.first()?, *rows.last()?),
+        deviations: own.iter().filter_map(|one| size(one)).fold(0.0, f64::max),
+    })
 }

@@ -8,8 +8,8 @@
 //! `exp(-G / 2)` (Markov's inequality for a likelihood ratio), and all stretches and shifts are paid for.
 //!
 //! A shift by a whole period is gross: several degrees of a fast arm. It spoils the fit in which it is
-//! looked for, so that is made without what is far out ([`sturdy`]), residuals are measured by their own
-//! robust scatter, and only stretches that a shift
+//! looked for, so that is made without what is far out (`trimmed`), residuals are measured by their
+//! own robust scatter, and only stretches that a shift
 //! carries from far out (`FAR`) back among the others (`NEAR`) count. What is found is left out, the
 //! rest is fitted again, and the search is repeated. It looks at single shifts of a run's own readings;
 //! a delay that wanders is not its business.
@@ -17,12 +17,14 @@
 use std::ops::Range;
 
 use crate::engine::layout::qualified;
-use crate::engine::part::{SampleLeaves, Slot};
+use crate::engine::part::SampleLeaves;
 use crate::engine::{Point, Problem};
-use crate::estimate::batch::{FitError, Options, fit};
+use crate::estimate::batch::{FitError, Options};
 
+use super::left_out::Far;
 use super::search::level;
-use super::sequences::median;
+use super::sequences::{Sequence, seen_from};
+use super::trimmed::{TrimmedFit, trimmed_fit};
 
 /// Sample periods looked at, in both senses.
 const PERIODS: isize = 5;
@@ -87,9 +89,11 @@ pub fn look(
 /// The stretches of all runs, at a point.
 pub fn find(problem: &Problem, point: &Point) -> Vec<Lost> {
     let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
+    let seen = seen_from(problem, point);
     let mut found = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
-        let scatter = scatter(problem, p, 0..part.runs.len(), point);
+        let own = seen.iter().filter(|one| one.part == p);
+        let scatter: Vec<f64> = own.map(|one| scatter(problem, one)).collect();
         for (r, run) in part.runs.iter().enumerate() {
             let mut shifted = Shifted::new(problem, (p, r), point, &scatter);
             let count = run.record.len() as f64;
@@ -119,8 +123,7 @@ pub enum Among {
     Run,
 }
 
-/// A fit that gross readings do not spoil: what is far out is left out and the rest fitted again,
-/// `ROUNDS` times. The point, and the campaigns without what is far out.
+/// A fit that gross readings do not spoil: the point, and the campaigns without what is far out.
 ///
 /// # Errors
 /// [`FitError`] where the rest cannot be fitted at all.
@@ -130,38 +133,18 @@ pub fn sturdy(
     among: Among,
     options: &Options,
 ) -> Result<(Point, Problem), FitError> {
-    let (mut point, mut rest) = (point.clone(), problem.clone());
-    for _ in 0..ROUNDS {
-        let mut parts = problem.parts.clone();
-        let mut far = false;
-        for (p, part) in parts.iter_mut().enumerate() {
-            let of_all = scatter(problem, p, 0..part.runs.len(), &point);
-            let slots = part.slots().to_vec();
-            for (r, run) in part.runs.iter_mut().enumerate() {
-                let mut scatter = of_all.clone();
-                if among == Among::Run {
-                    let of_run = self::scatter(problem, p, r..r + 1, &point);
-                    scatter.iter_mut().zip(of_run).for_each(|(all, own)| *all = all.max(own));
-                }
-                let residuals = problem.residuals(p, r, &point);
-                let gross = |slot: &Slot, sample: usize| {
-                    (slot.residual..slot.residual + slot.components)
-                        .any(|row| residuals[sample][row].abs() > GROSS * scatter[row])
-                };
-                for slot in &slots {
-                    let out: Vec<usize> =
-                        (0..residuals.len()).filter(|at| gross(slot, *at)).collect();
-                    far |= !out.is_empty();
-                    run.record.leave_out(out.into_iter().map(|at| (at..at + 1, slot.columns())));
-                }
-            }
-        }
-        if !far {
-            break;
-        }
-        rest = Problem::new(parts);
-        point = fit(&mut rest, point, options)?.point;
-    }
+    let far = |one: &Sequence| -> Far {
+        let of_all = scatter(problem, one);
+        let far = |run: usize| {
+            let own = (among == Among::Run).then(|| one.among(|other| other == run));
+            let own = own.map_or(0.0, |own| scatter(problem, &own));
+            let mut readings = one.readings(run);
+            readings.retain(|(_, value)| value.abs() > GROSS * of_all.max(own));
+            readings
+        };
+        (0..one.runs.len()).map(far).collect()
+    };
+    let TrimmedFit { point, rest, .. } = trimmed_fit(problem, point, ROUNDS, far, options)?;
     Ok((point, rest))
 }
 
@@ -178,20 +161,9 @@ pub fn leave_out(problem: &mut Problem, lost: &[Lost]) {
     problem.progress = progress;
 }
 
-/// Robust standard deviation of each residual component in some runs of a campaign, at least what is stated.
-fn scatter(problem: &Problem, p: usize, runs: Range<usize>, point: &Point) -> Vec<f64> {
-    let part = &problem.parts[p];
-    let mut all: Vec<Vec<f64>> = vec![Vec::new(); part.residual_count()];
-    for r in runs {
-        problem.visit_residuals(p, r, point, &mut |_, residuals| {
-            for (all, value) in all.iter_mut().zip(residuals) {
-                all.extend(value.is_finite().then_some(value.abs()));
-            }
-        });
-    }
-    let stated = |row: usize| part.sigma[part.measurand_of(row)];
-    let robust = |sizes: &mut Vec<f64>| 1.4826 * median(sizes).unwrap_or(0.0);
-    all.iter_mut().enumerate().map(|(row, sizes)| robust(sizes).max(stated(row))).collect()
+/// Robust standard deviation of residuals, at least what is stated.
+fn scatter(problem: &Problem, one: &Sequence) -> f64 {
+    one.deviation().unwrap_or(0.0).max(problem.parts[one.part].sigma[one.measurand])
 }
 
 impl Shifted {

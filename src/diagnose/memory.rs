@@ -162,8 +162,8 @@ pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
     let structure = stage.together(&structures);
     let mut white = left_white(stage, &structure);
     let level = level(white.len() + stage.noise.len());
-    let is_off = noise.apart.iter().any(|one| one.block.is_some());
-    noise.apart.retain(|one| one.block.is_none());
+    let is_off = !noise.apart.is_empty();
+    noise.apart.clear();
     if let Some((rest, apart)) = beside_few(stage, &structures, &white, is_off) {
         noise.apart.push(apart);
         white = rest;

@@ -9,7 +9,7 @@
 use crate::estimate::batch::{FitError, Options};
 
 use super::candidates::{Candidate, Wanted};
-use super::left_out::Trimmed;
+use super::left_out::LeftOut;
 use super::lost::Lost;
 use super::pairs::pairs;
 use super::probability::{among_effects, probabilities};
@@ -135,7 +135,7 @@ struct Common<'a> {
 /// [`FitError`] where a model cannot be fitted at all.
 pub fn search(
     nominal: Fitted,
-    (lost, gross): (&[Lost], &Trimmed),
+    (lost, gross): (&[Lost], &LeftOut),
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Option<Search>, FitError> {

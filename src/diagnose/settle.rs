@@ -6,7 +6,7 @@ use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
-use super::left_out::Trimmed;
+use super::left_out::LeftOut;
 use super::lost::{self, Lost};
 use super::whiten::PEELS;
 use super::wild::{without_gross_at, without_wrong_at};
@@ -26,12 +26,12 @@ const SPOILT_WITHOUT: f64 = 4.0;
 
 /// Leaves out what keeps the nominal fit from settling, and fits again: gross readings, or what is gross where the
 /// fit settles once a run or two are left out.
-pub(super) fn without_gross(
+pub(super) fn settled(
     whole: Calibration,
     options: &Options,
-) -> Result<(Calibration, Trimmed), FitError> {
+) -> Result<(Calibration, LeftOut), FitError> {
     let problem = whole.problem.clone();
-    let (nominal, gross) = peeled(whole, Trimmed::default(), options)?;
+    let (nominal, gross) = peeled(whole, LeftOut::default(), options)?;
     if nominal.fit.outcome == Outcome::Converged {
         return Ok((nominal, gross));
     }
@@ -47,17 +47,17 @@ pub(super) fn without_gross(
 pub(super) fn without_spoiling(
     nominal: Calibration,
     options: &Options,
-) -> Result<(Calibration, Trimmed), FitError> {
+) -> Result<(Calibration, LeftOut), FitError> {
     let factor = nominal.variance_factor().filter(|factor| *factor > SPOILT);
     if factor.is_none() || !nominal.is_sound() {
-        return Ok((nominal, Trimmed::default()));
+        return Ok((nominal, LeftOut::default()));
     }
     let Some(point) = without_runs(&nominal.problem, factor, options)? else {
-        return Ok((nominal, Trimmed::default()));
+        return Ok((nominal, LeftOut::default()));
     };
     let (rest, found) = without_wrong_at(&nominal.problem, &point);
-    if found.apart.is_empty() {
-        return Ok((nominal, Trimmed::default()));
+    if found.runs.is_empty() {
+        return Ok((nominal, LeftOut::default()));
     }
     peeled(calibrate(rest, options)?, found, options)
 }
@@ -70,9 +70,9 @@ pub(super) fn is_spoilt(nominal: &Calibration) -> bool {
 /// Leaves gross readings out, as they are seen from where the fit stopped, until it settles.
 fn peeled(
     mut nominal: Calibration,
-    mut gross: Trimmed,
+    mut gross: LeftOut,
     options: &Options,
-) -> Result<(Calibration, Trimmed), FitError> {
+) -> Result<(Calibration, LeftOut), FitError> {
     for _ in 0..PEELS {
         if nominal.fit.outcome == Outcome::Converged {
             break;

@@ -2,18 +2,18 @@
 //!
 //! Some readings that a display repeats, or a log that stands still for a moment, are thousands of uncertainties
 //! off, and so is what is read while a beam is broken. The fit bends towards them, and others look worse than they
-//! do. It is trimmed, therefore, as least trimmed squares are (Rousseeuw 1984), but from the plain fit: what is far
-//! out is left out, the model is fitted again, all readings are looked at from there, and so on until the same ones
-//! are out. Of these the gross ones that stand alone, with a few neighbours or in a burst with sharp ends are left
+//! do. It is trimmed, therefore ([`super::trimmed`]), beyond a part of all readings at least. Of what is far out from
+//! there the gross readings that stand alone, with a few neighbours or in a burst with sharp ends are left
 //! out for good; what rises and falls is structure. All others are judged with the noise ([`super::wild`]).
 
-use crate::estimate::batch::{FitError, Options, Outcome, fit};
+use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
-use super::left_out::{Far, Trimmed, leave_out, readings_out};
+use super::left_out::{Far, LeftOut, readings_out};
 use super::sequences::{Sequence, seen_from};
 use super::settle::is_spoilt;
-use super::wild::{GROSS, ONE_OF, RUNS_APART, TRIM, gross};
+use super::trimmed::{TrimmedFit, trimmed_fit};
+use super::wild::{ONE_OF, RUNS_APART, TRIM, gross, has_gross};
 
 /// Fits until the same readings are out.
 const STEPS: usize = 12;
@@ -31,27 +31,17 @@ const SHARP: f64 = 0.8;
 pub(super) fn without_spikes(
     nominal: Calibration,
     options: &Options,
-) -> Result<(Calibration, Trimmed), FitError> {
+) -> Result<(Calibration, LeftOut), FitError> {
     let whole = &nominal.problem;
-    let mut all = seen_from(whole, &nominal.fit.point);
+    let all = seen_from(whole, &nominal.fit.point);
+    let none = LeftOut::default;
     if !nominal.is_sound() || !(is_spoilt(&nominal) || all.iter().any(has_gross)) {
-        return Ok((nominal, Trimmed::default()));
+        return Ok((nominal, none()));
     }
-    let (mut point, mut out) = (nominal.fit.point.clone(), Vec::new());
-    for _ in 0..STEPS {
-        let far: Vec<Far> = all.iter().map(farthest).collect();
-        let new: Vec<Vec<Vec<usize>>> = far.iter().map(samples).collect();
-        if out == new {
-            break;
-        }
-        let mut rest = whole.clone();
-        all.iter().zip(&far).for_each(|(one, far)| leave_out(&mut rest, one, far));
-        let trimmed = fit(&mut rest, point, options)?;
-        if trimmed.outcome != Outcome::Converged {
-            return Ok((nominal, Trimmed::default()));
-        }
-        (point, out) = (trimmed.point, new);
-        all = seen_from(whole, &point);
+    let TrimmedFit { seen: all, converged, .. } =
+        trimmed_fit(whole, &nominal.fit.point, STEPS, farthest, options)?;
+    if !converged {
+        return Ok((nominal, none()));
     }
     let far: Vec<Far> = all.iter().map(spikes).collect();
     let mut rest = whole.clone();
@@ -60,13 +50,7 @@ pub(super) fn without_spikes(
         return Ok((nominal, found));
     }
     let fitted = calibrate(rest, options)?;
-    if fitted.is_sound() { Ok((fitted, found)) } else { Ok((nominal, Trimmed::default())) }
-}
-
-/// Whether some reading is gross.
-fn has_gross(one: &Sequence) -> bool {
-    let deviation = one.deviation().unwrap_or(f64::INFINITY);
-    one.present().any(|value| value.abs() > GROSS * deviation)
+    if fitted.is_sound() { Ok((fitted, found)) } else { Ok((nominal, none())) }
 }
 
 /// The readings of a sequence that are far out, the farthest if they are too many, by run.
@@ -79,11 +63,6 @@ fn farthest(one: &Sequence) -> Far {
     let far =
         |run| one.readings(run).into_iter().filter(|(_, value)| value.abs() > limit).collect();
     (0..one.runs.len()).map(far).collect()
-}
-
-/// Which samples those are.
-fn samples(far: &Far) -> Vec<Vec<usize>> {
-    far.iter().map(|run| run.iter().map(|(sample, _)| *sample).collect()).collect()
 }
 
 /// The gross readings of a sequence with the few about them that are far out, too, by run: those in small groups, and
@@ -123,6 +102,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::diagnose::trimmed::samples;
+    use crate::diagnose::wild::GROSS;
 
     #[test]
     fn what_stands_alone_is_a_spike() {

@@ -322,7 +322,7 @@ impl Stage {
     /// account of, an oscillation says no more, for at a multiple of a run's sampling rate it is slow there.
     pub fn is_scatter(&self, candidate: usize) -> bool {
         let found = &self.noise_found;
-        let own = |apart: &Apart| apart.block.as_ref() == Some(&self.candidates[candidate].name);
+        let own = |apart: &Apart| apart.block == self.candidates[candidate].name;
         if found.apart.iter().any(own) {
             return false;
         }

@@ -99,11 +99,11 @@ fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         covariates.extend(waves::over_signals(model));
         covariates.extend([waves::slow(), waves::settling(model)]);
         for covariate in covariates {
-            let place = Place {
-                of: Of::Channel((*channel).to_owned()),
-                words: displacement(channel, &covariate.words),
-                covariate: covariate.over.clone(),
-            };
+            let place = Place::new(
+                Of::Channel((*channel).to_owned()),
+                &covariate.over,
+                displacement(channel, &covariate.words),
+            );
             let patch = |sum: &str| format!("target = 'target + ({sum}) * {direction}'");
             all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
         }
@@ -130,11 +130,11 @@ fn pedestal(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     }
     let covariates = of_motion(model, COARSE_ORDERS);
     for covariate in covariates.into_iter().map(Covariate::along_axes) {
-        let place = Place {
-            of: Of::Channel("pedestal".to_owned()),
-            covariate: covariate.over.clone(),
-            words: format!("a displacement of the rig's pedestal over {}", covariate.words),
-        };
+        let place = Place::new(
+            Of::Channel("pedestal".to_owned()),
+            &covariate.over,
+            format!("a displacement of the rig's pedestal over {}", covariate.words),
+        );
         let patch = |sum: &str| format!("target = 'target + {sum}'");
         all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
     }
@@ -160,11 +160,11 @@ fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         let called = if names.len() > 1 { of.to_owned() } else { format!("`{of}`") };
         let covariates = of_the_rig(model, COARSE_ORDERS).into_iter();
         for covariate in covariates.chain([waves::settling(model)]) {
-            let place = Place {
-                of: Of::Channel(format!("time of {of}")),
-                words: format!("a timing error of {called} over {}", covariate.words),
-                covariate: covariate.over.clone(),
-            };
+            let place = Place::new(
+                Of::Channel(format!("time of {of}")),
+                &covariate.over,
+                format!("a timing error of {called} over {}", covariate.words),
+            );
             let patch = |sum: &str| {
                 let line = |name: &&str| format!("\"{name}.t\" = 't + {sum}'\n");
                 names.iter().map(line).collect()
@@ -191,11 +191,11 @@ fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
             covariates.push(waves::over_circle(name, CIRCLE_ORDERS));
         }
         for covariate in covariates {
-            let place = Place {
-                of: Of::Measurand(name.clone()),
-                words: format!("an error of `{name}` over {}", covariate.words),
-                covariate: covariate.over.clone(),
-            };
+            let place = Place::new(
+                Of::Measurand(name.clone()),
+                &covariate.over,
+                format!("an error of `{name}` over {}", covariate.words),
+            );
             let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
             all.extend(effect(&place, &covariate, measurand.unit.dimension, patch));
         }

@@ -2,13 +2,13 @@
 
 use crate::estimate::contradicted::Contradicted;
 
-use super::apart::Apart;
 use super::probability::probabilities;
 use super::score::Score;
 use super::search::{Adopted, Search};
 use super::stage::Stage;
 use super::structure::Place;
 use super::wander::displaced::Displaced;
+use super::whiten::Noise;
 use super::wild::RUNS_APART;
 
 /// Share that an effect must explain to be named although its form does not fit: the one from which on
@@ -182,8 +182,9 @@ pub fn verdict(search: &Search) -> Answer {
 pub fn runs_in_doubt(search: &Search) -> (usize, usize) {
     let answer = verdict(search);
     // Readings of which most are wild in a run may be so in a part of it.
+    let noise = search.stages.last().map(|last| &last.noise_found);
     let is_known =
-        displaced(search).is_some() || apart(search).iter().any(|one| one.block.is_some());
+        displaced(search).is_some() || noise.is_some_and(|noise| !noise.apart.is_empty());
     match (answer.verdict, answer.effects.len()) {
         _ if is_known => (0, 0),
         (Verdict::Explained, 1) => (0, 0),
@@ -205,9 +206,13 @@ pub fn displaced(search: &Search) -> Option<&Displaced> {
     search.stages.last()?.noise_found.displaced.as_ref()
 }
 
-/// Readings that are off in a few runs, as the last stage sees them.
-pub fn apart(search: &Search) -> &[Apart] {
-    search.stages.last().map_or(&[], |last| &last.noise_found.apart)
+/// What is off in a few runs, as the last stage sees it: first what is left out.
+pub fn apart(search: &Search) -> Vec<&Place> {
+    search.stages.last().map_or_else(Vec::new, |last| {
+        let Noise { left_out, apart, .. } = &last.noise_found;
+        let out = left_out.runs.iter().map(|one| &one.place);
+        out.chain(apart.iter().map(|one| &one.place)).collect()
+    })
 }
 
 /// Of effects beside which something else was found: that they are not all is known.
@@ -256,7 +261,7 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     let apart = &stage.noise_found.apart;
     let few = |block: &usize| {
         let name = &stage.candidates[*block].name;
-        apart.iter().find(|one| one.block.as_ref() == Some(name))
+        apart.iter().find(|one| one.block == *name)
     };
     let mut found = with_one_oscillation(stage, found);
     found.sort_by(|a, b| share(b).total_cmp(&share(a)));
@@ -270,9 +275,10 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
         Some(Location { place, share: share(block) })
     });
     // What is left out has no block, and what is weighed down by a level of its run may pass no test.
-    let is_found = |name: &String| blocks.contains(&name.as_str());
-    let others = apart.iter().filter(|one| !one.block.as_ref().is_some_and(is_found));
-    let others = others.map(|one| Location { place: one.place.clone(), share: 1.0 });
+    let others = apart.iter().filter(|one| !blocks.contains(&one.block.as_str()));
+    let out = stage.noise_found.left_out.runs.iter().map(|one| &one.place);
+    let others = out.chain(others.map(|one| &one.place));
+    let others = others.map(|place| Location { place: place.clone(), share: 1.0 });
     let mut all: Vec<Location> = others.chain(found).collect();
     let mut said: Vec<String> = Vec::new();
     all.retain(|one| {

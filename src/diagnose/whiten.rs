@@ -27,7 +27,7 @@ use crate::units::Unit;
 use super::apart::Apart;
 use super::candidates::Wanted;
 use super::jitter::jitter;
-use super::left_out::{LeftOut, Trimmed};
+use super::left_out::LeftOut;
 use super::levels::{levels, name_levels, uneven};
 use super::lost::Lost;
 use super::memory::{
@@ -98,10 +98,8 @@ pub struct Noise {
     /// Measurands whose noise has a memory of which the weights take account, with their campaigns where
     /// there are several.
     pub memories: Vec<(String, Option<String>, GaussMarkov)>,
-    /// Readings left out.
-    pub wild: usize,
-    /// Which ones.
-    pub left_out: Vec<LeftOut>,
+    /// What is left out.
+    pub left_out: LeftOut,
     /// How often levels of the campaigns' own random quantities were changed.
     pub own_levels: usize,
     /// Correlation of neighbours in time, the largest of all measurands; 0 where there is none.
@@ -122,8 +120,8 @@ pub struct Given {
     pub stated: Vec<Vec<f64>>,
     /// Stretches of lost samples, left out already.
     pub lost: Vec<Lost>,
-    /// Gross readings, left out already.
-    pub gross: Trimmed,
+    /// What is gross, left out already.
+    pub gross: LeftOut,
 }
 
 impl Given {
@@ -133,15 +131,13 @@ impl Given {
             whole: problem.parts.iter().map(|part| part.runs.clone()).collect(),
             stated: problem.parts.iter().map(|part| part.sigma.clone()).collect(),
             lost: Vec::new(),
-            gross: Trimmed::default(),
+            gross: LeftOut::default(),
         }
     }
 
     /// Noise of which nothing is known but what was left out already.
     fn noise(&self) -> Noise {
-        let Trimmed { wild, of_runs, apart } = self.gross.clone();
-        let (count, left_out) = (wild.len(), wild.into_iter().chain(of_runs).collect());
-        Noise { wild: count, left_out, apart, ..Noise::default() }
+        Noise { left_out: self.gross.clone(), ..Noise::default() }
     }
 
     /// What is given, with one more selected effect in the place of the noise that was found without it.
@@ -171,6 +167,11 @@ impl Given {
 }
 
 impl Noise {
+    /// How many single readings are left out.
+    pub fn wild(&self) -> usize {
+        self.left_out.readings.len()
+    }
+
     /// Part of the readings that counts where neighbours are alike.
     pub(super) fn alike(&self) -> f64 {
         (1.0 - self.memory.powi(2)) / (1.0 + self.memory.powi(2))
@@ -233,7 +234,7 @@ pub fn prepare(
             continue;
         }
         let unknowns = problem.layout.columns.len() + structure.degrees();
-        let wild = noise.wild;
+        let wild = noise.wild();
         let changed = if last {
             None
         } else {
@@ -246,7 +247,7 @@ pub fn prepare(
         };
         if let Some(changed) = changed {
             fitted = changed.again(options)?;
-            if noise.wild > wild && trims < TRIMS {
+            if noise.wild() > wild && trims < TRIMS {
                 trims += 1;
             } else {
                 round += 1;

@@ -3,14 +3,17 @@
 //! anything else is judged, the farthest first: what they do to the fit would pass for jitter, for noisier
 //! runs and for more wild readings.
 
+use std::collections::BTreeSet;
+
 use crate::engine::{Part, Point, Problem};
 use crate::units::Unit;
 
-use super::left_out::{Far, Listed, Trimmed, leave_out, told};
+use super::left_out::{Far, LeftOut, OfRun, readings_out, runs_out};
 use super::levels::OF_A_MEDIAN;
 use super::search::level;
 use super::sequences::{NORMAL, Sequence, median, seen_from};
 use super::stage::{Fitted, Stage};
+use super::structure::Place;
 use super::tail::{ln_below, ln_normal};
 use super::whiten::{Noise, NoiseEffect};
 
@@ -46,18 +49,24 @@ pub(super) fn without_gross(
 
 /// Leaves gross readings of campaigns out as they are seen from a point that a fit ran to and did not
 /// settle at: one reading of 99999 among thousands keeps it from that. The others, and what is left out.
-pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, Trimmed) {
+pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
     let mut rest = Problem::new(problem.parts.clone());
     let found = trim(&mut rest, &seen_from(problem, point), PEELED, gross);
     (rest, found)
 }
 
 /// The same from a point that a fit of most runs settled at: a run may be gross as a whole there.
-pub(super) fn without_wrong_at(problem: &Problem, point: &Point) -> (Problem, Trimmed) {
+pub(super) fn without_wrong_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
     let mut rest = Problem::new(problem.parts.clone());
     let limit = |_: &[f64], deviation| GROSS * deviation;
     let found = trim(&mut rest, &seen_from(problem, point), 0.0, limit);
     (rest, found)
+}
+
+/// Whether some reading is gross among all.
+pub(super) fn has_gross(one: &Sequence) -> bool {
+    let deviation = one.deviation().unwrap_or(f64::INFINITY);
+    one.present().any(|value| value.abs() > GROSS * deviation)
 }
 
 /// Beyond what a reading is gross.
@@ -77,14 +86,11 @@ fn without(
     limit: impl Fn(&[f64], f64) -> f64,
 ) -> Option<Fitted> {
     let mut fitted = stage.fitted.clone();
-    let trimmed = trim(&mut fitted.problem, white, peeled, limit);
-    if trimmed.is_empty() {
+    let out = trim(&mut fitted.problem, white, peeled, limit);
+    if out.is_empty() {
         return None;
     }
-    let Trimmed { wild, of_runs, apart } = trimmed;
-    noise.wild += wild.len();
-    noise.left_out.extend(wild.into_iter().chain(of_runs));
-    noise.apart.extend(apart);
+    noise.left_out.extend(out);
     Some(fitted)
 }
 
@@ -94,54 +100,74 @@ fn trim(
     all: &[Sequence],
     peeled: f64,
     limit: impl Fn(&[f64], f64) -> f64,
-) -> Trimmed {
-    let (mut trimmed, mut listed) = (Trimmed::default(), Listed::new());
-    for one in all {
-        let Some(deviation) = one.deviation() else { continue };
-        let mut far: Far = one
-            .runs
-            .iter()
-            .map(|run| {
-                let limit = limit(run, deviation);
-                let all = run.iter().copied().enumerate();
-                all.filter(|(_, value)| value.abs() > limit).collect()
-            })
-            .collect();
-        let wrong = wrong_runs(one, &far);
-        let single = (0..far.len()).filter(|run| !wrong.contains(run));
-        let count: usize = single.map(|run| far[run].len()).sum();
-        let too_many = count as f64 > MOST_WILD * one.present().count() as f64;
-        let farthest = one.present().map(f64::abs).fold(0.0, f64::max);
-        for (run, far) in far.iter_mut().enumerate() {
-            if wrong.contains(&run) {
-                *far = one.readings(run);
-            } else {
-                far.retain(|(_, value)| !too_many && value.abs() >= peeled * farthest);
-            }
-        }
-        trimmed.extend(told(problem, one, &far, &wrong, &mut listed));
-        leave_out(problem, one, &far);
-    }
-    trimmed
+) -> LeftOut {
+    let far: Vec<Far> = all.iter().map(|one| beyond(one, &limit)).collect();
+    let wrong = wrong_runs(all, &far);
+    let single = |(one, far)| among_others(one, far, &wrong, peeled);
+    let far: Vec<Far> = all.iter().zip(far).map(single).collect();
+    let mut out = readings_out(problem, all, &far);
+    out.extend(runs_out(problem, all, &wrong, |problem, one| {
+        let (run, measurand) = one.names(problem);
+        Place::of_run(&measurand, &run)
+    }));
+    out
 }
 
-/// The runs of which most readings are far out; none where they are too many to be exceptions.
-fn wrong_runs(one: &Sequence, far: &[Vec<(usize, f64)>]) -> Vec<usize> {
-    let is_wrong = |run: &usize| {
-        let present = one.runs[*run].iter().filter(|value| !value.is_nan()).count();
-        far[*run].len() >= LEAST_WRONG && 2 * far[*run].len() > present
+/// The readings of a sequence beyond a limit, by run.
+fn beyond(one: &Sequence, limit: impl Fn(&[f64], f64) -> f64) -> Far {
+    let deviation = one.deviation();
+    let of_run = |run: usize| {
+        let limit = deviation.map_or(f64::INFINITY, |deviation| limit(&one.runs[run], deviation));
+        let mut far = one.readings(run);
+        far.retain(|(_, value)| value.abs() > limit);
+        far
     };
-    let wrong: Vec<usize> = (0..far.len()).filter(is_wrong).collect();
-    let few = wrong.len() <= RUNS_APART && ONE_OF * wrong.len() <= far.len();
-    if few { wrong } else { Vec::new() }
+    (0..one.runs.len()).map(of_run).collect()
+}
+
+/// Of readings that are far out those in runs that are not wrong and, if these are not too many, at least some part
+/// of the farthest.
+fn among_others(one: &Sequence, mut far: Far, wrong: &BTreeSet<OfRun>, peeled: f64) -> Far {
+    let others = (0..far.len()).filter(|run| !one.is_among(wrong, *run));
+    let count: usize = others.map(|run| far[run].len()).sum();
+    let too_many = count as f64 > MOST_WILD * one.present().count() as f64;
+    let farthest = one.present().map(f64::abs).fold(0.0, f64::max);
+    for (run, far) in far.iter_mut().enumerate() {
+        let stays = too_many || one.is_among(wrong, run);
+        far.retain(|(_, value)| !stays && value.abs() >= peeled * farthest);
+    }
+    far
+}
+
+/// The runs of which most readings of a measurand, in some component, are far out; none where they are too many to be
+/// exceptions.
+fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
+    let mut wrong = BTreeSet::new();
+    for (one, far) in all.iter().zip(far) {
+        let is_wrong = |run: &usize| {
+            let count = far[*run].len();
+            count >= LEAST_WRONG && 2 * count > one.readings(*run).len()
+        };
+        let of = |run| OfRun { part: one.part, measurand: one.measurand, run };
+        wrong.extend((0..far.len()).filter(is_wrong).map(of));
+    }
+    for one in all {
+        let of = |run: &usize| one.is_among(&wrong, *run);
+        let count = (0..one.runs.len()).filter(of).count();
+        if count > RUNS_APART || ONE_OF * count > one.runs.len() {
+            wrong.retain(|run| (run.part, run.measurand) != (one.part, one.measurand));
+        }
+    }
+    wrong
 }
 
 /// Names outliers where there are more wild readings than chance gives.
 pub(super) fn name_wild(stage: &Stage, noise: &mut Noise) {
-    let readings = stage.fitted.problem.reading_count() + noise.wild;
-    let ln_p = ln_wild(noise.wild, &counts(&stage.fitted.problem));
-    if noise.wild > 0 && ln_p <= level(stage.noise.len() + 1) {
-        let share = noise.wild as f64 / readings as f64;
+    let wild = noise.wild();
+    let readings = stage.fitted.problem.reading_count() + wild;
+    let ln_p = ln_wild(wild, &counts(&stage.fitted.problem));
+    if wild > 0 && ln_p <= level(stage.noise.len() + 1) {
+        let share = wild as f64 / readings as f64;
         noise.effects.push(NoiseEffect {
             name: "outliers".to_owned(),
             selected: None,

@@ -82,16 +82,26 @@ pub fn table(diagnosis: &Diagnosis) -> String {
     text
 }
 
-/// Readings that are left out, by row, and the delays with and without them.
+/// What is left out, single readings by row, and the delays with and without it.
 fn left_out(diagnosis: &Diagnosis) -> Value {
-    let wild = last_noise(diagnosis).into_iter().flat_map(|noise| &noise.left_out);
-    let wild = wild.map(|one| {
+    let out = last_noise(diagnosis).map(|noise| &noise.left_out);
+    let readings = out.into_iter().flat_map(|out| &out.readings).map(|one| {
+        json!({
+            "run": &*one.run,
+            "row": one.row,
+            "measurand": &*one.measurand,
+            "deviations": number(Some(one.deviations)),
+            "code": number(one.code),
+        })
+    });
+    let runs = out.into_iter().flat_map(|out| &out.runs).map(|one| {
         json!({
             "run": one.run,
-            "row": one.row,
             "measurand": one.measurand,
+            "readings": one.readings,
+            "first_row": one.rows.0,
+            "last_row": one.rows.1,
             "deviations": number(Some(one.deviations)),
-            "of_run": one.of_run,
         })
     });
     let lost = diagnosis.lost.iter().map(|one| {
@@ -113,7 +123,8 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
         })
     });
     json!({
-        "readings": wild.collect::<Vec<_>>(),
+        "readings": readings.collect::<Vec<_>>(),
+        "runs": runs.collect::<Vec<_>>(),
         "lost": lost.collect::<Vec<_>>(),
         "delays": delays.collect::<Vec<_>>(),
     })
@@ -210,6 +221,8 @@ fn location(one: &Location) -> Value {
         key: of,
         "covariate": one.place.covariate,
         "share": number(Some(one.share)),
+        "run": one.place.run,
+        "rows": one.place.rows.map(|(first, last)| [Some(first), last]),
         "words": one.place.words,
     })
 }

@@ -266,9 +266,8 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         ),
         Verdict::Unknown => {
             // Displacements are there together, and so are runs; of blocks one would do.
-            let apart = diagnosis.search.as_ref().map_or(&[][..], apart);
-            let is_apart =
-                |one: &Location| apart.iter().any(|own| own.place.words == one.place.words);
+            let apart = diagnosis.search.as_ref().map_or_else(Vec::new, apart);
+            let is_apart = |one: &Location| apart.iter().any(|own| own.words == one.place.words);
             let is_meant = |one: &&Location| match &diagnosis.why {
                 Some((Why::Displaced, _)) => true,
                 Some((Why::RunsApart, _)) => is_apart(one),

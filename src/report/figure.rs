@@ -51,6 +51,13 @@ pub fn value(value: f64, sigma: Option<f64>, declared: &Unit) -> String {
     with_symbol(format!("{scaled:.decimals$}"), &symbol)
 }
 
+/// A number that has no uncertainty, as it is declared, to nine digits without trailing zeros.
+pub fn exact(value: f64, declared: &Unit) -> String {
+    let scaled = value / declared.factor;
+    let text = format!("{scaled:.8e}").parse().unwrap_or(scaled).to_string();
+    with_symbol(text, &declared.symbol)
+}
+
 /// An uncertainty in its own readable unit, to two digits.
 pub fn uncertainty(sigma: f64, declared: &Unit) -> String {
     if sigma == 0.0 {
@@ -143,6 +150,8 @@ mod tests {
         let metre = Unit::coherent(Dimension::LENGTH);
         assert_eq!(measured(1.30554e-4, 4.2e-7, &second), "130.55 ± 0.42 µs");
         assert_eq!(value(3.065095880, Some(1.2e-5), &metre), "3.065096 m");
+        assert_eq!(exact(99_999.0, &metre), "99999 m");
+        assert_eq!(exact(-std::f64::consts::PI / 180.0, &Unit::parse("deg").unwrap()), "-1 deg");
         assert_eq!(uncertainty(1.2e-5, &metre), "12 µm");
         assert_eq!(uncertainty(0.0, &metre), "fixed");
         assert_eq!(value(0.0, None, &metre), "0.000000 m");

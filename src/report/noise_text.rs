@@ -1,13 +1,16 @@
 //! The noise that `diagnose` found, for people: its effects, its levels and memories, and what is left out.
 
+use std::collections::BTreeMap;
+
 use crate::diagnose::Diagnosis;
-use crate::diagnose::left_out::LeftOut;
+use crate::diagnose::left_out::{LeftOut, Reading};
 use crate::diagnose::lost::Lost;
 use crate::diagnose::whiten::{Level, Noise, NoiseEffect};
 use crate::engine::layout::qualified;
+use crate::graph::names::MeasurandKind;
 use crate::report::diagnosis::{last_noise, last_stage};
 use crate::report::figure;
-use crate::report::text::{drawn, table};
+use crate::report::text::{drawn, table, unit_of};
 use crate::units::{Dimension, Unit};
 
 /// Readings left out that are shown.
@@ -91,21 +94,23 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
             periods.abs()
         ));
     }
-    let single: Vec<&LeftOut> = found.left_out.iter().filter(|out| !out.of_run).collect();
-    let all = single.len();
+    let (codes, wild): (Vec<&Reading>, Vec<&Reading>) =
+        found.left_out.readings.iter().partition(|one| one.code.is_some());
+    text.push_str(&codes_left_out(diagnosis, &codes));
+    let all = wild.len();
     if all > 0 {
         let are = if all == 1 { "reading is" } else { "readings are" };
         text.push_str(&format!("{all} wild {are} left out:"));
         let shown = if all <= SHOWN + 1 { all } else { SHOWN };
-        for one in &single[..shown] {
-            let LeftOut { run, row, measurand, deviations, .. } = one;
+        for one in &wild[..shown] {
+            let Reading { run, row, measurand, deviations, .. } = one;
             text.push_str(&format!(
                 "\n  `{measurand}` in row {row} of run `{run}` ({deviations:.0} deviations)"
             ));
         }
         text.push_str(if all > shown { "\n  ... all with `--format json`\n" } else { "\n" });
     }
-    for RunLeftOut { measurand, run, out, all } in &runs_left_out(diagnosis, found) {
+    for RunLeftOut { measurand, run, out, all } in &runs_left_out(diagnosis, &found.left_out) {
         let part = if out == all { format!("All {all}") } else { format!("{out} of {all}") };
         text.push_str(&format!(
             "{part} readings of `{measurand}` in run `{run}` are left out: look at its file (units, setup, clock, a step).\n"
@@ -124,6 +129,39 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
     text
 }
 
+/// Codes that stand in the place of readings, each with its number.
+fn codes_left_out(diagnosis: &Diagnosis, codes: &[&Reading]) -> String {
+    let mut of_code: Vec<(&str, f64, usize)> = Vec::new();
+    for one in codes {
+        let (measurand, code) = (&*one.measurand, one.code.unwrap_or(f64::NAN));
+        match of_code.iter_mut().find(|known| (known.0, known.1) == (measurand, code)) {
+            Some(known) => known.2 += 1,
+            None => of_code.push((measurand, code, 1)),
+        }
+    }
+    let told = |(measurand, code, count): (&str, f64, usize)| {
+        let code = match is_rotation(diagnosis, measurand) {
+            true => "one and the same turn".to_owned(),
+            false => figure::exact(code, &unit_of(&diagnosis.nominal, measurand)),
+        };
+        format!(
+            "{count} readings of `{measurand}` are {code}, a code for what was not measured; they are left out. \
+             All rows with `--format json`.\n"
+        )
+    };
+    of_code.into_iter().map(told).collect()
+}
+
+fn is_rotation(diagnosis: &Diagnosis, name: &str) -> bool {
+    let mut all = diagnosis
+        .nominal
+        .problem
+        .parts
+        .iter()
+        .flat_map(|one| &one.system.assembly.names.measurands);
+    all.any(|one| one.name == name && one.kind == MeasurandKind::Rotation)
+}
+
 /// A measurand in a run of which most readings are left out.
 struct RunLeftOut {
     measurand: String,
@@ -133,7 +171,14 @@ struct RunLeftOut {
 }
 
 /// Runs of which most readings of a measurand are left out: their files are to be looked at.
-fn runs_left_out(diagnosis: &Diagnosis, found: &Noise) -> Vec<RunLeftOut> {
+fn runs_left_out(diagnosis: &Diagnosis, left_out: &LeftOut) -> Vec<RunLeftOut> {
+    let mut counts: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    for one in &left_out.readings {
+        *counts.entry((&one.run, &one.measurand)).or_default() += 1;
+    }
+    for one in &left_out.runs {
+        *counts.entry((&one.run, &one.measurand)).or_default() += one.readings;
+    }
     let mut all = Vec::new();
     let Some(stage) = last_stage(diagnosis) else { return all };
     for part in &stage.fitted.problem.parts {
@@ -141,8 +186,7 @@ fn runs_left_out(diagnosis: &Diagnosis, found: &Noise) -> Vec<RunLeftOut> {
         for (index, run) in part.runs.iter().enumerate() {
             let run = qualified(part.label.as_deref(), &run.name);
             for (one, rest) in names.iter().zip(part.present_in(index)) {
-                let own = |out: &&LeftOut| out.run == run && out.measurand == one.name;
-                let out = found.left_out.iter().filter(own).count();
+                let out = counts.get(&(&run[..], &one.name[..])).copied().unwrap_or(0);
                 if out > rest && out > 1 {
                     let (measurand, run) = (one.name.clone(), run.clone());
                     all.push(RunLeftOut { measurand, run, out, all: out + rest });

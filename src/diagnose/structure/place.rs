@@ -14,9 +14,18 @@ pub struct Place {
     pub covariate: String,
     /// A phrase; `{member}` stands for the member of a family.
     pub words: String,
+    /// The run that it is in, where it is in one alone.
+    pub run: Option<String>,
+    /// Rows of that run's data file: the first, and the last where it does not go on to the end.
+    pub rows: Option<(usize, Option<usize>)>,
 }
 
 impl Place {
+    /// Of all runs.
+    pub(super) fn new(of: Of, covariate: &str, words: String) -> Self {
+        Self { of, covariate: covariate.to_owned(), words, run: None, rows: None }
+    }
+
     /// Whether it is a value for each run.
     pub fn is_of_runs(&self) -> bool {
         self.covariate == RUN
@@ -34,11 +43,8 @@ impl Place {
 
     /// A displacement of the instrument, or of all that it looks at.
     pub(super) fn of_rig(covariate: &str, when: &str) -> Self {
-        Self {
-            of: Of::Channel("rig".to_owned()),
-            covariate: covariate.to_owned(),
-            words: format!("a displacement of the instrument or the rig {when}"),
-        }
+        let words = format!("a displacement of the instrument or the rig {when}");
+        Self::new(Of::Channel("rig".to_owned()), covariate, words)
     }
 
     /// Where the rig was displaced between a run and the one before it.
@@ -48,7 +54,8 @@ impl Place {
 
     /// Where the rig was displaced in a run alone.
     pub(in crate::diagnose) fn of_rig_in(name: &str) -> Self {
-        Self::of_rig(RUN, &format!("in run `{name}`"))
+        let place = Self::of_rig(RUN, &format!("in run `{name}`"));
+        Self { run: Some(name.to_owned()), ..place }
     }
 
     /// Of a block with a value for each run: in which runs.
@@ -60,20 +67,15 @@ impl Place {
     /// Of a parameter whose stated value the readings contradict.
     pub(in crate::diagnose) fn of_stated(parameter: &str, of: Option<&str>) -> Self {
         let of = of.map_or_else(String::new, |of| format!(" of `{of}`"));
-        Self {
-            of: Of::Channel("stated values".to_owned()),
-            covariate: parameter.to_owned(),
-            words: format!("a wrong stated value of `{parameter}`{of}"),
-        }
+        let words = format!("a wrong stated value of `{parameter}`{of}");
+        Self::new(Of::Channel("stated values".to_owned()), parameter, words)
     }
 
     /// Of a reading that is left out in a run.
     pub(in crate::diagnose) fn of_run(measurand: &str, run: &str) -> Self {
-        Self {
-            of: Of::Measurand(measurand.to_owned()),
-            covariate: RUN.to_owned(),
-            words: format!("an error of `{measurand}` in run `{run}`"),
-        }
+        let words = format!("an error of `{measurand}` in run `{run}`");
+        let place = Self::new(Of::Measurand(measurand.to_owned()), RUN, words);
+        Self { run: Some(run.to_owned()), ..place }
     }
 
     /// Of a reading that is left out in a run, where it is off from a row of its file on or up to another.
@@ -83,6 +85,7 @@ impl Place {
         rows: Option<(usize, Option<usize>)>,
     ) -> Self {
         let mut place = Self::of_run(measurand, run);
+        place.rows = rows;
         place.words += &match rows {
             Some((first, Some(last))) => format!(" in rows {first} to {last}"),
             Some((first, None)) => format!(" from row {first} on"),

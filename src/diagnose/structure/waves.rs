@@ -85,14 +85,11 @@ pub(super) fn in_time(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     let name = |one: &&MeasurandDeclaration| one.name.clone();
     // Models with other measurands have another family.
     let together = all.iter().map(name).collect::<Vec<_>>().join("_");
-    let whole = Place {
-        of: Of::Channel("all readings".to_owned()),
-        words: "an oscillation of the readings at {member} Hz".to_owned(),
-        covariate: OSCILLATION.to_owned(),
-    };
+    let words = "an oscillation of the readings at {member} Hz".to_owned();
+    let whole = Place::new(Of::Channel("all readings".to_owned()), OSCILLATION, words);
     let each = all.iter().map(|one| {
         let words = format!("an oscillation of `{}` at {{member}} Hz", one.name);
-        let place = Place { of: Of::Measurand(one.name.clone()), words, ..whole.clone() };
+        let place = Place::new(Of::Measurand(one.name.clone()), OSCILLATION, words);
         oscillation(&one.name, &place, &[one])
     });
     let whole = (all.len() > 1).then(|| oscillation(&together, &whole, &all));
