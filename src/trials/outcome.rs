@@ -67,6 +67,18 @@ pub struct Outcome {
     pub failed: Option<String>,
 }
 
+impl Outcome {
+    /// Whether there is a diagnosis.
+    pub fn is_diagnosed(&self) -> bool {
+        self.failed.is_none() && self.verdict != Verdict::Unobservable.word()
+    }
+
+    /// Whether exactly what is true is said.
+    pub fn is_exact(&self) -> bool {
+        self.is_diagnosed() && self.exact
+    }
+}
+
 /// Draws a trial and diagnoses it.
 pub fn of(design: &Design, plan: &Plan, number: usize) -> Outcome {
     let trial = plan.trial(number);

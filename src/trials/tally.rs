@@ -42,12 +42,12 @@ pub struct Cell {
 
 impl Cell {
     fn add(&mut self, one: &Outcome) {
-        self.detected.add(one.verdict != "adequate" && !one.verdict.is_empty());
+        self.detected.add(one.is_diagnosed() && one.verdict != "adequate");
         self.declared.add(one.declared);
         self.top1.add(one.rank == Some(1));
         self.top3.add(one.rank.is_some_and(|rank| rank <= 3));
         self.unknown.add(one.verdict == "unknown");
-        self.exact.add(one.exact);
+        self.exact.add(one.is_exact());
     }
 }
 
@@ -85,38 +85,37 @@ pub struct Tally {
     pub shrinkages: usize,
     /// Where effects of size `LEAST_LAMBDA` and more went, those that went wrong.
     pub confusion: Vec<Confusion>,
-    /// Trials without diagnosis.
+    /// Trials without diagnosis: they count as wrong, but as no false alarm.
     pub failed: usize,
 }
 
 /// Scores trials.
 pub fn tally(outcomes: &[Outcome]) -> Tally {
-    let (judged, failed): (Vec<_>, Vec<_>) =
-        outcomes.iter().partition(|one| one.failed.is_none() && one.verdict != "unobservable");
     let mut false_alarms = Count::default();
     let mut noise_alarms: BTreeMap<String, Count> = BTreeMap::new();
-    for one in &judged {
+    for one in outcomes {
+        let is_alarm = one.is_diagnosed() && !one.exact;
         match one.kind.as_str() {
-            "none" => false_alarms.add(!one.exact),
+            "none" => false_alarms.add(is_alarm),
             "noise" => {
                 let name = one.effects.first().cloned().unwrap_or_default();
-                noise_alarms.entry(name).or_default().add(!one.exact);
+                noise_alarms.entry(name).or_default().add(is_alarm);
             }
             _ => {}
         }
     }
-    let shrinkage = shrinkage(&judged);
+    let shrinkage = shrinkage(outcomes);
     Tally {
         trials: outcomes.len(),
-        cells: cells(&judged),
+        cells: cells(outcomes),
         false_alarms,
         noise_alarms,
-        brier: mean(judged.iter().filter_map(|one| one.brier)),
-        calibration_error: calibration_error(&judged),
+        brier: mean(outcomes.iter().filter_map(|one| one.brier)),
+        calibration_error: calibration_error(outcomes),
         shrinkage_error: median(shrinkage.clone()),
         shrinkages: shrinkage.len(),
-        confusion: confusion(&judged),
-        failed: failed.len(),
+        confusion: confusion(outcomes),
+        failed: outcomes.iter().filter(|one| !one.is_diagnosed()).count(),
     }
 }
 
@@ -133,9 +132,9 @@ fn band(one: &Outcome) -> (f64, Option<(f64, f64)>) {
 /// What sets a cell apart: kind, form, effect (all first), size in millionths.
 type Key = (String, Option<bool>, Option<String>, u64);
 
-fn cells(judged: &[&Outcome]) -> Vec<Cell> {
+fn cells(outcomes: &[Outcome]) -> Vec<Cell> {
     let mut cells: BTreeMap<Key, Cell> = BTreeMap::new();
-    for one in judged {
+    for one in outcomes {
         let (lambda, band) = band(one);
         let effect = one.effects.join(" + ");
         let alone = if one.kind == "two" || effect.is_empty() { None } else { Some(effect) };
@@ -173,9 +172,9 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 }
 
 /// Mean absolute difference between confidence and success over bins of as many trials each.
-fn calibration_error(judged: &[&Outcome]) -> Option<f64> {
+fn calibration_error(outcomes: &[Outcome]) -> Option<f64> {
     let mut said: Vec<(f64, bool)> =
-        judged.iter().filter_map(|one| Some((one.confidence?, one.sure?))).collect();
+        outcomes.iter().filter_map(|one| Some((one.confidence?, one.sure?))).collect();
     said.sort_by(|a, b| a.0.total_cmp(&b.0));
     let bins = BINS.min(said.len());
     let each = (0..bins).map(|bin| {
@@ -188,17 +187,18 @@ fn calibration_error(judged: &[&Outcome]) -> Option<f64> {
 }
 
 /// How far the part of the gap that is said to be closed is from the truth.
-fn shrinkage(judged: &[&Outcome]) -> Vec<f64> {
-    let large = judged.iter().filter(|one| one.lambda >= LEAST_LAMBDA);
+fn shrinkage(outcomes: &[Outcome]) -> Vec<f64> {
+    let large = outcomes.iter().filter(|one| one.lambda >= LEAST_LAMBDA);
     large.filter_map(|one| Some((one.closed? - one.closed_in_truth?).abs())).collect()
 }
 
-fn confusion(judged: &[&Outcome]) -> Vec<Confusion> {
+fn confusion(outcomes: &[Outcome]) -> Vec<Confusion> {
     let mut counts: BTreeMap<(String, String), usize> = BTreeMap::new();
-    for one in judged.iter().filter(|one| !one.exact) {
+    for one in outcomes.iter().filter(|one| !one.is_exact()) {
         if one.lambda >= LEAST_LAMBDA || matches!(one.kind.as_str(), "none" | "noise") {
             let truth = format!("{}: {}", one.kind, one.effects.join(" + "));
             let said = match one.named.as_slice() {
+                [] if one.verdict.is_empty() => "no diagnosis".to_owned(),
                 [] => one.verdict.clone(),
                 named => named.join(" + "),
             };
@@ -235,6 +235,25 @@ mod tests {
         let all: Vec<Outcome> = (0..100).map(|_| said(0.8, true)).collect();
         let error = tally(&all).calibration_error.unwrap_or(1.0);
         assert!((error - 0.2).abs() < 1e-12, "{error}");
+    }
+
+    /// A campaign that cannot be diagnosed is a wrong answer, and no alarm.
+    #[test]
+    fn what_has_no_diagnosis_counts() {
+        let mut without = said(0.5, false);
+        (without.verdict, without.rank) = ("unobservable".to_owned(), None);
+        (without.declared, without.confidence, without.sure) = (false, None, None);
+        let mut failed = without.clone();
+        (failed.verdict, failed.failed) = (String::new(), Some("no fit".to_owned()));
+        let mut clean = without.clone();
+        clean.kind = "none".to_owned();
+        let found = tally(&[said(0.5, true), without, failed, clean]);
+        assert_eq!((found.trials, found.failed), (4, 3));
+        let of_one = found.cells.iter().find(|one| one.kind == "one").cloned().unwrap_or_default();
+        let rates = [of_one.detected, of_one.top1, of_one.exact].map(|one| (one.hits, one.trials));
+        assert_eq!(rates, [(1, 3); 3]);
+        assert_eq!((found.false_alarms.hits, found.false_alarms.trials), (0, 1));
+        assert_eq!(found.confusion.len(), 1);
     }
 
     #[test]
