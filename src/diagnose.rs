@@ -1,72 +1,35 @@
 //! Where simulation and reality differ, which unmodelled effect causes it, and how far the gap
 //! shrinks once that effect is added.
 //!
-//! | file | answers |
+//! From the ground up; each imports from those before it:
+//!
+//! | room | answers |
 //! |---|---|
-//! | [`candidates`] | what may be added to the model |
-//! | [`catalogue`] | all that has been made of the models so far |
-//! | `off` | whether an effect is off where its parameters are zero |
-//! | [`structure`] | what an effect that nobody wrote down could look like |
-//! | [`evidence`], `columns`, `nominal` | what each of them would explain, from one pass |
-//! | [`mod@scan`] | which member of a family explains most |
-//! | [`score`], [`tail`] | how unlikely that is by chance |
-//! | [`stage`] | a fitted model with all of that |
-//! | [`memory`] | noise that is like itself for a while |
-//! | [`wander`] | random walks, tested in the variance; a displaced rig, which looks like one |
-//! | [`apart`], `alone` | readings that are off in a few runs, or in a part of one |
-//! | `settle`, `codes`, `spikes`, `trimmed` | the nominal fit, without what keeps it from settling or bends it |
-//! | [`lost`] | stretches of readings shifted by whole samples |
-//! | [`wild`], [`left_out`] | readings that are far out, and how what is left out is told |
-//! | [`whiten`], [`jitter`], `levels`, `variances` | the noise, before anything is tested against it |
+//! | [`fitted`] | campaigns with some effects, fitted |
+//! | [`library`] | what may be added to a model |
+//! | [`evidence`] | what each of that would explain, from one pass, and how unlikely that is by chance |
+//! | [`found`] | what is found beside effects, as data |
 //! | `sequences` | residuals in the order of time |
-//! | [`mod@search`], [`mod@pairs`] | which effects are adopted |
-//! | `imitation` | whether several effects only imitate what nobody wrote down |
-//! | [`verdict`], [`mod@silent`] | the answer, and what shows in no reading |
-//! | [`probability`] | how probable each cause is |
-//! | [`mod@gap`], [`mod@holdout`], `folds` | how far the gap shrinks |
-//! | [`mod@hidden`] | what could still hide |
+//! | [`stage`] | a fitted model with the evidence of all that is not in it |
+//! | [`gross`] | what spoils a fit: it is left out and told |
+//! | [`noise`] | the noise, before anything is tested against it |
+//! | [`mod@search`] | which effects are adopted |
+//! | [`verdict`] | the answer, what shows in no reading and what could still hide |
+//! | [`mod@gap`] | how far the gap shrinks |
+//! | [`power`] | what a design could see, before any data |
 
-mod alone;
-pub mod apart;
-pub mod basis;
-pub mod candidates;
-pub mod catalogue;
-mod codes;
-mod columns;
 pub mod evidence;
-mod folds;
+pub mod fitted;
+pub mod found;
 pub mod gap;
-pub mod hidden;
-pub mod holdout;
-mod imitation;
-pub mod jitter;
-pub mod left_out;
-mod levels;
-pub mod lost;
-pub mod memory;
-mod nominal;
-mod off;
-pub mod pairs;
+pub mod gross;
+pub mod library;
+pub mod noise;
 pub mod power;
-pub mod probability;
-mod sampling;
-pub mod scan;
-pub mod score;
 pub mod search;
 mod sequences;
-mod settle;
-pub mod silent;
-mod spikes;
 pub mod stage;
-pub mod steps;
-pub mod structure;
-pub mod tail;
-mod trimmed;
-mod variances;
 pub mod verdict;
-pub mod wander;
-pub mod whiten;
-pub mod wild;
 
 use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe};
@@ -74,21 +37,22 @@ use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate, finish};
 use crate::estimate::contradicted::{Contradicted, contradicted};
 
-use alone::without_alone;
-use candidates::{NotTestable, Wanted};
-use codes::without_codes;
+use fitted::Fitted;
+use found::{Location, Lost, NoiseEffect, Ranked};
+use gap::holdout::{HoldoutError, holdout};
+use gap::steps::Steps;
 use gap::{Gap, floor, gap};
-use hidden::{Hidden, hidden};
-use holdout::{HoldoutError, holdout};
-use lost::Lost;
+use gross::codes::without_codes;
+use gross::settle::{settled, without_lost, without_spoiling};
+use gross::spikes::without_spikes;
+use library::candidates::{NotTestable, Wanted};
+use library::off;
 use search::{Adopted, Search, search};
-use settle::{settled, without_lost, without_spoiling};
-use silent::{Absorbed, silent};
-use spikes::without_spikes;
-use stage::{Fitted, Stage};
-use steps::Steps;
-use verdict::{Answer, Location, Ranked, Verdict, Why};
-use whiten::NoiseEffect;
+use stage::Stage;
+use verdict::alone::without_alone;
+use verdict::hidden::{Hidden, hidden};
+use verdict::silent::{Absorbed, silent};
+use verdict::{Answer, Verdict, Why};
 
 /// The answer.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ mod common;
 
 use std::path::Path;
 
-use homepoint::diagnose::candidates::Wanted;
+use homepoint::diagnose::library::candidates::Wanted;
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::open::{Request, open};

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use drawn::{drawn, folder, run};
 use homepoint::diagnose::Diagnosis;
-use homepoint::diagnose::left_out::Reading;
+use homepoint::diagnose::found::Reading;
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Request, open};

@@ -8,7 +8,7 @@ mod drawn;
 use std::path::Path;
 
 use drawn::{drawn_at, folder, run};
-use homepoint::diagnose::candidates::Wanted;
+use homepoint::diagnose::library::candidates::Wanted;
 use homepoint::diagnose::power::power;
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::diagnose::{Diagnosis, judge};

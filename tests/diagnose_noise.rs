@@ -8,8 +8,8 @@ mod drawn;
 use std::path::Path;
 
 use drawn::{drawn, drawn_at, folder, run};
-use homepoint::diagnose::candidates::Wanted;
-use homepoint::diagnose::pairs::pairs;
+use homepoint::diagnose::library::candidates::Wanted;
+use homepoint::diagnose::search::pairs::pairs;
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose, judge};
 use homepoint::engine::Problem;
@@ -19,7 +19,7 @@ use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
 use homepoint::report;
 
-fn noise_of<'d>(found: &'d Diagnosis, name: &str) -> &'d homepoint::diagnose::whiten::NoiseEffect {
+fn noise_of<'d>(found: &'d Diagnosis, name: &str) -> &'d homepoint::diagnose::found::NoiseEffect {
     let names: Vec<&str> = found.noise.iter().map(|one| one.name.as_str()).collect();
     let one = found.noise.iter().find(|one| one.name == name);
     one.unwrap_or_else(|| unreachable!("{name} in {names:?}, {:?}", found.verdict))

@@ -7,11 +7,11 @@ mod drawn;
 use std::path::Path;
 
 use drawn::{drawn, drawn_at, folder, run};
-use homepoint::diagnose::candidates::{Candidate, Wanted, offer};
 use homepoint::diagnose::evidence::Evidence;
+use homepoint::diagnose::fitted::Fitted;
 use homepoint::diagnose::gap::drops;
-use homepoint::diagnose::stage::Fitted;
-use homepoint::diagnose::structure::blocks;
+use homepoint::diagnose::library::candidates::{Candidate, Wanted, offer};
+use homepoint::diagnose::library::structure::blocks;
 use homepoint::engine::Problem;
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::open::{Opened, Request, open};

@@ -8,9 +8,9 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use homepoint::diagnose::candidates::{Candidate, Wanted, offer};
 use homepoint::diagnose::evidence::Evidence;
-use homepoint::diagnose::stage::carried;
+use homepoint::diagnose::fitted::carried;
+use homepoint::diagnose::library::candidates::{Candidate, Wanted, offer};
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::gram::LeastSquares;
@@ -126,7 +126,7 @@ impl Rig {
             direction.iter_mut().for_each(|value| *value *= lambda / length);
             let values = &entry.basis * nalgebra::DVector::from_vec(direction);
             let with = way.systems[0].as_deref().unwrap().clone();
-            let mut part = homepoint::diagnose::stage::rebuilt(&problem.parts[0], with);
+            let mut part = homepoint::diagnose::fitted::rebuilt(&problem.parts[0], with);
             part.random_sigma = problem.parts[0].random_sigma.clone();
             let mut drawn = Problem::new(vec![part]);
             let mut point = carried(&problem, &self.truth, &drawn);

@@ -8,8 +8,8 @@ mod drawn;
 use std::path::Path;
 
 use drawn::{drawn_at, folder};
-use homepoint::diagnose::candidates::Wanted;
-use homepoint::diagnose::structure::Place;
+use homepoint::diagnose::library::candidates::Wanted;
+use homepoint::diagnose::library::structure::Place;
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::layout::Instance;

@@ -8,10 +8,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use drawn::{drawn, run};
-use homepoint::diagnose::candidates::Wanted;
+use homepoint::diagnose::library::candidates::Wanted;
 use homepoint::diagnose::{diagnose, judge};
 use homepoint::engine::Problem;
-
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::bias::bias;

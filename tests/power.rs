@@ -4,12 +4,14 @@
 
 use std::path::Path;
 
-use homepoint::diagnose::candidates::{Candidate, Wanted};
+use homepoint::diagnose::fitted::{Fitted, carried, rebuilt};
+use homepoint::diagnose::found::Noise;
+use homepoint::diagnose::library::candidates::{Candidate, Wanted};
+use homepoint::diagnose::noise::whiten::{Given, prepare};
 use homepoint::diagnose::power::design::{design, stage};
 use homepoint::diagnose::power::sight::{Way, directions};
 use homepoint::diagnose::power::{Power, Row, State, power};
-use homepoint::diagnose::stage::{Fitted, Stage, carried, rebuilt};
-use homepoint::diagnose::whiten::{Given, Noise, prepare};
+use homepoint::diagnose::stage::Stage;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::simulate::simulate;
 use homepoint::engine::{Point, Problem};

@@ -18,6 +18,22 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("faces", &["report", "cli", "main", "lib"]),
 ];
 
+/// The rooms of the diagnosis from the ground up; a room may import from those before it.
+const ROOMS: &[&str] = &[
+    "fitted",
+    "library",
+    "evidence",
+    "found",
+    "sequences",
+    "stage",
+    "gross",
+    "noise",
+    "search",
+    "verdict",
+    "gap",
+    "power",
+];
+
 /// Lines a source file may have, its tests not counted.
 const MAXIMUM_LINES: usize = 500;
 
@@ -71,11 +87,46 @@ fn layers_import_one_way() {
         for (number, line) in without_tests(&text).lines().enumerate() {
             let code = line.split("//").next().unwrap();
             for part in code.split("crate::").skip(1) {
-                let target: String =
-                    part.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+                let target = name_of(part);
                 if rank.get(target.as_str()).is_some_and(|other| other > own_rank) {
                     let place = path.display();
                     faults.push(format!("{place}:{}: {own} imports {target}", number + 1));
+                }
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// The name that a path goes on with.
+fn name_of(path: &str) -> String {
+    path.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+}
+
+#[test]
+fn rooms_of_the_diagnosis_import_one_way() {
+    let folder = source_folder().join("diagnose");
+    let rank = |name: &str| ROOMS.iter().position(|room| *room == name);
+    let mut faults = Vec::new();
+    for path in sources(&folder) {
+        let inside = path.strip_prefix(&folder).unwrap();
+        let own = name_of(inside.to_str().unwrap());
+        let Some(own_rank) = rank(&own) else {
+            faults.push(format!("{own} is no room: add it to ROOMS"));
+            continue;
+        };
+        let from_here =
+            if inside.components().count() == 1 { "super::" } else { "crate::diagnose::" };
+        let text = fs::read_to_string(&path).unwrap();
+        for (number, line) in without_tests(&text).lines().enumerate() {
+            let code = line.split("//").next().unwrap();
+            for prefix in ["crate::diagnose::", from_here] {
+                for part in code.split(prefix).skip(1) {
+                    let target = name_of(part);
+                    if rank(&target).is_some_and(|other| other > own_rank) {
+                        let place = path.display();
+                        faults.push(format!("{place}:{}: {own} imports {target}", number + 1));
+                    }
                 }
             }
         }

@@ -6,9 +6,6 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use super::arguments::{CampaignArguments, Format};
-use super::wanted::WantedArguments;
-use super::{Failure, load, output, render};
 use crate::campaign::Run;
 use crate::diagnose::verdict::Verdict;
 use crate::diagnose::{Diagnosis, diagnose, judge};
@@ -17,6 +14,10 @@ use crate::engine::open::{Opened, Recipe};
 use crate::engine::{Part, Problem};
 use crate::estimate::batch::Options;
 use crate::report;
+
+use super::arguments::{CampaignArguments, Format};
+use super::wanted::WantedArguments;
+use super::{Failure, load, output, render};
 
 #[derive(Debug, Args)]
 pub(super) struct Diagnose {

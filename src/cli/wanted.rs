@@ -2,11 +2,12 @@
 
 use clap::Args;
 
-use super::Failure;
-use crate::diagnose::candidates::Wanted;
+use crate::diagnose::library::candidates::Wanted;
 use crate::diagnostic::Diagnostic;
 use crate::engine::open::Recipe;
 use crate::system::needs::heads_for;
+
+use super::Failure;
 
 #[derive(Debug, Args)]
 pub(super) struct WantedArguments {

@@ -4,9 +4,28 @@
 //! columns `e`: `S = H_ee - H_en H_nn⁻¹ H_ne` and the score `g = b_e - H_en H_nn⁻¹ b_n`. Without the
 //! effect `gᵀ S⁻¹ g` is chi squared (Rao's score test); `λ² = gᵀ S⁻¹ g` less its degrees is the
 //! squared length of the effect's signature that nominal parameters cannot follow. Columns are cut
-//! where less than [`super::basis::RANK`] of their length is left; where nothing is left, the effect is absorbed.
+//! where less than [`self::basis::RANK`] of their length is left; where nothing is left, the effect is absorbed.
 //!
 //! Values of scope setup and run have a column each; sums are kept by run, so nothing more is summed.
+//!
+//! | file | answers |
+//! |---|---|
+//! | `nominal` | what the nominal parameters can follow |
+//! | `columns` | which column is which value of which candidate |
+//! | [`mod@basis`] | what two sets of columns have in common |
+//! | [`mod@scan`], `sampling` | which member of a family explains most, at which members it is looked for |
+//! | [`score`], [`tail`] | how unlikely an explanation is by chance |
+//! | [`thresholds`], [`detection`] | from where on it counts, and how often an effect gets there |
+
+pub mod basis;
+pub(super) mod columns;
+pub mod detection;
+pub(super) mod nominal;
+pub(super) mod sampling;
+pub mod scan;
+pub mod score;
+pub mod tail;
+pub mod thresholds;
 
 use std::sync::Arc;
 
@@ -17,11 +36,13 @@ use crate::engine::signatures::Signatures;
 use crate::engine::stretches::Left;
 use crate::engine::{Point, Problem};
 
-use super::basis::basis;
-use super::candidates::Candidate;
-pub use super::columns::Owner;
-use super::columns::{Column, Owned, join, sign};
-use super::nominal::Nominal;
+use self::basis::basis;
+pub use self::columns::Owner;
+use self::columns::join;
+use self::columns::{Column, Owned};
+use self::nominal::Nominal;
+use super::library::candidates::Candidate;
+use super::library::catalogue::sign;
 
 /// Squared sine of the angle below which a direction is taken up by what it stands beside: tangents of
 /// effects that are not quite linear differ by as much.

@@ -7,6 +7,16 @@
 //!
 //! Sums are linear about the fit with the effects; the models without them differ by the effects'
 //! values, which is where the linear form is good to second order.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`steps`] | the models with one effect after the other |
+//! | `folds` | what is left out at a time |
+//! | [`mod@holdout`] | the same on a campaign that no model was fitted to |
+
+pub(super) mod folds;
+pub mod holdout;
+pub mod steps;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,12 +24,12 @@ use crate::engine::gram::{LeastSquares, Normal, PriorRow, RunGram};
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::estimate::calibrate::rms;
 
-use super::folds::{Fold, folds, within_runs};
-use super::nominal::factored;
-use super::search::LEAST_LAMBDA;
-use super::stage::Fitted;
-use super::steps::Steps;
-use super::tail::student;
+use self::folds::{Fold, folds, within_runs};
+use self::steps::Steps;
+use super::evidence::nominal::factored;
+use super::evidence::tail::student;
+use super::evidence::thresholds::LEAST_LAMBDA;
+use super::fitted::Fitted;
 
 /// Samples looked at for the floor at most.
 const MOST_SAMPLES: usize = 5_000;

@@ -2,7 +2,7 @@
 //!
 //! For each effect of the library the size that is declared, and the size that is told from all other
 //! effects, with probability [`sight::CAUGHT`] at the search's own levels (at most
-//! [`super::search::FALSE_ALARMS`] false alarms in all); the shift of each delay that an effect of the
+//! [`super::evidence::thresholds::FALSE_ALARMS`] false alarms in all); the shift of each delay that an effect of the
 //! detectable size causes while nobody knows of it; and what would help. All of it follows from one pass
 //! over the design: the noncentrality of the test that will be made is the squared length of the effect's
 //! signature (Cox and Hinkley, *Theoretical Statistics*, 9.3).
@@ -10,7 +10,6 @@
 //! | file | answers |
 //! |---|---|
 //! | [`mod@design`] | predicted readings instead of recorded ones |
-//! | [`detection`] | how often a signature of some length passes the test |
 //! | [`mod@sight`] | sizes, from the columns of one pass |
 //! | [`noise`] | the same for effects on the noise |
 //! | [`mod@remedies`] | what would be added to a campaign, tried |
@@ -20,7 +19,6 @@
 //! size and is not in it.
 
 pub mod design;
-pub mod detection;
 pub mod noise;
 pub mod remedies;
 pub mod sight;
@@ -28,22 +26,23 @@ pub mod words;
 
 use std::collections::BTreeMap;
 
+use remedies::{Remedy, remedies};
+use sight::{Sight, Way, shift, sight};
+
 use crate::engine::open::Recipe;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::FitError;
 use crate::estimate::calibrate::{Calibration, finish};
 use crate::units::Unit;
 
-use super::candidates::Wanted;
-use super::scan::members;
-use super::score::Support;
-use super::search::level;
-use super::silent::{acts_as, why_silent};
+use super::evidence::detection::bar;
+use super::evidence::scan::members;
+use super::evidence::score::Support;
+use super::evidence::thresholds::level;
+use super::library::candidates::Wanted;
+use super::noise::whiten::stretch;
 use super::stage::Stage;
-use super::whiten::stretch;
-use detection::bar;
-use remedies::{Remedy, remedies};
-use sight::{Sight, Way, shift, sight};
+use super::verdict::silent::{acts_as, why_silent};
 
 /// An effect that is seen only beyond so many times its usual size does not act.
 const BEYOND: f64 = 1e4;

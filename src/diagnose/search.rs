@@ -4,32 +4,34 @@
 //! tested again; the one that explains most beyond chance is adopted. Then every block of unknown
 //! structure is tried against what is left: that gate, not the effect's own test, decides. A forced
 //! choice would name a wrong effect nearly always when the true one is not in the library. Where the gate
-//! stays shut, pairs of the best are tried ([`super::pairs`]).
+//! stays shut, pairs of the best are tried ([`mod@pairs`]).
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`mod@pairs`] | which two effects explain what none does alone |
+//! | `imitation` | whether several effects only imitate what nobody wrote down |
+//! | [`probability`] | how probable each cause is |
+
+pub(super) mod imitation;
+pub mod pairs;
+pub mod probability;
 
 use crate::estimate::batch::{FitError, Options};
 
-use super::candidates::{Candidate, Wanted};
-use super::left_out::LeftOut;
-use super::lost::Lost;
-use super::pairs::pairs;
-use super::probability::{among_effects, probabilities};
-use super::score::{Score, Support, of_gain};
-use super::stage::{Fitted, Stage};
-use super::whiten::{Given, Noise, prepare};
+use self::pairs::pairs;
+use self::probability::{among_effects, probabilities};
+use super::evidence::score::{Score, Support, of_gain};
+use super::evidence::thresholds::{ALIKE, LEAST_LAMBDA, TIE, level};
+use super::fitted::Fitted;
+use super::found::{LeftOut, Lost, Noise};
+use super::library::candidates::{Candidate, Wanted};
+use super::noise::whiten::{Given, prepare};
+use super::stage::Stage;
 
-/// Probability of any false declaration, split evenly over effects, blocks and noise.
-pub const FALSE_ALARMS: f64 = 0.01;
-/// Effects are not adopted below this length of their signature: their shrinkage is noise.
-pub const LEAST_LAMBDA: f64 = 5.0;
 /// Effects that are fitted and tested again before one is adopted.
 const SHORT_LIST: usize = 3;
 /// Effects that are adopted at most.
 const MOST: usize = 4;
-
-/// Logarithms of probabilities that differ less do not tell effects apart: half of [`ALIKE`].
-const TIE: f64 = 4.6;
-/// Effects whose gains differ less cannot be told apart: the 1 % point of chi squared of two degrees.
-pub const ALIKE: f64 = 9.2;
 
 /// An adopted effect.
 #[derive(Clone, Debug)]
@@ -65,11 +67,6 @@ pub struct Search {
     pub stages: Vec<Stage>,
     /// The adopted effects, in order.
     pub adopted: Vec<Adopted>,
-}
-
-/// The level of a test among so many, for a third of the false alarms.
-pub fn level(tests: usize) -> f64 {
-    (FALSE_ALARMS / 3.0 / tests.max(1) as f64).ln()
 }
 
 impl Stage {

@@ -9,14 +9,33 @@ use std::sync::{Arc, OnceLock};
 use crate::campaign::Run;
 use crate::campaign::record::Record;
 use crate::engine::gauss_markov::NoiseClock;
+use crate::engine::layout::qualified;
 use crate::engine::stretches::Left;
 use crate::engine::{Point, Problem};
 
-use super::left_out::OfRun;
-use super::tail::ln_normal;
+use super::evidence::tail::ln_normal;
 
 /// Standard deviation over median absolute deviation of a normal distribution.
 pub(super) const NORMAL: f64 = 1.482_602_2;
+/// Standard deviation of the logarithm of a median absolute deviation, times `√n`.
+pub(super) const OF_A_MEDIAN: f64 = 1.17;
+
+/// A measurand of a run of a campaign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::diagnose) struct OfRun {
+    pub(in crate::diagnose) part: usize,
+    pub(in crate::diagnose) measurand: usize,
+    pub(in crate::diagnose) run: usize,
+}
+
+impl OfRun {
+    /// The names of the run and of the measurand.
+    pub(super) fn names(self, problem: &Problem) -> (String, String) {
+        let part = &problem.parts[self.part];
+        let run = qualified(part.label.as_deref(), &part.runs[self.run].name);
+        (run, part.system.assembly.names.measurands[self.measurand].name.clone())
+    }
+}
 
 /// One residual component's residuals, run after run.
 #[derive(Clone)]

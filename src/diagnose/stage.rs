@@ -6,190 +6,23 @@ use std::sync::Arc;
 use nalgebra::DVector;
 
 use crate::effect::{Family, Members};
-use crate::engine::open::Recipe;
+use crate::engine::Problem;
 use crate::engine::signatures::Signatures;
 use crate::engine::stretches::Left;
-use crate::engine::{Part, Point, Problem};
-use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
-use crate::system::Selected;
+use crate::estimate::batch::Fit;
 
-use super::apart::Apart;
-use super::candidates::{Candidate, NotTestable, Offer, Wanted};
-use super::catalogue::{self, Made};
-use super::columns::sign;
+use super::evidence::scan::{ALL_BLIND, Scanned, scan, told, with_member};
+use super::evidence::score::{Score, of_gain, score};
+use super::evidence::thresholds::level;
 use super::evidence::{Entry, Evidence};
-use super::memory::wanders;
-use super::scan::{ALL_BLIND, Scanned, scan, told, with_member};
-use super::score::{Score, of_gain, score};
-use super::search::level;
-use super::structure::{Of, Place};
-use super::whiten::Noise;
+use super::fitted::Fitted;
+use super::found::{Apart, Noise};
+use super::library::candidates::{Candidate, NotTestable, Offer, Wanted};
+use super::library::catalogue::{self, Made, sign};
+use super::library::structure::{Of, Place};
 
 /// Structures taken off at most before the noise is judged.
 const MOST_STRUCTURES: usize = 8;
-
-/// The campaigns with some effects, fitted.
-#[derive(Clone, Debug)]
-pub struct Fitted {
-    /// From what its models were put together.
-    pub recipes: Vec<Recipe>,
-    /// The campaigns.
-    pub problem: Problem,
-    /// The fit.
-    pub fit: Fit<Point>,
-}
-
-impl Fitted {
-    /// Whether the fit can be built on.
-    pub fn is_sound(&self) -> bool {
-        self.fit.outcome == Outcome::Converged
-    }
-
-    /// The same campaigns with one more effect, fitted from here. `None` where the effect fits no
-    /// campaign.
-    ///
-    /// # Errors
-    /// [`FitError`] where the problem cannot be fitted at all.
-    pub fn with(
-        &self,
-        more: &Selected,
-        start: &[(String, usize, Option<String>, f64)],
-        options: &Options,
-    ) -> Result<Option<Self>, FitError> {
-        let mut recipes = self.recipes.clone();
-        let mut parts = Vec::with_capacity(recipes.len());
-        let mut fits = false;
-        for (recipe, part) in recipes.iter_mut().zip(&self.problem.parts) {
-            if let Ok(system) = recipe.with(std::slice::from_ref(more)) {
-                fits = true;
-                recipe.effects.push(more.clone());
-                parts.push(rebuilt(part, system));
-            } else {
-                parts.push(part.clone());
-            }
-        }
-        if !fits {
-            return Ok(None);
-        }
-        let mut problem = Problem::new(parts);
-        let mut point = carried(&self.problem, &self.fit.point, &problem);
-        for (name, component, of, value) in start {
-            for (index, instance) in problem.layout.instances.iter().enumerate() {
-                let here = instance.whose() == of.as_deref();
-                if instance.name == *name && here && !instance.setting.fixed {
-                    point.values[index][*component] = *value;
-                }
-            }
-        }
-        point.balance(&problem.layout);
-        let fit = fit(&mut problem, point, options)?;
-        Ok(Some(Self { recipes, problem, fit }))
-    }
-
-    /// The same campaigns, readings and weights without some effects, fitted from here.
-    ///
-    /// # Errors
-    /// [`FitError`] where the problem cannot be fitted at all.
-    pub fn without(&self, less: &[&Selected], options: &Options) -> Result<Self, FitError> {
-        let mut recipes = self.recipes.clone();
-        let mut parts = Vec::with_capacity(recipes.len());
-        for (recipe, part) in recipes.iter_mut().zip(&self.problem.parts) {
-            let dropped = |one: &Selected| {
-                less.iter().any(|gone| {
-                    gone.effect.name == one.effect.name
-                        && gone.head == one.head
-                        && gone.member == one.member
-                })
-            };
-            recipe.effects.retain(|one| !dropped(one));
-            parts.push(match recipe.with(&[]) {
-                Ok(system) => rebuilt(part, system),
-                Err(_) => part.clone(),
-            });
-        }
-        let mut problem = Problem::new(parts);
-        let point = carried(&self.problem, &self.fit.point, &problem);
-        let fit = fit(&mut problem, point, options)?;
-        Ok(Self { recipes, problem, fit })
-    }
-
-    /// Fitted again from where it stands, with the readings and uncertainties of the problem.
-    ///
-    /// # Errors
-    /// [`FitError`] where the problem cannot be fitted at all.
-    pub fn again(self, options: &Options) -> Result<Self, FitError> {
-        let Self { recipes, mut problem, fit: old } = self;
-        let fit = fit(&mut problem, old.point, options)?;
-        Ok(Self { recipes, problem, fit })
-    }
-
-    /// The standard deviation of a random quantity.
-    pub fn random(&self, name: &str) -> Option<f64> {
-        self.problem.parts.iter().find_map(|part| {
-            let mut randoms = part.system.randoms.iter().zip(&part.random_sigma);
-            randoms.find(|(random, _)| random.name == name).map(|(_, sigma)| *sigma)
-        })
-    }
-
-    /// Gives a random quantity a standard deviation in every campaign that has it.
-    pub fn set_random(&mut self, name: &str, value: f64) {
-        let mut parts = std::mem::take(&mut self.problem.parts);
-        for part in &mut parts {
-            for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
-                if random.name == name {
-                    *sigma = value;
-                }
-            }
-        }
-        self.problem = Problem::new(parts);
-    }
-
-    /// The sum of squares of the residuals and priors.
-    pub fn cost(&self) -> f64 {
-        self.fit.cost
-    }
-}
-
-/// A part with another system; readings, stated uncertainties, levels and memory of noise as they are.
-pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {
-    let levels: Vec<(String, f64)> = part
-        .system
-        .randoms
-        .iter()
-        .zip(&part.random_sigma)
-        .map(|(random, sigma)| (random.name.clone(), *sigma))
-        .collect();
-    let mut made = Part::new(system, part.setups.clone(), part.runs.clone(), part.sigma.clone());
-    for (random, sigma) in made.system.randoms.iter().zip(&mut made.random_sigma) {
-        if let Some((_, level)) = levels.iter().find(|(name, _)| *name == random.name) {
-            *sigma = *level;
-        }
-    }
-    made.label.clone_from(&part.label);
-    made.instrument.clone_from(&part.instrument);
-    made.rig.clone_from(&part.rig);
-    made.delay_range = part.delay_range;
-    made.gauss_markov.clone_from(&part.gauss_markov);
-    made.run_levels.clone_from(&part.run_levels);
-    made
-}
-
-/// The values of one problem's point in another problem; what is new starts at what is stated, else
-/// at zero.
-pub fn carried(from: &Problem, point: &Point, to: &Problem) -> Point {
-    let mut carried = Point::start(&to.layout);
-    for (index, instance) in to.layout.instances.iter().enumerate() {
-        let same = from
-            .layout
-            .instances
-            .iter()
-            .position(|one| one.name == instance.name && one.whose() == instance.whose());
-        if let Some(same) = same {
-            carried.values[index] = point.values[same];
-        }
-    }
-    carried
-}
 
 /// A fitted model with the evidence for all that is not in it.
 #[derive(Clone, Debug)]
@@ -326,7 +159,7 @@ impl Stage {
         if found.apart.iter().any(own) {
             return false;
         }
-        let slow = found.memory > 0.0 || wanders(found, &self.noise);
+        let slow = found.memory > 0.0 || found.wanders(&self.noise);
         (found.runs_scatter && self.is_of_runs(candidate))
             || (slow && self.is_oscillation(candidate))
     }

@@ -1,19 +1,25 @@
 //! The verdict: what the search found, as an answer.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`mod@silent`] | what shows in no reading, and why |
+//! | [`mod@hidden`] | what could still hide |
+//! | `alone` | the same without the readings of a few runs that are off there alone |
+
+pub(super) mod alone;
+pub mod hidden;
+pub mod silent;
 
 use crate::estimate::contradicted::Contradicted;
 
-use super::probability::probabilities;
-use super::score::Score;
+use super::evidence::thresholds::NAMED;
+use super::found::{Displaced, Location, Noise, Ranked};
+use super::gross::wild::RUNS_APART;
+use super::library::structure::Place;
+use super::search::probability::probabilities;
 use super::search::{Adopted, Search};
 use super::stage::Stage;
-use super::structure::Place;
-use super::wander::displaced::Displaced;
-use super::whiten::Noise;
-use super::wild::RUNS_APART;
 
-/// Share that an effect must explain to be named although its form does not fit: the one from which on
-/// two effects count as one name. Neighbours in a library explain up to .976 of each other.
-pub const NAMED: f64 = 0.98;
 /// An effect that is less probable than this is no name for what is there: its size is far from what is usual,
 /// or something that nobody wrote down does as much with less.
 const LEAST_PROBABLE: f64 = 0.001;
@@ -103,28 +109,6 @@ impl Answer {
     fn unknown(why: Why, effects: Vec<String>) -> Self {
         Self { verdict: Verdict::Unknown, effects: Vec::new(), why: Some((why, effects)) }
     }
-}
-
-/// A testable effect.
-#[derive(Clone, Debug)]
-pub struct Ranked {
-    /// The effect.
-    pub name: String,
-    /// Its test against the nominal model.
-    pub score: Score,
-    /// Share of what is there that it explains, between 0 and 1.
-    pub share: f64,
-    /// Probability that it, or an effect like it, is the cause.
-    pub probability: f64,
-}
-
-/// Where the gap lies.
-#[derive(Clone, Debug)]
-pub struct Location {
-    /// The block.
-    pub place: Place,
-    /// Share of the best block's gain.
-    pub share: f64,
 }
 
 /// The verdict of a search.

@@ -3,14 +3,13 @@
 use serde_json::{Map, Value, json};
 
 use crate::diagnose::Diagnosis;
+use crate::diagnose::found::{Location, Noise, NoiseEffect, Ranked};
 use crate::diagnose::gap::Gap;
-use crate::diagnose::hidden::Hidden;
-use crate::diagnose::probability::{at_most, is_implausible};
+use crate::diagnose::library::structure::Of;
 use crate::diagnose::search::Adopted;
+use crate::diagnose::search::probability::{at_most, is_implausible};
 use crate::diagnose::stage::Stage;
-use crate::diagnose::structure::Of;
-use crate::diagnose::verdict::{Location, Ranked};
-use crate::diagnose::whiten::{Noise, NoiseEffect};
+use crate::diagnose::verdict::hidden::Hidden;
 use crate::estimate::calibrate::Estimate;
 use crate::report::json::{calibration, estimate, number, stated, unobservable};
 

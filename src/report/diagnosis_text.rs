@@ -1,9 +1,10 @@
 //! The result of `diagnose` for people: the verdict first, in a sentence that can be read aloud.
 
 use crate::diagnose::Diagnosis;
+use crate::diagnose::found::Location;
 use crate::diagnose::gap::Gap;
-use crate::diagnose::probability::is_implausible;
-use crate::diagnose::verdict::{Location, Verdict, Why, apart, locations};
+use crate::diagnose::search::probability::is_implausible;
+use crate::diagnose::verdict::{Verdict, Why, apart, locations};
 use crate::report::diagnosis::{estimates_of, last_noise, last_stage, times_usual};
 use crate::report::figure;
 use crate::report::noise_text::{alike, noise};

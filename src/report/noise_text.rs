@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::left_out::{LeftOut, Reading};
-use crate::diagnose::lost::Lost;
-use crate::diagnose::whiten::{Level, Noise, NoiseEffect};
+use crate::diagnose::found::{LeftOut, Level, Lost, Noise, NoiseEffect, Reading};
 use crate::engine::layout::qualified;
 use crate::graph::names::MeasurandKind;
 use crate::report::diagnosis::{last_noise, last_stage};

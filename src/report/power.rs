@@ -2,9 +2,9 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::diagnose::evidence::thresholds::FALSE_ALARMS;
 use crate::diagnose::power::sight::CAUGHT;
 use crate::diagnose::power::{Power, Row};
-use crate::diagnose::search::FALSE_ALARMS;
 use crate::report::json::{number, unobservable};
 
 /// The result of `power`.

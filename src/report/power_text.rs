@@ -1,8 +1,8 @@
 //! The result of `power` for people: one sentence for each effect, under its figures.
 
+use crate::diagnose::evidence::thresholds::FALSE_ALARMS;
 use crate::diagnose::power::sight::CAUGHT;
 use crate::diagnose::power::{Power, Row, State};
-use crate::diagnose::search::FALSE_ALARMS;
 use crate::report::figure;
 use crate::report::text::{align_right, drawn, table, trouble};
 use crate::units::{Dimension, Unit};

@@ -11,9 +11,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::DVector;
 
 use crate::campaign::Sample;
-use crate::diagnose::candidates::{Candidate, Wanted, offer};
-use crate::diagnose::catalogue::written;
 use crate::diagnose::evidence::{Entry, Evidence};
+use crate::diagnose::library::candidates::{Candidate, Wanted, offer};
+use crate::diagnose::library::catalogue::written;
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::{Opened, Recipe};
 use crate::engine::{Point, Problem};

@@ -7,7 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::diagnose::stage::{carried, rebuilt};
+use crate::diagnose::fitted::{carried, rebuilt};
 use crate::engine::gram::LeastSquares;
 use crate::engine::part::wrapped;
 use crate::engine::simulate::simulate;

@@ -4,9 +4,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagnose::candidates::Wanted;
-use crate::diagnose::probability::probabilities;
+use crate::diagnose::library::candidates::Wanted;
 use crate::diagnose::search::Search;
+use crate::diagnose::search::probability::probabilities;
 use crate::diagnose::stage::Stage;
 use crate::diagnose::verdict::Verdict;
 use crate::diagnose::{Diagnosis, diagnose};

@@ -3,12 +3,13 @@
 
 use std::convert::Infallible;
 
-use crate::diagnose::candidates::{NotTestable, Wanted, offer};
 use crate::diagnose::evidence::Evidence;
-use crate::diagnose::scan::{ALL_BLIND, told};
-use crate::diagnose::score::score;
-use crate::diagnose::stage::{Fitted, Stage};
-use crate::diagnose::whiten::Noise;
+use crate::diagnose::evidence::scan::{ALL_BLIND, told};
+use crate::diagnose::evidence::score::score;
+use crate::diagnose::fitted::Fitted;
+use crate::diagnose::found::Noise;
+use crate::diagnose::library::candidates::{NotTestable, Wanted, offer};
+use crate::diagnose::stage::Stage;
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::Recipe;
 use crate::engine::simulate::draw_run;

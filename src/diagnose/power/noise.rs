@@ -1,24 +1,25 @@
 //! What a campaign sees of effects on the noise: they show in the scatter and not in the mean.
 //!
 //! Each has a statistic that is normal of variance one without it and has a mean with it: shared errors
-//! `s² √W` with `W = Σ (a_m a_n)²` over pairs of readings of a sample ([`crate::diagnose::jitter`]), a level
+//! `s² √W` with `W = Σ (a_m a_n)²` over pairs of readings of a sample ([`crate::diagnose::noise::jitter`]), a level
 //! `((1 + k)² - 1) √(n / 2)`, memory its correlation times `√n`. Where the mean exceeds the bar by the
 //! quantile of [`CAUGHT`] the effect is declared with that probability.
 
-use crate::diagnose::candidates::Candidate;
 use nalgebra::DVector;
 
-use crate::diagnose::jitter::{stride, white_randoms};
-use crate::diagnose::levels::patches_level;
-use crate::diagnose::search::level;
-use crate::diagnose::stage::{Fitted, Stage, rebuilt};
-use crate::diagnose::tail::ln_normal;
-use crate::diagnose::wild::{counts, ln_wild};
+use crate::diagnose::evidence::detection::{leads, solved};
+use crate::diagnose::evidence::tail::ln_normal;
+use crate::diagnose::evidence::thresholds::level;
+use crate::diagnose::fitted::{Fitted, rebuilt};
+use crate::diagnose::gross::wild::{counts, ln_wild};
+use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::noise::jitter::{stride, white_randoms};
+use crate::diagnose::noise::levels::patches_level;
+use crate::diagnose::stage::Stage;
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::model::{ParameterDeclaration, Process};
 use crate::units::Unit;
 
-use super::detection::{leads, solved};
 use super::sight::{CAUGHT, FAR};
 use super::{Row, State, not_testable};
 

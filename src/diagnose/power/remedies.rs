@@ -4,7 +4,7 @@
 //! Whether one of them helps an effect is not a rule of thumb but the same computation with it added.
 
 use crate::campaign::{Run, Samples, Track};
-use crate::diagnose::stage::{Fitted, carried};
+use crate::diagnose::fitted::{Fitted, carried};
 use crate::engine::{Point, Problem};
 use crate::graph::{Kind, Scope};
 use crate::quaternion::Quaternion;

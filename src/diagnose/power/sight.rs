@@ -13,9 +13,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::detection::{exceeds, leads, solved};
-use crate::diagnose::candidates::Candidate;
+use crate::diagnose::evidence::detection::{exceeds, leads, solved};
 use crate::diagnose::evidence::{Entry, Evidence};
+use crate::diagnose::library::candidates::Candidate;
 
 /// Directions over which probabilities are taken, of effects with more than one value.
 const DIRECTIONS: usize = 48;

@@ -1,0 +1,67 @@
+//! The nominal normal equations, factored: what is taken off everything that a candidate does.
+//!
+//! Effects that are adopted bring columns, too, some of which these readings may not determine: a value of
+//! a setup in which nothing moves, a direction that other parameters follow. Such directions stay where they
+//! are, and take nothing off a candidate. It knows no candidate, and does not say what is not determined.
+
+use nalgebra::linalg::Cholesky;
+use nalgebra::{DMatrix, DVector, Dyn};
+
+use crate::engine::gram::{Normal, PriorRow};
+use crate::estimate::arrow::normal_matrix;
+
+/// Share of a column's squared length below which what is left of it beside the columns before it is
+/// rounding; so much is added where it is.
+const ROUNDING: f64 = 1e-12;
+
+/// The nominal normal equations.
+#[derive(Clone, Debug)]
+pub(super) struct Nominal {
+    /// Of columns scaled to unit length.
+    factor: Cholesky<f64, Dyn>,
+    /// Of each column.
+    pub(super) length: DVector<f64>,
+    /// What the readings say of each column.
+    pub(super) score: DVector<f64>,
+    /// Prior knowledge.
+    pub(super) priors: Vec<PriorRow>,
+}
+
+impl Nominal {
+    /// Those of a linearised problem; `None` where they hold what is no number.
+    pub(super) fn of(normal: &Normal) -> Option<Self> {
+        let (hessian, score) = normal_matrix(normal).ok()?;
+        let (factor, length) = factored(&hessian)?;
+        Some(Self { factor, length, score, priors: normal.priors.clone() })
+    }
+
+    /// `H_nn⁻¹` times a matrix.
+    pub(super) fn solve(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+        let scaled = |m: &DMatrix<f64>| {
+            DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] / self.length[i])
+        };
+        scaled(&self.factor.solve(&scaled(matrix)))
+    }
+}
+
+/// The Cholesky factor of a matrix of sums of products, columns scaled to unit length, and their lengths.
+/// What the sums do not determine is held. `None` where they are no numbers.
+pub(in crate::diagnose) fn factored(
+    hessian: &DMatrix<f64>,
+) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
+    let n = hessian.nrows();
+    let length = hessian.diagonal().map(|square| if square > 0.0 { square.sqrt() } else { 1.0 });
+    let scaled = |held: f64| {
+        let with = |i, j| hessian[(i, j)] / (length[i] * length[j]) + f64::from(i == j) * held;
+        Cholesky::new(DMatrix::from_fn(n, n, with))
+    };
+    let is_sound =
+        |factor: &Cholesky<f64, Dyn>| (0..n).all(|i| factor.l_dirty()[(i, i)].powi(2) > ROUNDING);
+    let mut held = ROUNDING;
+    let mut factor = scaled(0.0).filter(is_sound);
+    while factor.is_none() && held < 1e-6 {
+        factor = scaled(held);
+        held *= 10.0;
+    }
+    Some((factor?, length))
+}

@@ -1,0 +1,18 @@
+//! What spoils a fit, before anything else is judged: it is left out and told.
+//!
+//! | file | answers |
+//! |---|---|
+//! | `settle` | the nominal fit, without what keeps it from settling |
+//! | `codes` | numbers that stand in the place of readings |
+//! | `spikes`, `trimmed` | readings that bend a fit, and a fit that they do not bend |
+//! | [`lost`] | stretches of readings shifted by whole samples |
+//! | [`wild`] | readings and runs that are far out |
+//! | [`left_out`] | how what is left out is told |
+
+pub(super) mod codes;
+pub mod left_out;
+pub mod lost;
+pub(super) mod settle;
+pub(super) mod spikes;
+mod trimmed;
+pub mod wild;

@@ -1,0 +1,258 @@
+//! Codes in the place of readings: the 0, -1 or 99999 that some instruments write where they lost their target.
+//!
+//! A number that comes back to its last digit, in a few places at least, is no measurement where it stands apart from
+//! all others by far, or where no other comes back nearly as often and what is read before is far off it. Codes are
+//! looked for in the readings themselves, before any model, only where the model's own parameters do not settle or
+//! leave far too much, and stay out if they are gross from where they do nothing. Numbers that are wrong and differ
+//! are for [`super::wild`] and `spikes`.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::campaign::record::Record;
+use crate::diagnose::found::LeftOut;
+use crate::diagnose::sequences::{NORMAL, Sequence, median, seen_from};
+use crate::engine::Part;
+use crate::engine::part::Slot;
+use crate::estimate::batch::{FitError, Options, Outcome};
+use crate::estimate::calibrate::{Calibration, calibrate};
+
+use super::left_out::{Far, leave_out, told};
+use super::settle::is_spoilt;
+use super::wild::{GROSS, has_gross};
+
+/// A measurand has so many codes at most: of more numbers those that are there most often are looked at.
+const MOST: usize = 8;
+/// A code stands in so many places at least, in runs of which it is not the most.
+const PLACES: usize = 3;
+/// It is apart from all others by so many times the range that half of them have,
+const APART: f64 = 3.0;
+/// or there so many times as often as others are,
+const AS_OFTEN: usize = 10;
+/// and so many times as far off the readings before it as these are off each other.
+const JUMP: f64 = 5.0;
+
+/// Leaves codes out where the nominal fit does not settle, is spoilt or may hide it, and fits again.
+pub(in crate::diagnose) fn without_codes(
+    whole: Calibration,
+    options: &Options,
+) -> Result<(Calibration, LeftOut), FitError> {
+    let problem = &whole.problem;
+    let mut seen = seen_from(problem, &whole.fit.point);
+    if !is_in_doubt(&whole, &seen) {
+        return Ok((whole, LeftOut::default()));
+    }
+    let mut found: Vec<Vec<Codes>> = problem.parts.iter().map(codes_of).collect();
+    // First all, then those that are gross from where they do nothing.
+    let rest = loop {
+        if found.iter().flatten().flatten().all(Vec::is_empty) {
+            return Ok((whole, LeftOut::default()));
+        }
+        let mut without = problem.clone();
+        seen.iter().for_each(|one| leave_out(&mut without, one, &far(one, &found)));
+        let rest = calibrate(without, options)?;
+        seen = seen_from(problem, &rest.fit.point);
+        // What is off in one of its components is no reading.
+        let of = |one: &Sequence| (one.part, one.measurand);
+        let gross = seen.iter().filter(|one| is_gross(one, &far(one, &found)));
+        let gross: BTreeSet<(usize, usize)> = gross.map(of).collect();
+        let mut is_done = true;
+        for (part, measurand) in seen.iter().map(of).filter(|one| !gross.contains(one)) {
+            for run in &mut found[part][measurand] {
+                is_done &= run.is_empty();
+                run.clear();
+            }
+        }
+        if is_done {
+            break rest;
+        }
+    };
+    if whole.is_sound() && !rest.is_sound() {
+        return Ok((whole, LeftOut::default()));
+    }
+    let far: Vec<Far> = seen.iter().map(|one| far(one, &found)).collect();
+    let code = |one: &Sequence, run: usize, sample: usize| {
+        let codes = &found[one.part][one.measurand][run];
+        let at = codes.binary_search_by_key(&sample, |code| code.0);
+        at.ok().map(|at| codes[at].1)
+    };
+    let readings = told(problem, &seen, &far, code);
+    Ok((rest, LeftOut { readings, runs: Vec::new() }))
+}
+
+/// Whether a fit may be spoilt: it does not settle, leaves far too much or some reading far beyond the others, or has
+/// levels of its own, which grow with what is left.
+fn is_in_doubt(whole: &Calibration, seen: &[Sequence]) -> bool {
+    whole.fit.outcome != Outcome::Converged
+        || is_spoilt(whole)
+        || !whole.levels.is_empty()
+        || seen.iter().any(has_gross)
+}
+
+/// The residuals of a sequence where codes stand.
+fn far(one: &Sequence, found: &[Vec<Codes>]) -> Far {
+    let codes = found[one.part][one.measurand].iter().zip(&one.runs);
+    codes.map(|(at, run)| at.iter().map(|(sample, _)| (*sample, run[*sample])).collect()).collect()
+}
+
+/// Whether most readings in the place of which codes would stand are gross; where there are none all are.
+fn is_gross(one: &Sequence, far: &Far) -> bool {
+    let mut codes: Vec<f64> = far.iter().flatten().map(|(_, value)| value.abs()).collect();
+    let mut others: Vec<f64> = Vec::new();
+    for (run, far) in far.iter().enumerate() {
+        let is_code = |sample| far.binary_search_by(|one| one.0.cmp(&sample)).is_ok();
+        let readings = one.readings(run).into_iter();
+        others.extend(readings.filter(|(at, _)| !is_code(*at)).map(|(_, value)| value.abs()));
+    }
+    let Some(size) = median(&mut codes) else { return true };
+    median(&mut others).is_some_and(|usual| size > GROSS * NORMAL * usual)
+}
+
+/// The samples of each run that hold a code of a measurand, with it.
+type Codes = Vec<Vec<(usize, f64)>>;
+
+/// Those of each measurand of a campaign. A rotation that is a code has a code in some component, and comes back
+/// with all of them.
+fn codes_of(part: &Part) -> Vec<Codes> {
+    let of_slot = |slot: &Slot| {
+        let columns: Vec<Vec<Vec<f64>>> = slot.columns().map(|one| readings(part, one)).collect();
+        let codes: Vec<Vec<f64>> = columns.iter().map(|runs| codes(runs)).collect();
+        let whole = |run: usize, sample: usize| -> Vec<u64> {
+            columns.iter().map(|runs| runs[run][sample].to_bits()).collect()
+        };
+        let mut found: Codes = vec![Vec::new(); part.runs.len()];
+        let mut places: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
+        for (run, found) in found.iter_mut().enumerate() {
+            for sample in 0..columns[0][run].len() {
+                let held = columns.iter().zip(&codes);
+                let mut held = held.map(|(runs, codes)| (runs[run][sample], codes));
+                if let Some((code, _)) = held.find(|(value, codes)| codes.contains(value)) {
+                    found.push((sample, code));
+                    *places.entry(whole(run, sample)).or_default() += 1;
+                }
+            }
+        }
+        for (run, found) in found.iter_mut().enumerate() {
+            found.retain(|(sample, _)| places[&whole(run, *sample)] >= PLACES);
+        }
+        found
+    };
+    part.slots().iter().map(of_slot).collect()
+}
+
+/// A reading column of each run.
+fn readings(part: &Part, column: usize) -> Vec<Vec<f64>> {
+    let of_run = |record: &Record| {
+        let mut all = Vec::with_capacity(record.len());
+        record.walk(|stretch| all.extend(stretch.each().map(|sample| sample.reading(column))));
+        all
+    };
+    part.runs.iter().map(|run| of_run(&run.record)).collect()
+}
+
+/// The numbers among the readings of some runs that are codes.
+fn codes(runs: &[Vec<f64>]) -> Vec<f64> {
+    let mut sorted: Vec<f64> = runs.iter().flatten().copied().filter(|x| !x.is_nan()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let half = sorted.len() / 2;
+    let range =
+        (0..sorted.len() - half).map(|k| sorted[k + half] - sorted[k]).min_by(f64::total_cmp);
+    let Some(range) = range.filter(|range| *range > 0.0) else { return Vec::new() };
+    let same: Vec<&[f64]> = sorted.chunk_by(|a, b| a == b).collect();
+    // How often the reading in the middle is there, if they are put in the order of that.
+    let mut often: Vec<usize> = same.iter().flat_map(|all| all.iter().map(|_| all.len())).collect();
+    often.sort_unstable();
+    let usual = often[half.min(often.len() - 1)];
+    let is_apart = |k: usize| {
+        let beside =
+            [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|k| same.get(k));
+        beside.into_iter().all(|other| (same[k][0] - other[0]).abs() > APART * range)
+    };
+    let is_often = |k: usize| same[k].len() >= AS_OFTEN * usual;
+    let many = (0..same.len()).filter(|k| same[*k].len() >= PLACES);
+    let mut found: Vec<usize> = many.filter(|k| is_apart(*k) || is_often(*k)).collect();
+    found.sort_by_key(|k| std::cmp::Reverse(same[*k].len()));
+    found.truncate(MOST);
+    found.retain(|k| is_apart(*k) || is_jump(runs, same[*k][0]));
+    found.retain(|k| is_scattered(runs, same[*k][0]));
+    found.into_iter().map(|k| same[k][0]).collect()
+}
+
+/// Whether a number comes back in a few places, in runs of which it is not the most.
+fn is_scattered(runs: &[Vec<f64>], code: f64) -> bool {
+    let mut places = 0;
+    for run in runs {
+        let present: Vec<bool> =
+            run.iter().filter(|x| !x.is_nan()).map(|value| *value == code).collect();
+        let groups = present.chunk_by(|a, b| a == b).filter(|group| group[0]);
+        if 2 * present.iter().filter(|is| **is).count() <= present.len() {
+            places += groups.count();
+        }
+    }
+    places >= PLACES
+}
+
+/// Whether what is read before a number is far off it.
+fn is_jump(runs: &[Vec<f64>], code: f64) -> bool {
+    let (mut to_code, mut others) = (Vec::new(), Vec::new());
+    for run in runs {
+        let present: Vec<f64> = run.iter().copied().filter(|value| !value.is_nan()).collect();
+        for pair in present.windows(2).filter(|pair| pair[0] != code) {
+            let step = (pair[1] - pair[0]).abs();
+            if pair[1] == code {
+                to_code.push(step);
+            } else if step > 0.0 {
+                others.push(step);
+            }
+        }
+    }
+    matches!((median(&mut to_code), median(&mut others)), (Some(to), Some(other)) if to > JUMP * other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A motion and its readings to a digit.
+    fn motion(run: usize, digit: f64) -> Vec<f64> {
+        let at = |k: usize| 2.0 + 0.3 * (0.05 * k as f64 + run as f64).sin();
+        (0..300).map(|k| (at(k) / digit).round() * digit).collect()
+    }
+
+    fn with(code: f64, every: usize, digit: f64) -> Vec<f64> {
+        let mut runs: Vec<Vec<f64>> = (0..4).map(|run| motion(run, digit)).collect();
+        runs.iter_mut().for_each(|run| run.iter_mut().step_by(every).for_each(|x| *x = code));
+        codes(&runs)
+    }
+
+    #[test]
+    fn what_stands_apart_or_among_others() {
+        for code in [0.0, -1.0, 99_999.0] {
+            assert_eq!(with(code, 100, 1e-7), [code]);
+            assert_eq!(with(code, 3, 1e-7), [code]);
+        }
+        // Among the readings themselves a number must be there far more often than others.
+        assert_eq!(with(2.0, 10, 1e-7), [2.0]);
+        assert!(with(2.0, 150, 1e-4).is_empty());
+    }
+
+    #[test]
+    fn rests_turning_points_and_frozen_logs_are_none() {
+        // Digits as coarse as a part in a hundred of the motion, which comes back to its ends.
+        for digit in [1e-6, 1e-4, 3e-3, 0.1] {
+            assert!(codes(&[motion(0, digit), motion(1, digit), motion(2, digit)]).is_empty());
+        }
+        // A place on a coarse display to which some runs come back, beside motion on a fine one.
+        let mut stops = motion(3, 1e-6);
+        for k in 0..100 {
+            stops[3 * k..3 * k + 3].fill([2.1, 2.1, 2.1, 1.9][k % 4] + 1e-4 * (k % 7) as f64);
+        }
+        assert!(codes(&[motion(0, 1e-6), motion(1, 1e-6), motion(2, 1e-6), stops]).is_empty());
+        // A run at rest, and a rest within others.
+        let mut resting = motion(0, 1e-6);
+        resting[40..100].fill(2.5);
+        assert!(codes(&[resting.clone(), vec![2.5; 300], motion(1, 1e-6)]).is_empty());
+        assert!(codes(&[vec![2.0; 300]]).is_empty());
+        assert!(codes(&[]).is_empty());
+        assert!(codes(&[vec![f64::NAN; 9]]).is_empty());
+    }
+}

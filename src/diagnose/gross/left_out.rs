@@ -1,0 +1,119 @@
+//! Readings that are left out, and how they are told: single ones by row, once for all components, with how far out
+//! they were; those of a measurand in a run that is wrong as a whole by their number.
+//!
+//! Which ones those are is judged elsewhere ([`super::wild`], `codes`, `spikes`, `alone`).
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use crate::diagnose::found::{LeftOut, Reading, WholeRun};
+use crate::diagnose::library::structure::Place;
+use crate::diagnose::sequences::{OfRun, Sequence, median};
+use crate::engine::Problem;
+use crate::engine::layout::qualified;
+
+/// Samples and residuals of readings of a sequence, by run.
+pub(super) type Far = Vec<Vec<(usize, f64)>>;
+
+/// Leaves readings of sequences out and lists them.
+pub(super) fn readings_out(problem: &mut Problem, all: &[Sequence], far: &[Far]) -> LeftOut {
+    let readings = told(problem, all, far, |_, _, _| None);
+    all.iter().zip(far).for_each(|(one, far)| leave_out(problem, one, far));
+    LeftOut { readings, runs: Vec::new() }
+}
+
+/// Leaves all readings of measurands in some runs out and lists them; `place` says where each is off.
+pub(in crate::diagnose) fn runs_out(
+    problem: &mut Problem,
+    all: &[Sequence],
+    off: &BTreeSet<OfRun>,
+    place: impl Fn(&Problem, OfRun) -> Place,
+) -> LeftOut {
+    let told = |one: &OfRun| whole_run(problem, all, *one, place(problem, *one));
+    let runs = off.iter().filter_map(told).collect();
+    leave_runs_out(problem, all, off);
+    LeftOut { readings: Vec::new(), runs }
+}
+
+/// Leaves readings of a sequence out.
+pub(super) fn leave_out(problem: &mut Problem, one: &Sequence, far: &Far) {
+    let part = &mut problem.parts[one.part];
+    let columns = part.slots()[one.measurand].columns();
+    for (run, far) in part.runs.iter_mut().zip(far) {
+        let groups = far.chunk_by(|before, after| after.0 == before.0 + 1);
+        let range = |group: &[(usize, f64)]| group[0].0..group[0].0 + group.len();
+        run.record.leave_out(groups.map(|group| (range(group), columns.clone())));
+    }
+}
+
+/// Leaves all readings of measurands in some runs out.
+pub(in crate::diagnose) fn leave_runs_out(
+    problem: &mut Problem,
+    all: &[Sequence],
+    off: &BTreeSet<OfRun>,
+) {
+    for one in all {
+        let part = &mut problem.parts[one.part];
+        let columns = part.slots()[one.measurand].columns();
+        for (number, run) in part.runs.iter_mut().enumerate() {
+            if one.is_among(off, number) {
+                run.record.leave_out([(0..run.record.len(), columns.clone())]);
+            }
+        }
+    }
+}
+
+/// Readings of sequences as they are told, each once; `code` says which code stands in a sample of a run.
+pub(super) fn told(
+    problem: &Problem,
+    all: &[Sequence],
+    far: &[Far],
+    code: impl Fn(&Sequence, usize, usize) -> Option<f64>,
+) -> Vec<Reading> {
+    let (mut readings, mut listed) = (Vec::new(), BTreeSet::new());
+    for (one, far) in all.iter().zip(far) {
+        let deviation = one.deviation().unwrap_or(1.0);
+        let part = &problem.parts[one.part];
+        let names = &part.system.assembly.names.measurands;
+        let measurand: Arc<str> = names[one.measurand].name.as_str().into();
+        for (number, (run, far)) in part.runs.iter().zip(far).enumerate() {
+            let mut new = far.clone();
+            new.retain(|(at, _)| listed.insert((one.part, number, one.measurand, *at)));
+            let samples: Vec<usize> = new.iter().map(|(sample, _)| *sample).collect();
+            let called: Arc<str> = qualified(part.label.as_deref(), &run.name).into();
+            let rows = run.record.rows(&samples);
+            readings.extend(new.iter().zip(rows).map(|((sample, value), row)| Reading {
+                run: Arc::clone(&called),
+                row,
+                measurand: Arc::clone(&measurand),
+                deviations: *value / deviation,
+                code: code(one, number, *sample),
+            }));
+        }
+    }
+    readings
+}
+
+/// A measurand in a run of which all readings are left out, as it is told; `None` where none are there.
+fn whole_run(problem: &Problem, all: &[Sequence], off: OfRun, place: Place) -> Option<WholeRun> {
+    let is_own = |one: &&Sequence| (one.part, one.measurand) == (off.part, off.measurand);
+    let part = &problem.parts[off.part];
+    let run = &part.runs[off.run];
+    let (run_name, measurand) = off.names(problem);
+    let size = |one: &Sequence| {
+        let mut sizes: Vec<f64> = one.readings(off.run).iter().map(|one| one.1.abs()).collect();
+        Some(median(&mut sizes)? / one.deviation().filter(|deviation| *deviation > 0.0)?)
+    };
+    let own: Vec<&Sequence> = all.iter().filter(is_own).collect();
+    let samples: Vec<(usize, f64)> = own.first()?.readings(off.run);
+    let ends = [samples.first()?.0, samples.last()?.0];
+    let rows = run.record.rows(&ends);
+    Some(WholeRun {
+        place,
+        run: run_name,
+        measurand,
+        readings: samples.len(),
+        rows: (*rows.first()?, *rows.last()?),
+        deviations: own.iter().filter_map(|one| size(one)).fold(0.0, f64::max),
+    })
+}

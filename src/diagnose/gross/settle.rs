@@ -1,0 +1,153 @@
+//! The nominal fit, without what keeps it from settling or spoils it: gross readings, a run or two that are wrong as
+//! wholes (another unit, another setup, another clock), lost samples.
+
+use crate::campaign::record::Change;
+use crate::diagnose::found::{LeftOut, Lost};
+use crate::engine::{Point, Problem};
+use crate::estimate::batch::{FitError, Options, Outcome};
+use crate::estimate::calibrate::{Calibration, calibrate};
+
+use super::lost;
+use super::wild::{PEELS, without_gross_at, without_wrong_at};
+
+/// Runs that are left out one at a time where the fit does not settle: of so few none can be told to be
+/// wrong, of so many each one takes too long.
+const RUNS: std::ops::RangeInclusive<usize> = 4..=100;
+
+/// Runs that may be wrong together.
+const WRONG: usize = 2;
+/// A variance factor beyond which such runs may be all that is wrong.
+const SPOILT: f64 = 100.0;
+/// They are where the factor without them is so many times less, and not even by so much without another in the
+/// place of the last one.
+const SOUND_WITHOUT: f64 = 50.0;
+const SPOILT_WITHOUT: f64 = 4.0;
+
+/// Leaves out what keeps the nominal fit from settling, and fits again: gross readings, or what is gross where the
+/// fit settles once a run or two are left out.
+pub(in crate::diagnose) fn settled(
+    whole: Calibration,
+    options: &Options,
+) -> Result<(Calibration, LeftOut), FitError> {
+    let problem = whole.problem.clone();
+    let (nominal, gross) = peeled(whole, LeftOut::default(), options)?;
+    if nominal.fit.outcome == Outcome::Converged {
+        return Ok((nominal, gross));
+    }
+    let Some(point) = without_runs(&problem, None, options)? else { return Ok((nominal, gross)) };
+    let (rest, found) = without_wrong_at(&problem, &point);
+    if found.is_empty() {
+        return Ok((nominal, gross));
+    }
+    peeled(calibrate(rest, options)?, found, options)
+}
+
+/// Leaves out what is gross where the fit is sound without a run or two that spoil it, and fits again.
+pub(in crate::diagnose) fn without_spoiling(
+    nominal: Calibration,
+    options: &Options,
+) -> Result<(Calibration, LeftOut), FitError> {
+    let factor = nominal.variance_factor().filter(|factor| *factor > SPOILT);
+    if factor.is_none() || !nominal.is_sound() {
+        return Ok((nominal, LeftOut::default()));
+    }
+    let Some(point) = without_runs(&nominal.problem, factor, options)? else {
+        return Ok((nominal, LeftOut::default()));
+    };
+    let (rest, found) = without_wrong_at(&nominal.problem, &point);
+    if found.runs.is_empty() {
+        return Ok((nominal, LeftOut::default()));
+    }
+    peeled(calibrate(rest, options)?, found, options)
+}
+
+/// Whether a fit leaves far more than noise, though it may have settled.
+pub(super) fn is_spoilt(nominal: &Calibration) -> bool {
+    nominal.variance_factor().is_some_and(|factor| factor > SPOILT)
+}
+
+/// Leaves gross readings out, as they are seen from where the fit stopped, until it settles.
+fn peeled(
+    mut nominal: Calibration,
+    mut gross: LeftOut,
+    options: &Options,
+) -> Result<(Calibration, LeftOut), FitError> {
+    for _ in 0..PEELS {
+        if nominal.fit.outcome == Outcome::Converged {
+            break;
+        }
+        let (rest, found) = without_gross_at(&nominal.problem, &nominal.fit.point);
+        if found.is_empty() {
+            break;
+        }
+        gross.extend(found);
+        nominal = calibrate(rest, options)?;
+    }
+    Ok((nominal, gross))
+}
+
+/// Where the fit is sound once a run or two are left out, from which these are to be seen; where the fit of all did
+/// not settle, at least where it does without one. `spoilt` is the variance factor of the fit of all.
+fn without_runs(
+    problem: &Problem,
+    spoilt: Option<f64>,
+    options: &Options,
+) -> Result<Option<Point>, FitError> {
+    let of = |p: usize| (0..problem.parts[p].runs.len()).map(move |run| (p, run));
+    let mut runs: Vec<(usize, usize)> = (0..problem.parts.len()).flat_map(of).collect();
+    if !RUNS.contains(&runs.len()) {
+        return Ok(None);
+    }
+    let (mut rest, mut known, mut settled) = (Problem::new(problem.parts.clone()), spoilt, None);
+    let limit = spoilt.map_or(SPOILT, |factor| factor / SOUND_WITHOUT);
+    for _ in 0..WRONG {
+        let mut found = Vec::new();
+        for (p, run) in &runs {
+            let fit = calibrate(without(&rest, *p, *run), options)?;
+            let settles = fit.fit.outcome == Outcome::Converged;
+            let factor = fit.variance_factor().filter(|factor| factor.is_finite());
+            found.extend(factor.map(|factor| (factor, settles, (*p, *run), fit.fit.point)));
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let next = found.get(1).map_or(f64::INFINITY, |one| one.0);
+        let Some((factor, settles, (p, run), point)) = found.into_iter().next() else { break };
+        let is_alone = known.is_none_or(|known| SPOILT_WITHOUT * next > known);
+        if settles && factor < limit && is_alone {
+            return Ok(Some(point));
+        }
+        if settles && settled.is_none() {
+            settled = Some(point);
+        }
+        runs.retain(|one| *one != (p, run));
+        (rest, known) = (without(&rest, p, run), Some(factor));
+    }
+    Ok(settled.filter(|_| spoilt.is_none()))
+}
+
+/// A problem without the readings of a run.
+fn without(problem: &Problem, part: usize, run: usize) -> Problem {
+    let mut parts = problem.parts.clone();
+    let record = &mut parts[part].runs[run].record;
+    *record = record.changed(Change::WithoutReadings);
+    Problem::new(parts)
+}
+
+/// Leaves lost samples out and fits again, until none are found.
+pub(in crate::diagnose) fn without_lost(
+    whole: Calibration,
+    options: &Options,
+) -> Result<(Calibration, Vec<Lost>), FitError> {
+    let (mut nominal, mut lost) = (whole, Vec::new());
+    for _ in 0..lost::LOOKS {
+        let factor = nominal.variance_factor();
+        let more = lost::look(&nominal.problem, &nominal.fit.point, factor, options)?;
+        if more.is_empty() {
+            break;
+        }
+        let mut problem = nominal.problem.clone();
+        lost::leave_out(&mut problem, &more);
+        lost.extend(more);
+        nominal = calibrate(problem, options)?;
+    }
+    Ok((nominal, lost))
+}

@@ -1,0 +1,167 @@
+//! Gross readings that bend the nominal fit, seen from one that they do not bend.
+//!
+//! Some readings that a display repeats, or a log that stands still for a moment, are thousands of uncertainties
+//! off, and so is what is read while a beam is broken. The fit bends towards them, and others look worse than they
+//! do. It is trimmed, therefore ([`super::trimmed`]), beyond a part of all readings at least. Of what is far out from
+//! there the gross readings that stand alone, with a few neighbours or in a burst with sharp ends are left
+//! out for good; what rises and falls is structure. All others are judged with the noise ([`super::wild`]).
+
+use crate::diagnose::found::LeftOut;
+use crate::diagnose::sequences::{Sequence, seen_from};
+use crate::estimate::batch::{FitError, Options};
+use crate::estimate::calibrate::{Calibration, calibrate};
+
+use super::left_out::{Far, readings_out};
+use super::settle::is_spoilt;
+use super::trimmed::{TrimmedFit, trimmed_fit};
+use super::wild::{ONE_OF, RUNS_APART, TRIM, gross, has_gross};
+
+/// Fits until the same readings are out.
+const STEPS: usize = 12;
+/// Part of the readings of a measurand that is out of such a fit at most, and for good.
+const TRIMMED: f64 = 0.25;
+const MOST: f64 = 0.15;
+/// More next to each other, beyond this part of what is gross, are no wild readings,
+const NEIGHBOURS: usize = 5;
+const FOOT: f64 = 0.25;
+/// but for one burst in a run, of at most one in so many of its readings, of which this part is gross.
+const BURST: usize = 4;
+const SHARP: f64 = 0.8;
+
+/// Leaves gross readings out that bend a fit, and fits again.
+pub(in crate::diagnose) fn without_spikes(
+    nominal: Calibration,
+    options: &Options,
+) -> Result<(Calibration, LeftOut), FitError> {
+    let whole = &nominal.problem;
+    let all = seen_from(whole, &nominal.fit.point);
+    let none = LeftOut::default;
+    if !nominal.is_sound() || !(is_spoilt(&nominal) || all.iter().any(has_gross)) {
+        return Ok((nominal, none()));
+    }
+    let TrimmedFit { seen: all, converged, .. } =
+        trimmed_fit(whole, &nominal.fit.point, STEPS, farthest, options)?;
+    if !converged {
+        return Ok((nominal, none()));
+    }
+    let far: Vec<Far> = all.iter().map(spikes).collect();
+    let mut rest = whole.clone();
+    let found = readings_out(&mut rest, &all, &far);
+    if found.is_empty() {
+        return Ok((nominal, found));
+    }
+    let fitted = calibrate(rest, options)?;
+    if fitted.is_sound() { Ok((fitted, found)) } else { Ok((nominal, none())) }
+}
+
+/// The readings of a sequence that are far out, the farthest if they are too many, by run.
+fn farthest(one: &Sequence) -> Far {
+    let mut sizes: Vec<f64> = one.present().map(f64::abs).collect();
+    sizes.sort_by(f64::total_cmp);
+    let kept = (sizes.len() as f64 * (1.0 - TRIMMED)) as usize;
+    let most = sizes.get(kept).copied().unwrap_or(f64::INFINITY);
+    let limit = one.deviation().map_or(most, |deviation| most.max(TRIM * deviation));
+    let far =
+        |run| one.readings(run).into_iter().filter(|(_, value)| value.abs() > limit).collect();
+    (0..one.runs.len()).map(far).collect()
+}
+
+/// The gross readings of a sequence with the few about them that are far out, too, by run: those in small groups, and
+/// in one burst in each of a few runs; none where they are too many, or where larger groups are in more runs, for
+/// these are structure. What is next to each other is by the readings that are there.
+fn spikes(one: &Sequence) -> Far {
+    let deviation = one.deviation().unwrap_or(f64::INFINITY);
+    let none = || vec![Vec::new(); one.runs.len()];
+    let (mut all, mut long) = (none(), 0);
+    for (run, out) in all.iter_mut().enumerate() {
+        let limit = gross(&one.runs[run], deviation);
+        let readings = one.readings(run);
+        let is_far = |value: f64| value.abs() > FOOT * limit;
+        let groups = readings.chunk_by(|before, after| is_far(before.1) && is_far(after.1));
+        let is_gross = |group: &&[(usize, f64)]| group.iter().any(|one| one.1.abs() > limit);
+        let groups: Vec<&[(usize, f64)]> = groups.filter(is_gross).collect();
+        let larger: Vec<&&[(usize, f64)]> =
+            groups.iter().filter(|group| group.len() > NEIGHBOURS).collect();
+        let is_burst = |group: &[(usize, f64)]| {
+            let gross = group.iter().filter(|one| one.1.abs() > limit).count();
+            BURST * group.len() <= readings.len() && gross as f64 >= SHARP * group.len() as f64
+        };
+        long += usize::from(!larger.is_empty());
+        // More than a burst in a run is what the run has for itself.
+        if larger.is_empty() || matches!(larger[..], [group] if is_burst(group)) {
+            *out = groups.concat();
+        }
+    }
+    let count: usize = all.iter().map(Vec::len).sum();
+    let are_few = long <= RUNS_APART && (long < 2 || ONE_OF * long <= all.len());
+    let are_too_many = count as f64 > MOST * one.present().count() as f64;
+    if are_too_many || !are_few { none() } else { all }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::diagnose::gross::trimmed::samples;
+    use crate::diagnose::gross::wild::GROSS;
+
+    #[test]
+    fn what_stands_alone_is_a_spike() {
+        let mut run: Vec<f64> = (0..400).map(|k| [0.7, -1.0, 1.2, -0.4][k % 4]).collect();
+        (run[40], run[41], run[90]) = (60.0, -70.0, 50.0);
+        let one = Sequence::of_runs(vec![Arc::new(run.clone())]);
+        let found = |one: &Sequence| samples(&spikes(one)).concat();
+        assert_eq!(found(&one), [40, 41, 90]);
+        assert!(has_gross(&one));
+        assert_eq!(farthest(&one)[0].len(), 3);
+        // A burst goes, too; where a run has more, it has something for itself.
+        run[200..220].fill(90.0);
+        let one = Sequence::of_runs(vec![Arc::new(run.clone())]);
+        assert_eq!(found(&one).len(), 23);
+        run[300..320].fill(-90.0);
+        let one = Sequence::of_runs(vec![Arc::new(run)]);
+        assert!(found(&one).is_empty());
+    }
+
+    #[test]
+    fn bursts_in_many_runs_are_structure() {
+        let with = |burst: bool| {
+            let mut run: Vec<f64> = (0..400).map(|k| [0.7, -1.0, 1.2, -0.4][k % 4]).collect();
+            run[30] = 80.0;
+            if burst {
+                run[200..220].fill(90.0);
+            }
+            Arc::new(run)
+        };
+        let count = |bursts: usize| {
+            let one = Sequence::of_runs((0..12).map(|run| with(run < bursts)).collect());
+            spikes(&one).concat().len()
+        };
+        assert_eq!([count(0), count(1), count(3), count(4)], [12, 32, 72, 0]);
+    }
+
+    #[test]
+    fn a_step_and_a_crest_are_none() {
+        let noise = |k: usize| [1.0, 1.0, -1.0, -1.0][k % 4];
+        // A step about the limit: half of its readings are beyond.
+        let limit = GROSS * crate::diagnose::sequences::NORMAL;
+        let step: Vec<f64> = (0..400)
+            .map(|k| noise(k) + if (200..230).contains(&k) { limit } else { 0.0 })
+            .collect();
+        let crest = |k: usize| 1.1 * limit * (-0.5 * ((k as f64 - 300.0) / 4.0).powi(2)).exp();
+        let crest: Vec<f64> = (0..400).map(|k| noise(k) + crest(k)).collect();
+        // The same where every second reading is missing.
+        let every_second = |run: &[f64]| {
+            run.iter()
+                .enumerate()
+                .map(|(k, value)| if k % 2 == 0 { *value } else { f64::NAN })
+                .collect()
+        };
+        for run in [step.clone(), crest.clone(), every_second(&step), every_second(&crest)] {
+            let one = Sequence::of_runs(vec![Arc::new(run)]);
+            assert!(has_gross(&one));
+            assert_eq!(spikes(&one)[0], []);
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! A fit that readings which are far out do not bend.
+//!
+//! It is trimmed as least trimmed squares are (Rousseeuw 1984), but from where another fit stopped: what is far out
+//! is left out, the model is fitted again, all readings are looked at from there, and so on until the same ones are
+//! out. What is far out is for the caller to say.
+
+use crate::diagnose::sequences::{Sequence, seen_from};
+use crate::engine::{Point, Problem};
+use crate::estimate::batch::{FitError, Options, Outcome, fit};
+
+use super::left_out::{Far, leave_out};
+
+/// Such a fit.
+pub(super) struct TrimmedFit {
+    /// Where it stopped.
+    pub(super) point: Point,
+    /// All residuals as they are seen from there.
+    pub(super) seen: Vec<Sequence>,
+    /// The campaigns without what is far out.
+    pub(super) rest: Problem,
+    /// Whether every fit converged.
+    pub(super) converged: bool,
+}
+
+/// Fits without what is far out from a point, so many times at most.
+///
+/// # Errors
+/// [`FitError`] where the rest cannot be fitted at all.
+pub(super) fn trimmed_fit(
+    problem: &Problem,
+    point: &Point,
+    rounds: usize,
+    far: impl Fn(&Sequence) -> Far,
+    options: &Options,
+) -> Result<TrimmedFit, FitError> {
+    let seen = seen_from(problem, point);
+    let mut now = TrimmedFit { point: point.clone(), seen, rest: problem.clone(), converged: true };
+    let mut out = Vec::new();
+    for _ in 0..rounds {
+        let far: Vec<Far> = now.seen.iter().map(&far).collect();
+        let new: Vec<Vec<Vec<usize>>> = far.iter().map(samples).collect();
+        if new == out || (out.is_empty() && new.iter().flatten().all(Vec::is_empty)) {
+            break;
+        }
+        now.rest = problem.clone();
+        now.seen.iter().zip(&far).for_each(|(one, far)| leave_out(&mut now.rest, one, far));
+        let fitted = fit(&mut now.rest, now.point, options)?;
+        now.converged &= fitted.outcome == Outcome::Converged;
+        (now.point, out) = (fitted.point, new);
+        now.seen = seen_from(problem, &now.point);
+    }
+    Ok(now)
+}
+
+/// Which samples readings are of, by run.
+pub(super) fn samples(far: &Far) -> Vec<Vec<usize>> {
+    far.iter().map(|run| run.iter().map(|(sample, _)| *sample).collect()).collect()
+}

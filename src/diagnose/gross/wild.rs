@@ -1,0 +1,237 @@
+//! Wild readings: those beyond [`TRIM`] robust standard deviations of their measurand are left out, and
+//! listed by row. Where many are far out the noise has long tails and none is left out. Gross ones go before
+//! anything else is judged, the farthest first: what they do to the fit would pass for jitter, for noisier
+//! runs and for more wild readings.
+
+use std::collections::BTreeSet;
+
+use crate::diagnose::evidence::tail::{ln_below, ln_normal};
+use crate::diagnose::evidence::thresholds::level;
+use crate::diagnose::fitted::Fitted;
+use crate::diagnose::found::{LeftOut, Noise, NoiseEffect};
+use crate::diagnose::library::structure::Place;
+use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, OfRun, Sequence, median, seen_from};
+use crate::diagnose::stage::Stage;
+use crate::engine::{Part, Point, Problem};
+use crate::units::Unit;
+
+use super::left_out::{Far, readings_out, runs_out};
+
+/// Readings farther out are left out, in robust standard deviations.
+pub const TRIM: f64 = 4.5;
+/// Gross readings are so many robust standard deviations out, of their measurand and of it in their run.
+pub(super) const GROSS: f64 = 20.0;
+/// Rounds of leaving gross readings out.
+pub(in crate::diagnose) const PEELS: usize = 6;
+/// Of gross readings those go at once that are at least this part of the farthest: that one may have put
+/// the others there.
+const PEELED: f64 = 0.1;
+/// Runs of which most readings of a measurand are far out, and so many at least, are left out as wholes: so
+/// many runs at most, and one of so many.
+const LEAST_WRONG: usize = 10;
+pub(in crate::diagnose) const RUNS_APART: usize = 3;
+pub(in crate::diagnose) const ONE_OF: usize = 4;
+/// Where more readings than this share are far out, the noise has long tails and none is left out.
+const MOST_WILD: f64 = 0.05;
+
+/// Leaves wild readings of a stage out. `white` is what is left as if there were no memory: one wild
+/// reading is one there, not the beginning of several.
+pub(in crate::diagnose) fn without_wild(
+    stage: &Stage,
+    white: &[Sequence],
+    noise: &mut Noise,
+) -> Option<Fitted> {
+    without(stage, noise, white, 0.0, |_, deviation| TRIM * deviation)
+}
+
+/// Leaves gross readings of a stage out.
+pub(in crate::diagnose) fn without_gross(
+    stage: &Stage,
+    white: &[Sequence],
+    noise: &mut Noise,
+) -> Option<Fitted> {
+    without(stage, noise, white, PEELED, gross)
+}
+
+/// Leaves gross readings of campaigns out as they are seen from a point that a fit ran to and did not
+/// settle at: one reading of 99999 among thousands keeps it from that. The others, and what is left out.
+pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
+    let mut rest = Problem::new(problem.parts.clone());
+    let found = trim(&mut rest, &seen_from(problem, point), PEELED, gross);
+    (rest, found)
+}
+
+/// The same from a point that a fit of most runs settled at: a run may be gross as a whole there.
+pub(super) fn without_wrong_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
+    let mut rest = Problem::new(problem.parts.clone());
+    let limit = |_: &[f64], deviation| GROSS * deviation;
+    let found = trim(&mut rest, &seen_from(problem, point), 0.0, limit);
+    (rest, found)
+}
+
+/// Whether some reading is gross among all.
+pub(super) fn has_gross(one: &Sequence) -> bool {
+    let deviation = one.deviation().unwrap_or(f64::INFINITY);
+    one.present().any(|value| value.abs() > GROSS * deviation)
+}
+
+/// Beyond what a reading is gross.
+pub(super) fn gross(residuals: &[f64], deviation: f64) -> f64 {
+    let present = residuals.iter().map(|value| value.abs()).filter(|size| !size.is_nan());
+    let of_run = median(&mut present.collect::<Vec<f64>>()).unwrap_or(0.0) * NORMAL;
+    GROSS * of_run.max(deviation)
+}
+
+/// Leaves readings beyond a limit out, which are at least some part of the farthest: the limit is one of
+/// the residuals of a run and the robust standard deviation in all.
+fn without(
+    stage: &Stage,
+    noise: &mut Noise,
+    white: &[Sequence],
+    peeled: f64,
+    limit: impl Fn(&[f64], f64) -> f64,
+) -> Option<Fitted> {
+    let mut fitted = stage.fitted.clone();
+    let out = trim(&mut fitted.problem, white, peeled, limit);
+    if out.is_empty() {
+        return None;
+    }
+    noise.left_out.extend(out);
+    Some(fitted)
+}
+
+/// Leaves readings beyond a limit out and lists them, each once, however many components it has.
+fn trim(
+    problem: &mut Problem,
+    all: &[Sequence],
+    peeled: f64,
+    limit: impl Fn(&[f64], f64) -> f64,
+) -> LeftOut {
+    let far: Vec<Far> = all.iter().map(|one| beyond(one, &limit)).collect();
+    let wrong = wrong_runs(all, &far);
+    let single = |(one, far)| among_others(one, far, &wrong, peeled);
+    let far: Vec<Far> = all.iter().zip(far).map(single).collect();
+    let mut out = readings_out(problem, all, &far);
+    out.extend(runs_out(problem, all, &wrong, |problem, one| {
+        let (run, measurand) = one.names(problem);
+        Place::of_run(&measurand, &run)
+    }));
+    out
+}
+
+/// The readings of a sequence beyond a limit, by run.
+fn beyond(one: &Sequence, limit: impl Fn(&[f64], f64) -> f64) -> Far {
+    let deviation = one.deviation();
+    let of_run = |run: usize| {
+        let limit = deviation.map_or(f64::INFINITY, |deviation| limit(&one.runs[run], deviation));
+        let mut far = one.readings(run);
+        far.retain(|(_, value)| value.abs() > limit);
+        far
+    };
+    (0..one.runs.len()).map(of_run).collect()
+}
+
+/// Of readings that are far out those in runs that are not wrong and, if these are not too many, at least some part
+/// of the farthest.
+fn among_others(one: &Sequence, mut far: Far, wrong: &BTreeSet<OfRun>, peeled: f64) -> Far {
+    let others = (0..far.len()).filter(|run| !one.is_among(wrong, *run));
+    let count: usize = others.map(|run| far[run].len()).sum();
+    let too_many = count as f64 > MOST_WILD * one.present().count() as f64;
+    let farthest = one.present().map(f64::abs).fold(0.0, f64::max);
+    for (run, far) in far.iter_mut().enumerate() {
+        let stays = too_many || one.is_among(wrong, run);
+        far.retain(|(_, value)| !stays && value.abs() >= peeled * farthest);
+    }
+    far
+}
+
+/// The runs of which most readings of a measurand, in some component, are far out; none where they are too many to be
+/// exceptions.
+fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
+    let mut wrong = BTreeSet::new();
+    for (one, far) in all.iter().zip(far) {
+        let is_wrong = |run: &usize| {
+            let count = far[*run].len();
+            count >= LEAST_WRONG && 2 * count > one.readings(*run).len()
+        };
+        let of = |run| OfRun { part: one.part, measurand: one.measurand, run };
+        wrong.extend((0..far.len()).filter(is_wrong).map(of));
+    }
+    for one in all {
+        let of = |run: &usize| one.is_among(&wrong, *run);
+        let count = (0..one.runs.len()).filter(of).count();
+        if count > RUNS_APART || ONE_OF * count > one.runs.len() {
+            wrong.retain(|run| (run.part, run.measurand) != (one.part, one.measurand));
+        }
+    }
+    wrong
+}
+
+/// Names outliers where there are more wild readings than chance gives.
+pub(in crate::diagnose) fn name_wild(stage: &Stage, noise: &mut Noise) {
+    let wild = noise.wild();
+    let readings = stage.fitted.problem.reading_count() + wild;
+    let ln_p = ln_wild(wild, &counts(&stage.fitted.problem));
+    if wild > 0 && ln_p <= level(stage.noise.len() + 1) {
+        let share = wild as f64 / readings as f64;
+        noise.effects.push(NoiseEffect {
+            name: "outliers".to_owned(),
+            selected: None,
+            parameter: "outliers.share".to_owned(),
+            of: None,
+            unit: Unit::one(),
+            value: share,
+            sigma: (share / readings as f64).sqrt(),
+            also: Vec::new(),
+            aliases: Vec::new(),
+            memory: None,
+            ln_p,
+        });
+    }
+}
+
+/// Number of readings of each measurand of each campaign.
+pub(in crate::diagnose) fn counts(problem: &Problem) -> Vec<usize> {
+    problem.parts.iter().flat_map(Part::present).collect()
+}
+
+/// Logarithm of the probability of so many wild readings among normal ones, of which these are the numbers
+/// in each measurand.
+pub fn ln_wild(wild: usize, readings: &[usize]) -> f64 {
+    // Poisson: the chance of at least so many is that of a chi squared below twice the mean.
+    let mean: f64 = readings.iter().map(|count| *count as f64 * beyond_trim(*count)).sum();
+    ln_below(2.0 * mean, 2 * wild).max(-700.0)
+}
+
+/// Share of readings beyond [`TRIM`] by chance, where their deviation is known from the median of so many:
+/// its logarithm has the standard deviation `1.17 / √n`.
+fn beyond_trim(count: usize) -> f64 {
+    const STEPS: i32 = 20;
+    let spread = OF_A_MEDIAN / (count.max(1) as f64).sqrt();
+    let mean = |(sum, weights): (f64, f64), step: i32| {
+        let z = 4.0 * f64::from(step) / f64::from(STEPS);
+        let weight = (-0.5 * z * z).exp();
+        let beyond = 2.0 * ln_normal(TRIM * (spread * z).exp()).exp();
+        (sum + weight * beyond, weights + weight)
+    };
+    let (sum, weights) = (-STEPS..=STEPS).fold((0.0, 0.0), mean);
+    sum / weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_readings_say_less_of_what_is_wild() {
+        // Twice the tail of the normal distribution at 4.5.
+        assert!((beyond_trim(1_000_000) / 6.8e-6 - 1.0).abs() < 0.01);
+        assert!(beyond_trim(45) > 10.0 * beyond_trim(1_000_000));
+        // One of many is nothing, ten are something; one mean: 1 - exp(-mean).
+        let one = ln_wild(1, &[10_000]).exp();
+        let mean = 10_000.0 * beyond_trim(10_000);
+        assert!((one - (1.0 - (-mean).exp())).abs() < 1e-12);
+        assert!(ln_wild(10, &[10_000]) < ln_wild(9, &[10_000]));
+        assert!(ln_wild(60, &[10_000]) < -150.0);
+    }
+}

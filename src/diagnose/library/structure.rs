@@ -1,0 +1,321 @@
+//! Unknown structure: what an effect that nobody wrote down could look like, as effects made here.
+//!
+//! A block is a displacement of the target, its pedestal or the rig, an error in the time of a reading or an error
+//! of the reading itself, as a free function of one covariate: an angle (waves up to an order), a rate, the
+//! sense of rotation, time, setup, run. Blocks are effects like any other and go through the same
+//! machine; the best of them says where the unknown sits. (A plain Fourier series in the arm angle
+//! would miss clocks and platforms.) Those whose scale nobody knows are families.
+//!
+//! | file | answers |
+//! |---|---|
+//! | `place` | where a block sits, in words |
+//! | `covariate` | what it may be a function of |
+//! | `waves` | which are families |
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use covariate::{
+    CIRCLE_ORDERS, Covariate, few_move, of_motion, of_the_head, of_the_rig, over_time,
+    scale_over_campaign,
+};
+
+use crate::diagnostic::Source;
+use crate::effect::Effect;
+use crate::engine::open::Recipe;
+use crate::graph::MeasurandKind;
+use crate::model::Model;
+use crate::system::Selected;
+use crate::units::{Dimension, Unit};
+
+use super::candidates::{Candidate, join};
+pub use place::{Of, Place};
+
+mod covariate;
+mod place;
+mod waves;
+
+/// Waves over a signal, where few things move and where many do.
+const ORDERS: (usize, usize) = (8, 3);
+/// Waves of an error in time and of a pedestal.
+const COARSE_ORDERS: usize = 2;
+/// Where the instrument and the rig stand to each other, in models that know it.
+const POSITION: &str = "position";
+
+/// The blocks of the campaigns' models.
+pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
+    let mut found: Vec<Candidate> = Vec::new();
+    for (campaign, recipe) in recipes.iter().enumerate() {
+        for (effect, place) in effects(&recipe.model) {
+            let selected = Selected { effect, head: None, member: BTreeMap::new() };
+            if let Ok(system) = recipe.with(std::slice::from_ref(&selected)) {
+                join(&mut found, (campaign, recipes.len()), selected, Some(place), system);
+            }
+        }
+    }
+    found
+}
+
+fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
+    let mut all = Vec::new();
+    channels(model, &mut all);
+    rig(model, &mut all);
+    pedestal(model, &mut all);
+    timing(model, &mut all);
+    readings(model, &mut all);
+    all.extend(waves::in_time(model));
+    all
+}
+
+/// Waves over a signal.
+fn orders(model: &Model) -> usize {
+    if few_move(model) { ORDERS.0 } else { ORDERS.1 }
+}
+
+/// The directions in which a target may be displaced, by channel; none where a model has no target.
+fn directions(model: &Model) -> &'static [(&'static str, &'static str)] {
+    match (model.quantities.contains_key("target"), turns_its_target(model)) {
+        (false, _) => &[],
+        (true, true) => &[
+            ("target tangential", "rotate(arm_turn, [0, 1, 0])"),
+            ("target radial", "rotate(arm_turn, [1, 0, 0])"),
+            ("target axial", "[0, 0, 1]"),
+        ],
+        (true, false) => {
+            &[("target x", "[1, 0, 0]"), ("target y", "[0, 1, 0]"), ("target z", "[0, 0, 1]")]
+        }
+    }
+}
+
+/// Whether the target goes round on an arm.
+fn turns_its_target(model: &Model) -> bool {
+    ["target", "arm_turn"].iter().all(|name| model.quantities.contains_key(*name))
+}
+
+/// Displacements of the target.
+fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+    for (channel, direction) in directions(model) {
+        let mut covariates = of_the_rig(model, orders(model));
+        covariates.extend(waves::over_signals(model));
+        covariates.extend([waves::slow(), waves::settling(model)]);
+        for covariate in covariates {
+            let place = Place::new(
+                Of::Channel((*channel).to_owned()),
+                &covariate.over,
+                displacement(channel, &covariate.words),
+            );
+            let patch = |sum: &str| format!("target = 'target + ({sum}) * {direction}'");
+            all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
+        }
+    }
+}
+
+/// Displacements of the instrument, or of all that it looks at, in the course of a setup.
+fn rig(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+    if !model.parameters.iter().any(|one| one.name == POSITION) {
+        return;
+    }
+    for covariate in [over_time(), waves::slow()].map(Covariate::along_axes) {
+        let place = Place::of_rig(&covariate.over, &format!("over {}", covariate.words));
+        let patch = |sum: &str| format!("{POSITION} = '{POSITION} + {sum}'");
+        all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
+    }
+}
+
+/// Displacements of the rig by what moves: its pedestal gives way to imbalance and torque, in directions of its
+/// own, which are others in each setup for the instrument. Where nothing turns they are those of the target.
+fn pedestal(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+    if !turns_its_target(model) || !few_move(model) {
+        return;
+    }
+    let covariates = of_motion(model, COARSE_ORDERS);
+    for covariate in covariates.into_iter().map(Covariate::along_axes) {
+        let place = Place::new(
+            Of::Channel("pedestal".to_owned()),
+            &covariate.over,
+            format!("a displacement of the rig's pedestal over {}", covariate.words),
+        );
+        let patch = |sum: &str| format!("target = 'target + {sum}'");
+        all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
+    }
+}
+
+fn displacement(channel: &str, covariate: &str) -> String {
+    let direction = channel.trim_start_matches("target ");
+    let article = if matches!(direction, "axial" | "x") { "an" } else { "a" };
+    format!("{article} {direction} displacement of the target over {covariate}")
+}
+
+/// Errors in the time of readings: of each measurand, and of all alike, as a clock makes them.
+fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+    let names: Vec<&str> = model.measurands.iter().map(|one| one.name.as_str()).collect();
+    let mut groups: Vec<(&str, &[&str])> = Vec::new();
+    for (number, name) in names.iter().enumerate() {
+        groups.push((name, &names[number..=number]));
+    }
+    if names.len() > 1 {
+        groups.push(("all readings", &names));
+    }
+    for (of, names) in groups {
+        let called = if names.len() > 1 { of.to_owned() } else { format!("`{of}`") };
+        let covariates = of_the_rig(model, COARSE_ORDERS).into_iter();
+        for covariate in covariates.chain([waves::settling(model)]) {
+            let place = Place::new(
+                Of::Channel(format!("time of {of}")),
+                &covariate.over,
+                format!("a timing error of {called} over {}", covariate.words),
+            );
+            let patch = |sum: &str| {
+                let line = |name: &&str| format!("\"{name}.t\" = 't + {sum}'\n");
+                names.iter().map(line).collect()
+            };
+            all.extend(effect(&place, &covariate, Dimension::TIME, patch));
+        }
+    }
+}
+
+/// Errors of readings.
+fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+    for measurand in &model.measurands {
+        let name = &measurand.name;
+        if measurand.kind == MeasurandKind::Rotation {
+            continue;
+        }
+        let mut covariates = of_the_rig(model, orders(model));
+        covariates.extend(of_the_head(model));
+        covariates.extend([waves::slow(), waves::settling(model)]);
+        if measurand.kind == MeasurandKind::Plain {
+            covariates.push(scale_over_campaign(name, measurand.unit.dimension));
+        }
+        if matches!(measurand.kind, MeasurandKind::Angle { .. }) {
+            covariates.push(waves::over_circle(name, CIRCLE_ORDERS));
+        }
+        for covariate in covariates {
+            let place = Place::new(
+                Of::Measurand(name.clone()),
+                &covariate.over,
+                format!("an error of `{name}` over {}", covariate.words),
+            );
+            let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
+            all.extend(effect(&place, &covariate, measurand.unit.dimension, patch));
+        }
+    }
+}
+
+/// A block as an effect: the sum of coefficients times terms, put into a patch.
+fn effect(
+    place: &Place,
+    covariate: &Covariate,
+    dimension: Dimension,
+    patch: impl Fn(&str) -> String,
+) -> Option<(Arc<Effect>, Place)> {
+    let (Of::Measurand(of) | Of::Channel(of)) = &place.of;
+    let kind = if matches!(place.of, Of::Measurand(_)) { "reading" } else { "channel" };
+    let part = |number: usize| format!("part_{number}");
+    let coefficients: Vec<(String, Dimension)> = (0..)
+        .zip(&covariate.terms)
+        .map(|(number, (_, of))| (part(number), dimension / *of))
+        .collect();
+    let terms = (0..).zip(&covariate.terms);
+    let sum: Vec<String> = terms.map(|(n, (term, _))| format!("{} * {term}", part(n))).collect();
+    made(
+        &format!("unknown_{kind}_{of}_{}", covariate.name),
+        place,
+        (&coefficients, covariate.scope),
+        &covariate.family,
+        &patch(&sum.join(" + ")),
+    )
+}
+
+/// An effect that nobody wrote down: coefficients with their dimensions and scope, the line of its
+/// family, if it has one, and its patches.
+pub(super) fn made(
+    name: &str,
+    place: &Place,
+    (coefficients, scope): (&[(String, Dimension)], &str),
+    family: &str,
+    patches: &str,
+) -> Option<(Arc<Effect>, Place)> {
+    let name = called(name);
+    let mut text =
+        format!("name = \"{name}\"\ntitle = \"{}\"\nacts = \"noise\"\n[parameters]\n", place.words);
+    for (coefficient, dimension) in coefficients {
+        let unit = Unit::coherent(*dimension).si_symbol();
+        let written = writeln!(
+            text,
+            "{coefficient} = {{ unit = \"{unit}\", typical = \"1 {unit}\", scope = \"{scope}\" }}"
+        );
+        written.ok()?;
+    }
+    let shape = if family.is_empty() { "" } else { "[shape]\n" };
+    text.push_str(&format!("[patch]\n{patches}\n{shape}{family}\n"));
+    let effect = Effect::parse(Source::new(name, text));
+    debug_assert!(effect.is_ok(), "{effect:?}");
+    Some((Arc::new(effect.ok()?), place.clone()))
+}
+
+/// Letters of a block's name at most; effects may have 64.
+const LONGEST: usize = 60;
+
+/// A name that an effect may have, the same each time: of a long one the beginning and a number for all of it.
+fn called(name: &str) -> String {
+    let plain: Vec<char> =
+        name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    if plain.len() <= LONGEST {
+        return plain.into_iter().collect();
+    }
+    // FNV-1a.
+    let number = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    let beginning: String = plain.into_iter().take(LONGEST - 17).collect();
+    format!("{beginning}_{number:016x}")
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use super::*;
+
+    fn blocks_of(inputs: &str, target: &str, measurands: &[&str]) -> Vec<(String, String)> {
+        let lines: String = measurands
+            .iter()
+            .map(|name| format!("{name} = {{ value = 'target.x', unit = \"m\" }}\n"))
+            .collect();
+        let text = format!(
+            "name = \"stage\"\ntitle = \"Stage\"\n[inputs]\n{inputs}\n[quantities]\n{target}\n[measurands]\n{lines}"
+        );
+        let model = Model::parse(Source::new("stage.toml", text)).unwrap();
+        let made = effects(&model);
+        made.into_iter().map(|(effect, place)| (effect.name.clone(), place.words)).collect()
+    }
+
+    /// What slides has waves over its length, and is displaced along fixed axes by what moves: a pedestal
+    /// would say the same again.
+    #[test]
+    fn what_slides_has_waves_a_metre_and_no_pedestal() {
+        let slides = "stage_x = { unit = \"m\", signal = true }";
+        let made = blocks_of(slides, "target = '[stage_x, 0, 0]'", &["distance"]);
+        let says = |words: &str| made.iter().any(|(_, one)| one.contains(words));
+        assert!(says("an x displacement of the target over stage_x, {member} waves a metre"));
+        assert!(!says("pedestal"));
+    }
+
+    /// Names of effects are short; those of measurands may be long, and no block is lost for that.
+    #[test]
+    fn no_block_is_lost_for_a_long_name() {
+        let slides = "position_of_the_carriage = { unit = \"m\", signal = true }";
+        let target = "target = '[position_of_the_carriage, 0, 0]'";
+        let long = blocks_of(
+            slides,
+            target,
+            &["distance_of_the_first_interferometer", "distance_of_the_second_interferometer"],
+        );
+        let short = blocks_of(slides, target, &["first", "second"]);
+        assert_eq!(long.len(), short.len());
+        let names: std::collections::BTreeSet<&String> = long.iter().map(|one| &one.0).collect();
+        assert_eq!(names.len(), long.len());
+    }
+}

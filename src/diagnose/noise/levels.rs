@@ -1,0 +1,277 @@
+//! Levels of the noise: by how much readings scatter otherwise than stated, of each measurand, and in
+//! single runs.
+//!
+//! A run is compared with the median of all by the median of its absolute residuals, which neither wild
+//! readings nor long tails move: the logarithm of their ratio has the standard deviation `1.17 / √n`. What
+//! one run has beyond the others would else be taken for an effect that acts there.
+
+use crate::diagnose::evidence::tail::{ln_below, ln_chi_squared, ln_normal};
+use crate::diagnose::evidence::thresholds::{LEAST_RUNS, level};
+use crate::diagnose::fitted::Fitted;
+use crate::diagnose::found::{Level, Noise, NoiseEffect};
+use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::sequences::{OF_A_MEDIAN, Sequence, median, sequences};
+use crate::diagnose::stage::Stage;
+use crate::effect::Target;
+use crate::engine::Part;
+use crate::engine::layout::qualified;
+use crate::engine::stretches::Left;
+use crate::graph::MeasurandKind;
+
+use super::whiten::Given;
+
+/// Readings of a run from which on its scatter is looked at.
+const LEAST_READINGS: usize = 20;
+/// A run that scatters less than so many times as much as most is like them.
+const UNEVEN: f64 = 1.25;
+/// Standard uncertainties by which a level that is not as stated may differ from the scatter.
+const FOLLOWS: f64 = 2.0;
+
+/// Lets runs that scatter otherwise than most have a level of their own, once.
+pub(super) fn uneven(stage: &Stage, left: &[Left], noise: &Noise) -> Option<Fitted> {
+    let problem = &stage.fitted.problem;
+    if problem.parts.iter().any(|part| !part.run_levels.is_empty()) {
+        return None;
+    }
+    let beside = left_beside_oscillations(stage, noise);
+    let all = sequences(problem, beside.as_deref().unwrap_or(left));
+    let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
+    let level = level(runs * all.len()) - std::f64::consts::LN_2;
+    let mut fitted = stage.fitted.clone();
+    let parts = fitted.problem.parts.iter_mut().enumerate();
+    for (p, part) in parts {
+        for measurand in 0..part.sigma.len() {
+            let own = |one: &&Sequence| one.part == p && one.measurand == measurand;
+            let own: Vec<&Sequence> = all.iter().filter(own).collect();
+            let scatter: Vec<(usize, f64, f64)> =
+                (0..part.runs.len()).filter_map(|run| scatter(&own, run)).collect();
+            let mut sizes: Vec<f64> = scatter.iter().map(|(_, size, _)| *size).collect();
+            let Some(usual) = median(&mut sizes).filter(|_| scatter.len() >= LEAST_RUNS) else {
+                continue;
+            };
+            for (run, size, count) in scatter {
+                let ratio: f64 = size / usual;
+                let deviations = ratio.ln().abs() * (noise.alike() * count).sqrt() / OF_A_MEDIAN;
+                if ratio.ln().abs() < UNEVEN.ln() || ln_normal(deviations) > level {
+                    continue;
+                }
+                if part.run_levels.is_empty() {
+                    part.run_levels = vec![vec![1.0; part.sigma.len()]; part.runs.len()];
+                }
+                part.run_levels[run][measurand] = ratio;
+            }
+        }
+    }
+    fitted.problem.parts.iter().any(|part| !part.run_levels.is_empty()).then_some(fitted)
+}
+
+/// What is left of runs that are compared with each other, where an oscillation was taken off: a noisier
+/// run makes one, which must stay.
+fn left_beside_oscillations(stage: &Stage, noise: &Noise) -> Option<Vec<Left>> {
+    let swings = stage.structures().iter().any(|one| stage.is_oscillation(*one));
+    let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
+    swings.then(|| {
+        let rest = stage.together(&stage.structures_beside_noise());
+        stage.evidence.left(problem, point, &rest, noise.stretch)
+    })
+}
+
+/// A run with the median of the absolute residuals of a measurand, and their number.
+fn scatter(own: &[&Sequence], run: usize) -> Option<(usize, f64, f64)> {
+    let values = own.iter().flat_map(|one| one.runs[run].iter());
+    let mut sizes: Vec<f64> =
+        values.filter(|value| !value.is_nan()).map(|value| value.abs()).collect();
+    let size = median(&mut sizes).filter(|size| *size > 0.0)?;
+    (sizes.len() >= LEAST_READINGS).then_some((run, size, sizes.len() as f64))
+}
+
+/// Tells levels that are not as stated, and names the effects of the library that stand for scatter beyond it.
+/// What has a memory is no matter of levels: `white` is the part of the variance without.
+pub(super) fn name_levels(
+    stage: &Stage,
+    stated: &[Vec<f64>],
+    white: &[(usize, usize, f64)],
+    noise: &mut Noise,
+) {
+    let parts = &stage.fitted.problem.parts;
+    for part in parts {
+        for (run, levels) in part.runs.iter().zip(&part.run_levels) {
+            for (one, factor) in part.system.assembly.names.measurands.iter().zip(levels) {
+                if *factor != 1.0 {
+                    let run = qualified(part.label.as_deref(), &run.name);
+                    noise.run_levels.push((one.name.clone(), run, *factor));
+                }
+            }
+        }
+    }
+    for (part, stated) in parts.iter().zip(stated) {
+        let names = &part.system.assembly.names.measurands;
+        for ((measurand, sigma), stated) in names.iter().zip(&part.sigma).zip(stated) {
+            if sigma != stated {
+                let (measurand, of) = (measurand.name.clone(), part.label.clone());
+                noise.levels.push(Level { measurand, of, factor: sigma / stated });
+            }
+        }
+    }
+    for candidate in &stage.noise {
+        let each: Vec<(Option<String>, Size)> = (0..parts.len())
+            .filter_map(|p| {
+                Some((parts[p].label.clone(), beyond(stage, candidate, p, stated, white)?))
+            })
+            .collect();
+        let tests = 2 * stage.noise.len() + 1;
+        let together = Size::of_all(each.iter().map(|(_, size)| size));
+        let differ = together.as_ref().filter(|_| each.len() > 1).is_some_and(|all| {
+            let squares = each.iter().map(|(_, one)| ((one.value - all.value) / one.sigma).powi(2));
+            ln_chi_squared(squares.sum(), each.len() - 1) <= level(tests)
+        });
+        let told =
+            if differ { each } else { together.map(|size| (None, size)).into_iter().collect() };
+        for (of, Size { value, sigma, .. }) in told {
+            let ln_p = ln_normal(value / sigma);
+            if value > 0.0 && ln_p <= level(tests) {
+                noise.effects.extend(named(candidate, of, (value, sigma), ln_p));
+            }
+        }
+    }
+}
+
+/// By how much readings scatter beyond what is stated.
+struct Size {
+    value: f64,
+    sigma: f64,
+    /// Sum of the squared factors on what is stated, and their number.
+    squares: f64,
+    count: f64,
+    /// Twice the readings that say so.
+    freedom: f64,
+}
+
+impl Size {
+    fn of(squares: f64, count: f64, freedom: f64) -> Self {
+        let value = (squares / count).sqrt() - 1.0;
+        Self { value, sigma: (1.0 + value) / freedom.max(1.0).sqrt(), squares, count, freedom }
+    }
+
+    /// That of several together; `None` of none.
+    fn of_all<'a>(all: impl Iterator<Item = &'a Self>) -> Option<Self> {
+        let (squares, count, freedom) = all.fold((0.0, 0.0, 0.0), |(s, c, f), one| {
+            (s + one.squares, c + one.count, f + one.freedom)
+        });
+        (count > 0.0).then(|| Self::of(squares, count, freedom))
+    }
+}
+
+/// By how much the measurands of a campaign that an effect patches scatter beyond what is stated; `None`
+/// where it patches none.
+fn beyond(
+    stage: &Stage,
+    candidate: &Candidate,
+    p: usize,
+    stated: &[Vec<f64>],
+    white: &[(usize, usize, f64)],
+) -> Option<Size> {
+    let part = &stage.fitted.problem.parts[p];
+    let (present, mut squares, mut count, mut freedom) = (part.present(), 0.0, 0.0, 0.0);
+    for (measurand, (sigma, stated)) in part.sigma.iter().zip(&stated[p]).enumerate() {
+        if patches_level(candidate, stage, (p, measurand)) {
+            let own = white.iter().filter(|(q, m, _)| (*q, *m) == (p, measurand));
+            let white = own.map(|(.., part)| *part).fold(1.0, f64::min);
+            squares += white * (sigma / stated).powi(2);
+            count += 1.0;
+            // How much of the variance has a memory is known less well than the variance.
+            freedom += 2.0 * present[measurand] as f64 / if white < 1.0 { 9.0 } else { 1.0 };
+        }
+    }
+    (count > 0.0).then(|| Size::of(squares, count, freedom))
+}
+
+/// An effect on the level of noise; `None` where it has no parameter.
+fn named(
+    candidate: &Candidate,
+    of: Option<String>,
+    (value, sigma): (f64, f64),
+    ln_p: f64,
+) -> Option<NoiseEffect> {
+    let parameter = candidate.selected.effect.parameters.first()?;
+    Some(NoiseEffect {
+        name: candidate.name.clone(),
+        selected: None,
+        parameter: format!("{}.{}", candidate.name, parameter.name),
+        of,
+        unit: parameter.unit.clone(),
+        value,
+        sigma,
+        also: Vec::new(),
+        aliases: Vec::new(),
+        memory: None,
+        ln_p,
+    })
+}
+
+/// Whether an effect patches the noise level of a measurand of a campaign.
+pub(in crate::diagnose) fn patches_level(
+    candidate: &Candidate,
+    stage: &Stage,
+    (campaign, measurand): (usize, usize),
+) -> bool {
+    let Fitted { problem, recipes, .. } = &stage.fitted;
+    let one = &problem.parts[campaign].system.assembly.names.measurands[measurand];
+    let heads = &recipes[campaign].model.heads;
+    let head = candidate.selected.head.as_ref().and_then(|head| heads.get(head));
+    let is_called = |name: &String| head.and_then(|own| own.get(name)).unwrap_or(name) == &one.name;
+    let is_read = || head.is_none_or(|own| own.values().any(|name| *name == one.name));
+    candidate.selected.effect.patches.iter().any(|line| match &line.target {
+        Target::Sigma(name) => is_called(name),
+        Target::EachAngleSigma => matches!(one.kind, MeasurandKind::Angle { .. }) && is_read(),
+        _ => false,
+    })
+}
+
+/// Lets stated uncertainties follow the scatter, where they do not.
+pub(super) fn levels(
+    stage: &Stage,
+    given: &Given,
+    left: &[Left],
+    unknowns: usize,
+    noise: &Noise,
+) -> Option<Fitted> {
+    let mut fitted = stage.fitted.clone();
+    let problem = &mut fitted.problem;
+    let all = sequences(problem, left);
+    let readings: usize = all.iter().map(|one| one.present().count()).sum();
+    let freedom = readings.saturating_sub(unknowns).max(1) as f64 / readings.max(1) as f64;
+    let tests = all.len() + stage.noise.len();
+    let mut found: Vec<(usize, usize, f64)> = Vec::new();
+    for (p, part) in problem.parts.iter().enumerate() {
+        for measurand in 0..part.slots().len() {
+            let own = || all.iter().filter(|one| one.part == p && one.measurand == measurand);
+            let count: usize = own().map(|one| one.present().count()).sum();
+            let squares: f64 = own().flat_map(Sequence::present).map(|value| value * value).sum();
+            if count < 3 {
+                continue;
+            }
+            let variance = squares / (count as f64 * freedom);
+            let effective = noise.alike() * freedom * count as f64;
+            let degrees = (effective.floor() as usize).max(1);
+            let squares = degrees as f64 * variance;
+            let by_chance = if variance > 1.0 {
+                ln_chi_squared(squares, degrees)
+            } else {
+                ln_below(squares, degrees)
+            };
+            // With the stated one structure looked stronger than it is, and took more of the scatter away.
+            let is_stated = part.sigma[measurand] == given.stated[p][measurand];
+            let least =
+                if is_stated { level(tests) - std::f64::consts::LN_2 } else { ln_normal(FOLLOWS) };
+            if by_chance <= least {
+                found.push((p, measurand, variance.sqrt()));
+            }
+        }
+    }
+    for (p, measurand, factor) in &found {
+        let part: &mut Part = &mut problem.parts[*p];
+        part.sigma[*measurand] *= factor;
+    }
+    (!found.is_empty()).then_some(fitted)
+}

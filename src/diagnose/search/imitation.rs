@@ -1,0 +1,84 @@
+//! Whether several effects imitate what nobody wrote down: two or three of a library can follow much.
+
+use crate::diagnose::evidence::score::{Score, of_gain};
+use crate::diagnose::evidence::thresholds::{FURTHER, LEAST_LAMBDA, level};
+use crate::diagnose::stage::Stage;
+
+use super::Search;
+
+impl Search {
+    /// Whether blocks of unknown structure account for everything more simply than several effects: then
+    /// those effects imitate what nobody wrote down. Of three effects and more fewer blocks are simpler;
+    /// of two effects one block, if it is also less surprising by chance. An effect with a block beside it
+    /// is simpler, too, where far less surprising: effects with a value for each run can imitate much.
+    pub(in crate::diagnose) fn imitates(&self) -> bool {
+        let count = self.adopted.len();
+        let Some(first) = self.stages.first().filter(|_| count >= 2) else { return false };
+        let gain = self.adopted.iter().map(|one| one.score.gain).sum();
+        let degrees = self.adopted.iter().map(|one| one.score.degrees).sum();
+        let choices = count as f64 * (first.effects as f64).ln();
+        let together = of_gain(gain, degrees, 1).ln_p + choices;
+        if with_a_block(first) + FURTHER.ln() < together {
+            return true;
+        }
+        let Some(blocks) = blocks_needed(first, count - 1) else { return false };
+        let among = ((first.candidates.len() - first.effects) as f64).ln();
+        let together = together + FURTHER.ln();
+        (count > 2 && !blocks.is_empty())
+            || blocks.iter().any(|block| first.scores[*block].ln_p + among < together)
+    }
+}
+
+/// Effects that are tried with each block beside them.
+const BESIDE: usize = 8;
+
+/// Logarithm of the probability by chance of the effect and block that together are least probable, with
+/// the choices among all of them paid for.
+fn with_a_block(stage: &Stage) -> f64 {
+    let mut effects = stage.declared();
+    effects.truncate(BESIDE);
+    let blocks = stage.effects..stage.candidates.len();
+    let choices = (stage.effects.max(1) as f64 * blocks.len().max(1) as f64).ln();
+    let mut best = 0.0_f64;
+    for effect in effects {
+        let own = &stage.scores[effect];
+        let paid = own.ln_p - of_gain(own.gain, own.degrees, 1).ln_p;
+        for block in blocks.clone().filter(|block| !stage.is_scatter(*block)) {
+            let (gain, degrees) = stage.evidence.beyond(stage.entry(effect), stage.entry(block));
+            let both = of_gain(own.gain + gain, own.degrees + degrees, 1).ln_p;
+            let member = (stage.members[block] as f64).ln();
+            best = best.min(both + paid + member + choices);
+        }
+    }
+    best
+}
+
+/// The blocks, taken greedily, beyond which nothing significant is left; `None` where it takes more.
+fn blocks_needed(stage: &Stage, most: usize) -> Option<Vec<usize>> {
+    let level = level(stage.candidates.len());
+    let strong: Vec<usize> = (0..stage.candidates.len())
+        .filter(|n| stage.scores[*n].ln_p <= level && !stage.is_scatter(*n))
+        .collect();
+    let mut taken: Vec<usize> = Vec::new();
+    loop {
+        let entries: Vec<_> = taken.iter().map(|n| stage.entry(*n)).collect();
+        let whole = stage.evidence.together(&entries);
+        let left: Vec<(usize, Score)> = strong
+            .iter()
+            .map(|n| {
+                let (gain, degrees) = stage.evidence.beyond(&whole, stage.entry(*n));
+                (*n, of_gain(gain, degrees, stage.members[*n]))
+            })
+            .filter(|(_, score)| score.ln_p <= level && score.lambda() >= LEAST_LAMBDA)
+            .collect();
+        if left.is_empty() {
+            return Some(taken);
+        }
+        if taken.len() == most {
+            return None;
+        }
+        let blocks = left.iter().filter(|(n, _)| *n >= stage.effects);
+        let best = blocks.min_by(|a, b| a.1.ln_p.total_cmp(&b.1.ln_p))?;
+        taken.push(best.0);
+    }
+}

@@ -1,0 +1,195 @@
+//! How probable each cause is, given that there is one cause at most.
+//!
+//! Before the data: nothing .30, some effect of the library .50, unknown structure .20, each split
+//! evenly. Values are normal about zero with a standard deviation of the typical size times a scale.
+//! `SCALES` of them, in equal ratios, are equally likely: from the one at which the signature has the
+//! length `SEEN` (an effect that is smaller is nothing, as far as these readings can say) to `LARGEST`,
+//! so an effect ten times as large as usual is no surprise, and neither is one that barely shows in a
+//! campaign that would see a hundredth of the usual size.
+//! With `C = V T² Vᵀ` (typical sizes `T`, `V` from values to lengths) an entry's evidence
+//! against nothing is `-½ ln det(1 + s² C) + ½ zᵀ s² C (1 + s² C)⁻¹ z`. Members of a family share its
+//! part.
+//!
+//! What nobody wrote down need not look like one block: it may look like an effect and leave something
+//! that a block explains. An effect that explains less than [`NAMED`] of what is there beside a
+//! block stands for that, too, where both are beyond chance: their evidence together is evidence for the
+//! block.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use crate::diagnose::evidence::Entry;
+use crate::diagnose::evidence::score::{Score, of_gain};
+use crate::diagnose::evidence::thresholds::{LEAST_LAMBDA, NAMED, level};
+use crate::diagnose::stage::Stage;
+
+/// Probability of nothing, of the library, of unknown structure, before the data.
+const BEFORE: [f64; 3] = [0.30, 0.50, 0.20];
+/// Number of scales.
+const SCALES: usize = 12;
+/// Length of a signature, in units of the noise, from which on it is something.
+const SEEN: f64 = 2.0;
+/// The largest scale, in typical sizes; where even that is hardly seen, so many times what is.
+const LARGEST: (f64, f64) = (30.0, 10.0);
+/// Effects whose logarithm of probability is this much below the best are not asked what they leave.
+const OUT_OF_QUESTION: f64 = 12.0;
+
+/// Whether an effect so many times as large as usual is larger than the largest scale.
+pub fn is_implausible(times: f64) -> bool {
+    times > LARGEST.0
+}
+
+/// The probability of each candidate of a stage, in their order, blocks among them.
+pub fn probabilities(stage: &Stage) -> Vec<f64> {
+    let [effect, block] = shares(stage);
+    let odds = (block / effect).ln();
+    normalised(&with_imitations(stage, logarithms(stage), odds), Some(BEFORE[0].ln()))
+}
+
+/// The probability of each effect of a stage, in their order, if it is one of them.
+pub fn among_effects(stage: &Stage) -> Vec<f64> {
+    normalised(&logarithms(stage)[..stage.effects], None)
+}
+
+/// Probabilities from their logarithms, that of `nothing` beside them.
+fn normalised(logarithms: &[f64], nothing: Option<f64>) -> Vec<f64> {
+    let all = logarithms.iter().copied().chain(nothing);
+    let most = all.clone().fold(f64::NEG_INFINITY, f64::max);
+    if most == f64::NEG_INFINITY {
+        return vec![0.0; logarithms.len()];
+    }
+    let sum: f64 = all.map(|one| (one - most).exp()).sum();
+    logarithms.iter().map(|one| (one - most).exp() / sum).collect()
+}
+
+/// The part of an effect and of a block before the data.
+fn shares(stage: &Stage) -> [f64; 2] {
+    let count = |blocks: bool| {
+        let numbers = 0..stage.candidates.len();
+        let of_kind = numbers.filter(|n| (*n >= stage.effects) == blocks);
+        of_kind.filter(|n| stage.entry(*n).degrees() > 0).count().max(1) as f64
+    };
+    [BEFORE[1] / count(false), BEFORE[2] / count(true)]
+}
+
+/// Logarithm of the evidence of each candidate against nothing, times its part before the data.
+fn logarithms(stage: &Stage) -> Vec<f64> {
+    let share = shares(stage);
+    (0..stage.candidates.len())
+        .map(|n| {
+            let entry = stage.entry(n);
+            if entry.degrees() == 0 {
+                return f64::NEG_INFINITY;
+            }
+            let members = (stage.members[n] as f64).ln();
+            evidence(entry, &typical(stage, n)) - members
+                + share[usize::from(n >= stage.effects)].ln()
+        })
+        .collect()
+}
+
+/// The largest probability that a finding is no chance that its probability by chance allows against even
+/// odds: `1 / (1 - e p ln p)` (Sellke, Bayarri and Berger 2001, "Calibration of p values").
+pub fn at_most(ln_p: f64) -> f64 {
+    // Beyond p = 1/e a finding speaks for chance.
+    let ln_p = ln_p.min(-1.0);
+    1.0 / (1.0 - (1.0 + ln_p).exp() * ln_p)
+}
+
+/// Gives blocks what effects and they explain together where the effects alone are not enough; `odds` is
+/// the logarithm of a block's part over an effect's before the data.
+fn with_imitations(stage: &Stage, alone: Vec<f64>, odds: f64) -> Vec<f64> {
+    let (effects, blocks) = alone.split_at(stage.effects);
+    let best = effects.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let readings: usize = stage.fitted.fit.normal.runs.iter().map(|run| run.readings).sum();
+    let seen =
+        |score: &Score, tests: usize| score.ln_p <= level(tests) && score.lambda() >= LEAST_LAMBDA;
+    let mut all = alone.clone();
+    for (number, own) in effects.iter().enumerate() {
+        let score = &stage.scores[number];
+        if *own < best - OUT_OF_QUESTION || !seen(score, effects.len()) {
+            continue;
+        }
+        let length = score.lambda().powi(2);
+        for (block, whole) in all.iter_mut().enumerate().skip(stage.effects) {
+            let (gain, degrees) = stage.evidence.beyond(stage.entry(number), stage.entry(block));
+            let left = of_gain(gain, degrees, stage.members[block]);
+            let is_enough = length >= NAMED * (length + left.lambda().powi(2));
+            if is_enough || !seen(&left, blocks.len()) {
+                continue;
+            }
+            let each = vec![readings as f64 / degrees as f64; degrees];
+            let squares = vec![gain / degrees as f64; degrees];
+            let choice = (stage.members[block] as f64).ln();
+            let together = own + odds + mixed(&each, &squares) - choice;
+            let (more, less) = (whole.max(together), whole.min(together));
+            *whole = more + (less - more).exp().ln_1p();
+        }
+    }
+    all
+}
+
+/// Logarithm of the evidence of an entry against nothing.
+fn evidence(entry: &Entry, typical: &[f64]) -> f64 {
+    let scaled =
+        DMatrix::from_fn(entry.degrees(), typical.len(), |i, j| entry.lengths[(i, j)] * typical[j]);
+    let eigen = SymmetricEigen::new(&scaled * scaled.transpose());
+    let score = eigen.eigenvectors.tr_mul(&entry.score);
+    let squares: Vec<f64> = score.iter().map(|z| z * z).collect();
+    mixed(eigen.eigenvalues.as_slice(), &squares)
+}
+
+/// The same from the squared lengths that values of typical size have along independent axes, and the
+/// squared scores there.
+fn mixed(lengths: &[f64], squares: &[f64]) -> f64 {
+    let whole = lengths.iter().map(|one| one.max(0.0)).sum::<f64>().sqrt();
+    if whole <= 0.0 {
+        return f64::NEG_INFINITY;
+    }
+    let least = SEEN / whole;
+    let largest = LARGEST.0.max(LARGEST.1 * least);
+    let each: [f64; SCALES] = std::array::from_fn(|k| {
+        let scale = least * (largest / least).powf(k as f64 / (SCALES - 1) as f64);
+        let terms = lengths.iter().zip(squares).map(|(length, square)| {
+            let size = scale * scale * length.max(0.0);
+            0.5 * (square * size / (1.0 + size) - size.ln_1p())
+        });
+        terms.sum()
+    });
+    let most = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mean = each.iter().map(|one| (one - most).exp()).sum::<f64>() / SCALES as f64;
+    most + mean.ln()
+}
+
+/// The typical size of each column's value: as declared; of a block such that all its columns
+/// together change a reading by its noise.
+fn typical(stage: &Stage, number: usize) -> Vec<f64> {
+    let entry = stage.entry(number);
+    let candidate = &stage.candidates[number];
+    let readings: usize = stage.fitted.fit.normal.runs.iter().map(|run| run.readings).sum();
+    let whole = (readings as f64 / entry.owners.len().max(1) as f64).sqrt();
+    entry
+        .owners
+        .iter()
+        .zip(entry.raw.iter())
+        .map(|(owner, raw)| {
+            if candidate.place.is_some() {
+                return if *raw > 0.0 { whole / raw } else { 0.0 };
+            }
+            candidate.typical(&owner.parameter).unwrap_or(0.0)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::at_most;
+
+    #[test]
+    fn a_small_probability_by_chance_is_no_certainty() {
+        // The paper's figures: p = .05 leaves at least .289 for chance, p = .01 at least .111.
+        assert!((1.0 - at_most(0.05_f64.ln()) - 0.289).abs() < 5e-4);
+        assert!((1.0 - at_most(0.01_f64.ln()) - 0.111).abs() < 5e-4);
+        assert_eq!(at_most(0.0), 0.5);
+        assert_eq!(at_most(-1e4), 1.0);
+    }
+}

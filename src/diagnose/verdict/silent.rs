@@ -1,0 +1,89 @@
+//! Effects that show in no reading: those that nominal parameters take up, and those that change none.
+
+use crate::diagnose::library::candidates::NotTestable;
+use crate::diagnose::stage::Stage;
+
+/// An effect that nominal parameters take up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Absorbed {
+    /// The effect.
+    pub name: String,
+    /// The parameters that take it up.
+    pub acts_as: String,
+}
+
+/// Effects that nominal parameters take up, and effects that change no reading here.
+pub fn silent(stage: &Stage) -> (Vec<Absorbed>, Vec<NotTestable>) {
+    let mut absorbed = Vec::new();
+    let mut not_testable = stage.not_testable.clone();
+    for number in (0..stage.effects).filter(|n| stage.entry(*n).degrees() == 0) {
+        let name = stage.candidates[number].name.clone();
+        let entry = stage.entry(number);
+        if !entry.finite {
+            let why = "the recordings do not hold an input that it acts on, or its slope where its parameters are zero is no number".to_owned();
+            not_testable.push(NotTestable { name, why });
+        } else if !entry.acts() {
+            not_testable.push(NotTestable { name, why: why_silent(stage, number) });
+        } else {
+            absorbed.push(Absorbed { name, acts_as: acts_as(stage, number) });
+        }
+    }
+    not_testable.sort_by(|a, b| a.name.cmp(&b.name));
+    (absorbed, not_testable)
+}
+
+/// Share of an effect's length above which a parameter is named as taking it up.
+const TAKES_PART: f64 = 0.05;
+
+/// The nominal parameters that take an effect up.
+pub(in crate::diagnose) fn acts_as(stage: &Stage, number: usize) -> String {
+    let layout = &stage.fitted.problem.layout;
+    let takers = stage.evidence.takers(stage.entry(number));
+    let most = takers.first().map_or(0.0, |(_, share)| *share);
+    let mut names: Vec<&str> = Vec::new();
+    for (column, _) in takers.iter().filter(|(_, share)| *share >= TAKES_PART * most) {
+        let owner = layout.instances.iter().enumerate().find(|(index, instance)| {
+            (0..instance.dimension())
+                .any(|k| layout.columns_of(*index, k).iter().any(|(c, _)| c == column))
+        });
+        if let Some((_, instance)) = owner
+            && !names.contains(&instance.name.as_str())
+        {
+            names.push(&instance.name);
+        }
+    }
+    names.join(", ")
+}
+
+/// Why an effect changes no reading here.
+pub(in crate::diagnose) fn why_silent(stage: &Stage, number: usize) -> String {
+    let accelerations: Vec<String> = stage
+        .fitted
+        .recipes
+        .iter()
+        .zip(&stage.fitted.problem.parts)
+        .flat_map(|(recipe, part)| {
+            let captured = |input: usize| {
+                part.runs.iter().any(|run| {
+                    matches!(
+                        run.record.inputs()[input],
+                        crate::campaign::Track::Captured { acceleration: None, .. }
+                    )
+                })
+            };
+            let signals = recipe.model.inputs.iter().enumerate();
+            let moving = signals.filter(move |(index, input)| input.signal && captured(*index));
+            moving.map(|(_, input)| format!("`{}_acceleration`", input.name))
+        })
+        .collect();
+    let patches = &stage.candidates[number].selected.effect.patches;
+    let twice = patches.iter().any(|line| line.formula.text.contains("rate(rate("));
+    if twice && !accelerations.is_empty() {
+        format!(
+            "it changes no reading while rates are constant: it needs a column {}",
+            accelerations.join(" or ")
+        )
+    } else {
+        "it changes no reading in these runs by an amount that could be seen, or only by powers of its parameters: an effect must have a slope where they are zero".to_owned()
+    }
+}
