@@ -40,11 +40,13 @@ use crate::estimate::contradicted::{Contradicted, contradicted};
 use fitted::Fitted;
 use found::{Location, Lost, NoiseEffect, Ranked};
 use gap::holdout::{HoldoutError, holdout};
+use gap::refuted::{degrees, is_refuted};
 use gap::steps::Steps;
 use gap::{Gap, floor, gap};
 use gross::codes::without_codes;
 use gross::settle::{settled, without_lost, without_spoiling};
 use gross::spikes::without_spikes;
+use gross::twice::{Twice, twice};
 use library::candidates::{NotTestable, Wanted};
 use library::off;
 use search::{Adopted, Search, search};
@@ -98,74 +100,6 @@ pub struct Diagnosis {
     pub search: Option<Search>,
 }
 
-/// A delay with all readings and without those that are left out.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Twice {
-    /// Its name.
-    pub name: String,
-    /// The setup or run.
-    pub of: Option<String>,
-    /// With all readings (s).
-    pub with: f64,
-    /// Without those left out (s).
-    pub without: f64,
-    /// Standard uncertainty without them (s).
-    pub sigma: Option<f64>,
-}
-
-/// The delays with and without what is left out, with the same noise.
-fn twice(whole: &Calibration, stage: &Stage, options: &Options) -> Result<Vec<Twice>, FitError> {
-    let Fitted { problem, fit, recipes } = stage.fitted.clone();
-    let mut parts = problem.parts.clone();
-    for (part, given) in parts.iter_mut().zip(&whole.problem.parts) {
-        part.runs.clone_from(&given.runs);
-    }
-    let with = Fitted { recipes, problem: Problem::new(parts), fit: fit.clone() }.again(options)?;
-    // Gross readings may keep the fit of all from settling: then it has no delays.
-    if !with.is_sound() {
-        return Ok(Vec::new());
-    }
-    let without = finish(problem, fit, Vec::new(), Vec::new())?.estimates();
-    let with = finish(with.problem, with.fit, Vec::new(), Vec::new())?.estimates();
-    let delays = without.into_iter().filter(|one| one.name.ends_with(".delay") && !one.fixed);
-    let pairs = delays.filter_map(|one| {
-        let same = with.iter().find(|other| other.name == one.name && other.of == one.of)?;
-        let (with, without) = (same.value?, one.value?);
-        Some(Twice { name: one.name, of: one.of, with, without, sigma: one.sigma })
-    });
-    Ok(pairs.collect())
-}
-
-/// The stated values that readings contradict, as a stage has them: those of the nominal model.
-fn beside_readings(stage: &Stage, nominal: &Calibration) -> Result<Vec<Contradicted>, FitError> {
-    let Fitted { problem, fit, .. } = stage.fitted.clone();
-    let mut found = contradicted(&finish(problem, fit, Vec::new(), Vec::new())?);
-    let own = &nominal.problem.layout.instances;
-    found.retain(|one| own.iter().any(|instance| instance.name == one.parameter));
-    Ok(found)
-}
-
-/// Whether named effects fail on the readings that they were not fitted to: what they take off there is
-/// below a quarter of what they take off where they were fitted, by more than chance does. A value that
-/// is learnt from half of a run costs twice there what it costs with all readings.
-fn is_refuted(gap: &Gap, effects: &[Adopted]) -> bool {
-    gap.closed.is_some() && gap.held_out_drop < least_drop(gap.lambda.powi(2), degrees(effects))
-}
-
-/// The degrees of freedom of some effects together.
-fn degrees(effects: &[Adopted]) -> usize {
-    effects.iter().map(|one| one.score.degrees).sum()
-}
-
-/// The least drop on held-out readings of effects with so many values that take so much off where they
-/// were fitted.
-fn least_drop(learnt: f64, degrees: usize) -> f64 {
-    0.25 * learnt - 2.0 * degrees as f64 - REFUTED * 2.0 * learnt.sqrt()
-}
-
-/// Standard deviations by which a held-out drop must be too small.
-const REFUTED: f64 = 3.0;
-
 /// Diagnoses campaigns.
 ///
 /// # Errors
@@ -185,27 +119,7 @@ pub fn diagnose(
     gross.extend(spikes);
     let (nominal, wrong) = without_spoiling(nominal, options)?;
     gross.extend(wrong);
-    let mut diagnosis = Diagnosis {
-        verdict: Verdict::Unobservable,
-        effects: Vec::new(),
-        why: None,
-        noise: Vec::new(),
-        explained: None,
-        candidates: Vec::new(),
-        absorbed: Vec::new(),
-        not_testable: Vec::new(),
-        locations: Vec::new(),
-        nearest: None,
-        suspected: Vec::new(),
-        gap: None,
-        floor: None,
-        hidden: Vec::new(),
-        contradicted: Vec::new(),
-        search: None,
-        lost,
-        delays: Vec::new(),
-        nominal,
-    };
+    let mut diagnosis = Diagnosis::unobservable(nominal, lost);
     if !diagnosis.nominal.is_sound() {
         return Ok(diagnosis);
     }
@@ -221,94 +135,164 @@ pub fn diagnose(
     if let Some((nominal, found)) = without_alone(&search, &fitted, aside, &wanted, options)? {
         (diagnosis.nominal, search) = (nominal, found);
     }
-    let Answer { verdict, effects, why } = verdict::verdict(&search);
-    (diagnosis.verdict, diagnosis.effects, diagnosis.why) = (verdict, effects, why);
-    if let Some(stage) = search.stages.get(diagnosis.effects.len())
-        && matches!(diagnosis.verdict, Verdict::Explained | Verdict::ShapeDiffers)
-    {
-        diagnosis.noise.clone_from(&stage.noise_found.effects);
-        if !diagnosis.effects.is_empty() {
-            let models = Steps::of(&stage.fitted, &diagnosis.effects, options)?;
-            let in_data = diagnosis.effects.iter().all(|one| one.evidence() == "data");
-            let (memory, left) = (stage.noise_found.memory, verdict::leftover(stage));
-            let degrees = degrees(&diagnosis.effects);
-            diagnosis.gap = Some(gap(&models, degrees, left, memory, in_data));
-        }
-        let Fitted { problem, fit, .. } = stage.fitted.clone();
-        diagnosis.explained = Some(finish(problem, fit, Vec::new(), Vec::new())?);
-        if diagnosis.gap.as_ref().is_some_and(|gap| is_refuted(gap, &diagnosis.effects)) {
-            let effects = diagnosis.effects.drain(..).map(|one| one.candidate.name);
-            diagnosis.why = Some((Why::NotBorneOut, effects.collect()));
-            diagnosis.verdict = Verdict::Unknown;
-            diagnosis.noise.clear();
-            (diagnosis.explained, diagnosis.gap) = (None, None);
-        }
-    }
-    if let Some(stage) = search.stages.get(diagnosis.effects.len()) {
-        diagnosis.contradicted = beside_readings(stage, &diagnosis.nominal)?;
-        if diagnosis.verdict == Verdict::Adequate && !diagnosis.contradicted.is_empty() {
-            diagnosis.verdict = Verdict::Unknown;
-            diagnosis.why = Some((Why::NoneFits, Vec::new()));
-        }
-    }
-    let is_apart = matches!(&diagnosis.why, Some((Why::RunsApart, _)));
-    if let Some(first) = search.stages.first() {
-        diagnosis.candidates = verdict::ranked(first);
-        (diagnosis.absorbed, diagnosis.not_testable) = silent(first);
-        diagnosis.not_testable.extend(never_off);
-        diagnosis.not_testable.sort_by(|a, b| a.name.cmp(&b.name));
-        // Which runs are apart is judged anew with each effect.
-        let stage = search.stages.last().filter(|_| is_apart).unwrap_or(first);
-        diagnosis.locations = verdict::locations(stage);
-        if diagnosis.verdict == Verdict::Unknown {
-            let stated = verdict::of_stated(stage, &diagnosis.contradicted);
-            diagnosis.locations = verdict::beside(stated, diagnosis.locations);
-        }
-    }
+    diagnosis.decide(&search, options)?;
+    diagnosis.list(&search, never_off);
+    diagnosis.locate(&search);
     if let Some(first) = search.stages.first()
         && (!diagnosis.lost.is_empty() || !first.noise_found.left_out.is_empty())
     {
         diagnosis.delays = twice(&whole, first, options)?;
     }
     if diagnosis.verdict == Verdict::Unknown {
-        let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);
-        // Of what has no place shares are of no account.
-        diagnosis.nearest = if diagnosis.locations.is_empty() {
-            diagnosis.candidates.first().cloned()
-        } else {
-            diagnosis.candidates.iter().max_by(by_share).cloned()
-        };
-        if let Some(displaced) = verdict::displaced(&search) {
-            diagnosis.locations.clone_from(&displaced.places);
-            diagnosis.nearest = Some(displaced.nearest());
-            // The walk that stands for them leaves nothing to be explained, and is no single cause.
-            for one in &mut diagnosis.candidates {
-                (one.share, one.probability) = (0.0, 0.0);
-            }
-        }
-        let is_clear =
-            |stage: Option<&Stage>| stage.is_some_and(|one| one.blocks_found().is_empty());
-        if is_apart && is_clear(search.stages.last()) {
-            // Those runs are left out: nothing is there to be near to, or even to have a share of.
-            diagnosis.nearest = None;
-            if is_clear(search.stages.first()) {
-                for one in &mut diagnosis.candidates {
-                    (one.share, one.probability) = (0.0, 0.0);
-                }
-            }
-        }
+        diagnosis.name_nearest(&search);
         diagnosis.floor = search.stages.first().map(|stage| floor(&stage.fitted));
-    } else if let Some(stage) = search.stages.get(diagnosis.effects.len()) {
-        diagnosis.hidden = hidden(stage);
-        let name = |number: usize| stage.candidates[number].name.clone();
-        let named = |name: &String| diagnosis.effects.iter().any(|one| one.aliases.contains(name));
-        // What passes its test, but cannot be fitted, is no less suspect.
-        let unfitted = if search.adopted.is_empty() { stage.declared() } else { Vec::new() };
-        let suspected = unfitted.into_iter().chain(stage.suspected()).map(name);
-        diagnosis.suspected = suspected.filter(|name| !named(name)).collect();
+    } else {
+        diagnosis.suspect(&search);
     }
     diagnosis.search = Some(search);
     Ok(diagnosis)
+}
+
+impl Diagnosis {
+    /// Of a nominal model alone.
+    fn unobservable(nominal: Calibration, lost: Vec<Lost>) -> Self {
+        Self {
+            nominal,
+            verdict: Verdict::Unobservable,
+            effects: Vec::new(),
+            why: None,
+            noise: Vec::new(),
+            explained: None,
+            candidates: Vec::new(),
+            absorbed: Vec::new(),
+            not_testable: Vec::new(),
+            locations: Vec::new(),
+            nearest: None,
+            suspected: Vec::new(),
+            gap: None,
+            floor: None,
+            hidden: Vec::new(),
+            lost,
+            delays: Vec::new(),
+            contradicted: Vec::new(),
+            search: None,
+        }
+    }
+
+    /// The verdict with what it names, which must stand on readings that it was not fitted to, and beside what is
+    /// stated.
+    fn decide(&mut self, search: &Search, options: &Options) -> Result<(), FitError> {
+        let Answer { verdict, effects, why } = verdict::verdict(search);
+        (self.verdict, self.effects, self.why) = (verdict, effects, why);
+        if let Some(stage) = search.stages.get(self.effects.len())
+            && matches!(self.verdict, Verdict::Explained | Verdict::ShapeDiffers)
+        {
+            self.noise.clone_from(&stage.noise_found.effects);
+            if !self.effects.is_empty() {
+                let models = Steps::of(&stage.fitted, &self.effects, options)?;
+                let in_data = self.effects.iter().all(|one| one.evidence() == "data");
+                let (memory, left) = (stage.noise_found.memory, verdict::leftover(stage));
+                let degrees = degrees(&self.effects);
+                self.gap = Some(gap(&models, degrees, left, memory, in_data));
+            }
+            let Fitted { problem, fit, .. } = stage.fitted.clone();
+            self.explained = Some(finish(problem, fit, Vec::new(), Vec::new())?);
+            if self.gap.as_ref().is_some_and(|gap| is_refuted(gap, &self.effects)) {
+                let effects = self.effects.drain(..).map(|one| one.candidate.name);
+                self.why = Some((Why::NotBorneOut, effects.collect()));
+                self.verdict = Verdict::Unknown;
+                self.noise.clear();
+                (self.explained, self.gap) = (None, None);
+            }
+        }
+        if let Some(stage) = search.stages.get(self.effects.len()) {
+            self.contradicted = beside_readings(stage, &self.nominal)?;
+            if self.verdict == Verdict::Adequate && !self.contradicted.is_empty() {
+                self.verdict = Verdict::Unknown;
+                self.why = Some((Why::NoneFits, Vec::new()));
+            }
+        }
+        Ok(())
+    }
+
+    /// What could be tested against the nominal model, best first, and what could not.
+    fn list(&mut self, search: &Search, never_off: Vec<NotTestable>) {
+        let Some(first) = search.stages.first() else { return };
+        self.candidates = verdict::ranked(first);
+        (self.absorbed, self.not_testable) = silent(first);
+        self.not_testable.extend(never_off);
+        self.not_testable.sort_by(|a, b| a.name.cmp(&b.name));
+    }
+
+    /// Where the gap lies.
+    fn locate(&mut self, search: &Search) {
+        // Which runs are apart is judged anew with each effect.
+        let stage = if self.is_apart() { search.stages.last() } else { search.stages.first() };
+        let Some(stage) = stage else { return };
+        self.locations = verdict::locations(stage);
+        if self.verdict == Verdict::Unknown {
+            let stated = verdict::of_stated(stage, &self.contradicted);
+            self.locations = verdict::beside(stated, std::mem::take(&mut self.locations));
+        }
+        if let Some(displaced) = verdict::displaced(search) {
+            self.locations.clone_from(&displaced.places);
+        }
+    }
+
+    /// Whether something is off in a few runs.
+    fn is_apart(&self) -> bool {
+        matches!(&self.why, Some((Why::RunsApart, _)))
+    }
+
+    /// The effect that is nearest to what has no name.
+    fn name_nearest(&mut self, search: &Search) {
+        let by_share = |a: &&Ranked, b: &&Ranked| a.share.total_cmp(&b.share);
+        // Of what has no place shares are of no account.
+        self.nearest = if self.locations.is_empty() {
+            self.candidates.first().cloned()
+        } else {
+            self.candidates.iter().max_by(by_share).cloned()
+        };
+        let is_clear =
+            |stage: Option<&Stage>| stage.is_some_and(|one| one.blocks_found().is_empty());
+        let mut has_shares = true;
+        if let Some(displaced) = verdict::displaced(search) {
+            self.nearest = Some(displaced.nearest());
+            // The walk that stands for them leaves nothing to be explained, and is no single cause.
+            has_shares = false;
+        }
+        if self.is_apart() && is_clear(search.stages.last()) {
+            // Those runs are left out: nothing is there to be near to, or even to have a share of.
+            self.nearest = None;
+            has_shares &= !is_clear(search.stages.first());
+        }
+        if !has_shares {
+            for one in &mut self.candidates {
+                (one.share, one.probability) = (0.0, 0.0);
+            }
+        }
+    }
+
+    /// What could still be there beside the answer.
+    fn suspect(&mut self, search: &Search) {
+        let Some(stage) = search.stages.get(self.effects.len()) else { return };
+        self.hidden = hidden(stage);
+        let name = |number: usize| stage.candidates[number].name.clone();
+        let named = |name: &String| self.effects.iter().any(|one| one.aliases.contains(name));
+        // What passes its test, but cannot be fitted, is no less suspect.
+        let unfitted = if search.adopted.is_empty() { stage.declared() } else { Vec::new() };
+        let suspected = unfitted.into_iter().chain(stage.suspected()).map(name);
+        self.suspected = suspected.filter(|name| !named(name)).collect();
+    }
+}
+
+/// The stated values that readings contradict, as a stage has them: those of the nominal model.
+fn beside_readings(stage: &Stage, nominal: &Calibration) -> Result<Vec<Contradicted>, FitError> {
+    let Fitted { problem, fit, .. } = stage.fitted.clone();
+    let mut found = contradicted(&finish(problem, fit, Vec::new(), Vec::new())?);
+    let own = &nominal.problem.layout.instances;
+    found.retain(|one| own.iter().any(|instance| instance.name == one.parameter));
+    Ok(found)
 }
 
 /// Judges how far the gap shrinks on a campaign that the fit never saw; without named effects nothing
@@ -331,18 +315,4 @@ pub fn judge(
     let in_data = diagnosis.effects.iter().all(|one| one.evidence() == "data");
     diagnosis.gap = Some(holdout(held_out, &models, wanted, in_data, options)?);
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::least_drop;
-
-    #[test]
-    fn only_a_clear_failure_on_held_out_readings_refutes() {
-        // Large effects of one value must show there; small ones, and those with a value for each of forty
-        // runs, may even do harm.
-        assert!(least_drop(2500.0, 1) > 300.0);
-        assert!(least_drop(64.0, 1) < 0.0 && least_drop(144.0, 40) < -100.0);
-        assert!(least_drop(144.0, 12) > -172.0, "a slip that a clock's rate does not explain");
-    }
 }

@@ -8,6 +8,7 @@
 //! | [`lost`] | stretches of readings shifted by whole samples |
 //! | [`wild`] | readings and runs that are far out |
 //! | [`left_out`] | how what is left out is told |
+//! | [`mod@twice`] | what that does to the delays |
 
 pub(super) mod codes;
 pub mod left_out;
@@ -15,4 +16,5 @@ pub mod lost;
 pub(super) mod settle;
 pub(super) mod spikes;
 mod trimmed;
+pub mod twice;
 pub mod wild;
