@@ -8,6 +8,7 @@
 //! | `overlap` | runs of one setup that seem to be recorded at the same time |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `row`, `lines` | a line of it as numbers; its lines, one after the other |
+//! | `undecided` | which of two rows is bad where time runs backwards |
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | [`run`] | one run; the samples of a stretch of it: times, inputs, readings |
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
@@ -49,6 +50,7 @@ pub mod spline;
 pub mod statement;
 pub mod table;
 pub mod timing;
+mod undecided;
 pub mod whole;
 pub mod write;
 pub mod write_run;

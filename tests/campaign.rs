@@ -795,6 +795,23 @@ fn faults_far_down_a_long_file_are_told_at_their_place() {
     assert_eq!(faults.0[0].place.as_ref().unwrap().line, 8);
 }
 
+/// One stamp that is far ahead is the row that is bad, not all that come after it.
+#[test]
+fn a_stamp_far_ahead_costs_one_row() {
+    let mut slow =
+        String::from("time [s],arm_angle [deg],arm_angle_rate [deg/s],horizontal [gon]\n");
+    let stamp = |row: usize| if row == 20_000 { 1e9 } else { row as f64 };
+    (0..40_000).for_each(|row| slow += &format!("{},{row},10,1.25\n", stamp(row)));
+    let folder = Folder::new("ahead", &[("campaign.toml", CAMPAIGN), ("slow.csv", &slow)]);
+    for memory in [0, u64::MAX] {
+        let options = LoadOptions { skip_bad_rows: true, memory, ..LoadOptions::default() };
+        let campaign = folder.load(&options).unwrap();
+        assert_eq!(campaign.skipped.iter().map(|row| row.row).collect::<Vec<_>>(), [20_002]);
+        assert!(campaign.skipped[0].reason.contains("is ahead of the rows that follow"));
+        assert_eq!(campaign.runs[0].record.len(), 39_999);
+    }
+}
+
 #[test]
 fn of_very_many_bad_rows_all_are_counted_and_some_are_listed() {
     let mut slow =

@@ -31,6 +31,8 @@ pub(crate) struct Reader {
     /// The column of times.
     time: Option<usize>,
     last_time: f64,
+    /// Whether nothing is wrong with the row that was read last but that its time comes before.
+    is_late: bool,
     /// The row at hand, NaN where a cell is empty or not wanted.
     row: Vec<f64>,
 }
@@ -38,7 +40,8 @@ pub(crate) struct Reader {
 impl Reader {
     pub(crate) fn new(file: Arc<str>, columns: &[Column]) -> Self {
         let time = columns.iter().position(|column| column.wanted.as_deref() == Some(TIME));
-        Self { file, time, last_time: f64::NEG_INFINITY, row: vec![f64::NAN; columns.len()] }
+        let row = vec![f64::NAN; columns.len()];
+        Self { file, time, last_time: f64::NEG_INFINITY, is_late: false, row }
     }
 
     /// Reads a line; not empty on failure.
@@ -48,6 +51,7 @@ impl Reader {
         line: &[u8],
         columns: &[Column],
     ) -> Result<&[f64], Vec<Diagnostic>> {
+        self.is_late = false;
         if !self.plain(line, columns) {
             self.with_words(number, line, columns)?;
         }
@@ -55,6 +59,21 @@ impl Reader {
             self.last_time = self.row[time];
         }
         Ok(&self.row)
+    }
+
+    /// The row that was read last, if nothing is wrong with it but that its time comes before.
+    pub(crate) fn late(&self) -> Option<&[f64]> {
+        self.is_late.then_some(&self.row)
+    }
+
+    /// The time of a row.
+    pub(crate) fn time_of(&self, row: &[f64]) -> f64 {
+        self.time.map_or(f64::NAN, |time| row[time])
+    }
+
+    /// Takes a time for that of the last row.
+    pub(crate) fn go_on_after(&mut self, time: f64) {
+        self.last_time = time;
     }
 
     /// Takes a row of a file that is no text: the cells of the wanted columns, `None` where empty; not
@@ -66,6 +85,7 @@ impl Reader {
         cells: &[Option<f64>],
         columns: &[Column],
     ) -> Result<&[f64], Vec<Diagnostic>> {
+        self.is_late = false;
         let mut faults = Vec::new();
         let wanted = columns.iter().filter(|column| column.wanted.is_some());
         for (column, cell) in wanted.zip(cells) {
@@ -83,6 +103,7 @@ impl Reader {
             faults.push(fault.at(place));
         }
         if !faults.is_empty() {
+            self.is_late = faults.len() == 1 && self.is_before();
             return Err(faults);
         }
         if let Some(time) = self.time {
@@ -162,7 +183,7 @@ impl Reader {
                     faults.push(fault(message, span));
                 }
             }
-            if Some(index) == self.time && self.row[index] < self.last_time {
+            if Some(index) == self.time && self.is_before() {
                 let at = header::place(&self.file, number, text, span);
                 faults.push(backwards(self.row[index], self.last_time).at(at));
             }
@@ -172,6 +193,12 @@ impl Reader {
                 format!("expected {} cells as in the header, found {found}", columns.len());
             return Err(vec![fault(message, (0, text.len()))]);
         }
+        self.is_late = faults.len() == 1 && self.is_before();
         if faults.is_empty() { Ok(()) } else { Err(faults) }
+    }
+
+    /// Whether the row at hand has a time before that of the last one.
+    fn is_before(&self) -> bool {
+        self.time.is_some_and(|time| self.row[time] < self.last_time)
     }
 }

@@ -13,6 +13,7 @@ use crate::campaign::lines::{self, Lines};
 #[cfg(feature = "parquet")]
 use crate::campaign::parquet::Rows;
 use crate::campaign::row::Reader;
+use crate::campaign::undecided::{Decided, Row, Undecided};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 
 /// How many rows that are left out of a file are listed; the rest is counted.
@@ -53,8 +54,8 @@ pub struct Table {
     reader: Reader,
     /// Columns of the file; those behind were added to it.
     width: usize,
-    /// Leave bad rows out.
-    skip: bool,
+    /// Leave bad rows out: those of which that is not known yet.
+    skip: Option<Undecided>,
     faults: Vec<Diagnostic>,
     /// Rows read so far.
     count: usize,
@@ -77,6 +78,12 @@ pub enum TableError {
     Unreadable(String),
     /// Its content is at fault.
     Content(Diagnostics),
+}
+
+/// Adds the cells of a row to the columns that are wanted.
+fn push(columns: &mut [Column], row: &[f64]) {
+    let cells = columns.iter_mut().zip(row).filter(|(column, _)| column.wanted.is_some());
+    cells.for_each(|(column, value)| column.values.push(*value));
 }
 
 impl Table {
@@ -137,7 +144,7 @@ impl Table {
             skipped: Vec::new(),
             skipped_count: 0,
             source,
-            skip,
+            skip: skip.then(Undecided::default),
             faults: Vec::new(),
             count: 0,
             header,
@@ -201,23 +208,33 @@ impl Table {
             };
             match read {
                 Ok(row) => {
+                    if let Some(undecided) = &mut self.skip {
+                        let cells = row.to_vec();
+                        let time = self.reader.time_of(&cells);
+                        let decided = undecided.next(Row { number, time, cells });
+                        self.note(decided);
+                        continue;
+                    }
                     self.count += 1;
                     // With a fault nothing of the table will be used.
                     if self.faults.is_empty() {
                         self.lines.push(number);
-                        let wanted = |(column, _): &(&mut Column, _)| column.wanted.is_some();
-                        let cells = self.columns.iter_mut().zip(row);
-                        cells.filter(wanted).for_each(|(column, v)| column.values.push(*v));
+                        push(&mut self.columns, row);
                     }
                 }
-                Err(mut found) if self.skip => {
-                    self.skipped_count += 1;
-                    if self.skipped.len() < MOST_LISTED {
-                        let reason = found.swap_remove(0).message;
-                        self.skipped.push(Skipped { file: self.file.clone(), row: number, reason });
+                Err(mut found) => {
+                    if let Some(undecided) = &mut self.skip {
+                        let why = found.swap_remove(0).message;
+                        let decided = match self.reader.late().map(<[f64]>::to_vec) {
+                            Some(cells) => {
+                                let time = self.reader.time_of(&cells);
+                                undecided.late(Row { number, time, cells }, why)
+                            }
+                            None => Decided { bad: vec![(number, why)], ..Decided::default() },
+                        };
+                        self.note(decided);
+                        continue;
                     }
-                }
-                Err(found) => {
                     self.faults.extend(found);
                     if self.faults.len() >= MOST_FAULTS {
                         return self.end();
@@ -228,8 +245,31 @@ impl Table {
         Ok(true)
     }
 
+    /// Takes a row, and lists bad ones.
+    fn note(&mut self, Decided { taken, bad, goes_on_after }: Decided) {
+        if let Some(Row { number, cells, .. }) = taken {
+            self.count += 1;
+            self.lines.push(number);
+            push(&mut self.columns, &cells);
+        }
+        for (row, reason) in bad {
+            self.skipped_count += 1;
+            if self.skipped.len() < MOST_LISTED {
+                self.skipped.push(Skipped { file: self.file.clone(), row, reason });
+            }
+        }
+        if let Some(time) = goes_on_after {
+            self.reader.go_on_after(time);
+        }
+    }
+
     /// What is to be said where reading stops.
     fn end(&mut self) -> Result<bool, TableError> {
+        if let Some(undecided) = &mut self.skip {
+            let decided = undecided.end();
+            self.note(decided);
+            self.skipped.sort_by_key(|one| one.row);
+        }
         let mut faults = std::mem::take(&mut self.faults);
         faults.truncate(MOST_FAULTS);
         if let Some(last) = faults.last_mut() {
