@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, nearest};
 use crate::effect::Effect;
+use crate::model::parameter::component_count;
 use crate::model::{Model, Override};
 use crate::system::{Selected, known_names};
 
@@ -189,10 +190,11 @@ impl Library {
     }
 
     /// Whether every override names something of the model or of an effect of this library, also of
-    /// effects that are not applied: a campaign may state their constants.
+    /// effects that are not applied: a campaign may state their constants. Those of effects are looked at, too:
+    /// one that does not fit would else make the effect untestable, without a word.
     ///
     /// # Errors
-    /// Every name that nothing has.
+    /// Every name that nothing has; quantities of effects of another dimension or number.
     pub fn check_overrides(
         &self,
         model: &Model,
@@ -201,8 +203,26 @@ impl Library {
         let known = known_names(model, self.effects());
         let set: HashSet<&str> = known.iter().map(String::as_str).collect();
         let unknown = overrides.iter().filter(|said| !set.contains(said.name.as_str())).take(50);
-        let faults = unknown.map(|said| unknown_parameter(said, &known)).collect();
+        let mut faults: Vec<Diagnostic> =
+            unknown.map(|said| unknown_parameter(said, &known)).collect();
+        faults.extend(overrides.iter().filter_map(|said| self.misstated(said)));
         Diagnostics(faults).into_result(())
+    }
+
+    /// What is wrong with what is said of an effect's parameter or family; `None` of others.
+    fn misstated(&self, said: &Override) -> Option<Diagnostic> {
+        let (owner, rest) = said.name.split_once('.')?;
+        let effect = self.effects().find(|effect| effect.name == owner)?;
+        let mut names = rest.split('.');
+        let family = names.clone().next_back().and_then(|last| effect.shape.get(last));
+        let own = |name: &str| effect.parameters.iter().find(|one| one.name == name);
+        let (count, unit) = match family {
+            Some(family) => (1, &family.unit),
+            None => names.find_map(own).map(|one| (component_count(one.kind), &one.unit))?,
+        };
+        let (message, help) = said.check(count, unit)?;
+        let error = Diagnostic::error(message).at_maybe(said.place.as_ref());
+        Some(if help.is_empty() { error } else { error.help(help) })
     }
 }
 

@@ -43,8 +43,9 @@ impl Check {
             .chain(library.effects().map(|effect| effect.name.clone()))
             .collect();
         let what = if self.what.is_empty() { &everything } else { &self.what };
+        let own = own_models(what);
         for one in what {
-            match self.one(&library, one) {
+            match self.one(&library, &own, one) {
                 Ok(words) => said.push_str(&format!("{one}: {words}\n")),
                 Err(found) => faults.extend(found.0),
             }
@@ -53,7 +54,12 @@ impl Check {
         Diagnostics(faults).into_result(()).map_err(Failure::from)
     }
 
-    fn one(&self, library: &Library, what: &str) -> Result<String, Diagnostics> {
+    fn one(
+        &self,
+        library: &Library,
+        own: &[(String, Model)],
+        what: &str,
+    ) -> Result<String, Diagnostics> {
         let path = Path::new(what);
         if path.is_dir() || path.file_name().is_some_and(|name| name == "campaign.toml") {
             return self.campaign(path);
@@ -63,13 +69,13 @@ impl Check {
             return if is_campaign(&source) {
                 self.campaign(path)
             } else if is_effect(&source) {
-                effect(library, &Arc::new(Effect::parse(source)?))
+                effect(library, own, &Arc::new(Effect::parse(source)?))
             } else {
                 model(&Model::parse(source)?)
             };
         }
         if let Ok(found) = library.effect(what) {
-            return effect(library, &found);
+            return effect(library, own, &found);
         }
         model(&library.model(what, Path::new("."))?)
     }
@@ -133,17 +139,37 @@ fn without_target(model: &Model) -> &'static str {
     }
 }
 
-/// An effect is sound if it fits at least one model of the library.
-fn effect(library: &Library, effect: &Arc<Effect>) -> Result<String, Diagnostics> {
+/// The models of one's own among what is to be checked, which effects may be for.
+fn own_models(what: &[String]) -> Vec<(String, Model)> {
+    let read = |one: &String| {
+        let path = Path::new(one);
+        let file = path.extension().is_some_and(|extension| extension == "toml");
+        let source = Source::read(path).ok().filter(|_| file)?;
+        let is_model = !is_campaign(&source) && !is_effect(&source);
+        Some((one.clone(), Model::parse(source).ok().filter(|_| is_model)?))
+    };
+    what.iter().filter_map(read).collect()
+}
+
+/// An effect is sound if it fits at least one model of the library, or that is checked beside it.
+fn effect(
+    library: &Library,
+    own: &[(String, Model)],
+    effect: &Arc<Effect>,
+) -> Result<String, Diagnostics> {
     if effect.builtin {
         return Ok("a built-in detector".to_owned());
     }
     let (mut fits, mut others) = (Vec::new(), Vec::new());
+    let mut models: Vec<(&str, Model)> = Vec::new();
     for (name, _) in library.models() {
-        let candidate = library.model(name, Path::new("."))?;
-        match testable(&candidate, effect, &stand_ins(effect)) {
+        models.push((name, library.model(name, Path::new("."))?));
+    }
+    models.extend(own.iter().map(|(name, model)| (name.as_str(), model.clone())));
+    for (name, candidate) in &models {
+        match testable(candidate, effect, &stand_ins(effect)) {
             Ok(()) => fits.push(*name),
-            Err(why) => others.push((missing_names(&candidate, effect), *name, why)),
+            Err(why) => others.push((missing_names(candidate, effect), *name, why)),
         }
     }
     if fits.is_empty() {
@@ -182,7 +208,9 @@ fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics
     let told = said.into_iter().map(|(fault, models)| {
         let message =
             format!("the effect `{name}` fits no model of the library: {}", fault.message);
-        Diagnostic { message, ..fault }.help(format!("this is so with {}", models.join(", ")))
+        Diagnostic { message, ..fault }
+            .help(format!("this is so with {}", models.join(", ")))
+            .help("an effect for a model of one's own is checked beside it (`homepoint check MODEL.toml EFFECT.toml`), one in the folder `effects` of a campaign with that")
     });
     let mut told: Vec<Diagnostic> = told.collect();
     if let (Some(last), true) = (told.last_mut(), leaves_out) {

@@ -10,13 +10,15 @@ use std::f64::consts::PI;
 use crate::campaign::{Role, Run, Track};
 use crate::diagnostic::Diagnostic;
 use crate::engine::{Part, Point, Problem};
-use crate::estimate::align::align;
+use crate::estimate::align::{Pair, align};
 use crate::estimate::start::pairs;
 use crate::graph::MeasurandKind;
 use crate::units::Dimension;
 
 /// An alternative must fit this many times better to be mentioned.
 const FACTOR: f64 = 5.0;
+/// And that well, beside the extent of the motion: what shrinks everything shrinks the misfit, too.
+const CLOSE: f64 = 0.1;
 /// Samples of a run that are looked at.
 const LOOK: usize = 400;
 
@@ -237,16 +239,18 @@ fn alternatives(problem: &Problem, p: usize, start: &Point) -> Vec<Diagnostic> {
         looked_at.push(setup);
         let parameters = problem.parameters::<f64>(p, r, start);
         let fit = |run: &Run| {
-            align(&pairs(part, run, &parameters, 1.0), false).ok().map(|alignment| alignment.rms)
+            let pairs = pairs(part, run, &parameters, 1.0);
+            let alignment = align(&pairs, false).ok()?;
+            Some((alignment.rms, extent(&pairs)))
         };
         let short = shortened(run);
-        let Some(as_given) = fit(&short) else { continue };
+        let Some((as_given, _)) = fit(&short) else { continue };
         let mut best: Option<(f64, String)> = None;
         for alternative in candidates(part) {
             let mut changed = short.clone();
             (alternative.undo)(&mut changed);
-            if let Some(rms) = fit(&changed)
-                && rms.is_finite()
+            if let Some((rms, extent)) = fit(&changed)
+                && rms < CLOSE * extent
                 && FACTOR * rms < as_given
                 && best.as_ref().is_none_or(|(known, _)| rms < *known)
             {
@@ -267,6 +271,16 @@ fn alternatives(problem: &Problem, p: usize, start: &Point) -> Vec<Diagnostic> {
         }
     }
     found
+}
+
+/// How far the points of the model are from their mean (rms, m).
+fn extent(pairs: &[Pair]) -> f64 {
+    let count = pairs.len().max(1) as f64;
+    let of_axis = |axis: usize| {
+        let mean = pairs.iter().map(|pair| pair.source[axis]).sum::<f64>() / count;
+        pairs.iter().map(|pair| (pair.source[axis] - mean).powi(2)).sum::<f64>() / count
+    };
+    (0..3).map(of_axis).sum::<f64>().sqrt()
 }
 
 /// The first samples of a run.

@@ -92,7 +92,11 @@ fn few_of(stage: &Stage, block: usize, known: &[usize]) -> Option<Few> {
     let names = stage.fitted.problem.run_names();
     let words: Vec<String> = taken.iter().map(|change| change.words(&names)).collect();
     let candidate = &stage.candidates[block];
-    let place = candidate.place.as_ref()?.in_runs(&words.join(" and "));
+    let only = match taken[..] {
+        [change] => change.only_run(&names),
+        _ => None,
+    };
+    let place = candidate.place.as_ref()?.in_runs(&words.join(" and "), only);
     let entry = evidence.together(&entries[known.len()..]);
     let choices = taken.len() as f64 * (possible.len() as f64).ln();
     let apart = Apart { block: candidate.name.clone(), place };

@@ -5,17 +5,21 @@
 //! readings nor long tails move: the logarithm of their ratio has the standard deviation `1.17 / √n`. What
 //! one run has beyond the others would else be taken for an effect that acts there.
 
+use std::collections::BTreeMap;
+use std::f64::consts::SQRT_2;
+use std::sync::Arc;
+
 use crate::diagnose::evidence::tail::{ln_below, ln_chi_squared, ln_normal};
 use crate::diagnose::evidence::thresholds::{LEAST_RUNS, level};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{Level, Noise, NoiseEffect};
 use crate::diagnose::library::candidates::Candidate;
-use crate::diagnose::sequences::{OF_A_MEDIAN, Sequence, median, sequences};
+use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, Sequence, median, seen_from, sequences};
 use crate::diagnose::stage::Stage;
 use crate::effect::Target;
-use crate::engine::Part;
 use crate::engine::layout::qualified;
 use crate::engine::stretches::Left;
+use crate::engine::{Part, Point, Problem};
 use crate::graph::MeasurandKind;
 
 use super::whiten::Given;
@@ -26,6 +30,9 @@ const LEAST_READINGS: usize = 20;
 const UNEVEN: f64 = 1.25;
 /// Standard uncertainties by which a level that is not as stated may differ from the scatter.
 const FOLLOWS: f64 = 2.0;
+
+/// Neighbours that differ so many times as much as is stated say that this is wrong.
+const FAR: f64 = 10.0;
 
 /// Lets runs that scatter otherwise than most have a level of their own, once.
 pub(super) fn uneven(stage: &Stage, left: &[Left], noise: &Noise) -> Option<Fitted> {
@@ -226,6 +233,33 @@ pub(in crate::diagnose) fn patches_level(
         Target::EachAngleSigma => matches!(one.kind, MeasurandKind::Angle { .. }) && is_read(),
         _ => false,
     })
+}
+
+/// Lets stated uncertainties that are far too small follow how neighbours differ, before anything is judged; whether
+/// some are. What is weighed far too much bends the fit of all else, and everything is structure beside it. No
+/// effect does that: in a quarter of the runs, those in which they differ least, it moves slowly.
+pub(super) fn follow_neighbours(problem: &mut Problem, point: &Point) -> bool {
+    let mut found: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+    for one in seen_from(problem, point) {
+        let differences = |run: &Arc<Vec<f64>>| {
+            let pairs = run.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+            let mut sizes: Vec<f64> = pairs.filter(|size| !size.is_nan()).collect();
+            let are_enough = sizes.len() >= LEAST_READINGS;
+            median(&mut sizes).filter(|_| are_enough)
+        };
+        let mut sizes: Vec<f64> = one.runs.iter().filter_map(differences).collect();
+        sizes.sort_by(f64::total_cmp);
+        let Some(quiet) = sizes.get(sizes.len() / 4) else { continue };
+        let factor = NORMAL * quiet / SQRT_2 / problem.parts[one.part].sigma[one.measurand];
+        if factor > FAR && factor.is_finite() {
+            let known = found.entry((one.part, one.measurand)).or_insert(factor);
+            *known = known.min(factor);
+        }
+    }
+    for ((part, measurand), factor) in &found {
+        problem.parts[*part].sigma[*measurand] *= factor;
+    }
+    !found.is_empty()
 }
 
 /// Lets stated uncertainties follow the scatter, where they do not.

@@ -31,7 +31,7 @@ use crate::system::Selected;
 use crate::units::Unit;
 
 use super::jitter::jitter;
-use super::levels::{levels, name_levels, uneven};
+use super::levels::{follow_neighbours, levels, name_levels, uneven};
 use super::memory::{
     found_walk, left_white, may_wander, memory, name_memory, remember, white_parts,
 };
@@ -118,6 +118,9 @@ pub fn prepare(
     let mut kept = Kept::default();
     given.put_into(&mut fitted.problem);
     fitted = fitted.without(&known.selected(), options)?;
+    if follow_neighbours(&mut fitted.problem, &fitted.fit.point) {
+        fitted = fitted.again(options)?;
+    }
     let (mut round, mut peels, mut trims) = (0, 0, 0);
     loop {
         let last = round + 1 >= ROUNDS;

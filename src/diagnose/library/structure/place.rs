@@ -58,10 +58,10 @@ impl Place {
         Self { run: Some(name.to_owned()), ..place }
     }
 
-    /// Of a block with a value for each run: in which runs.
-    pub(in crate::diagnose) fn in_runs(&self, which: &str) -> Self {
+    /// Of a block with a value for each run: in which runs, in words, and which it is if it is one alone.
+    pub(in crate::diagnose) fn in_runs(&self, which: &str, run: Option<&str>) -> Self {
         let what = self.words.trim_end_matches(&format!(" over {RUN}"));
-        Self { words: format!("{what} {which}"), ..self.clone() }
+        Self { words: format!("{what} {which}"), run: run.map(str::to_owned), ..self.clone() }
     }
 
     /// Of a parameter whose stated value the readings contradict.

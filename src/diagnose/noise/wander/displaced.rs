@@ -154,7 +154,9 @@ fn located(
     let place = |change: Change| match (changed, change) {
         (Changed::Rig, Change::From(run)) => Place::before_run(&names[run]),
         (Changed::Rig, Change::In(run)) => Place::of_rig_in(&names[run]),
-        (Changed::Block(place, _), change) => place.in_runs(&change.words(&names)),
+        (Changed::Block(place, _), change) => {
+            place.in_runs(&change.words(&names), change.only_run(&names))
+        }
     };
     let found = found.into_iter();
     found.map(|(one, gain)| Location { place: place(one), share: gain / most }).collect()

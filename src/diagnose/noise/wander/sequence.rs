@@ -14,6 +14,14 @@ pub(in crate::diagnose) enum Change {
 }
 
 impl Change {
+    /// The only run that is changed, if it is one alone.
+    pub(in crate::diagnose) fn only_run(self, names: &[String]) -> Option<&str> {
+        match self {
+            Self::From(_) => None,
+            Self::In(run) => Some(&names[run]),
+        }
+    }
+
     pub(in crate::diagnose) fn words(self, names: &[String]) -> String {
         match self {
             Self::From(run) => format!("from run `{}` on", names[run]),
