@@ -8,6 +8,7 @@ mod drawn;
 use std::path::Path;
 
 use drawn::{drawn_at, folder, run};
+use homepoint::diagnose::fitted::rebuilt;
 use homepoint::diagnose::library::candidates::Wanted;
 use homepoint::diagnose::power::power;
 use homepoint::diagnose::verdict::Verdict;
@@ -17,6 +18,8 @@ use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::simulate::simulate;
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::start::start;
+use homepoint::graph::Scope;
+use homepoint::model::Override;
 
 /// Some runs of two of the example's four setups, with the axis of the platform beside the standing axis.
 fn beside(shift: f64, runs: &[&str]) -> (Opened, Problem) {
@@ -332,4 +335,27 @@ distance = { sigma = "8 um" }
     let told = found.not_testable.iter().find(|one| one.name == name).unwrap();
     assert!(told.why.contains("none of its frequencies"), "{}", told.why);
     assert!(found.candidates.iter().all(|one| one.name != name));
+}
+
+/// A run that is wrong as a whole takes its own delay with it: that is not asked of readings that are left out.
+#[test]
+fn a_dead_run_with_a_delay_of_its_own_is_told() {
+    let mut opened = open(&Request::new([folder()])).unwrap();
+    let (name, scope) = ("distance.delay".to_owned(), Some(Scope::Run));
+    opened.recipes[0].overrides.push(Override { name, scope, ..Override::default() });
+    let part = &opened.problem.parts[0];
+    let mut part = rebuilt(part, opened.recipes[0].with(&[]).unwrap());
+    let name = part.runs[3].name.clone();
+    part.runs[3].record.edit(|samples| {
+        samples.readings.iter_mut().for_each(|readings| readings.fill(0.0));
+    });
+    let found = run(Problem::new(vec![part]), &opened);
+    assert_eq!((found.verdict, found.effects.len()), (Verdict::Unknown, 0));
+    let left_out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
+    assert!(!left_out.runs.is_empty() && left_out.runs.iter().all(|one| one.run == name));
+    assert!(found.locations.iter().all(|one| one.place.run.as_ref() == Some(&name)));
+    let delays = found.nominal.estimates().into_iter().filter(|one| one.name.ends_with(".delay"));
+    assert!(
+        delays.clone().count() > 6 && delays.into_iter().all(|one| one.of != Some(name.clone()))
+    );
 }

@@ -208,13 +208,15 @@ fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics
     let told = said.into_iter().map(|(fault, models)| {
         let message =
             format!("the effect `{name}` fits no model of the library: {}", fault.message);
-        Diagnostic { message, ..fault }
-            .help(format!("this is so with {}", models.join(", ")))
-            .help("an effect for a model of one's own is checked beside it (`homepoint check MODEL.toml EFFECT.toml`), one in the folder `effects` of a campaign with that")
+        Diagnostic { message, ..fault }.help(format!("this is so with {}", models.join(", ")))
     });
     let mut told: Vec<Diagnostic> = told.collect();
     if let (Some(last), true) = (told.last_mut(), leaves_out) {
         last.help.push("other models lack more of the names in it".to_owned());
+        last.help.push(
+            "an effect for a model of your own is checked beside it: homepoint check MODEL.toml EFFECT.toml"
+                .to_owned(),
+        );
     }
     Diagnostics(told)
 }

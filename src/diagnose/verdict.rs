@@ -12,7 +12,8 @@ pub mod silent;
 
 use crate::estimate::contradicted::Contradicted;
 
-use super::evidence::thresholds::NAMED;
+use super::evidence::score::of_gain;
+use super::evidence::thresholds::{FALSE_ALARMS, NAMED};
 use super::found::{Displaced, Location, Noise, Ranked};
 use super::gross::wild::RUNS_APART;
 use super::library::structure::Place;
@@ -225,9 +226,13 @@ impl Search {
         self.is_probable() && !self.imitates()
     }
 
-    /// By the last one: what was adopted before was judged without it.
+    /// By the last one: what was adopted before was judged without it. And that one must still be there beside the
+    /// noise that was found with it.
     fn is_probable(&self) -> bool {
-        self.adopted.last().is_some_and(|last| last.probability >= LEAST_PROBABLE)
+        self.adopted.last().is_some_and(|last| {
+            let beside_noise = of_gain(last.gain, last.score.degrees, 1).ln_p;
+            last.probability >= LEAST_PROBABLE && beside_noise <= FALSE_ALARMS.ln()
+        })
     }
 }
 

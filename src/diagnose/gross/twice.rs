@@ -1,9 +1,9 @@
 //! Delays with all readings and without those that are left out, with the same noise.
 
-use crate::diagnose::fitted::Fitted;
+use crate::diagnose::fitted::{Fitted, carried};
 use crate::diagnose::stage::Stage;
 use crate::engine::Problem;
-use crate::estimate::batch::{FitError, Options};
+use crate::estimate::batch::{Fit, FitError, Options};
 use crate::estimate::calibrate::{Calibration, finish};
 
 /// A delay with all readings and without those that are left out.
@@ -30,9 +30,15 @@ pub(in crate::diagnose) fn twice(
     let Fitted { problem, fit, recipes } = stage.fitted.clone();
     let mut parts = problem.parts.clone();
     for (part, given) in parts.iter_mut().zip(&whole.problem.parts) {
+        if part.runs.len() != given.runs.len() {
+            part.run_levels.clear();
+        }
         part.runs.clone_from(&given.runs);
     }
-    let with = Fitted { recipes, problem: Problem::new(parts), fit: fit.clone() }.again(options)?;
+    let given = Problem::new(parts);
+    let point = carried(&problem, &fit.point, &given);
+    let with = Fitted { recipes, problem: given, fit: Fit { point, ..fit.clone() } };
+    let with = with.again(options)?;
     // Gross readings may keep the fit of all from settling: then it has no delays.
     if !with.is_sound() {
         return Ok(Vec::new());

@@ -15,6 +15,7 @@ use crate::diagnose::stage::Stage;
 use crate::engine::{Part, Point, Problem};
 use crate::units::Unit;
 
+use super::empty_runs::{fitted_without_empty_runs, without_empty_runs};
 use super::left_out::{Far, readings_out, runs_out};
 
 /// Readings farther out are left out, in robust standard deviations.
@@ -58,7 +59,7 @@ pub(in crate::diagnose) fn without_gross(
 pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
     let mut rest = Problem::new(problem.parts.clone());
     let found = trim(&mut rest, &seen_from(problem, point), PEELED, gross);
-    (rest, found)
+    (without_empty_runs(&rest).unwrap_or(rest), found)
 }
 
 /// The same from a point that a fit of most runs settled at: a run may be gross as a whole there.
@@ -66,7 +67,7 @@ pub(super) fn without_wrong_at(problem: &Problem, point: &Point) -> (Problem, Le
     let mut rest = Problem::new(problem.parts.clone());
     let limit = |_: &[f64], deviation| GROSS * deviation;
     let found = trim(&mut rest, &seen_from(problem, point), 0.0, limit);
-    (rest, found)
+    (without_empty_runs(&rest).unwrap_or(rest), found)
 }
 
 /// Whether some reading is gross among all.
@@ -97,7 +98,7 @@ fn without(
         return None;
     }
     noise.left_out.extend(out);
-    Some(fitted)
+    Some(fitted_without_empty_runs(fitted))
 }
 
 /// Leaves readings beyond a limit out and lists them, each once, however many components it has.

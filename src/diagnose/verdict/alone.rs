@@ -16,6 +16,7 @@ use std::sync::Arc;
 use crate::diagnose::evidence::thresholds::{FURTHER, level};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, Lost};
+use crate::diagnose::gross::empty_runs::without_empty_runs;
 use crate::diagnose::gross::left_out::{leave_runs_out, runs_out};
 use crate::diagnose::gross::wild::{ONE_OF, TRIM};
 use crate::diagnose::library::candidates::Wanted;
@@ -68,6 +69,7 @@ pub(in crate::diagnose) fn without_alone(
         let Some(alone) = alone(&model, most, options)? else { continue };
         let (mut problem, mut gross) = (fitted.problem.clone(), gross.clone());
         gross.extend(alone.leave_out(&mut problem));
+        problem = without_empty_runs(&problem).unwrap_or(problem);
         let nominal = calibrate(problem.clone(), options)?;
         if !nominal.is_sound() {
             continue;

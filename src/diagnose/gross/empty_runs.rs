@@ -1,0 +1,52 @@
+//! Runs of which no reading is left: they go as wholes where something of their own is to be estimated, for nothing
+//! would determine it.
+
+use crate::diagnose::fitted::{Fitted, carried};
+use crate::engine::layout::qualified;
+use crate::engine::{Part, Problem};
+use crate::graph::Scope;
+
+/// Campaigns without such runs; `None` where there are none.
+pub(in crate::diagnose) fn without_empty_runs(problem: &Problem) -> Option<Problem> {
+    let mut parts = problem.parts.clone();
+    for part in &mut parts {
+        let goes: Vec<bool> = (0..part.runs.len())
+            .map(|run| has_own_unknowns(problem, part, run) && is_empty(part, run))
+            .collect();
+        if goes.iter().all(|goes| *goes) {
+            continue;
+        }
+        let stays = |run: usize| !goes[run];
+        part.runs = kept(&part.runs, stays);
+        part.run_levels = kept(&part.run_levels, stays);
+    }
+    let count = |parts: &[Part]| -> usize { parts.iter().map(|part| part.runs.len()).sum() };
+    let is_less = count(&parts) < count(&problem.parts);
+    is_less.then(|| Problem { progress: problem.progress.clone(), ..Problem::new(parts) })
+}
+
+/// The same of a fitted model, to be fitted again.
+pub(super) fn fitted_without_empty_runs(mut fitted: Fitted) -> Fitted {
+    if let Some(rest) = without_empty_runs(&fitted.problem) {
+        fitted.fit.point = carried(&fitted.problem, &fitted.fit.point, &rest);
+        fitted.problem = rest;
+    }
+    fitted
+}
+
+fn kept<T: Clone>(all: &[T], stays: impl Fn(usize) -> bool) -> Vec<T> {
+    all.iter().enumerate().filter(|(run, _)| stays(*run)).map(|(_, one)| one.clone()).collect()
+}
+
+fn is_empty(part: &Part, run: usize) -> bool {
+    part.present_in(run).iter().all(|count| *count == 0)
+}
+
+/// Whether something holds for a run alone.
+fn has_own_unknowns(problem: &Problem, part: &Part, run: usize) -> bool {
+    let name = qualified(part.label.as_deref(), &part.runs[run].name);
+    problem.layout.instances.iter().any(|one| {
+        let setting = &one.setting;
+        setting.scope == Scope::Run && !setting.fixed && one.of.as_deref() == Some(&name)
+    })
+}
