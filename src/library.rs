@@ -6,7 +6,7 @@
 //! same text: results name effects, and must mean the same thing everywhere.
 
 use std::collections::{BTreeMap, HashSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, nearest};
@@ -168,15 +168,11 @@ impl Library {
     /// # Errors
     /// No such model, or every fault of its file.
     pub fn model(&self, name: &str, base: &Path) -> Result<Model, Diagnostics> {
-        if name.ends_with(".toml") || name.contains(['/', '\\']) {
-            return Model::parse(Source::read(&base.join(name))?);
+        if let Some(file) = model_file(name, base) {
+            return Model::parse(Source::read(&file)?);
         }
         if let Some((_, text)) = embedded::MODELS.iter().find(|(known, _)| *known == name) {
             return Model::parse(Source::new(format!("models/{name}.toml"), *text));
-        }
-        let beside = base.join("models").join(format!("{name}.toml"));
-        if beside.is_file() {
-            return Model::parse(Source::read(&beside)?);
         }
         let names = embedded::MODELS.iter().map(|(name, _)| *name);
         let error = Diagnostic::error(format!("there is no model `{name}`"));
@@ -224,6 +220,22 @@ impl Library {
         let error = Diagnostic::error(message).at_maybe(said.place.as_ref());
         Some(if help.is_empty() { error } else { error.help(help) })
     }
+}
+
+/// Whether a campaign says a path, not a name.
+pub(crate) fn is_model_path(text: &str) -> bool {
+    text.ends_with(".toml") || text.contains(['/', '\\'])
+}
+
+/// The file of a model that is not one of the project's: a path relative to `base` (the campaign's folder), or
+/// a name in `models/` there, if that has such a file.
+pub(crate) fn model_file(name: &str, base: &Path) -> Option<PathBuf> {
+    if is_model_path(name) {
+        return Some(base.join(name));
+    }
+    let is_of_the_project = embedded::MODELS.iter().any(|(known, _)| *known == name);
+    let beside = base.join("models").join(format!("{name}.toml"));
+    (!is_of_the_project && beside.is_file()).then_some(beside)
 }
 
 /// The error for an override that names nothing.

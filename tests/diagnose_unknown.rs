@@ -5,7 +5,7 @@
 #[expect(dead_code, reason = "each test uses a part")]
 mod drawn;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use drawn::{drawn_at, folder};
 use homepoint::diagnose::library::candidates::Wanted;
@@ -29,10 +29,21 @@ fn with_a_nameless_and_without(
     seed: u64,
     value: &dyn Fn(&Instance) -> f64,
 ) -> Diagnosis {
+    with_a_nameless_in(folder(), without, text, seed, value)
+}
+
+/// The same of an example.
+fn with_a_nameless_in(
+    campaign: PathBuf,
+    without: &[&str],
+    text: &str,
+    seed: u64,
+    value: &dyn Fn(&Instance) -> f64,
+) -> Diagnosis {
     let own = tempfile::tempdir().unwrap();
     let whole = format!("name = \"nameless\"\ntitle = \"Nameless\"\nacts = \"arm\"\n{text}");
     std::fs::write(own.path().join("nameless.toml"), whole).unwrap();
-    let mut request = Request::new([folder()]);
+    let mut request = Request::new([campaign]);
     request.effects = vec![own.path().to_owned()];
     request.with = vec!["nameless".to_owned()];
     let (opened, problem) =
@@ -280,6 +291,27 @@ fn a_rig_that_was_displaced() {
     }
 }
 
+/// Somebody knocks against the tripod while a run goes on.
+#[test]
+fn a_rig_that_was_displaced_in_the_course_of_a_run() {
+    let text = "[parameters]\nmoved = { unit = \"m\", typical = \"10 um\", scope = \"run\" }\n\
+                after = { unit = \"s\", typical = \"1 s\", scope = \"run\" }\n[patch]\n\
+                position = 'position + (0.5 + 0.5 * sign(run_time - after)) * moved * [1, -0.5, 0.3]'\n";
+    let value = |one: &Instance| match (one.of.as_deref(), one.name.as_str()) {
+        (Some("B_ccw50"), "nameless.after") => 18.0,
+        (_, "nameless.after") => -1.0,
+        (Some("B_ccw50" | "B_cw50" | "B_ccw190" | "B_cw190"), _) => 60e-6,
+        _ => 0.0,
+    };
+    let found = with_a_nameless(text, 94, &value);
+    best_place(&found);
+    let words: Vec<&str> = found.locations.iter().map(|one| one.place.words.as_str()).collect();
+    assert_eq!(
+        words,
+        ["a displacement of the instrument or the rig in the course of run `B_ccw50`"]
+    );
+}
+
 /// A station that comes to rest in each setup is no steady drift. (A walk could do as much.)
 #[test]
 fn a_rig_that_creeps_to_rest() {
@@ -290,4 +322,26 @@ fn a_rig_that_creeps_to_rest() {
     let found = with_a_nameless_and_without(&[walk], text, 70, &|_| 80e-6);
     let place = best_place(&found);
     assert_eq!(place.words, "a displacement of the instrument or the rig over time");
+}
+
+/// A camera that reads its attitude wrong where the hand is high, or swings on its mount: without blocks of rotations
+/// either is noise with a memory.
+#[test]
+fn what_an_attitude_reads_wrong() {
+    let example = || Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/hand_eye");
+    let own = "attitude = 'attitude * turn([0, 0, wrong * hand_z / 1 m])'";
+    let fixed = "attitude = 'turn([wrong * hand_y / 1 m, 0, 0]) * attitude'";
+    let swing = "attitude = 'attitude * turn([0, wrong * cos(2 * pi * 2.3 * run_time / 1 s), 0])'";
+    for (patch, value, words, seed) in [
+        (own, 0.05, "an error of `attitude` about its own axes over hand_z", 91),
+        (fixed, 0.05, "an error of `attitude` about fixed axes over hand_y", 92),
+        (swing, 0.002, "an oscillation of `attitude` at 2.3 Hz", 93),
+    ] {
+        let text = format!(
+            "[parameters]\nwrong = {{ unit = \"rad\", typical = \"1 mrad\", scope = \"instrument\" }}\n\
+             [patch]\n{patch}\n"
+        );
+        let found = with_a_nameless_in(example(), &[], &text, seed, &|_| value);
+        assert_eq!(best_place(&found).words, words);
+    }
 }

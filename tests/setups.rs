@@ -134,6 +134,27 @@ fn what_is_drawn_at_two_places_is_found_there_and_written_again() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+/// A campaign's own model goes with it, by its name in `models/` or by its path.
+#[test]
+fn what_is_written_again_has_its_model_with_it() {
+    let own = include_str!("../models/polar_one_rotation.toml");
+    for (named, place) in [
+        ("my_tracker", "models/my_tracker.toml"),
+        ("my_tracker.toml", "my_tracker.toml"),
+        ("sub/my_tracker.toml", "sub/my_tracker.toml"),
+    ] {
+        let folder = folder("own", |text| text.replacen("polar_one_rotation", named, 1));
+        let file = folder.join(place);
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        fs::write(file, own.replacen("polar_one_rotation", "my_tracker", 1)).unwrap();
+        let Opened { problem, campaigns, models, .. } = opened(&folder, &[]).unwrap();
+        let written = folder.join("written");
+        write_campaign(&written, &campaigns[0], &models[0], &problem.parts[0].runs).unwrap();
+        assert_eq!(opened(&written, &[]).unwrap().models[0].name, "my_tracker", "{named}");
+        fs::remove_dir_all(folder).unwrap();
+    }
+}
+
 /// From one place and from two a design sees differently.
 #[test]
 fn power_looks_from_each_place() {

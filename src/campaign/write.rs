@@ -11,6 +11,7 @@ use crate::campaign::run::{Role, Run};
 use crate::campaign::table::names_in;
 use crate::campaign::whole::write_whole;
 use crate::campaign::write_run::RunTable;
+use crate::library::{is_model_path, model_file};
 use crate::model::parameter::SCOPES;
 use crate::model::{Model, Override};
 use crate::units::Unit;
@@ -92,7 +93,7 @@ pub fn write_campaign_toml(
         text.push('\n');
     };
     line(format!("title = {}", quoted(&campaign.title)));
-    line(format!("model = {}", quoted(&model_reference(campaign))));
+    line(format!("model = {}", quoted(&model_reference(campaign).0)));
     for (key, value) in [("instrument", &campaign.instrument), ("rig", &campaign.rig)] {
         if let Some(value) = value {
             line(format!("{key} = {}", quoted(value)));
@@ -226,23 +227,30 @@ fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]
     found
 }
 
-/// The file of a model that does not come from the library.
-fn own_model(campaign: &Campaign) -> Option<PathBuf> {
-    let path = campaign.folder.join(&campaign.model.text);
-    path.is_file().then_some(path)
-}
-
-/// The model as the written campaign names it: a library's name stays, a file is copied beside it.
-fn model_reference(campaign: &Campaign) -> String {
-    own_model(campaign)
-        .and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()))
-        .unwrap_or_else(|| campaign.model.text.clone())
+/// The model as the written campaign names it, and the place of its file there if it is one of the campaign's own:
+/// a name stays, a path becomes that of a file beside the campaign.
+fn model_reference(campaign: &Campaign) -> (String, Option<PathBuf>) {
+    let text = &campaign.model.text;
+    let own = model_file(text, &campaign.folder);
+    match own.as_ref().and_then(|path| path.file_name()) {
+        Some(file) if is_model_path(text) => {
+            let name = file.to_string_lossy();
+            let said = if is_model_path(&name) { name.into_owned() } else { format!("./{name}") };
+            (said, Some(file.into()))
+        }
+        Some(file) => (text.clone(), Some(Path::new("models").join(file))),
+        None => (text.clone(), None),
+    }
 }
 
 /// Copies a model of the campaign's own and the effects beside it.
 fn copy_declarations(folder: &Path, campaign: &Campaign) -> io::Result<()> {
-    if let Some(path) = own_model(campaign) {
-        write_whole(&folder.join(model_reference(campaign)), &fs::read(path)?)?;
+    if let (Some(path), (_, Some(place))) =
+        (model_file(&campaign.model.text, &campaign.folder), model_reference(campaign))
+    {
+        let place = folder.join(place);
+        place.parent().map_or(Ok(()), fs::create_dir_all)?;
+        write_whole(&place, &fs::read(path)?)?;
     }
     let effects = campaign.folder.join("effects");
     if effects.is_dir() {

@@ -25,7 +25,7 @@ use crate::diagnostic::Source;
 use crate::effect::Effect;
 use crate::engine::open::Recipe;
 use crate::graph::MeasurandKind;
-use crate::model::Model;
+use crate::model::{MeasurandDeclaration, Model};
 use crate::system::Selected;
 use crate::units::{Dimension, Unit};
 
@@ -64,6 +64,7 @@ fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     pedestal(model, &mut all);
     timing(model, &mut all);
     readings(model, &mut all);
+    attitudes(model, &mut all);
     all.extend(waves::in_time(model));
     all
 }
@@ -199,6 +200,33 @@ fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
             );
             let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
             all.extend(effect(&place, &covariate, measurand.unit.dimension, patch));
+        }
+    }
+}
+
+/// Errors of readings that are rotations: turns about the axes of what is looked at, and about those of what it is
+/// looked at from, which are others where it turns.
+fn attitudes(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+    let rotations = model.measurands.iter().filter(|one| one.kind == MeasurandKind::Rotation);
+    for MeasurandDeclaration { name, .. } in rotations {
+        let mut covariates = of_the_rig(model, COARSE_ORDERS);
+        covariates.extend(of_the_head(model));
+        covariates.extend([waves::slow(), waves::settling(model)]);
+        for (axes, before, after) in [
+            ("its own axes", format!("{name} * "), String::new()),
+            ("fixed axes", String::new(), format!(" * {name}")),
+        ] {
+            for covariate in covariates.iter().cloned().map(Covariate::along_axes) {
+                let place = Place::new(
+                    Of::Measurand(name.clone()),
+                    &covariate.over,
+                    format!("an error of `{name}` about {axes} over {}", covariate.words),
+                );
+                let covariate =
+                    Covariate { name: format!("{} {axes}", covariate.name), ..covariate };
+                let patch = |sum: &str| format!("{name} = '{before}turn({sum}){after}'");
+                all.extend(effect(&place, &covariate, Dimension::NONE, patch));
+            }
         }
     }
 }

@@ -52,6 +52,11 @@ impl Place {
         Self::of_rig(RUN, &format!("before run `{name}`"))
     }
 
+    /// Where the rig was displaced while a run went on.
+    pub(in crate::diagnose) fn of_rig_during(name: &str) -> Self {
+        Self::of_rig(RUN, &format!("in the course of run `{name}`"))
+    }
+
     /// Where the rig was displaced in a run alone.
     pub(in crate::diagnose) fn of_rig_in(name: &str) -> Self {
         let place = Self::of_rig(RUN, &format!("in run `{name}`"));

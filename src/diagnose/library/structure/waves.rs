@@ -80,8 +80,7 @@ pub(super) fn settling(model: &Model) -> Covariate {
 /// An oscillation, with phases and strengths of each run's own, from where slow waves end: of all readings
 /// together, which is scanned, then of each by itself, which is looked at where that is found.
 pub(super) fn in_time(model: &Model) -> Vec<(Arc<Effect>, Place)> {
-    let numbers = model.measurands.iter().filter(|one| one.kind != MeasurandKind::Rotation);
-    let all: Vec<&MeasurandDeclaration> = numbers.collect();
+    let all: Vec<&MeasurandDeclaration> = model.measurands.iter().collect();
     let name = |one: &&MeasurandDeclaration| one.name.clone();
     // Models with other measurands have another family.
     let together = all.iter().map(name).collect::<Vec<_>>().join("_");
@@ -96,6 +95,9 @@ pub(super) fn in_time(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     whole.into_iter().chain(each).flatten().collect()
 }
 
+/// What a wave along each axis is multiplied by.
+const AXES: &[&str] = &[" * [1, 0, 0]", " * [0, 1, 0]", " * [0, 0, 1]"];
+
 fn oscillation(
     name: &str,
     place: &Place,
@@ -104,11 +106,22 @@ fn oscillation(
     let (mut coefficients, mut patches) = (Vec::new(), String::new());
     for (number, measurand) in of.iter().enumerate() {
         let name = measurand.name.as_str();
-        let [cosine, sine] = ["cosine", "sine"].map(|wave| format!("unknown_{wave}_{number}"));
-        patches.push_str(&format!(
-            "{name} = '{name} + {cosine} * cos(2 * pi * unknown_frequency * run_time) + {sine} * sin(2 * pi * unknown_frequency * run_time)'\n"
-        ));
-        coefficients.extend([cosine, sine].map(|one| (one, measurand.unit.dimension)));
+        let axes = if measurand.kind == MeasurandKind::Rotation { AXES } else { &[""] };
+        let mut wave = Vec::new();
+        for (axis, along) in axes.iter().enumerate() {
+            for phase in ["cos", "sin"] {
+                let coefficient = format!("unknown_{phase}_{number}_{axis}");
+                wave.push(format!(
+                    "{coefficient} * {phase}(2 * pi * unknown_frequency * run_time){along}"
+                ));
+                coefficients.push((coefficient, measurand.unit.dimension));
+            }
+        }
+        let sum = wave.join(" + ");
+        patches.push_str(&match measurand.kind {
+            MeasurandKind::Rotation => format!("{name} = '{name} * turn({sum})'\n"),
+            _ => format!("{name} = '{name} + {sum}'\n"),
+        });
     }
     made(
         &format!("unknown_oscillation_{name}"),

@@ -1,9 +1,10 @@
-//! What changed between runs, once and for all later runs of a setup, told from a walk.
+//! What changed between runs or in the course of one, once and for all later runs of a setup, told from a walk.
 //!
 //! Who knocks against a tripod displaces it once; an instrument that was switched off and on may count from
 //! another zero. What is left of the readings then looks as if the instrument wandered, and a walk that was
 //! found may be no walk: changes before a few runs, each with one value for all later runs of its setup or, put
-//! right again, for one run, say the same with less. Those of the rig's place, and those of each block that has
+//! right again, for one run, say the same with less; of a run in whose course the rig was displaced nothing is known,
+//! and later ones have one value. Those of the rig's place, and those of each block that has
 //! a value for each run and was found, are taken off one after the other, the likeliest first, and paid for;
 //! where nothing of the walk is left beyond three of them at most, before half of the runs at most, and where
 //! they are far likelier than the walk, they are what happened, of kinds of change the likeliest. No effect of
@@ -102,7 +103,8 @@ impl Suspect<'_> {
         })
     }
 
-    /// Changes before each run but the first of its setup, and in each but that and the last.
+    /// Changes before each run but the first of its setup, in each but that and the last, and of the rig in the
+    /// course of each.
     fn possible(&self, runs: &[Span], changed: Changed<'_>) -> Vec<Possible> {
         let places = places(&in_order(runs));
         let is_after =
@@ -116,7 +118,18 @@ impl Suspect<'_> {
         let is_between = |run: &usize| is_later(run) && all().any(|other| is_after(other, *run));
         let before = |run| (Change::From(run), acts(&|other| other == run || is_after(other, run)));
         let within = |run| (Change::In(run), acts(&|other| other == run));
-        all().filter(is_later).map(before).chain(all().filter(is_between).map(within)).collect()
+        let whole = |run| self.wandering.course_of(run);
+        let during = |run: usize| {
+            let later = acts(&|other| is_after(other, run));
+            let both = [whole(run), later];
+            (
+                Change::During(run),
+                self.wandering.evidence.together(&both.iter().collect::<Vec<_>>()),
+            )
+        };
+        let moves = all().filter(|_| matches!(changed, Changed::Rig)).map(during);
+        let before = all().filter(is_later).map(before);
+        before.chain(all().filter(is_between).map(within)).chain(moves).collect()
     }
 
     /// What is known and some displacements as one.
@@ -154,6 +167,7 @@ fn located(
     let place = |change: Change| match (changed, change) {
         (Changed::Rig, Change::From(run)) => Place::before_run(&names[run]),
         (Changed::Rig, Change::In(run)) => Place::of_rig_in(&names[run]),
+        (Changed::Rig, Change::During(run)) => Place::of_rig_during(&names[run]),
         (Changed::Block(place, _), change) => {
             place.in_runs(&change.words(&names), change.only_run(&names))
         }

@@ -6,18 +6,19 @@ use crate::engine::Problem;
 /// The setup of a run, and when the run begins and ends since the setup began (s), if it has samples.
 pub(in crate::diagnose) type Span = (usize, Option<[f64; 2]>);
 
-/// When something changed: from a run of its setup on for good, or in one run alone.
+/// When something changed: from a run of its setup on for good, in one run alone, or for good while a run went on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::diagnose) enum Change {
     From(usize),
     In(usize),
+    During(usize),
 }
 
 impl Change {
     /// The only run that is changed, if it is one alone.
     pub(in crate::diagnose) fn only_run(self, names: &[String]) -> Option<&str> {
         match self {
-            Self::From(_) => None,
+            Self::From(_) | Self::During(_) => None,
             Self::In(run) => Some(&names[run]),
         }
     }
@@ -26,6 +27,7 @@ impl Change {
         match self {
             Self::From(run) => format!("from run `{}` on", names[run]),
             Self::In(run) => format!("in run `{}`", names[run]),
+            Self::During(run) => format!("in the course of run `{}` and from then on", names[run]),
         }
     }
 }

@@ -74,6 +74,11 @@ impl Wandering {
         self.left(known).all(|(_, scores)| scores.ln_p() > self.level)
     }
 
+    /// All that the walk may do in a run.
+    pub(super) fn course_of(&self, run: usize) -> Entry {
+        self.evidence.tied(&self.own, |_, other| other == run)
+    }
+
     /// One displacement along each of the walk's axes, the same in some of the runs.
     pub(super) fn displacement(&self, is_displaced: impl Fn(usize) -> bool) -> Entry {
         let begins = |owner: &Owner| number_of(&owner.parameter) == 0;
