@@ -1,6 +1,7 @@
 //! Frequencies that evenly sampled runs cannot tell from nothing: at a multiple of the sampling rate every
 //! sample meets the same phase, and a wave with an amplitude for each run is an offset of that run.
 //!
+//! Near to such a multiple it is a slow wave of that run, and says nothing for a family of fast ones.
 //! Where the intervals of all runs are multiples of one, a wave beyond half its reciprocal is one below.
 
 use crate::engine::Problem;
@@ -15,8 +16,8 @@ const NEAR: f64 = 1e-3;
 /// How the runs are sampled.
 #[derive(Clone, Debug)]
 pub(super) struct Sampling {
-    /// Interval and duration (s) of each evenly sampled run.
-    even: Vec<(f64, f64)>,
+    /// Interval and duration (s) of each run that is sampled evenly, run by run.
+    runs: Vec<Option<(f64, f64)>>,
     /// From this frequency (Hz) on every wave is one below it.
     highest: f64,
 }
@@ -44,10 +45,13 @@ impl Sampling {
                 (is_even && interval > 0.0).then_some((interval, duration))
             })
             .collect();
-        let all = runs.iter().all(Option::is_some);
-        let even: Vec<(f64, f64)> = runs.into_iter().flatten().collect();
-        let highest = if all { highest(&even) } else { f64::INFINITY };
-        Self { even, highest }
+        Self::made(runs)
+    }
+
+    fn made(runs: Vec<Option<(f64, f64)>>) -> Self {
+        let even: Option<Vec<(f64, f64)>> = runs.iter().copied().collect();
+        let highest = even.map_or(f64::INFINITY, |even| highest(&even));
+        Self { runs, highest }
     }
 
     /// Whether a wave of this frequency (Hz) is less than a turn of phase in some run, or one of a lower
@@ -57,7 +61,16 @@ impl Sampling {
             let turns = (frequency * interval).round();
             turns >= 1.0 && (frequency - turns / interval).abs() * duration < 1.0
         };
-        frequency > self.highest || self.even.iter().any(folded)
+        frequency > self.highest || self.runs.iter().flatten().any(folded)
+    }
+
+    /// Whether a wave of this frequency (Hz) in a run is the same as one of another frequency below some.
+    pub(super) fn is_slow_in(&self, run: usize, frequency: f64, below: f64) -> bool {
+        let is_slow = |(interval, _): &(f64, f64)| {
+            let turns = (frequency * interval).round();
+            turns >= 1.0 && (frequency - turns / interval).abs() < below
+        };
+        self.runs.get(run).is_some_and(|one| one.as_ref().is_some_and(is_slow))
     }
 }
 
@@ -80,7 +93,7 @@ mod tests {
 
     #[test]
     fn multiples_of_a_sampling_rate_are_blind() {
-        let of = |even: &[(f64, f64)]| Sampling { even: even.to_vec(), highest: highest(even) };
+        let of = |even: &[(f64, f64)]| Sampling::made(even.iter().copied().map(Some).collect());
         // Every 0.365 s for 36.5 s, and every 0.1 s for 20 s.
         let runs = of(&[(0.365, 36.5), (0.1, 20.0)]);
         for blind in [2.7397, 5.47, 10.0, 10.04] {
@@ -94,7 +107,17 @@ mod tests {
         assert!(alike.is_blind(5.1) && !alike.is_blind(4.9));
         let alike = of(&[(0.2, 20.0), (0.3, 30.0)]);
         assert!(alike.is_blind(5.1) && !alike.is_blind(4.9));
-        let uneven = Sampling { even: Vec::new(), highest: f64::INFINITY };
-        assert!(!uneven.is_blind(20.0));
+        let uneven = Sampling::made(vec![None]);
+        assert!(!uneven.is_blind(20.0) && !uneven.is_slow_in(0, 20.0, 0.5));
+    }
+
+    #[test]
+    fn what_is_slow_in_one_run_is_not_in_another() {
+        let runs = Sampling::made(vec![Some((0.1, 20.0)), None, Some((0.15, 20.0))]);
+        let slow = |frequency| [0, 1, 2].map(|run| runs.is_slow_in(run, frequency, 0.5));
+        assert_eq!(slow(10.2), [true, false, false]);
+        assert_eq!(slow(6.5), [false, false, true]);
+        assert_eq!(slow(0.2), [false; 3]);
+        assert_eq!(slow(20.1), [true, false, true]);
     }
 }

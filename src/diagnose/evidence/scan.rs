@@ -150,9 +150,12 @@ struct Scan<'a> {
     single: Vec<Signatures>,
     nominal: Nominal,
     samples: usize,
-    /// Of a family of frequencies.
-    sampling: Option<Sampling>,
+    /// Of a family of frequencies, and the lowest of them.
+    sampling: Option<(Sampling, f64)>,
 }
+
+/// The first part of the key of what holds together over a run.
+const OF_RUN: usize = 2;
 
 /// Sums of some members' columns that hold together: with themselves, with the nominal columns, with
 /// what is left.
@@ -182,8 +185,12 @@ fn factor(mut left: DMatrix<f64>, own: &DMatrix<f64>) -> Option<Factor> {
 impl<'a> Scan<'a> {
     fn new(fitted: &'a Fitted, family: &Candidate, name: &str) -> Option<Self> {
         let problem = &fitted.problem;
-        let unit = &family.selected.effect.shape.get(name)?.unit;
-        let sampling = is_frequency(unit).then(|| Sampling::of(problem));
+        let declared = family.selected.effect.shape.get(name)?;
+        let lowest = match &declared.members {
+            Members::List(list) => list.iter().copied().fold(f64::INFINITY, f64::min),
+            Members::Range { from, .. } => *from,
+        };
+        let sampling = is_frequency(&declared.unit).then(|| (Sampling::of(problem), lowest));
         let selected = Selected {
             effect: opened(&family.selected.effect, name)?.into(),
             member: Default::default(),
@@ -207,7 +214,15 @@ impl<'a> Scan<'a> {
 
     /// Whether a member is a frequency that the runs cannot tell from nothing.
     fn is_blind(&self, member: f64) -> bool {
-        self.sampling.as_ref().is_some_and(|sampling| sampling.is_blind(member))
+        self.sampling.as_ref().is_some_and(|(sampling, _)| sampling.is_blind(member))
+    }
+
+    /// Whether what values of a run's own say for a member says as much for a wave slower than all of the family.
+    fn is_slow_in(&self, key: (usize, usize), member: f64) -> bool {
+        let of_run = |(sampling, lowest): &(Sampling, f64)| {
+            key.0 == OF_RUN && sampling.is_slow_in(key.1, member, *lowest)
+        };
+        self.sampling.as_ref().is_some_and(of_run)
     }
 
     /// Sums over runs of columns that hold together: over a campaign, a setup or a run; `across` members,
@@ -222,7 +237,7 @@ impl<'a> Scan<'a> {
             let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
             let k = gram.nrows() - 1 - touched.len();
             let key = match signatures.columns.first().map(|one| one.scope) {
-                Some(Scope::Run) => (2, run),
+                Some(Scope::Run) => (OF_RUN, problem.run_index(part, run)),
                 Some(Scope::Setup) => (1, problem.parts[part].runs[run].setup),
                 _ => (0, 0),
             };
@@ -272,27 +287,30 @@ impl<'a> Scan<'a> {
         self.added(&self.single, &[member], gain)[0]
     }
 
-    /// Something of each member, added up over everything that holds together.
+    /// What each member gains, added up over everything that holds together; nothing where most of it is of runs
+    /// in which its wave is as much one slower than all of the family.
     fn added(
         &self,
         programs: &[Signatures],
         members: &[f64],
         each: impl Fn(DMatrix<f64>, DMatrix<f64>, DVector<f64>) -> f64,
     ) -> Vec<f64> {
-        let mut sums = vec![0.0; members.len()];
-        for Group { own, across, score, .. } in
+        let mut sums = vec![(0.0, 0.0); members.len()];
+        for Group { key, own, across, score } in
             programs.iter().flat_map(|one| self.groups(one, members, false))
         {
             let k = score.len() / members.len();
-            for (member, sum) in sums.iter_mut().enumerate() {
-                *sum += each(
+            for (member, (told, slow)) in sums.iter_mut().enumerate() {
+                let is_slow = self.is_slow_in(key, members[member]);
+                *(if is_slow { slow } else { told }) += each(
                     own.view((member * k, member * k), (k, k)).into_owned(),
                     across.columns(member * k, k).into_owned(),
                     score.rows(member * k, k).into_owned(),
                 );
             }
         }
-        sums
+        // What does most where it is slow is something slow.
+        sums.into_iter().map(|(told, slow)| if told < slow { 0.0 } else { told + slow }).collect()
     }
 
     /// What columns take off the sum of squares beyond the nominal parameters.
