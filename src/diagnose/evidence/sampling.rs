@@ -89,7 +89,7 @@ fn highest(even: &[(f64, f64)]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Sampling, highest};
+    use super::Sampling;
 
     #[test]
     fn multiples_of_a_sampling_rate_are_blind() {
