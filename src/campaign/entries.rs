@@ -198,7 +198,7 @@ impl Reader {
             Value::Text(text) => text,
             Value::Bare(number) => {
                 let help = format!(
-                    "write the number and its unit in quotes: \"{number} m\", or \"{number}\" for a plain number"
+                    "write the number with its unit in quotes, as in \"{number} mm\"; \"{number}\" is a number without a unit"
                 );
                 self.fault(item.span, format!("`{number}` has no unit"), help);
                 return None;

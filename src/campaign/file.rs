@@ -175,6 +175,13 @@ impl CampaignFile {
     pub fn parse(path: &Path, text: &str) -> Result<Self, Diagnostics> {
         let source = Source::new(path.display().to_string(), text);
         let (mut reader, entries) = Reader::parse(source)?;
+        for (key, what) in [("quantities", "a model"), ("patch", "an effect")] {
+            if let (Some(item), None) = (get(&entries, key), get(&entries, "model")) {
+                let told = format!("`{}` is {what}, not a campaign", path.display());
+                let help = "a campaign names its model and its runs (docs/formats.md, section 4); `homepoint check` reads models and effects";
+                return Err(Diagnostic::error(told).at(reader.place(item.span)).help(help).into());
+            }
+        }
         reader.only(&entries, &KEYS);
         let text = |reader: &mut Reader, key| {
             get(&entries, key).and_then(|item| reader.text(item, &format!("{key} = \"...\"")))

@@ -291,7 +291,7 @@ fn best_members(
         let members = told(&fitted.problem, family);
         let count = members.len();
         if count == 0 {
-            blind.push(NotTestable { name: first.name.clone(), why: ALL_BLIND.to_owned() });
+            blind.push(NotTestable::here(&first.name, ALL_BLIND));
             continue;
         }
         let mut winner = 0;

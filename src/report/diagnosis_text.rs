@@ -45,8 +45,18 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
         ["effect", "acts as"],
         absorbed.collect(),
     ));
-    let not_testable = diagnosis.not_testable.iter().map(|one| [one.name.as_str(), &one.why]);
-    text.push_str(&listed("cannot be tested here", ["effect", "why"], not_testable.collect()));
+    let (others, here): (Vec<_>, Vec<_>) =
+        diagnosis.not_testable.iter().partition(|one| one.of_other_models);
+    let here = here.into_iter().map(|one| [one.name.as_str(), &one.why]);
+    text.push_str(&listed("cannot be tested here", ["effect", "why"], here.collect()));
+    let told = match others.len() {
+        0 => String::new(),
+        1 => format!("\n`{}` acts on what this model does not have.\n", others[0].name),
+        count => format!(
+            "\n{count} effects of the library act on what this model does not have (`homepoint effects MODEL` lists them).\n"
+        ),
+    };
+    text.push_str(&told);
     text
 }
 

@@ -117,6 +117,12 @@ pub fn missing_names(model: &Model, effect: &Effect) -> usize {
     heads_for(model, effect).into_iter().map(at).min().unwrap_or(0)
 }
 
+/// Whether a model lacks what an effect acts on, at each of its heads.
+pub fn lacks(model: &Model, effect: &Effect) -> bool {
+    let lacks = |head: &Option<String>| !lacks_of(model, effect, head.as_deref()).is_empty();
+    heads_for(model, effect).iter().all(lacks)
+}
+
 /// The names of a head by role.
 fn aliases_of(model: &Model, head: Option<&str>) -> Aliases {
     head.and_then(|head| model.heads.get(head)).cloned().unwrap_or_default()

@@ -11,7 +11,7 @@ use crate::effect::{Effect, Members, Target};
 use crate::engine::open::Recipe;
 use crate::graph::Scope;
 use crate::model::Process;
-use crate::system::{Selected, System, candidates};
+use crate::system::{Selected, System, candidates, lacks};
 use crate::units::Unit;
 
 use super::catalogue::Catalogue;
@@ -83,6 +83,15 @@ pub struct NotTestable {
     pub name: String,
     /// A sentence.
     pub why: String,
+    /// Whether it acts on what no campaign's model has.
+    pub of_other_models: bool,
+}
+
+impl NotTestable {
+    /// An effect that these models have a place for.
+    pub(in crate::diagnose) fn here(name: &str, why: impl Into<String>) -> Self {
+        Self { name: name.to_owned(), why: why.into(), of_other_models: false }
+    }
 }
 
 /// All that a library offers.
@@ -140,7 +149,9 @@ pub fn offer(recipes: &[Recipe], wanted: &Wanted) -> Offer {
         }
         match ways(recipes, effect) {
             Err(why) => {
-                offer.not_testable.push(NotTestable { name: effect.name.clone(), why });
+                let of_other_models = recipes.iter().all(|recipe| lacks(&recipe.model, effect));
+                let name = effect.name.clone();
+                offer.not_testable.push(NotTestable { name, why, of_other_models });
             }
             Ok(ways) if is_noise(effect) => offer.noise.extend(ways),
             Ok(ways) => offer.effects.extend(ways),

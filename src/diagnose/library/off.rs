@@ -36,7 +36,7 @@ pub(in crate::diagnose) fn never_off(fitted: &Fitted, wanted: &Wanted) -> Vec<No
             let why = format!(
                 "it changes `{measurand}` where its parameters are zero: it must be off there, as `x + size * ...` is"
             );
-            found.push(NotTestable { name: one.name.clone(), why });
+            found.push(NotTestable::here(&one.name, why));
         }
     }
     found

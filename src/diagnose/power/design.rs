@@ -60,8 +60,7 @@ pub fn stage(fitted: Fitted, wanted: &Wanted) -> Option<Stage> {
     for family in offer.effects.chunk_by(|a, b| a.name == b.name) {
         let told = told(&fitted.problem, family);
         if told.is_empty() {
-            let (name, why) = (family[0].name.clone(), ALL_BLIND.to_owned());
-            offer.not_testable.push(NotTestable { name, why });
+            offer.not_testable.push(NotTestable::here(&family[0].name, ALL_BLIND));
         }
         candidates.extend(told.into_iter().cloned());
     }

@@ -20,10 +20,10 @@ pub fn silent(stage: &Stage) -> (Vec<Absorbed>, Vec<NotTestable>) {
         let name = stage.candidates[number].name.clone();
         let entry = stage.entry(number);
         if !entry.finite {
-            let why = "the recordings do not hold an input that it acts on, or its slope where its parameters are zero is no number".to_owned();
-            not_testable.push(NotTestable { name, why });
+            let why = "the recordings do not hold an input that it acts on, or its slope where its parameters are zero is no number";
+            not_testable.push(NotTestable::here(&name, why));
         } else if !entry.acts() {
-            not_testable.push(NotTestable { name, why: why_silent(stage, number) });
+            not_testable.push(NotTestable::here(&name, why_silent(stage, number)));
         } else {
             absorbed.push(Absorbed { name, acts_as: acts_as(stage, number) });
         }
