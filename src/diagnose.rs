@@ -44,11 +44,13 @@ use gap::refuted::{degrees, is_refuted};
 use gap::steps::Steps;
 use gap::{Gap, floor, gap};
 use gross::codes::without_codes;
+use gross::misstated::{Misstated, misstated};
 use gross::settle::{settled, without_lost, without_spoiling};
 use gross::spikes::without_spikes;
 use gross::twice::{Twice, twice};
 use library::candidates::{NotTestable, Wanted};
 use library::off;
+use library::structure::Place;
 use search::{Adopted, Search, search};
 use stage::Stage;
 use verdict::alone::without_alone;
@@ -111,6 +113,9 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, FitError> {
     let whole = calibrate(problem, options)?;
+    if let Some(misstated) = misstated(&whole, options)? {
+        return Ok(Diagnosis::of_misstated(whole, misstated, recipes));
+    }
     let (nominal, mut gross) = without_codes(whole.clone(), options)?;
     let (nominal, unsettling) = settled(nominal, options)?;
     gross.extend(unsettling);
@@ -176,6 +181,21 @@ impl Diagnosis {
             delays: Vec::new(),
             contradicted: Vec::new(),
             search: None,
+        }
+    }
+
+    /// Of a value that is stated wrong altogether: beside it nothing else can be judged.
+    fn of_misstated(whole: Calibration, misstated: Misstated, recipes: Vec<Recipe>) -> Self {
+        let Misstated { contradicted, without } = misstated;
+        let Calibration { problem, fit, .. } = without;
+        let place = Place::of_stated(&contradicted.parameter, contradicted.estimate.of.as_deref());
+        Self {
+            verdict: Verdict::Unknown,
+            why: Some((Why::NoneFits, Vec::new())),
+            locations: vec![Location { place, share: 1.0 }],
+            floor: Some(floor(&Fitted { recipes, problem, fit })),
+            contradicted: vec![contradicted],
+            ..Self::unobservable(whole, Vec::new())
         }
     }
 

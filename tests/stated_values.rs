@@ -1,5 +1,5 @@
 //! What a campaign states of values with an uncertainty, against what the readings say.
-#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a failed test should stop")]
 
 #[path = "problems/drawn.rs"]
 #[expect(dead_code, reason = "each test uses a part")]
@@ -13,6 +13,7 @@ use homepoint::engine::open::{Opened, Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::estimate::contradicted::contradicted;
+use homepoint::report::diagnosis_text;
 
 /// The example with a line on a setup.
 fn with_setup(line: &str) -> (tempfile::TempDir, Opened) {
@@ -96,6 +97,42 @@ fn a_wrong_stated_value_is_the_place_of_a_gap() {
     let found = drawn::run(opened.problem.clone(), &opened);
     assert_eq!(found.verdict, Verdict::Adequate);
     assert!(found.contradicted.is_empty());
+}
+
+/// A length in the wrong unit, or a place with its sign wrong, bends everything: it alone is told, however sure the
+/// campaign is of it, and no reading is blamed.
+#[test]
+fn a_value_that_is_wrong_altogether_is_told_alone() {
+    for (line, name, of) in [
+        ("radius = { value = \"1.15 mm\", sigma = \"1 um\" }", "radius", None),
+        ("radius = { value = \"1.15 mm\", fixed = true }", "radius", None),
+        ("radius = { value = \"115 m\", sigma = \"1 um\" }", "radius", None),
+    ] {
+        let (own, _) = with_setup("");
+        let path = own.path().join("campaign.toml");
+        let text = fs::read_to_string(&path).unwrap();
+        let right = "radius = { value = \"1.15 m\", sigma = \"1 um\" }";
+        assert!(text.contains(right));
+        fs::write(&path, text.replacen(right, line, 1)).unwrap();
+        let opened = open(&Request::new([own.path()])).unwrap();
+        let found = drawn::run(opened.problem.clone(), &opened);
+        assert_eq!(found.verdict, Verdict::Unknown, "{line}");
+        let [one] = &found.contradicted[..] else { panic!("{line}: {:?}", found.contradicted) };
+        assert_eq!((&*one.parameter, one.estimate.of.as_deref()), (name, of), "{line}");
+        assert!((one.alone - 1.15).abs() < 5e-6, "{line}: {}", one.alone);
+        assert_eq!(found.locations[0].place.words, "a wrong stated value of `radius`", "{line}");
+        let text = diagnosis_text::text("", &found, None);
+        assert!(
+            text.contains("nothing else can be judged") && !text.contains("left out"),
+            "{text}"
+        );
+    }
+    let (at, _) = place(&fitted(&with_setup("").1));
+    let (_own, opened) = with_setup(&said([-at[0], at[1], at[2]], SIGMA));
+    let found = drawn::run(opened.problem.clone(), &opened);
+    let [one] = &found.contradicted[..] else { panic!("{:?}", found.contradicted) };
+    assert_eq!((&*one.estimate.name, one.estimate.of.as_deref()), ("position.x", Some("A")));
+    assert!((one.alone - at[0]).abs() < 2e-5, "{} {}", one.alone, at[0]);
 }
 
 /// Where a half of a transformation is stated, the other half starts where it fits to that.

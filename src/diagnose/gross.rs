@@ -2,6 +2,7 @@
 //!
 //! | file | answers |
 //! |---|---|
+//! | `misstated` | a stated value that is wrong altogether |
 //! | `settle` | the nominal fit, without what keeps it from settling |
 //! | `codes` | numbers that stand in the place of readings |
 //! | `spikes`, `trimmed` | readings that bend a fit, and a fit that they do not bend |
@@ -15,6 +16,7 @@ pub(super) mod codes;
 pub(super) mod empty_runs;
 pub mod left_out;
 pub mod lost;
+pub(super) mod misstated;
 pub(super) mod settle;
 pub(super) mod spikes;
 mod trimmed;

@@ -7,6 +7,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use crate::engine::layout::Instance;
 use crate::estimate::calibrate::{Calibration, Estimate};
 
 /// Standard deviations between what is stated and what the readings say from which on they contradict each
@@ -82,6 +83,44 @@ fn judged(result: &Calibration, index: usize) -> Option<Contradicted> {
         deviations: deviations(worst),
         gain: gain(redundancy, &left),
     })
+}
+
+/// What is stated of a parameter in one fit, against another in which nothing is: the value that is farthest away.
+/// `None` where all of it is where it is stated.
+pub fn against(stated: &Calibration, free: &Calibration, name: &str) -> Option<Contradicted> {
+    let layout = &free.problem.layout;
+    let mut farthest: Option<Contradicted> = None;
+    let own = (0..layout.instances.len()).filter(|index| layout.instances[*index].name == name);
+    let each = own.flat_map(|index| {
+        free.estimates_of(index)
+            .into_iter()
+            .enumerate()
+            .map(move |(component, one)| (index, component, one))
+    });
+    for (index, component, estimate) in each {
+        let same = |one: &&Instance| one.name == name && one.of == layout.instances[index].of;
+        let Some(setting) =
+            stated.problem.layout.instances.iter().find(same).map(|one| &one.setting)
+        else {
+            continue;
+        };
+        let known = |values: &Option<Vec<f64>>| values.as_ref()?.get(component).copied();
+        let (Some(value), Some(alone)) = (known(&setting.value), estimate.value) else { continue };
+        let sigma = known(&setting.sigma).unwrap_or(0.0);
+        let deviations = (value - alone).abs() / sigma.hypot(estimate.sigma.unwrap_or(0.0));
+        if deviations > APART && farthest.as_ref().is_none_or(|one| one.deviations < deviations) {
+            farthest = Some(Contradicted {
+                parameter: name.to_owned(),
+                estimate,
+                stated: value,
+                sigma,
+                alone,
+                deviations,
+                gain: stated.fit.cost - free.fit.cost,
+            });
+        }
+    }
+    farthest
 }
 
 /// `rᵀ R⁻¹ r` over what is free.

@@ -32,6 +32,9 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
     text.push_str(&noise(diagnosis));
     text.push_str(&effects(diagnosis));
     text.push_str(&stated(&diagnosis.contradicted));
+    if !diagnosis.contradicted.is_empty() && diagnosis.search.is_none() {
+        text.push_str("Beside it nothing else can be judged: state it right and diagnose again.\n");
+    }
     if let Some(found) = &diagnosis.gap {
         text.push_str(&gap(diagnosis, found));
     }
@@ -215,6 +218,9 @@ fn candidates(diagnosis: &Diagnosis, top: usize) -> String {
     let single = diagnosis.effects.len() < 2 && diagnosis.verdict != Verdict::ShapeDiffers;
     header.extend(single.then_some("probability"));
     let mut rows = table(&header);
+    if diagnosis.candidates.is_empty() {
+        return String::new();
+    }
     for one in diagnosis.candidates.iter().take(top) {
         let mut row =
             vec![one.name.clone(), by_chance(one.score.ln_p), format!("{:.1}", one.score.lambda())];

@@ -20,7 +20,7 @@ const WRONG: usize = 2;
 const SPOILT: f64 = 100.0;
 /// They are where the factor without them is so many times less, and not even by so much without another in the
 /// place of the last one.
-const SOUND_WITHOUT: f64 = 50.0;
+pub(super) const SOUND_WITHOUT: f64 = 50.0;
 const SPOILT_WITHOUT: f64 = 4.0;
 
 /// Leaves out what keeps the nominal fit from settling, and fits again: gross readings, or what is gross where the

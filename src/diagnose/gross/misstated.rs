@@ -1,0 +1,90 @@
+//! A stated value that is wrong altogether: another unit, a slip of the pen.
+//!
+//! It bends a fit so much that nothing else can be judged, and readings that are right look gross. Each value that is
+//! stated is set free in turn; it is wrong where that alone makes a spoilt fit sound. What is wrong by a few
+//! standard uncertainties is judged with everything else ([`mod@crate::estimate::contradicted`]).
+
+use crate::engine::Problem;
+use crate::estimate::batch::{FitError, Options};
+use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::contradicted::{Contradicted, against};
+use crate::graph::Kind;
+
+use super::settle::{SOUND_WITHOUT, is_spoilt};
+
+/// A value that is wrong, and the fit without it.
+pub(in crate::diagnose) struct Misstated {
+    pub(in crate::diagnose) contradicted: Contradicted,
+    pub(in crate::diagnose) without: Calibration,
+}
+
+/// The stated value without which a spoilt fit is sound, if there is one.
+pub(in crate::diagnose) fn misstated(
+    whole: &Calibration,
+    options: &Options,
+) -> Result<Option<Misstated>, FitError> {
+    let spoilt = whole.variance_factor().unwrap_or(f64::INFINITY);
+    if !is_spoilt(whole) && whole.is_sound() {
+        return Ok(None);
+    }
+    let instances = &whole.problem.layout.instances;
+    let is_stated = |index: &usize| {
+        instances[*index].setting.value.is_some() && !whole.problem.layout.is_noise_only(*index)
+    };
+    let mut names: Vec<&String> =
+        (0..instances.len()).filter(is_stated).map(|index| &instances[index].name).collect();
+    names.sort();
+    names.dedup();
+    let mut best: Option<(f64, Misstated)> = None;
+    for name in names {
+        for start in starts(whole, name) {
+            let without = calibrate(freed(whole, name, start), options)?;
+            let factor = without.variance_factor().filter(|_| without.is_sound());
+            let Some(factor) = factor.filter(|factor| SOUND_WITHOUT * factor < spoilt) else {
+                continue;
+            };
+            if !is_spoilt(&without)
+                && best.as_ref().is_none_or(|(least, _)| factor < *least)
+                && let Some(contradicted) = against(whole, &without, name)
+            {
+                best = Some((factor, Misstated { contradicted, without }));
+            }
+        }
+    }
+    Ok(best.map(|(_, found)| found))
+}
+
+/// A thousand of one unit are one of another.
+const PREFIX: f64 = 1e3;
+
+/// Where a parameter of which nothing is stated may start: a number where the fit left it, or at what it would be
+/// in a unit next to the one that is said; vectors and rotations as the model has it.
+fn starts(whole: &Calibration, name: &str) -> Vec<Option<f64>> {
+    let layout = &whole.problem.layout;
+    let index = layout.instances.iter().position(|one| one.name == name);
+    match index {
+        Some(index) if layout.instances[index].kind == Kind::Scalar => {
+            let left = whole.fit.point.values[index][0];
+            let stated = layout.instances[index].setting.value.as_ref().and_then(|all| all.first());
+            let other = stated.into_iter().flat_map(|one| [one * PREFIX, one / PREFIX]);
+            std::iter::once(left).chain(other).filter(|one| one.is_finite()).map(Some).collect()
+        }
+        _ => vec![None],
+    }
+}
+
+/// The same problem with nothing stated of a parameter.
+fn freed(whole: &Calibration, name: &str, start: Option<f64>) -> Problem {
+    let mut parts = whole.problem.parts.clone();
+    for part in &mut parts {
+        let names = &part.system.assembly.names.parameters;
+        let Some(parameter) = names.iter().position(|one| one.name == name) else { continue };
+        for setting in part.system.settings_mut(parameter) {
+            (setting.value, setting.sigma, setting.fixed) = (None, None, false);
+            setting.start = start.map(|one| vec![one]).or(setting.start.take());
+        }
+    }
+    let mut free = Problem::new(parts);
+    free.progress = whole.problem.progress.clone();
+    free
+}
