@@ -10,10 +10,10 @@ use std::path::Path;
 
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::engine::open::{Opened, Request, open};
-use homepoint::estimate::batch::Options;
+use homepoint::estimate::batch::{Options, Outcome};
 use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::estimate::contradicted::contradicted;
-use homepoint::report::diagnosis_text;
+use homepoint::report::{diagnosis_text, text};
 
 /// The example with a line on a setup.
 fn with_setup(line: &str) -> (tempfile::TempDir, Opened) {
@@ -99,26 +99,44 @@ fn a_wrong_stated_value_is_the_place_of_a_gap() {
     assert!(found.contradicted.is_empty());
 }
 
+/// The example with another line in the place of its radius.
+fn with_radius(line: &str) -> (tempfile::TempDir, Opened) {
+    let (own, _) = with_setup("");
+    let path = own.path().join("campaign.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let right = "radius = { value = \"1.15 m\", sigma = \"1 um\" }";
+    assert!(text.contains(right));
+    fs::write(&path, text.replacen(right, line, 1)).unwrap();
+    let opened = open(&Request::new([own.path()])).unwrap();
+    (own, opened)
+}
+
+/// What is no solution has no uncertainties.
+#[test]
+fn what_did_not_settle_is_shown_without_uncertainties() {
+    let (_own, opened) = with_radius("radius = { value = \"1.15 mm\", fixed = true }");
+    let result = fitted(&opened);
+    assert_eq!(result.fit.outcome, Outcome::IterationLimit);
+    let told = text::calibration("", &result);
+    assert!(told.contains("where it stopped") && !told.contains("u (k=1)"), "{told}");
+    let settled = text::calibration("", &fitted(&with_setup("").1));
+    assert!(!settled.contains("where it stopped") && settled.contains("u (k=1)"), "{settled}");
+}
+
 /// A length in the wrong unit, or a place with its sign wrong, bends everything: it alone is told, however sure the
 /// campaign is of it, and no reading is blamed.
 #[test]
 fn a_value_that_is_wrong_altogether_is_told_alone() {
-    for (line, name, of) in [
-        ("radius = { value = \"1.15 mm\", sigma = \"1 um\" }", "radius", None),
-        ("radius = { value = \"1.15 mm\", fixed = true }", "radius", None),
-        ("radius = { value = \"115 m\", sigma = \"1 um\" }", "radius", None),
+    for line in [
+        "radius = { value = \"1.15 mm\", sigma = \"1 um\" }",
+        "radius = { value = \"1.15 mm\", fixed = true }",
+        "radius = { value = \"115 m\", sigma = \"1 um\" }",
     ] {
-        let (own, _) = with_setup("");
-        let path = own.path().join("campaign.toml");
-        let text = fs::read_to_string(&path).unwrap();
-        let right = "radius = { value = \"1.15 m\", sigma = \"1 um\" }";
-        assert!(text.contains(right));
-        fs::write(&path, text.replacen(right, line, 1)).unwrap();
-        let opened = open(&Request::new([own.path()])).unwrap();
+        let (_own, opened) = with_radius(line);
         let found = drawn::run(opened.problem.clone(), &opened);
         assert_eq!(found.verdict, Verdict::Unknown, "{line}");
         let [one] = &found.contradicted[..] else { panic!("{line}: {:?}", found.contradicted) };
-        assert_eq!((&*one.parameter, one.estimate.of.as_deref()), (name, of), "{line}");
+        assert_eq!((&*one.parameter, one.estimate.of.as_deref()), ("radius", None), "{line}");
         assert!((one.alone - 1.15).abs() < 5e-6, "{line}: {}", one.alone);
         assert_eq!(found.locations[0].place.words, "a wrong stated value of `radius`", "{line}");
         let text = diagnosis_text::text("", &found, None);

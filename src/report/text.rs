@@ -60,17 +60,26 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
     }
     text.push_str(&stated(&contradicted(result)));
     let estimates = result.estimates();
-    let mut rows = table(&["parameter", "of", "value", "u (k=1)"]);
+    let has_settled = result.fit.outcome == Outcome::Converged;
+    let header: &[&str] = if has_settled {
+        &["parameter", "of", "value", "u (k=1)"]
+    } else {
+        &["parameter", "of", "where it stopped"]
+    };
+    let mut rows = table(header);
     let shown: Vec<&Estimate> = estimates.iter().filter(|one| !one.fixed).collect();
     for one in shown.iter().take(MOST_ROWS) {
         let value = one.value.map_or_else(
             || "not determined".to_owned(),
             |value| figure::value(value, one.sigma, &one.declared),
         );
-        let sigma =
-            one.sigma.map_or_else(String::new, |sigma| figure::uncertainty(sigma, &one.declared));
         let of = one.of.clone().unwrap_or_else(|| scope_word(one.scope).to_owned());
-        rows.add_row([one.name.clone(), of, value, sigma]);
+        let mut row = vec![one.name.clone(), of, value];
+        if has_settled {
+            let sigma = one.sigma.map(|sigma| figure::uncertainty(sigma, &one.declared));
+            row.push(sigma.unwrap_or_default());
+        }
+        rows.add_row(row);
     }
     align_right(&mut rows, &[2, 3]);
     text.push('\n');
