@@ -55,6 +55,7 @@ use search::{Adopted, Search, search};
 use stage::Stage;
 use verdict::alone::without_alone;
 use verdict::hidden::{Hidden, hidden};
+use verdict::ringing::ringing;
 use verdict::silent::{Absorbed, silent};
 use verdict::{Answer, Verdict, Why};
 
@@ -98,6 +99,8 @@ pub struct Diagnosis {
     pub delays: Vec<Twice>,
     /// Stated values that the readings contradict with the named effects in the model, farthest first.
     pub contradicted: Vec<Contradicted>,
+    /// What rings in what the named effects leave.
+    pub rings: Option<Location>,
     /// The search, for those who want to know more; `None` where there was none.
     pub search: Option<Search>,
 }
@@ -180,6 +183,7 @@ impl Diagnosis {
             lost,
             delays: Vec::new(),
             contradicted: Vec::new(),
+            rings: None,
             search: None,
         }
     }
@@ -231,8 +235,25 @@ impl Diagnosis {
                 self.verdict = Verdict::Unknown;
                 self.why = Some((Why::NoneFits, Vec::new()));
             }
+            self.listen(stage);
         }
         Ok(())
+    }
+
+    /// Takes back that what is left looks like noise where something rings in it.
+    fn listen(&mut self, stage: &Stage) {
+        let is_noise = matches!(self.verdict, Verdict::Adequate | Verdict::Explained);
+        let Some(ringing) = is_noise.then(|| ringing(stage)).flatten() else { return };
+        if let Some(gap) = &mut self.gap {
+            gap.leftover = ringing.gain;
+            self.verdict = Verdict::ShapeDiffers;
+        } else {
+            self.verdict = Verdict::Unknown;
+            self.why = Some((Why::NoneFits, Vec::new()));
+            self.noise.clear();
+            self.explained = None;
+        }
+        self.rings = Some(Location { place: ringing.place, share: 1.0 });
     }
 
     /// What could be tested against the nominal model, best first, and what could not.
@@ -256,6 +277,9 @@ impl Diagnosis {
         }
         if let Some(displaced) = verdict::displaced(search) {
             self.locations.clone_from(&displaced.places);
+        }
+        if self.verdict == Verdict::Unknown {
+            self.locations.splice(..0, self.rings.clone());
         }
     }
 
@@ -285,6 +309,10 @@ impl Diagnosis {
             // Those runs are left out: nothing is there to be near to, or even to have a share of.
             self.nearest = None;
             has_shares &= !is_clear(search.stages.first());
+        }
+        if self.rings.is_some() {
+            self.nearest = None;
+            has_shares = false;
         }
         if !has_shares {
             for one in &mut self.candidates {

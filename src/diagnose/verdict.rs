@@ -4,10 +4,12 @@
 //! |---|---|
 //! | [`mod@silent`] | what shows in no reading, and why |
 //! | [`mod@hidden`] | what could still hide |
+//! | `ringing` | what oscillates in what is left, and is no steady wave |
 //! | `alone` | the same without the readings of a few runs that are off there alone |
 
 pub(super) mod alone;
 pub mod hidden;
+pub(super) mod ringing;
 pub mod silent;
 
 use crate::estimate::contradicted::Contradicted;

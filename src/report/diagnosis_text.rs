@@ -39,6 +39,7 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
         text.push_str(&gap(diagnosis, found));
     }
     text.push_str(&unexplained(diagnosis));
+    text.push_str(&untried(diagnosis));
     text.push_str(&places(diagnosis));
     text.push_str(&candidates(diagnosis, top.unwrap_or(TOP)));
     text.push_str(&could_hide(diagnosis));
@@ -165,7 +166,7 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
 /// What an effect leaves whose form does not fit.
 fn remains(diagnosis: &Diagnosis, gap: &Gap) -> String {
     let left = last_stage(diagnosis).map(locations).unwrap_or_default();
-    match (diagnosis.verdict, left.first()) {
+    match (diagnosis.verdict, left.first().or(diagnosis.rings.as_ref())) {
         (Verdict::ShapeDiffers, Some(first)) => format!(
             "What is left looks like {}, {:.0} units of the noise long.\n",
             first.place.words,
@@ -199,6 +200,21 @@ fn unexplained(diagnosis: &Diagnosis) -> String {
         ]);
     }
     text + &drawn(&rows)
+}
+
+/// What would be tried if a constant were stated, where something is left to be explained.
+fn untried(diagnosis: &Diagnosis) -> String {
+    let wanting = diagnosis.not_testable.iter().filter(|one| !one.wants.is_empty());
+    let wanting: Vec<String> =
+        wanting.map(|one| format!("`{}` ({})", one.name, one.wants.join(", "))).collect();
+    let is_left = matches!(diagnosis.verdict, Verdict::Unknown | Verdict::ShapeDiffers);
+    if wanting.is_empty() || !is_left || diagnosis.search.is_none() {
+        return String::new();
+    }
+    format!(
+        "\nNot tried, for want of a constant that `--set NAME=VALUE` or [parameters] states: {}.\n",
+        wanting.join(", ")
+    )
 }
 
 fn places(diagnosis: &Diagnosis) -> String {

@@ -71,11 +71,25 @@ fn constants(effect: &Effect) -> impl Iterator<Item = (String, &ParameterDeclara
 }
 
 /// Those that no override states.
-fn missing_constants(effect: &Effect, overrides: &[Override]) -> Vec<Diagnostic> {
+fn open_constants<'e>(
+    effect: &'e Effect,
+    overrides: &[Override],
+) -> impl Iterator<Item = (String, &'e ParameterDeclaration)> {
     let is_stated =
         |name: &String| overrides.iter().any(|said| said.name == *name && said.value.is_some());
-    constants(effect)
-        .filter(|(name, _)| !is_stated(name))
+    constants(effect).filter(move |(name, _)| !is_stated(name))
+}
+
+/// Their names, if they are all that an effect wants to be applied to a model; empty where it wants none, or more.
+pub fn wanted_constants(model: &Model, effect: &Effect, overrides: &[Override]) -> Vec<String> {
+    if lacks(model, effect) {
+        return Vec::new();
+    }
+    open_constants(effect, overrides).map(|(name, _)| name).collect()
+}
+
+fn missing_constants(effect: &Effect, overrides: &[Override]) -> Vec<Diagnostic> {
+    open_constants(effect, overrides)
         .map(|(name, constant)| {
             Diagnostic::error(format!("needs the constant `{name}`"))
                 .at(effect.source.place(constant.span))

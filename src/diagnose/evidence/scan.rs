@@ -287,8 +287,8 @@ impl<'a> Scan<'a> {
         self.added(&self.single, &[member], gain)[0]
     }
 
-    /// What each member gains, added up over everything that holds together; nothing where most of it is of runs
-    /// in which its wave is as much one slower than all of the family.
+    /// What each member gains, added up over everything that holds together; without the runs in which its wave is as
+    /// much one slower than all of the family, where these say most of it.
     fn added(
         &self,
         programs: &[Signatures],
@@ -310,7 +310,7 @@ impl<'a> Scan<'a> {
             }
         }
         // What does most where it is slow is something slow.
-        sums.into_iter().map(|(told, slow)| if told < slow { 0.0 } else { told + slow }).collect()
+        sums.into_iter().map(|(told, slow)| if told < slow { told } else { told + slow }).collect()
     }
 
     /// What columns take off the sum of squares beyond the nominal parameters.

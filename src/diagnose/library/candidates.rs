@@ -11,7 +11,7 @@ use crate::effect::{Effect, Members, Target};
 use crate::engine::open::Recipe;
 use crate::graph::Scope;
 use crate::model::Process;
-use crate::system::{Selected, System, candidates, lacks};
+use crate::system::{Selected, System, candidates, lacks, wanted_constants};
 use crate::units::Unit;
 
 use super::catalogue::Catalogue;
@@ -85,12 +85,14 @@ pub struct NotTestable {
     pub why: String,
     /// Whether it acts on what no campaign's model has.
     pub of_other_models: bool,
+    /// The constants that a campaign need only state for it to be tested.
+    pub wants: Vec<String>,
 }
 
 impl NotTestable {
     /// An effect that these models have a place for.
     pub(in crate::diagnose) fn here(name: &str, why: impl Into<String>) -> Self {
-        Self { name: name.to_owned(), why: why.into(), of_other_models: false }
+        Self { name: name.to_owned(), why: why.into(), of_other_models: false, wants: Vec::new() }
     }
 }
 
@@ -150,8 +152,11 @@ pub fn offer(recipes: &[Recipe], wanted: &Wanted) -> Offer {
         match ways(recipes, effect) {
             Err(why) => {
                 let of_other_models = recipes.iter().all(|recipe| lacks(&recipe.model, effect));
+                let mut wants =
+                    recipes.iter().map(|one| wanted_constants(&one.model, effect, &one.overrides));
+                let wants = wants.find(|wants| !wants.is_empty()).unwrap_or_default();
                 let name = effect.name.clone();
-                offer.not_testable.push(NotTestable { name, why, of_other_models });
+                offer.not_testable.push(NotTestable { name, why, of_other_models, wants });
             }
             Ok(ways) if is_noise(effect) => offer.noise.extend(ways),
             Ok(ways) => offer.effects.extend(ways),

@@ -76,6 +76,12 @@ impl Place {
         Self::new(Of::Channel("stated values".to_owned()), parameter, words)
     }
 
+    /// Of a reading that oscillates, but not as a steady wave (Hz).
+    pub(in crate::diagnose) fn of_ringing(measurand: &str, frequency: f64) -> Self {
+        let words = format!("an oscillation of `{measurand}` near {{member}} Hz");
+        Self::new(Of::Measurand(measurand.to_owned()), OSCILLATION, words).at(frequency)
+    }
+
     /// Of a reading that is left out in a run.
     pub(in crate::diagnose) fn of_run(measurand: &str, run: &str) -> Self {
         let words = format!("an error of `{measurand}` in run `{run}`");
