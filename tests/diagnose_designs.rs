@@ -337,6 +337,61 @@ distance = { sigma = "8 um" }
     assert!(found.candidates.iter().all(|one| one.name != name));
 }
 
+/// Four long runs of one setup: a station that drifts steadily is no walk, and one that walks far is one, of which few
+/// sines of each run would leave much.
+#[test]
+fn a_drift_and_a_walk_in_few_long_runs() {
+    let text = |lines: &str| {
+        let mut text = format!(
+            r#"title = "Few long runs"
+model = "polar_one_rotation"
+[parameters]
+radius = {{ value = "1.15 m", sigma = "1 um" }}
+{lines}
+[setups.A]
+orientation = {{ value = ["0.1 rad", "-1.5 rad", "0.2 rad"] }}
+position = {{ value = ["1.4 m", "0.3 m", "-0.1 m"] }}
+[inputs]
+arm_angle = {{ sigma = "0.2 arcsec" }}
+[measurands]
+horizontal = {{ sigma = "6 urad" }}
+vertical = {{ sigma = "6 urad" }}
+distance = {{ sigma = "8 um" }}
+"#
+        );
+        for rate in [2, -2, 20, -20] {
+            text.push_str(&format!(
+                "[[runs]]\nname = \"r{rate}\"\nsetup = \"A\"\nplan = {{ trigger = \"2 Hz\", duration = \"1000 s\", \
+                 arm_angle = {{ start = \"0 deg\", rate = \"{rate} deg/s\" }} }}\n"
+            ));
+        }
+        text
+    };
+    let [own, other] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    std::fs::write(own.path().join("campaign.toml"), text("")).unwrap();
+    let walk = ["x", "y", "z"].map(|axis| {
+        format!("\"station_random_walk.walk_{axis}\" = {{ value = \"2 um/min^0.5\" }}\n")
+    });
+    let drift =
+        "\"station_drift.velocity\" = { value = [\"3 um/h\", \"1.5 um/h\", \"-1 um/h\"] }\n";
+    for (name, lines, seed) in [
+        ("station_drift", drift, 1),
+        ("station_drift", drift, 2),
+        ("station_drift", drift, 3),
+        ("station_random_walk", &walk.concat(), 3),
+        ("station_random_walk", &walk.concat(), 5),
+    ] {
+        std::fs::write(other.path().join("campaign.toml"), text(lines)).unwrap();
+        let mut truth = Request::new([other.path()]);
+        truth.with = vec![name.to_owned()];
+        let opened = drawn_as(&Request::new([own.path()]), &truth, seed);
+        let found = run(opened.problem.clone(), &opened);
+        let noise: Vec<&str> = found.noise.iter().map(|one| one.name.as_str()).collect();
+        let named = [names(&found), noise].concat();
+        assert_eq!((found.verdict, named), (Verdict::Explained, vec![name]), "{seed}");
+    }
+}
+
 /// A run that is wrong as a whole takes its own delay with it: that is not asked of readings that are left out.
 #[test]
 fn a_dead_run_with_a_delay_of_its_own_is_told() {

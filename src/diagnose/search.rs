@@ -166,22 +166,14 @@ pub fn search(
     // Effects that imitate something else: two others may be what is there.
     let stands = |search: &Search| search.passes_gate() && search.convinces();
     if search.adopted.is_empty() || stands(&search) {
-        return Ok(Some(search));
+        return search.beside_each_other(&common).map(Some);
     }
     let tried = pairs(&search.stages[0]);
     for (first, second) in tried.into_iter().take(SHORT_LIST) {
         let name = |number: usize| search.stages[0].candidates[number].name.clone();
-        let mut named = [name(first), name(second)];
-        if let Some(mut found) = search.anew(&named, &common)?.filter(stands) {
-            // Alone the first one was no match for what did a part of both: it is judged beside the second.
-            named.reverse();
-            if let Some(other) = search.anew(&named, &common)?
-                && let (Some(first), Some(judged)) =
-                    (found.adopted.first_mut(), other.adopted.last())
-            {
-                first.among_effects = judged.among_effects;
-            }
-            return Ok(Some(found));
+        let named = [name(first), name(second)];
+        if let Some(found) = search.anew(&named, &common)?.filter(stands) {
+            return found.beside_each_other(&common).map(Some);
         }
     }
     Ok(Some(search))
@@ -236,6 +228,27 @@ impl Search {
                 let mut names = self.names();
                 names.remove(number);
                 return Ok(self.anew(&names, common)?.unwrap_or(self));
+            }
+        }
+        Ok(self)
+    }
+
+    /// Judges each effect but the last beside all others: when it was adopted it was weighed against what those
+    /// explain, too.
+    fn beside_each_other(mut self, common: &Common<'_>) -> Result<Self, FitError> {
+        let Some(last) = self.stages.last() else { return Ok(self) };
+        let Common { given, wanted, options } = common;
+        let count = self.adopted.len();
+        for one in self.adopted.iter_mut().take(count.saturating_sub(1)) {
+            let others = last.fitted.without(&[&one.candidate.selected], options)?;
+            let Some(stage) = prepare(others, wanted, given, &last.noise_found, options)? else {
+                continue;
+            };
+            let is_own = |n: &usize| stage.candidates[*n].name == one.candidate.name;
+            if let Some(number) = (0..stage.effects).find(is_own) {
+                let like = alike(&stage, number);
+                one.among_effects = of_all(&among_effects(&stage), number, &like);
+                one.aliases = names_of(&stage, &like);
             }
         }
         Ok(self)
@@ -310,19 +323,26 @@ fn adopted(
     if score.ln_p > level(stage.effects) || score.lambda() < LEAST_LAMBDA {
         return Ok(None);
     }
-    let probability = probabilities(stage);
     let like = alike(stage, number);
-    let of_all = |each: &[f64]| like.iter().chain([&number]).map(|n| each[*n]).sum();
     let adopted = Adopted {
         candidate: candidate.clone(),
         score,
         prior_share: stage.evidence.prior_share(stage.entry(number)),
         gain,
-        aliases: like.iter().map(|n| stage.candidates[*n].name.clone()).collect(),
-        probability: of_all(&probability),
-        among_effects: of_all(&among_effects(stage)),
+        aliases: names_of(stage, &like),
+        probability: of_all(&probabilities(stage), number, &like),
+        among_effects: of_all(&among_effects(stage), number, &like),
     };
     Ok(Some((adopted, fitted)))
+}
+
+/// The probability of a candidate and of those like it together.
+fn of_all(each: &[f64], number: usize, like: &[usize]) -> f64 {
+    like.iter().chain([&number]).map(|n| each[*n]).sum()
+}
+
+fn names_of(stage: &Stage, candidates: &[usize]) -> Vec<String> {
+    candidates.iter().map(|n| stage.candidates[*n].name.clone()).collect()
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use crate::estimate::batch::Fit;
 
 use super::evidence::scan::{ALL_BLIND, Scanned, scan, told, with_member};
 use super::evidence::score::{Score, of_gain, score};
-use super::evidence::thresholds::level;
+use super::evidence::thresholds::{TIE, level};
 use super::evidence::{Entry, Evidence};
 use super::fitted::Fitted;
 use super::found::{Apart, Noise};
@@ -233,9 +233,17 @@ impl Stage {
                 let (gain, degrees) = self.evidence.beyond(&whole, self.entry(*n));
                 (of_gain(gain, degrees, self.members[*n]).ln_p, *n)
             };
-            let best = strong.iter().map(beyond).min_by(|a, b| a.0.total_cmp(&b.0));
-            let Some((_, number)) = best.filter(|(ln_p, _)| *ln_p <= level) else { break };
-            taken.push(number);
+            let all: Vec<(f64, usize)> = strong.iter().map(beyond).collect();
+            let best = |some: &dyn Fn(usize) -> bool| {
+                let some = all.iter().filter(|(_, number)| some(*number)).copied();
+                some.min_by(|a, b| a.0.total_cmp(&b.0))
+            };
+            let Some((ln_p, number)) = best(&|_| true).filter(|(ln_p, _)| *ln_p <= level) else {
+                break;
+            };
+            // What has a name goes before what nobody wrote down and does as much.
+            let named = best(&|number| number < self.effects).filter(|one| one.0 <= ln_p + TIE);
+            taken.push(named.map_or(number, |(_, named)| named));
         }
         taken
     }

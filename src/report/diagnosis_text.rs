@@ -1,7 +1,7 @@
 //! The result of `diagnose` for people: the verdict first, in a sentence that can be read aloud.
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::found::Location;
+use crate::diagnose::found::{Location, Ranked};
 use crate::diagnose::gap::Gap;
 use crate::diagnose::search::probability::is_implausible;
 use crate::diagnose::verdict::{Verdict, Why, apart, locations};
@@ -15,6 +15,8 @@ use crate::units::{Dimension, Unit};
 const TOP: usize = 8;
 /// Share of the best from which on another place is as good.
 const SAME_PLACE: f64 = 0.95;
+/// Share from which on an effect may be one of several causes.
+const PARTLY: f64 = 0.3;
 /// Part of the gap that is closed below which readings contradict what was named.
 const BORNE_OUT: f64 = 0.25;
 
@@ -105,7 +107,20 @@ fn effects(diagnosis: &Diagnosis) -> String {
         text.push_str(&alike(&one.aliases));
         let which = if one.aliases.is_empty() { "this effect" } else { "one of these" };
         let probability = percent(one.probability);
-        text.push_str(&format!("  Probability that {which} is the cause: {probability}.\n"));
+        let is_last =
+            diagnosis.effects.last().is_some_and(|last| last.candidate.name == candidate.name);
+        if is_last && diagnosis.verdict == Verdict::Explained {
+            text.push_str(&format!("  Probability that {which} is the cause: {probability}.\n"));
+            if one.probability < 0.5 {
+                text.push_str(
+                    "  The rest is that of other effects, of chance and of what nobody wrote down.\n",
+                );
+            }
+        } else {
+            text.push_str(&format!(
+                "  Probability that it is {which}, of all effects of the library: {probability}.\n"
+            ));
+        }
         if one.evidence() == "prior" {
             text.push_str("  Its evidence lies in stated values that the readings contradict.\n");
         }
@@ -188,6 +203,11 @@ fn unexplained(diagnosis: &Diagnosis) -> String {
             format!("\nThe nearest effect, `{}`, explains {share:.0} % of it.\n", nearest.name)
         };
         text.push_str(&share);
+        if let Some(place) = beside(diagnosis, nearest) {
+            text.push_str(&format!(
+                "If it is a cause, then beside another, which looks like {place}.\n"
+            ));
+        }
     }
     let mut rows = table(&["rms", "of the residuals", "noise alone"]);
     for (name, rms) in &diagnosis.nominal.rms {
@@ -215,6 +235,15 @@ fn untried(diagnosis: &Diagnosis) -> String {
         "\nNot tried, for want of a constant that `--set NAME=VALUE` or [parameters] states: {}.\n",
         wanting.join(", ")
     )
+}
+
+/// What is left beside the nearest effect where it was tried first, and something else is there as well.
+fn beside(diagnosis: &Diagnosis, nearest: &Ranked) -> Option<String> {
+    let search = diagnosis.search.as_ref()?;
+    let is_first = search.adopted.first()?.candidate.name == nearest.name;
+    let is_open = matches!(diagnosis.why, Some((Why::NoneFits, _))) && nearest.share >= PARTLY;
+    let left = (is_first && is_open).then(|| locations(&search.stages[1]))?;
+    Some(left.first()?.place.words.clone())
 }
 
 fn places(diagnosis: &Diagnosis) -> String {

@@ -87,16 +87,17 @@ pub fn measured(amount: f64, sigma: f64, declared: &Unit) -> String {
     with_symbol(pair, &symbol)
 }
 
-/// The unit in which a size is read: a small one in µrad for rad, µm/h for m/s, µs/(rad/s) for s/(rad/s),
+/// The unit in which a size is read: a small one in µrad for rad, µm/h for m/s and µrad/m/h for rad/m/s, µs/(rad/s) for s/(rad/s),
 /// others as declared.
 pub fn unit_for(size: f64, declared: &Unit) -> Unit {
     let symbol = declared.symbol.as_str();
-    let rate = matches!(symbol, "1/s" | "m/s" | "rad/s");
+    let base = symbol.strip_suffix("/s").filter(|base| !base.ends_with("/s"));
+    let rate = base.is_some_and(|base| base == "1" || takes_prefix(base));
     let size = (size / declared.factor).abs();
     if size >= 1e-3 || size == 0.0 || !size.is_finite() {
         return declared.clone();
     }
-    let symbol = match symbol.trim_end_matches("/s") {
+    let symbol = match base.filter(|_| rate).unwrap_or(symbol) {
         "1" if rate && size < SLOW => "ppm/h".to_owned(),
         "1" if rate => "ppm/s".to_owned(),
         "1" => "ppm".to_owned(),
@@ -171,6 +172,8 @@ mod tests {
         assert_eq!(shown(4e-6, 2e-7, "s^2"), "0.00000400 ± 0.00000020 s^2");
         assert_eq!(shown(2e-9, 1e-10, "rad/s"), "7.20 ± 0.36 µrad/h");
         assert_eq!(shown(2e-5, 1e-6, "m/s"), "20.0 ± 1.0 µm/s");
+        assert_eq!(shown(-7e-12, 2.2e-11, "rad/m/s"), "-0.025 ± 0.079 µrad/m/h");
+        assert_eq!(shown(2e-5, 1e-6, "rad/m"), "20.0 ± 1.0 µrad/m");
         assert_eq!(shown(3e-9, 5e-10, "1/s"), "10.8 ± 1.8 ppm/h");
         assert_eq!(shown(-4e-5, 2e-6, "1/s"), "-40.0 ± 2.0 ppm/s");
         assert_eq!(shown(-4e-5, 2e-6, "1"), "-40.0 ± 2.0 ppm");

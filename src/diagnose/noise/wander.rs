@@ -1,8 +1,8 @@
 //! Random walks, tested in the variance.
 //!
 //! A walk `W` over a time `T` is a sum of sines with independent coefficients (Karhunen and Loève):
-//! `W(t) = σ Σ ξ_k √(2 T) / ((k - ½) π) sin((k - ½) π t / T)`. The first `TERMS` of every run, and where
-//! the walk has come to when the run begins, are columns like those of an effect.
+//! `W(t) = σ Σ ξ_k √(2 T) / ((k - ½) π) sin((k - ½) π t / T)`. The first sines of every run, and where
+//! the walk has come to when the run begins, are columns like those of an effect; of few runs there are more.
 //!
 //! | file | answers |
 //! |---|---|
@@ -13,12 +13,13 @@
 //! | [`displaced`] | whether the rig was displaced between runs instead |
 //!
 //! A walk looks like structure over time and runs, and structure like a walk: significant structure is
-//! taken off first as long as it and what it leaves of the walk are far likelier than the walk alone.
+//! taken off first as long as it and what it leaves of the walk are clearly likelier than the walk alone.
 //! What is accepted joins the model as those columns with a prior each, so that everything that comes
 //! later is judged against it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use course::{Column, Course, Times};
@@ -47,8 +48,12 @@ pub(super) mod sequence;
 mod variance;
 mod wandering;
 
-/// Sines of each run: 93 % of a walk's variance.
-const TERMS: u8 = 3;
+/// Sines of each run, of all runs together if these are few: 93 % of a walk's variance, and 98 % of one that goes on
+/// in few long runs.
+const TERMS: RangeInclusive<usize> = 3..=12;
+const OF_ALL: usize = 48;
+/// Structure that is not so many times likelier than a walk is one, or cannot be told from it.
+const CLEARLY: f64 = 10.0;
 
 /// A walk that was found.
 pub(super) struct Found {
@@ -70,7 +75,9 @@ pub(super) fn walk(stage: &Stage, level: f64) -> Option<Found> {
 
 fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
     let fitted = &stage.fitted;
-    let times = Times::of(&fitted.problem, TERMS);
+    let runs = fitted.problem.run_names().len();
+    let terms = (OF_ALL / runs.max(1)).clamp(*TERMS.start(), *TERMS.end());
+    let times = Times::of(&fitted.problem, u8::try_from(terms).unwrap_or(u8::MAX));
     let anywhere = select(candidate, &times, Course::Anywhere, None)?;
     let structures = stage.structures_beside_noise();
     let others = stage.readings_over_runs().into_iter().filter(|one| !structures.contains(one));
@@ -92,7 +99,7 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
     };
     // Structure over time follows displacements, too, but not as well.
     let mut found = wandering.beyond(&wandering.evidence.together(&[]))?;
-    let (mut jumps, mut known) = (displaced(&[], found.likelihood), 0);
+    let (mut jumps, mut known, mut rival) = (displaced(&[], found.likelihood), 0, None);
     if jumps.is_none() {
         // What nobody wrote down must be far likelier, the choice among all of it paid for.
         let unknown = FURTHER.ln() + ((stage.candidates.len() - stage.effects) as f64).ln();
@@ -101,7 +108,7 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
             None => 0.0,
         };
         let prices: Vec<f64> = structures.iter().map(price).collect();
-        (found, known) = beside_structure(&wandering, found, &prices)?;
+        (found, known, rival) = beside_structure(&wandering, found, &prices)?;
     }
     if found.walk.ln_p() > level {
         return None;
@@ -117,6 +124,10 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
     let own = Entry::of(wandering.own.clone());
     let taken: Vec<&Entry> = entries[..known].iter().chain([&own]).collect();
     let rest = wandering.evidence.together(&taken);
+    let named = |rival: usize| {
+        let number = *structures.get(rival)?;
+        (number < stage.effects).then(|| stage.candidates[number].name.clone())
+    };
     let (problem, point) = (&fitted.problem, &fitted.fit.point);
     let rest = sequences(problem, &wandering.evidence.left(problem, point, &rest, usize::MAX));
     let effect = NoiseEffect {
@@ -128,7 +139,7 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
         unit: parameter.unit.clone(),
         value: sigma,
         sigma: if sigma > 0.0 { spread / (2.0 * sigma) } else { 0.0 },
-        aliases: Vec::new(),
+        aliases: rival.into_iter().filter_map(named).collect(),
         memory: None,
         ln_p: walk.ln_p(),
     };
@@ -136,13 +147,14 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
     Some(Found { effect, likelihood, displaced: jumps })
 }
 
-/// Takes structure off as long as it, its price paid, and what is left of the walk are likelier than the walk
-/// alone: what is left then, and how many structures are known. `None` where nothing of the walk is left.
+/// Takes structure off as long as it, its price paid, and what is left of the walk are clearly likelier than the walk
+/// alone: what is left then, how many structures are known, and which one the walk cannot be told from, if there is
+/// one. `None` where nothing of the walk is left.
 fn beside_structure(
     wandering: &Wandering,
     mut found: Likeliest,
     prices: &[f64],
-) -> Option<(Likeliest, usize)> {
+) -> Option<(Likeliest, usize, Option<usize>)> {
     let evidence = &wandering.evidence;
     let together =
         |count: usize| evidence.together(&evidence.entries[..count].iter().collect::<Vec<_>>());
@@ -150,13 +162,15 @@ fn beside_structure(
         let (gain, degrees) = evidence.beyond(&together(known), next);
         let structure = likelihood_of_gain(gain, degrees) - price;
         let rest = wandering.beyond(&together(known + 1));
-        if found.likelihood > structure + rest.as_ref().map_or(0.0, |rest| rest.likelihood.max(0.0))
-        {
-            return Some((found, known));
+        let left = rest.as_ref().map_or(0.0, |rest| rest.likelihood.max(0.0));
+        let likelier = structure + left - found.likelihood;
+        if likelier < CLEARLY.ln() {
+            let rival = (likelier > -CLEARLY.ln()).then_some(known);
+            return Some((found, known, rival));
         }
         found = rest?;
     }
-    Some((found, prices.len()))
+    Some((found, prices.len(), None))
 }
 
 /// What is offered to the campaigns' models.
