@@ -55,6 +55,7 @@ use search::{Adopted, Search, search};
 use stage::Stage;
 use verdict::alone::without_alone;
 use verdict::hidden::{Hidden, hidden};
+use verdict::moment::{Changed, changed};
 use verdict::ringing::ringing;
 use verdict::silent::{Absorbed, silent};
 use verdict::{Answer, Verdict, Why};
@@ -101,6 +102,8 @@ pub struct Diagnosis {
     pub contradicted: Vec<Contradicted>,
     /// What rings in what the named effects leave.
     pub rings: Option<Location>,
+    /// What changed in the course of a run, if that is all that is there; each of them does for it.
+    pub changes: Vec<Location>,
     /// The search, for those who want to know more; `None` where there was none.
     pub search: Option<Search>,
 }
@@ -140,10 +143,14 @@ pub fn diagnose(
     let Some(mut search) = search(fitted.clone(), aside, &wanted, options)? else {
         return Ok(diagnosis);
     };
-    if let Some((nominal, found)) = without_alone(&search, &fitted, aside, &wanted, options)? {
-        (diagnosis.nominal, search) = (nominal, found);
+    if let Some(changed) = changed(&search, &fitted, aside, &wanted, options)? {
+        search = diagnosis.name_no_effect(changed, search);
+    } else {
+        if let Some((nominal, found)) = without_alone(&search, &fitted, aside, &wanted, options)? {
+            (diagnosis.nominal, search) = (nominal, found);
+        }
+        diagnosis.decide(&search, options)?;
     }
-    diagnosis.decide(&search, options)?;
     diagnosis.list(&search, never_off);
     diagnosis.locate(&search);
     if let Some(first) = search.stages.first()
@@ -184,6 +191,7 @@ impl Diagnosis {
             delays: Vec::new(),
             contradicted: Vec::new(),
             rings: None,
+            changes: Vec::new(),
             search: None,
         }
     }
@@ -201,6 +209,20 @@ impl Diagnosis {
             contradicted: vec![contradicted],
             ..Self::unobservable(whole, Vec::new())
         }
+    }
+
+    /// The verdict where something changed in the course of a run, and the search that belongs to it: what was found
+    /// without it, in the noise above all, is no more than that.
+    fn name_no_effect(&mut self, changed: Changed, search: Search) -> Search {
+        let Changed { places, effects, stage, nominal } = changed;
+        let is_alone = effects.is_empty();
+        self.verdict = Verdict::Unknown;
+        self.why = Some((Why::Changed, effects));
+        self.changes = places;
+        if let Some(nominal) = nominal {
+            self.nominal = nominal;
+        }
+        if is_alone { Search { stages: vec![stage], adopted: Vec::new() } } else { search }
     }
 
     /// The verdict with what it names, which must stand on readings that it was not fitted to, and beside what is
@@ -281,6 +303,9 @@ impl Diagnosis {
         if self.verdict == Verdict::Unknown {
             self.locations.splice(..0, self.rings.clone());
         }
+        if !self.changes.is_empty() {
+            self.locations.clone_from(&self.changes);
+        }
     }
 
     /// Whether something is off in a few runs.
@@ -310,13 +335,17 @@ impl Diagnosis {
             self.nearest = None;
             has_shares &= !is_clear(search.stages.first());
         }
-        if self.rings.is_some() {
+        let is_beside = !self.changes.is_empty() && is_clear(search.stages.first());
+        if self.rings.is_some() || is_beside {
             self.nearest = None;
             has_shares = false;
         }
-        if !has_shares {
-            for one in &mut self.candidates {
-                (one.share, one.probability) = (0.0, 0.0);
+        for one in &mut self.candidates {
+            if !has_shares {
+                one.share = 0.0;
+            }
+            if !has_shares || !self.changes.is_empty() {
+                one.probability = 0.0;
             }
         }
     }

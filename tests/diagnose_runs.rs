@@ -80,12 +80,33 @@ fn a_step_within_a_run() {
         assert!(off(rows[0], start) <= 2, "{place}");
         assert_eq!(rows.len(), if end < 119 { 2 } else { 1 }, "{place}");
         assert!(rows.get(1).is_none_or(|last| off(*last, end - 1) <= 2), "{place}");
-        assert!(
-            text.contains(&format!("All 119 readings of `{measurand}` in run `{name}`")),
-            "{text}"
-        );
+        // Those rows are left out, and nothing else is.
+        let noise = &found.search.as_ref().unwrap().stages[0].noise_found;
+        assert!(noise.left_out.readings.is_empty() && noise.left_out.runs.is_empty(), "{text}");
+        let [out] = &noise.left_out.stretches[..] else { unreachable!("{text}") };
+        let last = rows.get(1).copied().unwrap_or(120);
+        assert_eq!((&out.run[..], &out.measurand[..]), (name, measurand));
+        assert_eq!((out.rows, out.readings), ((rows[0], last), last + 1 - rows[0]));
+        let listed = format!("`{measurand}` in rows {} to {last} of run `{name}`\n", rows[0]);
+        assert!(text.contains(&listed), "{text}");
         assert!(!text.contains("has a memory") && !text.contains("wild"), "{text}");
         assert!(farthest(&found, &clean) < 1.0, "{name}: {}", farthest(&found, &clean));
+        // The delays are told with what is off and without it.
+        let own = found.nominal.estimates();
+        assert_eq!(found.delays.len(), 3, "{text}");
+        for one in &found.delays {
+            let own = own.iter().find(|own| own.name == one.name).unwrap();
+            let apart = |value: f64| (value - own.value.unwrap()).abs() / own.sigma.unwrap();
+            assert!(apart(one.without) < 0.1, "{}: {}", one.name, apart(one.without));
+            let is_own = one.name == format!("{measurand}.delay");
+            eprintln!(
+                "{name} {} with {} without {}",
+                one.name,
+                apart(one.with),
+                apart(one.without)
+            );
+            assert!(!is_own || apart(one.with) > 0.01, "{}: {}", one.name, apart(one.with));
+        }
     }
 }
 

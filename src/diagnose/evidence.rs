@@ -12,6 +12,7 @@
 //! |---|---|
 //! | `nominal` | what the nominal parameters can follow |
 //! | `columns` | which column is which value of which candidate |
+//! | `pieces` | the same with runs cut into pieces |
 //! | [`mod@basis`] | what two sets of columns have in common |
 //! | [`mod@scan`], `sampling` | which member of a family explains most, at which members it is looked for |
 //! | [`score`], [`tail`] | how unlikely an explanation is by chance |
@@ -21,12 +22,14 @@ pub mod basis;
 pub(super) mod columns;
 pub mod detection;
 pub(super) mod nominal;
+pub(super) mod pieces;
 pub(super) mod sampling;
 pub mod scan;
 pub mod score;
 pub mod tail;
 pub mod thresholds;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -245,22 +248,35 @@ impl Evidence {
     /// The columns of a candidate that are wanted, those of a parameter in several runs as one: it
     /// has the same value in all of them. `wanted` sees whose value a column is, and its run.
     pub fn tied(&self, own: &Projected, wanted: impl Fn(&Owner, usize) -> bool) -> Entry {
-        self.tied_of((&own.owners, &own.columns), wanted)
+        self.tied_of(&own.owners, &own.columns, |owner, column| {
+            column.at.iter().copied().filter(|(run, _)| wanted(owner, *run)).collect()
+        })
     }
 
     /// The same of an entry, in the runs that are wanted.
     pub fn tied_over(&self, own: &Entry, wanted: impl Fn(usize) -> bool) -> Entry {
-        self.tied_of((&own.owners, &own.columns), |_, run| wanted(run))
+        self.tied_of(&own.owners, &own.columns, |_, column| {
+            column.at.iter().copied().filter(|(run, _)| wanted(*run)).collect()
+        })
+    }
+
+    /// The same in ranges of runs.
+    fn tied_within(&self, own: &Entry, wanted: &[Range<usize>]) -> Entry {
+        self.tied_of(&own.owners, &own.columns, |_, column| column.within(wanted))
     }
 
     fn tied_of(
         &self,
-        (owners, columns): (&[Owner], &[Column]),
-        wanted: impl Fn(&Owner, usize) -> bool,
+        owners: &[Owner],
+        columns: &[Column],
+        wanted: impl Fn(&Owner, &Column) -> Vec<(usize, usize)>,
     ) -> Entry {
         let mut tied: Vec<(Owner, Column)> = Vec::new();
         for (owner, column) in owners.iter().zip(columns) {
-            let at = column.at.iter().copied().filter(|(run, _)| wanted(owner, *run));
+            let at = wanted(owner, column);
+            if at.is_empty() {
+                continue;
+            }
             let same = tied.iter_mut().find(|(known, _)| {
                 (&known.parameter, known.component) == (&owner.parameter, owner.component)
             });
@@ -268,11 +284,11 @@ impl Evidence {
                 Some((_, known)) => known.at.extend(at),
                 None => {
                     let owner = Owner { of: None, ..owner.clone() };
-                    tied.push((owner, Column { at: at.collect(), typical: column.typical }))
+                    tied.push((owner, Column { at, typical: column.typical }));
                 }
             }
         }
-        tied.retain(|(_, column)| !column.at.is_empty());
+        tied.iter_mut().for_each(|(_, column)| column.at.sort_unstable());
         let (owners, columns) = tied.into_iter().unzip();
         self.entry(owners, columns)
     }
@@ -287,27 +303,43 @@ impl Evidence {
         entry: &Entry,
         length: usize,
     ) -> Vec<Left> {
-        let values = entry.values();
-        let nominal = self.nominal_step(entry);
-        let mut left = Vec::new();
-        for (part, signatures) in self.signatures.iter().enumerate() {
-            let steps: Vec<Vec<f64>> = (0..problem.parts[part].runs.len())
-                .map(|run| {
-                    let run = problem.run_index(part, run);
-                    let touched = &self.touched[run];
-                    let mut step: Vec<f64> = touched.iter().map(|c| nominal[*c]).collect();
-                    step.resize(touched.len() + signatures.columns.len(), 0.0);
-                    for (column, value) in entry.columns.iter().zip(values.iter()) {
-                        for (_, index) in column.at.iter().filter(|(other, _)| *other == run) {
-                            step[touched.len() + index] += value;
-                        }
-                    }
-                    step
-                })
-                .collect();
-            left.extend(problem.left(signatures, point, &steps, length));
+        self.left_by(problem, point, &self.steps(entry), length)
+    }
+
+    /// The same with a step for each run.
+    fn left_by(
+        &self,
+        problem: &Problem,
+        point: &Point,
+        steps: &[Vec<f64>],
+        length: usize,
+    ) -> Vec<Left> {
+        let parts = self.signatures.iter().enumerate();
+        let of_part = |(part, signatures): (usize, &Signatures)| {
+            let first = problem.run_index(part, 0);
+            let steps = &steps[first..first + problem.parts[part].runs.len()];
+            problem.left(signatures, point, steps, length)
+        };
+        parts.flat_map(of_part).collect()
+    }
+
+    /// For each run, or piece of one, an entry's best values and the nominal parameters that go with them, one for
+    /// each column of its sums.
+    fn steps(&self, entry: &Entry) -> Vec<Vec<f64>> {
+        let (values, nominal) = (entry.values(), self.nominal_step(entry));
+        let sums = self.runs.iter().zip(&self.touched);
+        let nominal = |(sums, touched): (&RunGram, &Vec<usize>)| {
+            let mut step: Vec<f64> = touched.iter().map(|column| nominal[*column]).collect();
+            step.resize(sums.gram.nrows() - 1, 0.0);
+            step
+        };
+        let mut steps: Vec<Vec<f64>> = sums.map(nominal).collect();
+        for (column, value) in entry.columns.iter().zip(values.iter()) {
+            for (run, index) in &column.at {
+                steps[*run][self.touched[*run].len() + index] += value;
+            }
         }
-        left
+        steps
     }
 
     /// How much more an entry's score scatters from stretch to stretch than the noise model says: 1 if
@@ -353,11 +385,9 @@ impl Evidence {
     fn products(&self, left: &[Column], right: &[Column]) -> DMatrix<f64> {
         DMatrix::from_fn(left.len(), right.len(), |i, j| {
             let mut sum = 0.0;
-            for (run, a) in &left[i].at {
-                if let Some((_, b)) = right[j].at.iter().find(|(other, _)| other == run) {
-                    let first = self.touched[*run].len();
-                    sum += self.runs[*run].gram[(first + a, first + b)];
-                }
+            for (run, a, b) in left[i].beside(&right[j]) {
+                let first = self.touched[run].len();
+                sum += self.runs[run].gram[(first + a, first + b)];
             }
             sum
         })

@@ -150,9 +150,9 @@ pub struct Reading {
     pub code: Option<f64>,
 }
 
-/// A run of which all readings of a measurand are left out, for it is wrong there.
+/// A run, or a stretch of it, of which all readings of a measurand are left out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WholeRun {
+pub struct Stretch {
     /// Name of the run.
     pub run: String,
     /// The measurand.
@@ -173,19 +173,22 @@ pub struct LeftOut {
     /// Single readings.
     pub readings: Vec<Reading>,
     /// Runs that are wrong as wholes.
-    pub runs: Vec<WholeRun>,
+    pub runs: Vec<Stretch>,
+    /// What is on one side of a moment at which something changed.
+    pub stretches: Vec<Stretch>,
 }
 
 impl LeftOut {
     /// Whether it is nothing.
     pub fn is_empty(&self) -> bool {
-        self.readings.is_empty() && self.runs.is_empty()
+        self.readings.is_empty() && self.runs.is_empty() && self.stretches.is_empty()
     }
 
     /// Adds what is left out later.
     pub fn extend(&mut self, later: Self) {
         self.readings.extend(later.readings);
         self.runs.extend(later.runs);
+        self.stretches.extend(later.stretches);
     }
 }
 

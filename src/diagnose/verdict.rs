@@ -4,11 +4,13 @@
 //! |---|---|
 //! | [`mod@silent`] | what shows in no reading, and why |
 //! | [`mod@hidden`] | what could still hide |
+//! | `moment` | what changes in the course of a run |
 //! | `ringing` | what oscillates in what is left, and is no steady wave |
 //! | `alone` | the same without the readings of a few runs that are off there alone |
 
 pub(super) mod alone;
 pub mod hidden;
+pub(super) mod moment;
 pub(super) mod ringing;
 pub mod silent;
 
@@ -76,6 +78,8 @@ pub enum Why {
     RunsApart,
     /// The rig was displaced between runs, or a reading counts anew from some run on.
     Displaced,
+    /// Something changed in the course of a run.
+    Changed,
 }
 
 impl Why {
@@ -89,6 +93,7 @@ impl Why {
             Self::NotBorneOut => "not_borne_out",
             Self::RunsApart => "runs_apart",
             Self::Displaced => "displaced",
+            Self::Changed => "changed",
         }
     }
 }

@@ -93,7 +93,8 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
             "code": number(one.code),
         })
     });
-    let runs = out.into_iter().flat_map(|out| &out.runs).map(|one| {
+    let stretches = out.into_iter().flat_map(|out| out.runs.iter().chain(&out.stretches));
+    let runs = stretches.map(|one| {
         json!({
             "run": one.run,
             "measurand": one.measurand,

@@ -366,7 +366,7 @@ fn unnamed(diagnosis: &Diagnosis) -> String {
     let verb = |one: &'static str, more: &'static str| if several { more } else { one };
     match why {
         Why::NoneFits => "There is a gap that no effect of the library explains.".to_owned(),
-        Why::Displaced | Why::RunsApart => {
+        Why::Displaced | Why::RunsApart | Why::Changed => {
             let beside = match effects {
                 [] => String::new(),
                 _ => format!(" Beside it {names} {}.", verb("shows", "show")),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::found::{LeftOut, Level, Lost, Noise, NoiseEffect, Reading};
+use crate::diagnose::found::{LeftOut, Level, Lost, Noise, NoiseEffect, Reading, Stretch};
 use crate::engine::layout::qualified;
 use crate::graph::names::MeasurandKind;
 use crate::report::diagnosis::{last_noise, last_stage};
@@ -114,6 +114,7 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
             "{part} readings of `{measurand}` in run `{run}` are left out: look at its file (units, setup, clock, a step).\n"
         ));
     }
+    text.push_str(&stretches_left_out(&found.left_out));
     let second = Unit::coherent(Dimension::TIME);
     let mut rows = table(&["nominal delay", "with all readings", "without those left out"]);
     for one in &diagnosis.delays {
@@ -193,6 +194,32 @@ fn runs_left_out(diagnosis: &Diagnosis, left_out: &LeftOut) -> Vec<RunLeftOut> {
         }
     }
     all
+}
+
+/// What is left out on one side of a moment at which something changed, rows of several measurands together.
+fn stretches_left_out(left_out: &LeftOut) -> String {
+    let mut of_rows: Vec<(&str, (usize, usize), Vec<String>)> = Vec::new();
+    for Stretch { run, rows, measurand, .. } in &left_out.stretches {
+        let measurand = format!("`{measurand}`");
+        match of_rows.iter_mut().find(|known| (known.0, known.1) == (run.as_str(), *rows)) {
+            Some(known) => known.2.push(measurand),
+            None => of_rows.push((run, *rows, vec![measurand])),
+        }
+    }
+    if of_rows.is_empty() {
+        return String::new();
+    }
+    let count: usize = left_out.stretches.iter().map(|one| one.readings).sum();
+    let mut text = format!(
+        "{count} readings are left out, for something changed between them and the others:"
+    );
+    let shown = if of_rows.len() <= SHOWN + 1 { of_rows.len() } else { SHOWN };
+    for (run, (first, last), measurands) in &of_rows[..shown] {
+        let measurands = measurands.join(" and ");
+        text.push_str(&format!("\n  {measurands} in rows {first} to {last} of run `{run}`"));
+    }
+    text.push_str(if of_rows.len() > shown { "\n  ... all with `--format json`\n" } else { "\n" });
+    text
 }
 
 /// What an effect cannot be told from.

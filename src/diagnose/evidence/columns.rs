@@ -1,6 +1,8 @@
 //! The columns that candidates have in the sums, and whose values they are: one for each value that a
 //! parameter has over its scope.
 
+use std::ops::Range;
+
 use crate::engine::Problem;
 use crate::engine::layout::qualified;
 use crate::engine::signatures::Signature;
@@ -9,10 +11,34 @@ use crate::graph::Scope;
 /// One column: where its signature stands in the sums of which runs.
 #[derive(Clone, Debug)]
 pub(super) struct Column {
-    /// Run and index among its signatures.
+    /// Run and index among its signatures, by ascending run.
     pub(super) at: Vec<(usize, usize)>,
     /// The magnitude that its value usually has, where that is known.
     pub(super) typical: Option<f64>,
+}
+
+impl Column {
+    /// Where it stands in ranges of runs.
+    pub(super) fn within(&self, runs: &[Range<usize>]) -> Vec<(usize, usize)> {
+        let before = |run: usize| self.at.partition_point(|(own, _)| *own < run);
+        runs.iter()
+            .flat_map(|runs| &self.at[before(runs.start)..before(runs.end)])
+            .copied()
+            .collect()
+    }
+
+    /// The runs in which two columns act, with where each stands there.
+    pub(super) fn beside<'a>(
+        &'a self,
+        other: &'a Self,
+    ) -> impl Iterator<Item = (usize, usize, usize)> + 'a {
+        let mut rest = &other.at[..];
+        self.at.iter().filter_map(move |(run, own)| {
+            rest = &rest[rest.partition_point(|(known, _)| known < run)..];
+            let (_, other) = rest.first().filter(|(known, _)| known == run)?;
+            Some((*run, *own, *other))
+        })
+    }
 }
 
 /// Some columns and whose values they are.

@@ -76,7 +76,7 @@ pub(in crate::diagnose) fn without_codes(
         at.ok().map(|at| codes[at].1)
     };
     let readings = told(problem, &seen, &far, code);
-    Ok((rest, LeftOut { readings, runs: Vec::new() }))
+    Ok((rest, LeftOut { readings, ..LeftOut::default() }))
 }
 
 /// Whether a fit may be spoilt: it does not settle, leaves far too much or some reading far beyond the others, or has

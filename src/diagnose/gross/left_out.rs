@@ -1,12 +1,13 @@
 //! Readings that are left out, and how they are told: single ones by row, once for all components, with how far out
-//! they were; those of a measurand in a run that is wrong as a whole by their number.
+//! they were; those of a measurand in a run, or a stretch of it, that is wrong as a whole by their number.
 //!
-//! Which ones those are is judged elsewhere ([`super::wild`], `codes`, `spikes`, `alone`).
+//! Which ones those are is judged elsewhere ([`super::wild`], `codes`, `spikes`, `alone`, `moment`).
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::sync::Arc;
 
-use crate::diagnose::found::{LeftOut, Reading, WholeRun};
+use crate::diagnose::found::{LeftOut, Reading, Stretch};
 use crate::diagnose::library::structure::Place;
 use crate::diagnose::sequences::{OfRun, Sequence, median};
 use crate::engine::Problem;
@@ -15,11 +16,14 @@ use crate::engine::layout::qualified;
 /// Samples and residuals of readings of a sequence, by run.
 pub(super) type Far = Vec<Vec<(usize, f64)>>;
 
+/// Some samples of a measurand in a run.
+pub(in crate::diagnose) type OfSamples = (OfRun, Range<usize>);
+
 /// Leaves readings of sequences out and lists them.
 pub(super) fn readings_out(problem: &mut Problem, all: &[Sequence], far: &[Far]) -> LeftOut {
     let readings = told(problem, all, far, |_, _, _| None);
     all.iter().zip(far).for_each(|(one, far)| leave_out(problem, one, far));
-    LeftOut { readings, runs: Vec::new() }
+    LeftOut { readings, ..LeftOut::default() }
 }
 
 /// Leaves all readings of measurands in some runs out and lists them; `place` says where each is off.
@@ -29,10 +33,10 @@ pub(in crate::diagnose) fn runs_out(
     off: &BTreeSet<OfRun>,
     place: impl Fn(&Problem, OfRun) -> Place,
 ) -> LeftOut {
-    let told = |one: &OfRun| whole_run(problem, all, *one, place(problem, *one));
+    let told = |one: &OfRun| stretch(problem, all, &whole(problem, *one), place(problem, *one));
     let runs = off.iter().filter_map(told).collect();
-    leave_runs_out(problem, all, off);
-    LeftOut { readings: Vec::new(), runs }
+    leave_runs_out(problem, off);
+    LeftOut { runs, ..LeftOut::default() }
 }
 
 /// Leaves readings of a sequence out.
@@ -47,20 +51,22 @@ pub(super) fn leave_out(problem: &mut Problem, one: &Sequence, far: &Far) {
 }
 
 /// Leaves all readings of measurands in some runs out.
-pub(in crate::diagnose) fn leave_runs_out(
-    problem: &mut Problem,
-    all: &[Sequence],
-    off: &BTreeSet<OfRun>,
-) {
-    for one in all {
+pub(in crate::diagnose) fn leave_runs_out(problem: &mut Problem, off: &BTreeSet<OfRun>) {
+    let off: Vec<OfSamples> = off.iter().map(|one| whole(problem, *one)).collect();
+    leave_samples_out(problem, &off);
+}
+
+/// Leaves readings of measurands in some samples of runs out.
+pub(in crate::diagnose) fn leave_samples_out(problem: &mut Problem, off: &[OfSamples]) {
+    for (one, samples) in off {
         let part = &mut problem.parts[one.part];
         let columns = part.slots()[one.measurand].columns();
-        for (number, run) in part.runs.iter_mut().enumerate() {
-            if one.is_among(off, number) {
-                run.record.leave_out([(0..run.record.len(), columns.clone())]);
-            }
-        }
+        part.runs[one.run].record.leave_out([(samples.clone(), columns)]);
     }
+}
+
+fn whole(problem: &Problem, one: OfRun) -> OfSamples {
+    (one, 0..problem.parts[one.part].runs[one.run].record.len())
 }
 
 /// Readings of sequences as they are told, each once; `code` says which code stands in a sample of a run.
@@ -94,25 +100,36 @@ pub(super) fn told(
     readings
 }
 
-/// A measurand in a run of which all readings are left out, as it is told; `None` where none are there.
-fn whole_run(problem: &Problem, all: &[Sequence], off: OfRun, place: Place) -> Option<WholeRun> {
+/// Samples of a measurand in a run of which all readings are left out, as they are told; `None` where no readings are
+/// there.
+pub(in crate::diagnose) fn stretch(
+    problem: &Problem,
+    all: &[Sequence],
+    (off, samples): &OfSamples,
+    place: Place,
+) -> Option<Stretch> {
     let is_own = |one: &&Sequence| (one.part, one.measurand) == (off.part, off.measurand);
     let part = &problem.parts[off.part];
     let run = &part.runs[off.run];
     let (run_name, measurand) = off.names(problem);
+    let readings = |one: &Sequence| {
+        let mut own = one.readings(off.run);
+        own.retain(|(sample, _)| samples.contains(sample));
+        own
+    };
     let size = |one: &Sequence| {
-        let mut sizes: Vec<f64> = one.readings(off.run).iter().map(|one| one.1.abs()).collect();
+        let mut sizes: Vec<f64> = readings(one).iter().map(|one| one.1.abs()).collect();
         Some(median(&mut sizes)? / one.deviation().filter(|deviation| *deviation > 0.0)?)
     };
     let own: Vec<&Sequence> = all.iter().filter(is_own).collect();
-    let samples: Vec<(usize, f64)> = own.first()?.readings(off.run);
-    let ends = [samples.first()?.0, samples.last()?.0];
+    let there: Vec<(usize, f64)> = readings(own.first()?);
+    let ends = [there.first()?.0, there.last()?.0];
     let rows = run.record.rows(&ends);
-    Some(WholeRun {
+    Some(Stretch {
         place,
         run: run_name,
         measurand,
-        readings: samples.len(),
+        readings: there.len(),
         rows: (*rows.first()?, *rows.last()?),
         deviations: own.iter().filter_map(|one| size(one)).fold(0.0, f64::max),
     })

@@ -22,7 +22,7 @@ const STEPS: usize = 12;
 const TRIMMED: f64 = 0.25;
 const MOST: f64 = 0.15;
 /// More next to each other, beyond this part of what is gross, are no wild readings,
-const NEIGHBOURS: usize = 5;
+pub(in crate::diagnose) const NEIGHBOURS: usize = 5;
 const FOOT: f64 = 0.25;
 /// but for one burst in a run, of at most one in so many of its readings, of which this part is gross.
 const BURST: usize = 4;

@@ -14,7 +14,7 @@ use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::system::Selected;
 
 use super::candidates::{Candidate, Offer, Wanted, offer};
-use super::structure::blocks;
+use super::structure::{blocks, changes};
 
 /// Models with certain effects that are kept at most: those used last. Each takes some 50 MB.
 const MOST_MODELS: usize = 8;
@@ -35,6 +35,8 @@ pub struct Made {
     pub offer: Offer,
     /// Blocks of unknown structure.
     pub blocks: Vec<Candidate>,
+    /// Blocks that say what may change from run to run.
+    pub(in crate::diagnose) changes: Vec<Candidate>,
     signatures: Mutex<HashMap<String, Arc<Vec<Signatures>>>>,
 }
 
@@ -48,6 +50,7 @@ impl Catalogue {
         let made = Arc::new(Made {
             offer: offer(recipes, &Wanted::default()),
             blocks: blocks(recipes),
+            changes: changes(recipes),
             signatures: Mutex::default(),
         });
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);

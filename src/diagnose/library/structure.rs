@@ -17,7 +17,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use covariate::{
-    CIRCLE_ORDERS, Covariate, few_move, of_motion, of_the_head, of_the_rig, over_time,
+    CIRCLE_ORDERS, Covariate, few_move, of_motion, of_the_head, of_the_rig, over_runs, over_time,
     scale_over_campaign,
 };
 
@@ -30,6 +30,7 @@ use crate::system::Selected;
 use crate::units::{Dimension, Unit};
 
 use super::candidates::{Candidate, join};
+use place::{ALL_READINGS, TIME_OF};
 pub use place::{Of, Place};
 
 mod covariate;
@@ -45,6 +46,23 @@ const POSITION: &str = "position";
 
 /// The blocks of the campaigns' models.
 pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
+    offered(recipes, effects)
+}
+
+/// Those that say what may change from run to run, and the place of the rig.
+pub(super) fn changes(recipes: &[Recipe]) -> Vec<Candidate> {
+    offered(recipes, |model| {
+        let mut all = effects(model);
+        all.retain(|(_, place)| place.is_of_runs());
+        rig(model, [over_runs()], &mut all);
+        all
+    })
+}
+
+fn offered(
+    recipes: &[Recipe],
+    effects: impl Fn(&Model) -> Vec<(Arc<Effect>, Place)>,
+) -> Vec<Candidate> {
     let mut found: Vec<Candidate> = Vec::new();
     for (campaign, recipe) in recipes.iter().enumerate() {
         for (effect, place) in effects(&recipe.model) {
@@ -60,7 +78,7 @@ pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
 fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     let mut all = Vec::new();
     channels(model, &mut all);
-    rig(model, &mut all);
+    rig(model, [over_time(), waves::slow()], &mut all);
     pedestal(model, &mut all);
     timing(model, &mut all);
     readings(model, &mut all);
@@ -112,12 +130,16 @@ fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     }
 }
 
-/// Displacements of the instrument, or of all that it looks at, in the course of a setup.
-fn rig(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+/// Displacements of the instrument, or of all that it looks at.
+fn rig<const N: usize>(
+    model: &Model,
+    covariates: [Covariate; N],
+    all: &mut Vec<(Arc<Effect>, Place)>,
+) {
     if !model.parameters.iter().any(|one| one.name == POSITION) {
         return;
     }
-    for covariate in [over_time(), waves::slow()].map(Covariate::along_axes) {
+    for covariate in covariates.map(Covariate::along_axes) {
         let place = Place::of_rig(&covariate.over, &format!("over {}", covariate.words));
         let patch = |sum: &str| format!("{POSITION} = '{POSITION} + {sum}'");
         all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
@@ -156,14 +178,14 @@ fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         groups.push((name, &names[number..=number]));
     }
     if names.len() > 1 {
-        groups.push(("all readings", &names));
+        groups.push((ALL_READINGS, &names));
     }
     for (of, names) in groups {
         let called = if names.len() > 1 { of.to_owned() } else { format!("`{of}`") };
         let covariates = of_the_rig(model, COARSE_ORDERS).into_iter();
         for covariate in covariates.chain([waves::settling(model)]) {
             let place = Place::new(
-                Of::Channel(format!("time of {of}")),
+                Of::Channel(format!("{TIME_OF}{of}")),
                 &covariate.over,
                 format!("a timing error of {called} over {}", covariate.words),
             );

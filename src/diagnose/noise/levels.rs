@@ -8,7 +8,6 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
-use std::sync::Arc;
 
 use crate::diagnose::evidence::tail::{ln_below, ln_chi_squared, ln_normal};
 use crate::diagnose::evidence::thresholds::{LEAST_RUNS, level};
@@ -265,16 +264,10 @@ pub(in crate::diagnose) fn patches_level(
 pub(super) fn follow_neighbours(problem: &mut Problem, point: &Point) -> bool {
     let mut found: BTreeMap<(usize, usize), f64> = BTreeMap::new();
     for one in seen_from(problem, point) {
-        let differences = |run: &Arc<Vec<f64>>| {
-            let pairs = run.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-            let mut sizes: Vec<f64> = pairs.filter(|size| !size.is_nan()).collect();
-            let are_enough = sizes.len() >= LEAST_READINGS;
-            median(&mut sizes).filter(|_| are_enough)
-        };
-        let mut sizes: Vec<f64> = one.runs.iter().filter_map(differences).collect();
+        let mut sizes: Vec<f64> = one.runs.iter().filter_map(|run| of_neighbours(run)).collect();
         sizes.sort_by(f64::total_cmp);
         let Some(quiet) = sizes.get(sizes.len() / 4) else { continue };
-        let factor = NORMAL * quiet / SQRT_2 / problem.parts[one.part].sigma[one.measurand];
+        let factor = quiet / problem.parts[one.part].sigma[one.measurand];
         if factor > FAR && factor.is_finite() {
             let known = found.entry((one.part, one.measurand)).or_insert(factor);
             *known = known.min(factor);
@@ -284,6 +277,14 @@ pub(super) fn follow_neighbours(problem: &mut Problem, point: &Point) -> bool {
         problem.parts[*part].sigma[*measurand] *= factor;
     }
     !found.is_empty()
+}
+
+/// The standard deviation of a run's noise, from how neighbours differ: what moves slowly adds nothing. `None` of few.
+pub(in crate::diagnose) fn of_neighbours(run: &[f64]) -> Option<f64> {
+    let pairs = run.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let mut sizes: Vec<f64> = pairs.filter(|size| !size.is_nan()).collect();
+    let are_enough = sizes.len() >= LEAST_READINGS;
+    median(&mut sizes).filter(|_| are_enough).map(|size| NORMAL * size / SQRT_2)
 }
 
 /// Lets stated uncertainties follow the scatter, where they do not.
@@ -336,6 +337,8 @@ pub(super) fn levels(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
 
     /// Numbers of unit variance.

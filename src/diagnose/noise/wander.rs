@@ -44,7 +44,7 @@ use super::memory::likelihood_of_memory;
 
 mod course;
 pub mod displaced;
-pub(super) mod sequence;
+pub(in crate::diagnose) mod sequence;
 mod variance;
 mod wandering;
 

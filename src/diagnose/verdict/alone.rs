@@ -101,7 +101,7 @@ pub(super) fn alone(
         if runs.len() > most || ONE_OF * runs.len() > count {
             return Ok(None);
         }
-        leave_runs_out(&mut rest.problem, &left, &BTreeSet::from([one]));
+        leave_runs_out(&mut rest.problem, &BTreeSet::from([one]));
         rest = rest.again(options)?;
         if !rest.is_sound() {
             return Ok(None);

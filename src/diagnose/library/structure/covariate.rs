@@ -158,8 +158,13 @@ pub(super) fn of_the_rig(model: &Model, orders: usize) -> Vec<Covariate> {
     let run_time = vec![("run_time".to_owned(), Dimension::TIME)];
     all.push(Covariate::new(RUN_TIME, "instrument", run_time));
     all.push(Covariate::new("setup", "setup", vec![("1".to_owned(), Dimension::NONE)]));
-    all.push(Covariate::new(RUN, "run", vec![("1".to_owned(), Dimension::NONE)]));
+    all.push(over_runs());
     all
+}
+
+/// A value for each run.
+pub(super) fn over_runs() -> Covariate {
+    Covariate::new(RUN, "run", vec![("1".to_owned(), Dimension::NONE)])
 }
 
 /// The course of a setup.

@@ -2,6 +2,9 @@
 
 /// The covariate of a block with a value for each run.
 pub(super) const RUN: &str = "run";
+/// What the channel of a timing error is called before whose it is, and where it is that of all readings.
+pub(super) const TIME_OF: &str = "time of ";
+pub(super) const ALL_READINGS: &str = "all readings";
 /// The covariate of a wave in time with phases of each run's own.
 pub(super) const OSCILLATION: &str = "oscillation";
 
@@ -41,6 +44,14 @@ impl Place {
         self.is_oscillation() && matches!(self.of, Of::Measurand(_))
     }
 
+    /// The measurand that alone is wrong, in its reading or in its time; `None` where it may be all.
+    pub(in crate::diagnose) fn measurand(&self) -> Option<&str> {
+        match &self.of {
+            Of::Measurand(name) => Some(name),
+            Of::Channel(name) => name.strip_prefix(TIME_OF).filter(|of| *of != ALL_READINGS),
+        }
+    }
+
     /// A displacement of the instrument, or of all that it looks at.
     pub(super) fn of_rig(covariate: &str, when: &str) -> Self {
         let words = format!("a displacement of the instrument or the rig {when}");
@@ -67,6 +78,16 @@ impl Place {
     pub(in crate::diagnose) fn in_runs(&self, which: &str, run: Option<&str>) -> Self {
         let what = self.words.trim_end_matches(&format!(" over {RUN}"));
         Self { words: format!("{what} {which}"), run: run.map(str::to_owned), ..self.clone() }
+    }
+
+    /// The same with the rows of the only run.
+    pub(in crate::diagnose) fn in_rows(
+        &self,
+        which: &str,
+        run: Option<&str>,
+        rows: Option<(usize, Option<usize>)>,
+    ) -> Self {
+        Self { rows, ..self.in_runs(which, run) }
     }
 
     /// Of a parameter whose stated value the readings contradict.
