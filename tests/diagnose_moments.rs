@@ -5,11 +5,17 @@
 #[expect(dead_code, reason = "each test uses a part")]
 mod drawn;
 
+use std::collections::BTreeSet;
+use std::path::Path;
+
 use drawn::{drawn_at, folder, run};
+use homepoint::campaign::Track;
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::verdict::{Verdict, Why};
 use homepoint::engine::Problem;
-use homepoint::engine::open::{Opened, Request};
+use homepoint::engine::open::{Opened, Request, open};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::calibrate;
 use homepoint::report::diagnosis_text::text as told;
 
 /// Readings drawn with effects of some sizes, and with a nameless one; both changes nothing where it is zero.
@@ -118,4 +124,48 @@ fn a_distance_that_is_off_for_a_while() {
     assert!(words[0].starts_with("an error of `distance` in run `A_cw50` from row "), "{words:?}");
     let (row, last) = found.locations[0].place.rows.unwrap();
     assert!(row.abs_diff(52) <= 3 && last.is_none(), "{row}");
+}
+
+/// A clock that is set for good in the second of four setups: what is before that is less than what follows, so it is
+/// left out with the whole first setup, and the delays are those of the clock as it was set.
+#[test]
+fn a_clock_that_is_set_for_good_in_one_of_four_setups() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/four_setups");
+    let opened = open(&Request::new([folder])).unwrap();
+    let clean = calibrate(opened.problem.clone(), &Options::default()).unwrap();
+    let (mut problem, set) = (opened.problem.clone(), 30e-6);
+    let runs = &mut problem.parts[0].runs;
+    let at = runs.iter().position(|run| run.name == "B_cw50").unwrap();
+    for (number, run) in runs.iter_mut().enumerate().skip(at) {
+        run.record.edit(|all| {
+            let from = if number == at { 20 } else { 0 };
+            for input in &mut all.inputs {
+                if let Track::Captured { value, rate: Some(rate), .. } = input {
+                    let pairs = value.iter_mut().zip(rate).skip(from);
+                    pairs.for_each(|(value, rate)| *value += *rate * set);
+                }
+            }
+        });
+    }
+    let before: BTreeSet<String> = runs[..=at].iter().map(|run| run.name.clone()).collect();
+    let found = run(problem, &opened);
+    let (words, effects) = changes(&found);
+    assert!(effects.is_empty() && words.len() == 1, "{effects:?} {words:?}");
+    let row = words[0]
+        .strip_prefix("a timing error of all readings from row ")
+        .and_then(|rest| rest.strip_suffix(" of run `B_cw50` on"));
+    let row: usize = row.unwrap_or_else(|| unreachable!("{words:?}")).parse().unwrap();
+    assert!(row.abs_diff(22) <= 2, "{row}");
+    let out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out.stretches;
+    assert_eq!(out.iter().map(|one| one.run.clone()).collect::<BTreeSet<String>>(), before);
+    let last = out.iter().filter(|one| one.run == "B_cw50");
+    assert!(last.clone().count() == 3 && last.clone().all(|one| one.rows == (2, row - 1)));
+    // A reading that is late by so much has a delay that is shorter.
+    let clean = clean.estimates();
+    assert_eq!(found.delays.len(), 3);
+    for one in &found.delays {
+        let clean = clean.iter().find(|other| other.name == one.name).unwrap();
+        let off = one.without + set - clean.value.unwrap();
+        assert!(off.abs() < 2.0 * one.sigma.unwrap(), "{}: {off:e}", one.name);
+    }
 }

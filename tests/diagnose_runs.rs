@@ -99,13 +99,8 @@ fn a_step_within_a_run() {
             let apart = |value: f64| (value - own.value.unwrap()).abs() / own.sigma.unwrap();
             assert!(apart(one.without) < 0.1, "{}: {}", one.name, apart(one.without));
             let is_own = one.name == format!("{measurand}.delay");
-            eprintln!(
-                "{name} {} with {} without {}",
-                one.name,
-                apart(one.with),
-                apart(one.without)
-            );
-            assert!(!is_own || apart(one.with) > 0.01, "{}: {}", one.name, apart(one.with));
+            let moved = apart(one.with) > 5.0 * apart(one.without);
+            assert!(!is_own || moved, "{}: {} {}", one.name, apart(one.with), apart(one.without));
         }
     }
 }

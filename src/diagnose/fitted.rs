@@ -154,7 +154,12 @@ pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {
 /// The values of one problem's point in another problem; what is new starts at what is stated, else
 /// at zero.
 pub fn carried(from: &Problem, point: &Point, to: &Problem) -> Point {
-    let mut carried = Point::start(&to.layout);
+    carried_onto(from, point, to, Point::start(&to.layout))
+}
+
+/// The same where what is new stays as it is.
+pub(super) fn carried_onto(from: &Problem, point: &Point, to: &Problem, onto: Point) -> Point {
+    let mut carried = onto;
     for (index, instance) in to.layout.instances.iter().enumerate() {
         let same = from
             .layout

@@ -1,5 +1,5 @@
-//! Runs of which no reading is left: they go as wholes where something of their own is to be estimated, for nothing
-//! would determine it.
+//! Runs of which no reading is left: they go as wholes where something of their own, or of a setup of which no reading is
+//! left, is to be estimated, for nothing would determine it.
 
 use crate::diagnose::fitted::{Fitted, carried};
 use crate::engine::layout::qualified;
@@ -11,7 +11,7 @@ pub(in crate::diagnose) fn without_empty_runs(problem: &Problem) -> Option<Probl
     let mut parts = problem.parts.clone();
     for part in &mut parts {
         let goes: Vec<bool> = (0..part.runs.len())
-            .map(|run| has_own_unknowns(problem, part, run) && is_empty(part, run))
+            .map(|run| is_empty(part, run) && has_own_unknowns(problem, part, run))
             .collect();
         if goes.iter().all(|goes| *goes) {
             continue;
@@ -42,11 +42,16 @@ fn is_empty(part: &Part, run: usize) -> bool {
     part.present_in(run).iter().all(|count| *count == 0)
 }
 
-/// Whether something holds for a run alone.
+/// Whether something holds for an empty run alone, or for a setup of which all runs are empty.
 fn has_own_unknowns(problem: &Problem, part: &Part, run: usize) -> bool {
-    let name = qualified(part.label.as_deref(), &part.runs[run].name);
-    problem.layout.instances.iter().any(|one| {
-        let setting = &one.setting;
-        setting.scope == Scope::Run && !setting.fixed && one.of.as_deref() == Some(&name)
-    })
+    let setup = part.runs[run].setup;
+    let mut of_setup = (0..part.runs.len()).filter(|other| part.runs[*other].setup == setup);
+    let called = |name: &str| qualified(part.label.as_deref(), name);
+    let (run, setup_name) = (called(&part.runs[run].name), called(&part.setups[setup]));
+    let is_of_run = |scope, of: &str| scope == Scope::Run && of == run;
+    let is_of_setup = |scope, of: &str| scope == Scope::Setup && of == setup_name;
+    let unknowns = problem.layout.instances.iter().filter(|one| !one.setting.fixed);
+    let mut of = unknowns.filter_map(|one| Some((one.setting.scope, one.of.as_deref()?)));
+    let is_setup_empty = of_setup.all(|other| is_empty(part, other));
+    of.any(|(scope, of)| is_of_run(scope, of) || is_setup_empty && is_of_setup(scope, of))
 }

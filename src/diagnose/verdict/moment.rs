@@ -3,14 +3,13 @@
 //!
 //! Effects with a value for each run, a memory or a noisier run say something like it. So runs are cut into pieces, and
 //! each reading, its time, the target and the rig are looked at for one value between two cuts, from a cut to the end of
-//! its run, or from a cut on in all later runs (`between`). It is what happened where a few moments leave nothing beyond
+//! its run, or from a cut on in all later runs (`between`, `finer`). It is what happened where a few moments leave nothing beyond
 //! white noise (`white`) in any piece, nor to anything that could be added to the model, and are far likelier than any of
 //! that (`beside`). Where noise has a memory, or wanders, nothing is said. It is told with its rows (`told`), and the
 //! readings that are off are left out (`without`).
 
 use std::collections::HashSet;
 
-use crate::diagnose::evidence::thresholds::NAMED;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, Location, Lost, Reading};
 use crate::diagnose::library::candidates::{Candidate, Wanted};
@@ -26,6 +25,7 @@ use without::Nominal;
 
 mod beside;
 mod between;
+mod finer;
 mod told;
 mod white;
 mod without;
@@ -64,12 +64,12 @@ pub(in crate::diagnose) fn changed(
         return Ok(None);
     };
     let Some((alone, back)) = common.alone(last)? else { return Ok(None) };
-    // Where a change does for nearly all without the effects, they follow what a linear model leaves of it.
+    // Where a change does for all without the effects, they are not there; where for nearly all, they follow what a linear
+    // model leaves of it.
     let adopted: Vec<&Candidate> = search.adopted.iter().map(|one| &one.candidate).collect();
     let nominal = white(first, &fitted.problem, &back, options)?;
-    let nominal = nominal.filter(|model| {
-        Runs::of(model, wanted).share(&alone, &adopted).is_some_and(|share| share >= NAMED)
-    });
+    let nominal =
+        nominal.filter(|model| Runs::of(model, wanted).does_for(&alone, &adopted).unwrap_or(false));
     let beside_nothing = nominal.and_then(|model| {
         let noise_found = alone.stage.noise_found.clone();
         Some(Stage { noise_found, ..Stage::new(model, wanted)? })

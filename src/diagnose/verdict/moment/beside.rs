@@ -3,7 +3,7 @@
 use crate::diagnose::evidence::pieces::InPieces;
 use crate::diagnose::evidence::score::{likelihood_of_gain, of_gain};
 use crate::diagnose::evidence::tail::ln_f;
-use crate::diagnose::evidence::thresholds::{FURTHER, TIE, level};
+use crate::diagnose::evidence::thresholds::{FURTHER, NAMED, TIE, level};
 use crate::diagnose::evidence::{Entry, Evidence};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::Location;
@@ -62,15 +62,17 @@ impl Runs<'_> {
         (EVENLY * best.likelihood > rival).then_some(rival)
     }
 
-    /// The part of what it and some effects take off the sum of squares that a change does by itself.
-    pub(super) fn share(&self, change: &Alone, effects: &[&Candidate]) -> Option<f64> {
+    /// Whether a change does by itself for all that it and some effects take off the sum of squares, but for chance, or
+    /// for nearly all; `None` where that cannot be seen.
+    pub(super) fn does_for(&self, change: &Alone, effects: &[&Candidate]) -> Option<bool> {
         let block = self.blocks.iter().find(|one| one.name == change.name)?;
         let all: Vec<&Candidate> = [block].into_iter().chain(effects.iter().copied()).collect();
         let seen = self.in_pieces(&all, &change.cuts)?;
         let own = self.together(&seen, &change.found);
-        let entries = (1..all.len()).map(|effect| seen.entry(effect)).chain([&own]);
-        let both = seen.together(&entries.collect::<Vec<_>>());
-        (both.gain() > 0.0).then(|| own.gain() / both.gain())
+        let entries: Vec<&Entry> = (1..all.len()).map(|effect| seen.entry(effect)).collect();
+        let (more, degrees) = seen.beyond(&own, &seen.together(&entries));
+        let is_chance = of_gain(more, degrees, 1).ln_p > level(effects.len());
+        Some(own.gain() > 0.0 && (is_chance || own.gain() >= NAMED * (own.gain() + more)))
     }
 
     /// The moments of a change as one; it is the first candidate that was seen.

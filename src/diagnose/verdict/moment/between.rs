@@ -1,7 +1,6 @@
-//! When something may have changed: pieces of runs in which a block has one value, the likeliest of them, cut finer until
-//! it begins and ends with single samples.
+//! When something may have changed: pieces of runs in which a block has one value, the likeliest of them.
 //!
-//! Whether it is what happened is judged one floor up.
+//! They are cut evenly first, and then finer (`finer`). Whether it is what happened is judged one floor up.
 
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -18,9 +17,6 @@ use crate::engine::{Part, Problem};
 /// Pieces that a run is cut into first, of so many samples at least.
 const PIECES: usize = 16;
 const LEAST_SAMPLES: usize = 4;
-/// Pieces into which those about an end are cut again, so many times at most.
-const FINER: usize = 8;
-const TIMES: usize = 6;
 /// Moments that are looked for: more are noise.
 const MOST: usize = 3;
 /// Logarithm of the probability by chance below which pieces of a run differ.
@@ -129,14 +125,6 @@ impl<'a> Runs<'a> {
         Some((found, cuts))
     }
 
-    /// The same where it begins and ends with samples, and the cuts that show each.
-    pub(super) fn finest(&self, found: Vec<Found>, even: &[Vec<usize>]) -> Vec<(Found, Cuts)> {
-        let mut finest: Vec<(Found, Cuts)> =
-            found.into_iter().filter_map(|one| self.refined(one, even)).collect();
-        finest.sort_by(|a, b| by_likelihood(&a.0, &b.0));
-        finest
-    }
-
     pub(super) fn in_pieces(
         &self,
         candidates: &[&Candidate],
@@ -163,7 +151,7 @@ impl<'a> Runs<'a> {
 
     /// The moments of some runs at which what a block says changes, the likeliest first, up to a run that is off as
     /// a whole; `None` where there are none. `at` is its number among what was seen.
-    fn moments(
+    pub(super) fn moments(
         &self,
         seen: &InPieces,
         (block, at): (usize, usize),
@@ -272,47 +260,9 @@ impl<'a> Runs<'a> {
         let ends = if start > 0 && end < length { length } else { 4 };
         (self.blocks.len() as f64 * samples as f64 * ends as f64).ln()
     }
-
-    /// One of them where it begins and ends with samples, and the cuts that show it.
-    fn refined(&self, mut found: Found, even: &[Vec<usize>]) -> Option<(Found, Cuts)> {
-        let mut cuts = even.to_vec();
-        let runs: Vec<usize> =
-            (0..cuts.len()).filter(|run| found.moments.iter().any(|one| one.run == *run)).collect();
-        for _ in 0..TIMES {
-            let finer = self.finer(&found.moments, &cuts, even);
-            if finer == cuts {
-                break;
-            }
-            cuts = finer;
-            let seen = self.in_pieces(&[&self.blocks[found.block]], &cuts)?;
-            found = self.moments(&seen, (found.block, 0), &runs)?;
-        }
-        Some((found, cuts))
-    }
-
-    /// Even cuts, and those between which the pieces beside the ends of some moments are cut again.
-    fn finer(&self, moments: &[Moment], cuts: &[Vec<usize>], even: &[Vec<usize>]) -> Cuts {
-        let mut finer = even.to_vec();
-        for Moment { run, samples, .. } in moments {
-            let ends = [samples.start, samples.end];
-            let own = &cuts[*run];
-            let pieces = own.iter().zip(own.iter().skip(1).chain([&self.lengths[*run]]));
-            for (start, end) in
-                pieces.filter(|(start, end)| ends.contains(start) || ends.contains(end))
-            {
-                let parts = FINER.min(end - start);
-                finer[*run].extend((0..parts).map(|part| start + part * (end - start) / parts));
-            }
-        }
-        for cuts in &mut finer {
-            cuts.sort_unstable();
-            cuts.dedup();
-        }
-        finer
-    }
 }
 
-fn by_likelihood(a: &Found, b: &Found) -> Ordering {
+pub(super) fn by_likelihood(a: &Found, b: &Found) -> Ordering {
     b.likelihood.total_cmp(&a.likelihood)
 }
 

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use crate::diagnose::fitted::{Fitted, carried};
+use crate::diagnose::fitted::{Fitted, carried_onto};
 use crate::diagnose::found::{LeftOut, Lost, Noise};
 use crate::diagnose::gross::empty_runs::without_empty_runs;
 use crate::diagnose::gross::left_out::{OfSamples, leave_samples_out, stretch};
@@ -72,7 +72,8 @@ impl Nominal<'_> {
             return Ok(None);
         }
         let (problem, fit) = (nominal.problem.clone(), nominal.fit.clone());
-        let seen = seen_from(whole, &carried(&problem, &fit.point, whole));
+        let seen =
+            seen_from(whole, &carried_onto(&problem, &fit.point, whole, fitted.fit.point.clone()));
         let told = off.iter().filter_map(|one| stretch(whole, &seen, one, place.clone()));
         let gross = LeftOut { stretches: told.collect(), ..(*gross).clone() };
         let given = Given { lost: lost.to_vec(), gross, ..Given::of(&problem) };
