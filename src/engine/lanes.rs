@@ -22,7 +22,7 @@
 //! | `sums` | which sums of products are one instruction |
 //! | `compile` | instructions, and the memory of each value |
 //! | `execute` | the instructions over one chunk |
-//! | `added` | the sums over one chunk |
+//! | `added`, `mapped` | the sums over one chunk, one at a time and several of the same numbers |
 //! | `workspace` | a chunk's memory, filled from samples |
 //! | [`products`] | sums of products over a chunk |
 
@@ -33,6 +33,7 @@ pub mod dispatch;
 mod execute;
 mod identities;
 mod instruction;
+mod mapped;
 pub mod math;
 pub mod products;
 mod schedule;

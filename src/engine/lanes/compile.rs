@@ -4,9 +4,11 @@
 use std::collections::HashMap;
 
 use crate::engine::lanes::identities::rewritten;
-use crate::engine::lanes::instruction::{Column, Instruction, Operand, Product, Slot, Still};
+use crate::engine::lanes::instruction::{
+    ALL_KINDS, Column, Instruction, Kind, MOST_TOGETHER, Operand, Product, Slot, Still,
+};
 use crate::engine::lanes::schedule::{Form, Schedule, results, schedule};
-use crate::engine::lanes::sums::Sum;
+use crate::engine::lanes::sums::{MOST_TERMS, Sum, Term};
 use crate::engine::pointwise::Program;
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId};
 
@@ -227,6 +229,7 @@ impl Compiler<'_> {
                 let a = self.lane(angle);
                 Instruction::SinCos { a, sin: self.place(sin), cos: self.place(cos) }
             }
+            Form::Map(nodes) => self.map(schedule, nodes),
             Form::Sum(node) => match schedule.sums.get(node) {
                 Some(sum) => self.sum(node, sum),
                 None => self.node(node),
@@ -252,21 +255,57 @@ impl Compiler<'_> {
         }
     }
 
-    fn sum(&mut self, node: NodeId, Sum { terms, scale }: &Sum) -> Instruction {
+    fn sum(&mut self, node: NodeId, sum: &Sum) -> Instruction {
         let first = self.products.len() as u32;
-        let (count, mut pairs) = (terms.len() as u8, 0);
-        for (index, term) in terms.iter().enumerate() {
+        let mut kinds = [Kind::default(); MOST_TERMS];
+        for (index, term) in sum.terms.iter().enumerate() {
+            kinds[index] = self.kind(sum, index);
             let factor = self.still(term.factor);
             let [a, b] = term.lanes;
-            let a = match a {
-                Some(a) => self.lane(a),
-                None => self.column(Column::One),
+            let a = match (a, kinds[index]) {
+                (Some(a), _) => self.lane(a),
+                // Nobody looks at it.
+                (None, Kind::Number) => 0,
+                (None, _) => self.column(Column::One),
             };
-            pairs |= u8::from(b.is_some()) << index;
             self.products.push(Product { factor, a, b: b.map_or(a, |b| self.lane(b)) });
         }
-        let scale = scale.map(|scale| self.lane(scale));
-        Instruction::Sum { first, count, pairs, scale, out: self.place(node) }
+        let (count, scale) = (sum.terms.len() as u8, sum.scale.map(|scale| self.lane(scale)));
+        Instruction::Sum { first, count, kinds, scale, out: self.place(node) }
+    }
+
+    /// What a term of a sum is computed as.
+    fn kind(&self, sum: &Sum, index: usize) -> Kind {
+        let Term { factor, lanes } = sum.terms[index];
+        let knows_all = sum.terms.len() <= ALL_KINDS;
+        match (lanes, self.graph.constant_value(factor)) {
+            ([None, _], _) if sum.takes_number(index) => Kind::Number,
+            ([_, None], _) => Kind::Single,
+            (_, Some(1.0)) if knows_all => Kind::Unit,
+            (_, Some(-1.0)) if knows_all => Kind::Minus,
+            _ => Kind::Pair,
+        }
+    }
+
+    /// Sums of the same numbers.
+    fn map(&mut self, schedule: &Schedule, nodes: [Option<NodeId>; MOST_TOGETHER]) -> Instruction {
+        let first = self.products.len() as u32;
+        let (mut inputs, mut has_number) = (0, false);
+        for sum in nodes.iter().flatten().filter_map(|node| schedule.sums.get(*node)) {
+            for term in &sum.terms {
+                let factor = self.still(term.factor);
+                let a = term.lanes[0].map_or(0, |a| self.lane(a));
+                self.products.push(Product { factor, a, b: a });
+            }
+            has_number = sum.terms.last().is_some_and(|term| term.lanes[0].is_none());
+            inputs = (sum.terms.len() - usize::from(has_number)) as u8;
+        }
+        let mut outs = [0; MOST_TOGETHER];
+        for (out, node) in outs.iter_mut().zip(nodes.iter().flatten()) {
+            *out = self.place(*node);
+        }
+        let outputs = nodes.iter().flatten().count() as u8;
+        Instruction::Map { first, inputs, has_number, outs, outputs }
     }
 
     fn signal(&mut self, node: NodeId, input: u32, order: u8, offset: NodeId) -> Instruction {

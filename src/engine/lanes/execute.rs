@@ -6,7 +6,8 @@ use crate::campaign::Track;
 use crate::engine::lanes::added::Added;
 use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES, Lanes};
 use crate::engine::lanes::dispatch::Task;
-use crate::engine::lanes::instruction::{Instruction, Operand, Product, Slot};
+use crate::engine::lanes::instruction::{Instruction, MOST_TOGETHER, Operand, Product, Slot};
+use crate::engine::lanes::mapped::Mapped;
 use crate::engine::lanes::math::{self, map, map2};
 use crate::graph::{Binary, Unary};
 
@@ -19,8 +20,8 @@ pub(super) struct Execution<'a> {
     pub(super) products: &'a [Product],
     /// Values of a chunk, by slot.
     pub(super) slots: &'a mut [Box<Aligned>],
-    /// A further one: results come here first, so that no step reads where it writes.
-    pub(super) spare: &'a mut [Box<Aligned>; 2],
+    /// Further ones: results come here first, so that no step reads where it writes.
+    pub(super) spare: &'a mut [Box<Aligned>; MOST_TOGETHER],
     /// Numbers that stand still.
     pub(super) stills: &'a [f64],
     /// Inputs of the run.
@@ -69,11 +70,11 @@ fn step<A: Arithmetic, S: Simd>(
     instruction: &Instruction,
     products: &[Product],
     slots: &mut [Box<Aligned>],
-    spare: &mut [Box<Aligned>; 2],
+    spare: &mut [Box<Aligned>; MOST_TOGETHER],
     stills: &[f64],
     tracks: &[Track],
 ) {
-    let [first, second] = spare;
+    let [first, second, third] = spare;
     let target = match *instruction {
         Instruction::Fill { value, out } => {
             first.fill(stills[value as usize]);
@@ -106,17 +107,27 @@ fn step<A: Arithmetic, S: Simd>(
             map(&slots[a as usize], first, |a| b / a);
             out
         }
-        Instruction::Sum { first: start, count, pairs, scale, out } => {
+        Instruction::Sum { first: start, count, kinds, scale, out } => {
             let start = start as usize;
             let sum = Added {
                 products: &products[start..start + usize::from(count)],
-                pairs,
+                kinds,
                 scale,
                 slots,
                 stills,
             };
             sum.compute::<A, S>(simd, first);
             out
+        }
+        Instruction::Map { first: start, inputs, has_number, outs, outputs } => {
+            let map = Mapped { products: &products[start as usize..], slots, stills };
+            let shape = (inputs, outputs, has_number);
+            map.compute::<A, S>(simd, shape, [&mut *first, &mut *second, &mut *third]);
+            std::mem::swap(&mut slots[outs[1] as usize], second);
+            if outputs == 3 {
+                std::mem::swap(&mut slots[outs[2] as usize], third);
+            }
+            outs[0]
         }
     };
     std::mem::swap(&mut slots[target as usize], first);

@@ -5,6 +5,8 @@
 //! | sin, cos of `± atan2(y, x) + o`, o standing still | sin and cos of o, with `y / r` and `x / r` |
 //! | `a / b`, a or b standing still | `a · (1 / b)` |
 //! | `1 / (x² + y²)` where `hypot(x, y)` is there | `(1 / hypot(x, y))²` |
+//! | `a - b` where `b - a` is there | `-(b - a)` |
+//! | `a (c b)`, `c a ± c b`, c a number | `c (a b)`, `c (a ± b)`: the 2 of a square meets the 1/2 of its root |
 //!
 //! They agree to a few units in the last place, and at the origin, where atan2 counts as 0, exactly.
 //! They do not hold for infinite x, y, for b below the smallest normal number and for points as near to
@@ -36,12 +38,43 @@ fn rewrite(graph: &mut Graph, node: Node) -> Option<NodeId> {
             let reciprocal = graph.divide(one, b);
             Some(graph.multiply(a, reciprocal))
         }
+        Node::Binary(Binary::Multiply, a, b) => {
+            let ((c, a), (d, b)) = (numbered(graph, a), numbered(graph, b));
+            let number = c * d;
+            ((c != 1.0 || d != 1.0) && number.is_normal()).then(|| {
+                let product = graph.multiply(a, b);
+                graph.scale(number, product)
+            })
+        }
+        Node::Binary(function @ (Binary::Add | Binary::Subtract), a, b) => {
+            let ((c, first), (d, second)) = (numbered(graph, a), numbered(graph, b));
+            if c == d && c != 1.0 {
+                let sum = graph.binary(function, first, second);
+                return Some(graph.scale(c, sum));
+            }
+            let opposite = graph.find(Node::Binary(Binary::Subtract, b, a))?;
+            (function == Binary::Subtract)
+                .then(|| graph.intern(Node::Unary(Unary::Negate, opposite)))
+        }
         Node::Unary(Unary::ReciprocalOrZero, squares) => {
             let length = length_of_squares(graph, squares)?;
             let reciprocal = graph.unary(Unary::ReciprocalOrZero, length);
             Some(graph.multiply(reciprocal, reciprocal))
         }
         _ => None,
+    }
+}
+
+/// A node as a number times the rest, if that moves: what stands still costs nothing.
+fn numbered(graph: &mut Graph, node: NodeId) -> (f64, NodeId) {
+    if let Some(number) = graph.constant_value(node) {
+        return (number, graph.constant(1.0));
+    }
+    let Node::Binary(Binary::Multiply, a, b) = graph.node(node) else { return (1.0, node) };
+    match (graph.constant_value(a), graph.constant_value(b)) {
+        (Some(number), _) if graph.is_moving(b) => (number, b),
+        (_, Some(number)) if graph.is_moving(a) => (number, a),
+        _ => (1.0, node),
     }
 }
 
@@ -101,9 +134,9 @@ fn turned(graph: &mut Graph, function: Unary, turn: Turn, offset: NodeId) -> Nod
     let inverse = graph.unary(Unary::Sqrt, reciprocal);
     let sine = graph.multiply(y, inverse);
     let sine = if turn.negative { graph.negate(sine) } else { sine };
-    // 1 at the origin, where the angle counts as 0.
-    let (one, sign) = (graph.constant(1.0), graph.unary(Unary::Sign, reciprocal));
-    let origin = graph.subtract(one, sign);
+    // 1 at the origin, where the angle counts as 0, and elsewhere nothing but rounding.
+    let (one, elsewhere) = (graph.constant(1.0), graph.multiply(squares, reciprocal));
+    let origin = graph.subtract(one, elsewhere);
     let across = graph.multiply(x, inverse);
     let cosine = graph.add(across, origin);
     let (sin_o, cos_o) = (graph.unary(Unary::Sin, offset), graph.unary(Unary::Cos, offset));
@@ -162,6 +195,14 @@ mod tests {
         for angle in angles {
             outputs.extend([Unary::Sin, Unary::Cos].map(|of| graph.unary(of, angle)));
         }
+        let (difference, opposite) = (graph.subtract(x, y), graph.subtract(y, x));
+        let (twice, half) = (graph.scale(2.0, difference), graph.scale(-0.5, opposite));
+        let thrice = [x, y].map(|one| graph.scale(3.0, one));
+        outputs.extend([difference, opposite, twice, graph.multiply(twice, half)]);
+        outputs.extend([graph.add(thrice[0], thrice[1]), graph.subtract(thrice[0], thrice[1])]);
+        let large = graph.scale(1e200, x);
+        let larger = graph.scale(1e200, y);
+        outputs.push(graph.multiply(large, larger));
         outputs
     }
 

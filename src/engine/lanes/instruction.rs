@@ -1,5 +1,6 @@
 //! What a lane program is made of.
 
+use crate::engine::lanes::sums::MOST_TERMS;
 use crate::graph::{Binary, Clock, Unary};
 
 /// Where the values of one quantity over the chunk are kept.
@@ -35,7 +36,7 @@ pub(super) enum Column {
     One,
 }
 
-/// `factor · a`, or `factor · a · b`.
+/// A term of a sum: what its [`Kind`] says of `factor · a · b`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Product {
     pub(super) factor: Still,
@@ -43,6 +44,28 @@ pub(super) struct Product {
     /// `a` again where the product has no second moving factor.
     pub(super) b: Slot,
 }
+
+/// What moves in a term, and whether its factor is one: nothing is multiplied that need not be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// `factor · a`
+    #[default]
+    Single,
+    /// `factor · a · b`
+    Pair,
+    /// `a · b`
+    Unit,
+    /// `-a · b`
+    Minus,
+    /// `factor`, as the first term alone
+    Number,
+}
+
+/// Terms up to which a sum knows all kinds; with more there are [`Kind::Single`] and [`Kind::Pair`] alone.
+pub(super) const ALL_KINDS: usize = 3;
+
+/// Sums of the same numbers that are computed together, at most: as many as registers hold.
+pub(super) const MOST_TOGETHER: usize = 3;
 
 /// One step over all samples of the chunk; `out` differs from all operands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +85,9 @@ pub(super) enum Instruction {
     Divide { a: Slot, b: Slot, out: Slot },
     /// `b / a`
     DivideInto { a: Slot, b: Still, out: Slot },
-    /// The sum of `count` products from number `first` on; bit i of `pairs` says whether the i-th has
-    /// two moving factors. Times `scale`, if there is one.
-    Sum { first: u32, count: u8, pairs: u8, scale: Option<Slot>, out: Slot },
+    /// The sum of `count` products from number `first` on, of these kinds. Times `scale`, if there is one.
+    Sum { first: u32, count: u8, kinds: [Kind; MOST_TERMS], scale: Option<Slot>, out: Slot },
+    /// Two or three sums `Σ factor · a` of the same two or three numbers `a`, with a number that stands still
+    /// added to each where `has_number`: products from number `first` on, sum after sum.
+    Map { first: u32, inputs: u8, has_number: bool, outs: [Slot; MOST_TOGETHER], outputs: u8 },
 }

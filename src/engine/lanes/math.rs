@@ -135,6 +135,20 @@ fn any_nan(lanes: &Lanes) -> bool {
     found != 0
 }
 
+/// The first bit says whether a number lies outside two positive ones, or is NaN: bits are gathered over a chunk
+/// for less than a choice in every lane.
+#[inline(always)]
+fn outside(x: f64, (from, to): (f64, f64)) -> u64 {
+    let bits = x.to_bits();
+    bits | bits.wrapping_sub(from.to_bits()) | to.to_bits().wrapping_sub(bits)
+}
+
+/// Whether the first bit says so.
+#[inline(always)]
+fn says_outside(bits: u64) -> bool {
+    bits >> 63 == 1
+}
+
 /// A kernel that gives NaN where it does not hold; `exact` computes what comes out as NaN.
 #[inline(always)]
 fn map_or(x: &Lanes, out: &mut Lanes, kernel: impl Fn(f64) -> f64, exact: fn(f64) -> f64) {
@@ -144,18 +158,23 @@ fn map_or(x: &Lanes, out: &mut Lanes, kernel: impl Fn(f64) -> f64, exact: fn(f64
     }
 }
 
-/// The same for two arguments.
+/// A kernel of two numbers and what says by its first bit that it does not hold there, which is what `exact` is for.
 #[inline(always)]
-fn map2_or(
+fn map2_within(
     a: &Lanes,
     b: &Lanes,
     out: &mut Lanes,
-    kernel: impl Fn(f64, f64) -> f64,
+    kernel: impl Fn(f64, f64) -> (f64, u64),
     exact: fn(f64, f64) -> f64,
 ) {
-    map2(a, b, out, kernel);
-    if any_nan(out) {
-        redo2(a, b, out, exact);
+    let mut found = 0;
+    for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
+        let (value, bits) = kernel(a, b);
+        *out = value;
+        found |= bits;
+    }
+    if says_outside(found) {
+        redo2((a, b), out, |a, b, _| says_outside(kernel(a, b).1), exact);
     }
 }
 
@@ -169,11 +188,17 @@ fn redo(x: &Lanes, out: &mut Lanes, exact: fn(f64) -> f64) {
     }
 }
 
+/// The same for two arguments.
 #[cold]
 #[inline(never)]
-fn redo2(a: &Lanes, b: &Lanes, out: &mut Lanes, exact: fn(f64, f64) -> f64) {
+fn redo2(
+    (a, b): (&Lanes, &Lanes),
+    out: &mut Lanes,
+    is_wrong: impl Fn(f64, f64, f64) -> bool,
+    exact: fn(f64, f64) -> f64,
+) {
     for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
-        if out.is_nan() {
+        if is_wrong(a, b, *out) {
             *out = exact(a, b);
         }
     }

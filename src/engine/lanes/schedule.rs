@@ -6,7 +6,10 @@
 
 use std::collections::HashMap;
 
-use crate::engine::lanes::sums::{Sums, Term, sums};
+use indexmap::IndexMap;
+
+use crate::engine::lanes::instruction::MOST_TOGETHER;
+use crate::engine::lanes::sums::{Sum, Sums, sums};
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId, Unary};
 
 /// What one instruction computes.
@@ -18,6 +21,8 @@ pub(super) enum Form {
     Fill(NodeId),
     /// A node as the sum of its terms, see [`super::sums`].
     Sum(NodeId),
+    /// Sums of the same nodes, see [`Sum::map_of`]; at least two.
+    Map([Option<NodeId>; MOST_TOGETHER]),
     /// Sine and cosine of one node.
     SinCos { angle: NodeId, sin: NodeId, cos: NodeId },
 }
@@ -41,18 +46,23 @@ impl Schedule {
         match form {
             Form::Node(node) => graph.node(node).operands().collect(),
             Form::Fill(_) => Vec::new(),
-            Form::Sum(node) => self.sums.get(node).iter().flat_map(|sum| sum.lanes()).collect(),
+            // Those of a map are the same.
+            Form::Sum(node) | Form::Map([Some(node), ..]) => {
+                self.sums.get(node).iter().flat_map(|sum| sum.lanes()).collect()
+            }
+            Form::Map(_) => Vec::new(),
             Form::SinCos { angle, .. } => vec![angle],
         }
     }
 
-    /// Whether some term stands still.
+    /// Whether a term stands still where a sum cannot take a number.
     pub(super) fn adds_what_stands_still(&self) -> bool {
-        let stands_still = |term: &Term| term.lanes == [None, None];
+        let adds = |sum: &Sum| {
+            let mut terms = sum.terms.iter().enumerate();
+            terms.any(|(n, term)| term.lanes == [None, None] && !sum.takes_number(n))
+        };
         self.steps.iter().any(|form| match form {
-            Form::Sum(node) => {
-                self.sums.get(*node).is_some_and(|sum| sum.terms.iter().any(stands_still))
-            }
+            Form::Sum(node) => self.sums.get(*node).is_some_and(adds),
             _ => false,
         })
     }
@@ -61,18 +71,10 @@ impl Schedule {
 /// Puts the steps for some groups of outputs in order.
 pub(super) fn schedule(graph: &mut Graph, groups: &[Vec<NodeId>]) -> Schedule {
     let mut scheduler = Scheduler::new(graph, groups);
-    for group in groups {
-        let sums = &scheduler.schedule.sums;
-        let outputs: Vec<NodeId> = group.iter().map(|node| sums.first_alike(*node)).collect();
-        for output in &outputs {
-            if scheduler.graph.is_moving(*output) {
-                scheduler.compute(*output);
-            } else {
-                scheduler.fill(*output);
-            }
-        }
-        scheduler.schedule.outputs.push(outputs);
-        scheduler.schedule.ends.push(scheduler.schedule.steps.len());
+    // Which sums there are shows when all is in order; those of the same numbers are then computed together.
+    scheduler.order(groups);
+    if scheduler.find_maps() {
+        scheduler.order(groups);
     }
     scheduler.schedule
 }
@@ -86,6 +88,8 @@ struct Scheduler<'a> {
     graph: &'a Graph,
     /// Sine and cosine of a node, where both are needed.
     pairs: HashMap<NodeId, (NodeId, NodeId)>,
+    /// The sums that are computed with a sum.
+    maps: HashMap<NodeId, [Option<NodeId>; MOST_TOGETHER]>,
     done: Vec<bool>,
     schedule: Schedule,
 }
@@ -112,7 +116,55 @@ impl<'a> Scheduler<'a> {
             .collect();
         let sums = sums(graph, &needed, &uses);
         let done = vec![false; graph.nodes().len()];
-        Self { graph, pairs, done, schedule: Schedule { sums, ..Schedule::default() } }
+        let schedule = Schedule { sums, ..Schedule::default() };
+        Self { graph, pairs, maps: HashMap::new(), done, schedule }
+    }
+
+    /// Puts the steps of all outputs in order.
+    fn order(&mut self, groups: &[Vec<NodeId>]) {
+        let sums = std::mem::take(&mut self.schedule.sums);
+        self.schedule = Schedule { sums, ..Schedule::default() };
+        self.done.fill(false);
+        for group in groups {
+            let sums = &self.schedule.sums;
+            let outputs: Vec<NodeId> = group.iter().map(|node| sums.first_alike(*node)).collect();
+            for output in &outputs {
+                if self.graph.is_moving(*output) {
+                    self.compute(*output);
+                } else {
+                    self.fill(*output);
+                }
+            }
+            self.schedule.outputs.push(outputs);
+            self.schedule.ends.push(self.schedule.steps.len());
+        }
+    }
+
+    /// Finds among the steps sums of the same numbers for one group of outputs; whether there are any.
+    fn find_maps(&mut self) -> bool {
+        let Schedule { steps, ends, sums, .. } = &self.schedule;
+        let mut start = 0;
+        for end in ends {
+            let mut alike: IndexMap<_, Vec<NodeId>> = IndexMap::new();
+            for form in &steps[start..*end] {
+                if let Form::Sum(node) = form
+                    && let Some(numbers) = sums.get(*node).and_then(Sum::map_of)
+                {
+                    alike.entry(numbers).or_default().push(*node);
+                }
+            }
+            for nodes in alike.values().flat_map(|nodes| nodes.chunks(MOST_TOGETHER)) {
+                let mut together = [None; MOST_TOGETHER];
+                for (place, node) in together.iter_mut().zip(nodes) {
+                    *place = Some(*node);
+                }
+                if nodes.len() > 1 {
+                    self.maps.extend(nodes.iter().map(|node| (*node, together)));
+                }
+            }
+            start = *end;
+        }
+        !self.maps.is_empty()
     }
 
     fn is_done(&self, node: NodeId) -> bool {
@@ -173,17 +225,21 @@ impl<'a> Scheduler<'a> {
                 Some((sin, cos)) => Form::SinCos { angle, sin: *sin, cos: *cos },
                 None => Form::Node(node),
             },
-            _ if self.schedule.sums.get(node).is_some() => Form::Sum(node),
-            _ => Form::Node(node),
+            _ => match self.maps.get(&node) {
+                Some(together) => Form::Map(*together),
+                None if self.schedule.sums.get(node).is_some() => Form::Sum(node),
+                None => Form::Node(node),
+            },
         }
     }
 }
 
 /// The nodes that a step computes.
-pub(super) fn results(form: Form) -> [Option<NodeId>; 2] {
+pub(super) fn results(form: Form) -> [Option<NodeId>; MOST_TOGETHER] {
     match form {
-        Form::Node(node) | Form::Fill(node) | Form::Sum(node) => [Some(node), None],
-        Form::SinCos { sin, cos, .. } => [Some(sin), Some(cos)],
+        Form::Node(node) | Form::Fill(node) | Form::Sum(node) => [Some(node), None, None],
+        Form::SinCos { sin, cos, .. } => [Some(sin), Some(cos), None],
+        Form::Map(nodes) => nodes,
     }
 }
 

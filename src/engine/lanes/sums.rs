@@ -9,6 +9,7 @@
 
 use std::collections::HashMap;
 
+use crate::engine::lanes::instruction::ALL_KINDS;
 use crate::graph::{Binary, Graph, Node, NodeId, Unary};
 
 /// A sum of one instruction has at most this many terms.
@@ -33,6 +34,25 @@ pub(super) struct Sum {
 }
 
 impl Sum {
+    /// The nodes of `Σ factor · a`, two or three, and whether a number is added last; `None` of other sums. Sums of the
+    /// same nodes read them once.
+    pub(super) fn map_of(&self) -> Option<([Option<NodeId>; 3], bool)> {
+        let has_number = self.terms.last().is_some_and(|term| term.lanes == [None, None]);
+        let moving = &self.terms[..self.terms.len() - usize::from(has_number)];
+        let are_single = moving.iter().all(|term| matches!(term.lanes, [Some(_), None]));
+        let mut nodes = [None; 3];
+        let fits = self.scale.is_none() && are_single && (2..=nodes.len()).contains(&moving.len());
+        for (node, term) in nodes.iter_mut().zip(moving) {
+            *node = term.lanes[0];
+        }
+        fits.then_some((nodes, has_number))
+    }
+
+    /// Whether a term may be a number that nothing is multiplied with, see [`Kind::Number`](super::instruction::Kind::Number).
+    pub(super) fn takes_number(&self, term: usize) -> bool {
+        term == 0 && self.terms.len() <= ALL_KINDS
+    }
+
     /// The nodes that move in it.
     pub(super) fn lanes(&self) -> impl Iterator<Item = NodeId> {
         self.terms.iter().flat_map(|term| term.lanes).flatten().chain(self.scale)

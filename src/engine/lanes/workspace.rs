@@ -9,7 +9,7 @@ use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES, Lanes};
 use crate::engine::lanes::compile::Code;
 use crate::engine::lanes::dispatch::{InstructionSet, Simd, Task};
 use crate::engine::lanes::execute::Execution;
-use crate::engine::lanes::instruction::Column;
+use crate::engine::lanes::instruction::{Column, MOST_TOGETHER};
 use crate::engine::lanes::math::map;
 use crate::engine::pointwise::Leaves;
 use crate::graph::Clock;
@@ -120,7 +120,7 @@ impl Task for Copying<'_> {
 #[derive(Debug)]
 pub struct Workspace {
     slots: Vec<Box<Aligned>>,
-    spare: [Box<Aligned>; 2],
+    spare: [Box<Aligned>; MOST_TOGETHER],
     stills: Vec<f64>,
     scratch: Vec<f64>,
     set: InstructionSet,
@@ -134,7 +134,7 @@ impl Workspace {
         let lanes = Box::<Aligned>::default;
         Self {
             slots: (0..code.slots).map(|_| lanes()).collect(),
-            spare: [lanes(), lanes()],
+            spare: std::array::from_fn(|_| lanes()),
             stills: Vec::new(),
             scratch: Vec::new(),
             set,

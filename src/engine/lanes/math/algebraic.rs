@@ -4,7 +4,7 @@
 //! `√(a² + b²)`, lane by lane where a square overflows or loses digits.
 
 use super::super::arithmetic::{Arithmetic, Lanes};
-use super::{map, map2, map2_or};
+use super::{map, map2, map2_within, outside};
 use crate::number::Number;
 
 /// `-x`.
@@ -76,17 +76,16 @@ pub fn max(a: &Lanes, b: &Lanes, out: &mut Lanes) {
 /// Length of the legs `a` and `b`; neither overflows nor underflows.
 #[inline(always)]
 pub fn hypot<A: Arithmetic>(a: &Lanes, b: &Lanes, out: &mut Lanes) {
-    map2_or(a, b, out, length::<A>, Number::hypot);
+    map2_within(a, b, out, length::<A>, Number::hypot);
 }
 
+/// The length, and what says by its first bit that the square of it has not all digits.
 #[inline(always)]
-fn length<A: Arithmetic>(a: f64, b: f64) -> f64 {
+fn length<A: Arithmetic>(a: f64, b: f64) -> (f64, u64) {
     /// 2^-900: a square that loses digits is nothing against it.
     const SMALLEST: f64 = 1.183_052_186_166_774_7e-271;
     let square = A::mul_add(a, a, b * b);
-    let inside = (SMALLEST..=f64::MAX).contains(&square);
-    let origin = a.abs() + b.abs() == 0.0;
-    if inside || origin { square.sqrt() } else { f64::NAN }
+    (square.sqrt(), outside(square, (SMALLEST, f64::MAX)))
 }
 
 #[inline(always)]

@@ -9,7 +9,7 @@
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
 use super::super::arithmetic::{Arithmetic, Lanes};
-use super::{any_nan, in_place, map, map2, pair, polynomial, redo2};
+use super::{in_place, map, map2, outside, pair, polynomial, redo2, says_outside};
 use crate::number::Number;
 
 /// π/4 as a sum; multiples of the first part up to 4 are exact.
@@ -69,13 +69,14 @@ pub fn atan<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
 pub fn atan2<A: Arithmetic>(y: &Lanes, x: &Lanes, out: &mut Lanes) {
     map2(y, x, out, |y, x| quotient::<A>(y.abs(), x.abs()));
     in_place(out, from_zero::<A>);
+    let mut found = 0;
     for ((out, &y), &x) in out.iter_mut().zip(y).zip(x) {
         // Adding zero: an angle of -0 is 0, as in `Number`.
-        let angle = unfolded::<A>(*out, y, x) + 0.0;
-        *out = if is_plain(x.abs() + y.abs()) { angle } else { f64::NAN };
+        *out = unfolded::<A>(*out, y, x) + 0.0;
+        found |= beyond_plain(y, x);
     }
-    if any_nan(out) {
-        redo2(y, x, out, Number::atan2);
+    if says_outside(found) {
+        redo2((y, x), out, |y, x, _| says_outside(beyond_plain(y, x)), Number::atan2);
     }
 }
 
@@ -91,19 +92,20 @@ pub fn acos<A: Arithmetic>(x: &Lanes, out: &mut Lanes) {
     map(x, out, arccosine::<A>);
 }
 
+/// The first bit says that a quotient of the two may lose digits, or is none.
 #[inline(always)]
-fn is_plain(size: f64) -> bool {
-    (SMALLEST..=LARGEST).contains(&size)
+fn beyond_plain(y: f64, x: f64) -> u64 {
+    outside(x.abs() + y.abs(), (SMALLEST, LARGEST))
 }
 
-/// The quotient of two sizes, the smaller over the larger, or its t where it is beyond tan(π/8).
+/// Minus the quotient of two sizes, the smaller over the larger, or minus its t where it is beyond tan(π/8).
 #[inline(always)]
 fn quotient<A: Arithmetic>(across: f64, along: f64) -> f64 {
     let (small, large) = sorted(across, along);
     let beyond = short_of::<A>(small, large) < 0.0;
-    let above = if beyond { small - large } else { small };
-    let below = if beyond { small + large } else { large };
-    above / below
+    // A choice between a number and zero costs least; in `small - off(large)` it would become another one.
+    let off = |size: f64| if beyond { size } else { 0.0 };
+    (off(large) - small) / (large + off(small))
 }
 
 /// The smaller and the larger.
@@ -125,7 +127,7 @@ fn from_zero<A: Arithmetic>(t: f64) -> f64 {
     A::mul_add(t * z, polynomial::<A, 11>(z, TANGENT), t)
 }
 
-/// The angle of (x, y) from that of its [`quotient`]: `k π/4 ± angle`, with signs moved as bits,
+/// The angle of (x, y) from that of its [`quotient`], which is negative: `k π/4 ± angle`, with signs moved as bits,
 /// which costs less than to choose.
 #[inline(always)]
 fn unfolded<A: Arithmetic>(angle: f64, y: f64, x: f64) -> f64 {
@@ -138,7 +140,7 @@ fn unfolded<A: Arithmetic>(angle: f64, y: f64, x: f64) -> f64 {
     // 0 beyond tan(π/8), else -1.
     let k = -0.5 - 0.5_f64.copysign(short_of::<A>(small, large));
     let k = signed(k, turned) + (2.0 - signed(1.0, backward));
-    let size = A::mul_add(k, FRAC_PI_4, signed(angle, turned));
+    let size = A::mul_add(k, FRAC_PI_4, -signed(angle, turned));
     signed(size, y.to_bits() & SIGN)
 }
 

@@ -46,7 +46,7 @@ pub fn pow<A: Arithmetic>(x: &Lanes, y: &Lanes, out: &mut Lanes) {
         *out = exponential_of_product::<A>(y, ln, ln_low);
     }
     if any_nan(out) {
-        redo2(x, y, out, Number::pow);
+        redo2((x, y), out, |_, _, power| power.is_nan(), Number::pow);
     }
 }
 
