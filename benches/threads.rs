@@ -17,8 +17,8 @@ use homepoint::estimate::delays::delays;
 use nalgebra::DMatrix;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-const SAMPLES: usize = 100_000;
-const SAMPLES_OF_DELAYS: usize = 20_000;
+const SAMPLES: usize = 1_000_000;
+const SAMPLES_OF_DELAYS: usize = 200_000;
 
 /// Times work on two threads against the same on one.
 fn question(
