@@ -64,6 +64,9 @@ use super::arithmetic::{Arithmetic, Lanes};
 /// bits, ready to be used as an integer or, after subtraction, as a number.
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 
+/// The bit that is the sign of a number.
+const SIGN: u64 = 1 << 63;
+
 /// `Σ coefficients[i] x^i`: four terms at a time, so few steps wait for each other and the processor
 /// has several registers under way at the same time (after G. Estrin, 1960).
 #[inline(always)]
@@ -188,7 +191,7 @@ fn redo(x: &Lanes, out: &mut Lanes, exact: fn(f64) -> f64) {
     }
 }
 
-/// The same for two arguments.
+/// The same for two arguments, where `is_wrong` says so of them and the result.
 #[cold]
 #[inline(never)]
 fn redo2(

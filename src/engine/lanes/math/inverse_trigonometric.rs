@@ -9,7 +9,7 @@
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
 use super::super::arithmetic::{Arithmetic, Lanes};
-use super::{in_place, map, map2, outside, pair, polynomial, redo2, says_outside};
+use super::{SIGN, in_place, map, map2, outside, pair, polynomial, redo2, says_outside};
 use crate::number::Number;
 
 /// π/4 as a sum; multiples of the first part up to 4 are exact.
@@ -131,7 +131,6 @@ fn from_zero<A: Arithmetic>(t: f64) -> f64 {
 /// which costs less than to choose.
 #[inline(always)]
 fn unfolded<A: Arithmetic>(angle: f64, y: f64, x: f64) -> f64 {
-    const SIGN: u64 = 1 << 63;
     let signed = |size: f64, sign: u64| f64::from_bits(size.to_bits() ^ sign);
     let (across, along) = (y.abs(), x.abs());
     let (small, large) = sorted(across, along);

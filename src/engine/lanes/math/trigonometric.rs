@@ -11,13 +11,10 @@
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use super::super::arithmetic::{Arithmetic, LANES, Lanes, Plain};
-use super::{WHOLE, far_angle, map, map_or, pair, polynomial};
+use super::{SIGN, WHOLE, far_angle, map, map_or, pair, polynomial};
 
 /// Largest argument of the kernels.
 const LARGEST: f64 = 1_048_576.0;
-
-/// The sign of a number.
-const SIGN: u64 = 1 << 63;
 
 /// π/2 as a sum: three parts of 33 bits and the rest.
 const HALF_PI: [f64; 4] =
