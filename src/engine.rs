@@ -15,6 +15,7 @@
 //! | [`gram`] | the form of those sums, and what an estimator asks of a problem |
 //! | [`open`] | from what a user names to a problem |
 //! | [`lanes`] | the same graph over chunks of samples, vectorised |
+//! | [`passes`] | sums for the same signatures again and again, with other constants |
 //! | [`stretches`] | what a step leaves of the readings, and its scores stretch by stretch |
 //! | [`simulate`] | readings drawn from a model |
 
@@ -29,6 +30,7 @@ pub mod moving;
 pub mod noise;
 pub mod open;
 pub mod part;
+pub mod passes;
 pub mod point;
 pub mod pointwise;
 pub mod problem;

@@ -1,7 +1,11 @@
 //! Signatures of effects that are not in the model, against the model that has the effect.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
+use std::path::Path;
+use std::sync::Arc;
+
 use homepoint::engine::gram::LeastSquares;
+use homepoint::engine::passes::Passes;
 use homepoint::engine::signatures::{Candidate, Signatures};
 use homepoint::engine::{Point, Problem};
 
@@ -25,6 +29,12 @@ fn names(problem: &Problem, run: usize) -> Vec<(String, usize)> {
     names.dedup();
     names.push((String::new(), 0));
     names
+}
+
+/// The campaign with each effect that fits it.
+fn with_each_effect(path: &Path) -> Vec<(String, Problem)> {
+    let effects = planned::fitting(path).into_iter();
+    effects.map(|effect| (effect.clone(), planned::problem(path, &[&effect]))).collect()
 }
 
 #[test]
@@ -98,10 +108,7 @@ fn a_library_in_one_pass_gives_the_same_as_each_effect_alone() {
     let path = folder.join("arm");
     let nominal = planned::problem(&path, &[]);
     let point = Point::stated(&nominal.layout);
-    let problems: Vec<(String, Problem)> = planned::fitting(&path)
-        .into_iter()
-        .map(|effect| (effect.clone(), planned::problem(&path, &[&effect])))
-        .collect();
+    let problems = with_each_effect(&path);
     let candidates: Vec<Candidate<'_>> = problems
         .iter()
         .map(|(name, with)| Candidate { name, system: &with.parts[0].system })
@@ -124,5 +131,59 @@ fn a_library_in_one_pass_gives_the_same_as_each_effect_alone() {
     }
     assert_eq!(column, together.columns.len());
     assert!(column > 80, "{column}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// Passes of some candidates, each with its constant (none is open here): what each sums by itself is in the sums of
+/// all, pass after pass; with noise that readings share, and without.
+#[test]
+fn passes_sum_what_each_candidate_does_by_itself() {
+    let folder = planned::folder("passes");
+    let path = folder.join("arm");
+    for shared in [false, true] {
+        let mut nominal = planned::problem(&path, &[]);
+        if !shared {
+            nominal.parts[0].random_sigma.fill(0.0);
+        }
+        let point = Point::stated(&nominal.layout);
+        nominal.refresh_weights(&point);
+        let problems = with_each_effect(&path);
+        let candidates: Vec<Candidate<'_>> = problems
+            .iter()
+            .map(|(name, with)| Candidate { name, system: &with.parts[0].system })
+            .collect();
+        for among in [true, false] {
+            let signatures = Arc::new(Signatures::open(&nominal, 0, &candidates, "", among));
+            let due = nominal.gram_with(&signatures, &point);
+            let owner = |column: usize| &signatures.columns[column].effect;
+            for across in [false, true] {
+                let passes = Passes::new(&nominal, Arc::clone(&signatures), &point, across);
+                passes.sums(&[]);
+                for (run, (found, due)) in passes.sums(&[]).iter().zip(&due).enumerate() {
+                    let touched = nominal.layout.columns.touched_by(run).len();
+                    let gram = &due.gram;
+                    let last = gram.nrows() - 1;
+                    for column in 0..signatures.columns.len() {
+                        let here = touched + column;
+                        let is_due = |found: f64, other: usize| {
+                            let scale = (gram[(here, here)] * gram[(other, other)]).sqrt();
+                            let due = gram[(here, other)];
+                            assert!((found - due).abs() <= 1e-12 * scale, "{found} for {due}");
+                        };
+                        is_due(found.residual(column), last);
+                        let sums = found.nominal(column);
+                        assert_eq!(sums.len(), if among { touched } else { 0 });
+                        sums.iter().enumerate().for_each(|(nominal, sum)| is_due(*sum, nominal));
+                        let beside: Vec<usize> = (0..signatures.columns.len())
+                            .filter(|other| across || owner(*other) == owner(column))
+                            .collect();
+                        for (other, sum) in beside.iter().zip(found.own(column)) {
+                            is_due(*sum, touched + other);
+                        }
+                    }
+                }
+            }
+        }
+    }
     std::fs::remove_dir_all(folder).unwrap();
 }

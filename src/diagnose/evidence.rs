@@ -32,14 +32,14 @@ pub mod thresholds;
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
 use crate::engine::gram::{Normal, RunGram};
 use crate::engine::signatures::Signatures;
 use crate::engine::stretches::Left;
 use crate::engine::{Point, Problem};
 
-use self::basis::basis;
+use self::basis::{basis, beyond};
 pub use self::columns::Owner;
 use self::columns::join;
 use self::columns::{Column, Owned};
@@ -77,6 +77,7 @@ pub struct Projected {
     /// `g`.
     pub score: DVector<f64>,
     raw: DVector<f64>,
+    across: DMatrix<f64>,
     coupling: DMatrix<f64>,
 }
 
@@ -106,6 +107,8 @@ pub struct Entry {
     pub lengths: DMatrix<f64>,
     /// `Wᵀ g`.
     pub score: DVector<f64>,
+    /// `H_ne`.
+    across: DMatrix<f64>,
     /// `H_nn⁻¹ H_ne`.
     pub coupling: DMatrix<f64>,
     /// Whether every number is finite.
@@ -115,7 +118,7 @@ pub struct Entry {
 impl Entry {
     /// What is projected, with its basis.
     pub fn of(projected: Projected) -> Self {
-        let Projected { owners, columns, left, score, raw, coupling } = projected;
+        let Projected { owners, columns, left, score, raw, across, coupling } = projected;
         let k = columns.len();
         let finite = left.iter().chain(score.iter()).all(|value| value.is_finite());
         let (basis, lengths) = if finite && k > 0 {
@@ -124,7 +127,7 @@ impl Entry {
             (DMatrix::zeros(k, 0), DMatrix::zeros(0, k))
         };
         let score = basis.tr_mul(&score);
-        Self { owners, columns, raw, basis, lengths, score, coupling, finite }
+        Self { owners, columns, raw, basis, lengths, score, across, coupling, finite }
     }
 
     /// Directions that nominal parameters cannot follow.
@@ -425,22 +428,22 @@ impl Evidence {
         let coupling = self.nominal.solve(&across);
         let left = &own - across.tr_mul(&coupling);
         let score = score - coupling.tr_mul(&self.nominal.score);
-        Projected { owners, columns, left, score, raw, coupling }
+        Projected { owners, columns, left, score, raw, across, coupling }
     }
 
     /// `W_aᵀ S_ab`: what a candidate has in common with the columns of another one.
     pub fn shared(&self, a: &Entry, b: &Projected) -> DMatrix<f64> {
-        self.shared_with(a, &b.columns)
+        self.shared_with(a, &b.columns, &b.across)
     }
 
-    fn shared_with(&self, a: &Entry, columns: &[Column]) -> DMatrix<f64> {
+    fn shared_with(&self, a: &Entry, columns: &[Column], across: &DMatrix<f64>) -> DMatrix<f64> {
         let own = self.products(&a.columns, columns);
-        a.basis.tr_mul(&(own - a.coupling.tr_mul(&self.across(columns))))
+        a.basis.tr_mul(&(own - a.coupling.tr_mul(across)))
     }
 
     /// `W_aᵀ S_ab W_b`: the cosines between what two candidates do beyond the nominal parameters.
     pub fn overlap(&self, a: &Entry, b: &Entry) -> DMatrix<f64> {
-        self.shared_with(a, &b.columns) * &b.basis
+        self.shared_with(a, &b.columns, &b.across) * &b.basis
     }
 
     /// What `b` explains beyond the nominal parameters and `a`, with its degrees of freedom.
@@ -448,20 +451,7 @@ impl Evidence {
         if a.degrees() == 0 || b.degrees() == 0 {
             return (b.gain(), b.degrees());
         }
-        let cosines = self.overlap(a, b);
-        let left = DMatrix::identity(b.degrees(), b.degrees()) - cosines.tr_mul(&cosines);
-        let score = &b.score - cosines.tr_mul(&a.score);
-        // What `a` leaves of directions of `b` that it nearly contains is rounding and small angles.
-        let eigen = SymmetricEigen::new(left);
-        let mut gain = 0.0;
-        let mut degrees = 0;
-        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-            if *value > NEARLY {
-                gain += vector.dot(&score).powi(2) / value;
-                degrees += 1;
-            }
-        }
-        (gain, degrees)
+        beyond(&self.overlap(a, b), &a.score, &b.score, NEARLY)
     }
 
     /// Part of an entry's gain that lies in prior rows: what its best values take off their squares.

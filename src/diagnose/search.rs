@@ -19,7 +19,7 @@ pub mod probability;
 use crate::estimate::batch::{FitError, Options};
 
 use self::pairs::pairs;
-use self::probability::{among_effects, probabilities};
+use self::probability::{among_effects, logarithms, probabilities};
 use super::evidence::score::{Score, Support, of_gain};
 use super::evidence::thresholds::{ALIKE, LEAST_LAMBDA, TIE, level};
 use super::fitted::Fitted;
@@ -110,6 +110,11 @@ impl Stage {
         }
         let inflation = self.inflation[candidate];
         self.support().ln_p(score.gain, score.degrees, inflation) <= level
+    }
+
+    /// Logarithm of the evidence of each candidate, found out once.
+    fn logarithms(&self) -> &[f64] {
+        self.logarithms.get_or_init(|| logarithms(self))
     }
 
     /// What is known of how scores scatter.

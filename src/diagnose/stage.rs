@@ -1,7 +1,7 @@
 //! A stage of the search: the campaigns with the effects adopted so far, fitted, and the evidence of
 //! everything that is not in the model yet.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::DVector;
 
@@ -50,6 +50,8 @@ pub struct Stage {
     pub inflation: Vec<f64>,
     /// Number of stretches; 0 where they were not looked at.
     pub stretches: usize,
+    /// Logarithm of the evidence of each candidate, where it was asked for.
+    pub(super) logarithms: OnceLock<Vec<f64>>,
 }
 
 /// What stays the same while the noise of a stage is judged, as long as its models do.
@@ -147,6 +149,7 @@ impl Stage {
             scores,
             noise_found: Noise::default(),
             stretches: 0,
+            logarithms: OnceLock::new(),
         })
     }
 

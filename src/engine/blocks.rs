@@ -5,11 +5,14 @@
 //! loaded with its weights. What is summed is the caller's business.
 
 use std::convert::Infallible;
+use std::ops::{Deref, DerefMut};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
 use crate::campaign::run::Samples;
 use crate::engine::gauss_markov::Filtering;
+use crate::engine::lanes::products::Products;
 use crate::engine::lanes::{Chunk, Code, LANES, Lanes, Workspace};
 use crate::engine::mixing::Mixing;
 use crate::engine::part::ParameterLeaves;
@@ -41,36 +44,83 @@ pub(super) struct Plan {
     /// Values of the parameters.
     parameters: Vec<[f64; 4]>,
     /// For each direction the columns of the run's Gram matrix that move it.
-    pub(super) movers: Vec<Vec<(usize, f64)>>,
-    /// For each direction the group outside of which it wants no sums; 0 with all.
-    pub(super) groups: Vec<usize>,
+    pub(super) movers: Arc<[Vec<(usize, f64)>]>,
     /// Columns of the run's Gram matrix, the residual included.
     pub(super) size: usize,
 }
 
 impl Plan {
-    /// Appends values after those of the parameters.
-    pub(super) fn give(&mut self, constants: &[f64]) {
-        self.parameters.extend(constants.iter().map(|value| [*value, 0.0, 0.0, 0.0]));
-    }
-
-    /// Puts the last directions into groups.
-    pub(super) fn group(&mut self, groups: &[usize]) {
-        let first = self.groups.len() - groups.len();
-        self.groups[first..].copy_from_slice(groups);
+    /// The plan with further values after those of the parameters.
+    pub(super) fn given(&self, constants: &[f64]) -> Self {
+        let constants = constants.iter().map(|value| [*value, 0.0, 0.0, 0.0]);
+        let parameters = self.parameters.iter().copied().chain(constants).collect();
+        Self { parameters, movers: Arc::clone(&self.movers), size: self.size }
     }
 }
 
 /// What one thread keeps between blocks.
 #[derive(Debug, Default)]
 pub(super) struct Memory {
-    /// One for each campaign.
-    workspaces: Vec<Option<Workspace>>,
+    /// One for each campaign: it serves one program of it.
+    own: Vec<Option<Own>>,
     weights: Vec<Lanes>,
-    pub(super) mixed: Mixing,
     filtering: Filtering,
     /// Of a run that is not in memory as it is looked at.
     samples: Samples,
+}
+
+/// What one thread keeps between the blocks of a campaign.
+#[derive(Debug)]
+pub(super) struct Own {
+    workspace: Workspace,
+    pub(super) mixed: Mixing,
+    /// Of each row; made where they are wanted.
+    pub(super) products: Vec<Products>,
+}
+
+impl Memory {
+    /// What is kept for a campaign, once something of it was computed.
+    pub(super) fn own(&mut self, part: usize) -> Option<&mut Own> {
+        self.own.get_mut(part).and_then(Option::as_mut)
+    }
+}
+
+/// What threads keep between passes of one program a campaign.
+#[derive(Debug, Default)]
+pub(super) struct Memories(Mutex<Vec<Memory>>);
+
+/// The memory of a thread, which goes back when it is dropped.
+struct Lent<'a> {
+    memory: Memory,
+    owner: &'a Memories,
+}
+
+impl Memories {
+    fn lend(&self) -> Lent<'_> {
+        let memory = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        Lent { memory: memory.unwrap_or_default(), owner: self }
+    }
+}
+
+impl Deref for Lent<'_> {
+    type Target = Memory;
+
+    fn deref(&self) -> &Memory {
+        &self.memory
+    }
+}
+
+impl DerefMut for Lent<'_> {
+    fn deref_mut(&mut self) -> &mut Memory {
+        &mut self.memory
+    }
+}
+
+impl Drop for Lent<'_> {
+    fn drop(&mut self) {
+        let memory = std::mem::take(&mut self.memory);
+        self.owner.0.lock().unwrap_or_else(PoisonError::into_inner).push(memory);
+    }
 }
 
 /// A chunk with everything that its rows need.
@@ -106,14 +156,15 @@ pub(super) struct WhitenedRow<'a> {
 ///
 /// # Errors
 /// The first that `take` gives; nothing more is computed then.
-pub(crate) fn in_waves<I: Sync, M: Default, T: Send, E>(
+pub(crate) fn in_waves<I: Sync, M, T: Send, E>(
     items: &[I],
     wave: usize,
+    memory: impl Fn() -> M + Sync,
     compute: impl Fn(&mut M, &I) -> T + Sync,
     mut take: impl FnMut(&I, T) -> Result<(), E>,
 ) -> Result<(), E> {
     for wave in items.chunks(wave.max(1)) {
-        let made: Vec<T> = wave.par_iter().map_init(M::default, &compute).collect();
+        let made: Vec<T> = wave.par_iter().map_init(&memory, &compute).collect();
         wave.iter().zip(made).try_for_each(|(item, one)| take(item, one))?;
     }
     Ok(())
@@ -155,14 +206,14 @@ impl Problem {
         let mut movers = self.movers(part, run);
         movers.extend((0..more).map(|column| vec![(touched + column, 1.0)]));
         let parameters = self.parameters(part, run, point);
-        let groups = vec![0; movers.len()];
-        Plan { parameters, movers, groups, size: touched + more + 1 }
+        Plan { parameters, movers: movers.into(), size: touched + more + 1 }
     }
 
     /// Computes something of every wanted block, many at a time, and takes the results in order. What
     /// waits of a block are so many numbers.
     pub(super) fn in_order<T: Send>(
         &self,
+        memories: &Memories,
         numbers: usize,
         wanted: impl Fn(Block) -> bool,
         compute: impl Fn(&mut Memory, Block) -> T + Sync,
@@ -181,7 +232,23 @@ impl Problem {
         };
         let busy = 2 * rayon::current_num_threads();
         let wave = (WAITING / numbers.max(1)).clamp(busy.min(WAVE), WAVE);
-        let Ok(()) = in_waves(&blocks, wave, |memory, block| compute(memory, *block), take);
+        let Ok(()) = in_waves(
+            &blocks,
+            wave,
+            || memories.lend(),
+            |memory, block| compute(memory, *block),
+            take,
+        );
+    }
+
+    /// What a thread keeps for a campaign, made where it is not there yet.
+    fn own<'m>(&self, part: usize, code: &Code, memory: &'m mut Memory) -> &'m mut Own {
+        memory.own.resize_with(memory.own.len().max(self.parts.len()), || None);
+        memory.own[part].get_or_insert_with(|| Own {
+            workspace: Workspace::new(code, self.set),
+            mixed: Mixing::default(),
+            products: Vec::new(),
+        })
     }
 
     /// Puts 1 where there is a reading and 0 where there is none; the number of readings.
@@ -201,7 +268,7 @@ impl Problem {
     }
 
     /// Computes the whitened rows of a block, chunk after chunk, those of a chunk in order; the number
-    /// of readings. `memory` then says which directions the rows have.
+    /// of readings. What is kept then says which directions the rows have.
     pub(super) fn walk_rows(
         &self,
         block: Block,
@@ -212,9 +279,8 @@ impl Problem {
     ) -> usize {
         let part = &self.parts[block.part];
         let correlated = self.whitening[block.part][block.run].is_correlated();
-        let directions: Vec<&[usize]> =
-            program.rows.iter().map(|row| row.directions.as_slice()).collect();
-        memory.mixed.prepare(&directions, correlated);
+        let rows = program.rows.iter().map(|row| row.directions.as_slice());
+        self.own(block.part, &program.code, memory).mixed.prepare(rows, correlated);
         let mut filtering = std::mem::take(&mut memory.filtering);
         filtering.begin(&part.gauss_markov);
         let readings = self.walk_block(block, &program.code, plan, memory, &mut |loaded, mixed| {
@@ -241,10 +307,9 @@ impl Problem {
             if triangles.is_some() {
                 for index in 0..program.rows.len() {
                     let weights = &weights[part.measurand_of(index)];
-                    mixed.take(index, |directions, lanes| {
-                        filtering.pass(index, lanes, chunk, weights, |lanes| {
-                            each(WhitenedRow { index, lanes, directions, chunk, weights });
-                        });
+                    let (directions, lanes) = mixed.row(index);
+                    filtering.pass(index, &lanes, chunk, weights, |lanes| {
+                        each(WhitenedRow { index, lanes, directions, chunk, weights });
                     });
                 }
             }
@@ -254,7 +319,6 @@ impl Problem {
     }
 
     /// Loads each chunk of a block into the program's workspace; the number of readings comes back.
-    /// One thread's memory serves one program a campaign.
     pub(super) fn walk_block(
         &self,
         block: Block,
@@ -264,10 +328,9 @@ impl Problem {
         each: &mut dyn FnMut(&mut Loaded<'_>, &mut Mixing),
     ) -> usize {
         let part = &self.parts[block.part];
-        let Memory { workspaces, weights, mixed, samples, .. } = memory;
-        workspaces.resize_with(workspaces.len().max(self.parts.len()), || None);
-        let workspace =
-            workspaces[block.part].get_or_insert_with(|| Workspace::new(code, self.set));
+        self.own(block.part, code, memory);
+        let Memory { own, weights, samples, .. } = memory;
+        let Some(Own { workspace, mixed, .. }) = own[block.part].as_mut() else { return 0 };
         workspace.hold_still(code, &ParameterLeaves(&plan.parameters));
         let stretch = part.runs[block.run].record.stretch(block.start..block.end, samples);
         let whitening = &self.whitening[block.part][block.run];

@@ -50,7 +50,7 @@ impl NoiseClock {
 impl GaussMarkov {
     /// The filter for a sequence that begins.
     pub fn filter(self) -> Filter {
-        Filter { noise: self, spread: self.share, last: None }
+        Filter { noise: self, spread: self.share, last: None, faded: (0.0, f64::INFINITY) }
     }
 }
 
@@ -61,7 +61,12 @@ pub struct Filter {
     /// Variance of the state before the next reading.
     spread: f64,
     last: Option<f64>,
+    /// How far the state faded over the interval before, and that (s).
+    faded: (f64, f64),
 }
+
+/// Relative difference of intervals over which a state fades by the same.
+const SAME: f64 = 1e-9;
 
 /// What a sample does with the state of a column: `state *= decay`, then `left = value - state`, which
 /// times `weight` is white, then `state += gain * left`.
@@ -80,7 +85,12 @@ impl Filter {
     pub fn next(&mut self, time: f64, is_read: bool) -> Gains {
         let GaussMarkov { share, time: memory, .. } = self.noise;
         let elapsed = self.last.map_or(f64::INFINITY, |last| (time - last).max(0.0));
-        let decay = (-elapsed / memory).exp();
+        let (mut decay, known) = self.faded;
+        let is_same = elapsed == known || (elapsed - known).abs() <= SAME * known.min(f64::MAX);
+        if !is_same {
+            decay = (-elapsed / memory).exp();
+            self.faded = (decay, elapsed);
+        }
         self.last = Some(time);
         self.spread = decay * decay * self.spread + share * (1.0 - decay * decay);
         if !is_read {

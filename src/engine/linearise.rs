@@ -5,7 +5,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::engine::blocks::{Block, Memory, Plan};
+use crate::engine::blocks::{Block, Memories, Memory, Plan};
 use crate::engine::gram::{Columns, Growing, LeastSquares, Normal, RunGram, UNBOUNDED};
 use crate::engine::lanes::products::Products;
 use crate::engine::point::Point;
@@ -25,27 +25,46 @@ impl Problem {
         plan: &Plan,
         memory: &mut Memory,
     ) -> RunGram {
-        let mut products: Vec<Products> = Vec::with_capacity(program.rows.len());
-        let readings = self.walk_rows(block, program, plan, memory, &mut |row| {
-            // Every chunk has its rows in order.
-            if products.len() == row.index {
-                let groups: Vec<usize> = std::iter::once(0)
-                    .chain(row.directions.iter().map(|direction| plan.groups[*direction]))
-                    .collect();
-                products.push(Products::grouped(&groups, self.set));
-            }
-            products[row.index].add(row.lanes);
-        });
+        let made = |directions: &[usize]| Products::new(1 + directions.len(), self.set);
+        let readings = self.block_products(block, program, plan, memory, made);
         let mut gram = DMatrix::zeros(plan.size, plan.size);
         let residual = [(plan.size - 1, 1.0)];
-        for (row, products) in products.iter().enumerate() {
-            let columns: Vec<&[(usize, f64)]> = std::iter::once(&residual[..])
-                .chain(memory.mixed.directions(row).iter().map(|d| plan.movers[*d].as_slice()))
-                .collect();
-            scatter(&mut gram, products, &columns);
+        if let Some(own) = memory.own(block.part) {
+            for (row, products) in own.products.iter().enumerate() {
+                let columns: Vec<&[(usize, f64)]> = std::iter::once(&residual[..])
+                    .chain(own.mixed.directions(row).iter().map(|d| plan.movers[*d].as_slice()))
+                    .collect();
+                scatter(&mut gram, products, &columns);
+            }
         }
         both_triangles(&mut gram);
         RunGram { gram, readings }
+    }
+
+    /// The products of the columns of each row over a block, which are then in the memory; the number of readings.
+    /// `made` makes the sums for a row that hangs on these directions.
+    pub(super) fn block_products(
+        &self,
+        block: Block,
+        program: &RowsProgram,
+        plan: &Plan,
+        memory: &mut Memory,
+        made: impl Fn(&[usize]) -> Products,
+    ) -> usize {
+        let kept = memory.own(block.part).map(|own| std::mem::take(&mut own.products));
+        let mut products = kept.unwrap_or_default();
+        products.iter_mut().for_each(Products::clear);
+        let readings = self.walk_rows(block, program, plan, memory, &mut |row| {
+            // Every chunk has its rows in order.
+            if products.len() == row.index {
+                products.push(made(row.directions));
+            }
+            products[row.index].add(row.lanes);
+        });
+        if let Some(own) = memory.own(block.part) {
+            own.products = products;
+        }
+        readings
     }
 
     /// Computes the rows of a block and forgets them; the number of readings.
@@ -74,15 +93,30 @@ impl Problem {
 /// Adds products of columns that stand for the given columns of a Gram matrix: each pair in one order
 /// only, the diagonal halved, so that [`both_triangles`] makes the matrix of it.
 fn scatter(half: &mut DMatrix<f64>, products: &Products, columns: &[&[(usize, f64)]]) {
+    // Most columns stand for one of the matrix each.
+    let single = |column: &&[(usize, f64)]| match **column {
+        [(place, 1.0)] => Some(place),
+        _ => None,
+    };
+    let mut singles: Vec<usize> = columns.iter().rev().map_while(single).collect();
+    singles.reverse();
+    let several = columns.len() - singles.len();
+    let mut sums = Vec::with_capacity(columns.len());
     for (i, left) in columns.iter().enumerate() {
+        products.row(i, &mut sums);
+        sums[0] *= 0.5;
+        let (first, rest) = sums.split_at(several.saturating_sub(i));
         for (a, p) in *left {
             // One column of the matrix at a time, for that is how it lies in memory.
             let mut target = half.column_mut(*a);
-            for (j, right) in columns.iter().enumerate().take(products.end(i)).skip(i) {
-                let sum = if i == j { 0.5 * products.sum(i, j) } else { products.sum(i, j) };
+            let target = target.as_mut_slice();
+            for (right, sum) in columns[i..].iter().zip(first) {
                 for (b, q) in *right {
                     target[*b] += p * q * sum;
                 }
+            }
+            for (b, sum) in singles[i.saturating_sub(several)..].iter().zip(rest) {
+                target[*b] += p * sum;
             }
         }
     }
@@ -127,6 +161,7 @@ impl LeastSquares for Problem {
         let plans = self.plans(point);
         let mut sum = 0.0;
         self.in_order(
+            &Memories::default(),
             1,
             |_| true,
             |memory, block| {
@@ -144,6 +179,7 @@ impl LeastSquares for Problem {
         let mut runs = Growing::new(plans.len());
         let most = plans.iter().map(|plan| plan.size).max().unwrap_or(0);
         self.in_order(
+            &Memories::default(),
             most * most,
             |_| true,
             |memory, block| {

@@ -12,6 +12,7 @@
 
 use std::collections::HashMap;
 
+use crate::engine::blocks::{Memories, Plan};
 use crate::engine::gram::{Growing, RunGram};
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
@@ -52,7 +53,9 @@ pub struct Signatures {
     /// The columns, after those of the nominal unknowns.
     pub columns: Vec<Signature>,
     /// For each of them the number of its candidate, from 1 on.
-    groups: Vec<usize>,
+    pub(super) groups: Vec<usize>,
+    /// Whether the nominal columns are computed, too.
+    pub(super) among: bool,
     pub(crate) program: RowsProgram,
     part: usize,
 }
@@ -64,8 +67,8 @@ impl Signatures {
     }
 
     /// The same with a constant of each candidate left open, by its name in the effect's file: its
-    /// values are given with each pass ([`Problem::gram_at`]). Not `among` the nominal columns, those
-    /// are not computed, and their sums are zero.
+    /// values are given with each pass ([`Passes`](super::passes::Passes)). Not `among` the nominal columns,
+    /// those are not computed.
     pub fn open(
         problem: &Problem,
         part: usize,
@@ -107,7 +110,7 @@ impl Signatures {
                 }
             }
         }
-        Self { columns, groups, program: made.compile(), part }
+        Self { columns, groups, among, program: made.compile(), part }
     }
 }
 
@@ -199,34 +202,12 @@ impl Problem {
     /// The Gram sums of every run of a campaign at a point, the signatures' columns among them: first
     /// the columns that the run touches, then the signatures', last the residual.
     pub fn gram_with(&self, signatures: &Signatures, point: &Point) -> Vec<RunGram> {
-        self.gram_at(signatures, point, &[], true)
-    }
-
-    /// The same with values for the constants that the signatures leave open, one a candidate. Not
-    /// `across` candidates, sums of products of different ones are zero.
-    pub fn gram_at(
-        &self,
-        signatures: &Signatures,
-        point: &Point,
-        constants: &[f64],
-        across: bool,
-    ) -> Vec<RunGram> {
         let part = signatures.part;
-        let more = signatures.columns.len();
-        let runs = self.parts[part].runs.len();
-        let plans: Vec<_> = (0..runs)
-            .map(|run| {
-                let mut plan = self.plan(part, run, point, more);
-                plan.give(constants);
-                if !across {
-                    plan.group(&signatures.groups);
-                }
-                plan
-            })
-            .collect();
-        let mut sums = Growing::new(runs);
+        let plans = self.plans_with(signatures, point);
+        let mut sums = Growing::new(plans.len());
         let most = plans.iter().map(|plan| plan.size).max().unwrap_or(0);
         self.in_order(
+            &Memories::default(),
             most * most,
             |block| block.part == part,
             |memory, block| self.block_gram(block, &signatures.program, &plans[block.run], memory),
@@ -235,15 +216,21 @@ impl Problem {
         sums.finish(plans.iter().map(|plan| plan.size))
     }
 
+    /// The plans of a campaign's runs, with a column for each signature.
+    pub(super) fn plans_with(&self, signatures: &Signatures, point: &Point) -> Vec<Plan> {
+        let (part, more) = (signatures.part, signatures.columns.len());
+        let runs = 0..self.parts[part].runs.len();
+        runs.map(|run| self.plan(part, run, point, more)).collect()
+    }
+
     /// Computes the rows of every run of a campaign and forgets them: what [`Problem::gram_with`] does
     /// but for the sums. The number of readings comes back.
     pub fn rows_with(&self, signatures: &Signatures, point: &Point) -> usize {
         let part = signatures.part;
-        let plans: Vec<_> = (0..self.parts[part].runs.len())
-            .map(|run| self.plan(part, run, point, signatures.columns.len()))
-            .collect();
+        let plans = self.plans_with(signatures, point);
         let mut readings = 0;
         self.in_order(
+            &Memories::default(),
             1,
             |block| block.part == part,
             |memory, block| self.block_rows(block, &signatures.program, &plans[block.run], memory),

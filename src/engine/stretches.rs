@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::DVector;
 
-use crate::engine::blocks::{BLOCK, Block, Memory, Plan, WhitenedRow};
+use crate::engine::blocks::{BLOCK, Block, Memories, Memory, Plan, WhitenedRow};
 use crate::engine::lanes::{LANES, Lanes};
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
@@ -54,6 +54,7 @@ impl Problem {
             })
             .collect();
         self.in_order(
+            &Memories::default(),
             rows * BLOCK,
             |block| block.part == part,
             |memory, block| {

@@ -44,33 +44,34 @@ pub fn contradicted(result: &Calibration) -> Vec<Contradicted> {
     }
     let bar = APART * result.variance_factor().unwrap_or(1.0).max(1.0).sqrt();
     let count = result.problem.layout.instances.len();
-    let judged = (0..count).filter_map(|index| judged(result, index));
-    let mut found: Vec<Contradicted> = judged.filter(|one| one.deviations > bar).collect();
+    let mut found: Vec<Contradicted> =
+        (0..count).filter_map(|index| judged(result, index, bar)).collect();
     found.sort_by(|a, b| b.deviations.total_cmp(&a.deviations));
     found
 }
 
-/// The component of a stated value that is farthest from what the readings say.
-fn judged(result: &Calibration, index: usize) -> Option<Contradicted> {
+/// The component of a stated value that is farthest from what the readings say, if it is beyond the bar.
+fn judged(result: &Calibration, index: usize, bar: f64) -> Option<Contradicted> {
     let layout = &result.problem.layout;
     let setting = &layout.instances[index].setting;
     let (value, sigma) = (setting.value.as_ref()?, setting.sigma.as_ref()?);
     let rows = result.fit.point.priors_of(layout, index);
     let count = rows.len();
-    let mut design = DMatrix::zeros(count, layout.columns.len());
-    for (row, prior) in rows.iter().enumerate() {
-        for (column, coefficient) in &prior.coefficients {
-            design[(row, *column)] += coefficient;
-        }
-    }
     let left = DVector::from_iterator(count, rows.iter().map(|row| row.residual));
-    let redundancy =
-        DMatrix::identity(count, count) - &design * &result.covariance * design.transpose();
+    let redundancy = DMatrix::from_fn(count, count, |i, j| {
+        let pairs = rows[i].coefficients.iter().flat_map(|a| {
+            rows[j].coefficients.iter().map(move |b| a.1 * b.1 * result.covariance[(a.0, b.0)])
+        });
+        f64::from(u8::from(i == j)) - pairs.sum::<f64>()
+    });
     let deviations = |row: usize| {
         let free = redundancy[(row, row)];
         if free > SILENT { left[row].abs() / free.sqrt() } else { 0.0 }
     };
     let worst = (0..count).max_by(|a, b| deviations(*a).total_cmp(&deviations(*b)))?;
+    if deviations(worst) <= bar {
+        return None;
+    }
     let free = redundancy[(worst, worst)].max(SILENT);
     let estimate = result.estimates_of(index).into_iter().nth(worst)?;
     let stated = *value.get(worst)?;

@@ -37,10 +37,19 @@ impl Nominal {
 
     /// `H_nn⁻¹` times a matrix.
     pub(super) fn solve(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
-        let scaled = |m: &DMatrix<f64>| {
-            DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] / self.length[i])
-        };
-        scaled(&self.factor.solve(&scaled(matrix)))
+        self.scaled(&self.factor.solve(&self.scaled(matrix)))
+    }
+
+    /// `L⁻¹` times a matrix, where `H_nn = L Lᵀ`: products of its columns are those of the matrix with `H_nn⁻¹`
+    /// between them.
+    pub(super) fn halfway(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut half = self.scaled(matrix);
+        self.factor.l_dirty().solve_lower_triangular_mut(&mut half);
+        half
+    }
+
+    fn scaled(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] / self.length[i])
     }
 }
 

@@ -4,19 +4,20 @@
 //! made from the signatures themselves: neighbours are so near that their squared cosine is
 //! `NEIGHBOURS`. The constant is left open in one compiled program, `TOGETHER` members at once: one pass
 //! over the readings serves them all. What nominal parameters take up only raises a gain, so the
-//! `BEST` members by the plain gain are looked at again with that taken off, and polished by golden
-//! section; coupling between values of different runs is left aside. The best is then tested like any
+//! `BEST` members by the plain gain are looked at again with that taken off, and the best is polished
+//! between its neighbours; coupling between values of different runs is left aside. The best is then tested like any
 //! other candidate; every member of the grid is paid for, twice for the polishing. A list of members is
 //! looked through in the same way, as it stands.
 
-use nalgebra::linalg::Cholesky;
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidates::{Candidate, join};
 use crate::effect::{Effect, Members};
 use crate::engine::Problem;
-use crate::engine::gram::RunGram;
+use crate::engine::passes::Passes;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::graph::Scope;
 use crate::system::{Selected, System};
@@ -33,12 +34,13 @@ const BEST: usize = 40;
 const MOST: usize = 2_000;
 /// Member times sample at most: longer campaigns are scanned more coarsely.
 const MOST_WORK: usize = 20_000_000;
-/// Halvings in search of a step.
-const HALVINGS: usize = 16;
-/// Steps of the golden section.
-const POLISH: usize = 12;
 /// Members in one pass over the readings: they share everything but their own columns.
 const TOGETHER: usize = 8;
+/// Passes in search of the size of a step, and how much shorter each distance is that is tried.
+const STEPS: i32 = 3;
+const SHORTER: f64 = 0.25;
+/// Passes between the neighbours of the best member.
+const POLISH: usize = 4;
 
 /// What was found before: the family, its best member, and the number of members.
 pub type Scanned = Vec<(String, Candidate, usize)>;
@@ -143,11 +145,11 @@ fn is_frequency(unit: &Unit) -> bool {
 /// A family whose constant is left open.
 struct Scan<'a> {
     fitted: &'a Fitted,
-    /// One program for each campaign that it fits: the columns of `TOGETHER` members alone and with the
-    /// nominal ones, and those of one with them.
-    alone: Vec<Signatures>,
-    beside: Vec<Signatures>,
-    single: Vec<Signatures>,
+    /// For each campaign that it fits the columns of `TOGETHER` members: alone, with those of each other, and with
+    /// the nominal ones.
+    alone: Vec<Passes<'a>>,
+    across: Vec<Passes<'a>>,
+    beside: Vec<Passes<'a>>,
     nominal: Nominal,
     samples: usize,
     /// Of a family of frequencies, and the lowest of them.
@@ -157,8 +159,8 @@ struct Scan<'a> {
 /// The first part of the key of what holds together over a run.
 const OF_RUN: usize = 2;
 
-/// Sums of some members' columns that hold together: with themselves, with the nominal columns, with
-/// what is left.
+/// Sums of some members' columns that hold together: with those of the same member, or of all; with the nominal
+/// columns; with what is left.
 struct Group {
     key: (usize, usize),
     own: DMatrix<f64>,
@@ -166,20 +168,73 @@ struct Group {
     score: DVector<f64>,
 }
 
-type Factor = Cholesky<f64, nalgebra::Dyn>;
+impl Group {
+    /// What a member takes off the sum of squares, without what others take up: `half` and `known` are nominal columns'
+    /// products with the columns and with what is left, halfway to their product.
+    fn gain(
+        &self,
+        member: usize,
+        members: usize,
+        half: &DMatrix<f64>,
+        known: &DVector<f64>,
+    ) -> f64 {
+        let k = self.score.len() / members;
+        let first = member * k;
+        let taken = |i: usize, j: usize| half.column(first + i).dot(&half.column(first + j));
+        let mut left = DMatrix::from_fn(k, k, |i, j| self.own[(i, first + j)] - taken(i, j));
+        let mut score =
+            DVector::from_fn(k, |i, _| self.score[first + i] - half.column(first + i).dot(known));
+        gained(&mut left, |i| self.own[(i, first + i)], &mut score)
+    }
 
-/// The factor of what is left of columns whose products are `own`. What others take up is nothing: the nominal
+    /// The squared cosines between two members of so many, added up, and those of the first with itself: as many as it
+    /// has directions. `None` where they have none.
+    fn cosines(&self, first: usize, other: usize, members: usize) -> Option<(f64, f64)> {
+        let k = self.score.len() / members;
+        let block = |i: usize, j: usize| self.own.view((i * k, j * k), (k, k)).into_owned();
+        let factor = |own: DMatrix<f64>| {
+            let mut held = own.clone();
+            (0..k).for_each(|i| held[(i, i)] = raised(own[(i, i)], own[(i, i)]));
+            nalgebra::linalg::Cholesky::new(held)
+        };
+        let (left, right) = (factor(block(first, first))?, factor(block(other, other))?);
+        let cosines = |right: &Factor, products: DMatrix<f64>| {
+            let half = left.l().solve_lower_triangular(&products)?;
+            Some(right.l().solve_lower_triangular(&half.transpose())?.norm_squared())
+        };
+        Some((cosines(&right, block(first, other))?, cosines(&left, block(first, first))?))
+    }
+}
+
+type Factor = nalgebra::linalg::Cholesky<f64, nalgebra::Dyn>;
+
+/// What is left of a column's squared length, a little more. What others take up is nothing: the nominal
 /// parameters, or another of the columns, as where all runs turn in the same sense; so is a column of zeros, as
 /// where a signal stands still.
-fn factor(mut left: DMatrix<f64>, own: &DMatrix<f64>) -> Option<Factor> {
-    for i in 0..left.nrows() {
-        if own[(i, i)] > 0.0 {
-            left[(i, i)] += super::basis::RANK.powi(2) * own[(i, i)];
-        } else {
-            left[(i, i)] = 1.0;
+fn raised(left: f64, own: f64) -> f64 {
+    if own > 0.0 { left + super::basis::RANK.powi(2) * own } else { 1.0 }
+}
+
+/// What columns take off the sum of squares: `left` are the products of what is left of them, `own` their squared lengths,
+/// `score` their products with what is left of the residual. Both are used up.
+fn gained(left: &mut DMatrix<f64>, own: impl Fn(usize) -> f64, score: &mut DVector<f64>) -> f64 {
+    let mut gain = 0.0;
+    (0..score.len()).for_each(|i| left[(i, i)] = raised(left[(i, i)], own(i)));
+    for i in 0..score.len() {
+        let pivot = left[(i, i)];
+        if pivot.is_nan() || pivot <= 0.0 {
+            return 0.0;
+        }
+        gain += score[i] * score[i] / pivot;
+        for j in i + 1..score.len() {
+            let by = left[(j, i)] / pivot;
+            score[j] -= by * score[i];
+            for row in j..score.len() {
+                left[(row, j)] -= by * left[(row, i)];
+            }
         }
     }
-    Cholesky::new(left)
+    gain
 }
 
 impl<'a> Scan<'a> {
@@ -196,20 +251,23 @@ impl<'a> Scan<'a> {
             member: Default::default(),
             head: family.selected.head.clone(),
         };
-        let (mut alone, mut beside, mut single) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut alone, mut across, mut beside) = (Vec::new(), Vec::new(), Vec::new());
         let numbers: Vec<String> = (0..TOGETHER).map(|number| number.to_string()).collect();
+        let point = &fitted.fit.point;
         for (part, recipe) in fitted.recipes.iter().enumerate() {
             let Ok(system) = recipe.with(std::slice::from_ref(&selected)) else { continue };
             let system: &System = &system;
             let all: Vec<Signed<'_>> = numbers.iter().map(|name| Signed { name, system }).collect();
-            alone.push(Signatures::open(problem, part, &all, name, false));
-            beside.push(Signatures::open(problem, part, &all, name, true));
-            single.push(Signatures::open(problem, part, &all[..1], name, true));
+            let opened = |among| Arc::new(Signatures::open(problem, part, &all, name, among));
+            let signatures = opened(false);
+            alone.push(Passes::new(problem, Arc::clone(&signatures), point, false));
+            across.push(Passes::new(problem, signatures, point, true));
+            beside.push(Passes::new(problem, opened(true), point, false));
         }
         let nominal = Nominal::of(&fitted.fit.normal)?;
         let runs = problem.parts.iter().flat_map(|part| &part.runs);
         let samples = runs.map(|run| run.record.len()).sum();
-        Some(Self { fitted, alone, beside, single, nominal, samples, sampling })
+        Some(Self { fitted, alone, across, beside, nominal, samples, sampling })
     }
 
     /// Whether a member is a frequency that the runs cannot tell from nothing.
@@ -225,41 +283,38 @@ impl<'a> Scan<'a> {
         self.sampling.as_ref().is_some_and(of_run)
     }
 
-    /// Sums over runs of columns that hold together: over a campaign, a setup or a run; `across` members,
-    /// too, if that is wanted.
-    fn groups(&self, signatures: &Signatures, members: &[f64], across: bool) -> Vec<Group> {
+    /// Sums over runs of columns that hold together: over a campaign, a setup or a run.
+    fn groups(&self, passes: &Passes<'_>, members: &[f64]) -> Vec<Group> {
         let problem = &self.fitted.problem;
-        let part = signatures.part();
+        let (part, columns) = (passes.signatures().part(), &passes.signatures().columns);
         let n = self.nominal.length.len();
+        let k = columns.len();
         let mut groups: Vec<Group> = Vec::new();
-        let grams = problem.gram_at(signatures, &self.fitted.fit.point, members, across);
-        for (run, RunGram { gram, .. }) in grams.iter().enumerate() {
+        for (run, sums) in passes.sums(members).iter().enumerate() {
             let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
-            let k = gram.nrows() - 1 - touched.len();
-            let key = match signatures.columns.first().map(|one| one.scope) {
+            let key = match columns.first().map(|one| one.scope) {
                 Some(Scope::Run) => (OF_RUN, problem.run_index(part, run)),
                 Some(Scope::Setup) => (1, problem.parts[part].runs[run].setup),
                 _ => (0, 0),
             };
+            let rows = if k > 0 { sums.own(0).len() } else { 0 };
             let at = groups.iter().position(|group| group.key == key).unwrap_or_else(|| {
-                let own = DMatrix::zeros(k, k);
                 groups.push(Group {
                     key,
-                    own,
+                    own: DMatrix::zeros(rows, k),
                     across: DMatrix::zeros(n, k),
                     score: DVector::zeros(k),
                 });
                 groups.len() - 1
             });
             let group = &mut groups[at];
-            let first = touched.len();
             for j in 0..k {
-                group.score[j] += gram[(gram.nrows() - 1, first + j)];
-                for i in 0..k {
-                    group.own[(i, j)] += gram[(first + i, first + j)];
+                group.score[j] += sums.residual(j);
+                for (sum, more) in group.own.column_mut(j).iter_mut().zip(sums.own(j)) {
+                    *sum += more;
                 }
-                for (place, column) in touched.iter().enumerate() {
-                    group.across[(*column, j)] += gram[(place, first + j)];
+                for (column, sum) in touched.iter().zip(sums.nominal(j)) {
+                    group.across[(*column, j)] += sum;
                 }
             }
         }
@@ -269,101 +324,82 @@ impl<'a> Scan<'a> {
     /// What each of at most `TOGETHER` members takes off the sum of squares while nominal parameters stand
     /// still.
     fn plain_gains(&self, members: &[f64]) -> Vec<f64> {
-        let gain = |own: DMatrix<f64>, _: DMatrix<f64>, score: DVector<f64>| {
-            factor(own.clone(), &own).map_or(0.0, |factor| score.dot(&factor.solve(&score)))
-        };
-        self.added(&self.alone, &filled(members), gain)[..members.len()].to_vec()
+        let nothing = DVector::zeros(0);
+        self.added(&self.alone, members, |group| {
+            (DMatrix::zeros(0, group.score.len()), nothing.clone())
+        })
     }
 
-    /// What each of at most `TOGETHER` members takes off the sum of squares.
+    /// What each of at most `TOGETHER` members takes off the sum of squares; blind ones nothing.
     fn gains(&self, members: &[f64]) -> Vec<f64> {
-        let gain = |own, across, score| self.gain_beyond(&own, &across, score);
-        self.added(&self.beside, &filled(members), gain)[..members.len()].to_vec()
-    }
-
-    /// What a member takes off the sum of squares.
-    fn gain(&self, member: f64) -> f64 {
-        let gain = |own, across, score| self.gain_beyond(&own, &across, score);
-        self.added(&self.single, &[member], gain)[0]
+        let known =
+            DMatrix::from_column_slice(self.nominal.score.len(), 1, self.nominal.score.as_slice());
+        let known = self.nominal.halfway(&known).column(0).into_owned();
+        let halfway = |group: &Group| (self.nominal.halfway(&group.across), known.clone());
+        let mut gains = self.added(&self.beside, members, halfway);
+        for (gain, member) in gains.iter_mut().zip(members) {
+            if self.is_blind(*member) {
+                *gain = 0.0;
+            }
+        }
+        gains
     }
 
     /// What each member gains, added up over everything that holds together; without the runs in which its wave is as
     /// much one slower than all of the family, where these say most of it.
     fn added(
         &self,
-        programs: &[Signatures],
+        programs: &[Passes<'_>],
         members: &[f64],
-        each: impl Fn(DMatrix<f64>, DMatrix<f64>, DVector<f64>) -> f64,
+        halfway: impl Fn(&Group) -> (DMatrix<f64>, DVector<f64>),
     ) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); members.len()];
-        for Group { key, own, across, score } in
-            programs.iter().flat_map(|one| self.groups(one, members, false))
-        {
-            let k = score.len() / members.len();
+        for group in programs.iter().flat_map(|one| self.groups(one, &filled(members))) {
+            let (half, known) = halfway(&group);
             for (member, (told, slow)) in sums.iter_mut().enumerate() {
-                let is_slow = self.is_slow_in(key, members[member]);
-                *(if is_slow { slow } else { told }) += each(
-                    own.view((member * k, member * k), (k, k)).into_owned(),
-                    across.columns(member * k, k).into_owned(),
-                    score.rows(member * k, k).into_owned(),
-                );
+                let is_slow = self.is_slow_in(group.key, members[member]);
+                *(if is_slow { slow } else { told }) += group.gain(member, TOGETHER, &half, &known);
             }
         }
         // What does most where it is slow is something slow.
         sums.into_iter().map(|(told, slow)| if told < slow { told } else { told + slow }).collect()
     }
 
-    /// What columns take off the sum of squares beyond the nominal parameters.
-    fn gain_beyond(&self, own: &DMatrix<f64>, across: &DMatrix<f64>, score: DVector<f64>) -> f64 {
-        let coupling = self.nominal.solve(across);
-        let left = own - across.tr_mul(&coupling);
-        let score = score - coupling.tr_mul(&self.nominal.score);
-        factor(left, own).map_or(0.0, |factor| score.dot(&factor.solve(&score)))
-    }
-
-    /// Mean squared cosine between two members.
-    fn alike(&self, a: f64, b: f64) -> f64 {
-        let (mut sum, mut all) = (0.0, 0.0);
-        for group in self.alone.iter().flat_map(|one| self.groups(one, &filled(&[a, b]), true)) {
-            let k = group.own.nrows() / TOGETHER;
-            let block = |i, j| group.own.view((i, j), (k, k)).into_owned();
-            let (own, other) = (block(0, 0), block(k, k));
-            let (Some(left), Some(right)) =
-                (factor(own.clone(), &own), factor(other.clone(), &other))
-            else {
-                continue;
-            };
-            let cosines = |right: &Factor, products: DMatrix<f64>| {
-                let half = left.l().solve_lower_triangular(&products)?;
-                Some(right.l().solve_lower_triangular(&half.transpose())?.norm_squared())
-            };
-            // With itself it has as many cosines of one as directions.
-            let (Some(between), Some(directions)) =
-                (cosines(&right, block(0, k)), cosines(&left, own))
-            else {
-                continue;
-            };
-            sum += between;
-            all += directions;
+    /// Mean squared cosines between a member and others, fewer than `TOGETHER`.
+    fn alike(&self, member: f64, others: &[f64]) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0); others.len()];
+        let all: Vec<f64> = std::iter::once(member).chain(others.iter().copied()).collect();
+        for group in self.across.iter().flat_map(|one| self.groups(one, &filled(&all))) {
+            for (number, (between, directions)) in (1..).zip(&mut sums) {
+                if let Some((cosines, own)) = group.cosines(0, number, TOGETHER) {
+                    *between += cosines;
+                    *directions += own;
+                }
+            }
         }
-        if all > 0.0 { sum / all } else { 1.0 }
+        sums.into_iter().map(|(sum, all)| if all > 0.0 { sum / all } else { 1.0 }).collect()
     }
 
     /// The distance from a member to a neighbour, looked for up to `range` in a direction (1 or -1).
     fn step(&self, at: f64, direction: f64, range: f64) -> f64 {
-        let (mut near, mut far) = (0.0, range);
-        for _ in 0..HALVINGS {
-            let middle = if near == 0.0 { 0.25 * far } else { (near * far).sqrt() };
-            if self.alike(at, at + direction * middle) < NEIGHBOURS {
-                far = middle;
-            } else {
-                near = middle;
-            }
-            if near > 0.0 && far / near < 1.2 {
+        let is_near = |distances: &[f64]| -> Vec<bool> {
+            let others: Vec<f64> = distances.iter().map(|far| at + direction * far).collect();
+            self.alike(at, &others).into_iter().map(|alike| alike >= NEIGHBOURS).collect()
+        };
+        let tried = TOGETHER as i32 - 1;
+        let mut near = range * SHORTER.powi(STEPS * tried);
+        for pass in 0..STEPS {
+            let ladder: Vec<f64> =
+                (1..=tried).map(|rung| range * SHORTER.powi(pass * tried + rung)).collect();
+            if let Some(first) = is_near(&ladder).iter().position(|near| *near) {
+                near = ladder[first];
                 break;
             }
         }
-        if near > 0.0 { near } else { far }
+        let part = SHORTER.powf(-1.0 / f64::from(tried + 1));
+        let between: Vec<f64> = (1..=tried).map(|rung| near * part.powi(rung)).collect();
+        let nearer = is_near(&between).into_iter().take_while(|near| *near).count();
+        if nearer > 0 { between[nearer - 1] } else { near }
     }
 
     /// The members that are tried, and for how many they are paid for.
@@ -402,27 +438,18 @@ impl<'a> Scan<'a> {
 
     /// The best value between two members about the best one.
     fn polished(&self, mut low: f64, mut high: f64, best: (f64, f64)) -> f64 {
-        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
         let mut best = best;
-        let mut try_at = |value: f64| {
-            let gain = if self.is_blind(value) { 0.0 } else { self.gain(value) };
-            if gain > best.1 {
-                best = (value, gain);
-            }
-            gain
-        };
-        let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
-        let (mut at_a, mut at_b) = (try_at(a), try_at(b));
         for _ in 0..POLISH {
-            if at_a > at_b {
-                (high, b, at_b) = (b, a, at_a);
-                a = high - golden * (high - low);
-                at_a = try_at(a);
-            } else {
-                (low, a, at_a) = (a, b, at_b);
-                b = low + golden * (high - low);
-                at_b = try_at(b);
+            let part = (high - low) / (TOGETHER + 1) as f64;
+            let between: Vec<f64> = (1..=TOGETHER).map(|one| low + part * one as f64).collect();
+            for (value, gain) in between.iter().zip(self.gains(&between)) {
+                if gain > best.1 {
+                    best = (*value, gain);
+                }
             }
+            let below = between.iter().copied().filter(|value| *value < best.0);
+            let above = between.iter().copied().filter(|value| *value > best.0);
+            (low, high) = (below.fold(low, f64::max), above.fold(high, f64::min));
         }
         best.0
     }
@@ -480,8 +507,8 @@ mod tests {
     fn columns_of_zeros_and_the_same_ones_take_nothing() {
         let own = DMatrix::from_row_slice(3, 3, &[4.0, 4.0, 0.0, 4.0, 4.0, 0.0, 0.0, 0.0, 0.0]);
         let score = DVector::from_row_slice(&[6.0, 6.0, 0.0]);
-        let gain = factor(own.clone(), &own).map(|factor| score.dot(&factor.solve(&score)));
-        assert!(gain.is_some_and(|gain| (gain - 9.0).abs() < 1e-3), "{gain:?}");
+        let gain = gained(&mut own.clone(), |i| own[(i, i)], &mut score.clone());
+        assert!((gain - 9.0).abs() < 1e-3, "{gain}");
     }
 
     /// Blind members do not make a scan that stops short look whole.

@@ -65,6 +65,9 @@ pub(in crate::diagnose) fn likelihood_of_memory(all: &[Sequence]) -> f64 {
 /// of unit variance.
 fn likelihood(one: &Sequence, noise: GaussMarkov) -> f64 {
     let (variance, mut sum) = (one.variance(), 0.0);
+    let white = variance.ln();
+    // Weights mostly are the same from sample to sample.
+    let mut weight = (1.0, 0.0);
     for (run, times) in one.runs.iter().zip(one.times(noise.clock)) {
         let (mut filter, mut state) = (noise.filter(), 0.0);
         for (value, time) in run.iter().zip(times) {
@@ -73,7 +76,10 @@ fn likelihood(one: &Sequence, noise: GaussMarkov) -> f64 {
             if !value.is_nan() {
                 let left = value - state;
                 let squares = value * value - (left * gains.weight).powi(2) / variance;
-                sum += 0.5 * (squares - variance.ln()) + gains.weight.ln();
+                if weight.0 != gains.weight {
+                    weight = (gains.weight, gains.weight.ln());
+                }
+                sum += 0.5 * (squares - white) + weight.1;
                 state += gains.gain * left;
             }
         }

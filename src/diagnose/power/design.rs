@@ -81,5 +81,6 @@ pub fn stage(fitted: Fitted, wanted: &Wanted) -> Option<Stage> {
         scores,
         noise_found: Noise::default(),
         stretches: 0,
+        logarithms: Default::default(),
     })
 }

@@ -42,12 +42,12 @@ pub fn is_implausible(times: f64) -> bool {
 pub fn probabilities(stage: &Stage) -> Vec<f64> {
     let [effect, block] = shares(stage);
     let odds = (block / effect).ln();
-    normalised(&with_imitations(stage, logarithms(stage), odds), Some(BEFORE[0].ln()))
+    normalised(&with_imitations(stage, stage.logarithms(), odds), Some(BEFORE[0].ln()))
 }
 
 /// The probability of each effect of a stage, in their order, if it is one of them.
 pub fn among_effects(stage: &Stage) -> Vec<f64> {
-    normalised(&logarithms(stage)[..stage.effects], None)
+    normalised(&stage.logarithms()[..stage.effects], None)
 }
 
 /// Probabilities from their logarithms, that of `nothing` beside them.
@@ -72,7 +72,7 @@ fn shares(stage: &Stage) -> [f64; 2] {
 }
 
 /// Logarithm of the evidence of each candidate against nothing, times its part before the data.
-fn logarithms(stage: &Stage) -> Vec<f64> {
+pub(in crate::diagnose) fn logarithms(stage: &Stage) -> Vec<f64> {
     let share = shares(stage);
     (0..stage.candidates.len())
         .map(|n| {
@@ -97,13 +97,13 @@ pub fn at_most(ln_p: f64) -> f64 {
 
 /// Gives blocks what effects and they explain together where the effects alone are not enough; `odds` is
 /// the logarithm of a block's part over an effect's before the data.
-fn with_imitations(stage: &Stage, alone: Vec<f64>, odds: f64) -> Vec<f64> {
+fn with_imitations(stage: &Stage, alone: &[f64], odds: f64) -> Vec<f64> {
     let (effects, blocks) = alone.split_at(stage.effects);
     let best = effects.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let readings: usize = stage.fitted.fit.normal.runs.iter().map(|run| run.readings).sum();
     let seen =
         |score: &Score, tests: usize| score.ln_p <= level(tests) && score.lambda() >= LEAST_LAMBDA;
-    let mut all = alone.clone();
+    let mut all = alone.to_vec();
     for (number, own) in effects.iter().enumerate() {
         let score = &stage.scores[number];
         if *own < best - OUT_OF_QUESTION || !seen(score, effects.len()) {

@@ -4,7 +4,9 @@
 //! partial sums as a register holds numbers, which are added up at the end. So a product costs one
 //! multiply-add, which is the least it can. Where there are so many columns that partial sums would not
 //! stay in the nearest caches, they are added up chunk by chunk. Columns may be in groups that want no
-//! sums with each other.
+//! sums with each other; what nobody wants has no place in memory.
+
+use std::ops::Range;
 
 use crate::engine::lanes::dispatch::Simd;
 
@@ -21,72 +23,127 @@ const FEW: usize = 96;
 /// Sums of products of pairs of columns.
 #[derive(Clone, Debug)]
 pub struct Products {
-    /// For each column the end of those from itself on with which it is summed.
-    ends: Vec<usize>,
+    count: usize,
+    bands: Vec<Band>,
+    /// For each column the band that it is a row of.
+    band_of: Vec<usize>,
     set: InstructionSet,
     /// Partial sums of each sum: as many as a register holds numbers, or one.
     parts: usize,
-    /// `[i][j][part]`; filled for `i <= j < ends[i]`.
+    /// Band after band, row after row.
     sums: Vec<f64>,
+}
+
+/// Columns that follow each other and are summed with the same others: rows of one row of tiles.
+#[derive(Clone, Debug)]
+struct Band {
+    rows: Range<usize>,
+    /// The columns that they are summed with.
+    with: Range<usize>,
+    /// Where their sums begin, in units of sums.
+    at: usize,
 }
 
 impl Products {
     /// Of every pair of this many columns; all zero.
     pub fn new(count: usize, set: InstructionSet) -> Self {
-        Self::grouped(&vec![0; count], set)
+        Self::of((0..count).map(|column| column..count), set)
     }
 
     /// Of columns in groups, those of a group one after the other: of pairs of the same group, and of those
-    /// of group 0, which is first, with all.
+    /// of group 0, which is first, with all that are not.
     pub fn grouped(groups: &[usize], set: InstructionSet) -> Self {
         debug_assert!(groups.is_sorted(), "group after group, those of 0 first");
-        let count = groups.len();
-        let end = |column: usize| {
-            let others = groups[column..].iter().position(|group| *group != groups[column]);
-            others.filter(|_| groups[column] > 0).map_or(count, |others| column + others)
-        };
-        let parts = if count > FEW { 1 } else { set.run(Width) };
-        let sums = vec![0.0; count * count * parts];
-        Self { ends: (0..count).map(end).collect(), set, parts, sums }
+        let first = groups.partition_point(|group| *group == 0);
+        let end = |column: usize| groups.partition_point(|group| *group <= groups[column]);
+        let with =
+            |column: usize| if column < first { first..groups.len() } else { column..end(column) };
+        Self::of((0..groups.len()).map(with), set)
     }
 
-    /// The end of the columns, from this one on, with which it is summed.
-    pub fn end(&self, column: usize) -> usize {
-        self.ends[column]
+    /// Of each column with those of a range, which ends no earlier than that of the column before it.
+    fn of(with: impl ExactSizeIterator<Item = Range<usize>>, set: InstructionSet) -> Self {
+        let (width, fused) = set.run(Kind);
+        let (count, most) = (with.len(), if fused { ROWS } else { ROWS - 1 });
+        let (mut bands, mut band_of, mut at) = (Vec::<Band>::new(), Vec::new(), 0);
+        for (column, with) in with.enumerate() {
+            // A row of a band is summed with those before it, too, as they begin together.
+            let fits = |band: &&mut Band| band.rows.len() < most && band.with.end == with.end;
+            if let Some(band) = bands.last_mut().filter(fits) {
+                band.rows.end += 1;
+                at += band.with.len();
+            } else {
+                bands.push(Band { rows: column..column + 1, with: with.clone(), at });
+                at += with.len();
+            }
+            band_of.push(bands.len() - 1);
+        }
+        let parts = if count > FEW { 1 } else { width };
+        Self { count, bands, band_of, set, parts, sums: vec![0.0; at * parts] }
+    }
+
+    /// Forgets what was added.
+    pub fn clear(&mut self) {
+        self.sums.fill(0.0);
+    }
+
+    /// The columns, from this one on, with which it is summed.
+    pub fn with(&self, column: usize) -> Range<usize> {
+        let with = &self.bands[self.band_of[column]].with;
+        with.start.max(column)..with.end
     }
 
     /// Adds the products of a chunk; one column each.
     pub fn add(&mut self, columns: &[&Lanes]) {
-        debug_assert_eq!(columns.len(), self.ends.len());
-        let Self { ends, parts, sums, .. } = self;
-        self.set.run(Adding { columns, ends, sums, parts: *parts });
+        debug_assert_eq!(columns.len(), self.count);
+        let Self { bands, parts, sums, .. } = self;
+        self.set.run(Adding { columns, bands, sums, parts: *parts });
     }
 
     /// The sum for a pair of columns; zero where it is not wanted.
     pub fn sum(&self, i: usize, j: usize) -> f64 {
-        let at = i.min(j) * self.ends.len() + i.max(j);
+        let (i, j) = (i.min(j), i.max(j));
+        let with = self.with(i);
+        if with.contains(&j) { self.added_up(self.at(i) + j - with.start) } else { 0.0 }
+    }
+
+    /// The sums of a column and each of those with which it is summed.
+    pub fn row(&self, column: usize, sums: &mut Vec<f64>) {
+        let (first, count) = (self.at(column), self.with(column).len());
+        sums.clear();
         if self.parts == 1 {
-            return self.sums[at];
+            sums.extend_from_slice(&self.sums[first..first + count]);
+        } else {
+            sums.extend((first..first + count).map(|at| self.added_up(at)));
         }
+    }
+
+    /// Where the sums of a column begin that are wanted, in units of sums.
+    fn at(&self, column: usize) -> usize {
+        let Band { rows, with, at } = &self.bands[self.band_of[column]];
+        at + (column - rows.start) * with.len() + self.with(column).start - with.start
+    }
+
+    fn added_up(&self, at: usize) -> f64 {
         self.sums[at * self.parts..(at + 1) * self.parts].iter().sum()
     }
 }
 
-/// How many numbers a register holds.
-struct Width;
+/// How many numbers a register holds, and whether a product is fused with its sum.
+struct Kind;
 
-impl Task for Width {
-    type Output = usize;
+impl Task for Kind {
+    type Output = (usize, bool);
 
     #[inline(always)]
-    fn run<A: Arithmetic, S: Simd>(self, _: S) -> usize {
-        S::F64_LANES
+    fn run<A: Arithmetic, S: Simd>(self, _: S) -> (usize, bool) {
+        (S::F64_LANES, A::FUSED)
     }
 }
 
 struct Adding<'a> {
     columns: &'a [&'a Lanes],
-    ends: &'a [usize],
+    bands: &'a [Band],
     sums: &'a mut [f64],
     parts: usize,
 }
@@ -96,49 +153,45 @@ impl Task for Adding<'_> {
 
     #[inline(always)]
     fn run<A: Arithmetic, S: Simd>(self, simd: S) {
-        let Self { columns, ends, sums, parts } = self;
-        let count = columns.len();
+        let Self { columns, bands, sums, parts } = self;
         let added_up = parts < S::F64_LANES;
-        let mut i = 0;
-        while i < count {
-            // A product that is not fused with its sum needs a register, too.
-            let most = if A::FUSED { ROWS } else { ROWS - 1 };
-            let end = ends[i];
-            let alike = ends[i..].iter().take(most).take_while(|other| **other == end);
-            let rows = alike.count();
-            let mut j = i;
-            while j < end {
-                let across = COLUMNS.min(end - j);
-                let at = (i, j, count, added_up);
-                match (rows, across) {
-                    (1, 1) => tile::<A, S, 1, 1>(simd, columns, sums, at),
-                    (1, 2) => tile::<A, S, 1, 2>(simd, columns, sums, at),
-                    (1, _) => tile::<A, S, 1, 3>(simd, columns, sums, at),
-                    (2, 1) => tile::<A, S, 2, 1>(simd, columns, sums, at),
-                    (2, 2) => tile::<A, S, 2, 2>(simd, columns, sums, at),
-                    (2, _) => tile::<A, S, 2, 3>(simd, columns, sums, at),
-                    (3, 1) => tile::<A, S, 3, 1>(simd, columns, sums, at),
-                    (3, 2) => tile::<A, S, 3, 2>(simd, columns, sums, at),
-                    (3, _) => tile::<A, S, 3, 3>(simd, columns, sums, at),
-                    (_, 1) => tile::<A, S, 4, 1>(simd, columns, sums, at),
-                    (_, 2) => tile::<A, S, 4, 2>(simd, columns, sums, at),
-                    (_, _) => tile::<A, S, 4, 3>(simd, columns, sums, at),
+        for Band { rows, with, at } in bands {
+            let mut j = with.start;
+            while j < with.end {
+                let across = COLUMNS.min(with.end - j);
+                let at = (at + j - with.start, with.len());
+                let pair = (rows.start, j);
+                // A product that is not fused with its sum needs a register, too: no fourth row then.
+                match (rows.len(), across) {
+                    (1, 1) => tile::<A, S, 1, 1>(simd, columns, sums, pair, at, added_up),
+                    (1, 2) => tile::<A, S, 1, 2>(simd, columns, sums, pair, at, added_up),
+                    (1, _) => tile::<A, S, 1, 3>(simd, columns, sums, pair, at, added_up),
+                    (2, 1) => tile::<A, S, 2, 1>(simd, columns, sums, pair, at, added_up),
+                    (2, 2) => tile::<A, S, 2, 2>(simd, columns, sums, pair, at, added_up),
+                    (2, _) => tile::<A, S, 2, 3>(simd, columns, sums, pair, at, added_up),
+                    (3, 1) => tile::<A, S, 3, 1>(simd, columns, sums, pair, at, added_up),
+                    (3, 2) => tile::<A, S, 3, 2>(simd, columns, sums, pair, at, added_up),
+                    (3, _) => tile::<A, S, 3, 3>(simd, columns, sums, pair, at, added_up),
+                    (_, 1) => tile::<A, S, 4, 1>(simd, columns, sums, pair, at, added_up),
+                    (_, 2) => tile::<A, S, 4, 2>(simd, columns, sums, pair, at, added_up),
+                    (_, _) => tile::<A, S, 4, 3>(simd, columns, sums, pair, at, added_up),
                 }
                 j += across;
             }
-            i += rows;
         }
     }
 }
 
-/// Adds `R` times `C` products from row `i` and column `j`.
+/// Adds `R` times `C` products from row `i` and column `j` to the sums from `at` on, so many in a row.
 #[expect(clippy::needless_range_loop, reason = "indices say which pair is meant")]
 #[inline(always)]
 fn tile<A: Arithmetic, S: Simd, const R: usize, const C: usize>(
     simd: S,
     columns: &[&Lanes],
     sums: &mut [f64],
-    (i, j, count, added_up): (usize, usize, usize, bool),
+    (i, j): (usize, usize),
+    (at, stride): (usize, usize),
+    added_up: bool,
 ) {
     let steps = LANES / S::F64_LANES;
     let registers = |column: usize| &S::as_simd_f64s(&columns[column][..]).0[..steps];
@@ -161,7 +214,7 @@ fn tile<A: Arithmetic, S: Simd, const R: usize, const C: usize>(
     }
     for r in 0..R {
         for c in 0..C {
-            let at = (i + r) * count + j + c;
+            let at = at + r * stride + c;
             if added_up {
                 sums[at] += simd.reduce_sum_f64s(tile[r][c]);
                 continue;
@@ -178,7 +231,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn groups_are_summed_with_themselves_and_with_the_first() {
+    fn groups_are_summed_with_themselves_and_the_first_with_all_others() {
         let groups = [0, 0, 1, 1, 1, 1, 1, 2, 3, 3];
         let columns: Vec<Lanes> = (0..groups.len())
             .map(|c| std::array::from_fn(|i| ((i * 7 + c * 31) % 23) as f64 - 11.0))
@@ -190,8 +243,8 @@ mod tests {
             some.add(&borrowed);
             all.add(&borrowed);
             for (i, j) in (0..groups.len()).flat_map(|i| (i..groups.len()).map(move |j| (i, j))) {
-                let wanted = groups[i] == 0 || groups[i] == groups[j];
-                assert_eq!(j < some.end(i), wanted, "{i} {j}");
+                let wanted = (groups[i] == 0) != (groups[i] == groups[j]);
+                assert_eq!(some.with(i).contains(&j), wanted, "{i} {j}");
                 let sum = if wanted { all.sum(i, j) } else { 0.0 };
                 assert_eq!(some.sum(i, j), sum, "{} {i} {j}", set.name());
             }

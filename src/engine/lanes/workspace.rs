@@ -248,8 +248,26 @@ impl Workspace {
 
     /// Puts zero into the lanes of some outputs where `weight` is zero, whatever was there.
     pub fn silence(&mut self, code: &Code, group: usize, outputs: Range<usize>, weight: &Lanes) {
-        for slot in &code.groups[group].outputs[outputs] {
-            for (value, weight) in self.slots[*slot as usize].iter_mut().zip(weight) {
+        let outputs = &code.groups[group].outputs[outputs];
+        self.set.run(Silencing { slots: &mut self.slots, outputs, weight });
+    }
+}
+
+/// Puts zero where the weight is zero.
+#[expect(clippy::vec_box, reason = "the slots are those of a workspace")]
+struct Silencing<'a> {
+    slots: &'a mut Vec<Box<Aligned>>,
+    outputs: &'a [u32],
+    weight: &'a Lanes,
+}
+
+impl Task for Silencing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arithmetic, S: Simd>(self, _: S) {
+        for slot in self.outputs {
+            for (value, weight) in self.slots[*slot as usize].iter_mut().zip(self.weight) {
                 *value = if *weight == 0.0 { 0.0 } else { *value };
             }
         }

@@ -71,11 +71,11 @@ pub fn each_delay<E>(
                 });
                 solver.best
             };
-            let Ok(()) =
-                in_waves(&blocks(data, *run).collect::<Vec<_>>(), WAVE, look, |block, seen| {
-                    best[block.run] = best[block.run].min(seen);
-                    Ok::<_, Infallible>(())
-                });
+            let all: Vec<Block> = blocks(data, *run).collect();
+            let Ok(()) = in_waves(&all, WAVE, Samples::default, look, |block, seen| {
+                best[block.run] = best[block.run].min(seen);
+                Ok::<_, Infallible>(())
+            });
         }
         let solve = |scratch: &mut Samples, block: &Block| {
             let mut solver = solver(block, best[block.run]);
