@@ -9,8 +9,8 @@ use std::io;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Samples in one block.
-pub const BLOCK: usize = 8192;
+/// Samples in one block: as many whole chunks of those that are computed together.
+pub const BLOCK: usize = 12_288;
 /// Bytes of one number.
 const WIDTH: usize = 8;
 

@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use crate::campaign::record::BLOCK as STRETCH;
 use crate::campaign::run::Samples;
 use crate::engine::gauss_markov::Filtering;
 use crate::engine::lanes::products::Products;
@@ -24,6 +25,8 @@ use crate::progress::Task;
 
 /// Samples in one block.
 pub(super) const BLOCK: usize = 64 * LANES;
+// Where a run is walked over, its stretches begin with chunks.
+const _: () = assert!(STRETCH.is_multiple_of(LANES), "a stretch is whole chunks");
 /// Blocks whose sums wait to be added at a time, at most.
 const WAVE: usize = 64;
 /// Numbers that may wait to be added: large sums wait in fewer blocks.

@@ -1,11 +1,11 @@
-//! The graph over chunks of samples: what pointwise computes one sample at a time, 128 at a time.
+//! The graph over chunks of samples: what pointwise computes one sample at a time, 192 at a time.
 //!
 //! Answers: the values of a graph's nodes for all samples of a chunk, as fast as the machine. What
 //! they mean is settled elsewhere; [`super::pointwise`] is the definition, and tests hold the two
 //! together.
 //!
 //! A program has two parts: numbers that stand still for a run (what is made of parameters alone),
-//! computed once, and instructions over lanes. Each instruction is one loop over the 128 numbers of a
+//! computed once, and instructions over lanes. Each instruction is one loop over the 192 numbers of a
 //! chunk, which the compiler makes vectors of; finding out what to do costs once a chunk, so the text
 //! of a model runs as fast as code made for it. Products that one sum needs are fused with it; memory
 //! is used again as soon as its value was used for the last time, so all of it stays in the nearest

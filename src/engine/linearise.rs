@@ -1,6 +1,6 @@
 //! Whitened residuals and Jacobians, summed by run: the only maker of Jacobians.
 //!
-//! The lanes compute rows, 128 samples at a time; the products of a row's columns are added up where
+//! The lanes compute rows, a chunk of samples at a time; the products of a row's columns are added up where
 //! they stand. [`super::referee`] makes the same rows sample by sample.
 
 use nalgebra::DMatrix;

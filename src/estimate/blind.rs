@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::campaign::Samples;
+use crate::campaign::{Run, Samples};
 use crate::engine::part::Part;
 use crate::estimate::newton::{ReadingDelay, State};
 use crate::estimate::systematic::Nearby;
@@ -69,7 +69,6 @@ pub(crate) struct Sight {
     input: Option<usize>,
     /// For each setup and class, blind readings and the others.
     classes: Vec<Vec<[Class; 2]>>,
-    scratch: Samples,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -85,24 +84,19 @@ impl Sight {
         let input = inputs.iter().position(|input| input.name == ARM_ANGLE);
         let count = if input.is_some() { CLASSES } else { 0 };
         let classes = vec![vec![[Class::default(); 2]; count]; part.setups.len()];
-        Self { input, classes, scratch: Samples::default() }
+        Self { input, classes }
     }
 
-    /// Takes readings of a run, in their order.
-    pub(crate) fn see(&mut self, part: &Part, run: usize, readings: &[ReadingDelay]) {
-        let (Some(input), [first, .., last]) = (self.input, readings) else { return };
-        let run = &part.runs[run];
-        let stretch = run.record.stretch(first.sample..last.sample + 1, &mut self.scratch);
-        for reading in readings {
-            let at = stretch.start + reading.sample - stretch.first;
-            let angle: f64 = stretch.samples.inputs[input].at(at, reading.time, 0.0, 0);
-            let angle = angle.rem_euclid(TAU);
-            if !angle.is_finite() {
-                continue;
-            }
+    /// The arm's angle among the inputs, if the model has one.
+    pub(crate) fn input(&self) -> Option<usize> {
+        self.input
+    }
+
+    /// Takes readings of a run of a setup.
+    pub(crate) fn see(&mut self, setup: usize, readings: &[(f64, bool)]) {
+        for (angle, is_blind) in readings {
             let class = ((angle / TAU * CLASSES as f64) as usize).min(CLASSES - 1);
-            let blind = usize::from(reading.state == State::Blind);
-            let class = &mut self.classes[run.setup][class][blind];
+            let class = &mut self.classes[setup][class][usize::from(*is_blind)];
             class.count += 1;
             class.sum += angle;
         }
@@ -129,6 +123,21 @@ impl Sight {
         }
         found
     }
+}
+
+/// The arm's angle (rad, in [0, 2π)) at readings of a run, in their order, and whether they are blind; nothing of a model
+/// that has none.
+pub(crate) fn seen(input: Option<usize>, run: &Run, readings: &[ReadingDelay]) -> Vec<(f64, bool)> {
+    let (Some(input), [first, .., last]) = (input, readings) else { return Vec::new() };
+    let mut scratch = Samples::default();
+    let stretch = run.record.stretch(first.sample..last.sample + 1, &mut scratch);
+    let track = &stretch.samples.inputs[input];
+    let angle = |reading: &ReadingDelay| {
+        let at = stretch.start + reading.sample - stretch.first;
+        let angle: f64 = track.at(at, reading.time, 0.0, 0);
+        (angle.rem_euclid(TAU), reading.state == State::Blind)
+    };
+    readings.iter().map(angle).filter(|(angle, _)| angle.is_finite()).collect()
 }
 
 /// An angle, whether it is blind, and how many readings say so.

@@ -5,7 +5,8 @@
 //! time: a weight that knew the reading's own error would bias the mean. The common part (the
 //! transformation and whatever else the readings share) does not shrink with their number:
 //! `u(mean)² = s̄ Σ s̄ᵀ + Σ w² u_random² / (Σ w)²` with the weighted mean sensitivity `s̄`.
-//! Readings are summed up as they are solved: memory does not grow with their number.
+//! Readings are summed up as they are solved, block by block: memory does not grow with their number, and every
+//! number of threads gives the same bits.
 
 use std::convert::Infallible;
 
@@ -13,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::engine::Point;
 use crate::engine::problem::Problem;
-use crate::estimate::blind::{BlindRange, Sight};
+use crate::estimate::blind::{BlindRange, Sight, seen};
 use crate::estimate::median::Median;
 use crate::estimate::newton::{Given, ReadingDelay, RunDelays, State, each_delay};
 use crate::graph::MeasurandKind;
@@ -69,30 +70,13 @@ pub fn each<E>(
     runs: &[usize],
     visit: &mut dyn FnMut(&ReadingDelay) -> Result<(), E>,
 ) -> Result<Delays, E> {
-    let (problem, covariance) = (given.problem, given.covariance);
-    let data = &problem.parts[part];
-    let mut all = Delays { measurands: Vec::new(), left_out: Vec::new() };
-    let touched = |run| problem.layout.columns.touched_by(problem.run_index(part, run));
-    let columns: Vec<Vec<usize>> = (0..data.runs.len()).map(touched).collect();
-    for (measurand, declared) in data.system.assembly.names.measurands.iter().enumerate() {
-        if declared.kind == MeasurandKind::Rotation {
-            let why =
-                "a rotation has three components and no single delay; the joint estimate has it";
-            all.left_out.push((declared.name.clone(), why.to_owned()));
-            continue;
-        }
-        let mut tally = Tally::new(covariance.nrows());
-        let mut sight = Sight::new(data);
-        each_delay(given, part, runs, measurand, |run, found| {
-            tally.add(&columns[run], &found);
-            sight.see(data, run, &found.readings);
-            found.readings.iter().try_for_each(&mut *visit)
-        })?;
-        let mut summary = tally.summary(declared.name.clone(), covariance);
-        summary.blind_ranges = sight.ranges(data);
-        all.measurands.push(summary);
-    }
-    Ok(all)
+    summarised(
+        given,
+        part,
+        runs,
+        |found| found.readings,
+        |all| all.iter().try_for_each(&mut *visit),
+    )
 }
 
 /// The same without looking at each reading.
@@ -107,14 +91,89 @@ pub fn delays(
     range: f64,
 ) -> Delays {
     let given = Given { problem, point, covariance, range };
-    let Ok(all) = each(&given, part, runs, &mut |_| Ok::<_, Infallible>(()));
+    let Ok(all) = summarised(&given, part, runs, |_| (), |()| Ok::<_, Infallible>(()));
     all
 }
 
-/// Sums over the readings of one measurand.
+/// Sums up the delays of all readings; `kept` is what is wanted of those of a block, and `visit` sees it, block by block.
+fn summarised<K: Send, E>(
+    given: &Given<'_>,
+    part: usize,
+    runs: &[usize],
+    kept: impl Fn(RunDelays) -> K + Sync,
+    mut visit: impl FnMut(K) -> Result<(), E>,
+) -> Result<Delays, E> {
+    let (problem, covariance) = (given.problem, given.covariance);
+    let data = &problem.parts[part];
+    let mut all = Delays { measurands: Vec::new(), left_out: Vec::new() };
+    let touched = |run| problem.layout.columns.touched_by(problem.run_index(part, run));
+    let columns: Vec<Vec<usize>> = (0..data.runs.len()).map(touched).collect();
+    for (measurand, declared) in data.system.assembly.names.measurands.iter().enumerate() {
+        if declared.kind == MeasurandKind::Rotation {
+            let why =
+                "a rotation has three components and no single delay; the joint estimate has it";
+            all.left_out.push((declared.name.clone(), why.to_owned()));
+            continue;
+        }
+        let mut tally = Tally::new(covariance.nrows());
+        let mut sight = Sight::new(data);
+        let input = sight.input();
+        let look = |run: usize, found: RunDelays| {
+            let angles = seen(input, &data.runs[run], &found.readings);
+            (Sums::of(&found), angles, kept(found))
+        };
+        each_delay(given, part, runs, measurand, look, |run, (sums, angles, kept)| {
+            tally.add(&columns[run], &sums);
+            sight.see(data.runs[run].setup, &angles);
+            visit(kept)
+        })?;
+        let mut summary = tally.summary(declared.name.clone(), covariance);
+        summary.blind_ranges = sight.ranges(data);
+        all.measurands.push(summary);
+    }
+    Ok(all)
+}
+
+/// Sums over the readings of a block.
+#[derive(Debug, Default)]
+struct Sums {
+    /// Solved, blind, failed.
+    counts: [usize; 3],
+    weights: f64,
+    weighted: f64,
+    variance: f64,
+    /// `Σ w dt/dθ` over the columns that the run touches.
+    sensitivity: DVector<f64>,
+    /// Expanded uncertainties of the solved ones (s).
+    expanded: Vec<f64>,
+}
+
+impl Sums {
+    fn of(found: &RunDelays) -> Self {
+        let sensitivity = found.weighted_sensitivity.clone();
+        let mut sums = Self { sensitivity, ..Self::default() };
+        for reading in &found.readings {
+            let place = match reading.state {
+                State::Solved => 0,
+                State::Blind => 1,
+                State::Failed => 2,
+            };
+            sums.counts[place] += 1;
+            if reading.state == State::Solved {
+                let weight = reading.random_at_reference.powi(-2);
+                sums.variance += (weight * reading.random).powi(2);
+                sums.weights += weight;
+                sums.weighted += weight * reading.delay;
+                sums.expanded.push(reading.expanded_uncertainty());
+            }
+        }
+        sums
+    }
+}
+
+/// What is known of the readings of one measurand.
 #[derive(Default)]
 struct Tally {
-    /// Solved, blind, failed.
     counts: [usize; 3],
     weights: f64,
     weighted: f64,
@@ -130,23 +189,13 @@ impl Tally {
     }
 
     /// Adds readings of a run that touches these columns.
-    fn add(&mut self, columns: &[usize], found: &RunDelays) {
-        for reading in &found.readings {
-            let place = match reading.state {
-                State::Solved => 0,
-                State::Blind => 1,
-                State::Failed => 2,
-            };
-            self.counts[place] += 1;
-            if reading.state == State::Solved {
-                let weight = reading.random_at_reference.powi(-2);
-                self.variance += (weight * reading.random).powi(2);
-                self.weights += weight;
-                self.weighted += weight * reading.delay;
-                self.expanded.see(reading.expanded_uncertainty());
-            }
-        }
-        for (column, value) in columns.iter().zip(found.weighted_sensitivity.iter()) {
+    fn add(&mut self, columns: &[usize], sums: &Sums) {
+        self.counts.iter_mut().zip(sums.counts).for_each(|(all, more)| *all += more);
+        self.weights += sums.weights;
+        self.weighted += sums.weighted;
+        self.variance += sums.variance;
+        self.expanded.see_all(&sums.expanded);
+        for (column, value) in columns.iter().zip(sums.sensitivity.iter()) {
             self.sensitivity[*column] += value;
         }
     }

@@ -6,61 +6,99 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 /// Numbers that are kept one by one.
 pub const ENOUGH: usize = 1 << 16;
 /// Width of a class: ratio of its ends, less one.
 const WIDTH: f64 = 1e-4;
+/// Classes that lie side by side in memory.
+const PAGE: i32 = 1 << 10;
+/// Numbers that one thread puts into classes at a time.
+const SHARE: usize = 1 << 13;
+
+/// Classes by page, as far as there are numbers in them.
+type Classes = BTreeMap<i32, Vec<u64>>;
 
 /// Numbers seen so far.
 #[derive(Clone, Debug, Default)]
 pub struct Median {
-    /// All of them, as long as they are few.
+    /// All of them, as long as they are few; then those that have no class yet.
     few: Vec<f64>,
-    classes: BTreeMap<i32, u64>,
+    classes: Classes,
 }
 
 impl Median {
     /// Takes a number; those that are not positive and finite count as the smallest or largest.
     pub fn see(&mut self, value: f64) {
-        if !self.classes.is_empty() {
-            self.class(value);
-            return;
-        }
-        self.few.push(value);
-        if self.few.len() > ENOUGH {
-            std::mem::take(&mut self.few).into_iter().for_each(|value| self.class(value));
-        }
+        self.see_all(&[value]);
     }
 
-    fn class(&mut self, value: f64) {
-        // Saturates where the number has no logarithm.
-        let class = (value.ln() / WIDTH).floor() as i32;
-        *self.classes.entry(class).or_default() += 1;
+    /// Takes numbers.
+    pub fn see_all(&mut self, values: &[f64]) {
+        for some in values.chunks(ENOUGH) {
+            self.few.extend_from_slice(some);
+            if self.few.len() > ENOUGH {
+                classify(&mut self.classes, &self.few);
+                self.few.clear();
+            }
+        }
     }
 
     /// The median; `None` if nothing was seen.
     pub fn value(&self) -> Option<f64> {
+        if !self.classes.is_empty() {
+            let mut classes = self.classes.clone();
+            classify(&mut classes, &self.few);
+            return of_classes(&classes);
+        }
         let mut values = self.few.clone();
         values.sort_by(f64::total_cmp);
         let middle = values.len() / 2;
         match values.len() {
-            0 => self.of_classes(),
+            0 => None,
             n if n % 2 == 1 => Some(values[middle]),
             _ => Some(0.5 * (values[middle - 1] + values[middle])),
         }
     }
+}
 
-    fn of_classes(&self) -> Option<f64> {
-        let count: u64 = self.classes.values().sum();
-        let mut below = 0;
-        for (class, own) in &self.classes {
+/// Counts numbers in their classes.
+fn classify(classes: &mut Classes, values: &[f64]) {
+    let of_some = |values: &[f64]| {
+        let mut classes = Classes::new();
+        for value in values {
+            // Saturates where the number has no logarithm.
+            let class = (value.ln() / WIDTH).floor() as i32;
+            let page = classes.entry(class.div_euclid(PAGE)).or_insert_with(empty);
+            page[class.rem_euclid(PAGE) as usize] += 1;
+        }
+        classes
+    };
+    let some: Vec<Classes> = values.par_chunks(SHARE).map(of_some).collect();
+    for (number, page) in some.into_iter().flatten() {
+        let own = classes.entry(number).or_insert_with(empty);
+        own.iter_mut().zip(page).for_each(|(count, more)| *count += more);
+    }
+}
+
+fn empty() -> Vec<u64> {
+    vec![0; PAGE as usize]
+}
+
+fn of_classes(classes: &Classes) -> Option<f64> {
+    let count: u64 = classes.values().flatten().sum();
+    let mut below = 0;
+    for (number, page) in classes {
+        for (within, own) in page.iter().enumerate() {
             below += own;
-            if 2 * below >= count {
-                return Some(((f64::from(*class) + 0.5) * WIDTH).exp());
+            if *own > 0 && 2 * below >= count {
+                let class = f64::from(*number) * f64::from(PAGE) + within as f64;
+                return Some(((class + 0.5) * WIDTH).exp());
             }
         }
-        None
     }
+    None
 }
 
 #[cfg(test)]
@@ -85,6 +123,9 @@ mod tests {
                 assert!((found / exact - 1.0).abs() <= tolerance, "{count}: {found} {exact}");
             }
         }
-        assert!(median.few.capacity() == 0 && median.classes.len() < 40_000);
+        let mut at_once = Median::default();
+        values.chunks(10_007).for_each(|some| at_once.see_all(some));
+        assert_eq!(at_once.value(), median.value());
+        assert!(median.few.capacity() <= 4 * ENOUGH && median.classes.len() < 40);
     }
 }

@@ -4,7 +4,7 @@
 //! section 3.2.1); `m(t) = reading` is solved for `t`, starting at the reference time, `t = 0`.
 //! The delay is an implicit function of every parameter: `dt/dθ = -(∂m/∂θ) / m'`, so
 //! `u² = (u_m² + J Σ Jᵀ) / m'²` with the full covariance Σ of the parameters (the seed, section 3.4,
-//! has the reading's part alone). Where `m'` vanishes the reading is *blind*. The lanes compute 128
+//! has the reading's part alone). Where `m'` vanishes the reading is *blind*. The lanes compute 192
 //! readings at a time.
 
 use std::convert::Infallible;
@@ -119,15 +119,22 @@ pub fn delays_of_run(given: &Given<'_>, part: usize, run: usize, measurand: usiz
     let problem = given.problem;
     let touched = problem.layout.columns.touched_by(problem.run_index(part, run)).len();
     let mut all = RunDelays { readings: Vec::new(), weighted_sensitivity: DVector::zeros(touched) };
-    let Ok(()) = each_delay(given, part, &[run], measurand, |_, found| {
-        // Most runs are one block.
-        match all.readings.is_empty() {
-            true => all.readings = found.readings,
-            false => all.readings.extend(found.readings),
-        }
-        all.weighted_sensitivity += found.weighted_sensitivity;
-        Ok::<_, Infallible>(())
-    });
+    let Ok(()) = each_delay(
+        given,
+        part,
+        &[run],
+        measurand,
+        |_, found| found,
+        |_, found| {
+            // Most runs are one block.
+            match all.readings.is_empty() {
+                true => all.readings = found.readings,
+                false => all.readings.extend(found.readings),
+            }
+            all.weighted_sensitivity += found.weighted_sensitivity;
+            Ok::<_, Infallible>(())
+        },
+    );
     all
 }
 

@@ -10,7 +10,7 @@
 use std::ops::{Deref, DerefMut};
 
 /// Samples in one chunk.
-pub const LANES: usize = 128;
+pub const LANES: usize = 192;
 
 /// One quantity over a chunk of samples.
 pub type Lanes = [f64; LANES];

@@ -1,6 +1,6 @@
 //! Elementary functions over a chunk of samples.
 //!
-//! Answers: what the functions of [`crate::graph::node`] are worth, 128 samples at a time. Each is a
+//! Answers: what the functions of [`crate::graph::node`] are worth, a chunk of samples at a time. Each is a
 //! kernel without branches in a plain loop, so the compiler vectorises it for the instruction set
 //! of its caller: everything is inlined, and the caller as a whole is compiled for AVX2 or AVX-512.
 //! Lanes that leave the range of a kernel (most kernels show it as NaN), and they alone, are computed

@@ -161,20 +161,23 @@ impl Task for Adding<'_> {
                 let across = COLUMNS.min(with.end - j);
                 let at = (at + j - with.start, with.len());
                 let pair = (rows.start, j);
+                let is_diagonal = j == rows.start && with.start == rows.start;
+                let sums = &mut *sums;
+                let tile = Tile { columns, sums, pair, at, added_up, is_diagonal };
                 // A product that is not fused with its sum needs a register, too: no fourth row then.
                 match (rows.len(), across) {
-                    (1, 1) => tile::<A, S, 1, 1>(simd, columns, sums, pair, at, added_up),
-                    (1, 2) => tile::<A, S, 1, 2>(simd, columns, sums, pair, at, added_up),
-                    (1, _) => tile::<A, S, 1, 3>(simd, columns, sums, pair, at, added_up),
-                    (2, 1) => tile::<A, S, 2, 1>(simd, columns, sums, pair, at, added_up),
-                    (2, 2) => tile::<A, S, 2, 2>(simd, columns, sums, pair, at, added_up),
-                    (2, _) => tile::<A, S, 2, 3>(simd, columns, sums, pair, at, added_up),
-                    (3, 1) => tile::<A, S, 3, 1>(simd, columns, sums, pair, at, added_up),
-                    (3, 2) => tile::<A, S, 3, 2>(simd, columns, sums, pair, at, added_up),
-                    (3, _) => tile::<A, S, 3, 3>(simd, columns, sums, pair, at, added_up),
-                    (_, 1) => tile::<A, S, 4, 1>(simd, columns, sums, pair, at, added_up),
-                    (_, 2) => tile::<A, S, 4, 2>(simd, columns, sums, pair, at, added_up),
-                    (_, _) => tile::<A, S, 4, 3>(simd, columns, sums, pair, at, added_up),
+                    (1, 1) => tile.add::<A, S, 1, 1>(simd),
+                    (1, 2) => tile.add::<A, S, 1, 2>(simd),
+                    (1, _) => tile.add::<A, S, 1, 3>(simd),
+                    (2, 1) => tile.add::<A, S, 2, 1>(simd),
+                    (2, 2) => tile.add::<A, S, 2, 2>(simd),
+                    (2, _) => tile.add::<A, S, 2, 3>(simd),
+                    (3, 1) => tile.add::<A, S, 3, 1>(simd),
+                    (3, 2) => tile.add::<A, S, 3, 2>(simd),
+                    (3, _) => tile.add::<A, S, 3, 3>(simd),
+                    (_, 1) => tile.add::<A, S, 4, 1>(simd),
+                    (_, 2) => tile.add::<A, S, 4, 2>(simd),
+                    (_, _) => tile.add::<A, S, 4, 3>(simd),
                 }
                 j += across;
             }
@@ -182,46 +185,73 @@ impl Task for Adding<'_> {
     }
 }
 
-/// Adds `R` times `C` products from row `i` and column `j` to the sums from `at` on, so many in a row.
-#[expect(clippy::needless_range_loop, reason = "indices say which pair is meant")]
-#[inline(always)]
-fn tile<A: Arithmetic, S: Simd, const R: usize, const C: usize>(
-    simd: S,
-    columns: &[&Lanes],
-    sums: &mut [f64],
-    (i, j): (usize, usize),
-    (at, stride): (usize, usize),
+/// Products of some rows and columns.
+struct Tile<'a> {
+    columns: &'a [&'a Lanes],
+    sums: &'a mut [f64],
+    /// First row and column.
+    pair: (usize, usize),
+    /// Where the first sum is, and how many there are from row to row.
+    at: (usize, usize),
     added_up: bool,
-) {
-    let steps = LANES / S::F64_LANES;
-    let registers = |column: usize| &S::as_simd_f64s(&columns[column][..]).0[..steps];
-    let (mut down, mut across) = ([registers(i); R], [registers(j); C]);
-    (1..R).for_each(|r| down[r] = registers(i + r));
-    (1..C).for_each(|c| across[c] = registers(j + c));
-    let mut tile = [[simd.splat_f64s(0.0); C]; R];
-    for step in 0..steps {
-        for r in 0..R {
-            let left = down[r][step];
-            for c in 0..C {
-                let right = across[c][step];
-                tile[r][c] = if A::FUSED {
-                    simd.mul_add_f64s(left, right, tile[r][c])
-                } else {
-                    simd.add_f64s(simd.mul_f64s(left, right), tile[r][c])
-                };
-            }
+    /// Whether rows and columns begin together: what is below the diagonal is above it, too.
+    is_diagonal: bool,
+}
+
+impl Tile<'_> {
+    #[inline(always)]
+    fn add<A: Arithmetic, S: Simd, const R: usize, const C: usize>(self, simd: S) {
+        if R > 1 && self.is_diagonal {
+            self.add_where::<A, S, R, C>(simd, |r, c| r <= c);
+        } else {
+            self.add_where::<A, S, R, C>(simd, |_, _| true);
         }
     }
-    for r in 0..R {
-        for c in 0..C {
-            let at = at + r * stride + c;
-            if added_up {
-                sums[at] += simd.reduce_sum_f64s(tile[r][c]);
-                continue;
+
+    /// Adds the wanted of `R` times `C` products.
+    #[expect(clippy::needless_range_loop, reason = "indices say which pair is meant")]
+    #[inline(always)]
+    fn add_where<A: Arithmetic, S: Simd, const R: usize, const C: usize>(
+        self,
+        simd: S,
+        is_wanted: impl Fn(usize, usize) -> bool,
+    ) {
+        let Self { columns, sums, pair: (i, j), at: (at, stride), added_up, .. } = self;
+        let steps = LANES / S::F64_LANES;
+        let registers = |column: usize| &S::as_simd_f64s(&columns[column][..]).0[..steps];
+        let (mut down, mut across) = ([registers(i); R], [registers(j); C]);
+        (1..R).for_each(|r| down[r] = registers(i + r));
+        (1..C).for_each(|c| across[c] = registers(j + c));
+        let mut tile = [[simd.splat_f64s(0.0); C]; R];
+        for step in 0..steps {
+            for r in 0..R {
+                let left = down[r][step];
+                for c in 0..C {
+                    if is_wanted(r, c) {
+                        let right = across[c][step];
+                        tile[r][c] = if A::FUSED {
+                            simd.mul_add_f64s(left, right, tile[r][c])
+                        } else {
+                            simd.add_f64s(simd.mul_f64s(left, right), tile[r][c])
+                        };
+                    }
+                }
             }
-            let (sum, _) =
-                S::as_mut_simd_f64s(&mut sums[at * S::F64_LANES..(at + 1) * S::F64_LANES]);
-            sum[0] = simd.add_f64s(sum[0], tile[r][c]);
+        }
+        for r in 0..R {
+            for c in 0..C {
+                if !is_wanted(r, c) {
+                    continue;
+                }
+                let at = at + r * stride + c;
+                if added_up {
+                    sums[at] += simd.reduce_sum_f64s(tile[r][c]);
+                    continue;
+                }
+                let (sum, _) =
+                    S::as_mut_simd_f64s(&mut sums[at * S::F64_LANES..(at + 1) * S::F64_LANES]);
+                sum[0] = simd.add_f64s(sum[0], tile[r][c]);
+            }
         }
     }
 }

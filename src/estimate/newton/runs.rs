@@ -20,10 +20,10 @@ use crate::estimate::newton::solver::Solver;
 use crate::estimate::newton::{Given, RunDelays};
 use crate::progress::Task;
 
-/// Samples in one block.
-const BLOCK: usize = 64 * LANES;
+/// Samples in one block: few, so that no thread waits long for another at the end of a wave.
+const BLOCK: usize = 32 * LANES;
 /// Blocks that are in memory with their readings at a time.
-const WAVE: usize = 32;
+const WAVE: usize = 64;
 
 /// Some samples of a run.
 #[derive(Clone, Debug)]
@@ -32,18 +32,19 @@ struct Block {
     range: Range<usize>,
 }
 
-/// Solves every reading of one measurand in some runs of a campaign. `visit` sees them in their
-/// order, block by block: the readings of a block, with their sums over the columns the run touches.
-/// A rotation has no single delay and shows none.
+/// Solves every reading of one measurand in some runs of a campaign. `look` makes something of the readings of a block,
+/// with their sums over the columns the run touches, on whatever thread solved them; `visit` sees that of all blocks, in
+/// their order. A rotation has no single delay and shows none.
 ///
 /// # Errors
 /// The first that `visit` gives; nothing more is solved then.
-pub fn each_delay<E>(
+pub fn each_delay<T: Send, E>(
     given: &Given<'_>,
     part: usize,
     runs: &[usize],
     measurand: usize,
-    mut visit: impl FnMut(usize, RunDelays) -> Result<(), E>,
+    look: impl Fn(usize, RunDelays) -> T + Sync,
+    mut visit: impl FnMut(usize, T) -> Result<(), E>,
 ) -> Result<(), E> {
     let data = &given.problem.parts[part];
     if data.slots()[measurand].components != 1 {
@@ -64,7 +65,7 @@ pub fn each_delay<E>(
             && range.start == 0
             && blocks(data, *run).len() > WAVE
         {
-            let look = |scratch: &mut Samples, block: &Block| {
+            let best_of = |scratch: &mut Samples, block: &Block| {
                 let mut solver = solver(block, f64::INFINITY);
                 each_chunk(data, block.run, block.range.clone(), scratch, |chunk| {
                     solver.look(chunk)
@@ -72,7 +73,7 @@ pub fn each_delay<E>(
                 solver.best
             };
             let all: Vec<Block> = blocks(data, *run).collect();
-            let Ok(()) = in_waves(&all, WAVE, Samples::default, look, |block, seen| {
+            let Ok(()) = in_waves(&all, WAVE, Samples::default, best_of, |block, seen| {
                 best[block.run] = best[block.run].min(seen);
                 Ok::<_, Infallible>(())
             });
@@ -83,19 +84,20 @@ pub fn each_delay<E>(
             solver.careful();
             solver
         };
-        let mut solved: Vec<Solver<'_>> =
-            wave.par_iter().map_init(Samples::default, solve).collect();
+        let solved: Vec<Solver<'_>> = wave.par_iter().map_init(Samples::default, solve).collect();
         for (block, solver) in wave.iter().zip(&solved) {
             best[block.run] = best[block.run].min(solver.best);
         }
-        solved.par_iter_mut().zip(&wave).for_each(|(solver, block)| {
+        let finish = |(mut solver, block): (Solver<'_>, &Block)| {
             solver.best = best[block.run];
-            solve_stale(data, block, solver);
-        });
-        for (block, solver) in wave.iter().zip(solved) {
+            solve_stale(data, block, &mut solver);
+            look(block.run, solver.finished())
+        };
+        let seen: Vec<T> = solved.into_par_iter().zip(&wave).map(finish).collect();
+        for (block, seen) in wave.iter().zip(seen) {
             done += block.range.len() as u64;
             given.problem.progress.tell(Task::Solving, done, all);
-            visit(block.run, solver.finished())?;
+            visit(block.run, seen)?;
         }
     }
     Ok(())
