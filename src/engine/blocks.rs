@@ -343,8 +343,8 @@ impl Problem {
             let there = self.present(block.part, &chunk, weights);
             readings += there;
             whitened.weigh(number, weights);
-            workspace.load(code, &chunk, weights);
             let complete = there == LANES * part.slots().len();
+            workspace.load(code, &chunk, weights, complete);
             let chunk = &chunk;
             let (weights, whitened) = (weights.as_slice(), &whitened);
             each(&mut Loaded { workspace, chunk, number, weights, complete, whitened }, mixed);

@@ -58,8 +58,8 @@ impl Problem {
         // A share is taken chunk by chunk; all of a run in larger pieces.
         let step = if share < 1.0 { LANES } else { BLOCK };
         let mut visit_chunk = |chunk: &Chunk<'_>| {
-            self.present(part, chunk, &mut weights);
-            workspace.load(code, chunk, &weights);
+            let there = self.present(part, chunk, &mut weights);
+            workspace.load(code, chunk, &weights, there == LANES * data.slots().len());
             for group in 0..code.group_count() {
                 workspace.compute(code, group, chunk.inputs());
                 for (number, row) in program.rows_of(group) {

@@ -185,7 +185,7 @@ impl<'a> Maker<'a> {
     /// Appends the whitening of a chunk.
     fn chunk(&mut self, chunk: &Chunk<'_>, all: &mut Vec<Lanes>) {
         let Self { part, program, .. } = *self;
-        self.workspace.load(&program.code, chunk, &[]);
+        self.workspace.load(&program.code, chunk, &[], false);
         self.workspace.compute(&program.code, 0, chunk.inputs());
         let outputs = self.workspace.outputs(&program.code, 0);
         let deviation = |measurand: usize| {

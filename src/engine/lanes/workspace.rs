@@ -103,8 +103,7 @@ impl Task for Copying<'_> {
         let number = |value: f64| if value.is_nan() { 0.0 } else { value };
         match <&Lanes>::try_from(values) {
             Ok(values) if is_reading => map(values, out, number),
-            Ok(values) => *out = *values,
-            Err(_) => {
+            _ => {
                 let last = values.last().copied().unwrap_or(0.0);
                 let all = values.iter().chain(std::iter::repeat(&last));
                 for (out, value) in out.iter_mut().zip(all) {
@@ -148,8 +147,9 @@ impl Workspace {
         self.stills.extend_from_slice(code.stills.evaluate(leaves, &mut self.scratch));
     }
 
-    /// Fills the columns from a chunk's samples. `given` are the values that the caller supplies.
-    pub fn load(&mut self, code: &Code, chunk: &Chunk<'_>, given: &[Lanes]) {
+    /// Fills the columns from a chunk's samples. `given` are the values that the caller supplies; `complete` says that
+    /// it is known to have every reading in every lane.
+    pub fn load(&mut self, code: &Code, chunk: &Chunk<'_>, given: &[Lanes], complete: bool) {
         let samples = chunk.samples;
         let stretch = chunk.start..chunk.start + chunk.len;
         for (column, slot) in code.columns.iter().zip(&mut self.slots) {
@@ -195,8 +195,11 @@ impl Workspace {
                     continue;
                 }
             };
-            let is_reading = matches!(column, Column::Reading(..));
-            self.set.run(Copying { values, out: slot, is_reading });
+            let is_reading = matches!(column, Column::Reading(..)) && !complete;
+            match <&Lanes>::try_from(values) {
+                Ok(values) if !is_reading => ***slot = *values,
+                _ => self.set.run(Copying { values, out: slot, is_reading }),
+            }
         }
     }
 

@@ -168,7 +168,7 @@ impl<'a> Solver<'a> {
     /// Value and slope of each reading of a chunk at the reference time, and the random part of its
     /// delay's standard uncertainty (s) with that slope; infinite where there is no slope.
     fn at_reference(&mut self, chunk: &Chunk<'_>) -> (Evaluated, Lanes) {
-        self.workspace.load(&self.program.code, chunk, &[[0.0; LANES]]);
+        self.workspace.load(&self.program.code, chunk, &[[0.0; LANES]], false);
         let at_reference = self.evaluate();
         let random = self.random_part(&at_reference.slope);
         (at_reference, random.map(|sigma| if sigma.is_nan() { f64::INFINITY } else { sigma }))
