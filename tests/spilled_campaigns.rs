@@ -14,7 +14,8 @@ use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::simulate::{draw_run, simulate};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
-use homepoint::estimate::transformation::each_delay_of;
+use homepoint::estimate::conditions::self_calibration;
+use homepoint::estimate::transformation::{Choice, each_delay_of, transformation};
 
 fn opened(folder: &Path, with: &[&str], memory: u64) -> Opened {
     let mut request = Request::new([folder]);
@@ -57,6 +58,17 @@ fn delays(opened: &Opened, result: &Calibration) -> Vec<(String, u64)> {
     all
 }
 
+/// Every number of the delays under changed conditions; none of it reads a run back whole.
+fn conditions(opened: &Opened, result: &Calibration) -> Vec<u64> {
+    let given = transformation(&opened.problem, Some(result), 0, Choice::Best).unwrap();
+    let found = self_calibration(&given, 0);
+    let runs = given.problem.parts[0].runs.iter();
+    assert!(runs.map(|run| &run.record).all(|one| one.is_in_memory() != one.is_spilled()));
+    let numbers =
+        found.conditions.iter().flat_map(|one| [one.rate, one.mean, one.random, one.sigma]);
+    numbers.map(f64::to_bits).collect()
+}
+
 fn assert_same(folder: &Path, with: &[&str]) {
     let held = opened(folder, with, MEMORY);
     let spilled = opened(folder, with, 0);
@@ -72,6 +84,7 @@ fn assert_same(folder: &Path, with: &[&str]) {
     let (one, other) = (fit(&held), fit(&spilled));
     assert!(one.is_sound(), "{folder:?}");
     assert_eq!(numbers(&one), numbers(&other), "{folder:?} {with:?}");
+    assert_eq!(conditions(&held, &one), conditions(&spilled, &other), "{folder:?} {with:?}");
     let (one, other) = (delays(&held, &one), delays(&spilled, &other));
     assert!(one.len() > 100);
     assert!(one == other, "delays of {folder:?} {with:?}");

@@ -189,6 +189,11 @@ impl Record {
         matches!(self.kept, Kept::Spilled { .. })
     }
 
+    /// Whether all samples are in memory: from the beginning, or since [`Record::whole`] read them back.
+    pub fn is_in_memory(&self) -> bool {
+        !self.is_spilled() || self.whole.get().is_some()
+    }
+
     /// Why samples could not be read back, if that happened.
     pub fn fault(&self) -> Option<&str> {
         match &self.kept {

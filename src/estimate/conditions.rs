@@ -16,7 +16,7 @@ use statrs::function::erf::erfc;
 
 use crate::engine::Part;
 use crate::estimate::delays::Delays;
-use crate::estimate::deviations::deviations;
+use crate::estimate::head::arm_rate;
 use crate::estimate::newton::State;
 use crate::estimate::transformation::Transformation;
 
@@ -131,7 +131,7 @@ pub fn self_calibration(given: &Transformation, part: usize) -> SelfCalibration 
     let data = &given.problem.parts[part];
     let mut conditions = Vec::new();
     for run in given.wanted(part) {
-        let (_, Ok(found)) = deviations(&given.problem, part, run, &given.point) else { continue };
+        let Some(rate) = arm_rate(&given.problem, part, run, &given.point) else { continue };
         let (solved, widening) = solved_with_scatter(given, part, run);
         for one in &solved.measurands {
             let setup = data.runs[run].setup;
@@ -146,7 +146,7 @@ pub fn self_calibration(given: &Transformation, part: usize) -> SelfCalibration 
             conditions.push(Condition {
                 run,
                 setup,
-                rate: found.arm_rate,
+                rate,
                 platform_rate: platform_rate(data, run),
                 measurand: one.measurand.clone(),
                 mean,

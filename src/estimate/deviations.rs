@@ -10,17 +10,14 @@
 
 use std::f64::consts::TAU;
 
+use crate::engine::Point;
 use crate::engine::part::wrapped;
 use crate::engine::problem::Problem;
-use crate::engine::{Part, Point};
 use crate::estimate::align::Pair;
 use crate::estimate::circle::{Circle, NoCircle};
-use crate::estimate::head::{Head, head};
+use crate::estimate::head::{Head, ROUND, arm_rate, head};
 use crate::estimate::start::numbered_pairs;
 use crate::quaternion::Quaternion;
-
-/// Radius and height of a circle may change by this part of the radius.
-const ROUND: f64 = 1e-9;
 
 /// Planar, radial and tangential deviation (m).
 pub type Triple = [f64; 3];
@@ -117,14 +114,13 @@ pub fn deviations(
     run: usize,
     point: &Point,
 ) -> (Head, Result<RunDeviations, NoDeviations>) {
-    let data = &problem.parts[part];
     let found = points(problem, part, run, point);
     let on_circle = found.is_ok();
     let head = head(problem, part, run, point, on_circle);
     let found = found.map(|found| {
         let mut found = found;
         found.by_direction = by_direction(&head, &found.samples);
-        found.arm_rate = arm_rate(data, run, &head, &found);
+        found.arm_rate = arm_rate(problem, part, run, point).unwrap_or(f64::NAN);
         found
     });
     (head, found)
@@ -243,18 +239,4 @@ fn by_direction(head: &Head, samples: &[Deviation]) -> Vec<ByDirection> {
             })
         })
         .collect()
-}
-
-/// Mean rate of the arm: the target's speed over its radius, in the sense of its angle.
-fn arm_rate(data: &Part, run: usize, head: &Head, found: &RunDeviations) -> f64 {
-    let [whole, ..] = &head.speeds;
-    let speed = whole.iter().sum::<f64>() / whole.len() as f64;
-    let time = &data.runs[run].record.whole().time;
-    let turned: f64 = found
-        .samples
-        .windows(2)
-        .filter(|pair| time[pair[1].sample] > time[pair[0].sample])
-        .map(|pair| wrapped(pair[1].arm_angle - pair[0].arm_angle, TAU))
-        .sum();
-    speed / found.radius * if turned < 0.0 { -1.0 } else { 1.0 }
 }

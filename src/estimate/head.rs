@@ -11,15 +11,19 @@
 use std::f64::consts::TAU;
 
 use crate::campaign::{Sample, Samples};
+use crate::engine::lanes::LANES;
 use crate::engine::moving::MovingLeaves;
 use crate::engine::part::SampleLeaves;
 use crate::engine::pointwise::Program;
 use crate::engine::problem::Problem;
 use crate::engine::{Part, Point};
+use crate::estimate::start::ENOUGH;
 use crate::graph::{MeasurandKind, NodeId};
 use crate::number::{Dual, Number, derivative};
 use crate::quaternion::Quaternion;
 
+/// Radius and height of a circle may change by this part of the radius.
+pub(super) const ROUND: f64 = 1e-9;
 /// Reversals nearer than this (rad) are the same place on the arm.
 const SAME_PLACE: f64 = 0.1;
 /// More places than this are no places: the angle reverses everywhere.
@@ -163,6 +167,42 @@ pub fn head(problem: &Problem, part: usize, run: usize, point: &Point, on_circle
         .collect();
     let largest_speeds = speeds.each_ref().map(|speeds| largest(speeds));
     Head { angles, speeds, largest_speeds }
+}
+
+/// Mean rate of the arm (rad/s) in a run, in the sense in which it turns; `None` where the target does not move on a circle
+/// about the z-axis of its frame. Of a long run [`ENOUGH`] samples tell, spread evenly.
+pub fn arm_rate(problem: &Problem, part: usize, run: usize, point: &Point) -> Option<f64> {
+    let data = &problem.parts[part];
+    let assembly = &data.system.assembly;
+    let program = Program::new(&assembly.graph, &assembly.coordinates.as_ref()?.from);
+    let parameters: Vec<[Dual; 4]> = problem.parameters(part, run, point);
+    let randoms = vec![Dual::constant(0.0); data.random_sigma.len()];
+    let record = &data.runs[run].record;
+    let share = ENOUGH as f64 / record.len().max(1) as f64;
+    let (mut workspace, mut scratch) = (Vec::new(), Samples::default());
+    let mut circle: Option<[f64; 2]> = None;
+    let (mut count, mut turned, mut moved) = (0, 0.0, 0.0);
+    for range in record.share(share, LANES) {
+        for sample in record.stretch(range, &mut scratch).each() {
+            let (parameters, randoms, columns) = (&parameters[..], &randoms[..], data.columns());
+            let leaves = SampleLeaves { parameters, randoms, columns, sample };
+            let out = program.evaluate(&MovingLeaves::after(leaves, 0.0), &mut workspace);
+            let [x, y, z] = [out[0].value(), out[1].value(), out[2].value()];
+            let radius = x.hypot(y);
+            let rate = (x * derivative(out[1]) - y * derivative(out[0])) / (radius * radius);
+            if !rate.is_finite() || !z.is_finite() {
+                continue;
+            }
+            let [first, height] = *circle.get_or_insert([radius, z]);
+            if (radius - first).abs().max((z - height).abs()) > ROUND * first {
+                return None;
+            }
+            count += 1;
+            turned += rate;
+            moved += rate.abs();
+        }
+    }
+    circle.map(|_| (moved / f64::from(count)).copysign(turned))
 }
 
 /// Speed of the target: whole, across the line of sight, along it.
