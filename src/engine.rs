@@ -22,6 +22,7 @@
 pub(crate) mod blocks;
 pub mod gauss_markov;
 pub mod gram;
+pub(crate) mod kept;
 pub mod lanes;
 pub mod layout;
 pub mod linearise;

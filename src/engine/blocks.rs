@@ -1,19 +1,15 @@
 //! Samples in fixed blocks, computed by many threads and added up in order: every thread count gives
 //! the same bits.
 //!
-//! Answers: which blocks there are, what one thread keeps between them, and each chunk of a block
-//! loaded with its weights. What is summed is the caller's business.
+//! Answers: which blocks there are, and each chunk of a block loaded with its weights. What is summed is the caller's business.
 
 use std::convert::Infallible;
-use std::ops::{Deref, DerefMut};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use crate::campaign::record::BLOCK as STRETCH;
-use crate::campaign::run::Samples;
-use crate::engine::gauss_markov::Filtering;
-use crate::engine::lanes::products::Products;
+use crate::engine::kept::{Memories, Memory, Own};
 use crate::engine::lanes::{Chunk, Code, LANES, Lanes, Workspace};
 use crate::engine::mixing::Mixing;
 use crate::engine::part::ParameterLeaves;
@@ -58,71 +54,6 @@ impl Plan {
         let constants = constants.iter().map(|value| [*value, 0.0, 0.0, 0.0]);
         let parameters = self.parameters.iter().copied().chain(constants).collect();
         Self { parameters, movers: Arc::clone(&self.movers), size: self.size }
-    }
-}
-
-/// What one thread keeps between blocks.
-#[derive(Debug, Default)]
-pub(super) struct Memory {
-    /// One for each campaign: it serves one program of it.
-    own: Vec<Option<Own>>,
-    weights: Vec<Lanes>,
-    filtering: Filtering,
-    /// Of a run that is not in memory as it is looked at.
-    samples: Samples,
-}
-
-/// What one thread keeps between the blocks of a campaign.
-#[derive(Debug)]
-pub(super) struct Own {
-    workspace: Workspace,
-    pub(super) mixed: Mixing,
-    /// Of each row; made where they are wanted.
-    pub(super) products: Vec<Products>,
-}
-
-impl Memory {
-    /// What is kept for a campaign, once something of it was computed.
-    pub(super) fn own(&mut self, part: usize) -> Option<&mut Own> {
-        self.own.get_mut(part).and_then(Option::as_mut)
-    }
-}
-
-/// What threads keep between passes of one program a campaign.
-#[derive(Debug, Default)]
-pub(super) struct Memories(Mutex<Vec<Memory>>);
-
-/// The memory of a thread, which goes back when it is dropped.
-struct Lent<'a> {
-    memory: Memory,
-    owner: &'a Memories,
-}
-
-impl Memories {
-    fn lend(&self) -> Lent<'_> {
-        let memory = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        Lent { memory: memory.unwrap_or_default(), owner: self }
-    }
-}
-
-impl Deref for Lent<'_> {
-    type Target = Memory;
-
-    fn deref(&self) -> &Memory {
-        &self.memory
-    }
-}
-
-impl DerefMut for Lent<'_> {
-    fn deref_mut(&mut self) -> &mut Memory {
-        &mut self.memory
-    }
-}
-
-impl Drop for Lent<'_> {
-    fn drop(&mut self) {
-        let memory = std::mem::take(&mut self.memory);
-        self.owner.0.lock().unwrap_or_else(PoisonError::into_inner).push(memory);
     }
 }
 
@@ -242,16 +173,6 @@ impl Problem {
             |memory, block| compute(memory, *block),
             take,
         );
-    }
-
-    /// What a thread keeps for a campaign, made where it is not there yet.
-    fn own<'m>(&self, part: usize, code: &Code, memory: &'m mut Memory) -> &'m mut Own {
-        memory.own.resize_with(memory.own.len().max(self.parts.len()), || None);
-        memory.own[part].get_or_insert_with(|| Own {
-            workspace: Workspace::new(code, self.set),
-            mixed: Mixing::default(),
-            products: Vec::new(),
-        })
     }
 
     /// Puts 1 where there is a reading and 0 where there is none; the number of readings.

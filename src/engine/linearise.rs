@@ -5,8 +5,9 @@
 
 use nalgebra::DMatrix;
 
-use crate::engine::blocks::{Block, Memories, Memory, Plan};
+use crate::engine::blocks::{Block, Plan};
 use crate::engine::gram::{Columns, Growing, LeastSquares, Normal, RunGram, UNBOUNDED};
+use crate::engine::kept::{Memories, Memory};
 use crate::engine::lanes::products::Products;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;

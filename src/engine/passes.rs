@@ -8,7 +8,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::engine::blocks::{Block, Memories, Memory, Plan};
+use crate::engine::blocks::{Block, Plan};
+use crate::engine::kept::{Memories, Memory};
 use crate::engine::lanes::products::Products;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;

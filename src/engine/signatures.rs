@@ -12,8 +12,9 @@
 
 use std::collections::HashMap;
 
-use crate::engine::blocks::{Memories, Plan};
+use crate::engine::blocks::Plan;
 use crate::engine::gram::{Growing, RunGram};
+use crate::engine::kept::Memories;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::engine::programs::{RowNodes, RowsProgram};

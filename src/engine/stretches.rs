@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use nalgebra::DVector;
 
-use crate::engine::blocks::{BLOCK, Block, Memories, Memory, Plan, WhitenedRow};
+use crate::engine::blocks::{BLOCK, Block, Plan, WhitenedRow};
+use crate::engine::kept::{Memories, Memory};
 use crate::engine::lanes::{LANES, Lanes};
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;

@@ -1,13 +1,15 @@
 //! Families over a range (a frequency, a period, a width): which member explains most.
 //!
 //! A line is as narrow as the recordings are long: a fixed grid of members would miss it. So the grid is
-//! made from the signatures themselves: neighbours are so near that their squared cosine is
-//! `NEIGHBOURS`. The constant is left open in one compiled program, `TOGETHER` members at once: one pass
+//! made from the signatures themselves (`grid`). The constant is left open in one compiled program, `TOGETHER` members at once: one pass
 //! over the readings serves them all. What nominal parameters take up only raises a gain, so the
 //! `BEST` members by the plain gain are looked at again with that taken off, and the best is polished
 //! between its neighbours; coupling between values of different runs is left aside. The best is then tested like any
 //! other candidate; every member of the grid is paid for, twice for the polishing. A list of members is
 //! looked through in the same way, as it stands.
+
+mod grid;
+mod group;
 
 use std::sync::Arc;
 
@@ -23,22 +25,14 @@ use crate::graph::Scope;
 use crate::system::{Selected, System};
 use crate::units::Unit;
 
+use self::group::Group;
 use super::nominal::Nominal;
 use super::sampling::Sampling;
 
-/// Squared cosine between the signatures of neighbours.
-const NEIGHBOURS: f64 = 0.4;
 /// Members that are looked at again.
 const BEST: usize = 40;
-/// Members at most.
-const MOST: usize = 2_000;
-/// Member times sample at most: longer campaigns are scanned more coarsely.
-const MOST_WORK: usize = 20_000_000;
 /// Members in one pass over the readings: they share everything but their own columns.
 const TOGETHER: usize = 8;
-/// Passes in search of the size of a step, and how much shorter each distance is that is tried.
-const STEPS: i32 = 3;
-const SHORTER: f64 = 0.25;
 /// Passes between the neighbours of the best member.
 const POLISH: usize = 4;
 
@@ -158,84 +152,6 @@ struct Scan<'a> {
 
 /// The first part of the key of what holds together over a run.
 const OF_RUN: usize = 2;
-
-/// Sums of some members' columns that hold together: with those of the same member, or of all; with the nominal
-/// columns; with what is left.
-struct Group {
-    key: (usize, usize),
-    own: DMatrix<f64>,
-    across: DMatrix<f64>,
-    score: DVector<f64>,
-}
-
-impl Group {
-    /// What a member takes off the sum of squares, without what others take up: `half` and `known` are nominal columns'
-    /// products with the columns and with what is left, halfway to their product.
-    fn gain(
-        &self,
-        member: usize,
-        members: usize,
-        half: &DMatrix<f64>,
-        known: &DVector<f64>,
-    ) -> f64 {
-        let k = self.score.len() / members;
-        let first = member * k;
-        let taken = |i: usize, j: usize| half.column(first + i).dot(&half.column(first + j));
-        let mut left = DMatrix::from_fn(k, k, |i, j| self.own[(i, first + j)] - taken(i, j));
-        let mut score =
-            DVector::from_fn(k, |i, _| self.score[first + i] - half.column(first + i).dot(known));
-        gained(&mut left, |i| self.own[(i, first + i)], &mut score)
-    }
-
-    /// The squared cosines between two members of so many, added up, and those of the first with itself: as many as it
-    /// has directions. `None` where they have none.
-    fn cosines(&self, first: usize, other: usize, members: usize) -> Option<(f64, f64)> {
-        let k = self.score.len() / members;
-        let block = |i: usize, j: usize| self.own.view((i * k, j * k), (k, k)).into_owned();
-        let factor = |own: DMatrix<f64>| {
-            let mut held = own.clone();
-            (0..k).for_each(|i| held[(i, i)] = raised(own[(i, i)], own[(i, i)]));
-            nalgebra::linalg::Cholesky::new(held)
-        };
-        let (left, right) = (factor(block(first, first))?, factor(block(other, other))?);
-        let cosines = |right: &Factor, products: DMatrix<f64>| {
-            let half = left.l().solve_lower_triangular(&products)?;
-            Some(right.l().solve_lower_triangular(&half.transpose())?.norm_squared())
-        };
-        Some((cosines(&right, block(first, other))?, cosines(&left, block(first, first))?))
-    }
-}
-
-type Factor = nalgebra::linalg::Cholesky<f64, nalgebra::Dyn>;
-
-/// What is left of a column's squared length, a little more. What others take up is nothing: the nominal
-/// parameters, or another of the columns, as where all runs turn in the same sense; so is a column of zeros, as
-/// where a signal stands still.
-fn raised(left: f64, own: f64) -> f64 {
-    if own > 0.0 { left + super::basis::RANK.powi(2) * own } else { 1.0 }
-}
-
-/// What columns take off the sum of squares: `left` are the products of what is left of them, `own` their squared lengths,
-/// `score` their products with what is left of the residual. Both are used up.
-fn gained(left: &mut DMatrix<f64>, own: impl Fn(usize) -> f64, score: &mut DVector<f64>) -> f64 {
-    let mut gain = 0.0;
-    (0..score.len()).for_each(|i| left[(i, i)] = raised(left[(i, i)], own(i)));
-    for i in 0..score.len() {
-        let pivot = left[(i, i)];
-        if pivot.is_nan() || pivot <= 0.0 {
-            return 0.0;
-        }
-        gain += score[i] * score[i] / pivot;
-        for j in i + 1..score.len() {
-            let by = left[(j, i)] / pivot;
-            score[j] -= by * score[i];
-            for row in j..score.len() {
-                left[(row, j)] -= by * left[(row, i)];
-            }
-        }
-    }
-    gain
-}
 
 impl<'a> Scan<'a> {
     fn new(fitted: &'a Fitted, family: &Candidate, name: &str) -> Option<Self> {
@@ -380,62 +296,6 @@ impl<'a> Scan<'a> {
         sums.into_iter().map(|(sum, all)| if all > 0.0 { sum / all } else { 1.0 }).collect()
     }
 
-    /// The distance from a member to a neighbour, looked for up to `range` in a direction (1 or -1).
-    fn step(&self, at: f64, direction: f64, range: f64) -> f64 {
-        let is_near = |distances: &[f64]| -> Vec<bool> {
-            let others: Vec<f64> = distances.iter().map(|far| at + direction * far).collect();
-            self.alike(at, &others).into_iter().map(|alike| alike >= NEIGHBOURS).collect()
-        };
-        let tried = TOGETHER as i32 - 1;
-        let mut near = range * SHORTER.powi(STEPS * tried);
-        for pass in 0..STEPS {
-            let ladder: Vec<f64> =
-                (1..=tried).map(|rung| range * SHORTER.powi(pass * tried + rung)).collect();
-            if let Some(first) = is_near(&ladder).iter().position(|near| *near) {
-                near = ladder[first];
-                break;
-            }
-        }
-        let part = SHORTER.powf(-1.0 / f64::from(tried + 1));
-        let between: Vec<f64> = (1..=tried).map(|rung| near * part.powi(rung)).collect();
-        let nearer = is_near(&between).into_iter().take_while(|near| *near).count();
-        if nearer > 0 { between[nearer - 1] } else { near }
-    }
-
-    /// The members that are tried, and for how many they are paid for.
-    fn tried(&self, members: &Members) -> Option<(Vec<f64>, usize)> {
-        match members {
-            Members::List(list) => Some((list.clone(), list.len())),
-            Members::Range { from, to } => {
-                let grid = self.grid(*from, *to)?;
-                let paid = 2 * grid.len();
-                Some((grid, paid))
-            }
-        }
-    }
-
-    /// The members of a range that are tried: steps are a power of the member between both ends.
-    fn grid(&self, from: f64, to: f64) -> Option<Vec<f64>> {
-        let range = to - from;
-        let (first, last) = (self.step(from, 1.0, 0.5 * range), self.step(to, -1.0, 0.5 * range));
-        let power = if from > 0.0 { (last / first).ln() / (to / from).ln() } else { 0.0 };
-        let step = |value: f64| {
-            if from > 0.0 { first * (value / from).powf(power) } else { first.min(last) }
-        };
-        let most = MOST.min(MOST_WORK / self.samples.max(1)).max(25);
-        if !step(from).is_finite() || step(from) <= 0.0 {
-            return None;
-        }
-        let mut coarse = 1.0;
-        loop {
-            let step = |value: f64| coarse * step(value);
-            if let Some(grid) = spaced((from, to), most, step, |value| self.is_blind(value)) {
-                return (!grid.is_empty()).then_some(grid);
-            }
-            coarse *= 1.5;
-        }
-    }
-
     /// The best value between two members about the best one.
     fn polished(&self, mut low: f64, mut high: f64, best: (f64, f64)) -> f64 {
         let mut best = best;
@@ -474,56 +334,4 @@ fn opened(effect: &Effect, family: &str) -> Option<Effect> {
     constant.setting.value = Some(vec![declared.members.default_member()]);
     effect.parameters.push(constant);
     Some(effect)
-}
-
-/// The members of a range so far apart that are not blind; `None` where there are more than `most`.
-fn spaced(
-    (from, to): (f64, f64),
-    most: usize,
-    step: impl Fn(f64) -> f64,
-    is_blind: impl Fn(f64) -> bool,
-) -> Option<Vec<f64>> {
-    let (mut value, mut grid) = (from, Vec::new());
-    while value < to {
-        if !is_blind(value) {
-            grid.push(value);
-        }
-        if grid.len() >= most {
-            return None;
-        }
-        value += step(value);
-    }
-    grid.extend((!is_blind(to)).then_some(to));
-    Some(grid)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A signal that stands still has a column of zeros, and one that always turns in one sense two that are the
-    /// same; what the others do is seen all the same.
-    #[test]
-    fn columns_of_zeros_and_the_same_ones_take_nothing() {
-        let own = DMatrix::from_row_slice(3, 3, &[4.0, 4.0, 0.0, 4.0, 4.0, 0.0, 0.0, 0.0, 0.0]);
-        let score = DVector::from_row_slice(&[6.0, 6.0, 0.0]);
-        let gain = gained(&mut own.clone(), |i| own[(i, i)], &mut score.clone());
-        assert!((gain - 9.0).abs() < 1e-3, "{gain}");
-    }
-
-    /// Blind members do not make a scan that stops short look whole.
-    #[test]
-    fn a_range_is_scanned_to_its_end_or_more_coarsely() {
-        let blind = |value: f64| value < 5.0;
-        assert_eq!(
-            spaced((0.0, 10.0), 8, |_| 1.0, blind),
-            Some(vec![5.0, 6.0, 7.0, 8.0, 9.0, 10.0])
-        );
-        assert_eq!(spaced((0.0, 10.0), 5, |_| 1.0, blind), None);
-        assert_eq!(spaced((0.0, 10.0), 8, |_| 1.0, |_| false), None);
-        assert_eq!(
-            spaced((0.0, 10.0), 8, |_| 2.5, |_| false),
-            Some(vec![0.0, 2.5, 5.0, 7.5, 10.0])
-        );
-    }
 }

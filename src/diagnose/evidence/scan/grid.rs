@@ -1,0 +1,115 @@
+//! Which members of a family are tried: a list as it stands, or a range so finely that none is missed.
+
+use crate::effect::Members;
+
+use super::{Scan, TOGETHER};
+
+/// Squared cosine between the signatures of neighbours.
+const NEIGHBOURS: f64 = 0.4;
+/// Members at most.
+const MOST: usize = 2_000;
+/// Member times sample at most: longer campaigns are scanned more coarsely.
+const MOST_WORK: usize = 20_000_000;
+/// Passes in search of the size of a step, and how much shorter each distance is that is tried.
+const STEPS: i32 = 3;
+const SHORTER: f64 = 0.25;
+
+impl Scan<'_> {
+    /// The distance from a member to a neighbour, looked for up to `range` in a direction (1 or -1).
+    fn step(&self, at: f64, direction: f64, range: f64) -> f64 {
+        let is_near = |distances: &[f64]| -> Vec<bool> {
+            let others: Vec<f64> = distances.iter().map(|far| at + direction * far).collect();
+            self.alike(at, &others).into_iter().map(|alike| alike >= NEIGHBOURS).collect()
+        };
+        let tried = TOGETHER as i32 - 1;
+        let mut near = range * SHORTER.powi(STEPS * tried);
+        for pass in 0..STEPS {
+            let ladder: Vec<f64> =
+                (1..=tried).map(|rung| range * SHORTER.powi(pass * tried + rung)).collect();
+            if let Some(first) = is_near(&ladder).iter().position(|near| *near) {
+                near = ladder[first];
+                break;
+            }
+        }
+        let part = SHORTER.powf(-1.0 / f64::from(tried + 1));
+        let between: Vec<f64> = (1..=tried).map(|rung| near * part.powi(rung)).collect();
+        let nearer = is_near(&between).into_iter().take_while(|near| *near).count();
+        if nearer > 0 { between[nearer - 1] } else { near }
+    }
+
+    /// The members that are tried, and for how many they are paid for.
+    pub(super) fn tried(&self, members: &Members) -> Option<(Vec<f64>, usize)> {
+        match members {
+            Members::List(list) => Some((list.clone(), list.len())),
+            Members::Range { from, to } => {
+                let grid = self.grid(*from, *to)?;
+                let paid = 2 * grid.len();
+                Some((grid, paid))
+            }
+        }
+    }
+
+    /// The members of a range that are tried: steps are a power of the member between both ends.
+    fn grid(&self, from: f64, to: f64) -> Option<Vec<f64>> {
+        let range = to - from;
+        let (first, last) = (self.step(from, 1.0, 0.5 * range), self.step(to, -1.0, 0.5 * range));
+        let power = if from > 0.0 { (last / first).ln() / (to / from).ln() } else { 0.0 };
+        let step = |value: f64| {
+            if from > 0.0 { first * (value / from).powf(power) } else { first.min(last) }
+        };
+        let most = MOST.min(MOST_WORK / self.samples.max(1)).max(25);
+        if !step(from).is_finite() || step(from) <= 0.0 {
+            return None;
+        }
+        let mut coarse = 1.0;
+        loop {
+            let step = |value: f64| coarse * step(value);
+            if let Some(grid) = spaced((from, to), most, step, |value| self.is_blind(value)) {
+                return (!grid.is_empty()).then_some(grid);
+            }
+            coarse *= 1.5;
+        }
+    }
+}
+
+/// The members of a range so far apart that are not blind; `None` where there are more than `most`.
+fn spaced(
+    (from, to): (f64, f64),
+    most: usize,
+    step: impl Fn(f64) -> f64,
+    is_blind: impl Fn(f64) -> bool,
+) -> Option<Vec<f64>> {
+    let (mut value, mut grid) = (from, Vec::new());
+    while value < to {
+        if !is_blind(value) {
+            grid.push(value);
+        }
+        if grid.len() >= most {
+            return None;
+        }
+        value += step(value);
+    }
+    grid.extend((!is_blind(to)).then_some(to));
+    Some(grid)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Blind members do not make a scan that stops short look whole.
+    #[test]
+    fn a_range_is_scanned_to_its_end_or_more_coarsely() {
+        let blind = |value: f64| value < 5.0;
+        assert_eq!(
+            spaced((0.0, 10.0), 8, |_| 1.0, blind),
+            Some(vec![5.0, 6.0, 7.0, 8.0, 9.0, 10.0])
+        );
+        assert_eq!(spaced((0.0, 10.0), 5, |_| 1.0, blind), None);
+        assert_eq!(spaced((0.0, 10.0), 8, |_| 1.0, |_| false), None);
+        assert_eq!(
+            spaced((0.0, 10.0), 8, |_| 2.5, |_| false),
+            Some(vec![0.0, 2.5, 5.0, 7.5, 10.0])
+        );
+    }
+}

@@ -1,0 +1,100 @@
+//! What members of a family do together over a campaign, a setup or a run, and what each takes off the sum of squares.
+//! Where the sums come from is not its business.
+
+use nalgebra::linalg::Cholesky;
+use nalgebra::{DMatrix, DVector};
+
+use crate::diagnose::evidence::basis::RANK;
+
+/// Sums of some members' columns that hold together: with those of the same member, or of all; with the nominal
+/// columns; with what is left.
+pub(super) struct Group {
+    pub(super) key: (usize, usize),
+    pub(super) own: DMatrix<f64>,
+    pub(super) across: DMatrix<f64>,
+    pub(super) score: DVector<f64>,
+}
+
+impl Group {
+    /// What a member takes off the sum of squares, without what others take up: `half` and `known` are nominal columns'
+    /// products with the columns and with what is left, halfway to their product.
+    pub(super) fn gain(
+        &self,
+        member: usize,
+        members: usize,
+        half: &DMatrix<f64>,
+        known: &DVector<f64>,
+    ) -> f64 {
+        let k = self.score.len() / members;
+        let first = member * k;
+        let taken = |i: usize, j: usize| half.column(first + i).dot(&half.column(first + j));
+        let mut left = DMatrix::from_fn(k, k, |i, j| self.own[(i, first + j)] - taken(i, j));
+        let mut score =
+            DVector::from_fn(k, |i, _| self.score[first + i] - half.column(first + i).dot(known));
+        gained(&mut left, |i| self.own[(i, first + i)], &mut score)
+    }
+
+    /// The squared cosines between two members of so many, added up, and those of the first with itself: as many as it
+    /// has directions. `None` where they have none.
+    pub(super) fn cosines(&self, first: usize, other: usize, members: usize) -> Option<(f64, f64)> {
+        let k = self.score.len() / members;
+        let block = |i: usize, j: usize| self.own.view((i * k, j * k), (k, k)).into_owned();
+        let factor = |own: DMatrix<f64>| {
+            let mut held = own.clone();
+            (0..k).for_each(|i| held[(i, i)] = raised(own[(i, i)], own[(i, i)]));
+            Cholesky::new(held)
+        };
+        let (left, right) = (factor(block(first, first))?, factor(block(other, other))?);
+        let cosines = |right: &Factor, products: DMatrix<f64>| {
+            let half = left.l().solve_lower_triangular(&products)?;
+            Some(right.l().solve_lower_triangular(&half.transpose())?.norm_squared())
+        };
+        Some((cosines(&right, block(first, other))?, cosines(&left, block(first, first))?))
+    }
+}
+
+type Factor = Cholesky<f64, nalgebra::Dyn>;
+
+/// What is left of a column's squared length, a little more. What others take up is nothing: the nominal
+/// parameters, or another of the columns, as where all runs turn in the same sense; so is a column of zeros, as
+/// where a signal stands still.
+fn raised(left: f64, own: f64) -> f64 {
+    if own > 0.0 { left + RANK.powi(2) * own } else { 1.0 }
+}
+
+/// What columns take off the sum of squares: `left` are the products of what is left of them, `own` their squared lengths,
+/// `score` their products with what is left of the residual. Both are used up.
+fn gained(left: &mut DMatrix<f64>, own: impl Fn(usize) -> f64, score: &mut DVector<f64>) -> f64 {
+    let mut gain = 0.0;
+    (0..score.len()).for_each(|i| left[(i, i)] = raised(left[(i, i)], own(i)));
+    for i in 0..score.len() {
+        let pivot = left[(i, i)];
+        if pivot.is_nan() || pivot <= 0.0 {
+            return 0.0;
+        }
+        gain += score[i] * score[i] / pivot;
+        for j in i + 1..score.len() {
+            let by = left[(j, i)] / pivot;
+            score[j] -= by * score[i];
+            for row in j..score.len() {
+                left[(row, j)] -= by * left[(row, i)];
+            }
+        }
+    }
+    gain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A signal that stands still has a column of zeros, and one that always turns in one sense two that are the
+    /// same; what the others do is seen all the same.
+    #[test]
+    fn columns_of_zeros_and_the_same_ones_take_nothing() {
+        let own = DMatrix::from_row_slice(3, 3, &[4.0, 4.0, 0.0, 4.0, 4.0, 0.0, 0.0, 0.0, 0.0]);
+        let score = DVector::from_row_slice(&[6.0, 6.0, 0.0]);
+        let gain = gained(&mut own.clone(), |i| own[(i, i)], &mut score.clone());
+        assert!((gain - 9.0).abs() < 1e-3, "{gain}");
+    }
+}
