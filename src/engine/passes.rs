@@ -127,7 +127,7 @@ impl<'a> Passes<'a> {
         let Self { problem, signatures, .. } = self;
         let nominal = plan.movers.len() - signatures.columns.len();
         let group = |direction: usize| match direction.checked_sub(nominal) {
-            Some(column) if self.across => usize::from(column < signatures.columns.len()),
+            Some(_) if self.across => 1,
             Some(column) => signatures.groups[column],
             None => 0,
         };

@@ -39,10 +39,9 @@ impl Group {
     pub(super) fn cosines(&self, first: usize, other: usize, members: usize) -> Option<(f64, f64)> {
         let k = self.score.len() / members;
         let block = |i: usize, j: usize| self.own.view((i * k, j * k), (k, k)).into_owned();
-        let factor = |own: DMatrix<f64>| {
-            let mut held = own.clone();
-            (0..k).for_each(|i| held[(i, i)] = raised(own[(i, i)], own[(i, i)]));
-            Cholesky::new(held)
+        let factor = |mut own: DMatrix<f64>| {
+            (0..k).for_each(|i| own[(i, i)] = raised(own[(i, i)], own[(i, i)]));
+            Cholesky::new(own)
         };
         let (left, right) = (factor(block(first, first))?, factor(block(other, other))?);
         let cosines = |right: &Factor, products: DMatrix<f64>| {
