@@ -177,6 +177,33 @@ fn a_walk_is_named_and_nothing_is_built_on_it() {
     assert!(walk.sigma < 0.3 * due);
 }
 
+/// A walk so small that a steady drift does as much: whichever is named, the other one is its alias, and the drift is
+/// the first of the effects that may be there.
+#[test]
+fn a_small_walk_is_told_with_the_drift_that_does_as_much() {
+    let (walk, drift) = ("station_random_walk", "station_drift");
+    let set = ["x", "y", "z"].map(|axis| format!("{walk}.walk_{axis}=1 um/min^0.5"));
+    let set: Vec<&str> = set.iter().map(String::as_str).collect();
+    let (mut walks, mut drifts) = (0, 0);
+    for seed in [1, 4, 8, 9, 11] {
+        let (opened, problem) = drawn(&[walk], &set, seed);
+        let found = run(problem, &opened);
+        assert_eq!(found.verdict, Verdict::Explained, "{seed}");
+        let first = &found.candidates[0];
+        assert_eq!(first.name, drift, "{seed}");
+        if let Some(one) = found.effects.first() {
+            assert!(one.candidate.name == drift && one.aliases == [walk], "{seed}: {one:?}");
+            drifts += 1;
+        } else {
+            assert_eq!(noise_of(&found, walk).aliases, [drift], "{seed}");
+            assert!(first.score.lambda() > 4.0 && first.share == 1.0, "{first:?}");
+            assert!((1.0 / 11.0..=0.5).contains(&first.probability), "{first:?}");
+            walks += 1;
+        }
+    }
+    assert!(walks > 0 && drifts > 0, "{walks} {drifts}");
+}
+
 #[test]
 fn a_sharp_line_between_the_members_of_any_grid_is_found() {
     let set = [

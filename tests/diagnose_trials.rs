@@ -213,6 +213,24 @@ fn clocks_of_each_run_s_own_rate() {
     }
 }
 
+/// A small drift of each setup is nearly what a walk does, and likelier.
+#[test]
+fn a_small_drift_is_no_walk() {
+    let (drift, walk) = ("station_drift", "station_random_walk");
+    let mut rig = Rig::new("drifts", 4);
+    let mut like = 0;
+    for seed in 0..8 {
+        let problem = rig.draw(Some(drift), 8.5, 400 + seed);
+        let found = rig.diagnose(problem, &[]);
+        assert_eq!(found.verdict, Verdict::Explained, "{seed}: {}", told(&found));
+        assert_eq!(found.candidates[0].name, drift, "{seed}: {}", told(&found));
+        let [one] = &found.effects[..] else { unreachable!("{seed}: {}", told(&found)) };
+        assert_eq!(one.candidate.name, drift, "{seed}");
+        like += usize::from(one.aliases == [walk]);
+    }
+    assert!(like > 0);
+}
+
 fn count(name: &str, or: usize) -> usize {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(or)
 }

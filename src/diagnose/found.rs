@@ -56,6 +56,8 @@ pub struct Level {
 pub struct Noise {
     /// Effects of the library that were accepted.
     pub effects: Vec<NoiseEffect>,
+    /// Effects that cannot be told from a walk.
+    pub rivals: Vec<Rival>,
     /// Where the rig was displaced, if that is what a walk among them stands for.
     pub displaced: Option<Displaced>,
     /// Readings that are off in a few runs.
@@ -89,6 +91,18 @@ impl Noise {
         offered.iter().any(|one| one.is_walk() && is_found(one))
     }
 
+    /// Effects that may be there instead of an accepted walk, which is the likelier one.
+    pub(super) fn instead(&self) -> impl Iterator<Item = &Rival> {
+        let is_found = |walk: &str| self.effects.iter().any(|one| one.name == walk);
+        self.rivals.iter().filter(move |one| one.likelier <= 0.0 && is_found(&one.walk))
+    }
+
+    /// Walks that may be there instead of an effect, which is the likelier one.
+    pub(super) fn walks_like<'a>(&'a self, effect: &'a str) -> impl Iterator<Item = &'a str> {
+        let rivals = self.rivals.iter().filter(move |one| one.effect == effect);
+        rivals.filter(|one| one.likelier > 0.0).map(|one| one.walk.as_str())
+    }
+
     /// How many single readings are left out.
     pub fn wild(&self) -> usize {
         self.left_out.readings.len()
@@ -103,6 +117,19 @@ impl Noise {
     pub fn selected(&self) -> Vec<&Selected> {
         self.effects.iter().filter_map(|one| one.selected.as_ref()).collect()
     }
+}
+
+/// An effect and a walk that do as much: the likelier one of them is taken, the other one is its alias.
+#[derive(Clone, Debug)]
+pub struct Rival {
+    /// The walk.
+    pub walk: String,
+    /// The effect.
+    pub effect: String,
+    /// The effect's test without the walk in the model.
+    pub score: Score,
+    /// Logarithm of the effect's likelihood over that of the walk.
+    pub likelier: f64,
 }
 
 /// What is off in a few runs.

@@ -329,12 +329,13 @@ fn adopted(
         return Ok(None);
     }
     let like = alike(stage, number);
+    let walks = stage.noise_found.walks_like(&candidate.name).map(str::to_owned);
     let adopted = Adopted {
         candidate: candidate.clone(),
         score,
         prior_share: stage.evidence.prior_share(stage.entry(number)),
         gain,
-        aliases: names_of(stage, &like),
+        aliases: names_of(stage, &like).into_iter().chain(walks).collect(),
         probability: of_all(&probabilities(stage), number, &like),
         among_effects: of_all(&among_effects(stage), number, &like),
     };

@@ -259,6 +259,11 @@ impl Stage {
             self.evidence.entries.iter().map(|one| self.evidence.inflation(one, left)).collect();
     }
 
+    /// The number of an effect of the library.
+    pub(super) fn effect_named(&self, name: &str) -> Option<usize> {
+        self.candidates[..self.effects].iter().position(|one| one.name == name)
+    }
+
     /// The entry of a candidate.
     pub fn entry(&self, candidate: usize) -> &Entry {
         &self.evidence.entries[candidate]

@@ -323,7 +323,7 @@ fn with_one_oscillation(stage: &Stage, mut found: Vec<usize>) -> Vec<usize> {
     found
 }
 
-/// All testable effects, best first.
+/// All testable effects, best first; one that may be there instead of a walk as it is without that.
 pub fn ranked(stage: &Stage) -> Vec<Ranked> {
     let blocks = stage.blocks_found();
     let probability = probabilities(stage);
@@ -341,8 +341,10 @@ pub fn ranked(stage: &Stage) -> Vec<Ranked> {
         .filter(|n| stage.entry(*n).degrees() > 0)
         .map(|n| {
             let name = stage.candidates[n].name.clone();
-            let score = stage.scores[n];
-            (n, Ranked { name, score, share: share(n), probability: probability[n] })
+            let instead = stage.noise_found.instead().find(|one| one.effect == name);
+            let (score, share) =
+                instead.map_or_else(|| (stage.scores[n], share(n)), |one| (one.score, 1.0));
+            (n, Ranked { name, score, share, probability: probability[n] })
         })
         .collect();
     all.sort_by(|a, b| a.1.score.ln_p.total_cmp(&b.1.score.ln_p).then(a.0.cmp(&b.0)));

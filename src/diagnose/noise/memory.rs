@@ -24,13 +24,15 @@ use super::apart::few;
 use super::wander::{Found, walk};
 
 /// A random walk that shows, unless one is in the model already, the runs are too few to tell one from
-/// structure, or a memory of each measurand by itself is the likelier reason.
-pub(super) fn found_walk(stage: &Stage, noise: &Noise) -> Option<Found> {
+/// structure, or a memory of each measurand by itself is the likelier reason. Its rivals are noted.
+pub(super) fn found_walk(stage: &Stage, noise: &mut Noise) -> Option<Found> {
     if noise.wanders(&stage.noise) || !may_wander(stage) {
         return None;
     }
     let rows: usize = stage.fitted.problem.parts.iter().map(|part| part.residual_count()).sum();
-    let found = walk(stage, level(rows + stage.noise.len()))?;
+    let (found, rivals) = walk(stage, level(rows + stage.noise.len()));
+    noise.rivals = rivals;
+    let found = found?;
     let alone = likelihood_of_memory(&left_white(stage, &stage.evidence.together(&[])));
     (found.likelihood > alone).then_some(found)
 }

@@ -13,7 +13,8 @@
 //! | [`displaced`] | whether the rig was displaced between runs instead |
 //!
 //! A walk looks like structure over time and runs, and structure like a walk: significant structure is
-//! taken off first as long as it and what it leaves of the walk are clearly likelier than the walk alone.
+//! taken off first as long as it and what it leaves of the walk are clearly likelier than the walk alone. Of the walk
+//! and an effect that does for all of it the likelier one is taken; if not clearly so, they are [`Rival`]s.
 //! What is accepted joins the model as those columns with a prior each, so that everything that comes
 //! later is judged against it.
 
@@ -27,9 +28,9 @@ use displaced::Suspect;
 use wandering::{Likeliest, Wandering};
 
 use crate::diagnose::evidence::Entry;
-use crate::diagnose::evidence::score::likelihood_of_gain;
+use crate::diagnose::evidence::score::{likelihood_of_gain, of_gain};
 use crate::diagnose::evidence::thresholds::FURTHER;
-use crate::diagnose::found::{Displaced, NoiseEffect};
+use crate::diagnose::found::{Displaced, NoiseEffect, Rival};
 use crate::diagnose::library::candidates::{Candidate, join};
 use crate::diagnose::library::structure::Place;
 use crate::diagnose::sequences::sequences;
@@ -52,7 +53,7 @@ mod wandering;
 /// in few long runs.
 const TERMS: RangeInclusive<usize> = 3..=12;
 const OF_ALL: usize = 48;
-/// Structure that is not so many times likelier than a walk is one, or cannot be told from it.
+/// What is not so many times likelier than something else cannot be told from it.
 const CLEARLY: f64 = 10.0;
 
 /// A walk that was found.
@@ -65,15 +66,21 @@ pub(super) struct Found {
     pub(super) displaced: Option<Displaced>,
 }
 
-/// The walk of the library that shows, if one does. `level` is the logarithm of its share of the false
-/// alarms.
-pub(super) fn walk(stage: &Stage, level: f64) -> Option<Found> {
+/// The walk of the library that shows, if one does, and effects from which one cannot be told. `level` is the
+/// logarithm of its share of the false alarms.
+pub(super) fn walk(stage: &Stage, level: f64) -> (Option<Found>, Vec<Rival>) {
+    let mut rivals = Vec::new();
     let walks = stage.noise.iter().filter(|one| one.is_walk());
-    let found = walks.filter_map(|one| tested(stage, one, level));
-    found.max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))
+    let found = walks.filter_map(|one| tested(stage, one, level, &mut rivals));
+    (found.max_by(|a, b| a.likelihood.total_cmp(&b.likelihood)), rivals)
 }
 
-fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
+fn tested(
+    stage: &Stage,
+    candidate: &Candidate,
+    level: f64,
+    rivals: &mut Vec<Rival>,
+) -> Option<Found> {
     let fitted = &stage.fitted;
     let runs = fitted.problem.run_names().len();
     let terms = (OF_ALL / runs.max(1)).clamp(*TERMS.start(), *TERMS.end());
@@ -99,7 +106,7 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
     };
     // Structure over time follows displacements, too, but not as well.
     let mut found = wandering.beyond(&wandering.evidence.together(&[]))?;
-    let (mut jumps, mut known, mut rival) = (displaced(&[], found.likelihood), 0, None);
+    let (mut jumps, mut known) = (displaced(&[], found.likelihood), 0);
     if jumps.is_none() {
         // What nobody wrote down must be far likelier, the choice among all of it paid for.
         let unknown = FURTHER.ln() + ((stage.candidates.len() - stage.effects) as f64).ln();
@@ -108,7 +115,17 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
             None => 0.0,
         };
         let prices: Vec<f64> = structures.iter().map(price).collect();
-        (found, known, rival) = beside_structure(&wandering, found, &prices)?;
+        let (left, close) = beside_structure(&wandering, found, &prices);
+        rivals.extend(close.map(|Close { structure, gain, degrees, likelier }| {
+            let number = structures[structure];
+            Rival {
+                walk: candidate.name.clone(),
+                effect: stage.candidates[number].name.clone(),
+                score: of_gain(gain, degrees, stage.members[number]),
+                likelier,
+            }
+        }));
+        (found, known) = left?;
     }
     if found.walk.ln_p() > level {
         return None;
@@ -124,10 +141,8 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
     let own = Entry::of(wandering.own.clone());
     let taken: Vec<&Entry> = entries[..known].iter().chain([&own]).collect();
     let rest = wandering.evidence.together(&taken);
-    let named = |rival: usize| {
-        let number = *structures.get(rival)?;
-        (number < stage.effects).then(|| stage.candidates[number].name.clone())
-    };
+    let instead = rivals.iter().filter(|one| one.walk == candidate.name && one.likelier <= 0.0);
+    let aliases = instead.map(|one| one.effect.clone()).collect();
     let (problem, point) = (&fitted.problem, &fitted.fit.point);
     let rest = sequences(problem, &wandering.evidence.left(problem, point, &rest, usize::MAX));
     let effect = NoiseEffect {
@@ -139,7 +154,7 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
         unit: parameter.unit.clone(),
         value: sigma,
         sigma: if sigma > 0.0 { spread / (2.0 * sigma) } else { 0.0 },
-        aliases: rival.into_iter().filter_map(named).collect(),
+        aliases,
         memory: None,
         ln_p: walk.ln_p(),
     };
@@ -147,30 +162,48 @@ fn tested(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Found> {
     Some(Found { effect, likelihood, displaced: jumps })
 }
 
-/// Takes structure off as long as it, its price paid, and what is left of the walk are clearly likelier than the walk
-/// alone: what is left then, how many structures are known, and which one the walk cannot be told from, if there is
-/// one. `None` where nothing of the walk is left.
+/// An effect that is as likely as a walk.
+struct Close {
+    /// Its number among the structures.
+    structure: usize,
+    /// What it takes off the sum of squares.
+    gain: f64,
+    degrees: usize,
+    /// Logarithm of its likelihood, with what it leaves of the walk, over that of the walk alone.
+    likelier: f64,
+}
+
+/// Takes structure off as long as it, its price paid, and what is left of the walk are likelier than the walk alone,
+/// and clearly so unless it is an effect that does for the walk: what is left then and how many structures are known, `None` where nothing of
+/// the walk is left; and the effect that cannot be told from the walk, if there is one.
 fn beside_structure(
     wandering: &Wandering,
     mut found: Likeliest,
     prices: &[f64],
-) -> Option<(Likeliest, usize, Option<usize>)> {
+) -> (Option<(Likeliest, usize)>, Option<Close>) {
     let evidence = &wandering.evidence;
     let together =
         |count: usize| evidence.together(&evidence.entries[..count].iter().collect::<Vec<_>>());
+    let mut close = None;
     for (known, (next, price)) in evidence.entries.iter().zip(prices).enumerate() {
         let (gain, degrees) = evidence.beyond(&together(known), next);
         let structure = likelihood_of_gain(gain, degrees) - price;
         let rest = wandering.beyond(&together(known + 1));
         let left = rest.as_ref().map_or(0.0, |rest| rest.likelihood.max(0.0));
         let likelier = structure + left - found.likelihood;
-        if likelier < CLEARLY.ln() {
-            let rival = (likelier > -CLEARLY.ln()).then_some(known);
-            return Some((found, known, rival));
+        // Where a walk is there beside it, an effect does not do for that.
+        let is_gone = rest.as_ref().is_none_or(|rest| rest.walk.ln_p() > wandering.level);
+        let does_for_it = *price == 0.0 && is_gone;
+        if does_for_it && likelier.abs() < CLEARLY.ln() {
+            close = Some(Close { structure: known, gain, degrees, likelier });
         }
-        found = rest?;
+        if likelier <= if does_for_it { 0.0 } else { CLEARLY.ln() } {
+            return (Some((found, known)), close);
+        }
+        let Some(rest) = rest else { return (None, close) };
+        found = rest;
     }
-    Some((found, prices.len(), None))
+    (Some((found, prices.len())), close)
 }
 
 /// What is offered to the campaigns' models.

@@ -167,13 +167,14 @@ pub fn prepare(
             continue;
         }
         if !last
-            && let Some(found) = found_walk(&stage, &noise)
+            && let Some(found) = found_walk(&stage, &mut noise)
             && let Some(selected) = &found.effect.selected
             && let Some(changed) = given.anew(&stage, &noise, selected, options)?
         {
             // A walk passes for levels and jitter: they are judged again beside it.
             let Found { effect, displaced, .. } = found;
-            noise = Noise { effects: vec![effect], displaced, ..given.noise() };
+            let rivals = std::mem::take(&mut noise.rivals);
+            noise = Noise { effects: vec![effect], rivals, displaced, ..given.noise() };
             fitted = changed;
             (round, peels, trims) = (0, 0, 0);
             continue;

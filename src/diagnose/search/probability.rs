@@ -42,7 +42,17 @@ pub fn is_implausible(times: f64) -> bool {
 pub fn probabilities(stage: &Stage) -> Vec<f64> {
     let [effect, block] = shares(stage);
     let odds = (block / effect).ln();
-    normalised(&with_imitations(stage, stage.logarithms(), odds), Some(BEFORE[0].ln()))
+    let mut all =
+        normalised(&with_imitations(stage, stage.logarithms(), odds), Some(BEFORE[0].ln()));
+    // Beside a walk nothing is left to see of an effect that does the same.
+    for rival in stage.noise_found.instead() {
+        let own = 1.0 / (1.0 + (-rival.likelier).exp());
+        all.iter_mut().for_each(|one| *one *= 1.0 - own);
+        if let Some(number) = stage.effect_named(&rival.effect) {
+            all[number] = own;
+        }
+    }
+    all
 }
 
 /// The probability of each effect of a stage, in their order, if it is one of them.
