@@ -23,6 +23,7 @@
 //! | `compile` | instructions, and the memory of each value |
 //! | `execute` | the instructions over one chunk |
 //! | `added`, `mapped` | the sums over one chunk, one at a time and several of the same numbers |
+//! | `registers` | registers by name, for those |
 //! | `workspace` | a chunk's memory, filled from samples |
 //! | [`products`] | sums of products over a chunk |
 
@@ -36,6 +37,7 @@ mod instruction;
 mod mapped;
 pub mod math;
 pub mod products;
+mod registers;
 mod schedule;
 mod sums;
 mod workspace;

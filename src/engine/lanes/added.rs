@@ -1,12 +1,11 @@
 //! Sums of products over a chunk: `scale · Σ factor · a · b`.
 //!
 //! There is a loop for each number of terms and each choice of their kinds, so that nothing is asked within
-//! it, nor multiplied by one. Wide registers are named; for two numbers a register (SSE2) the compiler makes
-//! better ones of a plain loop.
+//! it, nor multiplied by one.
 
-use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES, Lanes};
-use crate::engine::lanes::dispatch::Simd;
+use crate::engine::lanes::arithmetic::Aligned;
 use crate::engine::lanes::instruction::{Kind, Product, Slot};
+use crate::engine::lanes::registers::{ByRegister, Registers};
 use crate::engine::lanes::sums::MOST_TERMS;
 
 /// Registers computed without a look at whether the chunk ends.
@@ -55,7 +54,7 @@ macro_rules! of_few_kinds {
 }
 
 /// A sum of at most [`MOST_TERMS`] products.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(super) struct Added<'a> {
     /// Its terms.
     pub(super) products: &'a [Product],
@@ -67,37 +66,37 @@ pub(super) struct Added<'a> {
     pub(super) slots: &'a [Box<Aligned>],
     /// Numbers that stand still.
     pub(super) stills: &'a [f64],
+    /// Where it goes.
+    pub(super) out: &'a mut Aligned,
+}
+
+impl ByRegister for Added<'_> {
+    #[inline(always)]
+    fn by<R: Registers>(self, registers: R) {
+        let terms = self.terms();
+        match self.scale {
+            None => self.shaped::<R, false>(registers, &terms),
+            Some(_) => self.shaped::<R, true>(registers, &terms),
+        }
+    }
 }
 
 impl<'a> Added<'a> {
     #[inline(always)]
-    pub(super) fn compute<A: Arithmetic, S: Simd>(&self, simd: S, out: &mut Lanes) {
-        let terms = self.terms();
-        match self.scale {
-            None => self.shaped::<A, S, false>(simd, &terms, out),
-            Some(_) => self.shaped::<A, S, true>(simd, &terms, out),
-        }
-    }
-
-    #[inline(always)]
-    fn shaped<A: Arithmetic, S: Simd, const SCALED: bool>(
-        &self,
-        simd: S,
-        terms: &Terms<'_>,
-        out: &mut Lanes,
-    ) {
+    fn shaped<R: Registers, const SCALED: bool>(self, registers: R, terms: &Terms<'_>) {
+        let out = R::of_mut(self.out);
         let [a, b, c, d] = self.kinds;
         match self.products.len() {
-            1 => of_kind!(a, K0 => terms.run::<A, S, 1, K0, 0, 0, 0, SCALED>(simd, out)),
+            1 => of_kind!(a, K0 => terms.run::<R, 1, K0, 0, 0, 0, SCALED>(registers, out)),
             2 => first_of_kind!(a, K0 => of_kind!(b, K1 => {
-                terms.run::<A, S, 2, K0, K1, 0, 0, SCALED>(simd, out);
+                terms.run::<R, 2, K0, K1, 0, 0, SCALED>(registers, out);
             })),
             3 => first_of_kind!(a, K0 => of_kind!(b, K1 => of_kind!(c, K2 => {
-                terms.run::<A, S, 3, K0, K1, K2, 0, SCALED>(simd, out);
+                terms.run::<R, 3, K0, K1, K2, 0, SCALED>(registers, out);
             }))),
             _ => of_few_kinds!(a, K0 => of_few_kinds!(b, K1 => {
                 of_few_kinds!(c, K2 => of_few_kinds!(d, K3 => {
-                    terms.run::<A, S, 4, K0, K1, K2, K3, SCALED>(simd, out);
+                    terms.run::<R, 4, K0, K1, K2, K3, SCALED>(registers, out);
                 }))
             })),
         }
@@ -106,7 +105,7 @@ impl<'a> Added<'a> {
     /// The numbers of its terms; the first stands in for those that are not there.
     #[inline(always)]
     fn terms(&self) -> Terms<'a> {
-        let lanes = |slot: Slot| -> &'a Lanes { &self.slots[slot as usize] };
+        let lanes = |slot: Slot| -> &'a Aligned { &self.slots[slot as usize] };
         let first = self.products[0];
         let mut terms = Terms {
             factors: [0.0; MOST_TERMS],
@@ -126,16 +125,15 @@ impl<'a> Added<'a> {
 /// The numbers of a sum.
 struct Terms<'a> {
     factors: [f64; MOST_TERMS],
-    left: [&'a Lanes; MOST_TERMS],
-    right: [&'a Lanes; MOST_TERMS],
-    scale: &'a Lanes,
+    left: [&'a Aligned; MOST_TERMS],
+    right: [&'a Aligned; MOST_TERMS],
+    scale: &'a Aligned,
 }
 
 impl Terms<'_> {
     #[inline(always)]
     fn run<
-        A: Arithmetic,
-        S: Simd,
+        R: Registers,
         const N: usize,
         const K0: u8,
         const K1: u8,
@@ -144,80 +142,21 @@ impl Terms<'_> {
         const SCALED: bool,
     >(
         &self,
-        simd: S,
-        out: &mut Lanes,
-    ) {
-        if S::F64_LANES > 2 {
-            self.by_register::<A, S, N, K0, K1, K2, K3, SCALED>(simd, out);
-        } else {
-            self.by_lane::<A, N, K0, K1, K2, K3, SCALED>(out);
-        }
-    }
-
-    #[inline(always)]
-    fn by_lane<
-        A: Arithmetic,
-        const N: usize,
-        const K0: u8,
-        const K1: u8,
-        const K2: u8,
-        const K3: u8,
-        const SCALED: bool,
-    >(
-        &self,
-        out: &mut Lanes,
+        registers: R,
+        out: &mut [R::Numbers],
     ) {
         let kinds = [K0, K1, K2, K3];
-        let Self { factors, left, right, scale } = *self;
-        for lane in 0..LANES {
-            let mut sum = 0.0;
-            for i in 0..N {
-                let by = match kinds[i] {
-                    NUMBER => {
-                        sum = factors[i];
-                        continue;
-                    }
-                    PAIR => factors[i] * left[i][lane],
-                    UNIT => left[i][lane],
-                    MINUS => -left[i][lane],
-                    _ => factors[i],
-                };
-                let right = right[i][lane];
-                sum = if i == 0 { by * right } else { A::mul_add(by, right, sum) };
-            }
-            out[lane] = if SCALED { sum * scale[lane] } else { sum };
-        }
-    }
-
-    #[inline(always)]
-    fn by_register<
-        A: Arithmetic,
-        S: Simd,
-        const N: usize,
-        const K0: u8,
-        const K1: u8,
-        const K2: u8,
-        const K3: u8,
-        const SCALED: bool,
-    >(
-        &self,
-        simd: S,
-        out: &mut Lanes,
-    ) {
-        let kinds = [K0, K1, K2, K3];
-        let steps = LANES / S::F64_LANES;
-        let mut factors = [simd.splat_f64s(self.factors[0]); N];
-        let mut left = [&S::as_simd_f64s(self.left[0]).0[..steps]; N];
-        let mut right = [&S::as_simd_f64s(self.right[0]).0[..steps]; N];
+        let mut factors = [registers.splat(self.factors[0]); N];
+        let mut left = [R::of(self.left[0]); N];
+        let mut right = [R::of(self.right[0]); N];
         for i in 1..N {
-            factors[i] = simd.splat_f64s(self.factors[i]);
-            left[i] = &S::as_simd_f64s(self.left[i]).0[..steps];
-            right[i] = &S::as_simd_f64s(self.right[i]).0[..steps];
+            factors[i] = registers.splat(self.factors[i]);
+            left[i] = R::of(self.left[i]);
+            right[i] = R::of(self.right[i]);
         }
-        let scale = &S::as_simd_f64s(self.scale).0[..steps];
-        let out = &mut S::as_mut_simd_f64s(out).0[..steps];
+        let scale = R::of(self.scale);
         // Short loops in a loop: those are unrolled.
-        for first in (0..steps).step_by(UNROLLED) {
+        for first in (0..out.len()).step_by(UNROLLED) {
             for step in first..first + UNROLLED {
                 let mut sum = factors[0];
                 for i in 0..N {
@@ -226,19 +165,19 @@ impl Terms<'_> {
                             sum = factors[i];
                             continue;
                         }
-                        PAIR => simd.mul_f64s(factors[i], left[i][step]),
+                        PAIR => registers.multiply(factors[i], left[i][step]),
                         UNIT => left[i][step],
-                        MINUS => simd.neg_f64s(left[i][step]),
+                        MINUS => registers.negate(left[i][step]),
                         _ => factors[i],
                     };
                     let right = right[i][step];
-                    sum = match i {
-                        0 => simd.mul_f64s(by, right),
-                        _ if A::FUSED => simd.mul_add_f64s(by, right, sum),
-                        _ => simd.add_f64s(simd.mul_f64s(by, right), sum),
+                    sum = if i == 0 {
+                        registers.multiply(by, right)
+                    } else {
+                        registers.multiply_add(by, right, sum)
                     };
                 }
-                out[step] = if SCALED { simd.mul_f64s(sum, scale[step]) } else { sum };
+                out[step] = if SCALED { registers.multiply(sum, scale[step]) } else { sum };
             }
         }
     }
@@ -247,19 +186,8 @@ impl Terms<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::lanes::dispatch::{InstructionSet, Task};
     use crate::engine::lanes::instruction::ALL_KINDS;
-
-    struct Sum<'a>(Added<'a>, &'a mut Lanes);
-
-    impl Task for Sum<'_> {
-        type Output = ();
-
-        #[inline(always)]
-        fn run<A: Arithmetic, S: Simd>(self, simd: S) {
-            self.0.compute::<A, S>(simd, self.1);
-        }
-    }
+    use crate::engine::lanes::registers::each_kind;
 
     /// Small whole numbers: exact in any order.
     #[expect(clippy::vec_box, reason = "as in a workspace")]
@@ -320,15 +248,15 @@ mod tests {
                     let sum: f64 = products.iter().zip(&chosen).map(term).sum();
                     sum * scale.map_or(1.0, |scale: Slot| slots[scale as usize][lane])
                 };
-                for set in InstructionSet::available() {
+                each_kind(|by, name| {
                     let (slots, stills) = (&slots, &stills);
                     let mut out = Box::<Aligned>::default();
-                    let sum = Added { products: &products, kinds, scale, slots, stills };
-                    set.run(Sum(sum, &mut out));
+                    let products = &products;
+                    by.compute(Added { products, kinds, scale, slots, stills, out: &mut out });
                     for (lane, found) in out.iter().enumerate() {
-                        assert_eq!(*found, expected(lane), "{chosen:?} {}", set.name());
+                        assert_eq!(*found, expected(lane), "{chosen:?} {name}");
                     }
-                }
+                });
             }
         }
     }

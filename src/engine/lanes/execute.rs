@@ -9,6 +9,7 @@ use crate::engine::lanes::dispatch::Task;
 use crate::engine::lanes::instruction::{Instruction, MOST_TOGETHER, Operand, Product, Slot};
 use crate::engine::lanes::mapped::Mapped;
 use crate::engine::lanes::math::{self, map, map2};
+use crate::engine::lanes::registers::by_register;
 use crate::graph::{Binary, Unary};
 
 /// Some instructions over one chunk.
@@ -115,14 +116,15 @@ fn step<A: Arithmetic, S: Simd>(
                 scale,
                 slots,
                 stills,
+                out: first,
             };
-            sum.compute::<A, S>(simd, first);
+            by_register::<A, S>(simd, sum);
             out
         }
         Instruction::Map { first: start, inputs, has_number, outs, outputs } => {
-            let map = Mapped { products: &products[start as usize..], slots, stills };
-            let shape = (inputs, outputs, has_number);
-            map.compute::<A, S>(simd, shape, [&mut *first, &mut *second, &mut *third]);
+            let (shape, products) = ((inputs, outputs, has_number), &products[start as usize..]);
+            let into = [&mut **first, &mut **second, &mut **third];
+            by_register::<A, S>(simd, Mapped { shape, products, slots, stills, outs: into });
             std::mem::swap(&mut slots[outs[1] as usize], second);
             if outputs == 3 {
                 std::mem::swap(&mut slots[outs[2] as usize], third);

@@ -1,0 +1,241 @@
+//! Registers of an instruction set by name, for loops in which the compiler would choose worse ones.
+//!
+//! Answers: lanes as registers, and what is done with them. Which set there is was settled before
+//! ([`super::dispatch`]); one of two numbers a register (SSE2) reads operands from memory only where
+//! they are known to be aligned, which the compiler does not see of lanes in a box.
+
+use std::marker::PhantomData;
+
+use pulp::bytemuck::{cast_slice, cast_slice_mut};
+
+use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES};
+use crate::engine::lanes::dispatch::Simd;
+#[cfg(test)]
+use crate::engine::lanes::{
+    arithmetic::{Fused, Plain},
+    dispatch::{InstructionSet, Task},
+};
+
+/// Registers, and what is done with them.
+pub(super) trait Registers: Copy {
+    /// The numbers in one.
+    type Numbers: Copy;
+
+    /// Lanes, register after register.
+    fn of(lanes: &Aligned) -> &[Self::Numbers];
+
+    /// The same, to be written.
+    fn of_mut(lanes: &mut Aligned) -> &mut [Self::Numbers];
+
+    /// One number in all places.
+    fn splat(self, number: f64) -> Self::Numbers;
+
+    /// `-a`.
+    fn negate(self, a: Self::Numbers) -> Self::Numbers;
+
+    /// `a + b`.
+    fn add(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    /// `a b`.
+    fn multiply(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    /// `a b + c`.
+    fn multiply_add(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
+}
+
+/// Something that is computed with registers.
+pub(super) trait ByRegister {
+    /// Does it.
+    fn by<R: Registers>(self, registers: R);
+}
+
+/// Computes something with the best registers of an instruction set.
+#[inline(always)]
+pub(super) fn by_register<A: Arithmetic, S: Simd>(simd: S, what: impl ByRegister) {
+    if S::F64_LANES > 2 {
+        return what.by(Wide(simd, PhantomData::<A>));
+    }
+    #[cfg(target_arch = "x86_64")]
+    if let Some(set) = pulp::x86::V1::try_new() {
+        return what.by(Sse2(set));
+    }
+    what.by(One(PhantomData::<A>));
+}
+
+/// Registers of four and eight numbers.
+#[derive(Clone, Copy, Debug)]
+struct Wide<A, S>(S, PhantomData<A>);
+
+impl<A: Arithmetic, S: Simd> Registers for Wide<A, S> {
+    type Numbers = S::f64s;
+
+    #[inline(always)]
+    fn of(lanes: &Aligned) -> &[S::f64s] {
+        &S::as_simd_f64s(&lanes[..]).0[..LANES / S::F64_LANES]
+    }
+
+    #[inline(always)]
+    fn of_mut(lanes: &mut Aligned) -> &mut [S::f64s] {
+        &mut S::as_mut_simd_f64s(&mut lanes[..]).0[..LANES / S::F64_LANES]
+    }
+
+    #[inline(always)]
+    fn splat(self, number: f64) -> S::f64s {
+        self.0.splat_f64s(number)
+    }
+
+    #[inline(always)]
+    fn negate(self, a: S::f64s) -> S::f64s {
+        self.0.neg_f64s(a)
+    }
+
+    #[inline(always)]
+    fn add(self, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.0.add_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn multiply(self, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.0.mul_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn multiply_add(self, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
+        if A::FUSED { self.0.mul_add_f64s(a, b, c) } else { self.add(self.multiply(a, b), c) }
+    }
+}
+
+/// Registers of two numbers, of every processor of this kind.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy, Debug)]
+struct Sse2(pulp::x86::V1);
+
+#[cfg(target_arch = "x86_64")]
+impl Registers for Sse2 {
+    type Numbers = std::arch::x86_64::__m128d;
+
+    #[inline(always)]
+    fn of(lanes: &Aligned) -> &[Self::Numbers] {
+        &cast_slice(&lanes[..])[..LANES / 2]
+    }
+
+    #[inline(always)]
+    fn of_mut(lanes: &mut Aligned) -> &mut [Self::Numbers] {
+        &mut cast_slice_mut(&mut lanes[..])[..LANES / 2]
+    }
+
+    #[inline(always)]
+    fn splat(self, number: f64) -> Self::Numbers {
+        self.0.sse2._mm_set1_pd(number)
+    }
+
+    #[inline(always)]
+    fn negate(self, a: Self::Numbers) -> Self::Numbers {
+        self.0.sse2._mm_xor_pd(self.splat(-0.0), a)
+    }
+
+    #[inline(always)]
+    fn add(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        self.0.sse2._mm_add_pd(a, b)
+    }
+
+    #[inline(always)]
+    fn multiply(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        self.0.sse2._mm_mul_pd(a, b)
+    }
+
+    #[inline(always)]
+    fn multiply_add(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers {
+        self.add(self.multiply(a, b), c)
+    }
+}
+
+/// No registers by name: one number at a time, of which the compiler makes vectors.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct One<A>(pub(super) PhantomData<A>);
+
+impl<A: Arithmetic> Registers for One<A> {
+    type Numbers = f64;
+
+    #[inline(always)]
+    fn of(lanes: &Aligned) -> &[f64] {
+        &lanes[..]
+    }
+
+    #[inline(always)]
+    fn of_mut(lanes: &mut Aligned) -> &mut [f64] {
+        &mut lanes[..]
+    }
+
+    #[inline(always)]
+    fn splat(self, number: f64) -> f64 {
+        number
+    }
+
+    #[inline(always)]
+    fn negate(self, a: f64) -> f64 {
+        -a
+    }
+
+    #[inline(always)]
+    fn add(self, a: f64, b: f64) -> f64 {
+        a + b
+    }
+
+    #[inline(always)]
+    fn multiply(self, a: f64, b: f64) -> f64 {
+        a * b
+    }
+
+    #[inline(always)]
+    fn multiply_add(self, a: f64, b: f64, c: f64) -> f64 {
+        A::mul_add(a, b, c)
+    }
+}
+
+/// Some kind of registers, for tests.
+#[cfg(test)]
+#[derive(Clone, Copy, Debug)]
+pub(super) enum AnyKind {
+    /// The best ones of an instruction set.
+    Of(InstructionSet),
+    /// None by name, with products that are rounded.
+    Plain,
+    /// None by name, with products that are not.
+    Fused,
+}
+
+#[cfg(test)]
+impl AnyKind {
+    /// Computes something.
+    pub(super) fn compute(self, what: impl ByRegister) {
+        match self {
+            Self::Of(set) => set.run(Whatever(what)),
+            Self::Plain => what.by(One(PhantomData::<Plain>)),
+            Self::Fused => what.by(One(PhantomData::<Fused>)),
+        }
+    }
+}
+
+#[cfg(test)]
+struct Whatever<W>(W);
+
+#[cfg(test)]
+impl<W: ByRegister> Task for Whatever<W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arithmetic, S: Simd>(self, simd: S) {
+        by_register::<A, S>(simd, self.0);
+    }
+}
+
+/// All kinds of registers, with their names.
+#[cfg(test)]
+pub(super) fn each_kind(mut with: impl FnMut(AnyKind, &str)) {
+    for set in InstructionSet::available() {
+        with(AnyKind::Of(set), set.name());
+    }
+    with(AnyKind::Plain, "one by one");
+    with(AnyKind::Fused, "one by one, fused");
+}
