@@ -91,16 +91,16 @@ impl Noise {
         offered.iter().any(|one| one.is_walk() && is_found(one))
     }
 
-    /// Effects that may be there instead of an accepted walk, which is the likelier one.
+    /// Effects that may be there instead of an accepted walk.
     pub(super) fn instead(&self) -> impl Iterator<Item = &Rival> {
         let is_found = |walk: &str| self.effects.iter().any(|one| one.name == walk);
-        self.rivals.iter().filter(move |one| one.likelier <= 0.0 && is_found(&one.walk))
+        self.rivals.iter().filter(move |one| is_found(&one.walk))
     }
 
-    /// Walks that may be there instead of an effect, which is the likelier one.
+    /// Walks that cannot be told from an effect.
     pub(super) fn walks_like<'a>(&'a self, effect: &'a str) -> impl Iterator<Item = &'a str> {
         let rivals = self.rivals.iter().filter(move |one| one.effect == effect);
-        rivals.filter(|one| one.likelier > 0.0).map(|one| one.walk.as_str())
+        rivals.map(|one| one.walk.as_str())
     }
 
     /// How many single readings are left out.
@@ -119,7 +119,7 @@ impl Noise {
     }
 }
 
-/// An effect and a walk that do as much: the likelier one of them is taken, the other one is its alias.
+/// An effect and a walk that do as much: one of them is taken, the other one is its alias.
 #[derive(Clone, Debug)]
 pub struct Rival {
     /// The walk.
@@ -130,6 +130,13 @@ pub struct Rival {
     pub score: Score,
     /// Logarithm of the effect's likelihood over that of the walk.
     pub likelier: f64,
+}
+
+impl Rival {
+    /// The probability that it is the effect, if it is one of the two.
+    pub(super) fn part(&self) -> f64 {
+        1.0 / (1.0 + (-self.likelier).exp())
+    }
 }
 
 /// What is off in a few runs.

@@ -252,8 +252,11 @@ impl Search {
             let is_own = |n: &usize| stage.candidates[*n].name == one.candidate.name;
             if let Some(number) = (0..stage.effects).find(is_own) {
                 let like = alike(&stage, number);
-                one.among_effects = of_all(&among_effects(&stage), number, &like);
-                one.aliases = names_of(&stage, &like);
+                // Beside a walk that is there in its stead nothing would be left of it.
+                if stage.noise_found.instead().all(|rival| rival.effect != one.candidate.name) {
+                    one.among_effects = of_all(&among_effects(&stage), number, &like);
+                }
+                one.aliases = aliases(&stage, number, &like);
             }
         }
         Ok(self)
@@ -329,13 +332,12 @@ fn adopted(
         return Ok(None);
     }
     let like = alike(stage, number);
-    let walks = stage.noise_found.walks_like(&candidate.name).map(str::to_owned);
     let adopted = Adopted {
         candidate: candidate.clone(),
         score,
         prior_share: stage.evidence.prior_share(stage.entry(number)),
         gain,
-        aliases: names_of(stage, &like).into_iter().chain(walks).collect(),
+        aliases: aliases(stage, number, &like),
         probability: of_all(&probabilities(stage), number, &like),
         among_effects: of_all(&among_effects(stage), number, &like),
     };
@@ -347,8 +349,11 @@ fn of_all(each: &[f64], number: usize, like: &[usize]) -> f64 {
     like.iter().chain([&number]).map(|n| each[*n]).sum()
 }
 
-fn names_of(stage: &Stage, candidates: &[usize]) -> Vec<String> {
-    candidates.iter().map(|n| stage.candidates[*n].name.clone()).collect()
+/// What cannot be told from a candidate: those like it, and walks.
+fn aliases(stage: &Stage, number: usize, like: &[usize]) -> Vec<String> {
+    let name = |number: usize| stage.candidates[number].name.as_str();
+    let walks = stage.noise_found.walks_like(name(number));
+    like.iter().map(|n| name(*n)).chain(walks).map(str::to_owned).collect()
 }
 
 #[cfg(test)]

@@ -16,12 +16,12 @@ pub mod silent;
 
 use crate::estimate::contradicted::Contradicted;
 
-use super::evidence::score::of_gain;
+use super::evidence::score::{Score, of_gain};
 use super::evidence::thresholds::{FALSE_ALARMS, NAMED};
 use super::found::{Displaced, Location, Noise, Ranked};
 use super::gross::wild::RUNS_APART;
 use super::library::structure::Place;
-use super::search::probability::probabilities;
+use super::search::probability::beside_walks;
 use super::search::{Adopted, Search};
 use super::stage::Stage;
 
@@ -326,9 +326,9 @@ fn with_one_oscillation(stage: &Stage, mut found: Vec<usize>) -> Vec<usize> {
 /// All testable effects, best first; one that may be there instead of a walk as it is without that.
 pub fn ranked(stage: &Stage) -> Vec<Ranked> {
     let blocks = stage.blocks_found();
-    let probability = probabilities(stage);
-    let share = |number: usize| {
-        let own = stage.scores[number].lambda().powi(2);
+    let probability = beside_walks(stage);
+    let share = |number: usize, score: &Score| {
+        let own = score.lambda().powi(2);
         let entry = stage.entry(number);
         let left = blocks.iter().map(|block| {
             let (gain, degrees) = stage.evidence.beyond(entry, stage.entry(*block));
@@ -342,9 +342,8 @@ pub fn ranked(stage: &Stage) -> Vec<Ranked> {
         .map(|n| {
             let name = stage.candidates[n].name.clone();
             let instead = stage.noise_found.instead().find(|one| one.effect == name);
-            let (score, share) =
-                instead.map_or_else(|| (stage.scores[n], share(n)), |one| (one.score, 1.0));
-            (n, Ranked { name, score, share, probability: probability[n] })
+            let score = instead.map_or(stage.scores[n], |one| one.score);
+            (n, Ranked { name, score, share: share(n, &score), probability: probability[n] })
         })
         .collect();
     all.sort_by(|a, b| a.1.score.ln_p.total_cmp(&b.1.score.ln_p).then(a.0.cmp(&b.0)));

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::diagnose::library::candidates::Wanted;
 use crate::diagnose::search::Search;
-use crate::diagnose::search::probability::probabilities;
+use crate::diagnose::search::probability::beside_walks;
 use crate::diagnose::stage::Stage;
 use crate::diagnose::verdict::Verdict;
 use crate::diagnose::{Diagnosis, diagnose};
@@ -178,7 +178,7 @@ fn rank(design: &Design, drawn: &Drawn, names: &[&str]) -> Option<usize> {
 /// How good the probabilities are.
 fn probability(outcome: &mut Outcome, design: &Design, drawn: &Drawn, kind: Kind, search: &Search) {
     let Some(stage) = search.stages.first() else { return };
-    let each = probabilities(stage);
+    let each = beside_walks(stage);
     let unknown: f64 = each[stage.effects..].iter().sum();
     let nothing = 1.0 - each.iter().sum::<f64>();
     // Classes of effects, each with a name to know it by; the true one first.

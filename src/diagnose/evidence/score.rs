@@ -6,6 +6,9 @@ use super::tail::{ln_chi_squared, ln_f};
 /// Fewer stretches do not show how scores scatter.
 pub const LEAST_STRETCHES: usize = 20;
 
+/// Stretches that a campaign is cut into.
+pub const STRETCHES: usize = 60;
+
 /// A score test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {

@@ -34,7 +34,11 @@ pub(super) fn found_walk(stage: &Stage, noise: &mut Noise) -> Option<Found> {
     noise.rivals = rivals;
     let found = found?;
     let alone = likelihood_of_memory(&left_white(stage, &stage.evidence.together(&[])));
-    (found.likelihood > alone).then_some(found)
+    if found.likelihood <= alone {
+        noise.rivals.clear();
+        return None;
+    }
+    Some(found)
 }
 
 /// Whether a random walk could be told from structure: there is one in the library, and runs enough.

@@ -28,8 +28,8 @@ use displaced::Suspect;
 use wandering::{Likeliest, Wandering};
 
 use crate::diagnose::evidence::Entry;
-use crate::diagnose::evidence::score::{likelihood_of_gain, of_gain};
-use crate::diagnose::evidence::thresholds::FURTHER;
+use crate::diagnose::evidence::score::{STRETCHES, Score, Support, likelihood_of_gain, of_gain};
+use crate::diagnose::evidence::thresholds::{FURTHER, LEAST_LAMBDA, level};
 use crate::diagnose::found::{Displaced, NoiseEffect, Rival};
 use crate::diagnose::library::candidates::{Candidate, join};
 use crate::diagnose::library::structure::Place;
@@ -108,26 +108,19 @@ fn tested(
     let mut found = wandering.beyond(&wandering.evidence.together(&[]))?;
     let (mut jumps, mut known) = (displaced(&[], found.likelihood), 0);
     if jumps.is_none() {
-        // What nobody wrote down must be far likelier, the choice among all of it paid for.
-        let unknown = FURTHER.ln() + ((stage.candidates.len() - stage.effects) as f64).ln();
-        let price = |number: &usize| match stage.candidates[*number].place {
-            Some(_) => unknown + (stage.members[*number] as f64).ln(),
-            None => 0.0,
-        };
-        let prices: Vec<f64> = structures.iter().map(price).collect();
-        let (left, close) = beside_structure(&wandering, found, &prices);
-        rivals.extend(close.map(|Close { structure, gain, degrees, likelier }| {
-            let number = structures[structure];
-            Rival {
-                walk: candidate.name.clone(),
-                effect: stage.candidates[number].name.clone(),
-                score: of_gain(gain, degrees, stage.members[number]),
-                likelier,
-            }
+        let all: Vec<Structure> =
+            structures.iter().map(|number| Structure::of(stage, *number)).collect();
+        let (left, close) = beside_structure(&wandering, found, &all);
+        rivals.extend(close.map(|Close { structure, score, likelier }| Rival {
+            walk: candidate.name.clone(),
+            effect: stage.candidates[structures[structure]].name.clone(),
+            score,
+            likelier,
         }));
         (found, known) = left?;
     }
     if found.walk.ln_p() > level {
+        rivals.clear();
         return None;
     }
     if known > 0 {
@@ -141,7 +134,7 @@ fn tested(
     let own = Entry::of(wandering.own.clone());
     let taken: Vec<&Entry> = entries[..known].iter().chain([&own]).collect();
     let rest = wandering.evidence.together(&taken);
-    let instead = rivals.iter().filter(|one| one.walk == candidate.name && one.likelier <= 0.0);
+    let instead = rivals.iter().filter(|one| one.walk == candidate.name);
     let aliases = instead.map(|one| one.effect.clone()).collect();
     let (problem, point) = (&fitted.problem, &fitted.fit.point);
     let rest = sequences(problem, &wandering.evidence.left(problem, point, &rest, usize::MAX));
@@ -162,48 +155,83 @@ fn tested(
     Some(Found { effect, likelihood, displaced: jumps })
 }
 
+/// What may be there instead of a walk.
+#[derive(Clone, Copy)]
+struct Structure {
+    /// Logarithm of how much likelier it must be for the choice that there was.
+    price: f64,
+    /// Members of its family that were tried.
+    members: usize,
+    /// Of an effect the level at which it is declared.
+    declared: Option<f64>,
+}
+
+impl Structure {
+    /// One of a stage. What nobody wrote down must be far likelier, the choice among all of it paid for.
+    fn of(stage: &Stage, number: usize) -> Self {
+        let members = stage.members[number];
+        let is_effect = number < stage.effects;
+        let blocks = stage.candidates.len() - stage.effects;
+        let unknown = if is_effect { 0.0 } else { FURTHER.ln() + (blocks as f64).ln() };
+        let declared = is_effect.then(|| level(stage.effects));
+        Self { price: unknown + (members as f64).ln(), members, declared }
+    }
+
+    /// Whether it is an effect that would be declared: one that would not is none to put in a walk's place.
+    fn is_declared(&self, score: &Score) -> bool {
+        let support = Support { stretches: STRETCHES, memory: 0.0 };
+        self.declared.is_some_and(|level| {
+            score.ln_p <= level
+                && score.lambda() >= LEAST_LAMBDA
+                && support.ln_p(score.gain, score.degrees, 1.0) <= level
+        })
+    }
+}
+
 /// An effect that is as likely as a walk.
 struct Close {
     /// Its number among the structures.
     structure: usize,
-    /// What it takes off the sum of squares.
-    gain: f64,
-    degrees: usize,
+    score: Score,
     /// Logarithm of its likelihood, with what it leaves of the walk, over that of the walk alone.
     likelier: f64,
 }
 
-/// Takes structure off as long as it, its price paid, and what is left of the walk are likelier than the walk alone,
-/// and clearly so unless it is an effect that does for the walk: what is left then and how many structures are known, `None` where nothing of
-/// the walk is left; and the effect that cannot be told from the walk, if there is one.
+/// Takes structure off as long as it, its price paid, and what is left of the walk are clearly likelier than the walk
+/// alone; an effect that does for the walk ends it, and is taken where it is likelier at all: what is left then and how many
+/// structures are known, `None` where nothing of the walk is left, and the effect that cannot be told from the walk.
 fn beside_structure(
     wandering: &Wandering,
     mut found: Likeliest,
-    prices: &[f64],
+    structures: &[Structure],
 ) -> (Option<(Likeliest, usize)>, Option<Close>) {
     let evidence = &wandering.evidence;
     let together =
         |count: usize| evidence.together(&evidence.entries[..count].iter().collect::<Vec<_>>());
-    let mut close = None;
-    for (known, (next, price)) in evidence.entries.iter().zip(prices).enumerate() {
-        let (gain, degrees) = evidence.beyond(&together(known), next);
-        let structure = likelihood_of_gain(gain, degrees) - price;
-        let rest = wandering.beyond(&together(known + 1));
+    for (number, (next, structure)) in evidence.entries.iter().zip(structures).enumerate() {
+        let (gain, degrees) = evidence.beyond(&together(number), next);
+        let score = of_gain(gain, degrees, structure.members);
+        let beside = together(number + 1);
+        let rest = wandering.beyond(&beside);
         let left = rest.as_ref().map_or(0.0, |rest| rest.likelihood.max(0.0));
-        let likelier = structure + left - found.likelihood;
+        let own = likelihood_of_gain(gain, degrees) - structure.price;
+        let likelier = own + left - found.likelihood;
         // Where a walk is there beside it, an effect does not do for that.
-        let is_gone = rest.as_ref().is_none_or(|rest| rest.walk.ln_p() > wandering.level);
-        let does_for_it = *price == 0.0 && is_gone;
-        if does_for_it && likelier.abs() < CLEARLY.ln() {
-            close = Some(Close { structure: known, gain, degrees, likelier });
+        if structure.declared.is_some()
+            && likelier.abs() < CLEARLY.ln()
+            && wandering.is_gone(&beside)
+        {
+            let is_taken = likelier > 0.0 && structure.is_declared(&score);
+            let walk = (!is_taken).then_some((found, number));
+            return (walk, Some(Close { structure: number, score, likelier }));
         }
-        if likelier <= if does_for_it { 0.0 } else { CLEARLY.ln() } {
-            return (Some((found, known)), close);
+        if likelier < CLEARLY.ln() {
+            return (Some((found, number)), None);
         }
-        let Some(rest) = rest else { return (None, close) };
+        let Some(rest) = rest else { return (None, None) };
         found = rest;
     }
-    (Some((found, prices.len())), close)
+    (Some((found, structures.len())), None)
 }
 
 /// What is offered to the campaigns' models.

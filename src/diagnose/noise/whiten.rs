@@ -16,7 +16,7 @@
 //! process follows widens the stretches over which scores are summed.
 
 use crate::campaign::Run;
-use crate::diagnose::evidence::score::LEAST_STRETCHES;
+use crate::diagnose::evidence::score::{LEAST_STRETCHES, STRETCHES};
 use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::fitted::{Fitted, rebuilt};
 use crate::diagnose::found::{LeftOut, Lost, Noise, NoiseEffect};
@@ -97,8 +97,6 @@ impl Given {
 const ROUNDS: usize = 8;
 const TRIMS: usize = 12;
 
-/// Stretches that a campaign is cut into.
-const STRETCHES: usize = 60;
 /// Correlation times in a stretch at least.
 const TIMES: f64 = 3.0;
 

@@ -42,14 +42,20 @@ pub fn is_implausible(times: f64) -> bool {
 pub fn probabilities(stage: &Stage) -> Vec<f64> {
     let [effect, block] = shares(stage);
     let odds = (block / effect).ln();
-    let mut all =
-        normalised(&with_imitations(stage, stage.logarithms(), odds), Some(BEFORE[0].ln()));
-    // Beside a walk nothing is left to see of an effect that does the same.
-    for rival in stage.noise_found.instead() {
-        let own = 1.0 / (1.0 + (-rival.likelier).exp());
-        all.iter_mut().for_each(|one| *one *= 1.0 - own);
-        if let Some(number) = stage.effect_named(&rival.effect) {
-            all[number] = own;
+    normalised(&with_imitations(stage, stage.logarithms(), odds), Some(BEFORE[0].ln()))
+}
+
+/// The same where a walk may be there instead of an effect: the walk's part of it is nothing, and beside an accepted
+/// walk the effect's part of that, which is nothing, is the effect's.
+pub fn beside_walks(stage: &Stage) -> Vec<f64> {
+    let mut all = probabilities(stage);
+    for rival in &stage.noise_found.rivals {
+        let Some(number) = stage.effect_named(&rival.effect) else { continue };
+        if stage.noise_found.instead().any(|one| one.effect == rival.effect) {
+            let nothing = 1.0 - all.iter().sum::<f64>();
+            all[number] += rival.part() * nothing.max(0.0);
+        } else {
+            all[number] *= rival.part();
         }
     }
     all

@@ -187,7 +187,7 @@ impl Terms<'_> {
 mod tests {
     use super::*;
     use crate::engine::lanes::instruction::ALL_KINDS;
-    use crate::engine::lanes::registers::each_kind;
+    use crate::engine::lanes::registers::kinds::each_kind;
 
     /// Small whole numbers: exact in any order.
     #[expect(clippy::vec_box, reason = "as in a workspace")]

@@ -90,7 +90,7 @@ impl Mapped<'_> {
 mod tests {
     use super::*;
     use crate::engine::lanes::LANES;
-    use crate::engine::lanes::registers::each_kind;
+    use crate::engine::lanes::registers::kinds::each_kind;
 
     #[test]
     fn every_shape_is_a_matrix_times_its_numbers() {

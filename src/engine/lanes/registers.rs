@@ -1,8 +1,8 @@
 //! Registers of an instruction set by name, for loops in which the compiler would choose worse ones.
 //!
-//! Answers: lanes as registers, and what is done with them. Which set there is was settled before
-//! ([`super::dispatch`]); one of two numbers a register (SSE2) reads operands from memory only where
-//! they are known to be aligned, which the compiler does not see of lanes in a box.
+//! Answers: lanes as registers, and what is done with them. Of an instruction set of two numbers a
+//! register (SSE2) an instruction reads an operand from memory only where it is known to be aligned,
+//! which the compiler does not see of lanes in a box.
 
 use std::marker::PhantomData;
 
@@ -10,11 +10,6 @@ use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
 use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES};
 use crate::engine::lanes::dispatch::Simd;
-#[cfg(test)]
-use crate::engine::lanes::{
-    arithmetic::{Fused, Plain},
-    dispatch::{InstructionSet, Task},
-};
 
 /// Registers, and what is done with them.
 pub(super) trait Registers: Copy {
@@ -55,8 +50,11 @@ pub(super) fn by_register<A: Arithmetic, S: Simd>(simd: S, what: impl ByRegister
     if S::F64_LANES > 2 {
         return what.by(Wide(simd, PhantomData::<A>));
     }
+    // It multiplies and adds with two roundings.
     #[cfg(target_arch = "x86_64")]
-    if let Some(set) = pulp::x86::V1::try_new() {
+    if !A::FUSED
+        && let Some(set) = pulp::x86::V1::try_new()
+    {
         return what.by(Sse2(set));
     }
     what.by(One(PhantomData::<A>));
@@ -152,7 +150,7 @@ impl Registers for Sse2 {
 
 /// No registers by name: one number at a time, of which the compiler makes vectors.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct One<A>(pub(super) PhantomData<A>);
+struct One<A>(PhantomData<A>);
 
 impl<A: Arithmetic> Registers for One<A> {
     type Numbers = f64;
@@ -193,49 +191,52 @@ impl<A: Arithmetic> Registers for One<A> {
     }
 }
 
-/// Some kind of registers, for tests.
+/// All kinds of registers, for tests of what is computed with them.
 #[cfg(test)]
-#[derive(Clone, Copy, Debug)]
-pub(super) enum AnyKind {
-    /// The best ones of an instruction set.
-    Of(InstructionSet),
-    /// None by name, with products that are rounded.
-    Plain,
-    /// None by name, with products that are not.
-    Fused,
-}
+pub(super) mod kinds {
+    use super::*;
+    use crate::engine::lanes::arithmetic::{Fused, Plain};
+    use crate::engine::lanes::dispatch::{InstructionSet, Task};
 
-#[cfg(test)]
-impl AnyKind {
-    /// Computes something.
-    pub(super) fn compute(self, what: impl ByRegister) {
-        match self {
-            Self::Of(set) => set.run(Whatever(what)),
-            Self::Plain => what.by(One(PhantomData::<Plain>)),
-            Self::Fused => what.by(One(PhantomData::<Fused>)),
+    /// Some kind of registers.
+    #[derive(Clone, Copy, Debug)]
+    pub(in crate::engine::lanes) enum AnyKind {
+        /// The best ones of an instruction set.
+        Of(InstructionSet),
+        /// None by name, with products that are rounded.
+        Plain,
+        /// None by name, with products that are not.
+        Fused,
+    }
+
+    impl AnyKind {
+        /// Computes something.
+        pub(in crate::engine::lanes) fn compute(self, what: impl ByRegister) {
+            match self {
+                Self::Of(set) => set.run(Whatever(what)),
+                Self::Plain => what.by(One(PhantomData::<Plain>)),
+                Self::Fused => what.by(One(PhantomData::<Fused>)),
+            }
         }
     }
-}
 
-#[cfg(test)]
-struct Whatever<W>(W);
+    struct Whatever<W>(W);
 
-#[cfg(test)]
-impl<W: ByRegister> Task for Whatever<W> {
-    type Output = ();
+    impl<W: ByRegister> Task for Whatever<W> {
+        type Output = ();
 
-    #[inline(always)]
-    fn run<A: Arithmetic, S: Simd>(self, simd: S) {
-        by_register::<A, S>(simd, self.0);
+        #[inline(always)]
+        fn run<A: Arithmetic, S: Simd>(self, simd: S) {
+            by_register::<A, S>(simd, self.0);
+        }
     }
-}
 
-/// All kinds of registers, with their names.
-#[cfg(test)]
-pub(super) fn each_kind(mut with: impl FnMut(AnyKind, &str)) {
-    for set in InstructionSet::available() {
-        with(AnyKind::Of(set), set.name());
+    /// All kinds, with their names.
+    pub(in crate::engine::lanes) fn each_kind(mut with: impl FnMut(AnyKind, &str)) {
+        for set in InstructionSet::available() {
+            with(AnyKind::Of(set), set.name());
+        }
+        with(AnyKind::Plain, "one by one");
+        with(AnyKind::Fused, "one by one, fused");
     }
-    with(AnyKind::Plain, "one by one");
-    with(AnyKind::Fused, "one by one, fused");
 }
