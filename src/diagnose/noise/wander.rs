@@ -120,7 +120,7 @@ fn tested(
         (found, known) = left?;
     }
     if found.walk.ln_p() > level {
-        rivals.clear();
+        rivals.retain(|one| one.walk != candidate.name);
         return None;
     }
     if known > 0 {
