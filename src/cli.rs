@@ -13,6 +13,7 @@ mod completions;
 mod delays;
 mod deviations;
 mod diagnose;
+mod doubts;
 mod load;
 mod new;
 mod output;

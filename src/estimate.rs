@@ -30,6 +30,7 @@
 //! | [`coverage`] | coverage factors from degrees of freedom |
 //! | [`differences`] | the seed's own way to the uncertainty of a delay, by differences over 1 ms |
 //! | [`compare`] | both ways side by side |
+//! | [`mod@unrecorded`] | which accelerations the readings miss |
 
 pub mod align;
 pub mod arrow;
@@ -59,5 +60,6 @@ pub mod repeatability;
 pub mod start;
 pub mod systematic;
 pub mod transformation;
+pub mod unrecorded;
 pub mod variance;
 pub mod words;

@@ -28,6 +28,11 @@ impl Unit {
         Self { symbol: "1".into(), factor: 1.0, offset: 0.0, dimension: Dimension::NONE }
     }
 
+    /// The second.
+    pub fn second() -> Self {
+        Self::coherent(Dimension::TIME)
+    }
+
     /// The coherent SI unit of a dimension.
     pub fn coherent(dimension: Dimension) -> Self {
         Self { symbol: dimension.to_string(), factor: 1.0, offset: 0.0, dimension }
@@ -36,14 +41,31 @@ impl Unit {
     /// The symbol under which SI values of this unit are written: itself if it is coherent (`rad`,
     /// `m/(rad/s)^2`), `rad` for an angle, else by its dimension.
     pub fn si_symbol(&self) -> String {
-        let angle = ["mrad", "urad", "µrad", "deg", "arcmin", "arcsec", "gon", "mgon"];
         if self.factor == 1.0 && self.offset == 0.0 {
             self.symbol.clone()
-        } else if angle.contains(&self.symbol.as_str()) {
+        } else if self.is_angle() {
             "rad".to_owned()
         } else {
             self.dimension.to_string()
         }
+    }
+
+    /// Whether it is one of angles.
+    pub fn is_angle(&self) -> bool {
+        const ANGLES: [&str; 9] =
+            ["rad", "mrad", "urad", "µrad", "deg", "arcmin", "arcsec", "gon", "mgon"];
+        ANGLES.contains(&self.symbol.as_str())
+    }
+
+    /// Whether a quantity of the unit `stated` may stand where one of this unit is asked for: of the same
+    /// dimension, and no plain number for an angle, which nobody could tell from degrees.
+    pub fn accepts(&self, stated: &Self) -> bool {
+        self.dimension == stated.dimension && !self.misses(stated)
+    }
+
+    /// Whether `stated` is a plain number where an angle is asked for.
+    pub fn misses(&self, stated: &Self) -> bool {
+        self.is_angle() && stated.symbol == "1"
     }
 
     /// A value in this unit, in SI.

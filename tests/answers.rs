@@ -11,6 +11,7 @@ use homepoint::engine::{Point, Problem};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::estimate::checks::check;
+use homepoint::estimate::unrecorded::unrecorded;
 
 /// A folder of its own, gone when the test is.
 struct Scratch(PathBuf);
@@ -269,6 +270,85 @@ fn set_ups_that_cannot_be_are_told_before_any_fit() {
     assert!(elevation.contains("zenith angle or elevation"), "{elevation}");
     let millimetres = said(&|samples| samples.readings[2].iter_mut().for_each(|d| *d *= 1000.0));
     assert!(millimetres.contains("in mm"), "{millimetres}");
+    assert_eq!(millimetres.lines().count(), 1, "{millimetres}");
+}
+
+#[test]
+fn what_one_run_alone_was_recorded_with_is_told_of_that_run() {
+    let scratch = Scratch::new("one_run");
+    let design = runs(&[("ccw", "A", 100.0), ("cw", "A", -100.0), ("slow", "A", 20.0)]);
+    let folder = scratch.campaign("one", &(HEAD.to_owned() + &design));
+    let problem = drawn(open(&Request::new([&folder])).unwrap(), 7);
+    let said = |run: usize, change: &dyn Fn(&mut homepoint::campaign::Samples)| {
+        let mut problem = problem.clone();
+        problem.parts[0].runs[run].record.edit(change);
+        check(&problem).into_iter().map(|one| one.message).collect::<Vec<_>>()
+    };
+    let names = ["ccw", "cw", "slow"];
+    for (run, name) in names.iter().enumerate() {
+        let words = [
+            ("in mm", said(run, &|s| s.readings[2].iter_mut().for_each(|d| *d *= 1000.0))),
+            ("gon", said(run, &|s| s.readings[1].iter_mut().for_each(|angle| *angle /= 0.9))),
+            ("swapped", said(run, &|s| s.readings.swap(0, 1))),
+            ("no reading of `distance`", said(run, &|s| s.readings[2].fill(f64::NAN))),
+        ];
+        for (word, found) in words {
+            assert_eq!(found.len(), 1, "{found:?}");
+            let others = names.iter().filter(|other| *other != name);
+            assert!(
+                found[0].contains(word) && found[0].contains(&format!("`{name}`")),
+                "{found:?}"
+            );
+            // The one that the others are held against may be named, too.
+            let named = others.filter(|other| found[0].contains(&format!("`{other}`"))).count();
+            assert!(named <= 1, "{found:?}");
+        }
+    }
+}
+
+/// An arm that speeds up and slows down, its acceleration not recorded.
+#[test]
+fn an_acceleration_that_readings_miss_is_told_where_delays_are_known() {
+    let scratch = Scratch::new("unrecorded");
+    let run = |name: &str, sign: f64, acceleration: f64| {
+        format!(
+            "[[runs]]\nname = \"{name}\"\nplan = {{ trigger = \"20 Hz\", duration = \"20 s\", arm_angle = {{ start = \"10 deg\", rate = \"{} deg/s\", acceleration = \"{acceleration} deg/s^2\" }} }}\n",
+            sign * 40.0
+        )
+    };
+    let told = |acceleration: f64, delay: &str, keep: bool, noise: f64| {
+        let head = HEAD.replace("\"0.2 ms\"", &format!("\"{delay}\""));
+        let design = run("ccw", 1.0, acceleration) + &run("cw", -1.0, acceleration);
+        let folder = scratch.campaign("one", &(head + &design));
+        let mut problem = drawn(open(&Request::new([&folder])).unwrap(), 8);
+        for run in &mut problem.parts[0].runs {
+            run.record.edit(|samples| {
+                if let Track::Captured { acceleration, rate: Some(rate), .. } =
+                    &mut samples.inputs[0]
+                {
+                    if !keep {
+                        *acceleration = None;
+                    }
+                    let errors =
+                        (0..rate.len()).map(|k| noise * (12.9898 * (k as f64 + 1.0)).sin());
+                    rate.iter_mut().zip(errors).for_each(|(rate, error)| *rate += error);
+                }
+            });
+        }
+        let found = fit(problem);
+        unrecorded(&found.problem, &found.fit.point)
+    };
+    let missed = told(30.0, "20 ms", false, 0.0);
+    assert_eq!(missed.len(), 1, "{missed:?}");
+    assert_eq!(missed[0].input, "arm_angle");
+    // Half a tau squared: 0.5 * 0.52 rad/s^2 * (20 ms)^2 = 105 urad, 17 times the angle's noise at 1.15 m of 1.2 to 2.8 m.
+    assert!((3.0..30.0).contains(&missed[0].most), "{missed:?}");
+    for (acceleration, delay, keep, noise) in
+        [(30.0, "20 ms", true, 0.0), (30.0, "0.2 ms", false, 0.0), (0.0, "20 ms", false, 1e-3)]
+    {
+        let found = told(acceleration, delay, keep, noise);
+        assert!(found.is_empty(), "{acceleration} {delay} {keep} {noise}: {found:?}");
+    }
 }
 
 #[test]

@@ -97,3 +97,16 @@ fn si_values_keep_a_symbol_that_says_what_they_are() {
         assert_eq!(Unit::parse(text).unwrap().si_symbol(), symbol, "{text}");
     }
 }
+
+#[test]
+fn an_angle_takes_no_plain_number() {
+    let unit = |symbol: &str| Unit::parse(symbol).unwrap();
+    for angle in ["rad", "mrad", "urad", "µrad", "deg", "arcmin", "arcsec", "gon", "mgon"] {
+        assert!(unit(angle).is_angle() && !unit(angle).accepts(&Unit::one()), "{angle}");
+        assert!(unit(angle).accepts(&unit("gon")) && !unit(angle).accepts(&unit("m")), "{angle}");
+    }
+    for plain in ["1", "ppm"] {
+        assert!(!unit(plain).is_angle() && unit(plain).accepts(&Unit::one()), "{plain}");
+    }
+    assert!(unit("mm").accepts(&unit("m")) && !unit("mm").accepts(&Unit::one()));
+}

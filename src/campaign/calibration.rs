@@ -110,8 +110,7 @@ impl Loader<'_> {
         let entries = self.reader.table(item, "calibration = { U = \"4.2 arcsec\", k = 2 }");
         self.reader.only(entries, &[&statement::KEYS[..], &KEYS[..]].concat());
         let what = format!("the calibration of `{}`", input.name);
-        let dimension = input.unit.dimension;
-        let spread = statement::spread(&mut self.reader, entries, &what, dimension);
+        let spread = statement::spread(&mut self.reader, entries, &what, &input.unit);
         if get(entries, "sigma").or(get(entries, "U")).is_none() {
             let help = "state `sigma`, or `U` with its `k`";
             self.reader.fault(item.span, format!("{what} has no uncertainty"), help);
@@ -149,8 +148,7 @@ impl Loader<'_> {
             self.reader.fault(item.span, message, help);
             return None;
         };
-        let is_angle =
-            input.unit.dimension == crate::units::Dimension::NONE && input.unit.symbol != "1";
+        let is_angle = input.unit.is_angle();
         let period = if is_angle { input.period.unwrap_or(TAU) } else { 0.0 };
         let (mut positions, mut values) = (at.values.clone(), by.values.clone());
         let mut fault = |row: usize, message: &str, help: &str| {

@@ -248,21 +248,30 @@ impl Reader {
         }
     }
 
-    /// A quantity of a given dimension, in SI.
-    pub fn quantity_of(&mut self, item: &Item, what: &str, dimension: Dimension) -> Option<f64> {
+    /// A quantity of a given unit's kind, in SI.
+    pub fn quantity_of(&mut self, item: &Item, what: &str, like: &Unit) -> Option<f64> {
         let quantity = self.quantity(item)?;
-        if quantity.unit.dimension != dimension {
-            let message = format!("`{}` is not a unit of {what}", quantity.unit.symbol);
-            self.fault(item.span, message, expected(dimension));
-            return None;
-        }
-        Some(quantity.value)
+        self.accept(&quantity, what, like).then_some(quantity.value)
     }
 
-    /// A positive difference of a given dimension, in SI (kelvins, not degrees Celsius).
-    pub fn positive_of(&mut self, item: &Item, what: &str, dimension: Dimension) -> Option<f64> {
+    /// Whether a quantity may stand where one of a unit's kind is asked for; a fault is noted else.
+    pub fn accept(&mut self, quantity: &Quantity, what: &str, like: &Unit) -> bool {
+        let (message, help) = if like.misses(&quantity.unit) {
+            let help = format!("write its unit, such as `{}`", like.symbol);
+            (format!("{what} is an angle, and `{}` has no unit", quantity.text.trim()), help)
+        } else if quantity.unit.dimension != like.dimension {
+            (format!("`{}` is not a unit of {what}", quantity.unit.symbol), expected(like))
+        } else {
+            return true;
+        };
+        self.faults.push(Diagnostic::error(message).at(quantity.place.clone()).help(help));
+        false
+    }
+
+    /// A positive difference of a given unit's kind, in SI (kelvins, not degrees Celsius).
+    pub fn positive_of(&mut self, item: &Item, what: &str, like: &Unit) -> Option<f64> {
         let quantity = self.quantity(item)?;
-        let value = self.quantity_of(item, what, dimension)?;
+        let value = self.quantity_of(item, what, like)?;
         if quantity.unit.offset != 0.0 {
             let message =
                 format!("{what} is a difference, `{}` a point on a scale", quantity.unit.symbol);
@@ -294,12 +303,12 @@ impl Reader {
     }
 }
 
-/// What a quantity of a dimension may be written in, for help.
-pub(crate) fn expected(dimension: Dimension) -> String {
-    if dimension == Unit::one().dimension {
+/// What a quantity of a unit's kind may be written in, for help.
+fn expected(like: &Unit) -> String {
+    if like.dimension == Dimension::NONE {
         "expected an angle or a plain number, as in `rad` or `1`".into()
     } else {
-        format!("expected a unit such as `{}`", Unit::coherent(dimension).symbol)
+        format!("expected a unit such as `{}`", like.symbol)
     }
 }
 

@@ -150,6 +150,13 @@ pub struct CampaignFile {
     pub(crate) reader: Reader,
 }
 
+/// Whether a file is called as the tables of runs are.
+fn is_table(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase());
+    let ends = |name: &str| [".csv", ".csv.gz", ".parquet"].iter().any(|end| name.ends_with(end));
+    path.is_file() && name.is_some_and(|name| ends(&name))
+}
+
 impl CampaignFile {
     /// Reads `campaign.toml`, given the file or its folder.
     ///
@@ -157,6 +164,11 @@ impl CampaignFile {
     /// Everything that is wrong with its form: not there, not TOML, unknown keys, wrong types,
     /// units that are none, repeated runs, no run. What needs the model is checked on loading.
     pub fn read(path: &Path) -> Result<Self, Diagnostics> {
+        if is_table(path) {
+            let message = format!("`{}` is a table of readings, not a campaign", path.display());
+            let help = "a campaign.toml beside it names the model and the runs, each with its table: data = \"run.csv\" (docs/formats.md, section 4)";
+            return Err(Diagnostic::error(message).help(help).into());
+        }
         let path = if path.is_dir() { path.join("campaign.toml") } else { path.to_owned() };
         let text = lines::read_bytes(&path)
             .and_then(|bytes| {
@@ -207,7 +219,7 @@ impl CampaignFile {
             texts.into_iter().map(|(text, span)| place(&reader, text, span)).collect()
         });
         let delay_range = get(&entries, "delay_range")
-            .and_then(|item| reader.positive_of(item, "delay_range", seconds().dimension));
+            .and_then(|item| reader.positive_of(item, "delay_range", &Unit::second()));
         let timing =
             get(&entries, "timing").and_then(|item| timing::read::timing(&mut reader, item));
         let parameters = table(&mut reader, "parameters");
@@ -250,10 +262,6 @@ impl CampaignFile {
             ..this
         })
     }
-}
-
-fn seconds() -> Unit {
-    Unit { symbol: "s".into(), ..Unit::coherent(crate::units::Dimension::TIME) }
 }
 
 fn place(reader: &Reader, text: String, span: Span) -> Named {

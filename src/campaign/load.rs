@@ -23,7 +23,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
 use crate::formula::{Expression, ExpressionKind};
 use crate::model::{Model, Override};
 use crate::progress::Progress;
-use crate::units::Dimension;
+use crate::units::Unit;
 
 /// The margin kept to the ends of a stream (s), unless stated.
 pub const DELAY_RANGE: f64 = 0.5;
@@ -232,18 +232,16 @@ impl CampaignFile {
         let mut spreads = Vec::new();
         for input in &model.inputs {
             let over = self.inputs.iter().find(|over| over.name.text == input.name);
-            let dimension = input.unit.dimension;
-            let mut say = |item: Option<&Item>, what: &str, dimension| {
+            let unit = &input.unit;
+            let mut say = |item: Option<&Item>, what: &str, like: &Unit| {
                 let item = item?;
-                loader.reader.positive_of(item, &format!("{what} of `{}`", input.name), dimension)
+                loader.reader.positive_of(item, &format!("{what} of `{}`", input.name), like)
             };
-            let sigma =
-                say(over.and_then(|o| o.sigma.as_ref()), "sigma", dimension).or(input.sigma);
-            let resolution = say(over.and_then(|o| o.resolution.as_ref()), "resolution", dimension);
-            let smooth = say(over.and_then(|o| o.smooth.as_ref()), "smooth", Dimension::TIME)
+            let sigma = say(over.and_then(|o| o.sigma.as_ref()), "sigma", unit).or(input.sigma);
+            let resolution = say(over.and_then(|o| o.resolution.as_ref()), "resolution", unit);
+            let smooth = say(over.and_then(|o| o.smooth.as_ref()), "smooth", &Unit::second())
                 .or(input.smooth);
-            let period =
-                say(over.and_then(|o| o.period.as_ref()), "period", dimension).or(input.period);
+            let period = say(over.and_then(|o| o.period.as_ref()), "period", unit).or(input.period);
             let (calibration, corrections) = over
                 .and_then(|o| o.calibration.as_ref())
                 .map_or((None, None), |item| loader.calibration(input, item));
@@ -281,8 +279,7 @@ impl CampaignFile {
             let said = over.map_or(&[][..], |over| &over.said);
             let stated = get(said, "sigma").or(get(said, "U"));
             let what = format!("`{name}`");
-            let dimension = measurand.unit.dimension;
-            let spread = statement::spread(&mut loader.reader, said, &what, dimension);
+            let spread = statement::spread(&mut loader.reader, said, &what, &measurand.unit);
             let own = if stated.is_none() { measurand.sigma } else { None };
             let sigma = spread.map(|spread| spread.sigma).or(own);
             degrees.push(spread.and_then(|spread| spread.degrees_of_freedom));
@@ -394,14 +391,7 @@ fn planned(model: &Model, loader: &mut Loader<'_>, entry: &RunEntry, begin: f64)
                 "",
             );
         }
-        if quantity.unit.dimension != input.unit.dimension {
-            let message = format!("`{}` is not a unit of `{}`", quantity.unit.symbol, input.name);
-            loader.reader.fault(
-                name.span,
-                message,
-                format!("expected a unit such as `{}`", input.unit.symbol),
-            );
-        }
+        loader.reader.accept(quantity, &format!("`{}`", input.name), &input.unit);
         *track = Track::Constant(quantity.value);
     }
     for name in missing(&model.inputs, &tracks, &loader.inputs) {

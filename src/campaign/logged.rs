@@ -13,7 +13,6 @@ use crate::campaign::spline::{Spline, is_pause, mean_spacing};
 use crate::campaign::table::{TIME, Table};
 use crate::diagnostic::Diagnostic;
 use crate::model::InputDeclaration;
-use crate::units::Dimension;
 
 /// A stream that goes over so many periods counts turns by itself.
 const COUNTED: f64 = 1.2;
@@ -114,7 +113,7 @@ fn rate(times: &[f64], values: &[f64], pause: f64, at_end: bool) -> f64 {
 /// quarter: an encoder that begins anew with each turn.
 fn turns(input: &InputDeclaration, times: &[f64], values: &[f64]) -> Option<Diagnostic> {
     let turn = std::f64::consts::TAU;
-    let is_angle = input.unit.dimension == Dimension::NONE && input.unit.symbol != "1";
+    let is_angle = input.unit.is_angle();
     let steps = || values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     let quick = steps().filter(|step| *step > 0.25 * turn).count();
     if !is_angle || 2 * quick > values.len() {

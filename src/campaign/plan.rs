@@ -64,18 +64,18 @@ fn leg(reader: &mut Reader, item: &Item) -> Option<Leg> {
     let example =
         "plan = { trigger = \"40 Hz\", duration = \"43.6 s\", arm_angle = { rate = \"5 deg/s\" } }";
     let entries = reader.table(item, example);
-    let hertz = Dimension::NONE / Dimension::TIME;
-    let need = |reader: &mut Reader, key: &str, dimension| match get(entries, key) {
-        Some(item) => reader.positive_of(item, key, dimension),
+    let hertz = Unit::coherent(Dimension::NONE / Dimension::TIME);
+    let need = |reader: &mut Reader, key: &str, like: &Unit| match get(entries, key) {
+        Some(item) => reader.positive_of(item, key, like),
         None => {
             reader.fault(item.span, format!("the plan has no `{key}`"), format!("as in {example}"));
             None
         }
     };
-    let trigger = need(reader, "trigger", hertz);
-    let duration = need(reader, "duration", Dimension::TIME);
+    let trigger = need(reader, "trigger", &hertz);
+    let duration = need(reader, "duration", &Unit::second());
     let start = get(entries, "start")
-        .and_then(|item| reader.quantity_of(item, "the start of a plan", Dimension::TIME));
+        .and_then(|item| reader.quantity_of(item, "the start of a plan", &Unit::second()));
     let mut motions = Vec::new();
     for entry in entries {
         if ["trigger", "duration", "start"].contains(&entry.key.as_str()) {
@@ -114,7 +114,7 @@ fn piece(reader: &mut Reader, item: &Item) -> Piece {
         rate: quantity(reader, "rate"),
         acceleration: quantity(reader, "acceleration"),
         duration: get(entries, "duration")
-            .and_then(|item| reader.positive_of(item, "duration", Dimension::TIME)),
+            .and_then(|item| reader.positive_of(item, "duration", &Unit::second())),
     }
 }
 
@@ -294,11 +294,14 @@ fn next(
         let quantity = quantity.as_ref()?;
         let per = Exponent::new(order, 1).map_or(Dimension::NONE, |e| Dimension::TIME.pow(e));
         let dimension = input.unit.dimension / per;
+        if order == 0 {
+            reader.accept(quantity, &format!("`{}`", input.name), &input.unit);
+            return Some(quantity.value);
+        }
         let wrong = quantity.unit.dimension != dimension;
         if wrong || (order > 0 && quantity.unit.offset != 0.0) {
             let symbol = &quantity.unit.symbol;
             let message = match order {
-                0 => format!("`{symbol}` is not a unit of `{}`", input.name),
                 1 => format!("`{symbol}` is not a unit of the rate of `{}`", input.name),
                 _ => format!("`{symbol}` is not a unit of the acceleration of `{}`", input.name),
             };

@@ -331,16 +331,8 @@ impl Loader<'_> {
             self.reader.fault(entry.name.span, message, help);
             return Track::Absent;
         }
-        if let Some((name, quantity)) = constant {
-            if quantity.unit.dimension != input.unit.dimension {
-                let message =
-                    format!("`{}` is not a unit of `{}`", quantity.unit.symbol, input.name);
-                self.reader.fault(
-                    name.span,
-                    message,
-                    format!("expected a unit such as `{}`", input.unit.symbol),
-                );
-            }
+        if let Some((_, quantity)) = constant {
+            self.reader.accept(quantity, &format!("`{}`", input.name), &input.unit);
             let mut constant = Track::Constant(quantity.value);
             if let Some(corrections) = &self.inputs[index].corrections {
                 corrections.correct_track(&mut constant);

@@ -59,6 +59,11 @@ impl Track {
         matches!(self, Self::Captured { rate: Some(_), .. } | Self::Logged(_))
     }
 
+    /// Whether it was captured with its rate, but not with the rate of that.
+    pub fn has_rate_alone(&self) -> bool {
+        matches!(self, Self::Captured { rate: Some(_), acceleration: None, .. })
+    }
+
     /// The same source, its columns empty.
     pub fn without_values(&self) -> Self {
         match self {

@@ -12,7 +12,7 @@
 
 use crate::campaign::entries::{Entry, Quantity, Reader, get};
 use crate::campaign::file::Named;
-use crate::units::Dimension;
+use crate::units::{Dimension, Unit};
 
 /// The keys of the target's speeds.
 pub const SPEEDS: [&str; 3] = ["target_speed", "lateral_speed", "radial_speed"];
@@ -33,12 +33,12 @@ impl Specification {
     pub(crate) fn read(reader: &mut Reader, entries: &[Entry]) -> Self {
         let known: Vec<&str> = ["source", "rates"].into_iter().chain(SPEEDS).collect();
         reader.only(entries, &known);
-        let speed = Dimension::LENGTH / Dimension::TIME;
-        let rate = Dimension::NONE / Dimension::TIME;
+        let speed = Unit::coherent(Dimension::LENGTH / Dimension::TIME);
+        let rate = Unit::coherent(Dimension::NONE / Dimension::TIME);
         let source = get(entries, "source").and_then(|item| reader.text(item, "source = \"...\""));
         let speeds = SPEEDS.map(|key| {
             let item = get(entries, key)?;
-            reader.positive_of(item, key, speed)?;
+            reader.positive_of(item, key, &speed)?;
             reader.quantity(item)
         });
         let rates = match get(entries, "rates") {
@@ -48,7 +48,7 @@ impl Specification {
         let rates = rates
             .iter()
             .filter_map(|entry| {
-                reader.positive_of(&entry.item, "a rate", rate)?;
+                reader.positive_of(&entry.item, "a rate", &rate)?;
                 let (text, place) = (entry.key.clone(), reader.place(entry.span));
                 let name = Named { text, span: entry.span, place };
                 Some((name, reader.quantity(&entry.item)?))

@@ -5,7 +5,7 @@
 //! coverage factor is assumed: a `U` without its `k` is refused.
 
 use crate::campaign::entries::{Entry, Reader, get};
-use crate::units::Dimension;
+use crate::units::Unit;
 
 /// The keys with which a spread is stated.
 pub(crate) const KEYS: [&str; 4] = ["sigma", "U", "k", "degrees_of_freedom"];
@@ -25,13 +25,13 @@ pub(crate) fn spread(
     reader: &mut Reader,
     entries: &[Entry],
     what: &str,
-    dimension: Dimension,
+    like: &Unit,
 ) -> Option<Spread> {
     let coverage = coverage(reader, entries, what);
     let sigma = match (get(entries, "sigma"), get(entries, "U")) {
-        (Some(item), _) => reader.positive_of(item, &format!("sigma of {what}"), dimension),
+        (Some(item), _) => reader.positive_of(item, &format!("sigma of {what}"), like),
         (None, Some(item)) => {
-            let expanded = reader.positive_of(item, &format!("U of {what}"), dimension);
+            let expanded = reader.positive_of(item, &format!("U of {what}"), like);
             expanded.zip(coverage.factor).map(|(expanded, factor)| expanded / factor)
         }
         (None, None) => None,

@@ -4,7 +4,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::arguments::{CampaignArguments, Format};
-use super::{Failure, load, output};
+use super::{Failure, doubts, load, output};
 use crate::engine::Problem;
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, calibrate};
@@ -21,6 +21,7 @@ impl CalibrateCommand {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
         let result = estimate(loaded.problem)?;
+        doubts::tell(&result, self.common.quiet);
         match self.common.format {
             Format::Json => {
                 let mut value = json!({ "campaigns": loaded.about });

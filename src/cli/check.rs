@@ -74,6 +74,9 @@ impl Check {
                 model(&Model::parse(source)?)
             };
         }
+        if path.is_file() {
+            return self.campaign(path);
+        }
         if let Ok(found) = library.effect(what) {
             return effect(library, own, &found);
         }

@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate, unsound};
-use super::{Failure, load, output};
+use super::{Failure, doubts, load, output};
 use crate::estimate::compare::compare;
 use crate::estimate::transformation::delays_of;
 use crate::report;
@@ -24,6 +24,7 @@ impl CompareCommand {
         if !calibration.is_sound() {
             return unsound(&calibration, &loaded.about, self.common.format);
         }
+        doubts::tell(&calibration, self.common.quiet);
         let mut whole = json!({ "campaigns": loaded.about });
         let mut text = String::new();
         for part in 0..calibration.problem.parts.len() {

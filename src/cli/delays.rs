@@ -10,12 +10,10 @@ use serde_json::{Value, json};
 use super::arguments::{CampaignArguments, Format, TransformationChoice};
 use super::calibrate::{estimate, unsound};
 use super::load::Loaded;
-use super::{Failure, load, output, render};
-use crate::diagnostic::Diagnostic;
+use super::{Failure, doubts, load, output};
 use crate::estimate::bias::bias;
 use crate::estimate::blind::ArmAngle;
 use crate::estimate::budget::budgets;
-use crate::estimate::calibrate::Calibration;
 use crate::estimate::conditions::self_calibration;
 use crate::estimate::newton::ReadingDelay;
 use crate::estimate::repeatability;
@@ -135,28 +133,13 @@ pub(super) fn given_transformation(
     if !joint.is_sound() && matches!(choice, Choice::Best | Choice::Joint) {
         unsound(&joint, &loaded.about, format)?;
     }
-    warn_of_spoilt(&joint);
+    doubts::tell(&joint, loaded.quiet);
     (0..loaded.problem.parts.len())
         .map(|part| {
             let found = transformation(&loaded.problem, Some(&joint), part, choice);
             found.map_err(|why| not_there(&why, loaded, format))
         })
         .collect()
-}
-
-/// Residuals larger than stated by so much are no matter of uncertainties.
-const SPOILT: f64 = 10.0;
-
-/// Says where readings are so far off the model that nothing that rests on it can be right.
-fn warn_of_spoilt(joint: &Calibration) {
-    let times = joint.variance_factor().map_or(0.0, f64::sqrt);
-    if joint.is_sound() && times > SPOILT {
-        let message = format!(
-            "the residuals of the joint fit are {times:.0} times as large as stated: readings or the model are wrong"
-        );
-        let help = "these numbers may be, too: `homepoint diagnose` looks for the cause";
-        render::all(&[Diagnostic::warning(message).help(help)]);
-    }
 }
 
 /// Tells programs, too, why there is no transformation.

@@ -17,7 +17,7 @@ use crate::report;
 
 use super::arguments::{CampaignArguments, Format};
 use super::wanted::WantedArguments;
-use super::{Failure, load, output, render};
+use super::{Failure, doubts, load, output, render};
 
 #[derive(Debug, Args)]
 pub(super) struct Diagnose {
@@ -139,6 +139,7 @@ impl Diagnose {
         }
         if !self.common.quiet {
             render::all(&own_untested(&loaded.recipes, &found));
+            doubts::tell_of_accelerations(&found.nominal);
         }
         if let Some(folder) = &self.common.out {
             let table = report::diagnosis::table(&found);

@@ -32,6 +32,8 @@ pub(super) struct Loaded {
     pub(super) stated: Vec<String>,
     /// From what each campaign's model with effects was put together.
     pub(super) recipes: Vec<Recipe>,
+    /// Whether warnings are to be left out.
+    pub(super) quiet: bool,
 }
 
 /// Reads campaigns as the arguments say, and tells warnings.
@@ -99,6 +101,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         about,
         stated: opened.stated,
         recipes: opened.recipes,
+        quiet: arguments.quiet,
     })
 }
 

@@ -12,6 +12,10 @@ use crate::diagnostic::Diagnostic;
 use crate::engine::{Point, Problem};
 use crate::report;
 
+/// Said where effects are left out.
+const NARROWED: &str = "\nEffects that `--only` or `--without` leave out were not weighed: `named from` is the size from which an\n\
+     effect is told from those above, not from the whole library.\n";
+
 #[derive(Debug, Args)]
 pub(super) struct PowerCommand {
     #[command(flatten)]
@@ -37,7 +41,12 @@ impl PowerCommand {
                 load::merge(&mut value, report::power::json(&found));
                 output::json(&value)?;
             }
-            Format::Text => output::text(&report::power_text::text(&loaded.title, &found))?,
+            Format::Text => {
+                output::text(&report::power_text::text(&loaded.title, &found))?;
+                if self.library.narrows() {
+                    output::text(NARROWED)?;
+                }
+            }
         }
         verdict(&found.nominal)
     }

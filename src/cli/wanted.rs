@@ -20,6 +20,11 @@ pub(super) struct WantedArguments {
 }
 
 impl WantedArguments {
+    /// Whether effects of the library are left out.
+    pub(super) fn narrows(&self) -> bool {
+        !(self.only.is_empty() && self.without.is_empty())
+    }
+
     /// As asked for, if the library has all of them.
     pub(super) fn wanted(&self, recipes: &[Recipe]) -> Result<Wanted, Failure> {
         for name in self.without.iter().chain(&self.only) {

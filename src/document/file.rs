@@ -1,11 +1,11 @@
 //! A small text file from disk, with faults a user can mend.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use super::MAXIMUM_LENGTH;
-use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span, nearest};
 
 impl Source {
     /// Reads a UTF-8 text file of at most [`MAXIMUM_LENGTH`] bytes; a byte order mark is left out.
@@ -14,8 +14,10 @@ impl Source {
     /// A missing or unreadable file, one that is too long or is not text.
     pub fn read(path: &Path) -> Result<Self, Diagnostics> {
         let shown = path.display();
-        let failed =
-            |error: std::io::Error| Diagnostic::error(format!("cannot read `{shown}`: {error}"));
+        let failed = |error: std::io::Error| match error.kind() {
+            ErrorKind::NotFound => not_there(path),
+            _ => Diagnostic::error(format!("cannot read `{shown}`: {error}")),
+        };
         let metadata = path.metadata().map_err(failed)?;
         if !metadata.is_file() {
             return Err(Diagnostic::error(format!("`{shown}` is not a file")).into());
@@ -38,5 +40,23 @@ impl Source {
         })?;
         let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
         Ok(Self::new(shown.to_string(), text))
+    }
+}
+
+/// A file that does not exist, with the one beside it whose name is nearest.
+fn not_there(path: &Path) -> Diagnostic {
+    let error = Diagnostic::error(format!("the file `{}` does not exist", path.display()));
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let beside = std::fs::read_dir(folder.unwrap_or(Path::new("."))).into_iter().flatten();
+    let mut names: Vec<String> =
+        beside.filter_map(|one| one.ok()?.file_name().into_string().ok()).collect();
+    names.sort();
+    let name = path.file_name().map(|name| name.to_string_lossy());
+    match name.and_then(|name| nearest(&name, names.iter().map(String::as_str)).map(str::to_owned))
+    {
+        Some(near) => {
+            error.help(format!("did you mean `{}`?", path.with_file_name(near).display()))
+        }
+        None => error,
     }
 }

@@ -143,6 +143,11 @@ impl<'r> Item<'r> {
     /// A number with its unit, as in `"1.5 arcsec"`, in SI; a bare number only where the unit is `1`.
     pub fn quantity(&self, like: &Unit) -> Option<(f64, Unit)> {
         let (value, unit) = self.any_quantity(Some(like))?;
+        if like.misses(&unit) {
+            let help = format!("write its unit, such as `{}`", like.symbol);
+            self.error(format!("`{}`: an angle needs its unit", self.key), &help);
+            return None;
+        }
         if unit.dimension != like.dimension {
             let expected = match like.symbol.as_str() {
                 "1" => "a plain number".to_owned(),

@@ -115,8 +115,13 @@ fn sentence(problem: &Problem, shares: &[Share], direction: &Direction) -> Strin
             format!("{only} has no effect on any reading")
         }
         [only] => {
+            let first = shares.first().map(|share| &problem.layout.instances[share.instance]);
+            let unit = first.map_or_else(String::new, |one| one.unit.si_symbol());
             let size = direction.standard_uncertainty.map_or_else(String::new, |u| {
-                format!(" (standard uncertainty {u:.2e} in SI units)")
+                format!(
+                    " (standard uncertainty {})",
+                    format!("{u:.2e} {unit}").trim_end_matches(" 1")
+                )
             });
             format!("{only} cannot be told from noise by these readings{size}")
         }

@@ -85,6 +85,10 @@ impl Override {
         width: bool,
     ) -> Option<(String, String)> {
         let name = &self.name;
+        if found.symbol == "1" && !unit.accepts(found) {
+            let message = format!("`{key}` of `{name}` has no unit");
+            return Some((message, format!("write its unit, such as `{}`", unit.symbol)));
+        }
         if found.dimension != unit.dimension {
             let (expected, help) = if unit.symbol == "1" {
                 ("a plain number".to_owned(), "leave out the unit".to_owned())

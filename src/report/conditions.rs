@@ -131,14 +131,10 @@ mod words {
     use crate::estimate::transformation::From;
     use crate::report::figure::{measured, uncertainty};
     use crate::report::text::{align_right, drawn, residual_unit, table};
-    use crate::units::{Dimension, Unit};
+    use crate::units::Unit;
 
     /// Rows of contrasts that are shown; the rest is in the JSON.
     const MOST_ROWS: usize = 40;
-
-    fn seconds() -> Unit {
-        Unit::coherent(Dimension::TIME)
-    }
 
     fn microseconds(seconds: f64) -> String {
         format!("{:+.2} µs", (seconds * 1e8).round() / 100.0 + 0.0)
@@ -202,7 +198,7 @@ mod words {
                 setups[one.setup].clone(),
                 format!("{:+.1}{platform} deg/s", one.rate.to_degrees()),
                 one.measurand.clone(),
-                measured(one.mean, one.sigma, &seconds()),
+                measured(one.mean, one.sigma, &Unit::second()),
             ]);
         }
         align_right(&mut rows, &[2, 4]);
@@ -217,7 +213,7 @@ mod words {
                 one.measurand.clone(),
                 a,
                 b,
-                measured(one.difference, one.sigma, &seconds()),
+                measured(one.difference, one.sigma, &Unit::second()),
                 p,
             ]);
         }
@@ -232,7 +228,7 @@ mod words {
             text.push_str(&format!(
                 "`{}`: a delay of {} that stays, and an arm angle of {:+.2} ± {:.2} arcsec that turns with the arm\n",
                 one.measurand,
-                measured(one.delay, one.delay_sigma, &seconds()),
+                measured(one.delay, one.delay_sigma, &Unit::second()),
                 arcsec(one.angle),
                 arcsec(one.angle_sigma),
             ));
@@ -251,10 +247,10 @@ mod words {
             let drift = one.drift.zip(one.drift_sigma);
             rows.add_row([
                 name.clone(),
-                measured(one.mean, one.sigma, &seconds()),
+                measured(one.mean, one.sigma, &Unit::second()),
                 format!("{:.2} µs", one.between * 1e6),
                 format!("{:.2} / {}", one.chi_squared, one.degrees_of_freedom),
-                drift.map_or_else(|| "-".to_owned(), |(d, u)| measured(d, u, &seconds())),
+                drift.map_or_else(|| "-".to_owned(), |(d, u)| measured(d, u, &Unit::second())),
             ]);
             for pair in &one.pairs {
                 let [a, b] = pair.campaigns.map(|k| labels[k].clone());

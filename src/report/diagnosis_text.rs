@@ -78,9 +78,16 @@ fn listed(line: &str, header: [&str; 2], rows: Vec<[&str; 2]>) -> String {
     format!("\n{line}\n{}", drawn(&made))
 }
 
+/// An alias that is less probable is told why.
+const HARDLY: f64 = 0.01;
+
 /// The named effects with their values and what cannot be told from them.
 fn effects(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
+    let is_improbable = |name: &String| {
+        let listed = diagnosis.candidates.iter().find(|one| one.name == *name);
+        listed.is_some_and(|one| one.probability < HARDLY)
+    };
     for one in &diagnosis.effects {
         let candidate = &one.candidate;
         text.push_str(&format!("\n{}: {}\n", candidate.name, candidate.selected.effect.title));
@@ -105,6 +112,11 @@ fn effects(diagnosis: &Diagnosis) -> String {
             ));
         }
         text.push_str(&alike(&one.aliases));
+        if diagnosis.effects.len() == 1 && one.aliases.iter().any(is_improbable) {
+            text.push_str(
+                "  What sets their probabilities apart is which sizes are usual, not what these readings say.\n",
+            );
+        }
         let which = if one.aliases.is_empty() { "this effect" } else { "one of these" };
         let probability = percent(one.probability);
         let is_last =

@@ -96,9 +96,15 @@ fn fit(result: &Calibration) -> String {
         || "without degrees of freedom".to_owned(),
         |value| format!("variance factor {value:.3}"),
     );
+    let stated = result.fit.normal.priors.len();
+    let stated = match stated {
+        0 => String::new(),
+        1 => " and a stated value".to_owned(),
+        several => format!(" and {several} stated values"),
+    };
     let mut text = format!(
-        "{} readings, {} unknowns, {} iterations: {factor}\n",
-        result.readings,
+        "{} readings{stated}, {} unknowns, {} iterations: {factor}\n",
+        result.readings - result.fit.normal.priors.len(),
         result.unknowns(),
         result.fit.iterations
     );

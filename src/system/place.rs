@@ -119,5 +119,14 @@ fn place_one(
         };
         placed.push(Placed { effect: effect.clone(), head, member: member.clone(), name });
     }
-    if placed.is_empty() { Err(refuse(&reasons.messages()).into()) } else { Ok(placed) }
+    if !placed.is_empty() {
+        return Ok(placed);
+    }
+    let mut refused = refuse(&reasons.messages());
+    // Heads lack the same names, at the same place.
+    if let Some(first) = reasons.0.into_iter().next() {
+        refused = refused.at_maybe(first.place.as_ref());
+        refused.help.extend(first.help);
+    }
+    Err(refused.into())
 }

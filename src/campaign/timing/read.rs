@@ -4,7 +4,7 @@ use crate::campaign::entries::{Entry, Item, Reader, Value, get};
 use crate::campaign::file::Named;
 use crate::campaign::statement::{self, Spread};
 use crate::campaign::timing::{Gate, Line, Method, Reference, Reply, RunTiming, Timing};
-use crate::units::Dimension;
+use crate::units::{Dimension, Unit};
 
 const COMMON: [&str; 6] =
     ["method", "edge", "resolution", "jitter", "controller_gate", "instrument_gate"];
@@ -104,7 +104,7 @@ fn line(reader: &mut Reader, item: &Item, entries: &[Entry]) -> Option<Line> {
             reader.fault(item.span, format!("`{number}` has no unit"), help);
             return None;
         }
-        reader.positive_of(item, "baud", Dimension::NONE / Dimension::TIME)
+        reader.positive_of(item, "baud", &Unit::coherent(Dimension::NONE / Dimension::TIME))
     });
     let bits = count.and_then(|item| bits(reader, item));
     if let (Some(rate), Some(count), Some(item)) = (baud, bits, count)
@@ -117,7 +117,7 @@ fn line(reader: &mut Reader, item: &Item, entries: &[Entry]) -> Option<Line> {
         baud = None;
     }
     let tolerance = get(entries, "baud_tolerance").and_then(|item| {
-        let found = reader.positive_of(item, "baud_tolerance", Dimension::NONE)?;
+        let found = reader.positive_of(item, "baud_tolerance", &Unit::one())?;
         if found >= MOST_TOLERANCE {
             let message = format!("a baud rate off by {:.3} % loses bits", 100.0 * found);
             let help = "the last of ten bits is then read half a bit off; such a line does not work, and crystals keep 100 ppm";
@@ -147,7 +147,7 @@ fn line(reader: &mut Reader, item: &Item, entries: &[Entry]) -> Option<Line> {
 
 /// A time of the chain: more than zero, and short beside what it is part of.
 fn short(reader: &mut Reader, item: &Item, what: &str) -> Option<f64> {
-    let found = reader.positive_of(item, what, Dimension::TIME)?;
+    let found = reader.positive_of(item, what, &Unit::second())?;
     if found >= LONGEST_LINK {
         let message = format!("{what} of {found:e} s is no property of an electronic circuit");
         let help = format!("times of the chain are shorter than {LONGEST_LINK} s: check the unit");
@@ -172,7 +172,7 @@ fn reply(reader: &mut Reader, item: &Item, method: Method) -> Option<Reply> {
     let entries = reader.table(item, "reply = { after = \"14 ms\", scatter = \"0.2 ms\" }");
     reader.only(entries, &["after", "scatter"]);
     let mut time = |key: &str| {
-        get(entries, key).and_then(|item| reader.positive_of(item, key, Dimension::TIME))
+        get(entries, key).and_then(|item| reader.positive_of(item, key, &Unit::second()))
     };
     let (after, scatter) = (time("after"), time("scatter"));
     if get(entries, "after").is_none() && !entries.is_empty() {
@@ -194,7 +194,7 @@ fn gate(reader: &mut Reader, item: &Item, what: &str) -> Option<Gate> {
     let example = format!("{what} = {{ at_most = \"100 ns\" }}");
     let entries = reader.table(item, &example);
     reader.only(entries, &GATE);
-    let spread = statement::spread(reader, entries, what, Dimension::TIME);
+    let spread = statement::spread(reader, entries, what, &Unit::second());
     match (get(entries, "at_most"), get(entries, "value")) {
         (Some(item), None) if spread.is_none() => {
             // Anything from nothing to this much is as likely: rectangular.
@@ -203,7 +203,7 @@ fn gate(reader: &mut Reader, item: &Item, what: &str) -> Option<Gate> {
             Some(Gate { value: 0.5 * most, spread: Spread { sigma, ..Spread::default() } })
         }
         (None, Some(item)) => {
-            let value = reader.quantity_of(item, what, Dimension::TIME)?;
+            let value = reader.quantity_of(item, what, &Unit::second())?;
             if value < 0.0 {
                 reader.fault(item.span, format!("{what} is a delay and cannot be negative"), "");
             } else if value >= LONGEST_LINK {

@@ -1,5 +1,6 @@
 //! Effects that show in no reading: those that nominal parameters take up, and those that change none.
 
+use crate::campaign::Track;
 use crate::diagnose::library::candidates::NotTestable;
 use crate::diagnose::stage::Stage;
 
@@ -64,12 +65,9 @@ pub(in crate::diagnose) fn why_silent(stage: &Stage, number: usize) -> String {
         .zip(&stage.fitted.problem.parts)
         .flat_map(|(recipe, part)| {
             let captured = |input: usize| {
-                part.runs.iter().any(|run| {
-                    matches!(
-                        run.record.inputs()[input],
-                        crate::campaign::Track::Captured { acceleration: None, .. }
-                    )
-                })
+                let lacks =
+                    |track: &Track| matches!(track, Track::Captured { acceleration: None, .. });
+                part.runs.iter().any(|run| lacks(&run.record.inputs()[input]))
             };
             let signals = recipe.model.inputs.iter().enumerate();
             let moving = signals.filter(move |(index, input)| input.signal && captured(*index));
@@ -79,9 +77,9 @@ pub(in crate::diagnose) fn why_silent(stage: &Stage, number: usize) -> String {
     let patches = &stage.candidates[number].selected.effect.patches;
     let twice = patches.iter().any(|line| line.formula.text.contains("rate(rate("));
     if twice && !accelerations.is_empty() {
+        let columns = accelerations.join(" or ");
         format!(
-            "it changes no reading while rates are constant: it needs a column {}",
-            accelerations.join(" or ")
+            "there is no column {columns}: rates count as constant, and then it changes no reading"
         )
     } else {
         "it changes no reading in these runs by an amount that could be seen, or only by powers of its parameters: an effect must have a slope where they are zero".to_owned()
