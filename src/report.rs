@@ -8,7 +8,7 @@
 //! | [`figure`] | a value with its standard uncertainty as people write it |
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
 //! | [`text`] | tables and sentences for the terminal |
-//! | [`diagnosis`], `diagnosis_text`, `noise_text` | why simulation and reality differ, for programs and for people |
+//! | [`diagnosis`], `diagnosis_text`, `verdict_text`, `noise_text` | why simulation and reality differ, for programs and for people |
 //! | [`trials`], `trials_text` | how well a diagnosis does on campaigns whose truth is known |
 //! | [`power`], `power_text` | what a campaign can see |
 //! | [`timing`] | how reference times came about |
@@ -34,3 +34,5 @@ pub mod timing;
 pub mod trials;
 #[cfg(feature = "cli")]
 pub mod trials_text;
+#[cfg(feature = "cli")]
+mod verdict_text;

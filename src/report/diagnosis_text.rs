@@ -1,20 +1,19 @@
 //! The result of `diagnose` for people: the verdict first, in a sentence that can be read aloud.
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::found::{Location, Ranked};
+use crate::diagnose::found::Ranked;
 use crate::diagnose::gap::Gap;
 use crate::diagnose::search::probability::is_implausible;
-use crate::diagnose::verdict::{Verdict, Why, apart, locations};
-use crate::report::diagnosis::{estimates_of, last_noise, last_stage, times_usual};
+use crate::diagnose::verdict::{Verdict, Why, locations};
+use crate::report::diagnosis::{estimates_of, last_stage, times_usual};
 use crate::report::figure;
 use crate::report::noise_text::{alike, noise};
 use crate::report::text::{drawn, residual_unit, stated, table, trouble, unit_of};
+use crate::report::verdict_text::sentence;
 use crate::units::{Dimension, Unit};
 
 /// Candidates shown unless another number is asked for.
 const TOP: usize = 8;
-/// Share of the best from which on another place is as good.
-const SAME_PLACE: f64 = 0.95;
 /// Share from which on an effect may be one of several causes.
 const PARTLY: f64 = 0.3;
 /// Part of the gap that is closed below which readings contradict what was named.
@@ -114,7 +113,7 @@ fn effects(diagnosis: &Diagnosis) -> String {
         text.push_str(&alike(&one.aliases));
         if diagnosis.effects.len() == 1 && one.aliases.iter().any(is_improbable) {
             text.push_str(
-                "  What sets their probabilities apart is which sizes are usual, not what these readings say.\n",
+                "  What sets their probabilities apart is mostly which sizes are usual, hardly what these readings say.\n",
             );
         }
         let which = if one.aliases.is_empty() { "this effect" } else { "one of these" };
@@ -298,110 +297,6 @@ fn could_hide(diagnosis: &Diagnosis) -> String {
         worst.delay,
         figure::uncertainty(worst.bias, &second)
     )
-}
-
-/// The verdict.
-fn sentence(diagnosis: &Diagnosis) -> String {
-    let noise = diagnosis.noise.iter().map(|one| &one.name);
-    let effects = diagnosis.effects.iter().map(|one| &one.candidate.name);
-    let names: Vec<String> = effects.chain(noise).map(|name| format!("`{name}`")).collect();
-    let names = names.join(" and ");
-    match diagnosis.verdict {
-        Verdict::Adequate
-            if last_noise(diagnosis)
-                .is_some_and(|noise| noise.levels.iter().any(|one| one.factor > 1.0)) =>
-        {
-            "Nothing was found but noise: what is left looks like noise that is larger than stated."
-                .to_owned()
-        }
-        Verdict::Adequate if !diagnosis.suspected.is_empty() => {
-            "Nothing can be declared: what is left looks like noise but for what is suspected."
-                .to_owned()
-        }
-        Verdict::Adequate => {
-            "Nothing was found: the readings follow the model as closely as their noise lets them."
-                .to_owned()
-        }
-        Verdict::Explained => format!(
-            "The gap between model and readings is explained by {names}; what is left looks like noise{}.",
-            if last_noise(diagnosis).is_some_and(|noise| noise.memory > 0.0) {
-                " with a memory"
-            } else {
-                ""
-            }
-        ),
-        Verdict::ShapeDiffers if diagnosis.effects.len() > 1 || !diagnosis.noise.is_empty() => {
-            format!(
-                "Nearly all of the gap is explained by {names}; what is left has a form of its own."
-            )
-        }
-        Verdict::ShapeDiffers => format!(
-            "Nearly all of the gap is explained by {names}, but its form does not quite fit."
-        ),
-        Verdict::Unknown => {
-            // Displacements are there together, and so are runs; of blocks one would do.
-            let apart = diagnosis.search.as_ref().map_or_else(Vec::new, apart);
-            let is_apart = |one: &Location| apart.iter().any(|own| own.words == one.place.words);
-            let is_meant = |one: &&Location| match &diagnosis.why {
-                Some((Why::Displaced, _)) => true,
-                Some((Why::RunsApart, _)) => is_apart(one),
-                _ => one.share >= SAME_PLACE,
-            };
-            let join = match &diagnosis.why {
-                Some((Why::Displaced | Why::RunsApart, _)) => " and ",
-                _ => " or ",
-            };
-            let alike = diagnosis.locations.iter().filter(is_meant);
-            let places: Vec<&str> = alike.map(|one| one.place.words.as_str()).collect();
-            let looks = match places.as_slice() {
-                [] => "No place of it stands out".to_owned(),
-                places => format!("It looks like {}", places.join(join)),
-            };
-            format!("{} {looks}.", unnamed(diagnosis))
-        }
-        Verdict::Unobservable if diagnosis.nominal.unobservable.is_empty() => {
-            "No diagnosis: the fit of the model's own parameters did not settle.".to_owned()
-        }
-        Verdict::Unobservable => {
-            "No diagnosis: these readings do not determine the model's own parameters.".to_owned()
-        }
-    }
-}
-
-/// That there is a gap without a name, and why it has none.
-fn unnamed(diagnosis: &Diagnosis) -> String {
-    let (why, effects) = match &diagnosis.why {
-        Some((why, effects)) => (*why, effects.as_slice()),
-        None => (Why::NoneFits, [].as_slice()),
-    };
-    let (names, several) = (format!("`{}`", effects.join("` and `")), effects.len() > 1);
-    let verb = |one: &'static str, more: &'static str| if several { more } else { one };
-    match why {
-        Why::NoneFits => "There is a gap that no effect of the library explains.".to_owned(),
-        Why::Displaced | Why::RunsApart | Why::Changed => {
-            let beside = match effects {
-                [] => String::new(),
-                _ => format!(" Beside it {names} {}.", verb("shows", "show")),
-            };
-            format!("There is a gap that no effect of the library explains.{beside}")
-        }
-        Why::NotFitted => format!(
-            "There is a gap like the one that {names} would make, but the model with it cannot be fitted to these readings."
-        ),
-        Why::Improbable => format!(
-            "There is a gap of which {names} {} nothing, but {} hardly its cause (probability below 0.1 %).",
-            verb("leaves", "leave"),
-            verb("is", "are")
-        ),
-        Why::Imitated => format!(
-            "There is a gap of which {names} leave nothing, but something simpler that nobody wrote down leaves no more."
-        ),
-        Why::NotBorneOut => format!(
-            "There is a gap that {names} {} where fitted, but not on readings that {} not fitted to.",
-            verb("explains", "explain"),
-            verb("it is", "they are")
-        ),
-    }
 }
 
 /// A probability of causes: certainty is nobody's.

@@ -6,15 +6,19 @@
 //! every test is what it would be with white noise. Only what such a process cannot follow is left to
 //! the stretches over which scores are summed. Whether a random walk of the whole station is the better
 //! reason, likelihoods decide.
+//!
+//! | file | answers |
+//! |---|---|
+//! | `correlated` | whether neighbours in time are alike, and for how long |
+//! | `likeliest` | the memory of largest likelihood |
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::score::of_gain;
-use crate::diagnose::evidence::tail::ln_normal;
 use crate::diagnose::evidence::thresholds::{FURTHER, LEAST_RUNS, level};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{Apart, Noise, NoiseEffect};
 use crate::diagnose::library::candidates::Candidate;
-use crate::diagnose::sequences::{Neighbours, Sequence, median, sequences};
+use crate::diagnose::sequences::{Sequence, median, sequences};
 use crate::diagnose::stage::Stage;
 use crate::engine::Problem;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
@@ -22,6 +26,14 @@ use crate::model::Process;
 
 use super::apart::few;
 use super::wander::{Found, walk};
+
+mod correlated;
+mod likeliest;
+
+pub(super) use correlated::memory;
+pub(in crate::diagnose) use correlated::remembered;
+pub(in crate::diagnose) use likeliest::likelihood_of_memory;
+use likeliest::{likeliest, likelihood};
 
 /// A random walk that shows, unless one is in the model already, the runs are too few to tell one from
 /// structure, or a memory of each measurand by itself is the likelier reason. Its rivals are noted.
@@ -60,98 +72,6 @@ fn without_memory(problem: &Problem) -> Problem {
         part.gauss_markov.fill(None);
     }
     problem
-}
-
-/// Logarithm of the largest likelihood ratio of noise with memories against white noise of unit variance.
-pub(in crate::diagnose) fn likelihood_of_memory(all: &[Sequence]) -> f64 {
-    all.iter().map(|one| likeliest(one).map_or(0.0, |(_, likelihood)| likelihood)).sum()
-}
-
-/// Logarithm of the likelihood ratio of some noise, with the scatter that is there, against white noise
-/// of unit variance.
-fn likelihood(one: &Sequence, noise: GaussMarkov) -> f64 {
-    let (variance, mut sum) = (one.variance(), 0.0);
-    let white = variance.ln();
-    // Weights mostly are the same from sample to sample.
-    let mut weight = (1.0, 0.0);
-    for (run, times) in one.runs.iter().zip(one.times(noise.clock)) {
-        let (mut filter, mut state) = (noise.filter(), 0.0);
-        for (value, time) in run.iter().zip(times) {
-            let gains = filter.next(*time, !value.is_nan());
-            state *= gains.decay;
-            if !value.is_nan() {
-                let left = value - state;
-                let squares = value * value - (left * gains.weight).powi(2) / variance;
-                if weight.0 != gains.weight {
-                    weight = (gains.weight, gains.weight.ln());
-                }
-                sum += 0.5 * (squares - white) + weight.1;
-                state += gains.gain * left;
-            }
-        }
-    }
-    sum
-}
-
-/// Shares and times (in intervals between samples) from which the likeliest are looked for.
-const SHARES: [f64; 7] = [0.03, 0.08, 0.2, 0.4, 0.6, 0.8, 0.95];
-const TIMES: usize = 9;
-const FIRST_TIME: f64 = 0.7;
-const TIME_RATIO: f64 = 2.2;
-/// A memory that is shorter than this part of an interval is none.
-const LEAST_TIME: f64 = 0.3;
-/// Refinements of both.
-const REFINED: usize = 24;
-
-/// The Gauss-Markov noise of largest likelihood, with the logarithm of that.
-fn likeliest(one: &Sequence) -> Option<(GaussMarkov, f64)> {
-    let by_stamps = likeliest_by(one, NoiseClock::Stamps);
-    // Both clocks say the same where samples are evenly spaced.
-    let interval = |clock| one.interval(clock);
-    let (stamps, numbers) = (interval(NoiseClock::Stamps), interval(NoiseClock::Numbers)?);
-    if stamps.is_some_and(|stamps| (stamps / numbers).ln().abs() < EVEN) {
-        return by_stamps;
-    }
-    let by_numbers = likeliest_by(one, NoiseClock::Numbers);
-    by_stamps.into_iter().chain(by_numbers).max_by(|a, b| a.1.total_cmp(&b.1))
-}
-
-/// Logarithm of the ratio of median to mean interval below which samples are evenly spaced.
-const EVEN: f64 = 0.05;
-
-/// The same by one clock.
-fn likeliest_by(one: &Sequence, clock: NoiseClock) -> Option<(GaussMarkov, f64)> {
-    let interval = one.interval(clock)?;
-    if one.variance() == 0.0 {
-        return None;
-    }
-    let at = |share: f64, time: f64| {
-        let time = time.max(LEAST_TIME * interval);
-        let noise = GaussMarkov { share: share.clamp(1e-4, 0.999), time, clock };
-        (noise, likelihood(one, noise))
-    };
-    let times = (0..TIMES).map(|k| FIRST_TIME * interval * TIME_RATIO.powi(k as i32));
-    let grid = times.flat_map(|time| SHARES.map(|share| at(share, time)));
-    let mut best = grid.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    // Shares move on the scale on which 0 and 1 are far away.
-    let (mut odds, mut ratio) = (2.0_f64, TIME_RATIO.sqrt());
-    for _ in 0..REFINED {
-        let GaussMarkov { share, time, .. } = best.0;
-        let of_odds = |by: f64| by * share / (1.0 - share + by * share);
-        let near = [
-            at(of_odds(odds), time),
-            at(of_odds(odds.recip()), time),
-            at(share, time * ratio),
-            at(share, time / ratio),
-        ];
-        let found = near.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        if found.1 > best.1 {
-            best = found;
-        } else {
-            (odds, ratio) = (odds.sqrt(), ratio.sqrt());
-        }
-    }
-    Some(best)
 }
 
 /// Gain of the likelihood for which a memory is changed.
@@ -273,63 +193,6 @@ fn durations(all: &[Sequence]) -> impl Iterator<Item = f64> {
     runs.filter_map(|times| Some(times.last()? - times.first()?))
 }
 
-/// Noise with a memory: neighbours in time are alike.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::diagnose) struct Memory {
-    /// Part of the variance that has it.
-    share: f64,
-    /// Number of pairs of neighbours.
-    pairs: f64,
-    /// Logarithm of the probability of the neighbours' correlation by chance.
-    ln_p: f64,
-}
-
-/// Lags at which a memory is fitted.
-const LAGS: usize = 24;
-
-/// The memory of a measurand, if it has one: `share · exp(-lag / samples)` through its correlations, by
-/// least squares over a grid of times.
-pub(in crate::diagnose) fn remembered(one: &Sequence, level: f64) -> Option<Memory> {
-    let correlation = |lag: usize| {
-        let (mut products, mut count) = (0.0, 0.0);
-        for run in &one.runs {
-            for (a, b) in run.iter().zip(run.iter().skip(lag)) {
-                if !a.is_nan() && !b.is_nan() {
-                    products += a * b;
-                    count += 1.0;
-                }
-            }
-        }
-        (products, count)
-    };
-    let (squares, all) = correlation(0);
-    let (neighbours, pairs) = correlation(1);
-    if all == 0.0 || pairs == 0.0 || squares <= 0.0 {
-        return None;
-    }
-    let variance = squares / all;
-    let ln_p = ln_normal(neighbours / pairs / variance * f64::sqrt(pairs));
-    if ln_p > level {
-        return None;
-    }
-    let lags: Vec<(f64, f64)> = (1..=LAGS)
-        .map(|lag| (lag as f64, correlation(lag)))
-        .filter(|(_, (_, count))| *count > 0.0)
-        .map(|(lag, (products, count))| (lag, products / count / variance))
-        .collect();
-    let fitted = |samples: f64| {
-        let decay = |lag: f64| (-lag / samples).exp();
-        let own: f64 = lags.iter().map(|(lag, _)| decay(*lag).powi(2)).sum();
-        let both: f64 = lags.iter().map(|(lag, value)| decay(*lag) * value).sum();
-        let share = (both / own).clamp(0.0, 1.0);
-        let misfit = |(lag, value): &(f64, f64)| (value - share * decay(*lag)).powi(2);
-        (lags.iter().map(misfit).sum::<f64>(), share)
-    };
-    let times = (0..80).map(|k| 0.3 * 1.12_f64.powi(k));
-    let best = times.map(fitted).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(Memory { share: best.1, pairs, ln_p })
-}
-
 /// The part of each measurand's variance that has no memory, by campaign and measurand.
 pub(super) fn white_parts(stage: &Stage, all: &[Sequence]) -> Vec<(usize, usize, f64)> {
     let level = level(all.len() + stage.noise.len());
@@ -387,20 +250,4 @@ fn memories(problem: &Problem) -> Vec<(String, Option<String>, GaussMarkov)> {
         }
     }
     all
-}
-
-/// The largest correlation of neighbours that is more than chance; 0 where there is none.
-pub(super) fn memory(all: &[Sequence], level: f64) -> f64 {
-    all.iter()
-        .map(|one| {
-            let mut all = Neighbours::of(&[]);
-            for run in &one.runs {
-                let own = Neighbours::of(run);
-                all.products += own.products;
-                all.squares += own.squares;
-                all.pairs += own.pairs;
-            }
-            if all.ln_p() <= level { all.correlation().min(0.99) } else { 0.0 }
-        })
-        .fold(0.0, f64::max)
 }

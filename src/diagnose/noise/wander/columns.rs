@@ -1,0 +1,101 @@
+//! A walk written as columns of the model: in its own place a sum of sines, with a prior each if its size is known.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use crate::diagnose::library::candidates::{Candidate, join};
+use crate::diagnostic::Source;
+use crate::effect::Effect;
+use crate::engine::open::Recipe;
+use crate::system::Selected;
+use crate::units::{Dimension, Exponent, Unit};
+
+use super::course::{Column, Course, Times};
+
+/// What is offered to the campaigns' models.
+pub(super) fn joined(recipes: &[Recipe], selected: Selected) -> Option<Candidate> {
+    let mut made = Vec::new();
+    for (campaign, recipe) in recipes.iter().enumerate() {
+        if let Ok(system) = recipe.with(std::slice::from_ref(&selected)) {
+            join(&mut made, (campaign, recipes.len()), selected.clone(), None, system);
+        }
+    }
+    made.pop()
+}
+
+/// A walk that takes a course, as columns in its own place.
+pub(super) fn select(
+    candidate: &Candidate,
+    times: &Times,
+    course: Course,
+    sigma: Option<f64>,
+) -> Option<Selected> {
+    let Selected { effect, head, .. } = &candidate.selected;
+    let effect = Arc::new(columns(effect, times, course, sigma)?);
+    Some(Selected { effect, head: head.clone(), member: BTreeMap::new() })
+}
+
+/// An effect of random walks that take a course as columns, with a prior if a size is given.
+fn columns(effect: &Effect, times: &Times, course: Course, sigma: Option<f64>) -> Option<Effect> {
+    let name = format!("{}_columns", effect.name);
+    let mut text = format!(
+        "name = \"{name}\"\ntitle = \"{}\"\nacts = \"noise\"\n[parameters]\n",
+        effect.title
+    );
+    let mut sums: Vec<(&str, String)> = Vec::new();
+    for parameter in &effect.parameters {
+        let dimension = parameter.unit.dimension * Dimension::TIME.pow(Exponent::new(1, 2)?);
+        let unit = Unit::coherent(dimension).si_symbol();
+        let mut sum = Vec::new();
+        for Column { name, scope, wave, deviation } in times.columns(course) {
+            let own = format!("{}_{name}", parameter.name);
+            let prior = sigma.map_or_else(String::new, |sigma| {
+                let sigma = (sigma * deviation).max(f64::MIN_POSITIVE);
+                format!(", value = \"0 {unit}\", sigma = \"{sigma:e} {unit}\"")
+            });
+            let line = writeln!(
+                text,
+                "{own} = {{ unit = \"{unit}\", typical = \"1 {unit}\", scope = \"{scope}\"{prior} }}"
+            );
+            line.ok()?;
+            sum.push(format!("{own}{wave}"));
+        }
+        sums.push((&parameter.name, format!("({})", sum.join(" + "))));
+    }
+    text.push_str("[patch]\n");
+    for line in &effect.patches {
+        let formula = replaced(&line.formula.text, &sums);
+        writeln!(text, "\"{}\" = '{formula}'", line.name).ok()?;
+    }
+    Effect::parse(Source::new(name, text)).ok()
+}
+
+/// A formula with some of its names replaced.
+fn replaced(formula: &str, by: &[(&str, String)]) -> String {
+    let mut made = String::new();
+    let mut rest = formula;
+    while !rest.is_empty() {
+        let of_name = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+        let end = rest.find(|c| !of_name(c)).unwrap_or(rest.len());
+        let (name, after) = rest.split_at(end);
+        let found = by.iter().find(|(known, _)| *known == name);
+        made.push_str(found.map_or(name, |(_, sum)| sum));
+        let other = after.chars().next().map_or(0, char::len_utf8);
+        made.push_str(&after[..other]);
+        rest = &after[other..];
+    }
+    made
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_replaced_as_wholes() {
+        let by = [("walk", "(a + b)".to_owned())];
+        let made = replaced("position + [walk, 2 * walk_y, -walk]", &by);
+        assert_eq!(made, "position + [(a + b), 2 * walk_y, -(a + b)]");
+    }
+}
