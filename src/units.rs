@@ -52,20 +52,23 @@ impl Unit {
 
     /// Whether it is one of angles.
     pub fn is_angle(&self) -> bool {
-        const ANGLES: [&str; 9] =
-            ["rad", "mrad", "urad", "µrad", "deg", "arcmin", "arcsec", "gon", "mgon"];
         ANGLES.contains(&self.symbol.as_str())
     }
 
+    /// Whether one of angles is a part of it, as of `deg/s`.
+    fn has_angle(&self) -> bool {
+        self.symbol.split(|c: char| !c.is_alphabetic()).any(|part| ANGLES.contains(&part))
+    }
+
     /// Whether a quantity of the unit `stated` may stand where one of this unit is asked for: of the same
-    /// dimension, and no plain number for an angle, which nobody could tell from degrees.
+    /// dimension, and not without an angle where there is one, which nobody could tell from degrees or turns.
     pub fn accepts(&self, stated: &Self) -> bool {
         self.dimension == stated.dimension && !self.misses(stated)
     }
 
-    /// Whether `stated` is a plain number where an angle is asked for.
+    /// Whether `stated` differs by an angle alone that it lacks, as `1/s` from `deg/s`.
     pub fn misses(&self, stated: &Self) -> bool {
-        self.is_angle() && stated.symbol == "1"
+        self.dimension == stated.dimension && self.has_angle() && !stated.has_angle()
     }
 
     /// A value in this unit, in SI.
@@ -129,6 +132,9 @@ pub const TABLE: &[Row] = &[
     ("K", 1.0, [0, 0, 0, 1]),
     ("hPa", 100.0, [-1, -2, 1, 0]),
 ];
+
+/// Those of angles, which have no dimension; so have `1` and `ppm`, which are none.
+const ANGLES: [&str; 9] = ["rad", "mrad", "urad", "µrad", "deg", "arcmin", "arcsec", "gon", "mgon"];
 
 /// The row of a symbol.
 fn row(symbol: &str) -> Option<&'static Row> {

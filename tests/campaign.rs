@@ -231,7 +231,7 @@ fn faults_of_the_campaign_file() {
         SLOW,
         "`mm` is not a unit of sigma",
         at(3, 24),
-        "angle",
+        "such as `gon`",
     );
     assert_fault("f5", &with("1.5 arcsec", "1.5 arcsex"), SLOW, "arcsex", at(3, 29), "");
     assert_fault(

@@ -129,12 +129,8 @@ impl Loader<'_> {
         let text = self.reader.text(item, "corrections = \"encoder.csv\"")?;
         let place = self.reader.place(item.span);
         let name = super::file::Named { text, span: item.span, place };
-        let want = |name: &str| Wanted {
-            name: name.to_owned(),
-            header: None,
-            dimension: input.unit.dimension,
-            example: input.unit.symbol.clone(),
-        };
+        let want =
+            |name: &str| Wanted { name: name.to_owned(), header: None, unit: input.unit.clone() };
         let mut table = self.table(&name, &[want(&input.name), want(CORRECTION)])?;
         self.more(&name, &mut table, usize::MAX)?;
         let (Some(at), Some(by)) = (table.column(&input.name), table.column(CORRECTION)) else {

@@ -5,7 +5,7 @@
 use toml::de::{DeTable, DeValue};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span, nearest};
-use crate::units::{Dimension, Unit, parse_quantity};
+use crate::units::{Unit, parse_quantity};
 
 /// A value and where it stands.
 #[derive(Clone, Debug)]
@@ -256,13 +256,20 @@ impl Reader {
 
     /// Whether a quantity may stand where one of a unit's kind is asked for; a fault is noted else.
     pub fn accept(&mut self, quantity: &Quantity, what: &str, like: &Unit) -> bool {
-        let (message, help) = if like.misses(&quantity.unit) {
-            let help = format!("write its unit, such as `{}`", like.symbol);
-            (format!("{what} is an angle, and `{}` has no unit", quantity.text.trim()), help)
-        } else if quantity.unit.dimension != like.dimension {
-            (format!("`{}` is not a unit of {what}", quantity.unit.symbol), expected(like))
-        } else {
+        if like.accepts(&quantity.unit) {
             return true;
+        }
+        let (text, symbol) = (quantity.text.trim(), &quantity.unit.symbol);
+        let message = if symbol == "1" {
+            format!("{what}: `{text}` has no unit")
+        } else if like.misses(&quantity.unit) {
+            format!("{what}: there is no angle in the unit of `{text}`")
+        } else {
+            format!("`{symbol}` is not a unit of {what}")
+        };
+        let help = match like.symbol.as_str() {
+            "1" => "expected a plain number".to_owned(),
+            symbol => format!("expected a unit such as `{symbol}`"),
         };
         self.faults.push(Diagnostic::error(message).at(quantity.place.clone()).help(help));
         false
@@ -300,15 +307,6 @@ impl Reader {
         let message = format!("expected {expected}, found {}", item.kind());
         let help = if example.is_empty() { String::new() } else { format!("as in {example}") };
         self.fault(item.span, message, help);
-    }
-}
-
-/// What a quantity of a unit's kind may be written in, for help.
-fn expected(like: &Unit) -> String {
-    if like.dimension == Dimension::NONE {
-        "expected an angle or a plain number, as in `rad` or `1`".into()
-    } else {
-        format!("expected a unit such as `{}`", like.symbol)
     }
 }
 

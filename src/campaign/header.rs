@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
-use crate::units::{Dimension, Unit};
+use crate::units::Unit;
 
 /// The longest line shown with a message.
 const LONGEST_EXCERPT: usize = 4000;
@@ -15,10 +15,8 @@ pub struct Wanted {
     pub name: String,
     /// What the file calls it, if the campaign says so: name and unit.
     pub header: Option<(String, Option<Unit>)>,
-    /// The dimension it must have.
-    pub dimension: Dimension,
-    /// A unit it may be written in, for messages.
-    pub example: String,
+    /// A unit it may be written in.
+    pub unit: Unit,
 }
 
 /// A column of a table.
@@ -130,14 +128,22 @@ fn read_unit(
 ) -> Result<Unit, Box<UnitFault>> {
     let stated = want.header.as_ref().filter(|(header, _)| header == name);
     let stated = stated.and_then(|(_, unit)| unit.clone());
+    let wrong = |unit: &Unit| {
+        let message = match want.unit.misses(unit) {
+            true => format!("`{}` has no angle, `{}` has one", unit.symbol, want.name),
+            false => format!("`{}` is not a unit of `{}`", unit.symbol, want.name),
+        };
+        let help = format!("it is measured in units such as `{}`", want.unit.symbol);
+        Diagnostic::error(message).help(help)
+    };
     let Some((text, start)) = found else {
-        return stated.ok_or_else(|| {
-            let help = format!("write `{name} [{}]`", want.example);
-            Box::new((
-                Diagnostic::error(format!("the column `{name}` has no unit")).help(help),
-                None,
-            ))
-        });
+        let Some(stated) = stated else {
+            let help = format!("write `{name} [{}]`", want.unit.symbol);
+            let error = Diagnostic::error(format!("the column `{name}` has no unit")).help(help);
+            return Err(Box::new((error, None)));
+        };
+        let is_right = want.unit.accepts(&stated);
+        return if is_right { Ok(stated) } else { Err(Box::new((wrong(&stated), None))) };
     };
     let unit = Unit::parse(text).map_err(|error| {
         let mut diagnostic = Diagnostic::error(error.message);
@@ -145,10 +151,8 @@ fn read_unit(
         Box::new((diagnostic, Some((start + error.start, start + error.end))))
     })?;
     let whole = Some((start, start + text.len()));
-    if unit.dimension != want.dimension {
-        let message = format!("`{}` is not a unit of `{}`", unit.symbol, want.name);
-        let help = format!("it is measured in units such as `{}`", want.example);
-        return Err(Box::new((Diagnostic::error(message).help(help), whole)));
+    if !want.unit.accepts(&unit) {
+        return Err(Box::new((wrong(&unit), whole)));
     }
     match stated {
         Some(stated) if stated.factor != unit.factor || stated.offset != unit.offset => {

@@ -16,7 +16,7 @@ use crate::campaign::samples::{self, column_count};
 use crate::campaign::signal::Track;
 use crate::diagnostic::Span;
 use crate::model::{InputDeclaration, Model};
-use crate::units::{Dimension, Exponent, Unit};
+use crate::units::{Dimension, Unit};
 
 /// The most samples a planned run may have.
 const MOST_SAMPLES: f64 = 2e7;
@@ -290,27 +290,11 @@ fn next(
     last: Option<&State>,
 ) -> Option<State> {
     let before = last.map(|state| state.at(from));
-    let mut take = |quantity: &Option<Quantity>, order: i64| {
+    let mut take = |quantity: &Option<Quantity>, order: u8| {
         let quantity = quantity.as_ref()?;
-        let per = Exponent::new(order, 1).map_or(Dimension::NONE, |e| Dimension::TIME.pow(e));
-        let dimension = input.unit.dimension / per;
-        if order == 0 {
-            reader.accept(quantity, &format!("`{}`", input.name), &input.unit);
-            return Some(quantity.value);
-        }
-        let wrong = quantity.unit.dimension != dimension;
-        if wrong || (order > 0 && quantity.unit.offset != 0.0) {
-            let symbol = &quantity.unit.symbol;
-            let message = match order {
-                1 => format!("`{symbol}` is not a unit of the rate of `{}`", input.name),
-                _ => format!("`{symbol}` is not a unit of the acceleration of `{}`", input.name),
-            };
-            let unit = Unit::coherent(dimension).symbol;
-            let diagnostic = crate::diagnostic::Diagnostic::error(message)
-                .at(quantity.place.clone())
-                .help(format!("expected a unit such as `{}`", per_time(&input.unit, &unit, order)));
-            reader.faults.push(diagnostic);
-        }
+        let of = ["", "the rate of ", "the acceleration of "][usize::from(order)];
+        let like = samples::derived(&input.unit, order);
+        reader.accept(quantity, &format!("{of}`{}`", input.name), &like);
         Some(quantity.value)
     };
     let value = take(&piece.start, 0).or(before.map(|state| state.value));
@@ -323,8 +307,4 @@ fn next(
     };
     let (rate, acceleration) = (rate.unwrap_or(0.0), acceleration.unwrap_or(0.0));
     Some(State { from, value, rate, acceleration })
-}
-
-fn per_time(unit: &Unit, coherent: &str, order: i64) -> String {
-    samples::derived_symbol(unit, order as u8).unwrap_or_else(|| coherent.to_owned())
 }

@@ -326,9 +326,23 @@ impl Record {
 
     /// The first samples, at most so many.
     pub fn head(&self, most: usize) -> Samples {
-        let mut head = Samples::default();
-        self.copy(0..most.min(self.len), &mut head);
-        head
+        self.cut(0..most.min(self.len))
+    }
+
+    /// About so many samples, in stretches of at most `step` spread evenly over the run.
+    pub fn spread(&self, most: usize, step: usize) -> Samples {
+        let mut spread = Samples::default();
+        for range in self.share(most as f64 / self.len.max(1) as f64, step) {
+            spread.append(self.cut(range));
+        }
+        spread
+    }
+
+    /// The samples of a range within the run, in memory.
+    pub fn cut(&self, range: Range<usize>) -> Samples {
+        let mut samples = Samples::default();
+        self.copy(range, &mut samples);
+        samples
     }
 
     /// Changes the samples; they are in memory from then on.

@@ -78,6 +78,22 @@ impl Samples {
         std::iter::once(&mut self.time).chain(captured).chain(&mut self.readings)
     }
 
+    /// Puts more samples of the same run behind these.
+    pub(crate) fn append(&mut self, mut more: Self) {
+        if self.is_empty() {
+            *self = more;
+            return;
+        }
+        for (own, more) in self.columns_mut().zip(more.columns_mut()) {
+            own.append(more);
+        }
+        self.elapsed_time.append(&mut more.elapsed_time);
+        self.run_time.append(&mut more.run_time);
+        self.setup_time.append(&mut more.setup_time);
+        self.uniform_time.append(&mut more.uniform_time);
+        self.rows.append(&mut more.rows);
+    }
+
     /// Bytes of memory for as many samples, all clocks counted.
     pub(crate) fn bytes(&self) -> u64 {
         8 * (self.columns().count() as u64 + 5) * self.len() as u64

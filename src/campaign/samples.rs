@@ -46,8 +46,8 @@ pub(crate) fn reading_columns(model: &Model) -> Vec<(usize, String)> {
     columns
 }
 
-/// How a unit's rate (order 1) or acceleration (order 2) is written, if it can be.
-pub(crate) fn derived_symbol(unit: &Unit, order: u8) -> Option<String> {
+/// The unit of the rate (order 1) or acceleration (order 2) of what has a unit.
+pub(crate) fn derived(unit: &Unit, order: u8) -> Unit {
     let base = if unit.offset != 0.0 { "K".to_owned() } else { unit.symbol.clone() };
     let plain = base.chars().all(char::is_alphabetic);
     let base = if plain || base == "1" { base } else { format!("({base})") };
@@ -56,7 +56,8 @@ pub(crate) fn derived_symbol(unit: &Unit, order: u8) -> Option<String> {
         1 => format!("{base}/s"),
         _ => format!("{base}/s^2"),
     };
-    Unit::parse(&symbol).ok().map(|unit| unit.symbol)
+    let per = (0..order).fold(unit.dimension, |dimension, _| dimension / Dimension::TIME);
+    Unit::parse(&symbol).unwrap_or_else(|_| Unit::coherent(per))
 }
 
 /// What is settled of an input for the whole campaign.
@@ -217,33 +218,30 @@ impl Loader<'_> {
 
     /// The columns a file may hold: all for the data file, else time and inputs.
     fn wanted(&self, entry: &RunEntry, readings: bool) -> Vec<Wanted> {
-        let want = |name: String, dimension: Dimension, example: String| {
+        let want = |name: String, unit: Unit| {
             let word = entry.columns.iter().find(|word| word.name.text == name);
             let header = word.map(|word| (word.header.clone(), word.unit.clone()));
-            Wanted { name, header, dimension, example }
+            Wanted { name, header, unit }
         };
         let times = if readings && self.timing.is_some() { &COLUMNS[..] } else { &[TIME][..] };
-        let time = |name: &&str| want((*name).into(), Dimension::TIME, "s".into());
+        let time = |name: &&str| want((*name).into(), Unit::second());
         let mut found: Vec<Wanted> = times.iter().map(time).collect();
         for input in &self.model.inputs {
-            let mut dimension = input.unit.dimension;
             for (order, suffix) in ["", "_rate", "_acceleration"].iter().enumerate() {
                 if order == 0 || readings {
-                    let example = derived_symbol(&input.unit, order as u8);
-                    let example = example.unwrap_or_else(|| dimension.to_string());
-                    found.push(want(format!("{}{suffix}", input.name), dimension, example));
+                    let unit = derived(&input.unit, order as u8);
+                    found.push(want(format!("{}{suffix}", input.name), unit));
                 }
-                dimension = dimension / Dimension::TIME;
             }
         }
         if readings {
             for (index, name) in reading_columns(self.model) {
                 let measurand = &self.model.measurands[index];
-                let (dimension, example) = match measurand.kind {
-                    MeasurandKind::Rotation => (Dimension::NONE, "1".to_owned()),
-                    _ => (measurand.unit.dimension, measurand.unit.symbol.clone()),
+                let unit = match measurand.kind {
+                    MeasurandKind::Rotation => Unit::one(),
+                    _ => measurand.unit.clone(),
                 };
-                found.push(want(name, dimension, example));
+                found.push(want(name, unit));
             }
         }
         found

@@ -34,7 +34,8 @@ impl Specification {
         let known: Vec<&str> = ["source", "rates"].into_iter().chain(SPEEDS).collect();
         reader.only(entries, &known);
         let speed = Unit::coherent(Dimension::LENGTH / Dimension::TIME);
-        let rate = Unit::coherent(Dimension::NONE / Dimension::TIME);
+        let rate =
+            Unit { symbol: "rad/s".into(), ..Unit::coherent(Dimension::NONE / Dimension::TIME) };
         let source = get(entries, "source").and_then(|item| reader.text(item, "source = \"...\""));
         let speeds = SPEEDS.map(|key| {
             let item = get(entries, key)?;

@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::campaign::record::{Record, Stretch};
-use crate::campaign::samples::{derived_symbol, reading_columns};
+use crate::campaign::samples::{derived, reading_columns};
 use crate::campaign::signal::Track;
 use crate::campaign::table::TIME;
 use crate::campaign::timing::capturing::Capturing;
@@ -58,12 +58,7 @@ impl RunTable {
             let there = [true, rate.is_some(), acceleration.is_some()];
             let orders = ["", "_rate", "_acceleration"].iter().enumerate();
             for (order, suffix) in orders.filter(|(order, _)| there[*order]) {
-                let unit = match order {
-                    0 => input.unit.clone(),
-                    _ => derived_symbol(&input.unit, order as u8)
-                        .and_then(|symbol| Unit::parse(&symbol).ok())
-                        .unwrap_or_else(Unit::one),
-                };
+                let unit = derived(&input.unit, order as u8);
                 header.push(format!("{}{suffix} [{}]", input.name, unit.symbol));
                 captured.push(unit);
             }

@@ -92,7 +92,7 @@ pub(super) struct CampaignArguments {
     /// Look for effects in this folder, too (repeat for more)
     #[arg(long = "effects", value_name = "DIR")]
     pub(super) effects: Vec<PathBuf>,
-    /// State a parameter's value, as in collimation.offset="4 arcsec" (repeat for more)
+    /// State a parameter's value, as in collimation.offset="4 arcsec", or NAME@SETUP=VALUE (repeat for more)
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub(super) set: Vec<String>,
     /// Leave bad rows of data files out, count and list them

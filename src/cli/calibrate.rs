@@ -24,7 +24,7 @@ impl CalibrateCommand {
         doubts::tell(&result, self.common.quiet);
         match self.common.format {
             Format::Json => {
-                let mut value = json!({ "campaigns": loaded.about });
+                let mut value = loaded.head.clone();
                 load::merge(&mut value, report::json::calibration(&result));
                 output::json(&value)?;
             }

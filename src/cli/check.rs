@@ -214,8 +214,10 @@ fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics
         Diagnostic { message, ..fault }.help(format!("this is so with {}", models.join(", ")))
     });
     let mut told: Vec<Diagnostic> = told.collect();
-    if let (Some(last), true) = (told.last_mut(), leaves_out) {
-        last.help.push("other models lack more of the names in it".to_owned());
+    if let Some(last) = told.last_mut() {
+        if leaves_out {
+            last.help.push("other models lack more of the names in it".to_owned());
+        }
         last.help.push(
             "an effect for a model of your own is checked beside it: homepoint check MODEL.toml EFFECT.toml"
                 .to_owned(),

@@ -1,7 +1,6 @@
 //! `homepoint compare`: each reading's own delay beside the joint estimate.
 
 use clap::Args;
-use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate, unsound};
@@ -25,7 +24,7 @@ impl CompareCommand {
             return unsound(&calibration, &loaded.about, self.common.format);
         }
         doubts::tell(&calibration, self.common.quiet);
-        let mut whole = json!({ "campaigns": loaded.about });
+        let mut whole = loaded.head.clone();
         let mut text = String::new();
         for part in 0..calibration.problem.parts.len() {
             let (from, delays) = delays_of(&loaded.problem, &calibration, part);

@@ -39,7 +39,7 @@ impl DelaysCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
-        let mut whole = json!({ "campaigns": loaded.about });
+        let mut whole = loaded.head.clone();
         let mut text = String::new();
         let given = given_transformation(&loaded, self.transformation, self.common.format)?;
         let mut solved = Vec::new();

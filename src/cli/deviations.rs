@@ -23,7 +23,7 @@ impl DeviationsCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
-        let mut whole = json!({ "campaigns": loaded.about });
+        let mut whole = loaded.head.clone();
         let mut told = String::new();
         let given = given_transformation(&loaded, self.transformation, self.common.format)?;
         for (part, given) in given.iter().enumerate() {

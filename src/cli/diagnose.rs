@@ -4,7 +4,6 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::json;
 
 use crate::campaign::Run;
 use crate::diagnose::verdict::Verdict;
@@ -147,7 +146,7 @@ impl Diagnose {
         }
         match self.common.format {
             Format::Json => {
-                let mut value = json!({ "campaigns": loaded.about });
+                let mut value = loaded.head.clone();
                 load::merge(&mut value, report::diagnosis::json(&found, self.top));
                 output::json(&value)?;
             }

@@ -21,7 +21,7 @@ pub(super) fn tell(fit: &Calibration, quiet: bool) {
 pub(super) fn tell_of_accelerations(fit: &Calibration) {
     if fit.is_sound() {
         let missed = unrecorded(&fit.problem, &fit.fit.point);
-        render::all(&missed.iter().map(acceleration).collect::<Vec<_>>());
+        render::all(&missed.iter().map(accelerations).collect::<Vec<_>>());
     }
 }
 
@@ -37,13 +37,18 @@ fn spoilt(fit: &Calibration) -> Option<Diagnostic> {
     })
 }
 
-fn acceleration(one: &Unrecorded) -> Diagnostic {
-    let Unrecorded { input, measurand, run, most, .. } = one;
+fn accelerations(missed: &Unrecorded) -> Diagnostic {
+    let Unrecorded { inputs, lambda, run, measurand, most } = missed;
+    let names = inputs.join("`, `");
+    let verb = if inputs.len() == 1 { "accelerates" } else { "accelerate" };
     let message = format!(
-        "`{input}` accelerates, but there is no column `{input}_acceleration`: until its delayed reading it is taken to move at a constant rate, which shifts `{measurand}` by {most:.2} of its standard uncertainty (rms of run `{run}`)"
+        "`{names}` {verb}, but no column says how: until a delayed reading a constant rate is assumed, which shifts `{measurand}` by {} of its standard uncertainty in run `{run}` (rms), {lambda:.0} times the noise over all readings",
+        if *most < 0.01 { format!("{most:.1e}") } else { format!("{most:.2}") }
     );
+    let columns = inputs.iter().map(|input| format!("`{input}_acceleration`"));
+    let columns = columns.collect::<Vec<_>>().join(", ");
     let help = format!(
-        "what is estimated may be wrong by more than its uncertainty: record `{input}_acceleration`, or give `{input}` as a stream of its own (`signals`)"
+        "what is estimated may be wrong by several times its uncertainty: record {columns}, or give what moves as a stream of its own (`signals`)"
     );
     Diagnostic::warning(message).help(help)
 }

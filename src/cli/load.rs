@@ -32,6 +32,8 @@ pub(super) struct Loaded {
     pub(super) stated: Vec<String>,
     /// From what each campaign's model with effects was put together.
     pub(super) recipes: Vec<Recipe>,
+    /// What a result for programs begins with: that, and what was warned of.
+    pub(super) head: Value,
     /// Whether warnings are to be left out.
     pub(super) quiet: bool,
 }
@@ -48,10 +50,10 @@ pub(super) fn read(
     request.skip_bad_rows = arguments.skip_bad_rows;
     request.progress = progress::shown(arguments.quiet);
     request.memory = Some(arguments.memory.for_samples());
-    let opened = open(&request)?;
+    let mut opened = open(&request)?;
+    opened.warnings.extend(checks::check(&opened.problem));
     if !arguments.quiet {
         render::all(&opened.warnings);
-        render::all(&checks::check(&opened.problem));
     }
     Ok(opened)
 }
@@ -73,7 +75,8 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         .collect();
     let titles: Vec<String> =
         opened.campaigns.iter().map(|campaign| campaign.title.clone()).collect();
-    let about = labels
+    let warnings: Vec<String> = opened.warnings.into_iter().map(|one| one.message).collect();
+    let about: Value = labels
         .iter()
         .zip(&opened.campaigns)
         .map(|(label, campaign)| {
@@ -98,6 +101,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         models: opened.models,
         labels,
         titles,
+        head: json!({ "campaigns": about, "warnings": warnings }),
         about,
         stated: opened.stated,
         recipes: opened.recipes,

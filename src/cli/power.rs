@@ -1,7 +1,6 @@
 //! `homepoint power`: what a campaign can see, before there are any data.
 
 use clap::Args;
-use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate, verdict};
@@ -37,7 +36,7 @@ impl PowerCommand {
         }
         match self.common.format {
             Format::Json => {
-                let mut value = json!({ "campaigns": loaded.about });
+                let mut value = loaded.head.clone();
                 load::merge(&mut value, report::power::json(&found));
                 output::json(&value)?;
             }

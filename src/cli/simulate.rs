@@ -7,7 +7,8 @@ use serde_json::{Map, Value, json};
 
 use super::arguments::CampaignArguments;
 use super::calibrate::{estimate, verdict};
-use super::{Failure, load, output};
+use super::load::Loaded;
+use super::{Failure, load, output, render};
 use crate::campaign::write::write_campaign_with;
 use crate::campaign::write_run::RunTable;
 use crate::diagnostic::Diagnostic;
@@ -44,6 +45,14 @@ impl Simulate {
                 .help("name another one: its recordings would be lost")
                 .into());
         }
+        if folder.join("campaign.toml").exists() && !folder.join("truth.json").exists() {
+            let message = format!("`{}` holds a campaign that was not simulated", folder.display());
+            let help = "name another folder: its recordings would be lost";
+            return Err(Diagnostic::error(message).help(help).into());
+        }
+        if !loaded.quiet {
+            render::all(&not_put_in(&loaded));
+        }
         let mut problem = loaded.problem;
         let point = truth(&mut problem, &loaded.stated)?;
         let complete = problem.reading_count() == 0;
@@ -65,6 +74,23 @@ impl Simulate {
         output::file(&path, &(text + "\n"))?;
         output::text(&format!("wrote {} with its truth beside it\n", folder.display()))
     }
+}
+
+/// Warns of values of effects that are not put in.
+fn not_put_in(loaded: &Loaded) -> Vec<Diagnostic> {
+    let recipe = &loaded.recipes[0];
+    let owner = |name: &String| name.split('.').next().unwrap_or_default().to_owned();
+    let is_effect = |name: &str| recipe.library.effects().any(|effect| effect.name == name);
+    let is_in = |name: &str| recipe.effects.iter().any(|one| one.effect.name == name);
+    let others = loaded.stated.iter().filter(|name| {
+        let owner = owner(name);
+        is_effect(&owner) && !is_in(&owner)
+    });
+    let told = others.map(|name| {
+        let message = format!("`{name}` is stated, but that effect is not put in");
+        Diagnostic::warning(message).help(format!("say so: --with {}", owner(name)))
+    });
+    told.collect()
 }
 
 /// Parameter values: as stated. What is not stated comes from a fit of the campaign's own readings
@@ -186,5 +212,14 @@ fn truth_of(problem: &Problem, point: &Point, seed: u64, common: &CampaignArgume
         .zip(&problem.parts[0].random_sigma)
         .map(|(random, sigma)| (random.name.clone(), json!(sigma)))
         .collect();
-    json!({ "seed": seed, "effects": common.with, "parameters": parameters, "random": randoms })
+    let placed = problem.parts[0].system.effects.iter().filter(|one| !one.member.is_empty());
+    let members: Map<String, Value> =
+        placed.map(|one| (one.effect.name.clone(), json!(one.member))).collect();
+    json!({
+        "seed": seed,
+        "effects": common.with,
+        "members": members,
+        "parameters": parameters,
+        "random": randoms,
+    })
 }

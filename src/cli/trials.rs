@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format};
 use super::{Failure, load, output, progress, render};
@@ -112,7 +111,7 @@ impl Trials {
         let score = tally(&outcomes);
         match self.common.format {
             Format::Json => {
-                let mut value = json!({ "campaigns": loaded.about });
+                let mut value = loaded.head.clone();
                 load::merge(&mut value, report::trials::json(&score, self.seed));
                 output::json(&value)
             }

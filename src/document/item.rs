@@ -145,7 +145,7 @@ impl<'r> Item<'r> {
         let (value, unit) = self.any_quantity(Some(like))?;
         if like.misses(&unit) {
             let help = format!("write its unit, such as `{}`", like.symbol);
-            self.error(format!("`{}`: an angle needs its unit", self.key), &help);
+            self.error(format!("`{}`: the unit `{}` has no angle", self.key, unit.symbol), &help);
             return None;
         }
         if unit.dimension != like.dimension {

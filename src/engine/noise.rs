@@ -16,7 +16,7 @@ use crate::model::Process;
 use crate::number::{Gradient, Number, partial, partials};
 
 /// Random quantities handled in one pass of the engine.
-const CHUNK: usize = 4;
+pub const CHUNK: usize = 4;
 
 /// Random quantities that act in the covariance of a sample: independent from sample to sample and
 /// with a standard deviation.

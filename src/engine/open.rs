@@ -14,7 +14,10 @@ use crate::library::Library;
 use crate::model::{Model, Override, Process};
 use crate::progress::Progress;
 use crate::system::{Selected, System, candidates, stand_ins};
-use crate::units::parse_quantity;
+
+use self::set::{has_setup, in_setups, stated};
+
+mod set;
 
 /// What a user asks for.
 #[derive(Clone, Debug, Default)]
@@ -25,7 +28,8 @@ pub struct Request {
     pub with: Vec<String>,
     /// Folders with further effects.
     pub effects: Vec<PathBuf>,
-    /// `NAME=VALUE`, a value with its unit; a vector's components separated by commas.
+    /// `NAME=VALUE`, a value with its unit; a vector's components separated by commas. `NAME@SETUP=VALUE` in one
+    /// setup.
     pub set: Vec<String>,
     /// Leave bad rows of data files out.
     pub skip_bad_rows: bool,
@@ -54,7 +58,7 @@ pub struct Opened {
     pub models: Vec<Model>,
     /// What the user should look at.
     pub warnings: Vec<Diagnostic>,
-    /// Names of the parameters that `set` stated.
+    /// Names of the parameters that `set` stated everywhere.
     pub stated: Vec<String>,
     /// From what each campaign's model with effects was put together.
     pub recipes: Vec<Recipe>,
@@ -132,8 +136,10 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
     let mut models = Vec::new();
     let mut warnings = Vec::new();
     let mut recipes = Vec::new();
-    for (number, path) in request.campaigns.iter().enumerate() {
-        let file = CampaignFile::read(path)?;
+    let files = request.campaigns.iter().map(|path| CampaignFile::read(path));
+    let files = files.collect::<Result<Vec<_>, _>>()?;
+    in_setups(&set, &files)?;
+    for (number, (path, file)) in request.campaigns.iter().zip(files).enumerate() {
         warnings.extend(given_before(path, &request.campaigns[..number], &file));
         let mut library = Library::builtin()?.with_effects_beside(&file.folder)?;
         for folder in &request.effects {
@@ -165,7 +171,9 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
             overrides.extend(timing.overrides(file.runs.iter().map(|run| &run.timing)));
         }
         overrides.extend(file.parameters.iter().cloned());
-        overrides.extend(set.iter().cloned());
+        let is_here =
+            |one: &&Override| one.setup.as_ref().is_none_or(|name| has_setup(&file, name));
+        overrides.extend(set.iter().filter(is_here).cloned());
         library.check_overrides(&model, &overrides)?;
         let selected = select(&library, &file, &request.with)?;
         let options = LoadOptions {
@@ -207,7 +215,8 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
             part.label = Some(label);
         }
     }
-    let stated = set.into_iter().map(|said| said.name).collect();
+    let everywhere = set.into_iter().filter(|said| said.setup.is_none());
+    let stated = everywhere.map(|said| said.name).collect();
     let mut problem = Problem::new(parts);
     problem.progress = request.progress.clone();
     Ok(Opened { problem, campaigns, models, warnings, stated, recipes })
@@ -280,21 +289,6 @@ fn select(
         add(library.select(name)?);
     }
     Ok(selected)
-}
-
-/// Reads `NAME=VALUE`.
-fn stated(text: &str) -> Result<Override, Diagnostic> {
-    let fault = |message: String| {
-        Diagnostic::error(message).help("as in --set collimation.offset=\"4 arcsec\"")
-    };
-    let Some((name, value)) = text.split_once('=') else {
-        return Err(fault(format!("`--set {text}` has no `=`")));
-    };
-    let values = value
-        .split(',')
-        .map(|part| parse_quantity(part).map_err(|error| fault(format!("`--set {text}`: {error}"))))
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(Override { name: name.trim().to_owned(), value: Some(values), ..Override::default() })
 }
 
 /// Random quantities that are correlated from sample to sample; no estimator here takes account of

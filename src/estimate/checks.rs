@@ -35,36 +35,49 @@ pub fn check(problem: &Problem) -> Vec<Diagnostic> {
 
 /// Measurands that a run does not read, though it reads others and other runs read them.
 fn unread(part: &Part) -> Vec<Diagnostic> {
-    let present: Vec<Vec<usize>> = (0..part.runs.len()).map(|run| part.present_in(run)).collect();
-    let is_read = |run: &[usize]| run.iter().any(|count| *count > 0);
+    let present: Vec<Vec<bool>> = part.runs.iter().map(|run| read_in(part, run)).collect();
     let mut found = Vec::new();
     for (m, measurand) in part.system.assembly.names.measurands.iter().enumerate() {
-        let lacks = |run: &(&Run, &Vec<usize>)| is_read(run.1) && run.1[m] == 0;
+        let lacks = |run: &(&Run, &Vec<bool>)| run.1.contains(&true) && !run.1[m];
         let without = part.runs.iter().zip(&present).filter(lacks);
-        let names: Vec<&str> = without.map(|(run, _)| run.name.as_str()).collect();
-        if names.is_empty() || present.iter().all(|run| run[m] == 0) {
+        let names: Vec<String> = without.map(|(run, _)| run.name.clone()).collect();
+        if names.is_empty() || present.iter().all(|run| !run[m]) {
             continue;
         }
         let words =
             format!("{} no reading of `{}`, which other runs have", having(&names), measurand.name);
         let help =
-            "is its column there, under this name? what a run does not read it says nothing of";
+            "is its column there, under this name? a run says nothing of what it does not read";
         found.push(Diagnostic::warning(words).help(help));
     }
     found
+}
+
+/// Whether a run reads each measurand; looked through until all are found.
+fn read_in(part: &Part, run: &Run) -> Vec<bool> {
+    let mut read = vec![false; part.slots().len()];
+    // An error ends the walk: the rest has nothing new.
+    let _ = run.record.try_walk(|stretch| {
+        for (slot, read) in part.slots().iter().zip(&mut read) {
+            let readings = &stretch.samples.readings[slot.column][stretch.range()];
+            *read |= readings.iter().any(|reading| !reading.is_nan());
+        }
+        if read.contains(&false) { Ok(()) } else { Err(()) }
+    });
+    read
 }
 
 /// Runs named in one warning.
 const MOST_NAMES: usize = 6;
 
 /// ``run `a` has`` or ``runs `a`, `b` have``.
-fn having(names: &[&str]) -> String {
+fn having(names: &[String]) -> String {
     let (runs, has) = if names.len() == 1 { ("run", "has") } else { ("runs", "have") };
     format!("{runs} {} {has}", listed(names))
 }
 
 /// `` `a`, `b` ``, and how many more.
-fn listed(names: &[&str]) -> String {
+fn listed(names: &[String]) -> String {
     let quoted = names.iter().take(MOST_NAMES).map(|name| format!("`{name}`"));
     let quoted = quoted.collect::<Vec<_>>().join(", ");
     match names.len().saturating_sub(MOST_NAMES) {

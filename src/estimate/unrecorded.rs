@@ -1,165 +1,258 @@
 //! Accelerations that nobody recorded, and that the readings miss.
 //!
 //! A signal captured with its rate alone is taken to move at that rate until the reading, `½ a τ²` short of where
-//! it is. Whether that matters depends on the delay `τ`, so it is asked at an estimate. The accelerations are
-//! differences of neighbouring rates, whose errors must not pass for motion: those just before and just after a sample
-//! have none in common, so the mean of the product of what both would change is what true accelerations change. It
-//! asks nothing where rates are sparser than the motion, for such differences say nothing of it; and it mends nothing.
+//! it is. Whether that matters depends on the delay `τ`, so it is asked at an estimate, of all such signals at once:
+//! components of a rotation that turns evenly accelerate, and together change nothing.
+//!
+//! Accelerations are differences of neighbouring rates, whose errors must not pass for motion. Those of `b` and `a`, some
+//! samples before and after a reading, have none in common, also where rates are differences of values. With what they
+//! would change, whitened by the noise, `Σ b·a` is therefore `λ²` of what true accelerations change. These cancel
+//! in `d = ½ |b - a|²`, which errors alone make, so that by chance `Σ b·a` has the variance `⅓ Σ d²` (a sample's readings share
+//! the errors of its rates), or twice that at most, for neighbours share rates. Rates sparser than the motion say nothing
+//! of it: then it is silent. It mends nothing.
 
-use crate::campaign::{Record, Run, Track};
+use nalgebra::{Cholesky, DVector};
+
+use crate::campaign::{Sample, Samples, Track};
+use crate::engine::layout::qualified;
+use crate::engine::noise::{CHUNK, active_randoms, covariance_of};
 use crate::engine::part::SampleLeaves;
 use crate::engine::problem::Problem;
 use crate::engine::{Part, Point};
+use crate::number::Gradient;
 
-/// Samples of a run that are looked at.
-const LOOK: usize = 1_000;
+/// Samples of a run that are looked at, in stretches of so many spread over it.
+const LOOK: usize = 1_024;
+const STRETCH: usize = 256;
+/// Samples from a reading back to the difference before it, and on to the one after it.
+const AWAY: usize = 2;
 /// Length of what is missed, in units of the noise, from which on estimates are wrong by as much.
 const SEEN: f64 = 3.0;
 /// It must exceed what errors of the rates give by chance so many times (in standard deviations).
 const SURE: f64 = 4.0;
+/// Part of what is missed from which on a signal is named.
+const NAMED: f64 = 0.1;
 
-/// A signal whose acceleration would change readings.
+/// Signals whose accelerations would change readings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unrecorded {
-    /// The campaign.
-    pub part: usize,
-    /// The signal.
-    pub input: String,
+    /// The signals.
+    pub inputs: Vec<String>,
     /// Length of what the readings miss, in units of their noise.
     pub lambda: f64,
-    /// The measurand that misses most.
-    pub measurand: String,
-    /// What it misses in the run that misses most, rms in units of its noise.
-    pub most: f64,
-    /// That run.
+    /// The run that misses most.
     pub run: String,
+    /// The measurand that misses most there.
+    pub measurand: String,
+    /// What it misses there (rms), in units of its standard uncertainty.
+    pub most: f64,
 }
 
-/// The signals of all campaigns whose accelerations are missed at a point.
-pub fn unrecorded(problem: &Problem, point: &Point) -> Vec<Unrecorded> {
-    let parts = problem.parts.iter().enumerate();
-    let of_part = |(p, part): (usize, &Part)| {
-        let inputs = part.system.assembly.names.inputs.len();
-        (0..inputs).filter_map(|input| missed(problem, p, input, point)).collect::<Vec<_>>()
+/// The signals of all campaigns whose accelerations are missed at a point, if they are.
+pub fn unrecorded(problem: &Problem, point: &Point) -> Option<Unrecorded> {
+    let all: Vec<Vec<usize>> = problem.parts.iter().map(with_rates_alone).collect();
+    let missed = over_runs(problem, point, &all);
+    let lambda = length(&missed)?;
+    let label = |p: usize, name: &str| qualified(problem.parts[p].label.as_deref(), name);
+    let signals = all.iter().enumerate().flat_map(|(p, own)| own.iter().map(move |k| (p, *k)));
+    let signals: Vec<(usize, usize)> = signals.collect();
+    let name = |(p, input): &(usize, usize)| {
+        label(*p, &problem.parts[*p].system.assembly.names.inputs[*input].name)
     };
-    parts.flat_map(of_part).collect()
-}
-
-/// What is missed of a measurand in a run: sums over its readings, in units of their noise.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    readings: usize,
-    /// Of the products of both changes.
-    products: f64,
-    /// Of their squares.
-    squares: f64,
-}
-
-fn missed(problem: &Problem, p: usize, input: usize, point: &Point) -> Option<Unrecorded> {
-    let part = &problem.parts[p];
-    let (mut products, mut chance) = (0.0, 0.0);
-    let mut worst: Option<(f64, usize, usize)> = None;
-    for (r, run) in part.runs.iter().enumerate() {
-        if !run.record.inputs()[input].has_rate_alone() {
-            continue;
-        }
-        let head = run.record.head(LOOK);
-        let share = run.record.len() as f64 / head.len().max(1) as f64;
-        let parameters = problem.parameters::<f64>(p, r, point);
-        for (measurand, sums) in in_run(part, (r, run), input, &parameters).into_iter().enumerate()
-        {
-            products += share * sums.products;
-            chance += share * share * sums.squares;
-            let mean = sums.products / sums.readings.max(1) as f64;
-            if worst.is_none_or(|(most, ..)| mean > most) {
-                worst = Some((mean, r, measurand));
-            }
-        }
+    let is_named = |(p, input): &&(usize, usize)| {
+        let mut alone = vec![Vec::new(); all.len()];
+        alone[*p].push(*input);
+        let own: f64 = over_runs(problem, point, &alone).iter().map(|one| one.product).sum();
+        own >= NAMED * lambda * lambda
+    };
+    let mut inputs: Vec<String> = match signals.len() {
+        1 => Vec::new(),
+        _ => signals.iter().filter(is_named).map(name).collect(),
+    };
+    if inputs.is_empty() {
+        inputs = signals.iter().map(name).collect();
     }
-    let (most, run, measurand) = worst?;
-    if products < SEEN * SEEN || products < SURE * chance.sqrt() {
-        return None;
-    }
-    let names = &part.system.assembly.names;
+    let worst = missed.iter().max_by(|a, b| a.product.total_cmp(&b.product))?;
+    let part = &problem.parts[worst.part];
+    let of_measurand = |m: &usize| worst.by_measurand[*m].1;
+    let measurand =
+        (0..worst.by_measurand.len()).max_by(|a, b| of_measurand(a).total_cmp(&of_measurand(b)))?;
+    let (readings, product) = worst.by_measurand[measurand];
     Some(Unrecorded {
-        part: p,
-        input: names.inputs[input].name.clone(),
-        lambda: products.sqrt(),
-        measurand: names.measurands[measurand].name.clone(),
-        most: most.max(0.0).sqrt(),
-        run: part.runs[run].name.clone(),
+        inputs,
+        lambda,
+        run: label(worst.part, &part.runs[worst.run].name),
+        measurand: part.system.assembly.names.measurands[measurand].name.clone(),
+        most: (product / readings.max(1.0)).max(0.0).sqrt(),
     })
 }
 
-/// By measurand, what accelerations would change in the first samples of a run.
-fn in_run(
-    part: &Part,
-    (r, run): (usize, &Run),
-    input: usize,
-    parameters: &[[f64; 4]],
-) -> Vec<Sums> {
-    let slots = part.slots();
-    let mut sums = vec![Sums::default(); slots.len()];
-    let head = run.record.head(LOOK);
-    let Some([before, after]) = accelerations(&head.time, &head.inputs[input]) else { return sums };
-    let with = |acceleration: Option<&Vec<f64>>| {
-        let mut samples = head.clone();
-        if let Track::Captured { acceleration: column, .. } = &mut samples.inputs[input] {
-            *column = acceleration.cloned();
-        }
-        residuals(part, samples.into(), parameters)
-    };
-    let [plain, before, after] = [with(None), with(Some(&before)), with(Some(&after))];
-    for ((plain, before), after) in plain.iter().zip(&before).zip(&after) {
-        for (measurand, (slot, sums)) in slots.iter().zip(&mut sums).enumerate() {
-            let sigma = part.sigma_in(r, measurand);
-            let range = slot.residual..slot.residual + slot.components;
-            let change = |other: &[f64], k: usize| (other[k] - plain[k]) / sigma;
-            let each = range.map(|k| change(before, k) * change(after, k));
-            let product: f64 = each.sum();
-            if product.is_finite() {
-                sums.readings += 1;
-                sums.products += product;
-                sums.squares += product * product;
-            }
+/// The length of what is missed, if it is sure.
+fn length(missed: &[Missed]) -> Option<f64> {
+    let product: f64 = missed.iter().map(|one| one.product).sum();
+    let chance: f64 = missed.iter().map(|one| one.chance).sum();
+    let is_seen = product >= SEEN * SEEN && product >= SURE * chance.sqrt();
+    is_seen.then(|| product.sqrt())
+}
+
+/// The inputs that some run has with their rates alone.
+fn with_rates_alone(part: &Part) -> Vec<usize> {
+    let alone =
+        |input: &usize| part.runs.iter().any(|run| run.record.inputs()[*input].has_rate_alone());
+    (0..part.system.assembly.names.inputs.len()).filter(alone).collect()
+}
+
+/// What is missed in a run.
+struct Missed {
+    part: usize,
+    run: usize,
+    /// `Σ b·a`.
+    product: f64,
+    /// Its variance by errors of the rates.
+    chance: f64,
+    /// For each measurand the readings looked at, and the same sum in units of its own standard uncertainty.
+    by_measurand: Vec<(f64, f64)>,
+}
+
+fn over_runs(problem: &Problem, point: &Point, inputs: &[Vec<usize>]) -> Vec<Missed> {
+    let mut all = Vec::new();
+    for (part, inputs) in inputs.iter().enumerate().filter(|(_, own)| !own.is_empty()) {
+        for run in 0..problem.parts[part].runs.len() {
+            all.extend(in_run(problem, (part, run), inputs, point));
         }
     }
-    sums
-}
-
-/// Differences of the rates just before each sample and just after it, by time; NaN at the ends.
-fn accelerations(time: &[f64], track: &Track) -> Option<[Vec<f64>; 2]> {
-    let Track::Captured { rate: Some(rate), .. } = track else { return None };
-    let slope = |from: Option<usize>| {
-        let (from, to) = (from?, from? + 1);
-        let passed = time.get(to)? - time[from];
-        (passed > 0.0).then(|| (rate[to] - rate[from]) / passed)
-    };
-    let all = |ahead: bool| {
-        let one = |i: usize| slope(if ahead { Some(i + 1) } else { i.checked_sub(1) });
-        (0..time.len()).map(|i| one(i).unwrap_or(f64::NAN)).collect()
-    };
-    Some([all(false), all(true)])
-}
-
-/// The residuals of each sample; NaN where there is no reading.
-fn residuals(part: &Part, record: Record, parameters: &[[f64; 4]]) -> Vec<Vec<f64>> {
-    let randoms = vec![0.0; part.random_sigma.len()];
-    let mut workspace = Vec::new();
-    let mut all = Vec::with_capacity(record.len());
-    record.walk(|stretch| {
-        for sample in stretch.each() {
-            let (randoms, columns) = (&randoms[..], part.columns());
-            let leaves = SampleLeaves { parameters, randoms, columns, sample };
-            let outputs = part.evaluate(&leaves, &mut workspace);
-            let mut own = vec![f64::NAN; part.residual_count()];
-            for slot in part.slots().iter().filter(|slot| part.is_present(sample, slot)) {
-                let residual = part.residual(sample, slot, outputs);
-                own[slot.residual..slot.residual + slot.components]
-                    .copy_from_slice(&residual[..slot.components]);
-            }
-            all.push(own);
-        }
-    });
     all
+}
+
+fn in_run(
+    problem: &Problem,
+    (p, r): (usize, usize),
+    inputs: &[usize],
+    point: &Point,
+) -> Option<Missed> {
+    let part = &problem.parts[p];
+    let run = &part.runs[r];
+    let has_rate_alone = |input: &usize| run.record.inputs()[*input].has_rate_alone();
+    let inputs: Vec<usize> = inputs.iter().copied().filter(has_rate_alone).collect();
+    if inputs.is_empty() {
+        return None;
+    }
+    let mut look = Look::new(problem, (p, r), point);
+    let share = LOOK as f64 / run.record.len().max(1) as f64;
+    for range in run.record.share(share, STRETCH) {
+        look.at(&run.record.cut(range), &inputs);
+    }
+    let more = run.record.len() as f64 / look.samples.max(1) as f64;
+    Some(Missed {
+        part: p,
+        run: r,
+        product: more * look.product,
+        chance: more * more * 2.0 / 3.0 * look.apart,
+        by_measurand: look.by_measurand,
+    })
+}
+
+/// Sums over the samples of a run that are looked at.
+struct Look<'a> {
+    part: &'a Part,
+    run: usize,
+    parameters: Vec<[f64; 4]>,
+    /// The same as numbers with derivatives, for the covariance.
+    seeded: Vec<[Gradient<CHUNK>; 4]>,
+    randoms: Vec<f64>,
+    active: Vec<usize>,
+    samples: usize,
+    product: f64,
+    /// `Σ d²`.
+    apart: f64,
+    by_measurand: Vec<(f64, f64)>,
+}
+
+impl<'a> Look<'a> {
+    fn new(problem: &'a Problem, (p, r): (usize, usize), point: &Point) -> Self {
+        let part = &problem.parts[p];
+        Self {
+            part,
+            run: r,
+            parameters: problem.parameters(p, r, point),
+            seeded: problem.parameters(p, r, point),
+            randoms: vec![0.0; part.random_sigma.len()],
+            active: active_randoms(part),
+            samples: 0,
+            product: 0.0,
+            apart: 0.0,
+            by_measurand: vec![(0.0, 0.0); part.slots().len()],
+        }
+    }
+
+    /// Looks at a stretch.
+    fn at(&mut self, plain: &Samples, inputs: &[usize]) {
+        let with = |ahead: bool| {
+            let mut samples = plain.clone();
+            for input in inputs {
+                let found = accelerations(&plain.time, &plain.inputs[*input], ahead);
+                if let Track::Captured { acceleration, .. } = &mut samples.inputs[*input] {
+                    *acceleration = Some(found);
+                }
+            }
+            samples
+        };
+        let (before, after) = (with(false), with(true));
+        self.samples += plain.len();
+        let mut memory = Vec::new();
+        for at in 0..plain.len() {
+            let [own, before, after] = [plain, &before, &after]
+                .map(|samples| self.residuals(Sample { samples, at, number: at }));
+            let (b, a) = (&before - &own, &after - &own);
+            if b.iter().chain(a.iter()).any(|value| !value.is_finite()) {
+                continue;
+            }
+            let sample = Sample { samples: plain, at, number: at };
+            let (part, active) = (self.part, &self.active);
+            let made = covariance_of(part, self.run, sample, &self.seeded, active, &mut memory);
+            for (slot, (readings, sum)) in part.slots().iter().zip(&mut self.by_measurand) {
+                if part.is_present(sample, slot) {
+                    let rows = slot.residual..slot.residual + slot.components;
+                    *readings += 1.0;
+                    *sum += rows.map(|k| b[k] * a[k] / made.covariance[(k, k)]).sum::<f64>();
+                }
+            }
+            let Some(factor) = Cholesky::new(made.covariance) else { continue };
+            let white = |change: &DVector<f64>| factor.l().solve_lower_triangular(change);
+            let (Some(b), Some(a)) = (white(&b), white(&a)) else { continue };
+            self.product += b.dot(&a);
+            self.apart += (0.5 * (b - a).norm_squared()).powi(2);
+        }
+    }
+
+    /// The residuals of a sample; zero where there is no reading.
+    fn residuals(&self, sample: Sample<'_>) -> DVector<f64> {
+        let part = self.part;
+        let (parameters, randoms, columns) =
+            (&self.parameters[..], &self.randoms[..], part.columns());
+        let leaves = SampleLeaves { parameters, randoms, columns, sample };
+        let mut workspace = Vec::new();
+        let outputs = part.evaluate(&leaves, &mut workspace);
+        let mut own = DVector::zeros(part.residual_count());
+        for slot in part.slots().iter().filter(|slot| part.is_present(sample, slot)) {
+            let residual = part.residual(sample, slot, outputs);
+            for (k, value) in residual.iter().take(slot.components).enumerate() {
+                own[slot.residual + k] = *value;
+            }
+        }
+        own
+    }
+}
+
+/// By time the differences of a track's rates some samples before each one, or after it; NaN where there are none.
+fn accelerations(time: &[f64], track: &Track, ahead: bool) -> Vec<f64> {
+    let Track::Captured { rate: Some(rate), .. } = track else {
+        return vec![f64::NAN; time.len()];
+    };
+    let slope = |at: usize| {
+        let from = if ahead { at + AWAY } else { at.checked_sub(AWAY)? };
+        let passed = time.get(from + 1)? - time[from];
+        (passed > 0.0).then(|| (rate[from + 1] - rate[from]) / passed)
+    };
+    (0..time.len()).map(|at| slope(at).unwrap_or(f64::NAN)).collect()
 }

@@ -89,6 +89,11 @@ impl Override {
             let message = format!("`{key}` of `{name}` has no unit");
             return Some((message, format!("write its unit, such as `{}`", unit.symbol)));
         }
+        if unit.misses(found) {
+            let message =
+                format!("`{key}` of `{name}` has the unit `{}`, without an angle", found.symbol);
+            return Some((message, format!("write its unit, such as `{}`", unit.symbol)));
+        }
         if found.dimension != unit.dimension {
             let (expected, help) = if unit.symbol == "1" {
                 ("a plain number".to_owned(), "leave out the unit".to_owned())

@@ -40,7 +40,7 @@ pub fn declaration_of(
     let kind = section.get("kind").map_or(Some(Kind::Scalar), |item| item.choice(KINDS));
     let unit = match (section.get("unit"), kind) {
         (Some(item), Some(Kind::Rotation)) => item.unit().filter(|unit| {
-            let angle = unit.dimension == Unit::one().dimension;
+            let angle = unit.is_angle();
             if !angle {
                 item.error(
                     "a rotation is given in units of angle",

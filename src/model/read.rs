@@ -188,8 +188,7 @@ impl<'r> Body<'r> {
         let radian = Unit::parse("rad").ok();
         let unit = match section.get("unit") {
             Some(item) => item.unit().filter(|unit| {
-                let fits = kind.is_none_or(|kind| kind == KindWord::Plain)
-                    || radian.as_ref().is_some_and(|radian| radian.dimension == unit.dimension);
+                let fits = kind.is_none_or(|kind| kind == KindWord::Plain) || unit.is_angle();
                 if !fits {
                     item.error(
                         format!("`{name}` is an angle, `{}` is not a unit of angles", unit.symbol),

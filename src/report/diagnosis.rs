@@ -9,6 +9,7 @@ use crate::diagnose::library::structure::Of;
 use crate::diagnose::search::Adopted;
 use crate::diagnose::search::probability::{at_most, is_implausible};
 use crate::diagnose::stage::Stage;
+use crate::diagnose::verdict::Verdict;
 use crate::diagnose::verdict::hidden::Hidden;
 use crate::estimate::calibrate::Estimate;
 use crate::report::json::{calibration, estimate, number, stated, unobservable};
@@ -19,6 +20,7 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
     let absorbed = diagnosis.absorbed.iter();
     let not_testable = diagnosis.not_testable.iter();
     let noise = diagnosis.noise.iter().map(noise_effect);
+    let used = noise_in_use(diagnosis).iter().map(noise_effect);
     let effects = diagnosis.effects.iter().map(|one| effect(diagnosis, one));
     json!({
         "verdict": diagnosis.verdict.word(),
@@ -44,6 +46,7 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
             "effects": diagnosis.why.as_ref().map(|(_, effects)| effects),
         })),
         "hidden": diagnosis.hidden.iter().map(hidden).collect::<Vec<_>>(),
+        "noise": used.collect::<Vec<_>>(),
         "levels": last_noise(diagnosis).into_iter().flat_map(|noise| &noise.levels).map(|one| {
             json!({ "measurand": one.measurand, "of": one.of, "factor": number(Some(one.factor)) })
         }).collect::<Vec<_>>(),
@@ -128,6 +131,17 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
         "lost": lost.collect::<Vec<_>>(),
         "delays": delays.collect::<Vec<_>>(),
     })
+}
+
+/// The effects on the noise of which the fit takes account, also where something beside them is unknown; none where a walk
+/// stands for displacements.
+pub(crate) fn noise_in_use(diagnosis: &Diagnosis) -> &[NoiseEffect] {
+    match last_noise(diagnosis) {
+        Some(noise) if diagnosis.verdict == Verdict::Unknown && noise.displaced.is_none() => {
+            &noise.effects
+        }
+        _ => &diagnosis.noise,
+    }
 }
 
 /// The noise with the named effects in the model.

@@ -6,7 +6,7 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::found::{LeftOut, Level, Lost, Noise, NoiseEffect, Reading, Stretch};
 use crate::engine::layout::qualified;
 use crate::graph::names::MeasurandKind;
-use crate::report::diagnosis::{last_noise, last_stage};
+use crate::report::diagnosis::{last_noise, last_stage, noise_in_use};
 use crate::report::figure;
 use crate::report::text::{drawn, table, unit_of};
 use crate::units::{Dimension, Unit};
@@ -17,7 +17,11 @@ const SHOWN: usize = 5;
 /// The noise as it was found.
 pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
-    for one in diagnosis.noise.iter().filter(|one| one.name != "lost_samples") {
+    let in_use = noise_in_use(diagnosis);
+    if diagnosis.noise.is_empty() && !in_use.is_empty() {
+        text.push_str("Noise of which the fit takes account beside it:\n");
+    }
+    for one in in_use.iter().filter(|one| one.name != "lost_samples") {
         let figure = figure::measured(one.value, one.sigma, &one.unit);
         let of = one.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
         text.push_str(&format!("\n{}\n  {}{of} = {figure}", one.name, one.parameter));
@@ -52,7 +56,7 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     }
     let is_named = |measurand: &str| {
         let own = |one: &&NoiseEffect| one.parameter == format!("{}.{measurand}", one.name);
-        diagnosis.noise.iter().filter(own).any(|one| one.memory.is_some())
+        in_use.iter().filter(own).any(|one| one.memory.is_some())
     };
     for (measurand, of, memory) in found.memories.iter().filter(|(name, ..)| !is_named(name)) {
         let time = figure::uncertainty(memory.time, &Unit::coherent(Dimension::TIME));

@@ -1,8 +1,8 @@
 //! Mistakes that would make the target's coordinates fit far better if they were undone: a swapped column, a
 //! mirrored circle, an elevation read as a zenith angle, gon read as deg, mm read as m.
 //!
-//! Of the runs that share a transformation the first one is aligned by itself, the others are held against it: what
-//! one run alone was recorded with shows there. A planar target path hides a mirrored instrument and a
+//! Each run is aligned by itself. What does not show so, because its arc is short or because a turned arm does as
+//! well, shows beside the first of the runs that share a transformation. A planar target path hides a mirrored instrument and a
 //! reversed arm: both are then a turn of the transformation and do no harm to the delays.
 
 use std::f64::consts::PI;
@@ -16,6 +16,9 @@ use crate::graph::MeasurandKind;
 use crate::units::Dimension;
 
 use super::{LOOK, listed};
+
+/// Samples of a run that are looked at stand together in so many.
+const STRETCH: usize = 8;
 
 /// An alternative must fit this many times better to be mentioned.
 const FACTOR: f64 = 5.0;
@@ -55,91 +58,163 @@ pub(super) fn mistakes(problem: &Problem, p: usize, start: &Point) -> Vec<Diagno
     found
 }
 
+/// What is to be undone in runs that are off beside one of them.
+struct Beside {
+    words: String,
+    runs: Vec<String>,
+    /// How far they are off (m, rms), as given and with it undone, at most.
+    as_given: f64,
+    undone: f64,
+}
+
 /// The same of runs that share a transformation, those that rather fix it first.
 fn of_sharing(problem: &Problem, p: usize, sharing: &[usize], start: &Point) -> Vec<Diagnostic> {
     let part = &problem.parts[p];
     let alternatives = candidates(part);
-    let mut held: Option<(usize, Alignment)> = None;
-    let mut first: Option<(String, Diagnostic)> = None;
-    // What is to be done to runs beside the one that the others are held against, and how far they were off.
-    let mut others: Vec<(String, Vec<&str>, f64, f64)> = Vec::new();
+    let mut held: Option<(&str, Alignment)> = None;
+    // By themselves, and beside the one that they are held against.
+    let (mut alone, mut beside): (Vec<Beside>, Vec<Beside>) = (Vec::new(), Vec::new());
     for r in sharing {
-        let parameters = problem.parameters::<f64>(p, *r, start);
-        let short = shortened(&part.runs[*r]);
-        let fit = |run: &Run| {
-            let pairs = pairs(part, run, &parameters, 1.0);
-            let alignment = match &held {
-                Some((_, held)) => *held,
-                None => align(&pairs, false).ok()?,
-            };
-            (!pairs.is_empty()).then(|| (misfit(&pairs, &alignment), extent(&pairs), alignment))
-        };
-        let Some((as_given, reach, alignment)) = fit(&short) else { continue };
-        let mut best: Option<(f64, &str, Alignment)> = None;
-        let is_sound = held.is_some() && as_given < SOUND * reach;
-        for alternative in alternatives.iter().filter(|_| !is_sound) {
-            let mut changed = short.clone();
-            (alternative.undo)(&mut changed);
-            if let Some((rms, extent, alignment)) = fit(&changed)
-                && rms < CLOSE * extent
-                && FACTOR * rms < as_given
-                && best.as_ref().is_none_or(|(known, ..)| rms < *known)
-            {
-                best = Some((rms, &alternative.words, alignment));
-            }
-        }
-        let name = part.runs[*r].name.as_str();
-        if held.is_none() {
-            let told = |(rms, words, _): &(f64, &str, Alignment)| {
-                ((*words).to_owned(), alone(part, *r, as_given, *rms, words))
-            };
-            first = best.as_ref().map(told);
-            held = Some((*r, best.map_or(alignment, |(_, _, alignment)| alignment)));
-        } else if let Some((rms, words, _)) = best {
-            match others.iter_mut().find(|(known, ..)| known == words) {
-                Some((_, names, most, left)) => {
-                    names.push(name);
-                    (*most, *left) = (most.max(as_given), left.max(rms));
+        let run = &part.runs[*r];
+        let looked = Looked::at(problem, (p, *r), start);
+        let own = looked.best(&alternatives, None);
+        let found = match &held {
+            None => own.as_ref().map(|one| (one, &mut alone)),
+            Some((_, alignment)) if own.is_none() => {
+                let Some(off) = looked.misfit(None, Some(alignment)) else { continue };
+                if off.rms < SOUND * off.extent {
+                    continue;
                 }
-                None => others.push((words.to_owned(), vec![name], as_given, rms)),
+                let found = looked.best(&alternatives, Some(alignment));
+                found.into_iter().for_each(|one| one.note(&run.name, &mut beside));
+                None
             }
+            Some(_) => own.as_ref().map(|one| (one, &mut alone)),
+        };
+        if let Some((one, list)) = found {
+            one.note(&run.name, list);
+        }
+        if held.is_none() {
+            let alignment = match own {
+                Some(one) => Some(one.alignment),
+                None => looked.misfit(None, None).map(|off| off.alignment),
+            };
+            held = alignment.map(|alignment| (&run.name[..], alignment));
         }
     }
-    let mut found = Vec::new();
-    for (words, names, as_given, rms) in others {
-        match (&mut first, held) {
-            (Some((same, told)), _) if *same == words => {
-                told.help.push(format!("so do those of {}", listed(&names)));
+    let setup = &part.setups[part.runs[sharing[0]].setup];
+    let alone = alone.iter().map(|one| one.alone(setup));
+    let first = held.map_or("", |(name, _)| name);
+    alone.chain(beside.iter().map(|one| one.beside(first))).collect()
+}
+
+/// Points of a run, as given or as they would be without a mistake.
+struct Looked<'a> {
+    part: &'a Part,
+    parameters: Vec<[f64; 4]>,
+    run: Run,
+}
+
+/// How far points are off an alignment (m, rms).
+struct Off {
+    rms: f64,
+    extent: f64,
+    alignment: Alignment,
+}
+
+/// A mistake that is likely.
+struct Likely<'a> {
+    words: &'a str,
+    as_given: f64,
+    undone: f64,
+    alignment: Alignment,
+}
+
+impl<'a> Looked<'a> {
+    fn at(problem: &'a Problem, (p, r): (usize, usize), start: &Point) -> Self {
+        let part = &problem.parts[p];
+        let run = shortened(&part.runs[r]);
+        Self { part, parameters: problem.parameters(p, r, start), run }
+    }
+
+    /// Beside an alignment, or their own.
+    fn misfit(&self, undo: Option<&Undo>, held: Option<&Alignment>) -> Option<Off> {
+        let mut changed = None;
+        if let Some(undo) = undo {
+            undo(changed.insert(self.run.clone()));
+        }
+        let pairs = pairs(self.part, changed.as_ref().unwrap_or(&self.run), &self.parameters, 1.0);
+        let alignment = match held {
+            Some(held) => *held,
+            None => align(&pairs, false).ok()?,
+        };
+        let rms = misfit(&pairs, &alignment);
+        (!pairs.is_empty()).then(|| Off { rms, extent: extent(&pairs), alignment })
+    }
+
+    /// The mistake without which they fit best, if it makes them fit.
+    fn best<'w>(&self, all: &'w [Alternative], held: Option<&Alignment>) -> Option<Likely<'w>> {
+        let as_given = self.misfit(None, held)?.rms;
+        let undone = |one: &'w Alternative| {
+            let off = self.misfit(Some(&one.undo), held)?;
+            let fits = off.rms < CLOSE * off.extent && FACTOR * off.rms < as_given;
+            let (undone, alignment) = (off.rms, off.alignment);
+            fits.then_some(Likely { words: &one.words, as_given, undone, alignment })
+        };
+        all.iter().filter_map(undone).min_by(|a, b| a.undone.total_cmp(&b.undone))
+    }
+}
+
+impl Likely<'_> {
+    /// Puts it into a list, with the runs that have the same.
+    fn note(&self, run: &str, all: &mut Vec<Beside>) {
+        match all.iter_mut().find(|known| known.words == self.words) {
+            Some(known) => {
+                known.runs.push(run.to_owned());
+                known.as_given = known.as_given.max(self.as_given);
+                known.undone = known.undone.max(self.undone);
             }
-            (_, Some((r, _))) => {
-                found.push(beside(&part.runs[r].name, &names, as_given, rms, &words));
-            }
-            (_, None) => {}
+            None => all.push(Beside {
+                words: self.words.to_owned(),
+                runs: vec![run.to_owned()],
+                as_given: self.as_given,
+                undone: self.undone,
+            }),
         }
     }
-    first.into_iter().map(|(_, told)| told).chain(found).collect()
 }
 
-const HELP: &str = "compare the columns and their units with the instrument's conventions";
+impl Beside {
+    /// Of runs that show it by themselves.
+    fn alone(&self, setup: &str) -> Diagnostic {
+        let Self { words, runs, .. } = self;
+        let [as_given, undone] = self.millimetres();
+        let (of, fit) = if runs.len() == 1 { ("run", "fit") } else { ("runs", "each fit") };
+        self.told(format!(
+            "setup `{setup}`: the coordinates of {of} {} {fit} to {as_given} as given, but to {undone} if {words}",
+            listed(runs)
+        ))
+    }
 
-fn alone(part: &Part, r: usize, as_given: f64, rms: f64, words: &str) -> Diagnostic {
-    let run = &part.runs[r];
-    let (setup, as_given, rms) = (&part.setups[run.setup], as_given * 1e3, rms * 1e3);
-    let message = format!(
-        "setup `{setup}`: the coordinates of run `{}` fit to {as_given:.3} mm as given, but to {rms:.3} mm if {words}",
-        run.name
-    );
-    Diagnostic::warning(message).help(HELP)
-}
+    /// Of runs that show it where another one puts the instrument.
+    fn beside(&self, first: &str) -> Diagnostic {
+        let Self { words, runs, .. } = self;
+        let [as_given, undone] = self.millimetres();
+        let (of, its) = if runs.len() == 1 { ("run", "its") } else { ("runs", "their") };
+        self.told(format!(
+            "{of} {}: {its} coordinates are {as_given} off as given where run `{first}` puts the instrument, but {undone} if {words}",
+            listed(runs)
+        ))
+    }
 
-fn beside(first: &str, names: &[&str], as_given: f64, rms: f64, words: &str) -> Diagnostic {
-    let (runs, its) = if names.len() == 1 { ("run", "its") } else { ("runs", "their") };
-    let (as_given, rms) = (as_given * 1e3, rms * 1e3);
-    let message = format!(
-        "{runs} {}: where run `{first}` puts the instrument {its} coordinates are {as_given:.3} mm off as given, but {rms:.3} mm if {words}",
-        listed(names)
-    );
-    Diagnostic::warning(message).help(HELP)
+    fn millimetres(&self) -> [String; 2] {
+        [self.as_given, self.undone].map(|length| format!("{:.3} mm", length * 1e3))
+    }
+
+    fn told(&self, message: String) -> Diagnostic {
+        let help = "compare the columns and their units with the instrument's conventions";
+        Diagnostic::warning(message).help(help)
+    }
 }
 
 /// Distance of points of the model from those measured (rms, m), as aligned.
@@ -162,9 +237,9 @@ fn extent(pairs: &[Pair]) -> f64 {
     (0..3).map(of_axis).sum::<f64>().sqrt()
 }
 
-/// The first samples of a run.
+/// Some samples of a run, spread over it.
 fn shortened(run: &Run) -> Run {
-    Run { record: run.record.head(LOOK).into(), ..run.clone() }
+    Run { record: run.record.spread(LOOK, STRETCH).into(), ..run.clone() }
 }
 
 fn candidates(part: &Part) -> Vec<Alternative> {

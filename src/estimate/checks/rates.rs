@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 use crate::campaign::{Role, Run, Track};
 use crate::diagnostic::Diagnostic;
 use crate::engine::Part;
-use crate::units::Dimension;
 
 use super::LOOK;
 
@@ -15,7 +14,7 @@ pub(super) fn rates(part: &Part, run: &Run) -> Vec<Diagnostic> {
     let head = run.record.head(LOOK);
     for (input, track) in part.system.assembly.names.inputs.iter().zip(&head.inputs) {
         let Track::Captured { value, rate: Some(rate), .. } = track else { continue };
-        let turns = input.unit.dimension == Dimension::NONE;
+        let turns = input.unit.is_angle();
         let (run, name) = (&run.name, &input.name);
         let warning = match compare(&head.time, value, rate, turns) {
             Rates::Agree => continue,
