@@ -274,7 +274,7 @@ fn candidates(diagnosis: &Diagnosis, top: usize) -> String {
     let single = diagnosis.effects.len() < 2 && diagnosis.verdict != Verdict::ShapeDiffers;
     header.extend(single.then_some("probability"));
     let mut rows = table(&header);
-    if diagnosis.candidates.is_empty() {
+    if diagnosis.candidates.is_empty() || top == 0 {
         return String::new();
     }
     for one in diagnosis.candidates.iter().take(top) {

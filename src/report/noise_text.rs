@@ -106,8 +106,12 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
         let shown = if all <= SHOWN + 1 { all } else { SHOWN };
         for one in &wild[..shown] {
             let Reading { run, row, measurand, deviations, .. } = one;
+            let deviations = match deviations.abs() < 1e6 {
+                true => format!("{deviations:.0}"),
+                false => format!("{deviations:.1e}"),
+            };
             text.push_str(&format!(
-                "\n  `{measurand}` in row {row} of run `{run}` ({deviations:.0} deviations)"
+                "\n  `{measurand}` in row {row} of run `{run}` ({deviations} deviations)"
             ));
         }
         text.push_str(if all > shown { "\n  ... all with `--format json`\n" } else { "\n" });
