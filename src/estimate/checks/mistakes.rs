@@ -58,8 +58,8 @@ pub(super) fn mistakes(problem: &Problem, p: usize, start: &Point) -> Vec<Diagno
     found
 }
 
-/// What is to be undone in runs that are off beside one of them.
-struct Beside {
+/// What is to be undone in some runs.
+struct Mistake {
     words: String,
     runs: Vec<String>,
     /// How far they are off (m, rms), as given and with it undone, at most.
@@ -73,26 +73,18 @@ fn of_sharing(problem: &Problem, p: usize, sharing: &[usize], start: &Point) -> 
     let alternatives = candidates(part);
     let mut held: Option<(&str, Alignment)> = None;
     // By themselves, and beside the one that they are held against.
-    let (mut alone, mut beside): (Vec<Beside>, Vec<Beside>) = (Vec::new(), Vec::new());
+    let (mut alone, mut beside): (Vec<Mistake>, Vec<Mistake>) = (Vec::new(), Vec::new());
     for r in sharing {
         let run = &part.runs[*r];
         let looked = Looked::at(problem, (p, *r), start);
         let own = looked.best(&alternatives, None);
-        let found = match &held {
-            None => own.as_ref().map(|one| (one, &mut alone)),
-            Some((_, alignment)) if own.is_none() => {
-                let Some(off) = looked.misfit(None, Some(alignment)) else { continue };
-                if off.rms < SOUND * off.extent {
-                    continue;
-                }
-                let found = looked.best(&alternatives, Some(alignment));
-                found.into_iter().for_each(|one| one.note(&run.name, &mut beside));
-                None
-            }
-            Some(_) => own.as_ref().map(|one| (one, &mut alone)),
-        };
-        if let Some((one, list)) = found {
-            one.note(&run.name, list);
+        if let Some(one) = &own {
+            one.note(&run.name, &mut alone);
+        } else if let Some((_, alignment)) = &held
+            && looked.misfit(None, Some(alignment)).is_some_and(|off| off.rms >= SOUND * off.extent)
+            && let Some(one) = looked.best(&alternatives, Some(alignment))
+        {
+            one.note(&run.name, &mut beside);
         }
         if held.is_none() {
             let alignment = match own {
@@ -167,14 +159,14 @@ impl<'a> Looked<'a> {
 
 impl Likely<'_> {
     /// Puts it into a list, with the runs that have the same.
-    fn note(&self, run: &str, all: &mut Vec<Beside>) {
+    fn note(&self, run: &str, all: &mut Vec<Mistake>) {
         match all.iter_mut().find(|known| known.words == self.words) {
             Some(known) => {
                 known.runs.push(run.to_owned());
                 known.as_given = known.as_given.max(self.as_given);
                 known.undone = known.undone.max(self.undone);
             }
-            None => all.push(Beside {
+            None => all.push(Mistake {
                 words: self.words.to_owned(),
                 runs: vec![run.to_owned()],
                 as_given: self.as_given,
@@ -184,13 +176,13 @@ impl Likely<'_> {
     }
 }
 
-impl Beside {
+impl Mistake {
     /// Of runs that show it by themselves.
     fn alone(&self, setup: &str) -> Diagnostic {
         let Self { words, runs, .. } = self;
         let [as_given, undone] = self.millimetres();
         let (of, fit) = if runs.len() == 1 { ("run", "fit") } else { ("runs", "each fit") };
-        self.told(format!(
+        told(format!(
             "setup `{setup}`: the coordinates of {of} {} {fit} to {as_given} as given, but to {undone} if {words}",
             listed(runs)
         ))
@@ -201,7 +193,7 @@ impl Beside {
         let Self { words, runs, .. } = self;
         let [as_given, undone] = self.millimetres();
         let (of, its) = if runs.len() == 1 { ("run", "its") } else { ("runs", "their") };
-        self.told(format!(
+        told(format!(
             "{of} {}: {its} coordinates are {as_given} off as given where run `{first}` puts the instrument, but {undone} if {words}",
             listed(runs)
         ))
@@ -210,11 +202,11 @@ impl Beside {
     fn millimetres(&self) -> [String; 2] {
         [self.as_given, self.undone].map(|length| format!("{:.3} mm", length * 1e3))
     }
+}
 
-    fn told(&self, message: String) -> Diagnostic {
-        let help = "compare the columns and their units with the instrument's conventions";
-        Diagnostic::warning(message).help(help)
-    }
+fn told(message: String) -> Diagnostic {
+    Diagnostic::warning(message)
+        .help("compare the columns and their units with the instrument's conventions")
 }
 
 /// Distance of points of the model from those measured (rms, m), as aligned.
