@@ -51,6 +51,7 @@ use gross::twice::{Twice, twice};
 use library::candidates::{NotTestable, Wanted};
 use library::off;
 use library::structure::Place;
+use search::squares::alike_by_square;
 use search::{Adopted, Search, search};
 use stage::Stage;
 use verdict::alone::without_alone;
@@ -230,6 +231,9 @@ impl Diagnosis {
     fn decide(&mut self, search: &Search, options: &Options) -> Result<(), FitError> {
         let Answer { verdict, effects, why } = verdict::verdict(search);
         (self.verdict, self.effects, self.why) = (verdict, effects, why);
+        for (one, stage) in self.effects.iter_mut().zip(&search.stages) {
+            one.aliases.extend(alike_by_square(stage, &one.candidate.name));
+        }
         if let Some(stage) = search.stages.get(self.effects.len())
             && matches!(self.verdict, Verdict::Explained | Verdict::ShapeDiffers)
         {

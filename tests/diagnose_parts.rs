@@ -190,6 +190,26 @@ fn two_effects_of_which_a_third_takes_up_both() {
     assert!(found.effects.iter().all(|one| one.probability > 0.5));
 }
 
+/// What a low-pass filter leaves beyond its delay is what servos do that run ahead in proportion to acceleration, but not
+/// what such do that lag.
+#[test]
+fn an_effect_that_another_one_is_by_its_square() {
+    let (servo, filter) = ("servo_acceleration_lag", "first_order_lowpass");
+    let lag = "servo_acceleration_lag.lag";
+    for (put_in, value, alias) in
+        [(filter, None, true), (servo, Some(-2e-6), true), (servo, Some(2e-6), false)]
+    {
+        let set: Vec<String> = value.iter().map(|value| format!("{lag}={value} s^2")).collect();
+        let set: Vec<&str> = set.iter().map(String::as_str).collect();
+        let (opened, problem) = drawn(&[put_in], &set, 9);
+        let found = run(problem, &opened);
+        let [one] = &found.effects[..] else { unreachable!("{:?}", found.verdict) };
+        assert_eq!(one.candidate.name, servo);
+        assert_eq!(one.aliases.contains(&filter.to_owned()), alias, "{put_in} {value:?}");
+        assert!(one.aliases.len() <= 1, "{:?}", one.aliases);
+    }
+}
+
 /// Without its only run a setup is not determined: part of the run is left out.
 #[test]
 fn the_only_run_of_a_setup_is_not_left_out_whole() {

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use drawn::{drawn_at, folder};
 use homepoint::diagnose::library::candidates::Wanted;
 use homepoint::diagnose::library::structure::{Of, Place};
-use homepoint::diagnose::verdict::Verdict;
+use homepoint::diagnose::verdict::{Verdict, Why};
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::layout::Instance;
 use homepoint::engine::open::{Request, open};
@@ -73,6 +73,34 @@ fn what_happened_to_one_run() {
         assert_eq!(place.covariate, "run", "{name}");
         assert!(place.words.ends_with(&format!("in run `{name}`")), "{}", place.words);
     }
+}
+
+/// A prism whose constant changed in one of four setups is nearly what a target beside its radius is. Where unknown
+/// structure is likelier than that by far it has no name, even if nothing can be seen beside it.
+#[test]
+fn what_changed_in_one_setup() {
+    let text = "[parameters]\nprism = { unit = \"m\", typical = \"30 um\", scope = \"setup\" }\n\
+                [patch]\ndistance = 'distance + prism'\n";
+    let campaign = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/four_setups");
+    let mut imitated = 0;
+    for seed in 83..87 {
+        let prism = |one: &Instance| if one.of.as_deref() == Some("C") { 30e-6 } else { 0.0 };
+        let found = with_a_nameless_in(campaign.clone(), &[], text, seed, &prism);
+        if let [one] = &found.effects[..] {
+            assert_eq!(one.candidate.name, "target_radial_offset", "{seed}");
+            assert!(one.probability > 0.2, "{seed}: {}", one.probability);
+            continue;
+        }
+        let place = best_place(&found);
+        assert!(place.words.contains("`distance`"), "{seed}: {}", place.words);
+        let Some((Why::Imitated, names)) = &found.why else { continue };
+        imitated += 1;
+        assert_eq!(*names, ["target_radial_offset"], "{seed}");
+        let text = diagnosis_text::text("", &found, None);
+        let said = "`target_radial_offset` leaves nothing, but something likelier that nobody wrote down leaves no more";
+        assert!(text.contains(said), "{text}");
+    }
+    assert!(imitated > 0);
 }
 
 /// Finer than waves of blocks are: at each rate it is an oscillation of a frequency of its own.

@@ -70,7 +70,7 @@ pub enum Why {
     NotFitted,
     /// Effects leave nothing, but hardly are the cause.
     Improbable,
-    /// Several effects leave nothing, but something simpler that nobody wrote down does as much.
+    /// Effects leave nothing, but something simpler or likelier that nobody wrote down leaves no more.
     Imitated,
     /// Effects explain it where they are fitted, but not on readings that they are not fitted to.
     NotBorneOut,
@@ -151,6 +151,9 @@ pub fn verdict(search: &Search) -> Answer {
     }
     if left.is_empty() && !search.is_probable() {
         return Answer::unknown(Why::Improbable, search.names());
+    }
+    if left.is_empty() && search.adopted.len() == 1 {
+        return Answer::unknown(Why::Imitated, search.names());
     }
     // Effects may still be causes although something of another form is left.
     let second = &search.stages[1];

@@ -104,7 +104,9 @@ fn unnamed(diagnosis: &Diagnosis) -> String {
             verb("is", "are")
         ),
         Why::Imitated => format!(
-            "There is a gap of which {names} leave nothing, but something simpler that nobody wrote down leaves no more."
+            "There is a gap of which {names} {} nothing, but something {} that nobody wrote down leaves no more.",
+            verb("leaves", "leave"),
+            verb("likelier", "simpler")
         ),
         Why::NotBorneOut => format!(
             "There is a gap that {names} {} where fitted, but not on readings that {} not fitted to.",

@@ -1,17 +1,45 @@
-//! Whether several effects imitate what nobody wrote down: two or three of a library can follow much.
+//! Whether effects imitate what nobody wrote down: two or three of a library can follow much, and one may be near it.
 
 use crate::diagnose::evidence::score::{Score, of_gain};
-use crate::diagnose::evidence::thresholds::{FURTHER, LEAST_LAMBDA, level};
+use crate::diagnose::evidence::thresholds::{FURTHER, LEAST_LAMBDA, NAMED, level};
 use crate::diagnose::stage::Stage;
 
 use super::Search;
+use super::probability::probabilities;
+
+/// Odds of unknown structure over one effect from which on that is no name, where it does less than a block.
+const LIKELIER: f64 = 3.0;
 
 impl Search {
+    /// Whether what was adopted accounts for everything, but what nobody wrote down does so, too, and is simpler or
+    /// likelier.
+    pub(in crate::diagnose) fn imitates(&self) -> bool {
+        match &self.adopted[..] {
+            [one] => self.is_doubtful(&one.candidate.name, one.probability),
+            _ => self.several_imitate(),
+        }
+    }
+
+    /// Whether unknown structure is likelier than one effect, and a block of it explains what that does and more: the
+    /// more may be too little to be seen by itself.
+    fn is_doubtful(&self, name: &str, probability: f64) -> bool {
+        let Some(first) = self.stages.first() else { return false };
+        let Some(number) = first.effect_named(name) else { return false };
+        let unknown: f64 = probabilities(first)[first.effects..].iter().sum();
+        let own = first.scores[number].lambda().powi(2);
+        let beside = |block: usize| {
+            let (gain, degrees) = first.evidence.beyond(first.entry(number), first.entry(block));
+            of_gain(gain, degrees, first.members[block]).lambda().powi(2)
+        };
+        let most = (first.effects..first.candidates.len()).map(beside).fold(0.0, f64::max);
+        unknown > LIKELIER * probability && own < NAMED * (own + most)
+    }
+
     /// Whether blocks of unknown structure account for everything more simply than several effects: then
     /// those effects imitate what nobody wrote down. Of three effects and more fewer blocks are simpler;
     /// of two effects one block, if it is also less surprising by chance. An effect with a block beside it
     /// is simpler, too, where far less surprising: effects with a value for each run can imitate much.
-    pub(in crate::diagnose) fn imitates(&self) -> bool {
+    fn several_imitate(&self) -> bool {
         let count = self.adopted.len();
         let Some(first) = self.stages.first().filter(|_| count >= 2) else { return false };
         let gain = self.adopted.iter().map(|one| one.score.gain).sum();
