@@ -17,7 +17,7 @@ use homepoint::engine::Problem;
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::lanes::products::Products;
 use homepoint::engine::lanes::{LANES, Lanes};
-use homepoint::engine::signatures::{At, Candidate, Signatures};
+use homepoint::engine::signatures::{Candidate, Signatures};
 use homepoint::library::Library;
 use homepoint::system::{Selected, System, candidates};
 
@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (problem, point) = Plan::of(SAMPLES).make().map_err(|faults| format!("{faults:?}"))?;
     let systems = systems()?;
     let candidates: Vec<Candidate<'_>> =
-        systems.iter().map(|(name, system)| Candidate { name, system, at: At::Zero }).collect();
+        systems.iter().map(|(name, system)| Candidate { name, system }).collect();
     let signatures = Signatures::new(&problem, 0, &candidates);
     let columns = signatures.columns.len();
     let counts = signatures.columns_by_row();

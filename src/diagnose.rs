@@ -231,9 +231,6 @@ impl Diagnosis {
     fn decide(&mut self, search: &Search, options: &Options) -> Result<(), FitError> {
         let Answer { verdict, effects, why } = verdict::verdict(search);
         (self.verdict, self.effects, self.why) = (verdict, effects, why);
-        for (one, stage) in self.effects.iter_mut().zip(&search.stages) {
-            one.aliases.extend(alike_by_square(stage, &one.candidate.name));
-        }
         if let Some(stage) = search.stages.get(self.effects.len())
             && matches!(self.verdict, Verdict::Explained | Verdict::ShapeDiffers)
         {
@@ -255,7 +252,15 @@ impl Diagnosis {
                 (self.explained, self.gap) = (None, None);
             }
         }
-        if let Some(stage) = search.stages.get(self.effects.len()) {
+        if let (Some(first), Some(stage)) =
+            (search.stages.first(), search.stages.get(self.effects.len()))
+        {
+            for one in self.effects.iter_mut().filter(|one| one.score.degrees == 1) {
+                let without = stage.fitted.without(&[&one.candidate.selected], options)?;
+                let gain = without.cost() - stage.fitted.cost();
+                let alike = alike_by_square(first, &without, gain, options)?;
+                one.aliases.extend(alike.into_iter().map(|(name, _)| name));
+            }
             self.contradicted = beside_readings(stage, &self.nominal)?;
             if self.verdict == Verdict::Adequate && !self.contradicted.is_empty() {
                 self.verdict = Verdict::Unknown;

@@ -346,6 +346,39 @@ fn of_all_pairs_the_two_that_are_there_leave_nothing() {
     assert!(tried.iter().all(|(a, b)| both.contains(&name(*a)) || both.contains(&name(*b))));
 }
 
+/// Times that are off by a millisecond move readings by hundreds of times their noise, and by its square by as much as
+/// that: no effect does.
+#[test]
+fn times_that_are_off_by_so_much_that_their_square_shows() {
+    let names = ["timestamp_jitter", "stamp_rounding"];
+    for (name, value, seed) in [
+        ("timestamp_jitter.jitter", 1e-3, 77),
+        ("stamp_rounding.rounding", 1e-3, 4),
+        ("stamp_rounding.rounding", 2.9e-3, 5),
+    ] {
+        let set = format!("{name}={value} s");
+        let (opened, problem) = drawn(&[name.split('.').next().unwrap()], &[&set], seed);
+        let found = run(problem, &opened);
+        let text = report::diagnosis_text::text("", &found, None);
+        assert_eq!(found.verdict, Verdict::Explained, "{text}");
+        assert!(found.effects.is_empty(), "{text}");
+        assert!(found.contradicted.is_empty(), "{text}");
+        let one = &found.noise[0];
+        assert!(names.contains(&one.name.as_str()), "{text}");
+        assert!((one.value / value - 1.0).abs() < 0.05, "{text}");
+        let steps = text.contains("That is a standard deviation: steps of ");
+        assert_eq!(steps, one.name == "stamp_rounding", "{text}");
+        // What it does by its square is in the model, and no other effect.
+        let stage = found.search.as_ref().unwrap().stages.last().unwrap();
+        let square = &stage.noise_found.square.as_ref().unwrap().effect.name;
+        assert_eq!(*square, format!("{}_square", one.name));
+    }
+    // Small ones are straight.
+    let (opened, problem) = drawn(&["timestamp_jitter"], &["timestamp_jitter.jitter=30 us"], 6);
+    let found = run(problem, &opened);
+    assert!(found.search.unwrap().stages[0].noise_found.square.is_none());
+}
+
 #[test]
 fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     let set = ["trunnion_tilt.tilt=4 arcsec"];
@@ -370,7 +403,10 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     let mut found = run(problem, &opened);
     judge(&mut found, &clean, &Wanted::default(), &Options::default()).unwrap();
     assert!(found.gap.as_ref().unwrap().held_out_drop < 0.0, "{:?}", found.gap);
-    assert_eq!(found.gap.unwrap().closed, Some(0.0));
+    assert_eq!(found.gap.as_ref().unwrap().closed, Some(0.0));
+    let text = report::diagnosis_text::text("", &found, None);
+    let said = "explained by `trunnion_tilt`; what is left looks like noise. Held-out readings do not bear it out.";
+    assert!(text.contains(said), "{text}");
 }
 
 /// Delays that sum to zero over the setups come out so.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::passes::Passes;
-use homepoint::engine::signatures::{At, Candidate, Signatures};
+use homepoint::engine::signatures::{Candidate, Signatures};
 use homepoint::engine::{Point, Problem};
 
 #[expect(dead_code, reason = "each test uses its part")]
@@ -37,28 +37,6 @@ fn with_each_effect(path: &Path) -> Vec<(String, Problem)> {
     effects.map(|effect| (effect.clone(), planned::problem(path, &[&effect]))).collect()
 }
 
-/// The model with an effect, of the nominal one's noise, and the point where that is switched off; `None` where its values sum
-/// to zero, for those have columns of their own kind.
-fn beside(nominal: &Problem, path: &Path, effect: &str) -> Option<(Problem, Point)> {
-    let mut with = planned::problem(path, &[effect]);
-    if with.layout.instances.iter().any(|one| one.setting.sum_zero) {
-        return None;
-    }
-    with.parts[0].random_sigma.fill(0.0);
-    for (sigma, one) in nominal.parts[0].random_sigma.iter().zip(&nominal.parts[0].system.randoms) {
-        let index = with.parts[0].system.randoms.iter().position(|r| r.name == one.name);
-        with.parts[0].random_sigma[index.unwrap()] = *sigma;
-    }
-    let stated = Point::stated(&with.layout);
-    with.refresh_weights(&stated);
-    Some((with, stated))
-}
-
-/// Where each of some columns is among others.
-fn places(own: &[(String, usize)], all: &[(String, usize)]) -> Vec<usize> {
-    own.iter().map(|one| all.iter().position(|other| other == one).unwrap()).collect()
-}
-
 #[test]
 fn sums_are_those_of_the_model_that_has_the_effect() {
     let folder = planned::folder("signatures");
@@ -69,9 +47,22 @@ fn sums_are_those_of_the_model_that_has_the_effect() {
         let point = Point::stated(&nominal.layout);
         nominal.refresh_weights(&point);
         for effect in planned::fitting(&path) {
-            let Some((with, stated)) = beside(&nominal, &path, &effect) else { continue };
-            let candidate =
-                Candidate { name: &effect, system: &with.parts[0].system, at: At::Zero };
+            let mut with = planned::problem(&path, &[&effect]);
+            // Values that sum to zero have columns of their own kind.
+            if with.layout.instances.iter().any(|one| one.setting.sum_zero) {
+                continue;
+            }
+            // Switched off, the noise is the nominal one.
+            with.parts[0].random_sigma.fill(0.0);
+            for (sigma, one) in
+                nominal.parts[0].random_sigma.iter().zip(&nominal.parts[0].system.randoms)
+            {
+                let index = with.parts[0].system.randoms.iter().position(|r| r.name == one.name);
+                with.parts[0].random_sigma[index.unwrap()] = *sigma;
+            }
+            let stated = Point::stated(&with.layout);
+            with.refresh_weights(&stated);
+            let candidate = Candidate { name: &effect, system: &with.parts[0].system };
             let signatures = Signatures::new(&nominal, 0, &[candidate]);
             let found = nominal.gram_with(&signatures, &point);
             let due = with.normal(&stated);
@@ -81,7 +72,8 @@ fn sums_are_those_of_the_model_that_has_the_effect() {
                 own.extend(signatures.columns.iter().map(|s| (s.parameter.clone(), s.component)));
                 own.push(residual);
                 let all = names(&with, run);
-                let place = places(&own, &all);
+                let place: Vec<usize> =
+                    own.iter().map(|one| all.iter().position(|o| o == one).unwrap()).collect();
                 let (found, due) = (&found[run].gram, &due.runs[run].gram);
                 for (i, a) in place.iter().enumerate() {
                     for (j, b) in place.iter().enumerate() {
@@ -110,60 +102,6 @@ fn sums_are_those_of_the_model_that_has_the_effect() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// An effect that is there is derived as in the model that has it, at its value.
-#[test]
-fn sums_of_effects_of_their_usual_size_are_those_of_the_model_there() {
-    let folder = planned::folder("usual_size");
-    let (mut compared, mut moved) = (0, 0);
-    for campaign in ["arm", "robot", "stations"] {
-        let path = folder.join(campaign);
-        let mut nominal = planned::problem(&path, &[]);
-        let point = Point::stated(&nominal.layout);
-        nominal.refresh_weights(&point);
-        for effect in planned::fitting(&path) {
-            let Some((with, mut there)) = beside(&nominal, &path, &effect) else { continue };
-            let is_own = |name: &str| nominal.layout.instances.iter().all(|one| one.name != name);
-            for (index, one) in with.layout.instances.iter().enumerate() {
-                if is_own(&one.name) && !one.setting.fixed {
-                    let count = one.dimension();
-                    there.values[index][..count].fill(one.setting.typical.unwrap_or(0.0));
-                }
-            }
-            let system = &with.parts[0].system;
-            let of = |at| {
-                let signatures =
-                    Signatures::new(&nominal, 0, &[Candidate { name: &effect, system, at }]);
-                (nominal.gram_with(&signatures, &point), signatures)
-            };
-            let ((found, signatures), (off, _)) = (of(At::Typical), of(At::Zero));
-            let own: Vec<(String, usize)> =
-                signatures.columns.iter().map(|s| (s.parameter.clone(), s.component)).collect();
-            let due = with.normal(&there);
-            for run in 0..found.len() {
-                let first = nominal.layout.columns.touched_by(run).len();
-                let place = places(&own, &names(&with, run));
-                let (found, due) = (&found[run].gram, &due.runs[run].gram);
-                for (i, a) in place.iter().enumerate() {
-                    for (j, b) in place.iter().enumerate() {
-                        let scale = (due[(*a, *a)] * due[(*b, *b)]).sqrt();
-                        let (found, due) = (found[(first + i, first + j)], due[(*a, *b)]);
-                        let apart = (found - due).abs();
-                        assert!(
-                            apart <= 1e-10 * scale,
-                            "{effect} in {campaign}: {found} for {due}"
-                        );
-                    }
-                }
-                compared += own.len();
-                let is_other = off[run].gram.shape() != found.shape() || off[run].gram != *found;
-                moved += usize::from(is_other);
-            }
-        }
-    }
-    assert!(compared > 300 && moved > 20, "{compared} {moved}");
-    std::fs::remove_dir_all(folder).unwrap();
-}
-
 #[test]
 fn a_library_in_one_pass_gives_the_same_as_each_effect_alone() {
     let folder = planned::folder("library_pass");
@@ -173,7 +111,7 @@ fn a_library_in_one_pass_gives_the_same_as_each_effect_alone() {
     let problems = with_each_effect(&path);
     let candidates: Vec<Candidate<'_>> = problems
         .iter()
-        .map(|(name, with)| Candidate { name, system: &with.parts[0].system, at: At::Zero })
+        .map(|(name, with)| Candidate { name, system: &with.parts[0].system })
         .collect();
     let together = Signatures::new(&nominal, 0, &candidates);
     let all = nominal.gram_with(&together, &point);
@@ -212,7 +150,7 @@ fn passes_sum_what_each_candidate_does_by_itself() {
         let problems = with_each_effect(&path);
         let candidates: Vec<Candidate<'_>> = problems
             .iter()
-            .map(|(name, with)| Candidate { name, system: &with.parts[0].system, at: At::Zero })
+            .map(|(name, with)| Candidate { name, system: &with.parts[0].system })
             .collect();
         for among in [true, false] {
             let signatures = Arc::new(Signatures::open(&nominal, 0, &candidates, "", among));

@@ -64,6 +64,8 @@ pub struct Noise {
     pub apart: Vec<Apart>,
     /// Those among them whose size was mended once beside what else was found.
     pub grown: Vec<String>,
+    /// The square of times that are off, where it counts: in the model with the effect that says so.
+    pub square: Option<Selected>,
     /// Levels that are not as stated.
     pub levels: Vec<Level>,
     /// Measurand, run and factor where a run scatters otherwise than most.
@@ -115,7 +117,7 @@ impl Noise {
 
     /// The effects that it put into the model.
     pub fn selected(&self) -> Vec<&Selected> {
-        self.effects.iter().filter_map(|one| one.selected.as_ref()).collect()
+        self.effects.iter().filter_map(|one| one.selected.as_ref()).chain(&self.square).collect()
     }
 }
 

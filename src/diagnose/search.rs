@@ -18,7 +18,7 @@ mod adopted;
 pub(super) mod imitation;
 pub mod pairs;
 pub mod probability;
-pub(super) mod squares;
+pub mod squares;
 
 use crate::estimate::batch::{FitError, Options};
 
@@ -150,6 +150,9 @@ pub fn search(
     if search.adopted.is_empty() || stands(&search) {
         return search.beside_each_other(&common).map(Some);
     }
+    // In the place of one that leaves nothing they must be likelier than it is with something unknown.
+    let instead = search.passes_gate() && search.is_probable() && search.is_doubtful();
+    let stands = |found: &Search| stands(found) && !(instead && found.several_imitate(1.0));
     let tried = pairs(&search.stages[0]);
     for (first, second) in tried.into_iter().take(SHORT_LIST) {
         let name = |number: usize| search.stages[0].candidates[number].name.clone();

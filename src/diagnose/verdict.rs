@@ -152,6 +152,7 @@ pub fn verdict(search: &Search) -> Answer {
     if left.is_empty() && !search.is_probable() {
         return Answer::unknown(Why::Improbable, search.names());
     }
+    // One effect that leaves nothing has no other form.
     if left.is_empty() && search.adopted.len() == 1 {
         return Answer::unknown(Why::Imitated, search.names());
     }
@@ -238,7 +239,7 @@ impl Search {
 
     /// By the last one: what was adopted before was judged without it. And that one must still be there beside the
     /// noise that was found with it.
-    fn is_probable(&self) -> bool {
+    pub(super) fn is_probable(&self) -> bool {
         self.adopted.last().is_some_and(|last| {
             let beside_noise = of_gain(last.gain, last.score.degrees, 1).ln_p;
             last.probability >= LEAST_PROBABLE && beside_noise <= FALSE_ALARMS.ln()

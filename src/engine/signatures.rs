@@ -2,7 +2,7 @@
 //! with the nominal derivatives.
 //!
 //! An effect's signature is the derivative of the predictions with respect to one of its parameters
-//! where it is switched off, or of its usual size. It is an expression in the nominal model's own quantities, so the
+//! where it is switched off. It is an expression in the nominal model's own quantities, so the
 //! signatures of a whole library share most of what they need with the nominal pass and with each
 //! other: they are nodes of one graph, made by one program. Each candidate is a system of its own (the
 //! nominal effects and one more); an effect whose parameters are all random has no signature, nor has a
@@ -31,17 +31,6 @@ pub struct Candidate<'a> {
     pub name: &'a str,
     /// The nominal model and its effects with this one.
     pub system: &'a System,
-    /// Where its own parameters are.
-    pub at: At,
-}
-
-/// Where an effect's own parameters are while it is derived.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum At {
-    /// At zero: it is switched off.
-    Zero,
-    /// At their usual size, where what an effect does by its square shows, too.
-    Typical,
 }
 
 /// What one column stands for.
@@ -175,7 +164,6 @@ impl Adding<'_> {
     fn append(&mut self, number: usize, found: &[Derivatives], made: &mut RowNodes) -> bool {
         let (system, nominal, (open, candidate)) = (self.candidate.system, self.nominal, self.open);
         let names = &system.assembly.names.parameters;
-        let usual = self.candidate.at == At::Typical;
         // Switched off: what is free is zero, constants and members of families are what they are.
         let mut off = |graph: &mut Graph, leaf| match leaf {
             Leaf::Random(_) => graph.constant(0.0),
@@ -189,9 +177,6 @@ impl Adding<'_> {
                     return graph.leaf(Leaf::Parameter { parameter, component });
                 }
                 let setting = &system.settings[index];
-                if usual && !setting.fixed {
-                    return graph.constant(setting.typical.unwrap_or(0.0));
-                }
                 let stated = setting.fixed.then_some(setting.value.as_ref()).flatten();
                 let value = stated.and_then(|value| value.get(usize::from(component)));
                 graph.constant(value.copied().unwrap_or(0.0))

@@ -16,8 +16,6 @@ use crate::units::{Dimension, Unit};
 const TOP: usize = 8;
 /// Share from which on an effect may be one of several causes.
 const PARTLY: f64 = 0.3;
-/// Part of the gap that is closed below which readings contradict what was named.
-const BORNE_OUT: f64 = 0.25;
 
 /// The result of `diagnose`, at most `top` candidates.
 pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
@@ -33,6 +31,11 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
     text.push_str(&noise(diagnosis));
     text.push_str(&effects(diagnosis));
     text.push_str(&stated(&diagnosis.contradicted));
+    let last = diagnosis.search.as_ref().and_then(|search| search.stages.last());
+    let is_more = last.is_some_and(|last| !last.blocks_found().is_empty());
+    if diagnosis.verdict == Verdict::Unknown && is_more && !diagnosis.contradicted.is_empty() {
+        text.push_str("As long as a gap has no name, that may be its doing.\n");
+    }
     if !diagnosis.contradicted.is_empty() && diagnosis.search.is_none() {
         text.push_str("Beside it nothing else can be judged: state it right and diagnose again.\n");
     }
@@ -151,9 +154,6 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
             gap.folds,
             if gap.folds == 1 { "" } else { "s" }
         ));
-    }
-    if gap.closed_interval.is_some_and(|[_, high]| high < BORNE_OUT) {
-        text.push_str("They do not bear it out.\n");
     }
     if gap.left_out > 0 {
         text.push_str(&format!(

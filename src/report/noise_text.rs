@@ -6,6 +6,7 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::found::{LeftOut, Level, Lost, Noise, NoiseEffect, Reading, Stretch};
 use crate::engine::layout::qualified;
 use crate::graph::names::MeasurandKind;
+use crate::model::Shape;
 use crate::report::diagnosis::{last_noise, last_stage, noise_in_use};
 use crate::report::figure;
 use crate::report::text::{drawn, table, unit_of};
@@ -13,6 +14,13 @@ use crate::units::{Dimension, Unit};
 
 /// Readings left out that are shown.
 const SHOWN: usize = 5;
+
+/// Whether the draws of an effect on the noise are rectangular, as what is rounded has them.
+fn is_rectangular(one: &NoiseEffect) -> bool {
+    let local = one.parameter.rsplit('.').next();
+    let mut declared = one.selected.iter().flat_map(|selected| &selected.effect.parameters);
+    declared.any(|own| Some(own.name.as_str()) == local && own.shape == Shape::Uniform)
+}
 
 /// The noise as it was found.
 pub(super) fn noise(diagnosis: &Diagnosis) -> String {
@@ -34,6 +42,12 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
             text.push_str(&format!(", with a memory of {memory}; the weights take account of it"));
         }
         text.push('\n');
+        if is_rectangular(one) {
+            let width = figure::uncertainty(12.0_f64.sqrt() * one.value, &one.unit);
+            text.push_str(&format!(
+                "  That is a standard deviation: steps of {width} scatter so.\n"
+            ));
+        }
         text.push_str(&alike(&one.aliases));
     }
     let Some(found) = last_noise(diagnosis) else { return text };

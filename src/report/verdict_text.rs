@@ -7,9 +7,19 @@ use crate::report::diagnosis::last_noise;
 
 /// Share of the best from which on another place is as good.
 const SAME_PLACE: f64 = 0.95;
+/// Part of the gap that is closed below which readings contradict what was named.
+const BORNE_OUT: f64 = 0.25;
 
-/// The sentence.
+/// The sentence, and one more where held-out readings say otherwise.
 pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
+    let interval = diagnosis.gap.as_ref().and_then(|gap| gap.closed_interval);
+    let is_borne_out = interval.is_none_or(|[_, high]| high >= BORNE_OUT);
+    let but = if is_borne_out { "" } else { " Held-out readings do not bear it out." };
+    format!("{}{but}", of_campaign(diagnosis))
+}
+
+/// The sentence on the campaign that was fitted.
+fn of_campaign(diagnosis: &Diagnosis) -> String {
     let noise = diagnosis.noise.iter().map(|one| &one.name);
     let effects = diagnosis.effects.iter().map(|one| &one.candidate.name);
     let names: Vec<String> = effects.chain(noise).map(|name| format!("`{name}`")).collect();

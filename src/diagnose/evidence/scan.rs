@@ -20,7 +20,7 @@ use crate::diagnose::library::candidates::{Candidate, join};
 use crate::effect::{Effect, Members};
 use crate::engine::Problem;
 use crate::engine::passes::Passes;
-use crate::engine::signatures::{At, Candidate as Signed, Signatures};
+use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::graph::Scope;
 use crate::system::{Selected, System};
 use crate::units::Unit;
@@ -173,8 +173,7 @@ impl<'a> Scan<'a> {
         for (part, recipe) in fitted.recipes.iter().enumerate() {
             let Ok(system) = recipe.with(std::slice::from_ref(&selected)) else { continue };
             let system: &System = &system;
-            let all: Vec<Signed<'_>> =
-                numbers.iter().map(|name| Signed { name, system, at: At::Zero }).collect();
+            let all: Vec<Signed<'_>> = numbers.iter().map(|name| Signed { name, system }).collect();
             let opened = |among| Arc::new(Signatures::open(problem, part, &all, name, among));
             let signatures = opened(false);
             alone.push(Passes::new(problem, Arc::clone(&signatures), point, false));

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::engine::Problem;
 use crate::engine::open::Recipe;
-use crate::engine::signatures::{At, Candidate as Signed, Signatures};
+use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::system::Selected;
 
 use super::candidates::{Candidate, Offer, Wanted, offer};
@@ -101,28 +101,17 @@ pub(in crate::diagnose) fn sign(
     problem: &Problem,
     candidates: &[&Candidate],
 ) -> Arc<Vec<Signatures>> {
-    let off: Vec<(&Candidate, At)> = candidates.iter().map(|one| (*one, At::Zero)).collect();
-    sign_at(problem, &off)
-}
-
-/// The same of candidates whose parameters are here or there.
-pub(in crate::diagnose) fn sign_at(
-    problem: &Problem,
-    candidates: &[(&Candidate, At)],
-) -> Arc<Vec<Signatures>> {
     let parts = 0..problem.parts.len();
     Arc::new(parts.map(|part| sign_in(problem, part, candidates)).collect())
 }
 
 /// Those of the candidates that fit a campaign; an effect is called by its number.
-fn sign_in(problem: &Problem, part: usize, candidates: &[(&Candidate, At)]) -> Signatures {
+fn sign_in(problem: &Problem, part: usize, candidates: &[&Candidate]) -> Signatures {
     let names: Vec<String> = (0..candidates.len()).map(|number| number.to_string()).collect();
     let signed: Vec<Signed<'_>> = candidates
         .iter()
         .zip(&names)
-        .filter_map(|((one, at), name)| {
-            Some(Signed { name, system: one.systems[part].as_deref()?, at: *at })
-        })
+        .filter_map(|(one, name)| Some(Signed { name, system: one.systems[part].as_deref()? }))
         .collect();
     Signatures::new(problem, part, &signed)
 }

@@ -5,7 +5,8 @@
 //! order,
 //!
 //! - gross readings are left out ([`crate::diagnose::gross::wild`]), for what they do to a fit looks like all the rest;
-//! - random quantities that the readings of one sample share are looked for ([`super::jitter`]);
+//! - random quantities that the readings of one sample share are looked for ([`super::jitter`]), and put in with their
+//!   square where it counts (`square`);
 //! - wild readings are left out ([`crate::diagnose::gross::wild`]);
 //! - the level of each measurand is its scatter over what is stated;
 //! - memory is the correlation of a measurand's neighbours in time ([`super::memory`]), and what wanders
@@ -35,6 +36,7 @@ use super::levels::{follow_neighbours, levels, name_levels, uneven};
 use super::memory::{
     found_walk, left_white, may_wander, memory, name_memory, remember, white_parts,
 };
+use super::square::square;
 use super::variances::judged_again;
 use super::wander::Found;
 
@@ -141,6 +143,16 @@ pub fn prepare(
             kept = Kept::default();
             fitted = changed.again(options)?;
             peels += 1;
+            continue;
+        }
+        if !last
+            && noise.square.is_none()
+            && let Some(selected) = square(&stage, &noise)
+            && let Some(changed) = stage.fitted.with(&selected, &[], options)?
+        {
+            noise.square = Some(selected);
+            fitted = changed;
+            round += 1;
             continue;
         }
         let unknowns = problem.layout.columns.len() + structure.degrees();

@@ -7,46 +7,46 @@ use crate::diagnose::stage::Stage;
 use super::Search;
 use super::probability::probabilities;
 
-/// Odds of unknown structure over one effect from which on that is no name, where it does less than a block.
+/// Odds of unknown structure over one effect from which on that is no name, where a block explains something beside it.
 const LIKELIER: f64 = 3.0;
 
 impl Search {
     /// Whether what was adopted accounts for everything, but what nobody wrote down does so, too, and is simpler or
     /// likelier.
     pub(in crate::diagnose) fn imitates(&self) -> bool {
-        match &self.adopted[..] {
-            [one] => self.is_doubtful(&one.candidate.name, one.probability),
-            _ => self.several_imitate(),
+        match self.adopted.len() {
+            1 => self.is_doubtful(),
+            _ => self.several_imitate(FURTHER),
         }
     }
 
-    /// Whether unknown structure is likelier than one effect, and a block of it explains what that does and more: the
-    /// more may be too little to be seen by itself.
-    fn is_doubtful(&self, name: &str, probability: f64) -> bool {
-        let Some(first) = self.stages.first() else { return false };
-        let Some(number) = first.effect_named(name) else { return false };
-        let unknown: f64 = probabilities(first)[first.effects..].iter().sum();
-        let own = first.scores[number].lambda().powi(2);
-        let beside = |block: usize| {
-            let (gain, degrees) = first.evidence.beyond(first.entry(number), first.entry(block));
-            of_gain(gain, degrees, first.members[block]).lambda().powi(2)
-        };
-        let most = (first.effects..first.candidates.len()).map(beside).fold(0.0, f64::max);
-        unknown > LIKELIER * probability && own < NAMED * (own + most)
+    /// Whether unknown structure is likelier by far than the one effect that was adopted, and than each other one, unless
+    /// that effect explains so much that it may be named whatever else is there: what it leaves may be too little to be seen by itself.
+    pub(super) fn is_doubtful(&self) -> bool {
+        let ([one], [first, last]) = (&self.adopted[..], &self.stages[..]) else { return false };
+        let probability = probabilities(first);
+        let (effects, blocks) = probability.split_at(first.effects);
+        let structure =
+            (first.effects..).zip(blocks).filter(|(block, _)| !first.is_scatter(*block));
+        let unknown: f64 = structure.map(|(_, own)| own).sum();
+        let likeliest = effects.iter().copied().fold(LIKELIER * one.probability, f64::max);
+        let left = (last.effects..last.candidates.len()).filter(|block| !last.is_scatter(*block));
+        let left = left.map(|block| last.scores[block].lambda().powi(2)).fold(0.0, f64::max);
+        unknown > likeliest && one.gain < NAMED * (one.gain + left)
     }
 
     /// Whether blocks of unknown structure account for everything more simply than several effects: then
     /// those effects imitate what nobody wrote down. Of three effects and more fewer blocks are simpler;
     /// of two effects one block, if it is also less surprising by chance. An effect with a block beside it
-    /// is simpler, too, where far less surprising: effects with a value for each run can imitate much.
-    fn several_imitate(&self) -> bool {
+    /// is simpler, too, where less surprising by these odds: effects with a value for each run can imitate much.
+    pub(super) fn several_imitate(&self, odds: f64) -> bool {
         let count = self.adopted.len();
         let Some(first) = self.stages.first().filter(|_| count >= 2) else { return false };
         let gain = self.adopted.iter().map(|one| one.score.gain).sum();
         let degrees = self.adopted.iter().map(|one| one.score.degrees).sum();
         let choices = count as f64 * (first.effects as f64).ln();
         let together = of_gain(gain, degrees, 1).ln_p + choices;
-        if with_a_block(first) + FURTHER.ln() < together {
+        if with_a_block(first) + odds.ln() < together {
             return true;
         }
         let Some(blocks) = blocks_needed(first, count - 1) else { return false };
