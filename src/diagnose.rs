@@ -51,7 +51,7 @@ use gross::twice::{Twice, twice};
 use library::candidates::{NotTestable, Wanted};
 use library::off;
 use library::structure::Place;
-use search::squares::alike_by_square;
+use search::absorbed::alike_by_square;
 use search::{Adopted, Search, search};
 use stage::Stage;
 use verdict::alone::without_alone;

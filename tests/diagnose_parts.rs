@@ -12,7 +12,7 @@ use homepoint::diagnose::fitted::Fitted;
 use homepoint::diagnose::gap::drops;
 use homepoint::diagnose::library::candidates::{Candidate, Wanted, offer};
 use homepoint::diagnose::library::structure::blocks;
-use homepoint::diagnose::search::squares::alike_by_square;
+use homepoint::diagnose::search::absorbed::alike_by_square;
 use homepoint::engine::Problem;
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::open::{Opened, Request, open};

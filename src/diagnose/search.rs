@@ -9,16 +9,16 @@
 //! | file | answers |
 //! |---|---|
 //! | `adopted` | which effect is adopted next, and which are like it |
-//! | `squares` | which effects do by their squares what an effect does |
+//! | [`absorbed`] | which absorbed effects do by their squares what an effect does |
 //! | [`mod@pairs`] | which two effects explain what none does alone |
 //! | `imitation` | whether several effects only imitate what nobody wrote down |
 //! | [`probability`] | how probable each cause is |
 
+pub mod absorbed;
 mod adopted;
 pub(super) mod imitation;
 pub mod pairs;
 pub mod probability;
-pub mod squares;
 
 use crate::estimate::batch::{FitError, Options};
 

@@ -1,4 +1,4 @@
-//! Effects that do by their squares what an effect of the library does.
+//! Absorbed effects that do by their squares what an effect of the library does.
 //!
 //! What nominal parameters take up to first order may be left beyond it: a low-pass filter `T m' + m = in` delays readings by
 //! `T`, which is a delay, and leaves `T² / 2` times their acceleration, which servos do that run ahead. Such an effect has no slope
@@ -7,7 +7,6 @@
 
 use crate::diagnose::evidence::thresholds::ALIKE;
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::library::candidates::Candidate;
 use crate::diagnose::stage::Stage;
 use crate::estimate::batch::{FitError, Options};
 
@@ -29,12 +28,12 @@ pub fn alike_by_square(
 ) -> Result<Vec<(String, f64)>, FitError> {
     let options = Options { max_iterations: MOST_ROUNDS, ..*options };
     let mut alike = Vec::new();
-    for candidate in taken_up(stage) {
-        let [owner] = &stage.entry(candidate).owners[..] else { continue };
-        let Candidate { name, selected, .. } = &stage.candidates[candidate];
-        let Some(usual) = stage.candidates[candidate].typical(&owner.parameter) else { continue };
+    for number in absorbed(stage) {
+        let candidate = &stage.candidates[number];
+        let [owner] = &stage.entry(number).owners[..] else { continue };
+        let Some(usual) = candidate.typical(&owner.parameter) else { continue };
         let start = [(owner.parameter.clone(), owner.component, owner.of.clone(), usual)];
-        let Some(with) = without.with(selected, &start, &options)? else { continue };
+        let Some(with) = without.with(&candidate.selected, &start, &options)? else { continue };
         let layout = &with.problem.layout;
         let own = layout.instances.iter().position(|one| one.name == owner.parameter);
         let Some(value) = own.map(|index| with.fit.point.values[index][owner.component]) else {
@@ -42,14 +41,14 @@ pub fn alike_by_square(
         };
         let explains = without.cost() - with.cost();
         if explains >= (gain - ALIKE).max(0.5 * gain) && !is_implausible((value / usual).abs()) {
-            alike.push((name.clone(), value));
+            alike.push((candidate.name.clone(), value));
         }
     }
     Ok(alike)
 }
 
 /// The effects of the library that nominal parameters take up.
-fn taken_up(stage: &Stage) -> impl Iterator<Item = usize> {
+fn absorbed(stage: &Stage) -> impl Iterator<Item = usize> {
     (0..stage.effects).filter(|number| {
         let entry = stage.entry(*number);
         entry.degrees() == 0 && entry.finite && entry.acts()
