@@ -252,21 +252,31 @@ impl Diagnosis {
                 (self.explained, self.gap) = (None, None);
             }
         }
-        if let (Some(first), Some(stage)) =
-            (search.stages.first(), search.stages.get(self.effects.len()))
-        {
-            for one in self.effects.iter_mut().filter(|one| one.score.degrees == 1) {
-                let without = stage.fitted.without(&[&one.candidate.selected], options)?;
-                let gain = without.cost() - stage.fitted.cost();
-                let alike = alike_by_square(first, &without, gain, options)?;
-                one.aliases.extend(alike.into_iter().map(|(name, _)| name));
-            }
+        if let Some(stage) = search.stages.get(self.effects.len()) {
+            self.tell_absorbed_aliases(search, stage, options)?;
             self.contradicted = beside_readings(stage, &self.nominal)?;
             if self.verdict == Verdict::Adequate && !self.contradicted.is_empty() {
                 self.verdict = Verdict::Unknown;
                 self.why = Some((Why::NoneFits, Vec::new()));
             }
             self.listen(stage);
+        }
+        Ok(())
+    }
+
+    /// Adds absorbed effects that do by their squares what a named effect of one value does to its aliases.
+    fn tell_absorbed_aliases(
+        &mut self,
+        search: &Search,
+        stage: &Stage,
+        options: &Options,
+    ) -> Result<(), FitError> {
+        let Some(first) = search.stages.first() else { return Ok(()) };
+        for one in self.effects.iter_mut().filter(|one| one.score.degrees == 1) {
+            let without = stage.fitted.without(&[&one.candidate.selected], options)?;
+            let gain = without.cost() - stage.fitted.cost();
+            let alike = alike_by_square(first, &without, gain, options)?;
+            one.aliases.extend(alike.into_iter().map(|(name, _)| name));
         }
         Ok(())
     }

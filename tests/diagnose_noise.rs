@@ -346,8 +346,8 @@ fn of_all_pairs_the_two_that_are_there_leave_nothing() {
     assert!(tried.iter().all(|(a, b)| both.contains(&name(*a)) || both.contains(&name(*b))));
 }
 
-/// Times that are off by a millisecond move readings by hundreds of times their noise, and by its square by as much as
-/// that: no effect does.
+/// Times that are off by a millisecond move readings by hundreds of times their noise, and by their square by as much
+/// as their noise: no effect is there.
 #[test]
 fn times_that_are_off_by_so_much_that_their_square_shows() {
     let names = ["timestamp_jitter", "stamp_rounding"];

@@ -11,7 +11,7 @@
 //! | `adopted` | which effect is adopted next, and which are like it |
 //! | [`absorbed`] | which absorbed effects do by their squares what an effect does |
 //! | [`mod@pairs`] | which two effects explain what none does alone |
-//! | `imitation` | whether several effects only imitate what nobody wrote down |
+//! | `imitation` | whether effects only imitate what nobody wrote down |
 //! | [`probability`] | how probable each cause is |
 
 pub mod absorbed;
