@@ -4,61 +4,21 @@
 #[path = "problems/drawn.rs"]
 #[expect(dead_code, reason = "each test uses a part")]
 mod drawn;
+#[path = "problems/nameless.rs"]
+mod nameless;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use drawn::{drawn_at, folder};
+use homepoint::diagnose::diagnose;
 use homepoint::diagnose::library::candidates::Wanted;
-use homepoint::diagnose::library::structure::{Of, Place};
+use homepoint::diagnose::library::structure::Of;
 use homepoint::diagnose::verdict::{Verdict, Why};
-use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::layout::Instance;
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::report::diagnosis_text;
-
-/// The diagnosis of readings drawn with an effect that nobody knows there, with values as said.
-fn with_a_nameless(text: &str, seed: u64, value: &dyn Fn(&Instance) -> f64) -> Diagnosis {
-    with_a_nameless_and_without(&[], text, seed, value)
-}
-
-/// The same without some effects of the library.
-fn with_a_nameless_and_without(
-    without: &[&str],
-    text: &str,
-    seed: u64,
-    value: &dyn Fn(&Instance) -> f64,
-) -> Diagnosis {
-    with_a_nameless_in(folder(), without, text, seed, value)
-}
-
-/// The same of an example.
-fn with_a_nameless_in(
-    campaign: PathBuf,
-    without: &[&str],
-    text: &str,
-    seed: u64,
-    value: &dyn Fn(&Instance) -> f64,
-) -> Diagnosis {
-    let own = tempfile::tempdir().unwrap();
-    let whole = format!("name = \"nameless\"\ntitle = \"Nameless\"\nacts = \"arm\"\n{text}");
-    std::fs::write(own.path().join("nameless.toml"), whole).unwrap();
-    let mut request = Request::new([campaign]);
-    request.effects = vec![own.path().to_owned()];
-    request.with = vec!["nameless".to_owned()];
-    let (opened, problem) =
-        drawn_at(&request, seed, &|one| (!one.setting.fixed).then(|| value(one)));
-    let without: Vec<String> = without.iter().map(|name| (*name).to_owned()).collect();
-    let wanted = Wanted::new(&[], &without);
-    diagnose(problem, opened.recipes, &wanted, &Options::default()).unwrap()
-}
-
-fn best_place(found: &Diagnosis) -> &Place {
-    let effects = found.effects.iter().map(|one| &one.candidate.name);
-    let named: Vec<&String> = effects.chain(found.noise.iter().map(|one| &one.name)).collect();
-    assert_eq!(found.verdict, Verdict::Unknown, "{named:?}");
-    &found.locations[0].place
-}
+use nameless::{best_place, with_a_nameless, with_a_nameless_and_without, with_a_nameless_in};
 
 /// A common delay that changed in one run: no effect of the library says so, and a wave that every sample
 /// of that run meets at the same phase must not.

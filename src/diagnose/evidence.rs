@@ -27,7 +27,7 @@ mod entry;
 mod left;
 pub(super) mod nominal;
 pub(super) mod pieces;
-pub(super) mod sampling;
+pub(in crate::diagnose) mod sampling;
 pub mod scan;
 pub mod score;
 mod shared;

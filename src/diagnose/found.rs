@@ -146,6 +146,8 @@ impl Rival {
 pub struct Apart {
     /// The block of unknown structure that says so for all runs.
     pub block: String,
+    /// For each change the runs that have its value.
+    pub runs: Vec<Vec<usize>>,
     /// Where it sits.
     pub place: Place,
 }

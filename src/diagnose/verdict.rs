@@ -5,6 +5,7 @@
 //! | [`mod@silent`] | what shows in no reading, and why |
 //! | [`mod@hidden`] | what could still hide |
 //! | `moment` | what changes in the course of a run |
+//! | `turning` | which oscillations go round with what turns |
 //! | `ringing` | what oscillates in what is left, and is no steady wave |
 //! | `alone` | the same without the readings of a few runs that are off there alone |
 
@@ -13,17 +14,20 @@ pub mod hidden;
 pub(super) mod moment;
 pub(super) mod ringing;
 pub mod silent;
+mod turning;
 
 use crate::estimate::contradicted::Contradicted;
 
+use super::evidence::Entry;
 use super::evidence::score::{Score, of_gain};
 use super::evidence::thresholds::{FALSE_ALARMS, NAMED};
-use super::found::{Displaced, Location, Noise, Ranked};
+use super::found::{Apart, Displaced, Location, Noise, Ranked};
 use super::gross::wild::RUNS_APART;
 use super::library::structure::Place;
 use super::search::probability::beside_walks;
 use super::search::{Adopted, Search};
 use super::stage::Stage;
+use turning::goes_round;
 
 /// An effect that is less probable than this is no name for what is there: its size is far from what is usual,
 /// or something that nobody wrote down does as much with less.
@@ -32,6 +36,9 @@ const LEAST_PROBABLE: f64 = 0.001;
 const PLACES: usize = 5;
 /// A block that explains less of the best is no place of its own.
 const LEAST_SHARE: f64 = 0.2;
+
+/// What is off in a few runs is what there is where it explains this part of what the best block does.
+const RUNS_LEAD: f64 = 0.8;
 
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -130,7 +137,12 @@ pub fn verdict(search: &Search) -> Answer {
         return Answer::unknown(Why::Displaced, named());
     }
     if !apart(search).is_empty() {
-        return Answer::unknown(Why::RunsApart, named());
+        // Beside effects that do not fit, what they leave is soon off in some run.
+        return if has_more_than_runs(last) {
+            Answer::unknown(Why::NoneFits, Vec::new())
+        } else {
+            Answer::unknown(Why::RunsApart, named())
+        };
     }
     if search.adopted.is_empty() {
         let noise = !last.noise_found.effects.is_empty();
@@ -211,6 +223,25 @@ pub fn apart(search: &Search) -> Vec<&Place> {
     })
 }
 
+/// Whether a few runs are off, but far from all of what there is.
+fn has_more_than_runs(stage: &Stage) -> bool {
+    let Noise { left_out, apart, .. } = &stage.noise_found;
+    let is_less = |one: &Apart| share_of_runs(stage, one) < RUNS_LEAD;
+    left_out.runs.is_empty() && !apart.is_empty() && apart.iter().all(is_less)
+}
+
+/// What changes in a few runs explain by themselves, over what the best block does; all where there is none.
+fn share_of_runs(stage: &Stage, apart: &Apart) -> f64 {
+    let block = stage.candidates.iter().position(|one| one.name == apart.block);
+    let most = leftover(stage);
+    let Some(block) = block.filter(|_| most > 0.0) else { return 1.0 };
+    let own = stage.entry(block);
+    let change = |runs: &Vec<usize>| stage.evidence.tied_over(own, |run| runs.contains(&run));
+    let changes: Vec<Entry> = apart.runs.iter().map(change).collect();
+    let all = stage.evidence.together(&changes.iter().collect::<Vec<_>>());
+    ((all.gain() - all.degrees() as f64).max(0.0) / most).min(1.0)
+}
+
 /// Of effects beside which something else was found: that they are not all is known.
 fn against_effects(adopted: &mut [Adopted]) {
     for one in adopted {
@@ -253,17 +284,24 @@ pub fn leftover(stage: &Stage) -> f64 {
     found.iter().map(|block| stage.scores[*block].lambda().powi(2)).fold(0.0, f64::max)
 }
 
-/// Where the gap lies, best first.
+/// Where the gap lies, best first; a few runs before all else where they are what there is.
 pub fn locations(stage: &Stage) -> Vec<Location> {
-    let found = stage.blocks_found();
-    let most = leftover(stage);
-    let share = |block: &usize| stage.scores[*block].lambda().powi(2) / most;
+    let runs_lead = !has_more_than_runs(stage);
+    let mut found = with_one_oscillation(stage, stage.blocks_found());
+    let square = |block: &usize| stage.scores[*block].lambda().powi(2);
+    let goes_round = |block: &usize| stage.is_oscillation(*block) && goes_round(stage, *block);
+    let (round, others): (Vec<usize>, Vec<usize>) = found.iter().partition(|one| goes_round(one));
+    let is_told = |block: &usize| square(block) >= LEAST_SHARE * leftover(stage);
+    if !round.is_empty() && others.iter().any(is_told) {
+        found = others;
+    }
+    let most = found.iter().map(square).fold(0.0, f64::max);
+    let share = |block: &usize| square(block) / most;
     let apart = &stage.noise_found.apart;
     let few = |block: &usize| {
         let name = &stage.candidates[*block].name;
-        apart.iter().find(|one| one.block == *name)
+        apart.iter().find(|one| runs_lead && one.block == *name)
     };
-    let mut found = with_one_oscillation(stage, found);
     found.sort_by(|a, b| share(b).total_cmp(&share(a)));
     // What a few runs do for comes first: other blocks say the same of all runs.
     found.sort_by_key(|block| few(block).is_none());
@@ -275,11 +313,18 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
         Some(Location { place, share: share(block) })
     });
     // What is left out has no block, and what is weighed down by a level of its run may pass no test.
-    let others = apart.iter().filter(|one| !blocks.contains(&one.block.as_str()));
-    let out = stage.noise_found.left_out.runs.iter().map(|one| &one.place);
-    let others = out.chain(others.map(|one| &one.place));
-    let others = others.map(|place| Location { place: place.clone(), share: 1.0 });
-    let mut all: Vec<Location> = others.chain(found).collect();
+    let others = apart.iter().filter(|one| !runs_lead || !blocks.contains(&one.block.as_str()));
+    let others = others.map(|one| Location {
+        place: one.place.clone(),
+        share: if runs_lead { 1.0 } else { share_of_runs(stage, one) },
+    });
+    let out = stage.noise_found.left_out.runs.iter();
+    let out = out.map(|one| Location { place: one.place.clone(), share: 1.0 });
+    let mut all: Vec<Location> = out.chain(others).chain(found).collect();
+    if !runs_lead {
+        all.retain(|one| one.share >= LEAST_SHARE);
+        all.sort_by(|a, b| b.share.total_cmp(&a.share));
+    }
     let mut said: Vec<String> = Vec::new();
     all.retain(|one| {
         let is_new = !said.contains(&one.place.words);

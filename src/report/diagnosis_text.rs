@@ -1,7 +1,7 @@
 //! The result of `diagnose` for people: the verdict first, in a sentence that can be read aloud.
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::found::Ranked;
+use crate::diagnose::found::{Location, Ranked};
 use crate::diagnose::gap::Gap;
 use crate::diagnose::search::probability::is_implausible;
 use crate::diagnose::verdict::{Verdict, Why, locations};
@@ -254,7 +254,10 @@ fn beside(diagnosis: &Diagnosis, nearest: &Ranked) -> Option<String> {
     let is_first = search.adopted.first()?.candidate.name == nearest.name;
     let is_open = matches!(diagnosis.why, Some((Why::NoneFits, _))) && nearest.share >= PARTLY;
     let left = (is_first && is_open).then(|| locations(&search.stages[1]))?;
-    Some(left.first()?.place.words.clone())
+    // What it leaves of its own place is its form.
+    let is_other =
+        |one: &&Location| diagnosis.locations.first().is_none_or(|first| first.place != one.place);
+    Some(left.first().filter(is_other)?.place.words.clone())
 }
 
 fn places(diagnosis: &Diagnosis) -> String {

@@ -15,7 +15,7 @@ const NEAR: f64 = 1e-3;
 
 /// How the runs are sampled.
 #[derive(Clone, Debug)]
-pub(super) struct Sampling {
+pub(in crate::diagnose) struct Sampling {
     /// Interval and duration (s) of each run that is sampled evenly, run by run.
     runs: Vec<Option<(f64, f64)>>,
     /// From this frequency (Hz) on every wave is one below it.
@@ -23,7 +23,7 @@ pub(super) struct Sampling {
 }
 
 impl Sampling {
-    pub(super) fn of(problem: &Problem) -> Self {
+    pub(in crate::diagnose) fn of(problem: &Problem) -> Self {
         let runs: Vec<Option<(f64, f64)>> = problem
             .parts
             .iter()
@@ -72,6 +72,16 @@ impl Sampling {
         };
         self.runs.get(run).is_some_and(|one| one.as_ref().is_some_and(is_slow))
     }
+
+    /// Whether waves of two frequencies (Hz) are one in a run that is sampled evenly: less than half a turn of
+    /// phase apart over all of it.
+    pub(in crate::diagnose) fn is_one(&self, run: usize, frequency: f64, other: f64) -> bool {
+        let is_one = |(interval, duration): &(f64, f64)| {
+            let folded = |one: f64| (one - (one * interval).round() / interval).abs();
+            (folded(frequency) - folded(other)).abs() * duration < 0.5
+        };
+        self.runs.get(run).is_some_and(|one| one.as_ref().is_some_and(is_one))
+    }
 }
 
 /// Half the reciprocal of the longest interval of which all are multiples; infinite where there is none.
@@ -119,5 +129,15 @@ mod tests {
         assert_eq!(slow(6.5), [false, false, true]);
         assert_eq!(slow(0.2), [false; 3]);
         assert_eq!(slow(20.1), [true, false, true]);
+    }
+
+    #[test]
+    fn frequencies_fold_together_in_a_run() {
+        let runs = Sampling::made(vec![Some((0.365, 43.0)), None, Some((0.1, 43.0))]);
+        let is_one = |other| [0, 1, 2].map(|run| runs.is_one(run, 6.01, other));
+        // 2 / 0.365 s less than 6.01 Hz.
+        assert_eq!(is_one(0.5278), [true, false, false]);
+        assert_eq!(is_one(0.55), [false; 3]);
+        assert_eq!(is_one(6.015), [true, false, true]);
     }
 }

@@ -30,6 +30,7 @@ use crate::system::Selected;
 use crate::units::{Dimension, Unit};
 
 use super::candidates::{Candidate, join};
+pub(in crate::diagnose) use covariate::turns;
 use place::{ALL_READINGS, TIME_OF};
 pub use place::{Of, Place};
 

@@ -58,6 +58,13 @@ fn shows(stage: &Stage, block: usize, beyond: &Entry) -> bool {
     of_gain(gain, degrees, 1).ln_p <= level(stage.candidates.len())
 }
 
+/// A change, the runs that have its value, and what it explains.
+struct Possible {
+    change: Change,
+    runs: Vec<usize>,
+    entry: Entry,
+}
+
 fn few_of(stage: &Stage, block: usize, known: &[usize]) -> Option<Few> {
     let evidence = &stage.evidence;
     let own = stage.entry(block);
@@ -65,17 +72,20 @@ fn few_of(stage: &Stage, block: usize, known: &[usize]) -> Option<Few> {
     let order = places(&in_order(&spans));
     let is_later =
         |run: usize, from: usize| spans[run].0 == spans[from].0 && order[run] >= order[from];
-    let possible: Vec<(Change, Entry)> = (0..spans.len())
+    let possible: Vec<Possible> = (0..spans.len())
         .flat_map(|from| {
-            let only = (Change::In(from), evidence.tied_over(own, |run| run == from));
-            let rest = (Change::From(from), evidence.tied_over(own, |run| is_later(run, from)));
-            let later = (0..spans.len()).filter(|run| is_later(*run, from)).count();
-            std::iter::once(only).chain((later > 1).then_some(rest))
+            let later: Vec<usize> = (0..spans.len()).filter(|run| is_later(*run, from)).collect();
+            let rest = (later.len() > 1).then_some((Change::From(from), later));
+            std::iter::once((Change::In(from), vec![from])).chain(rest)
         })
-        .filter(|(_, entry)| entry.degrees() > 0)
+        .map(|(change, runs)| {
+            let entry = evidence.tied_over(own, |run| runs.contains(&run));
+            Possible { change, runs, entry }
+        })
+        .filter(|one| one.entry.degrees() > 0)
         .collect();
     let mut entries: Vec<&Entry> = known.iter().map(|n| stage.entry(*n)).collect();
-    let mut taken: Vec<Change> = Vec::new();
+    let mut taken: Vec<&Possible> = Vec::new();
     loop {
         let whole = evidence.together(&entries);
         if !shows(stage, block, &whole) {
@@ -84,21 +94,22 @@ fn few_of(stage: &Stage, block: usize, known: &[usize]) -> Option<Few> {
         if taken.len() == MOST || RUNS * (taken.len() + 1) > spans.len() {
             return None;
         }
-        let gain = |(_, entry): &&(Change, Entry)| evidence.beyond(&whole, entry).0;
-        let (change, entry) = possible.iter().max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
-        taken.push(*change);
-        entries.push(entry);
+        let gain = |one: &&Possible| evidence.beyond(&whole, &one.entry).0;
+        let best = possible.iter().max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
+        taken.push(best);
+        entries.push(&best.entry);
     }
     let names = stage.fitted.problem.run_names();
-    let words: Vec<String> = taken.iter().map(|change| change.words(&names)).collect();
+    let words: Vec<String> = taken.iter().map(|one| one.change.words(&names)).collect();
     let candidate = &stage.candidates[block];
     let only = match taken[..] {
-        [change] => change.only_run(&names),
+        [one] => one.change.only_run(&names),
         _ => None,
     };
     let place = candidate.place.as_ref()?.in_runs(&words.join(" and "), only);
     let entry = evidence.together(&entries[known.len()..]);
     let choices = taken.len() as f64 * (possible.len() as f64).ln();
-    let apart = Apart { block: candidate.name.clone(), place };
+    let runs = taken.iter().map(|one| one.runs.clone()).collect();
+    let apart = Apart { block: candidate.name.clone(), runs, place };
     (!taken.is_empty()).then_some(Few { apart, entry, choices })
 }

@@ -201,7 +201,7 @@ pub(super) fn few_move(model: &Model) -> bool {
 }
 
 /// Whether a signal of this unit is an angle.
-pub(super) fn turns(unit: &Unit) -> bool {
+pub(in crate::diagnose) fn turns(unit: &Unit) -> bool {
     unit.dimension == Dimension::NONE && unit.symbol != "1"
 }
 

@@ -1,0 +1,47 @@
+//! Where a gap lies that nothing explains, where other places do nearly as much.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+#[path = "problems/drawn.rs"]
+#[expect(dead_code, reason = "each test uses a part")]
+mod drawn;
+#[path = "problems/nameless.rs"]
+mod nameless;
+
+use homepoint::diagnose::verdict::Why;
+use homepoint::report::diagnosis_text;
+use nameless::{best_place, with_a_nameless};
+
+/// A distance that comes the later the farther the target is. Effects that are tried leave something that is off
+/// in some runs, but these are little of what there is.
+#[test]
+fn what_wrong_effects_leave_in_few_runs_is_not_the_gap() {
+    let text = "[parameters]\nlate = { unit = \"s/m^2\", typical = \"60 us/m^2\", scope = \"instrument\" }\n\
+                [patch]\n\"distance.t\" = 't + late * distance^2'\n";
+    for seed in [91, 92] {
+        let found = with_a_nameless(text, seed, &|_| 60e-6);
+        let place = best_place(&found);
+        assert_eq!(place.words, "a timing error of `distance` over arm_angle", "{seed}");
+        assert_eq!(found.locations[0].share, 1.0);
+        assert!(matches!(found.why, Some((Why::NoneFits, _))), "{:?}", found.why);
+        let text = diagnosis_text::text("", &found, None);
+        assert!(
+            !text.contains("which looks like a timing error of `distance` over arm_angle"),
+            "{text}"
+        );
+    }
+}
+
+/// A pull on the arm that grows with its rate: the fast runs, which hold most of it, are sampled evenly and
+/// rarely, so that it has the frequency of some oscillation there.
+#[test]
+fn what_grows_with_the_rate_is_no_oscillation() {
+    let text = "[parameters]\nby = { unit = \"m/(rad/s)\", typical = \"10 um/(rad/s)\", scope = \"instrument\" }\n\
+                [patch]\ntarget = 'target + by * rate(arm_angle) * sin(arm_angle) * [1, 0, 0]'\n";
+    for seed in [93, 94] {
+        let found = with_a_nameless(text, seed, &|_| 8e-6);
+        let place = best_place(&found);
+        assert_ne!(place.covariate, "oscillation", "{}", place.words);
+        assert_eq!(found.locations[0].share, 1.0);
+        assert!(found.locations.iter().all(|one| !one.place.is_oscillation()));
+    }
+}
