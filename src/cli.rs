@@ -18,6 +18,7 @@ mod load;
 mod new;
 mod output;
 mod power;
+mod prior;
 mod progress;
 mod render;
 mod show;

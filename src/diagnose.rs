@@ -52,6 +52,7 @@ use library::candidates::{NotTestable, Wanted};
 use library::off;
 use library::structure::Place;
 use search::absorbed::alike_by_square;
+use search::probability::{beside_walks, of_causes};
 use search::{Adopted, Search, search};
 use stage::Stage;
 use verdict::alone::without_alone;
@@ -78,6 +79,9 @@ pub struct Diagnosis {
     pub explained: Option<Calibration>,
     /// All testable effects, best first.
     pub candidates: Vec<Ranked>,
+    /// The probabilities of nothing, of one effect of the library and of unknown structure, if one of them is all that is
+    /// there; `None` where that is no question.
+    pub causes: Option<[f64; 3]>,
     /// Effects that nominal parameters take up.
     pub absorbed: Vec<Absorbed>,
     /// Effects that cannot be tested here.
@@ -180,6 +184,7 @@ impl Diagnosis {
             noise: Vec::new(),
             explained: None,
             candidates: Vec::new(),
+            causes: None,
             absorbed: Vec::new(),
             not_testable: Vec::new(),
             locations: Vec::new(),
@@ -300,7 +305,9 @@ impl Diagnosis {
     /// What could be tested against the nominal model, best first, and what could not.
     fn list(&mut self, search: &Search, never_off: Vec<NotTestable>) {
         let Some(first) = search.stages.first() else { return };
-        self.candidates = verdict::ranked(first);
+        let probability = beside_walks(first);
+        self.candidates = verdict::ranked(first, &probability);
+        self.causes = Some(of_causes(first, &probability));
         (self.absorbed, self.not_testable) = silent(first);
         self.not_testable.extend(never_off);
         self.not_testable.sort_by(|a, b| a.name.cmp(&b.name));
@@ -366,6 +373,9 @@ impl Diagnosis {
             if !has_shares || !self.changes.is_empty() {
                 one.probability = 0.0;
             }
+        }
+        if !has_shares || !self.changes.is_empty() {
+            self.causes = None;
         }
     }
 

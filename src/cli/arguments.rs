@@ -1,5 +1,6 @@
 //! Arguments that commands share.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -57,6 +58,9 @@ impl Memory {
     }
 }
 
+/// A size below this (bytes) lacks its unit.
+const LEAST_MEMORY: f64 = 1e6;
+
 /// Reads `500MB`, `2 GB`, `1.5GiB`, `1000000`.
 fn bytes(text: &str) -> Result<u64, String> {
     let text = text.trim();
@@ -75,9 +79,18 @@ fn bytes(text: &str) -> Result<u64, String> {
         _ => return Err(format!("`{unit}` is no unit of memory: use kB, MB, GB or kiB, MiB, GiB")),
     };
     match number.trim().parse::<f64>() {
+        Ok(number) if number > 0.0 && number * factor < LEAST_MEMORY => {
+            Err("no command works in less than 1MB: expected a size such as 500MB or 2GB"
+                .to_owned())
+        }
         Ok(number) if number > 0.0 && (number * factor).is_finite() => Ok((number * factor) as u64),
         _ => Err("expected a size such as 500MB or 2GB".to_owned()),
     }
+}
+
+/// Reads a number of threads.
+fn count(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse().map_err(|_| "expected a whole number, 1 or more".to_owned())
 }
 
 /// What a command works on, and how.
@@ -108,8 +121,8 @@ pub(super) struct CampaignArguments {
     #[arg(long)]
     pub(super) quiet: bool,
     /// Threads to use; the result is the same at any number
-    #[arg(long, value_name = "N")]
-    pub(super) threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = count)]
+    pub(super) threads: Option<NonZeroUsize>,
     #[command(flatten)]
     pub(super) memory: Memory,
 }
@@ -117,9 +130,9 @@ pub(super) struct CampaignArguments {
 impl CampaignArguments {
     /// Lets the number of threads count.
     pub(super) fn apply_threads(&self) {
-        if let Some(threads) = self.threads.filter(|threads| *threads > 0) {
+        if let Some(threads) = self.threads {
             // Only the first call can set it; one process runs one command.
-            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
         }
     }
 }
@@ -132,8 +145,8 @@ mod tests {
     fn sizes_are_read_as_people_write_them() {
         assert_eq!(bytes("500MB"), Ok(500_000_000));
         assert_eq!(bytes(" 1.5 GiB"), Ok(1_610_612_736));
-        assert_eq!(bytes("4096"), Ok(4096));
-        for wrong in ["", "MB", "-1GB", "5 m", "1e999GB", "nan", "2 GB of it"] {
+        assert_eq!(bytes("5000000"), Ok(5_000_000));
+        for wrong in ["", "MB", "-1GB", "5 m", "1e999GB", "nan", "2 GB of it", "5", "4096"] {
             assert!(bytes(wrong).is_err(), "{wrong}");
         }
     }

@@ -16,7 +16,7 @@ use crate::report;
 
 use super::arguments::{CampaignArguments, Format};
 use super::wanted::WantedArguments;
-use super::{Failure, doubts, load, output, render};
+use super::{Failure, doubts, load, output, prior, render};
 
 #[derive(Debug, Args)]
 pub(super) struct Diagnose {
@@ -24,6 +24,10 @@ pub(super) struct Diagnose {
     common: CampaignArguments,
     #[command(flatten)]
     library: WantedArguments,
+    /// State how probable a cause is before the readings: nothing=0.3, library=0.5, unknown=0.2 unless said otherwise, or
+    /// EFFECT=3 for one three times as probable as others (repeat for more)
+    #[arg(long = "prior", value_name = "CAUSE=NUMBER")]
+    prior: Vec<String>,
     /// Judge the shrinkage on a campaign that the fit never saw
     #[arg(long, value_name = "CAMPAIGN")]
     holdout: Option<PathBuf>,
@@ -120,7 +124,8 @@ impl Diagnose {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
         load::refuse_empty(&loaded.problem)?;
-        let wanted = self.library.wanted(&loaded.recipes)?;
+        let mut wanted = self.library.wanted(&loaded.recipes)?;
+        wanted.prior = prior::read(&self.prior, &loaded.recipes)?;
         let held_out = self.holdout.as_ref().map(|path| self.opened(path)).transpose()?;
         if let Some(other) = &held_out {
             same_models(&loaded.recipes, other)?;

@@ -1,5 +1,6 @@
 //! `homepoint trials`: how well a diagnosis does on this campaign, by trials whose truth is known.
 
+use std::num::NonZero;
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
@@ -102,9 +103,8 @@ impl Trials {
             let help = "the trials that stood there are made again";
             render::all(&[Diagnostic::warning(message).help(help)]);
         }
-        let threads = self.common.threads.filter(|threads| *threads > 0).unwrap_or_else(|| {
-            std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
-        });
+        let all = || std::thread::available_parallelism().ok();
+        let threads = self.common.threads.or_else(all).map_or(1, NonZero::get);
         let told = progress::shown(self.common.quiet);
         let outcomes = run(&design, &plan, ledger.as_mut(), threads, &told)
             .map_err(|error| Failure::Could(format!("cannot write {LEDGER}: {error}")))?;

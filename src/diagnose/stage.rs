@@ -19,6 +19,7 @@ use super::fitted::Fitted;
 use super::found::{Apart, Noise};
 use super::library::candidates::{Candidate, NotTestable, Offer, Wanted};
 use super::library::catalogue::{self, Made, sign};
+use super::library::prior::Prior;
 use super::library::structure::{Of, Place};
 
 /// Structures taken off at most before the noise is judged.
@@ -39,6 +40,8 @@ pub struct Stage {
     pub noise: Vec<Candidate>,
     /// Effects that cannot be tested.
     pub not_testable: Vec<NotTestable>,
+    /// How probable each cause is before the readings are looked at.
+    pub prior: Prior,
     /// Evidence of each candidate.
     pub evidence: Evidence,
     /// Score of each candidate.
@@ -144,6 +147,7 @@ impl Stage {
             members,
             noise,
             not_testable,
+            prior: wanted.prior.clone(),
             inflation: vec![1.0; scores.len()],
             evidence,
             scores,

@@ -24,7 +24,6 @@ use super::evidence::thresholds::{FALSE_ALARMS, NAMED};
 use super::found::{Apart, Displaced, Location, Noise, Ranked};
 use super::gross::wild::RUNS_APART;
 use super::library::structure::Place;
-use super::search::probability::beside_walks;
 use super::search::{Adopted, Search};
 use super::stage::Stage;
 use turning::goes_round;
@@ -373,9 +372,9 @@ fn with_one_oscillation(stage: &Stage, mut found: Vec<usize>) -> Vec<usize> {
 }
 
 /// All testable effects, best first; one that may be there instead of a walk as it is without that.
-pub fn ranked(stage: &Stage) -> Vec<Ranked> {
+/// `probability` is that of each candidate.
+pub fn ranked(stage: &Stage, probability: &[f64]) -> Vec<Ranked> {
     let blocks = stage.blocks_found();
-    let probability = beside_walks(stage);
     let share = |number: usize, score: &Score| {
         let own = score.lambda().powi(2);
         let entry = stage.entry(number);

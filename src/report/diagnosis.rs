@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use crate::diagnose::Diagnosis;
 use crate::diagnose::found::{Location, Noise, NoiseEffect, Ranked};
 use crate::diagnose::gap::Gap;
+use crate::diagnose::library::prior::{Cause, Prior};
 use crate::diagnose::library::structure::Of;
 use crate::diagnose::search::Adopted;
 use crate::diagnose::search::probability::{at_most, is_implausible};
@@ -26,6 +27,8 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         "verdict": diagnosis.verdict.word(),
         "effects": noise.chain(effects).collect::<Vec<_>>(),
         "candidates": candidates.map(candidate).collect::<Vec<_>>(),
+        "causes": diagnosis.causes.map(causes),
+        "prior": prior(diagnosis),
         "absorbed": absorbed
             .map(|one| json!({ "name": one.name, "acts_as": one.acts_as }))
             .collect::<Vec<_>>(),
@@ -66,6 +69,27 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         "fit": calibration(&diagnosis.nominal)["fit"],
         "unobservable": unobservable(&diagnosis.nominal.unobservable),
     })
+}
+
+/// Probabilities of nothing, of an effect of the library and of unknown structure.
+fn causes(of: [f64; 3]) -> Value {
+    let [nothing, library, unknown] = of.map(|one| number(Some(one)));
+    json!({ "nothing": nothing, "library": library, "unknown": unknown })
+}
+
+/// The same before the readings, and how many times as probable as others effects are; null where there was no search.
+fn prior(diagnosis: &Diagnosis) -> Value {
+    let Some(prior) = stated_prior(diagnosis) else { return Value::Null };
+    let mut value =
+        causes([Cause::Nothing, Cause::Library, Cause::Unknown].map(|one| prior.of(one)));
+    let times = prior.unequal().map(|(name, times)| (name.to_owned(), number(Some(times))));
+    value["times"] = Value::Object(times.collect());
+    value
+}
+
+/// The prior that probabilities are made from.
+pub(crate) fn stated_prior(diagnosis: &Diagnosis) -> Option<&Prior> {
+    Some(&diagnosis.search.as_ref()?.stages.first()?.prior)
 }
 
 /// One row a candidate, best first: its test and its probability.

@@ -3,9 +3,10 @@
 use crate::diagnose::Diagnosis;
 use crate::diagnose::found::{Location, Ranked};
 use crate::diagnose::gap::Gap;
+use crate::diagnose::library::prior::Cause;
 use crate::diagnose::search::probability::is_implausible;
 use crate::diagnose::verdict::{Verdict, Why, locations};
-use crate::report::diagnosis::{estimates_of, last_stage, times_usual};
+use crate::report::diagnosis::{estimates_of, last_stage, stated_prior, times_usual};
 use crate::report::figure;
 use crate::report::noise_text::{alike, noise};
 use crate::report::text::{drawn, residual_unit, stated, table, trouble, unit_of};
@@ -26,7 +27,7 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
     }
     if !diagnosis.suspected.is_empty() {
         let names = diagnosis.suspected.join("`, `");
-        text.push_str(&format!("Suspected, but too small to be declared: `{names}`.\n"));
+        text.push_str(&format!("Suspected, but not declared (beside what was found too small, or not to be fitted): `{names}`.\n"));
     }
     text.push_str(&noise(diagnosis));
     text.push_str(&effects(diagnosis));
@@ -280,14 +281,41 @@ fn candidates(diagnosis: &Diagnosis, top: usize) -> String {
     if diagnosis.candidates.is_empty() || top == 0 {
         return String::new();
     }
-    for one in diagnosis.candidates.iter().take(top) {
+    let is_nearest =
+        |one: &Ranked| diagnosis.nearest.as_ref().is_some_and(|own| own.name == one.name);
+    let all = diagnosis.candidates.iter().enumerate();
+    for (_, one) in all.filter(|(number, one)| *number < top || is_nearest(one)) {
         let mut row =
             vec![one.name.clone(), by_chance(one.score.ln_p), format!("{:.1}", one.score.lambda())];
         row.extend(shares.then(|| format!("{:.0} %", 100.0 * one.share)));
         row.extend(single.then(|| percent(one.probability)));
         rows.add_row(row);
     }
-    format!("\ncandidates, best first\n{}", drawn(&rows))
+    let causes = if single { causes(diagnosis) } else { String::new() };
+    format!("\ncandidates, best first\n{}{causes}", drawn(&rows))
+}
+
+/// What is left of the candidates' probabilities, and what they are made from.
+fn causes(diagnosis: &Diagnosis) -> String {
+    let (Some([nothing, _, unknown]), Some(prior)) = (diagnosis.causes, stated_prior(diagnosis))
+    else {
+        return String::new();
+    };
+    let before = |cause| match (1000.0 * prior.of(cause)).round() / 10.0 {
+        rounded if rounded > 0.0 => format!("{rounded} %"),
+        _ => percent(prior.of(cause)),
+    };
+    let times = |(name, times)| format!(" (`{name}` {times} times as probable as another)");
+    let unequal: String = prior.unequal().map(times).collect();
+    format!(
+        "Nothing has {}, something that nobody wrote down {}.\n\
+         Before the readings: nothing {}, an effect of the library {}{unequal}, something that nobody wrote down {} (`--prior` states others).\n",
+        percent(nothing),
+        percent(unknown),
+        before(Cause::Nothing),
+        before(Cause::Library),
+        before(Cause::Unknown),
+    )
 }
 
 /// The largest shift of a delay that could go unnoticed.

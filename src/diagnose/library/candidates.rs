@@ -15,6 +15,7 @@ use crate::system::{Selected, System, candidates, lacks, wanted_constants};
 use crate::units::Unit;
 
 use super::catalogue::Catalogue;
+use super::prior::Prior;
 use super::structure::Place;
 
 /// Members tried of a family that is a range.
@@ -114,6 +115,8 @@ pub struct Wanted {
     pub only: Vec<String>,
     /// Not these.
     pub without: Vec<String>,
+    /// How probable each cause is before the readings are looked at.
+    pub prior: Prior,
     /// What has been made of the models so far: one for several diagnoses of campaigns with the same
     /// models saves its making.
     pub catalogue: Catalogue,
@@ -267,7 +270,7 @@ pub fn values(members: &Members) -> Vec<f64> {
 
 /// Whether an effect acts on noise alone: all its parameters are random, or all its patches are of
 /// noise levels.
-fn is_noise(effect: &Effect) -> bool {
+pub fn is_noise(effect: &Effect) -> bool {
     let random = effect.parameters.iter().all(|one| one.setting.scope == Scope::Sample);
     let levels = effect
         .patches

@@ -77,6 +77,7 @@ pub fn stage(fitted: Fitted, wanted: &Wanted) -> Option<Stage> {
         members,
         noise: offer.noise,
         not_testable: offer.not_testable,
+        prior: wanted.prior.clone(),
         evidence,
         scores,
         noise_found: Noise::default(),

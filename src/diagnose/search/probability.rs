@@ -1,7 +1,7 @@
 //! How probable each cause is, given that there is one cause at most.
 //!
-//! Before the data: nothing .30, some effect of the library .50, unknown structure .20, each split
-//! evenly. Values are normal about zero with a standard deviation of the typical size times a scale.
+//! Before the data ([`Prior`](crate::diagnose::library::prior::Prior)): nothing .30, some effect of the library .50,
+//! unknown structure .20, each split evenly, unless the user says otherwise. Values are normal about zero with a standard deviation of the typical size times a scale.
 //! `SCALES` of them, in equal ratios, are equally likely: from the one at which the signature has the
 //! length `SEEN` (an effect that is smaller is nothing, as far as these readings can say) to `LARGEST`,
 //! so an effect ten times as large as usual is no surprise, and neither is one that barely shows in a
@@ -20,10 +20,9 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::score::{Score, of_gain};
 use crate::diagnose::evidence::thresholds::{LEAST_LAMBDA, NAMED, level};
+use crate::diagnose::library::prior::Cause;
 use crate::diagnose::stage::Stage;
 
-/// Probability of nothing, of the library, of unknown structure, before the data.
-const BEFORE: [f64; 3] = [0.30, 0.50, 0.20];
 /// Number of scales.
 const SCALES: usize = 12;
 /// Length of a signature, in units of the noise, from which on it is something.
@@ -40,9 +39,8 @@ pub fn is_implausible(times: f64) -> bool {
 
 /// The probability of each candidate of a stage, in their order, blocks among them.
 pub fn probabilities(stage: &Stage) -> Vec<f64> {
-    let [effect, block] = shares(stage);
-    let odds = (block / effect).ln();
-    normalised(&with_imitations(stage, stage.logarithms(), odds), Some(BEFORE[0].ln()))
+    let nothing = stage.prior.of(Cause::Nothing).ln();
+    normalised(&with_imitations(stage, stage.logarithms()), Some(nothing))
 }
 
 /// The same where a walk may be there instead of an effect: the walk's part of it is nothing, and beside an accepted
@@ -66,6 +64,13 @@ pub fn among_effects(stage: &Stage) -> Vec<f64> {
     normalised(&stage.logarithms()[..stage.effects], None)
 }
 
+/// The probabilities of nothing, of effects and of blocks in all, from those of each candidate.
+pub fn of_causes(stage: &Stage, all: &[f64]) -> [f64; 3] {
+    let (effects, blocks) = all.split_at(stage.effects);
+    let (library, unknown) = (effects.iter().sum::<f64>(), blocks.iter().sum::<f64>());
+    [(1.0 - library - unknown).max(0.0), library, unknown]
+}
+
 /// Probabilities from their logarithms, that of `nothing` beside them.
 fn normalised(logarithms: &[f64], nothing: Option<f64>) -> Vec<f64> {
     let all = logarithms.iter().copied().chain(nothing);
@@ -77,19 +82,31 @@ fn normalised(logarithms: &[f64], nothing: Option<f64>) -> Vec<f64> {
     logarithms.iter().map(|one| (one - most).exp() / sum).collect()
 }
 
-/// The part of an effect and of a block before the data.
-fn shares(stage: &Stage) -> [f64; 2] {
-    let count = |blocks: bool| {
-        let numbers = 0..stage.candidates.len();
-        let of_kind = numbers.filter(|n| (*n >= stage.effects) == blocks);
-        of_kind.filter(|n| stage.entry(*n).degrees() > 0).count().max(1) as f64
+/// The part of each candidate before the data: of effects by how probable they are beside each other, of blocks evenly.
+fn shares(stage: &Stage) -> Vec<f64> {
+    let prior = &stage.prior;
+    let times = |n: usize| {
+        if stage.entry(n).degrees() == 0 {
+            return 0.0;
+        }
+        let name = &stage.candidates[n].selected.effect.name;
+        if n < stage.effects { prior.times(name) } else { 1.0 }
     };
-    [BEFORE[1] / count(false), BEFORE[2] / count(true)]
+    let times: Vec<f64> = (0..stage.candidates.len()).map(times).collect();
+    let sum = |some: &[f64]| match some.iter().sum::<f64>() {
+        sum if sum > 0.0 => sum,
+        _ => 1.0,
+    };
+    let (effects, blocks) = times.split_at(stage.effects);
+    let (library, unknown) = (prior.of(Cause::Library), prior.of(Cause::Unknown));
+    let (effect, block) = (library / sum(effects), unknown / sum(blocks));
+    let effects = effects.iter().map(|times| effect * times);
+    effects.chain(blocks.iter().map(|times| block * times)).collect()
 }
 
 /// Logarithm of the evidence of each candidate against nothing, times its part before the data.
 pub(in crate::diagnose) fn logarithms(stage: &Stage) -> Vec<f64> {
-    let share = shares(stage);
+    let shares = shares(stage);
     (0..stage.candidates.len())
         .map(|n| {
             let entry = stage.entry(n);
@@ -97,8 +114,7 @@ pub(in crate::diagnose) fn logarithms(stage: &Stage) -> Vec<f64> {
                 return f64::NEG_INFINITY;
             }
             let members = (stage.members[n] as f64).ln();
-            evidence(entry, &typical(stage, n)) - members
-                + share[usize::from(n >= stage.effects)].ln()
+            evidence(entry, &typical(stage, n)) - members + shares[n].ln()
         })
         .collect()
 }
@@ -111,9 +127,11 @@ pub fn at_most(ln_p: f64) -> f64 {
     1.0 / (1.0 - (1.0 + ln_p).exp() * ln_p)
 }
 
-/// Gives blocks what effects and they explain together where the effects alone are not enough; `odds` is
-/// the logarithm of a block's part over an effect's before the data.
-fn with_imitations(stage: &Stage, alone: &[f64], odds: f64) -> Vec<f64> {
+/// Gives blocks what effects and they explain together where the effects alone are not enough.
+fn with_imitations(stage: &Stage, alone: &[f64]) -> Vec<f64> {
+    let shares = shares(stage);
+    // Blocks have one part before the data, or none.
+    let block_share = shares[stage.effects..].iter().copied().fold(0.0, f64::max);
     let (effects, blocks) = alone.split_at(stage.effects);
     let best = effects.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let readings: usize = stage.fitted.fit.normal.runs.iter().map(|run| run.readings).sum();
@@ -126,6 +144,7 @@ fn with_imitations(stage: &Stage, alone: &[f64], odds: f64) -> Vec<f64> {
             continue;
         }
         let length = score.lambda().powi(2);
+        let odds = (block_share / shares[number]).ln();
         for (block, whole) in all.iter_mut().enumerate().skip(stage.effects) {
             let (gain, degrees) = stage.evidence.beyond(stage.entry(number), stage.entry(block));
             let left = of_gain(gain, degrees, stage.members[block]);

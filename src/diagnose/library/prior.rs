@@ -1,0 +1,113 @@
+//! How probable each cause is before the readings are looked at.
+//!
+//! Nothing, some effect of the library, unknown structure: three probabilities, and for each effect how many times as
+//! probable as the others it is. How large effects may be is not its business: that is their typical size.
+
+use std::collections::BTreeMap;
+
+/// Probability of nothing, of the library, of unknown structure, unless said otherwise.
+const USUAL: [f64; 3] = [0.30, 0.50, 0.20];
+/// What is left for others where only some probabilities are stated.
+const LEAST: f64 = 1e-9;
+
+/// One of the three.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The model fits.
+    Nothing,
+    /// One effect of the library.
+    Library,
+    /// Something that nobody wrote down.
+    Unknown,
+}
+
+/// Prior probabilities of causes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prior {
+    causes: [f64; 3],
+    times: BTreeMap<String, f64>,
+}
+
+impl Default for Prior {
+    fn default() -> Self {
+        Self { causes: USUAL, times: BTreeMap::new() }
+    }
+}
+
+impl Prior {
+    /// With probabilities of some causes; the others share the rest as they usually do. `None` unless all three are above
+    /// zero and add up to one.
+    pub fn stated(stated: &[(Cause, f64)]) -> Option<Self> {
+        let mut causes = USUAL;
+        let is_stated = |n: usize| stated.iter().any(|(cause, _)| *cause as usize == n);
+        for (cause, probability) in stated {
+            causes[*cause as usize] = *probability;
+        }
+        let sum = |wanted: bool| -> f64 {
+            (0..3).filter(|n| is_stated(*n) == wanted).map(|n| causes[n]).sum()
+        };
+        let (given, others) = (sum(true), sum(false));
+        if others > 0.0 {
+            let by = (1.0 - given) / others;
+            (0..3).filter(|n| !is_stated(*n)).for_each(|n| causes[n] *= by);
+        }
+        let is_sound = causes.iter().all(|one| *one >= LEAST)
+            && (causes.iter().sum::<f64>() - 1.0).abs() < LEAST;
+        is_sound.then_some(Self { causes, times: BTreeMap::new() })
+    }
+
+    /// The same with an effect so many times as probable as others; `None` unless that is a number above zero.
+    pub fn with(mut self, effect: &str, times: f64) -> Option<Self> {
+        let is_sound = times.is_finite() && times >= LEAST;
+        self.times.insert(effect.to_owned(), times);
+        is_sound.then_some(self)
+    }
+
+    /// The probability of a cause.
+    pub fn of(&self, cause: Cause) -> f64 {
+        self.causes[cause as usize]
+    }
+
+    /// How many times as probable as others an effect is.
+    pub fn times(&self, effect: &str) -> f64 {
+        self.times.get(effect).copied().unwrap_or(1.0)
+    }
+
+    /// The effects that are not as probable as others, by name.
+    pub fn unequal(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.times.iter().map(|(name, times)| (name.as_str(), *times))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cause, LEAST, Prior};
+
+    #[test]
+    fn what_is_not_stated_shares_the_rest() {
+        let of = |stated: &[(Cause, f64)]| {
+            Prior::stated(stated)
+                .map(|one| [Cause::Nothing, Cause::Library, Cause::Unknown].map(|c| one.of(c)))
+        };
+        assert_eq!(of(&[]), Some([0.3, 0.5, 0.2]));
+        let rest = of(&[(Cause::Unknown, 0.6)]).unwrap_or_default();
+        assert!((rest[0] - 0.15).abs() < LEAST && (rest[1] - 0.25).abs() < LEAST);
+        let all = [(Cause::Nothing, 0.5), (Cause::Library, 0.25), (Cause::Unknown, 0.25)];
+        assert_eq!(of(&all), Some([0.5, 0.25, 0.25]));
+        assert_eq!(of(&all[..2]), of(&all));
+        for wrong in [0.0, 1.0, 1.5, -0.1, f64::NAN] {
+            assert_eq!(of(&[(Cause::Library, wrong)]), None, "{wrong}");
+        }
+        assert_eq!(of(&[all[0], all[1], (Cause::Unknown, 0.3)]), None);
+    }
+
+    #[test]
+    fn an_effect_is_more_or_less_probable_than_others() {
+        let prior = Prior::default().with("collimation", 3.0).unwrap_or_default();
+        assert_eq!((prior.times("collimation"), prior.times("arm_radius")), (3.0, 1.0));
+        assert_eq!(prior.unequal().collect::<Vec<_>>(), [("collimation", 3.0)]);
+        for wrong in [0.0, -1.0, f64::INFINITY, f64::NAN] {
+            assert_eq!(Prior::default().with("collimation", wrong), None);
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Probabilities follow what is stated before the readings.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+use std::path::Path;
+
+use homepoint::diagnose::library::candidates::Wanted;
+use homepoint::diagnose::library::prior::{Cause, Prior};
+use homepoint::diagnose::{Diagnosis, diagnose};
+use homepoint::engine::open::{Request, open};
+use homepoint::estimate::batch::Options;
+use homepoint::report;
+
+fn with(prior: Prior) -> Diagnosis {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
+    let opened = open(&Request::new([folder])).unwrap();
+    let wanted = Wanted { prior, ..Wanted::default() };
+    diagnose(opened.problem, opened.recipes, &wanted, &Options::default()).unwrap()
+}
+
+/// The probability of an effect, over that of nothing.
+fn odds(found: &Diagnosis, name: &str) -> f64 {
+    let one = found.candidates.iter().find(|one| one.name == name).unwrap();
+    one.probability / found.causes.unwrap()[0]
+}
+
+/// Bayes' rule: what the readings say of two causes does not hang on what was thought of them before.
+#[test]
+fn odds_after_the_readings_go_with_odds_before() {
+    let usual = with(Prior::default());
+    let [nothing, library, unknown] = usual.causes.unwrap();
+    assert!((nothing + library + unknown - 1.0).abs() < 1e-12);
+    let listed: f64 = usual.candidates.iter().map(|one| one.probability).sum();
+    assert!((listed - library).abs() < 1e-12, "all candidates are listed");
+
+    let stated = [(Cause::Nothing, 0.1), (Cause::Library, 0.3), (Cause::Unknown, 0.6)];
+    let other = with(Prior::stated(&stated).unwrap());
+    for one in &usual.candidates {
+        let before = (0.3 / 0.1) / (0.5 / 0.3);
+        let after = odds(&other, &one.name) / odds(&usual, &one.name);
+        assert!((after / before - 1.0).abs() < 1e-9, "{}: {after}", one.name);
+    }
+    let causes = other.causes.unwrap();
+    let after = (causes[2] / causes[0]) / (unknown / nothing);
+    assert!((after / ((0.6 / 0.1) / (0.2 / 0.3)) - 1.0).abs() < 1e-9, "{after}");
+
+    let three = with(Prior::default().with("collimation", 3.0).unwrap());
+    let ratio = |name: &str| odds(&three, name) / odds(&usual, name);
+    for one in &usual.candidates {
+        let times = if one.name == "collimation" { 3.0 } else { 1.0 };
+        let relative = ratio(&one.name) / ratio("beam_offset");
+        assert!((relative - times).abs() < 1e-9, "{}: {relative}", one.name);
+    }
+    // The library's part stays what it is: the others give way.
+    assert!(ratio("beam_offset") < 1.0 && ratio("collimation") < 3.0);
+    let json = report::diagnosis::json(&three, None);
+    assert_eq!(json["prior"]["times"]["collimation"], 3.0);
+    assert_eq!(json["prior"]["library"], 0.5);
+    assert_eq!(json["causes"]["nothing"].as_f64(), three.causes.map(|causes| causes[0]));
+    let text = report::diagnosis_text::text("", &three, None);
+    assert!(text.contains("library 50 % (`collimation` 3 times as probable as another)"), "{text}");
+}
