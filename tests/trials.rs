@@ -21,6 +21,19 @@ fn design() -> Design {
     Design::new(open(&Request::new([campaign])).unwrap()).unwrap()
 }
 
+/// A ledger goes on wherever its campaign is looked at from.
+#[test]
+fn a_design_is_the_same_by_every_path() {
+    let stamp = |path: PathBuf| Design::new(open(&Request::new([path])).unwrap()).unwrap().stamp();
+    let folder = PathBuf::from("examples/rotating_arm");
+    let whole = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(&folder);
+    let own = stamp(folder.clone());
+    for path in [PathBuf::from(".").join(&folder), folder.join("campaign.toml"), whole] {
+        assert_eq!(stamp(path.clone()), own, "{}", path.display());
+    }
+    assert_ne!(stamp(PathBuf::from("examples/hand_eye")), own);
+}
+
 #[test]
 fn threads_and_interruptions_change_nothing() {
     let design = design();

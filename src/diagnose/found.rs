@@ -2,6 +2,7 @@
 //!
 //! How it is found is for [`super::gross`], [`super::noise`] and [`super::verdict`] to say.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -169,7 +170,7 @@ impl Displaced {
     /// The effect nearest to them: the walk for which they do.
     pub fn nearest(&self) -> Ranked {
         let (name, share) = (self.walk.clone(), self.share);
-        Ranked { name, score: Score::NONE, share, probability: 0.0 }
+        Ranked { name, member: BTreeMap::new(), score: Score::NONE, share, probability: 0.0 }
     }
 }
 
@@ -254,6 +255,8 @@ pub struct Lost {
 pub struct Ranked {
     /// The effect.
     pub name: String,
+    /// Of a family the member that explains most.
+    pub member: BTreeMap<String, f64>,
     /// Its test against the nominal model.
     pub score: Score,
     /// Share of what is there that it explains, between 0 and 1.

@@ -79,6 +79,17 @@ pub struct Gap {
     pub left_out: usize,
 }
 
+/// Part of the gap that is closed below which readings contradict what was named.
+const BORNE_OUT: f64 = 0.25;
+
+impl Gap {
+    /// Whether the readings may close so much of the gap that they do not contradict what was named; `None` where the
+    /// evidence lies in prior values.
+    pub fn is_borne_out(&self) -> Option<bool> {
+        self.closed_interval.map(|[_, most]| most >= BORNE_OUT)
+    }
+}
+
 /// What effects take off the sum of squares of one fold, which they were not fitted to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drop {

@@ -391,7 +391,9 @@ pub fn ranked(stage: &Stage, probability: &[f64]) -> Vec<Ranked> {
             let name = stage.candidates[n].name.clone();
             let instead = stage.noise_found.instead().find(|one| one.effect == name);
             let score = instead.map_or(stage.scores[n], |one| one.score);
-            (n, Ranked { name, score, share: share(n, &score), probability: probability[n] })
+            let member = stage.candidates[n].selected.member.clone();
+            let (share, probability) = (share(n, &score), probability[n]);
+            (n, Ranked { name, member, score, share, probability })
         })
         .collect();
     all.sort_by(|a, b| a.1.score.ln_p.total_cmp(&b.1.score.ln_p).then(a.0.cmp(&b.0)));

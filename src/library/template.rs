@@ -14,7 +14,7 @@ source = "where the equations come from"
 [inputs]                       # recorded beside the readings; a signal moves
 arm_angle = { unit = "rad", signal = true, about = "encoder angle, zero at the homepoint" }
 
-[parameters]                   # unknown, or known to some accuracy: value = "1 m", sigma = "20 um"
+[parameters]                   # unknown, or known with a stated uncertainty: value = "1 m", sigma = "20 um"
 radius      = { unit = "m", scope = "rig", start = "1 m", about = "arm axis to target" }
 orientation = { kind = "rotation", scope = "setup", about = "arm frame to instrument frame" }
 position    = { kind = "vector", unit = "m", scope = "setup", about = "the arm's centre seen from the instrument" }

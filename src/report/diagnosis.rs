@@ -1,5 +1,7 @@
 //! The result of `diagnose` for programs: the keys of `docs/formats.md`, section 6.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Map, Value, json};
 
 use crate::diagnose::Diagnosis;
@@ -196,17 +198,16 @@ pub(crate) fn times_usual(diagnosis: &Diagnosis, adopted: &Adopted) -> Option<f6
     estimates_of(diagnosis, adopted).into_iter().filter_map(times).reduce(f64::max)
 }
 
+/// The member of each family; null without any.
+fn member(of: &BTreeMap<String, f64>) -> Value {
+    let all = of.iter().map(|(family, value)| (family.clone(), json!(value)));
+    if of.is_empty() { Value::Null } else { Value::Object(all.collect()) }
+}
+
 fn effect(diagnosis: &Diagnosis, adopted: &Adopted) -> Value {
-    let member: Map<String, Value> = adopted
-        .candidate
-        .selected
-        .member
-        .iter()
-        .map(|(family, value)| (family.clone(), json!(value)))
-        .collect();
     json!({
         "name": adopted.candidate.name,
-        "member": if member.is_empty() { Value::Null } else { Value::Object(member) },
+        "member": member(&adopted.candidate.selected.member),
         "probability": number(Some(adopted.probability)),
         "aliases": adopted.aliases,
         "evidence": adopted.evidence(),
@@ -242,6 +243,7 @@ fn noise_effect(one: &NoiseEffect) -> Value {
 fn candidate(one: &Ranked) -> Value {
     json!({
         "name": one.name,
+        "member": member(&one.member),
         "p": one.score.ln_p.exp(),
         "ln_p": number(Some(one.score.ln_p)),
         "lambda": number(Some(one.score.lambda())),
@@ -285,11 +287,17 @@ pub(crate) fn gap(one: &Gap) -> Value {
         "leftover": number(Some(one.leftover)),
         "closed": number(one.closed),
         "closed_interval": one.closed_interval,
+        "borne_out": one.is_borne_out(),
         "folds": one.folds,
         "left_out": one.left_out,
     })
 }
 
 fn hidden(one: &Hidden) -> Value {
-    json!({ "name": one.name, "delay": one.delay, "bias": number(Some(one.bias)) })
+    json!({
+        "name": one.name,
+        "delay": one.delay,
+        "bias": number(Some(one.bias)),
+        "times_usual": number(one.times_usual),
+    })
 }

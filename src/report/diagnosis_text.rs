@@ -5,6 +5,7 @@ use crate::diagnose::found::{Location, Ranked};
 use crate::diagnose::gap::Gap;
 use crate::diagnose::library::prior::Cause;
 use crate::diagnose::search::probability::is_implausible;
+use crate::diagnose::verdict::hidden::Hidden;
 use crate::diagnose::verdict::{Verdict, Why, locations};
 use crate::report::diagnosis::{estimates_of, last_stage, stated_prior, times_usual};
 use crate::report::figure;
@@ -133,7 +134,7 @@ fn effects(diagnosis: &Diagnosis) -> String {
             }
         } else {
             text.push_str(&format!(
-                "  Probability that it is {which}, of all effects of the library: {probability}.\n"
+                "  Probability that it is {which}, of all effects that could be tested here: {probability}.\n"
             ));
         }
         if one.evidence() == "prior" {
@@ -318,16 +319,27 @@ fn causes(diagnosis: &Diagnosis) -> String {
     )
 }
 
-/// The largest shift of a delay that could go unnoticed.
+/// The largest shift of a delay that could go unnoticed, by an effect of a size that can be.
 fn could_hide(diagnosis: &Diagnosis) -> String {
-    let Some(worst) = diagnosis.hidden.first() else { return String::new() };
+    let can_be = |one: &&Hidden| !one.times_usual.is_some_and(is_implausible);
+    let worst = diagnosis.hidden.iter().find(can_be).or(diagnosis.hidden.first());
+    let Some(worst) = worst else { return String::new() };
     let second = Unit::coherent(Dimension::TIME);
+    let times = worst
+        .times_usual
+        .map_or_else(String::new, |times| format!(", {} times as large as usual", rounded(times)));
     format!(
-        "\nWhat could still hide: were `{}` there, just too small to be declared, `{}` would be off by {}.\n",
+        "\nWhat could still hide: were `{}` there, just too small to be declared{times}, `{}` would be off by {}.\n",
         worst.name,
         worst.delay,
         figure::uncertainty(worst.bias, &second)
     )
+}
+
+/// A ratio in two digits.
+fn rounded(ratio: f64) -> String {
+    let digits = (1.0 - ratio.log10().floor()).clamp(0.0, 6.0) as usize;
+    format!("{ratio:.digits$}")
 }
 
 /// A probability of causes: certainty is nobody's.

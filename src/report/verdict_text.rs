@@ -2,19 +2,18 @@
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::found::Location;
+use crate::diagnose::gap::Gap;
 use crate::diagnose::verdict::{Verdict, Why, apart};
 use crate::report::diagnosis::last_noise;
 
 /// Share of the best from which on another place is as good.
 const SAME_PLACE: f64 = 0.95;
-/// Part of the gap that is closed below which readings contradict what was named.
-const BORNE_OUT: f64 = 0.25;
 
 /// The sentence, and one more where held-out readings say otherwise.
 pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
-    let interval = diagnosis.gap.as_ref().and_then(|gap| gap.closed_interval);
-    let is_borne_out = interval.is_none_or(|[_, high]| high >= BORNE_OUT);
-    let but = if is_borne_out { "" } else { " Held-out readings do not bear it out." };
+    let is_borne_out = diagnosis.gap.as_ref().and_then(Gap::is_borne_out);
+    let but =
+        if is_borne_out == Some(false) { " Held-out readings do not bear it out." } else { "" };
     format!("{}{but}", of_campaign(diagnosis))
 }
 

@@ -11,6 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::engine::Problem;
 use crate::engine::open::Recipe;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
+use crate::model::Override;
 use crate::system::Selected;
 
 use super::candidates::{Candidate, Offer, Wanted, offer};
@@ -132,9 +133,12 @@ pub fn written(recipe: &Recipe) -> String {
             format!("{} {} {head:?} {member:?}", effect.name, effect.source.text)
         })
         .collect();
+    // Where a value is stated is no matter of what it is.
+    let stated = |one: &Override| Override { place: None, ..one.clone() };
+    let overrides: Vec<Override> = recipe.overrides.iter().map(stated).collect();
     let library: Vec<&str> = recipe.library.effects().map(|one| one.source.text.as_ref()).collect();
     format!(
         "{}|{effects:?}|{:?}|{:?}|{library:?}\n",
-        recipe.model.source.text, recipe.overrides, recipe.input_sigma
+        recipe.model.source.text, overrides, recipe.input_sigma
     )
 }

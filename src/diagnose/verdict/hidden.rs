@@ -18,6 +18,8 @@ pub struct Hidden {
     pub delay: String,
     /// How far off it could be (s).
     pub bias: f64,
+    /// The largest of its values then, over its usual size; `None` where it has none.
+    pub times_usual: Option<f64>,
 }
 
 /// For each testable effect of a stage, the delay that it could shift most, largest first.
@@ -43,8 +45,16 @@ pub fn hidden(stage: &Stage) -> Vec<Hidden> {
             let bias = |column: usize| length * moves.row(column).norm();
             let (column, name) =
                 delays.iter().copied().max_by(|a, b| bias(a.0).total_cmp(&bias(b.0)))?;
+            // Of all values of that length those that move the delay most.
+            let worst = moves.row(column).transpose();
+            let values = &entry.basis * &worst * (length / worst.norm());
+            let typical = |parameter: &str| stage.candidates[n].typical(parameter);
+            let times = entry.owners.iter().zip(values.iter());
+            let times =
+                times.filter_map(|(own, value)| Some(value.abs() / typical(&own.parameter)?));
             let (delay, name) = (name.to_owned(), stage.candidates[n].name.clone());
-            Some(Hidden { name, delay, bias: bias(column) })
+            let times_usual = times.filter(|times| times.is_finite()).reduce(f64::max);
+            Some(Hidden { name, delay, bias: bias(column), times_usual })
         })
         .collect();
     all.sort_by(|a, b| b.bias.total_cmp(&a.bias));
