@@ -195,11 +195,14 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
 fn remains(diagnosis: &Diagnosis, gap: &Gap) -> String {
     let left = last_stage(diagnosis).map(locations).unwrap_or_default();
     match (diagnosis.verdict, left.first().or(diagnosis.rings.as_ref())) {
-        (Verdict::ShapeDiffers, Some(first)) => format!(
-            "What is left looks like {}, {:.0} units of the noise long.\n",
-            first.place.words,
-            gap.leftover.sqrt()
-        ),
+        (Verdict::ShapeDiffers, Some(first)) => {
+            // A held-out campaign may show nothing of it.
+            let length = match gap.leftover.sqrt() {
+                length if length >= 0.5 => format!(", {length:.0} units of the noise long"),
+                _ => String::new(),
+            };
+            format!("What is left looks like {}{length}.\n", first.place.words)
+        }
         _ => String::new(),
     }
 }
