@@ -49,7 +49,6 @@ use gross::settle::{settled, without_lost, without_spoiling};
 use gross::spikes::without_spikes;
 use gross::twice::{Twice, twice};
 use library::candidates::{NotTestable, Wanted};
-use library::off;
 use library::structure::Place;
 use search::absorbed::alike_by_square;
 use search::probability::{beside_walks, of_causes};
@@ -141,22 +140,19 @@ pub fn diagnose(
     }
     let (problem, fit) = (diagnosis.nominal.problem.clone(), diagnosis.nominal.fit.clone());
     let fitted = Fitted { recipes, problem, fit };
-    let never_off = off::never_off(&fitted, wanted);
-    let mut wanted = wanted.clone();
-    wanted.without.extend(never_off.iter().map(|one| one.name.clone()));
     let aside = (&diagnosis.lost[..], &gross);
-    let Some(mut search) = search(fitted.clone(), aside, &wanted, options)? else {
+    let Some(mut search) = search(fitted.clone(), aside, wanted, options)? else {
         return Ok(diagnosis);
     };
-    if let Some(changed) = changed(&search, &fitted, aside, &wanted, options)? {
+    if let Some(changed) = changed(&search, &fitted, aside, wanted, options)? {
         search = diagnosis.name_no_effect(changed, search);
     } else {
-        if let Some((nominal, found)) = without_alone(&search, &fitted, aside, &wanted, options)? {
+        if let Some((nominal, found)) = without_alone(&search, &fitted, aside, wanted, options)? {
             (diagnosis.nominal, search) = (nominal, found);
         }
         diagnosis.decide(&search, options)?;
     }
-    diagnosis.list(&search, never_off);
+    diagnosis.list(&search);
     diagnosis.locate(&search);
     if let Some(first) = search.stages.first()
         && (!diagnosis.lost.is_empty() || !first.noise_found.left_out.is_empty())
@@ -303,14 +299,12 @@ impl Diagnosis {
     }
 
     /// What could be tested against the nominal model, best first, and what could not.
-    fn list(&mut self, search: &Search, never_off: Vec<NotTestable>) {
+    fn list(&mut self, search: &Search) {
         let Some(first) = search.stages.first() else { return };
         let probability = beside_walks(first);
         self.candidates = verdict::ranked(first, &probability);
         self.causes = Some(of_causes(first, &probability));
         (self.absorbed, self.not_testable) = silent(first);
-        self.not_testable.extend(never_off);
-        self.not_testable.sort_by(|a, b| a.name.cmp(&b.name));
     }
 
     /// Where the gap lies.

@@ -15,6 +15,7 @@
 //! | [`gram`] | the form of those sums, and what an estimator asks of a problem |
 //! | [`open`] | from what a user names to a problem |
 //! | [`lanes`] | the same graph over chunks of samples, vectorised |
+//! | [`switched_off`] | whether an effect is absent where its parameters are zero |
 //! | [`passes`] | sums for the same signatures again and again, with other constants |
 //! | [`stretches`] | what a step leaves of the readings, and its scores stretch by stretch |
 //! | [`simulate`] | readings drawn from a model |
@@ -41,6 +42,7 @@ pub mod rows;
 pub mod signatures;
 pub mod simulate;
 pub mod stretches;
+pub mod switched_off;
 pub mod visits;
 pub mod whitening;
 

@@ -3,8 +3,12 @@
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 use std::path::Path;
+use std::sync::Arc;
 
+use homepoint::diagnostic::Source;
+use homepoint::effect::Effect;
 use homepoint::engine::pointwise::{Leaves, Program};
+use homepoint::engine::switched_off::remains;
 use homepoint::graph::{Clock, Kind, Leaf, NodeId};
 use homepoint::library::Library;
 use homepoint::system::{Selected, System, candidates};
@@ -110,8 +114,48 @@ fn effects_of_the_library_are_exactly_absent_when_their_parameters_are_zero() {
             assert!(acts, "{name} with {words:?} does nothing");
             let nodes = system.assembly.graph.nodes().len();
             assert!(nodes < 30_000, "{name} with {words:?}: {nodes} nodes");
+            if let [alone] = effects {
+                let remains = remains((&model, &[]), alone, &[], &[]).unwrap();
+                assert!(remains.is_none(), "{name} with {words:?}: {remains:?}");
+            }
             tried += 1;
         }
     }
     assert!(tried > 100, "{tried}");
+}
+
+/// What an effect on the distance of a polar instrument is told where its parameter is zero; `None`: nothing.
+fn told(parameter: &str, patch: &str) -> Option<String> {
+    let text = format!(
+        "name = \"own\"\ntitle = \"Own\"\nacts = \"distance\"\n[parameters]\n{parameter}\n[patch]\n{patch}\n"
+    );
+    let effect = Arc::new(Effect::parse(Source::new("own.toml", text)).unwrap());
+    let model = Library::builtin().unwrap().model("polar_one_rotation", Path::new(".")).unwrap();
+    let way = candidates(&model, &effect, &[]).unwrap().remove(0);
+    let inputs = vec![None; model.inputs.len()];
+    remains((&model, &[]), &way, &[], &inputs).unwrap().map(|one| one.message)
+}
+
+#[test]
+fn an_effect_that_is_not_absent_at_zero_is_told_from_one_that_only_looks_so() {
+    let scale = "k = { unit = \"1\", typical = \"10 ppm\", scope = \"instrument\" }";
+    let constant = "k = { unit = \"1\", typical = \"10 ppm\", scope = \"instrument\" }\nc = { unit = \"1\", scope = \"instrument\", fixed = true, value = \"2\" }";
+    let random = "k = { unit = \"m\", typical = \"1 um\", scope = \"sample\" }";
+    let distance = "it changes `distance` where its parameters are zero";
+    let noise = "it changes the noise of `distance` where its parameters are zero";
+    for (parameters, patch, expected) in [
+        (scale, "distance = 'self * (1 + k)'", None),
+        (scale, "distance = 'self * exp(k) * (sin(vertical)^2 + cos(vertical)^2)'", None),
+        (scale, "distance = 'sqrt(self^2 * (1 + k))'", None),
+        (constant, "distance = 'self * (1 + c * k)'", None),
+        (random, "distance = 'self + k'", None),
+        (scale, "distance = 'self * (1 + k / k * 0.01)'", Some(distance)),
+        (scale, "distance = 'self * (1.000001 + k)'", Some(distance)),
+        (constant, "distance = 'self * (c + k)'", Some(distance)),
+        (random, "distance = 'self + k + 1 um'", Some(distance)),
+        (scale, "\"distance.sigma\" = 'self * (1 + k)'", None),
+        (scale, "\"distance.sigma\" = 'self * (2 + k)'", Some(noise)),
+    ] {
+        assert_eq!(told(parameters, patch).as_deref(), expected, "{patch}");
+    }
 }

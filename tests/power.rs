@@ -104,6 +104,20 @@ fn a_delay_shifts_as_far_as_a_nominal_fit_says() {
     assert_eq!(compared, 15);
 }
 
+#[test]
+fn a_delay_that_measurands_share_is_listed_once() {
+    let (opened, point) = campaign();
+    let mut found = table(&opened, &point);
+    let text = report::power_text::text("", &found);
+    assert!(text.lines().any(|line| line.starts_with("vertical ")), "{text}");
+    for one in &mut found.delays {
+        one.parameter = "clock.delay".to_owned();
+    }
+    let text = report::power_text::text("", &found);
+    assert!(text.lines().any(|line| line.starts_with("horizontal, vertical, distance ")), "{text}");
+    assert!(!text.lines().any(|line| line.starts_with("vertical ")), "{text}");
+}
+
 /// Share of simulated campaigns in which an effect of `times` its detectable size is declared, and in
 /// which it leads all others that are not the same to the readings.
 fn declared(opened: &Opened, point: &Point, name: &str, size: f64, trials: usize) -> (f64, f64) {

@@ -10,11 +10,12 @@ use super::{Failure, output, progress, render};
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::effect::Effect;
 use crate::engine::open::{Recipe, Request, open};
+use crate::engine::switched_off::remains;
 use crate::estimate::checks;
 use crate::library::Library;
-use crate::model::Model;
+use crate::model::{Model, Override};
 use crate::report;
-use crate::system::{System, missing_names, stand_ins, testable};
+use crate::system::{Selected, System, candidates, missing_names, stand_ins};
 
 #[derive(Debug, Args)]
 pub(super) struct Check {
@@ -170,8 +171,12 @@ fn effect(
     }
     models.extend(own.iter().map(|(name, model)| (name.as_str(), model.clone())));
     for (name, candidate) in &models {
-        match testable(candidate, effect, &stand_ins(effect)) {
-            Ok(()) => fits.push(*name),
+        let stated = stand_ins(effect);
+        match candidates(candidate, effect, &stated) {
+            Ok(ways) => {
+                Diagnostics(remaining((name, candidate), &ways, &stated)?).into_result(())?;
+                fits.push(*name);
+            }
             Err(why) => others.push((missing_names(candidate, effect), *name, why)),
         }
     }
@@ -180,6 +185,23 @@ fn effect(
     } else {
         Ok(format!("an effect for {}", fits.join(", ")))
     }
+}
+
+/// What an effect that fits a model does there although its parameters are zero.
+fn remaining(
+    (name, model): (&str, &Model),
+    ways: &[Selected],
+    stated: &[Override],
+) -> Result<Vec<Diagnostic>, Diagnostics> {
+    let inputs = vec![None; model.inputs.len()];
+    let mut found = Vec::new();
+    for way in ways {
+        found.extend(remains((model, &[]), way, stated, &inputs)?.map(|one| {
+            let message = format!("`{}` with the model `{name}`: {}", way.effect.name, one.message);
+            Diagnostic { message, ..one }
+        }));
+    }
+    Ok(found)
 }
 
 /// What is wrong with an effect that fits no model: what those say that lack the fewest names. `all` are

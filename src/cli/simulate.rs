@@ -55,6 +55,14 @@ impl Simulate {
         }
         let mut problem = loaded.problem;
         let point = truth(&mut problem, &loaded.stated)?;
+        if let Some((measurand, factor)) = problem.negative_noise(&point) {
+            let message = format!(
+                "the standard uncertainty of `{measurand}` would be {factor:.3} times what is stated"
+            );
+            return Err(Diagnostic::error(message)
+                .help("give a noise level above -1: it is added to 1, so -0.5 leaves half of the noise")
+                .into());
+        }
         let complete = problem.reading_count() == 0;
         let (campaign, model) = (&loaded.campaigns[0], &loaded.models[0]);
         let draw = &mut |run: usize, table: &mut RunTable| {

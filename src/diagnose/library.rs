@@ -5,11 +5,9 @@
 //! | [`candidates`] | which effects and blocks these campaigns allow, and why not the others |
 //! | [`catalogue`] | all that has been made of the models so far |
 //! | [`prior`] | how probable each cause is before the readings are looked at |
-//! | `off` | whether an effect is off where its parameters are zero |
 //! | [`structure`] | what an effect that nobody wrote down could look like |
 
 pub mod candidates;
 pub mod catalogue;
-pub(super) mod off;
 pub mod prior;
 pub mod structure;

@@ -105,6 +105,8 @@ pub struct Row {
 pub struct DelaySigma {
     /// The measurand.
     pub measurand: String,
+    /// The parameter that is its delay; measurands may share one.
+    pub parameter: String,
     /// Its delay's largest standard uncertainty over the scope (s); `None` where it is not determined.
     pub sigma: Option<f64>,
 }
@@ -294,7 +296,8 @@ fn delays(nominal: &Calibration) -> Vec<DelaySigma> {
                 let most = own().filter_map(|one| one.sigma).fold(0.0, f64::max);
                 let measurand = names.measurands[*measurand].name.clone();
                 if !found.iter().any(|one| one.measurand == measurand) {
-                    found.push(DelaySigma { measurand, sigma: known.then_some(most) });
+                    let (parameter, sigma) = (parameter.name.clone(), known.then_some(most));
+                    found.push(DelaySigma { measurand, parameter, sigma });
                 }
             }
         }

@@ -10,6 +10,7 @@ use crate::campaign::timing::enter::EFFECT;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::engine::part::Part;
 use crate::engine::problem::Problem;
+use crate::engine::switched_off::remains;
 use crate::library::Library;
 use crate::model::{Model, Override, Process};
 use crate::progress::Progress;
@@ -89,6 +90,15 @@ impl Recipe {
         System::build(&self.model, &all, &self.overrides, &self.input_sigma)
     }
 
+    /// Why an effect that is not in use cannot be tested here: it is there although its parameters are zero.
+    pub fn remains(&self, selected: &Selected, overrides: &[Override]) -> Option<Diagnostic> {
+        if self.effects.iter().any(|one| one.effect.name == selected.effect.name) {
+            return None;
+        }
+        let beside = (&self.model, self.effects.as_slice());
+        remains(beside, selected, overrides, &self.input_sigma).ok().flatten()
+    }
+
     /// What is wrong with effects of the user's own that do not fit the model, each with the effect's
     /// name. A constant that is not stated is no misfit.
     pub fn own_that_do_not_fit(&self) -> Vec<(String, Diagnostic)> {
@@ -96,7 +106,12 @@ impl Recipe {
         for effect in self.library.own_effects() {
             let stated: Vec<Override> =
                 self.overrides.iter().cloned().chain(stand_ins(effect)).collect();
-            let faults = candidates(&self.model, effect, &stated).err().unwrap_or_default();
+            let faults = match candidates(&self.model, effect, &stated) {
+                Err(faults) => faults,
+                Ok(ways) => {
+                    Diagnostics(ways.iter().filter_map(|way| self.remains(way, &stated)).collect())
+                }
+            };
             told.extend(faults.0.into_iter().map(|fault| {
                 let (name, model) = (&effect.name, &self.model.name);
                 let message = format!(

@@ -19,6 +19,7 @@ use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::engine::programs::{RowNodes, RowsProgram};
 use crate::engine::rows::{Derivatives, Rows, Sweep};
+use crate::engine::switched_off::off;
 use crate::graph::derivative::seeds;
 use crate::graph::import::Import;
 use crate::graph::{Graph, Leaf, NodeId, Scope};
@@ -164,8 +165,7 @@ impl Adding<'_> {
     fn append(&mut self, number: usize, found: &[Derivatives], made: &mut RowNodes) -> bool {
         let (system, nominal, (open, candidate)) = (self.candidate.system, self.nominal, self.open);
         let names = &system.assembly.names.parameters;
-        // Switched off: what is free is zero, constants and members of families are what they are.
-        let mut off = |graph: &mut Graph, leaf| match leaf {
+        let mut absent = |graph: &mut Graph, leaf| match leaf {
             Leaf::Random(_) => graph.constant(0.0),
             Leaf::Parameter { parameter, component } => {
                 let index = parameter as usize;
@@ -176,10 +176,7 @@ impl Adding<'_> {
                     let parameter = (nominal.len() + candidate) as u32;
                     return graph.leaf(Leaf::Parameter { parameter, component });
                 }
-                let setting = &system.settings[index];
-                let stated = setting.fixed.then_some(setting.value.as_ref()).flatten();
-                let value = stated.and_then(|value| value.get(usize::from(component)));
-                graph.constant(value.copied().unwrap_or(0.0))
+                graph.constant(off(system, index, component))
             }
             other => graph.leaf(other),
         };
@@ -187,7 +184,7 @@ impl Adding<'_> {
         let mut acts = false;
         for (row, derivative) in found.iter().enumerate() {
             let Some(node) = derivative.nodes.first() else { continue };
-            let node = self.import.node(&self.rows.graph, *node, &mut made.graph, &mut off);
+            let node = self.import.node(&self.rows.graph, *node, &mut made.graph, &mut absent);
             if node != zero {
                 let weighted = made.graph.multiply(made.weights[row], node);
                 made.derivatives[row].directions.push(number);

@@ -33,9 +33,10 @@ pub fn text(title: &str, power: &Power) -> String {
 fn delays(power: &Power) -> String {
     let second = Unit::coherent(Dimension::TIME);
     let mut rows = table(&["delay of", "u (k=1)"]);
-    for one in &power.delays {
-        let sigma = one.sigma.map_or_else(String::new, |u| figure::uncertainty(u, &second));
-        rows.add_row([one.measurand.clone(), sigma]);
+    for shared in power.delays.chunk_by(|a, b| a.parameter == b.parameter) {
+        let sigma = shared[0].sigma.map_or_else(String::new, |u| figure::uncertainty(u, &second));
+        let of: Vec<&str> = shared.iter().map(|one| one.measurand.as_str()).collect();
+        rows.add_row([of.join(", "), sigma]);
     }
     align_right(&mut rows, &[1]);
     format!("\n{}", drawn(&rows))

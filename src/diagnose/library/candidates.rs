@@ -180,7 +180,15 @@ fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, Stri
                 continue;
             }
         };
+        let is_own = recipe.library.own_effects().any(|one| one.name == effect.name);
         for selected in heads {
+            // Those of the library are known to be absent at zero.
+            if let Some(remains) =
+                is_own.then(|| recipe.remains(&selected, &recipe.overrides)).flatten()
+            {
+                why.push(remains.message);
+                continue;
+            }
             let chosen = chosen_members(recipe, effect);
             for member in members(effect, &chosen) {
                 let selected = Selected { member, ..selected.clone() };
