@@ -276,6 +276,7 @@ fn false_alarms() {
         }
     }
     eprintln!("false alarms: {alarms} of {trials}");
+    assert!(alarms <= 1 + trials / 50, "{alarms} of {trials}");
 }
 
 #[test]
@@ -333,5 +334,8 @@ fn effects_of_the_library() {
         eprintln!(
             "lambda {lambda}: of {all}: first {first}, first or as good {class}, explained {declared}, by it alone {right}; withheld: unknown {withheld}, else {wrong}"
         );
+        let part = |count: usize, of: usize| count as f64 >= 0.01 * (of * all) as f64;
+        assert!(part(class, 90) && part(right, if lambda > 20.0 { 95 } else { 85 }));
+        assert!(lambda < 20.0 || part(withheld, 85));
     }
 }

@@ -280,7 +280,8 @@ impl Table {
                 count => format!("all {count} rows of the file are bad"),
             };
             let place = whole_line(&self.file, self.header.0, &self.header.1);
-            faults.push(Diagnostic::error(message).at(place));
+            let help = "write at least one row, or leave `file` away for a run that is planned";
+            faults.push(Diagnostic::error(message).at(place).help(help));
         }
         Diagnostics(faults).into_result(!self.lines.is_empty()).map_err(TableError::Content)
     }

@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 
 use super::arguments::{CampaignArguments, Format};
 use super::{Failure, doubts, load, output};
-use crate::engine::Problem;
+use crate::diagnose::fitted::carried_onto;
+use crate::engine::{Point, Problem};
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::report;
@@ -63,6 +64,25 @@ pub(super) fn estimate(problem: Problem) -> Result<Calibration, Failure> {
         }
         None => "the model is undefined near the starting point".to_owned(),
     }))
+}
+
+/// Fits the runs that have readings, where planned ones may stand beside them; and the point of all runs, as stated where the
+/// fit says nothing.
+pub(super) fn estimate_measured(problem: &Problem) -> Result<(Calibration, Point), Failure> {
+    let mut parts = problem.parts.clone();
+    for part in &mut parts {
+        let read = |run: usize| part.present_in(run).iter().any(|count| *count > 0);
+        let read: Vec<bool> = (0..part.runs.len()).map(read).collect();
+        let mut read = read.into_iter();
+        part.runs.retain(|_| read.next().unwrap_or(false));
+    }
+    parts.retain(|part| !part.runs.is_empty());
+    let mut measured = Problem::new(parts);
+    measured.progress = problem.progress.clone();
+    let fitted = estimate(measured)?;
+    let stated = Point::stated(&problem.layout);
+    let point = carried_onto(&fitted.problem, &fitted.fit.point, problem, stated);
+    Ok((fitted, point))
 }
 
 /// Exit status 1 where the numbers cannot be used.

@@ -23,7 +23,7 @@ impl CompareCommand {
         if !calibration.is_sound() {
             return unsound(&calibration, &loaded.about, self.common.format);
         }
-        doubts::tell(&calibration, self.common.quiet);
+        doubts::tell_beside_delays(&calibration, self.common.quiet);
         let mut whole = loaded.head.clone();
         let mut text = String::new();
         for part in 0..calibration.problem.parts.len() {

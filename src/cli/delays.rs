@@ -133,7 +133,7 @@ pub(super) fn given_transformation(
     if !joint.is_sound() && matches!(choice, Choice::Best | Choice::Joint) {
         unsound(&joint, &loaded.about, format)?;
     }
-    doubts::tell(&joint, loaded.quiet);
+    doubts::tell_beside_delays(&joint, loaded.quiet);
     (0..loaded.problem.parts.len())
         .map(|part| {
             let found = transformation(&loaded.problem, Some(&joint), part, choice);

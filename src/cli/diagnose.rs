@@ -9,6 +9,7 @@ use crate::campaign::Run;
 use crate::diagnose::verdict::Verdict;
 use crate::diagnose::{Diagnosis, diagnose, judge};
 use crate::diagnostic::Diagnostic;
+use crate::engine::layout::Instance;
 use crate::engine::open::{Opened, Recipe};
 use crate::engine::{Part, Problem};
 use crate::estimate::batch::Options;
@@ -116,7 +117,41 @@ fn other_owners(fitted: &Problem, held_out: &Opened) -> Vec<Diagnostic> {
             told.push(Diagnostic::warning(message).help(held));
         }
     }
+    told.extend(other_values(fitted, &held_out.problem));
     told
+}
+
+/// Standard uncertainties by which values that two campaigns state of the same thing may differ.
+const APART: f64 = 5.0;
+
+/// Warns of values that belong to all setups, but that a held-out campaign states otherwise.
+fn other_values(fitted: &Problem, held_out: &Problem) -> Vec<Diagnostic> {
+    let stated = |one: &Instance| {
+        let setting = &one.setting;
+        let values = setting.value.clone().filter(|_| one.of.is_none())?;
+        let sigmas = setting.sigma.clone().filter(|_| !setting.fixed);
+        Some((values, sigmas.unwrap_or_default()))
+    };
+    let differs = |one: &Instance, other: &Instance| {
+        let (Some((a, of_a)), Some((b, of_b))) = (stated(one), stated(other)) else {
+            return false;
+        };
+        a.iter().zip(&b).enumerate().any(|(k, (a, b))| {
+            let sigma = |of: &[f64]| of.get(k).copied().unwrap_or(0.0);
+            let allowed = APART * sigma(&of_a).hypot(sigma(&of_b)) + 1e-9 * a.abs().max(b.abs());
+            (a - b).abs() > allowed
+        })
+    };
+    let others = held_out.layout.instances.iter().filter(|other| {
+        let mut own = fitted.layout.instances.iter();
+        own.any(|one| one.name == other.name && differs(one, other))
+    });
+    let told = others.map(|one| {
+        let message = format!("the held-out campaign states another `{}`", one.name);
+        let help = "it is held at what the first campaigns give: a rig or an instrument that is another one cannot judge what was found";
+        Diagnostic::warning(message).help(help)
+    });
+    told.collect()
 }
 
 impl Diagnose {
@@ -125,7 +160,7 @@ impl Diagnose {
         load::refuse_correlated(&loaded.problem)?;
         load::refuse_empty(&loaded.problem)?;
         let mut wanted = self.library.wanted(&loaded.recipes)?;
-        wanted.prior = prior::read(&self.prior, &loaded.recipes)?;
+        wanted.prior = prior::read(&self.prior, &loaded.recipes, &wanted)?;
         let held_out = self.holdout.as_ref().map(|path| self.opened(path)).transpose()?;
         if let Some(other) = &held_out {
             same_models(&loaded.recipes, other)?;

@@ -4,6 +4,7 @@ use super::render;
 use crate::diagnostic::Diagnostic;
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::unrecorded::{Unrecorded, unrecorded};
+use crate::report::text::DOUBTFUL;
 
 /// Residuals larger than stated by so much are no matter of uncertainties.
 const SPOILT: f64 = 10.0;
@@ -22,6 +23,21 @@ pub(super) fn tell_of_accelerations(fit: &Calibration) {
     if fit.is_sound() {
         let missed = unrecorded(&fit.problem, &fit.fit.point);
         render::all(&missed.iter().map(accelerations).collect::<Vec<_>>());
+    }
+}
+
+/// The same beside delays, which say nothing of how the joint fit went: residuals that are larger than stated, too.
+pub(super) fn tell_beside_delays(fit: &Calibration, quiet: bool) {
+    tell(fit, quiet);
+    let factor = fit.variance_factor().unwrap_or(1.0);
+    if !quiet && fit.is_sound() && factor > DOUBTFUL && factor.sqrt() <= SPOILT {
+        let times = factor.sqrt();
+        let message = format!(
+            "the residuals of the joint fit are {times:.1} times as large as stated: the uncertainties do not hold"
+        );
+        let help =
+            "delays may be off by many times theirs: `homepoint diagnose` looks for the cause";
+        render::all(&[Diagnostic::warning(message).help(help)]);
     }
 }
 

@@ -1,6 +1,6 @@
 //! How probable causes are before the readings, as `--prior` says.
 
-use crate::diagnose::library::candidates::is_noise;
+use crate::diagnose::library::candidates::{Wanted, is_noise};
 use crate::diagnose::library::prior::{Cause, Prior};
 use crate::diagnostic::Diagnostic;
 use crate::engine::open::Recipe;
@@ -11,7 +11,7 @@ const CAUSES: [(&str, Cause); 3] =
     [("nothing", Cause::Nothing), ("library", Cause::Library), ("unknown", Cause::Unknown)];
 
 /// Reads `nothing=0.3`, `library=50 %` or `collimation=3`.
-pub(super) fn read(all: &[String], recipes: &[Recipe]) -> Result<Prior, Failure> {
+pub(super) fn read(all: &[String], recipes: &[Recipe], wanted: &Wanted) -> Result<Prior, Failure> {
     let (mut said, mut causes, mut effects) = (Vec::new(), Vec::new(), Vec::new());
     for text in all {
         let (name, number) = split(text).ok_or_else(|| malformed(text))?;
@@ -21,14 +21,23 @@ pub(super) fn read(all: &[String], recipes: &[Recipe]) -> Result<Prior, Failure>
         said.push(name);
         match CAUSES.iter().find(|(word, _)| *word == name) {
             Some((_, cause)) => causes.push((*cause, number)),
-            None => effects.push((known(name, recipes)?, number)),
+            None if text.trim_end().ends_with('%') => {
+                let message = format!("`--prior {text}`: an effect has no share of its own");
+                let help = "say how many times as probable as another effect it is, as in clock_drift=3; shares are of nothing, library and unknown";
+                return Err(Diagnostic::error(message).help(help).into());
+            }
+            None => effects.push((known(name, recipes, wanted)?, number)),
         }
     }
     let mut prior = Prior::stated(&causes).ok_or_else(|| {
-        Diagnostic::error("`--prior`: these are no probabilities of nothing, library and unknown")
-            .help(
-                "each is above 0, and together they are 1; those that are not said share the rest",
-            )
+        let said: Vec<String> = causes.iter().map(|(_, number)| number.to_string()).collect();
+        let message = format!(
+            "`--prior`: these are no probabilities of nothing, library and unknown: {}",
+            said.join(", ")
+        );
+        Diagnostic::error(message).help(
+            "each is above 0, and together they are 1; those that are not said share the rest",
+        )
     })?;
     for (name, times) in effects {
         prior = prior.with(name, times).ok_or_else(|| {
@@ -56,7 +65,7 @@ fn malformed(text: &str) -> Failure {
 }
 
 /// The name of an effect that can have a prior.
-fn known<'a>(name: &'a str, recipes: &[Recipe]) -> Result<&'a str, Failure> {
+fn known<'a>(name: &'a str, recipes: &[Recipe], wanted: &Wanted) -> Result<&'a str, Failure> {
     for recipe in recipes {
         let effect = recipe.library.effect(name)?;
         if effect.builtin || is_noise(&effect) {
@@ -64,6 +73,13 @@ fn known<'a>(name: &'a str, recipes: &[Recipe]) -> Result<&'a str, Failure> {
             let help = "its probability is the largest that its test allows against even odds";
             return Err(Diagnostic::error(message).help(help).into());
         }
+    }
+    let in_use = |recipe: &Recipe| recipe.effects.iter().any(|one| one.effect.name == name);
+    if !wanted.includes(name, None) || recipes.iter().all(in_use) {
+        let message = format!("`--prior {name}`: that effect is not looked for here");
+        let help =
+            "it is in the model already, or left out: drop `--with`, `--without` or `--only`";
+        return Err(Diagnostic::error(message).help(help).into());
     }
     Ok(name)
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::{Map, Value, json};
 
 use super::arguments::CampaignArguments;
-use super::calibrate::{estimate, verdict};
+use super::calibrate::{estimate_measured, verdict};
 use super::load::Loaded;
 use super::{Failure, load, output, render};
 use crate::campaign::write::write_campaign_with;
@@ -63,11 +63,11 @@ impl Simulate {
                 .help("give a noise level above -1: it is added to 1, so -0.5 leaves half of the noise")
                 .into());
         }
-        let complete = problem.reading_count() == 0;
         let (campaign, model) = (&loaded.campaigns[0], &loaded.models[0]);
         let draw = &mut |run: usize, table: &mut RunTable| {
             table.seed(self.seed, run);
-            draw_run(&problem, (0, run), &point, self.seed, complete, &mut |stretch, drawn| {
+            let planned = problem.parts[0].present_in(run).iter().all(|count| *count == 0);
+            draw_run(&problem, (0, run), &point, self.seed, planned, &mut |stretch, drawn| {
                 table.write(stretch, Some(drawn))
             })?;
             load::read_back(&problem)
@@ -117,12 +117,12 @@ fn truth(problem: &mut Problem, set: &[String]) -> Result<Point, Failure> {
     };
     let mut point = stated.clone();
     if problem.reading_count() > 0 && (0..stated.values.len()).any(open) {
-        let fitted = estimate(without_effects(problem))?;
+        let (fitted, found) = estimate_measured(&without_effects(problem))?;
         if !fitted.is_sound() {
             output::text(&report::text::trouble(&fitted))?;
             verdict(&fitted)?;
         }
-        point = fitted.fit.point;
+        point = found;
     }
     for (index, effect) in effects.iter().enumerate() {
         if known(index) {

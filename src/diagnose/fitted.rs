@@ -54,7 +54,7 @@ impl Fitted {
             for (index, instance) in problem.layout.instances.iter().enumerate() {
                 let here = instance.whose() == of.as_deref();
                 if instance.name == *name && here && !instance.setting.fixed {
-                    point.values[index][*component] = *value;
+                    point.set_component(&problem.layout, index, *component, *value);
                 }
             }
         }
@@ -78,10 +78,13 @@ impl Fitted {
                         && gone.member == one.member
                 })
             };
-            recipe.effects.retain(|one| !dropped(one));
-            parts.push(match recipe.with(&[]) {
-                Ok(system) => rebuilt(part, system),
-                Err(_) => part.clone(),
+            let kept = recipe.effects.iter().filter(|one| !dropped(one)).cloned().collect();
+            let known = std::mem::replace(&mut recipe.effects, kept);
+            parts.push(if let Ok(system) = recipe.with(&[]) {
+                rebuilt(part, system)
+            } else {
+                recipe.effects = known;
+                part.clone()
             });
         }
         let mut problem = Problem::new(parts);
@@ -158,7 +161,7 @@ pub fn carried(from: &Problem, point: &Point, to: &Problem) -> Point {
 }
 
 /// The same where what is new stays as it is.
-pub(super) fn carried_onto(from: &Problem, point: &Point, to: &Problem, onto: Point) -> Point {
+pub fn carried_onto(from: &Problem, point: &Point, to: &Problem, onto: Point) -> Point {
     let mut carried = onto;
     for (index, instance) in to.layout.instances.iter().enumerate() {
         let same = from

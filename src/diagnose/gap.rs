@@ -55,6 +55,8 @@ pub struct Step {
 /// The gap before and after.
 #[derive(Clone, Debug)]
 pub struct Gap {
+    /// The campaign on which it is judged, if that is another one than was fitted.
+    pub held_out: Option<String>,
     /// rms of the residuals of each measurand without the effects (SI).
     pub before: Vec<(String, f64)>,
     /// The same with them.
@@ -82,11 +84,27 @@ pub struct Gap {
 /// Part of the gap that is closed below which readings contradict what was named.
 const BORNE_OUT: f64 = 0.25;
 
+/// Held-out readings that are missed by so many times their noise, all of them, are of something else.
+const MISSED: f64 = 10.0;
+
 impl Gap {
     /// Whether the readings may close so much of the gap that they do not contradict what was named; `None` where the
-    /// evidence lies in prior values.
+    /// evidence lies in prior values, and where they can judge nothing.
     pub fn is_borne_out(&self) -> Option<bool> {
-        self.closed_interval.map(|[_, most]| most >= BORNE_OUT)
+        let most = self.closed_interval?[1];
+        (most >= BORNE_OUT || self.missed().is_none()).then_some(most >= BORNE_OUT)
+    }
+
+    /// How many times its noise a held-out campaign is missed, with and without what was named, where that is so much that
+    /// it is of something else: another rig, or values that are held wrongly.
+    pub fn missed(&self) -> Option<f64> {
+        let times = |rms: &[(String, f64)]| {
+            let noise = |name: &str| self.floor.iter().find(|one| one.0 == name);
+            let each = rms.iter().filter_map(|(name, rms)| Some(rms / noise(name)?.1));
+            each.fold(f64::INFINITY, f64::min)
+        };
+        let least = times(&self.before).min(times(&self.after));
+        (self.held_out.is_some() && least.is_finite() && least >= MISSED).then_some(least)
     }
 }
 
@@ -150,6 +168,7 @@ pub fn gap(models: &Steps, degrees: usize, leftover: f64, memory: f64, in_data: 
     let (part, interval) = closed(&drops, leftover);
     let gain = before.cost() - after.cost();
     Gap {
+        held_out: None,
         before: rms(&before.problem, &before.fit.point),
         after: rms(&after.problem, &after.fit.point),
         steps,
@@ -240,15 +259,16 @@ fn switched_off(before: &Fitted, after: &Fitted) -> Option<Vec<Option<f64>>> {
         if known {
             continue;
         }
-        for column in layout.range_of(index) {
-            let component = column - layout.range_of(index).start;
-            step[column] = Some(-after.fit.point.values[index][component]);
+        // A turn is undone along its own axis: its tangent there is its rotation vector.
+        let values = after.fit.point.components(layout, index);
+        for (column, value) in layout.range_of(index).zip(&values) {
+            step[column] = Some(-value);
         }
         // Values that sum to zero share columns: orthonormal, so a column is the sum over its values.
         if layout.range_of(index).is_empty() {
-            for component in 0..instance.dimension() {
+            for (component, value) in values.iter().enumerate() {
                 for (column, by) in layout.columns_of(index, component) {
-                    let value = -by * after.fit.point.values[index][component];
+                    let value = -by * value;
                     step[column] = Some(step[column].unwrap_or(0.0) + value);
                 }
             }
@@ -351,5 +371,31 @@ mod tests {
         // Two that should see as much, of which one does not.
         let (_, [low, _]) = closed(&[one(900.0, 900.0), one(0.0, 900.0)], 0.0);
         assert_eq!(low, 0.0);
+    }
+
+    #[test]
+    fn a_campaign_that_is_missed_by_far_whatever_is_named_refutes_nothing() {
+        let of = |rms: f64| vec![("distance".to_owned(), rms), ("vertical".to_owned(), 2.0 * rms)];
+        let gap = |held_out: Option<&str>, after: f64, most: f64| Gap {
+            held_out: held_out.map(str::to_owned),
+            before: of(1.0),
+            after: of(after),
+            steps: Vec::new(),
+            floor: of(0.01),
+            lambda: 0.0,
+            held_out_drop: 0.0,
+            leftover: 0.0,
+            closed: Some(most),
+            closed_interval: Some([0.0, most]),
+            folds: 1,
+            left_out: 0,
+        };
+        let far = gap(Some("other"), 0.9, 0.0);
+        assert_eq!(far.is_borne_out(), None);
+        assert!((far.missed().unwrap_or(0.0) - 90.0).abs() < 1e-9);
+        // What closes it is borne out; what leaves no more than noise there is judged; folds of the campaign itself always are.
+        assert_eq!(gap(Some("other"), 0.5, 0.9).is_borne_out(), Some(true));
+        assert_eq!(gap(Some("other"), 0.01, 0.0).is_borne_out(), Some(false));
+        assert_eq!(gap(None, 0.9, 0.0).is_borne_out(), Some(false));
     }
 }

@@ -140,12 +140,14 @@ pub fn power(
         return Ok(power);
     }
     let Some(stage) = design::stage(fitted, wanted) else { return Ok(power) };
-    let mut rows = rows(&stage);
+    let mut rows = rows(&stage, wanted);
     let open = |row: &Row| matches!(row.state, State::Alias | State::Absorbed | State::NotTestable);
     let tried = if rows.iter().any(open) { remedies(&stage.fitted) } else { Vec::new() };
     let tried: Vec<(Remedy, Vec<Row>)> = tried
         .into_iter()
-        .filter_map(|(remedy, fitted)| Some((remedy, self::rows(&design::stage(fitted, wanted)?))))
+        .filter_map(|(remedy, fitted)| {
+            Some((remedy, self::rows(&design::stage(fitted, wanted)?, wanted)))
+        })
         .collect();
     for row in &mut rows {
         row.words = words::words(row, &stage, &tried);
@@ -155,7 +157,7 @@ pub fn power(
 }
 
 /// The library's rows before a design, without words.
-fn rows(stage: &Stage) -> Vec<Row> {
+fn rows(stage: &Stage, wanted: &Wanted) -> Vec<Row> {
     let names: Vec<&str> = {
         let mut names: Vec<&str> = stage.candidates.iter().map(|one| one.name.as_str()).collect();
         names.dedup();
@@ -190,9 +192,8 @@ fn rows(stage: &Stage) -> Vec<Row> {
             row(stage, &numbers, &own, seen)
         })
         .collect();
-    rows.extend(noise::rows(stage));
-    let missing = stage.not_testable.iter().filter(|one| !noise::has_detector(&one.name));
-    rows.extend(missing.map(|one| not_testable(&one.name, one.why.clone())));
+    rows.extend(noise::rows(stage, wanted));
+    rows.extend(stage.not_testable.iter().map(|one| not_testable(&one.name, one.why.clone())));
     rows.sort_by(|a, b| (a.state as u8, &a.name).cmp(&(b.state as u8, &b.name)));
     rows
 }

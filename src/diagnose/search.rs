@@ -27,7 +27,7 @@ use self::adopted::{SHORT_LIST, adopted, aliases, alike, best, of_all};
 use self::pairs::pairs;
 use self::probability::{among_effects, logarithms};
 use super::evidence::score::{Support, of_gain};
-use super::evidence::thresholds::{LEAST_LAMBDA, level};
+use super::evidence::thresholds::level;
 use super::fitted::Fitted;
 use super::found::{LeftOut, Lost, Noise};
 use super::library::candidates::Wanted;
@@ -82,11 +82,8 @@ impl Stage {
     /// from stretch to stretch.
     fn passes(&self, candidate: usize, level: f64) -> bool {
         let score = &self.scores[candidate];
-        if score.ln_p > level || score.lambda() < LEAST_LAMBDA {
-            return false;
-        }
         let inflation = self.inflation[candidate];
-        self.support().ln_p(score.gain, score.degrees, inflation) <= level
+        score.is_seen(level) && self.support().ln_p(score.gain, score.degrees, inflation) <= level
     }
 
     /// Logarithm of the evidence of each candidate, found out once.

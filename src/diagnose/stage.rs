@@ -57,7 +57,8 @@ pub struct Stage {
     pub(super) logarithms: OnceLock<Vec<f64>>,
 }
 
-/// What stays the same while the noise of a stage is judged, as long as its models do.
+/// What stays the same while the noise of a stage is judged: the members that families were scanned for, before anything
+/// was known of the noise (beside a square or a walk a scan would find what these leave of themselves), and signatures.
 #[derive(Debug, Default)]
 pub struct Kept {
     scanned: Scanned,

@@ -19,8 +19,8 @@ mod turning;
 use crate::estimate::contradicted::Contradicted;
 
 use super::evidence::Entry;
-use super::evidence::score::{Score, of_gain};
-use super::evidence::thresholds::{FALSE_ALARMS, NAMED};
+use super::evidence::score::Score;
+use super::evidence::thresholds::{LEAST_PROBABLE, NAMED};
 use super::found::{Apart, Displaced, Location, Noise, Ranked};
 use super::gross::wild::RUNS_APART;
 use super::library::structure::Place;
@@ -28,9 +28,6 @@ use super::search::{Adopted, Search};
 use super::stage::Stage;
 use turning::goes_round;
 
-/// An effect that is less probable than this is no name for what is there: its size is far from what is usual,
-/// or something that nobody wrote down does as much with less.
-const LEAST_PROBABLE: f64 = 0.001;
 /// Places shown at most.
 const PLACES: usize = 5;
 /// A block that explains less of the best is no place of its own.
@@ -225,14 +222,14 @@ pub fn apart(search: &Search) -> Vec<&Place> {
 /// Whether a few runs are off, but far from all of what there is.
 fn has_more_than_runs(stage: &Stage) -> bool {
     let Noise { left_out, apart, .. } = &stage.noise_found;
-    let is_less = |one: &Apart| share_of_runs(stage, one) < RUNS_LEAD;
+    let most = leftover(stage);
+    let is_less = |one: &Apart| share_of_runs(stage, one, most) < RUNS_LEAD;
     left_out.runs.is_empty() && !apart.is_empty() && apart.iter().all(is_less)
 }
 
-/// What changes in a few runs explain by themselves, over what the best block does; all where there is none.
-fn share_of_runs(stage: &Stage, apart: &Apart) -> f64 {
+/// What changes in a few runs explain by themselves, over the `most` that a block does; all where there is none.
+fn share_of_runs(stage: &Stage, apart: &Apart, most: f64) -> f64 {
     let block = stage.candidates.iter().position(|one| one.name == apart.block);
-    let most = leftover(stage);
     let Some(block) = block.filter(|_| most > 0.0) else { return 1.0 };
     let own = stage.entry(block);
     let change = |runs: &Vec<usize>| stage.evidence.tied_over(own, |run| runs.contains(&run));
@@ -255,45 +252,37 @@ fn is_a_cause(search: &Search, number: usize) -> bool {
     else {
         return false;
     };
-    let gain = search.adopted[number].score.gain;
+    // Each in units of the noise of its stage.
+    let one = &search.adopted[number];
     let blocks = before.blocks_found();
     let best = blocks.iter().map(|block| before.scores[*block].gain).fold(0.0, f64::max);
-    gain >= NAMED * best && gain > leftover(after)
-}
-
-impl Search {
-    /// Whether what was adopted is a cause to be named where it leaves nothing: probable, and no imitation.
-    pub(super) fn convinces(&self) -> bool {
-        self.is_probable() && !self.imitates()
-    }
-
-    /// By the last one: what was adopted before was judged without it. And that one must still be there beside the
-    /// noise that was found with it.
-    pub(super) fn is_probable(&self) -> bool {
-        self.adopted.last().is_some_and(|last| {
-            let beside_noise = of_gain(last.gain, last.score.degrees, 1).ln_p;
-            last.probability >= LEAST_PROBABLE && beside_noise <= FALSE_ALARMS.ln()
-        })
-    }
+    one.score.gain >= NAMED * best && one.gain > leftover(after)
 }
 
 /// What the best block still explains.
 pub fn leftover(stage: &Stage) -> f64 {
-    let found = stage.blocks_found();
-    found.iter().map(|block| stage.scores[*block].lambda().powi(2)).fold(0.0, f64::max)
+    stage.blocks_found().into_iter().map(|block| squared(stage, block)).fold(0.0, f64::max)
+}
+
+/// The squared length of what a block explains.
+fn squared(stage: &Stage, block: usize) -> f64 {
+    stage.scores[block].lambda().powi(2)
+}
+
+/// The blocks that are told: of oscillations none that goes round with the arm, where anything else says something.
+fn told(stage: &Stage) -> Vec<usize> {
+    let found = with_one_oscillation(stage, stage.blocks_found());
+    let goes_round = |block: &usize| stage.is_oscillation(*block) && goes_round(stage, *block);
+    let (round, others): (Vec<usize>, Vec<usize>) = found.iter().partition(|one| goes_round(one));
+    let is_told = |block: &usize| squared(stage, *block) >= LEAST_SHARE * leftover(stage);
+    if !round.is_empty() && others.iter().any(is_told) { others } else { found }
 }
 
 /// Where the gap lies, best first; a few runs before all else where they are what there is.
 pub fn locations(stage: &Stage) -> Vec<Location> {
     let runs_lead = !has_more_than_runs(stage);
-    let mut found = with_one_oscillation(stage, stage.blocks_found());
-    let square = |block: &usize| stage.scores[*block].lambda().powi(2);
-    let goes_round = |block: &usize| stage.is_oscillation(*block) && goes_round(stage, *block);
-    let (round, others): (Vec<usize>, Vec<usize>) = found.iter().partition(|one| goes_round(one));
-    let is_told = |block: &usize| square(block) >= LEAST_SHARE * leftover(stage);
-    if !round.is_empty() && others.iter().any(is_told) {
-        found = others;
-    }
+    let mut found = told(stage);
+    let square = |block: &usize| squared(stage, *block);
     let most = found.iter().map(square).fold(0.0, f64::max);
     let share = |block: &usize| square(block) / most;
     let apart = &stage.noise_found.apart;
@@ -315,7 +304,7 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     let others = apart.iter().filter(|one| !runs_lead || !blocks.contains(&one.block.as_str()));
     let others = others.map(|one| Location {
         place: one.place.clone(),
-        share: if runs_lead { 1.0 } else { share_of_runs(stage, one) },
+        share: if runs_lead { 1.0 } else { share_of_runs(stage, one, most) },
     });
     let out = stage.noise_found.left_out.runs.iter();
     let out = out.map(|one| Location { place: one.place.clone(), share: 1.0 });
@@ -335,9 +324,9 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
 }
 
 /// Stated values that the readings contradict, as places: what the sum of squares loses without them, over
-/// what it loses with the best block of a stage.
+/// what it loses with the best block of a stage that is told.
 pub fn of_stated(stage: &Stage, contradicted: &[Contradicted]) -> Vec<Location> {
-    let most = leftover(stage);
+    let most = told(stage).into_iter().map(|block| squared(stage, block)).fold(0.0, f64::max);
     let share = |one: &Contradicted| if most > 0.0 { one.gain / most } else { 1.0 };
     let place = |one: &Contradicted| Place::of_stated(&one.parameter, one.estimate.of.as_deref());
     contradicted.iter().map(|one| Location { place: place(one), share: share(one) }).collect()

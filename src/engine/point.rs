@@ -100,6 +100,21 @@ impl Point {
         }
     }
 
+    /// Gives one of the components that a person reads another value.
+    pub fn set_component(
+        &mut self,
+        layout: &Layout,
+        instance: usize,
+        component: usize,
+        value: f64,
+    ) {
+        let mut components = self.components(layout, instance);
+        if let Some(own) = components.get_mut(component) {
+            *own = value;
+            self.values[instance] = from_components(layout.instances[instance].kind, &components);
+        }
+    }
+
     /// Derivatives of those components with respect to the instance's tangent (rows: components).
     pub fn component_jacobian(&self, layout: &Layout, instance: usize) -> Vec<Vec<f64>> {
         match layout.instances[instance].kind {

@@ -29,7 +29,7 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         "verdict": diagnosis.verdict.word(),
         "effects": noise.chain(effects).collect::<Vec<_>>(),
         "candidates": candidates.map(candidate).collect::<Vec<_>>(),
-        "causes": diagnosis.causes.map(causes),
+        "causes": diagnosis.causes.filter(|_| is_of_one_cause(diagnosis)).map(causes),
         "prior": prior(diagnosis),
         "absorbed": absorbed
             .map(|one| json!({ "name": one.name, "acts_as": one.acts_as }))
@@ -272,8 +272,14 @@ fn by_measurand(list: &[(String, f64)]) -> Map<String, Value> {
 }
 
 /// The gap before and after.
+/// Whether probabilities of single causes say something: not where several were found, or one is not all.
+pub(super) fn is_of_one_cause(diagnosis: &Diagnosis) -> bool {
+    diagnosis.effects.len() < 2 && diagnosis.verdict != Verdict::ShapeDiffers
+}
+
 pub(crate) fn gap(one: &Gap) -> Value {
     json!({
+        "held_out": one.held_out,
         "before": by_measurand(&one.before),
         "after": by_measurand(&one.after),
         "floor": by_measurand(&one.floor),

@@ -1,13 +1,16 @@
 //! The result of `diagnose` for people: the verdict first, in a sentence that can be read aloud.
 
 use crate::diagnose::Diagnosis;
+use crate::diagnose::evidence::thresholds::LEAST_LAMBDA;
 use crate::diagnose::found::{Location, Ranked};
 use crate::diagnose::gap::Gap;
 use crate::diagnose::library::prior::Cause;
 use crate::diagnose::search::probability::is_implausible;
 use crate::diagnose::verdict::hidden::Hidden;
-use crate::diagnose::verdict::{Verdict, Why, locations};
-use crate::report::diagnosis::{estimates_of, last_stage, stated_prior, times_usual};
+use crate::diagnose::verdict::{Verdict, Why, leftover, locations};
+use crate::report::diagnosis::{
+    estimates_of, is_of_one_cause, last_stage, stated_prior, times_usual,
+};
 use crate::report::figure;
 use crate::report::noise_text::{alike, noise};
 use crate::report::text::{drawn, residual_unit, stated, table, trouble, unit_of};
@@ -28,7 +31,7 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
     }
     if !diagnosis.suspected.is_empty() {
         let names = diagnosis.suspected.join("`, `");
-        text.push_str(&format!("Suspected, but not declared (beside what was found too small, or not to be fitted): `{names}`.\n"));
+        text.push_str(&format!("Suspected, but not declared (lambda below {LEAST_LAMBDA:.0}, or it could not be fitted beside what was found): `{names}`.\n"));
     }
     text.push_str(&noise(diagnosis));
     text.push_str(&effects(diagnosis));
@@ -148,8 +151,12 @@ fn effects(diagnosis: &Diagnosis) -> String {
 fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
     let mut text = String::new();
     if let (Some(closed), Some([low, high])) = (gap.closed, gap.closed_interval) {
+        let on = match &gap.held_out {
+            Some(name) => format!("On the held-out campaign `{name}`"),
+            None => "On readings that it was not fitted to".to_owned(),
+        };
         text.push_str(&format!(
-            "\nOn readings that it was not fitted to, this closes {:.0} % of the gap ({:.0} to {:.0} %, {} fold{}).\n",
+            "\n{on}, this closes {:.0} % of the gap ({:.0} to {:.0} %, {} fold{}).\n",
             100.0 * closed,
             100.0 * low,
             100.0 * high,
@@ -159,8 +166,14 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
     }
     if gap.left_out > 0 {
         text.push_str(&format!(
-            "{} of those readings are left out: lost or gross.\n",
-            gap.left_out
+            "{} of those readings {} left out: lost or gross.\n",
+            gap.left_out,
+            if gap.left_out == 1 { "is" } else { "are" }
+        ));
+    }
+    if let (Some(times), None) = (gap.missed(), gap.is_borne_out()) {
+        text.push_str(&format!(
+            "With and without it that campaign is missed by {times:.0} times its noise and more: what is held does not hold there, so it cannot judge this.\n"
         ));
     }
     text.push_str(&remains(diagnosis, gap));
@@ -193,11 +206,13 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
 
 /// What an effect leaves whose form does not fit.
 fn remains(diagnosis: &Diagnosis, gap: &Gap) -> String {
-    let left = last_stage(diagnosis).map(locations).unwrap_or_default();
+    let stage = last_stage(diagnosis);
+    let left = stage.map(locations).unwrap_or_default();
     match (diagnosis.verdict, left.first().or(diagnosis.rings.as_ref())) {
         (Verdict::ShapeDiffers, Some(first)) => {
-            // A held-out campaign may show nothing of it.
-            let length = match gap.leftover.sqrt() {
+            // Of a place in the campaign that was fitted: what a held-out one shows may be another.
+            let own = stage.filter(|_| !left.is_empty()).map(leftover);
+            let length = match own.unwrap_or(gap.leftover).sqrt() {
                 length if length >= 0.5 => format!(", {length:.0} units of the noise long"),
                 _ => String::new(),
             };
@@ -279,7 +294,7 @@ fn candidates(diagnosis: &Diagnosis, top: usize) -> String {
     let shares = !diagnosis.locations.is_empty();
     header.extend(shares.then_some("share"));
     // It is the probability of a single cause; where there are more it says nothing.
-    let single = diagnosis.effects.len() < 2 && diagnosis.verdict != Verdict::ShapeDiffers;
+    let single = is_of_one_cause(diagnosis);
     header.extend(single.then_some("probability"));
     let mut rows = table(&header);
     if diagnosis.candidates.is_empty() || top == 0 {
@@ -359,6 +374,9 @@ fn by_chance(ln_p: f64) -> String {
     let tenth = ln_p / std::f64::consts::LN_10;
     if tenth > -3.0 {
         return format!("{:.3}", ln_p.exp());
+    }
+    if tenth > -5.0 {
+        return format!("{:.0e}", ln_p.exp());
     }
     format!("1e{}", tenth.round())
 }

@@ -27,7 +27,7 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
     let in_use = noise_in_use(diagnosis);
     if diagnosis.noise.is_empty() && !in_use.is_empty() {
-        text.push_str("Noise of which the fit takes account beside it:\n");
+        text.push_str("Noise of which the fit takes account beside it (it may be what of the gap follows no block):\n");
     }
     for one in in_use.iter().filter(|one| one.name != "lost_samples") {
         let figure = figure::measured(one.value, one.sigma, &one.unit);
@@ -52,8 +52,7 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     }
     let Some(found) = last_noise(diagnosis) else { return text };
     for Level { measurand, of, factor } in &found.levels {
-        // By so little that figures do not show it.
-        if (factor - 1.0).abs() < 0.005 {
+        if !is_shown(*factor) {
             continue;
         }
         let hint = if (0.1..10.0).contains(factor) { "" } else { " Is its unit right?" };
@@ -68,11 +67,13 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
             "`{measurand}` scatters {factor:.2} times as much in run `{run}` as in most; the fit uses that.\n"
         ));
     }
-    let is_named = |measurand: &str| {
-        let own = |one: &&NoiseEffect| one.parameter == format!("{}.{measurand}", one.name);
+    let is_named = |measurand: &str, of: &Option<String>| {
+        let parameter = |one: &NoiseEffect| format!("{}.{measurand}", one.name);
+        let own = |one: &&NoiseEffect| one.of == *of && one.parameter == parameter(one);
         in_use.iter().filter(own).any(|one| one.memory.is_some())
     };
-    for (measurand, of, memory) in found.memories.iter().filter(|(name, ..)| !is_named(name)) {
+    for (measurand, of, memory) in found.memories.iter().filter(|(name, of, _)| !is_named(name, of))
+    {
         let time = figure::uncertainty(memory.time, &Unit::coherent(Dimension::TIME));
         let share = 100.0 * memory.share;
         if share < 0.5 {
@@ -250,4 +251,9 @@ pub(super) fn alike(aliases: &[String]) -> String {
         return String::new();
     }
     format!("  These data cannot tell it from `{}`.\n", aliases.join("`, `"))
+}
+
+/// Whether figures show that a level is not what is stated.
+pub(super) fn is_shown(factor: f64) -> bool {
+    (factor - 1.0).abs() >= 0.005
 }

@@ -41,7 +41,7 @@ pub(crate) fn drawn(table: &Table) -> String {
 }
 
 /// A variance factor beyond this is no matter of stated uncertainties that are a little too small.
-const DOUBTFUL: f64 = 2.0;
+pub const DOUBTFUL: f64 = 2.0;
 
 /// The result of `calibrate`.
 pub fn calibration(title: &str, result: &Calibration) -> String {

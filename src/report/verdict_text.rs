@@ -5,6 +5,7 @@ use crate::diagnose::found::Location;
 use crate::diagnose::gap::Gap;
 use crate::diagnose::verdict::{Verdict, Why, apart};
 use crate::report::diagnosis::last_noise;
+use crate::report::noise_text::is_shown;
 
 /// Share of the best from which on another place is as good.
 const SAME_PLACE: f64 = 0.95;
@@ -22,19 +23,23 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
     let noise = diagnosis.noise.iter().map(|one| &one.name);
     let effects = diagnosis.effects.iter().map(|one| &one.candidate.name);
     let names: Vec<String> = effects.chain(noise).map(|name| format!("`{name}`")).collect();
-    let names = names.join(" and ");
+    let names = match names.as_slice() {
+        [first @ .., last] if first.len() > 1 => format!("{} and {last}", first.join(", ")),
+        few => few.join(" and "),
+    };
     match diagnosis.verdict {
+        Verdict::Adequate if !diagnosis.suspected.is_empty() => {
+            "Nothing can be declared: what is left looks like noise but for what is suspected."
+                .to_owned()
+        }
         Verdict::Adequate
             if last_noise(diagnosis).is_some_and(|noise| {
-                noise.levels.iter().any(|one| one.factor > 1.0)
-                    || noise.run_levels.iter().any(|(.., factor)| *factor > 1.0)
+                let is_larger = |factor: f64| factor > 1.0 && is_shown(factor);
+                noise.levels.iter().any(|one| is_larger(one.factor))
+                    || noise.run_levels.iter().any(|(.., factor)| is_larger(*factor))
             }) =>
         {
             "Nothing was found but noise: what is left looks like noise that is larger than stated."
-                .to_owned()
-        }
-        Verdict::Adequate if !diagnosis.suspected.is_empty() => {
-            "Nothing can be declared: what is left looks like noise but for what is suspected."
                 .to_owned()
         }
         Verdict::Adequate => {

@@ -6,13 +6,13 @@
 //! `λ`, and which effects are alike.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use nalgebra::DVector;
 
 use crate::campaign::Sample;
 use crate::diagnose::evidence::{Entry, Evidence};
-use crate::diagnose::library::candidates::{Candidate, Wanted, offer};
+use crate::diagnose::library::candidates::{self, Candidate, Wanted, offer};
 use crate::diagnose::library::catalogue::written;
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::{Opened, Recipe};
@@ -300,17 +300,7 @@ fn fitting(shape: &Shape, recipes: &[Recipe]) -> Option<Candidate> {
         head: None,
         member: std::collections::BTreeMap::new(),
     };
-    let systems: Vec<_> = recipes
-        .iter()
-        .map(|recipe| recipe.with(std::slice::from_ref(&selected)).ok().map(Arc::new))
-        .collect();
-    let name = shape.effect.name.clone();
-    systems.iter().any(Option::is_some).then_some(Candidate {
-        name,
-        selected,
-        place: None,
-        systems,
-    })
+    candidates::fitting(recipes, &selected, None)
 }
 
 /// Everything of which something is left beyond the nominal parameters, members of a family together.

@@ -171,7 +171,7 @@ fn with(
     for (name, component, of, value) in values {
         for (index, instance) in full.layout.instances.iter().enumerate() {
             if instance.name == *name && instance.whose() == of.as_deref() {
-                point.values[index][*component] = *value;
+                point.set_component(&full.layout, index, *component, *value);
             }
         }
     }

@@ -100,6 +100,10 @@ impl Ledger {
             }
             good += read as u64;
         }
+        // What is no beginning of a heading is somebody's.
+        if good == 0 && !line_of(heading)?.starts_with(&line) {
+            return Err(LedgerError::NoHeading);
+        }
         file.set_len(good)?;
         file.seek(io::SeekFrom::Start(good))?;
         if good == 0 {
@@ -119,9 +123,13 @@ impl Ledger {
 
 /// A line at once: whatever interrupts, at most the last one is cut off.
 fn append(file: &mut File, what: &impl Serialize) -> io::Result<()> {
+    file.write_all(&line_of(what)?)
+}
+
+fn line_of(what: &impl Serialize) -> io::Result<Vec<u8>> {
     let mut line = serde_json::to_vec(what)?;
     line.push(b'\n');
-    file.write_all(&line)
+    Ok(line)
 }
 
 fn same(found: &Heading, wanted: &Heading) -> Result<(), LedgerError> {

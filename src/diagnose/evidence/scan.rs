@@ -16,7 +16,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::library::candidates::{Candidate, join};
+use crate::diagnose::library::candidates::{Candidate, fitting};
 use crate::effect::{Effect, Members};
 use crate::engine::Problem;
 use crate::engine::passes::Passes;
@@ -39,7 +39,7 @@ const POLISH: usize = 4;
 /// What was found before: the family, its best member, and the number of members.
 pub type Scanned = Vec<(String, Candidate, usize)>;
 
-/// The best member of a family, if it is not among those `known`, and the number of members that it was chosen among. `None` where the
+/// The best member of a family, as `known` or looked for, and the number of members that it was chosen among. `None` where the
 /// effect has not just one family, or its member cannot be left open.
 pub fn scan(
     fitted: &Fitted,
@@ -89,14 +89,7 @@ pub(in crate::diagnose) fn with_member(
     let mut selected = family.selected.clone();
     selected.member = [(name.clone(), value)].into();
     let place = family.place.as_ref().map(|place| place.at(value));
-    let mut found = Vec::new();
-    for (campaign, recipe) in fitted.recipes.iter().enumerate() {
-        if let Ok(system) = recipe.with(std::slice::from_ref(&selected)) {
-            let at = (campaign, fitted.recipes.len());
-            join(&mut found, at, selected.clone(), place.clone(), system);
-        }
-    }
-    found.pop()
+    fitting(&fitted.recipes, &selected, place.as_ref())
 }
 
 /// The number of members that a family is scanned over, as it is paid for; `None` where it is not.

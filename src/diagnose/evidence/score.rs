@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::tail::{ln_chi_squared, ln_f};
+use super::thresholds::LEAST_LAMBDA;
 
 /// Fewer stretches do not show how scores scatter.
 pub const LEAST_STRETCHES: usize = 20;
@@ -24,6 +25,11 @@ pub struct Score {
 impl Score {
     /// Nothing.
     pub const NONE: Self = Self { gain: 0.0, degrees: 0, ln_p: 0.0 };
+
+    /// Whether it is below a level of chance (a logarithm), and large enough to be declared.
+    pub fn is_seen(&self, level: f64) -> bool {
+        self.ln_p <= level && self.lambda() >= LEAST_LAMBDA
+    }
 
     /// Length of the signature in units of the noise: the gain less what chance gives.
     pub fn lambda(&self) -> f64 {

@@ -88,6 +88,7 @@ pub fn holdout(
     let (part, interval) = closed(&drops, left);
     let drop = taken(&drops);
     Ok(Gap {
+        held_out: opened.campaigns.first().map(|campaign| campaign.name.clone()),
         before: before.rms,
         after,
         steps,

@@ -229,6 +229,22 @@ pub(in crate::diagnose) fn join(
     }
 }
 
+/// An effect as it fits campaigns of these models; `None` where it fits none.
+pub fn fitting(
+    recipes: &[Recipe],
+    selected: &Selected,
+    place: Option<&Place>,
+) -> Option<Candidate> {
+    let mut found = Vec::new();
+    for (campaign, recipe) in recipes.iter().enumerate() {
+        if let Ok(system) = recipe.with(std::slice::from_ref(selected)) {
+            let at = (campaign, recipes.len());
+            join(&mut found, at, selected.clone(), place.cloned(), system);
+        }
+    }
+    found.pop()
+}
+
 /// The members that a campaign chose.
 fn chosen_members(recipe: &Recipe, effect: &Effect) -> BTreeMap<String, f64> {
     let said = |family: &String| {

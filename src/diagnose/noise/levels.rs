@@ -311,6 +311,10 @@ pub(super) fn levels(
                 continue;
             }
             let variance = squares / (count as f64 * freedom);
+            // Readings without any scatter, as of a simulation, say nothing of their noise.
+            if variance <= 0.0 {
+                continue;
+            }
             let effective = noise.alike() * freedom * count as f64;
             let degrees = (effective.floor() as usize).max(1);
             let squares = degrees as f64 * variance;

@@ -225,7 +225,7 @@ pub(super) fn name_memory(stage: &Stage, all: &[Sequence], noise: &mut Noise) {
         name: candidate.name.clone(),
         selected: None,
         parameter: format!("{}.{}", candidate.name, measurand.name),
-        of: None,
+        of: part.label.clone(),
         unit: measurand.unit.clone(),
         value: size,
         // The share is known as the correlation of neighbours is.

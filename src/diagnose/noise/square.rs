@@ -12,11 +12,10 @@ use std::sync::Arc;
 
 use crate::diagnose::evidence::Evidence;
 use crate::diagnose::found::{Noise, NoiseEffect};
-use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::library::candidates::fitting;
 use crate::diagnose::stage::Stage;
 use crate::diagnostic::Source;
 use crate::effect::{Effect, Target};
-use crate::engine::open::Recipe;
 use crate::graph::MeasurandKind;
 use crate::model::{Model, Shape};
 use crate::system::Selected;
@@ -39,13 +38,7 @@ pub(super) fn square(stage: &Stage, noise: &Noise) -> Option<Selected> {
     let model = &recipes.first()?.model;
     let effect = Arc::new(effect(model, one, shape)?);
     let selected = Selected { effect, head: None, member: Default::default() };
-    let system = |recipe: &Recipe| recipe.with(std::slice::from_ref(&selected)).ok().map(Arc::new);
-    let candidate = Candidate {
-        name: selected.effect.name.clone(),
-        selected: selected.clone(),
-        place: None,
-        systems: recipes.iter().map(system).collect(),
-    };
+    let candidate = fitting(recipes, &selected, None)?;
     let (problem, fit) = (&stage.fitted.problem, &stage.fitted.fit);
     let evidence = Evidence::new(problem, &fit.normal, &fit.point, &[&candidate])?;
     let length = evidence.entries[0].lengths.norm() * mean(one.value);

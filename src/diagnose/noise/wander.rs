@@ -23,14 +23,14 @@
 use std::ops::RangeInclusive;
 
 use beside::{Close, Structure, beside_structure};
-use columns::{joined, select};
+use columns::select;
 use course::{Course, Times};
 use displaced::Suspect;
 use wandering::{Likeliest, Wandering};
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::found::{Displaced, NoiseEffect, Rival};
-use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::library::candidates::{Candidate, fitting};
 use crate::diagnose::library::structure::Place;
 use crate::diagnose::sequences::sequences;
 use crate::diagnose::stage::Stage;
@@ -84,7 +84,7 @@ fn tested(
     let others = stage.readings_over_runs().into_iter().filter(|one| !structures.contains(one));
     let beside = structures.iter().copied().chain(others).map(|n| &stage.candidates[n]);
     let beside: Vec<&Candidate> = beside.collect();
-    let columns = joined(&fitted.recipes, anywhere)?;
+    let columns = fitting(&fitted.recipes, &anywhere, None)?;
     let wandering = Wandering::of(fitted, &beside, &columns, &times, level)?;
     let entries = &wandering.evidence.entries[..];
     let of_runs: Vec<(&Place, &Entry)> = beside

@@ -5,14 +5,14 @@
 //! order,
 //!
 //! - gross readings are left out ([`crate::diagnose::gross::wild`]), for what they do to a fit looks like all the rest;
-//! - random quantities that the readings of one sample share are looked for ([`super::jitter`]), and put in with their
-//!   square where it counts (`square`);
-//! - wild readings are left out ([`crate::diagnose::gross::wild`]);
-//! - the level of each measurand is its scatter over what is stated;
-//! - memory is the correlation of a measurand's neighbours in time ([`super::memory`]), and what wanders
-//!   from run to run a random walk ([`super::wander`]).
+//! - random quantities that the model has are judged again, and such as the readings of one sample share are looked for
+//!   ([`super::jitter`]), and put in with their square where it counts (`square`);
+//! - runs that are noisier than most have a level of their own, wild readings are left out ([`crate::diagnose::gross::wild`]), and
+//!   the level of each measurand is its scatter over what is stated;
+//! - what wanders from run to run is a random walk ([`super::wander`]), and memory the correlation of a measurand's neighbours in
+//!   time ([`super::memory`]), before levels where no walk can be told from it.
 //!
-//! Each is tested one-sidedly (but levels, which may be lower than stated, too), and what is accepted
+//! Where noise is far from what is stated it begins at how neighbours differ. Each is tested one-sidedly (but levels, which may be lower than stated, too), and what is accepted
 //! enters the covariance. A memory that no Gauss-Markov
 //! process follows widens the stretches over which scores are summed.
 

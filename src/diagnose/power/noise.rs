@@ -12,11 +12,13 @@ use crate::diagnose::evidence::tail::ln_normal;
 use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::fitted::{Fitted, rebuilt};
 use crate::diagnose::gross::wild::{counts, ln_wild};
-use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::library::candidates::{Candidate, Wanted};
 use crate::diagnose::noise::jitter::{stride, white_randoms};
 use crate::diagnose::noise::levels::patches_level;
 use crate::diagnose::stage::Stage;
+use crate::effect::Effect;
 use crate::engine::noise::{active_randoms, covariance_of};
+use crate::library::Library;
 use crate::model::{ParameterDeclaration, Process};
 use crate::units::Unit;
 
@@ -26,13 +28,12 @@ use super::{Row, State, not_testable};
 /// Squared cosine from which on two patterns of scatter are one.
 const SAME: f64 = 0.99;
 
-/// Whether a built-in detector looks for an effect that has no form.
-pub fn has_detector(name: &str) -> bool {
-    name == "outliers"
-}
+/// The built-in detector whose size can be foretold.
+const WILD: &str = "outliers";
+const NOT_FORETOLD: &str = "`diagnose` looks for it in the readings; its size is not foretold here";
 
-/// The rows of the effects on the noise.
-pub fn rows(stage: &Stage) -> Vec<Row> {
+/// The rows of the effects on the noise, and of the built-in detectors.
+pub fn rows(stage: &Stage, wanted: &Wanted) -> Vec<Row> {
     let problem = &stage.fitted.problem;
     let rows: usize = problem.parts.iter().map(|part| part.residual_count()).sum();
     let level = level(rows + stage.noise.len());
@@ -57,7 +58,7 @@ pub fn rows(stage: &Stage) -> Vec<Row> {
                     let process = |one: &ParameterDeclaration| one.process != Process::White;
                     let slow = candidate.selected.effect.parameters.iter().any(process);
                     let why = if slow {
-                        "`diagnose` looks for it in the readings; its size is not foretold here"
+                        NOT_FORETOLD
                     } else {
                         "the readings of a sample share nothing of it"
                     };
@@ -66,7 +67,13 @@ pub fn rows(stage: &Stage) -> Vec<Row> {
             }
         })
         .collect();
-    rows.extend(stage.not_testable.iter().any(|one| one.name == "outliers").then(|| wild(stage)));
+    let library = stage.fitted.recipes.first().map(|recipe| &recipe.library);
+    let detectors = library.into_iter().flat_map(Library::effects).filter(|one| one.builtin);
+    let detectors = detectors.filter(|one| wanted.includes(&one.name, None));
+    rows.extend(detectors.map(|one| match one.name.as_str() {
+        WILD => wild(stage, one),
+        name => not_testable(name, NOT_FORETOLD.to_owned()),
+    }));
     rows
 }
 
@@ -197,7 +204,7 @@ fn scatter(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Row> {
 }
 
 /// Wild readings.
-fn wild(stage: &Stage) -> Row {
+fn wild(stage: &Stage, effect: &Effect) -> Row {
     let readings = stage.fitted.problem.reading_count();
     let counts = counts(&stage.fitted.problem);
     let level = level(stage.noise.len() + 1);
@@ -210,10 +217,10 @@ fn wild(stage: &Stage) -> Row {
     });
     let share = mean.map(|mean| mean / readings as f64);
     Row {
-        name: "outliers".to_owned(),
+        name: effect.name.clone(),
         state: if share.is_some() { State::Visible } else { State::NotTestable },
         unit: Unit::one(),
-        typical: Some(0.01),
+        typical: effect.parameters.first().and_then(|one| one.setting.typical),
         detectable: share,
         identifiable: share,
         with: Vec::new(),

@@ -1,5 +1,5 @@
 //! What could be added to a campaign, tried one at a time on the design: a run of opposite sense, at
-//! another rate, with ramps, with a signal that stood still; another setup; a stated length.
+//! another rate, with ramps, with a signal that stood still; another setup, the rig tilted or not; a stated length.
 //!
 //! Whether one of them helps an effect is not a rule of thumb but the same computation with it added.
 
@@ -89,23 +89,26 @@ pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
     }
     let settings = &fitted.problem.parts[part].system.settings;
     if settings.iter().any(|setting| setting.scope == Scope::Setup && !setting.fixed) {
-        add("another setup", &|problem| {
-            let part = &mut problem.parts[part];
-            let setup = part.runs[run].setup;
-            let same = part.system.of_setups.iter().filter(|one| one.setup == part.setups[setup]);
-            let same: Vec<_> =
-                same.map(|one| OfSetup { setup: NEW.to_owned(), ..one.clone() }).collect();
-            part.system.of_setups.extend(same);
-            part.setups.push(NEW.to_owned());
-            let mut again: Vec<Run> =
-                part.runs.iter().filter(|run| run.setup == setup).cloned().collect();
-            for run in &mut again {
-                run.name = format!("{}_again", run.name);
-                run.setup = part.setups.len() - 1;
-                run.record.edit(forget);
-            }
-            part.runs.append(&mut again);
-        });
+        for name in [MOVED, TILTED] {
+            add(name, &|problem| {
+                let part = &mut problem.parts[part];
+                let setup = part.runs[run].setup;
+                let same =
+                    part.system.of_setups.iter().filter(|one| one.setup == part.setups[setup]);
+                let same: Vec<_> =
+                    same.map(|one| OfSetup { setup: name.to_owned(), ..one.clone() }).collect();
+                part.system.of_setups.extend(same);
+                part.setups.push(name.to_owned());
+                let mut again: Vec<Run> =
+                    part.runs.iter().filter(|run| run.setup == setup).cloned().collect();
+                for run in &mut again {
+                    run.name = format!("{}_again", run.name);
+                    run.setup = part.setups.len() - 1;
+                    run.record.edit(forget);
+                }
+                part.runs.append(&mut again);
+            });
+        }
     }
     for (index, (parameter, setting)) in names.parameters.iter().zip(settings).enumerate() {
         let own = fitted.problem.parts[part].system.declared[index].effect.is_none();
@@ -126,8 +129,9 @@ pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
     all
 }
 
-/// Name of a setup that is added.
-const NEW: &str = "another setup";
+/// Names of setups that are added: of a levelled instrument, which turns about its standing axis, and with the rig tilted to it.
+const MOVED: &str = "another setup";
+const TILTED: &str = "another setup with the rig tilted otherwise";
 
 /// The run from which further ones are made: the one that moves fastest.
 struct Template {
@@ -231,11 +235,14 @@ fn forget(samples: &mut Samples) {
 /// rig, farther and higher.
 fn with_setups(from: &Problem, point: &Point, to: &Problem) -> Point {
     let mut made = carried(from, point, to);
-    let turn = Quaternion::turn([0.05, 0.1, 0.6]);
     for (index, instance) in to.layout.instances.iter().enumerate() {
-        if !instance.of.as_deref().is_some_and(|of| of.ends_with(NEW)) {
-            continue;
-        }
+        let is = |name: &str| instance.of.as_deref().is_some_and(|of| of.ends_with(name));
+        let turn = match (is(MOVED), is(TILTED)) {
+            (true, _) => [0.0, 0.0, 0.6],
+            (_, true) => [0.05, 0.1, 0.6],
+            _ => continue,
+        };
+        let turn = Quaternion::turn(turn);
         let same = |one: &&crate::engine::layout::Instance| one.name == instance.name;
         let Some(first) = from.layout.instances.iter().position(|one| same(&one)) else { continue };
         let value = point.values[first];

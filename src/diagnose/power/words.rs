@@ -33,7 +33,7 @@ pub fn words(row: &Row, stage: &Stage, tried: &[(Remedy, Vec<Row>)]) -> String {
             let help = match helps(visible) {
                 Some(remedy) => format!("{remedy} separates them"),
                 None => {
-                    "nothing tried here separates them: either describes readings of this rig, neither those of another".to_owned()
+                    "nothing tried here separates them: either will do for this rig, but its value is not to be carried over to another".to_owned()
                 }
             };
             format!("it does what {} can do; {help}", listed(&row.with))

@@ -8,6 +8,7 @@
 use crate::diagnose::evidence::thresholds::ALIKE;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::stage::Stage;
+use crate::engine::layout::Instance;
 use crate::estimate::batch::{FitError, Options};
 
 use super::probability::is_implausible;
@@ -35,8 +36,12 @@ pub fn alike_by_square(
         let start = [(owner.parameter.clone(), owner.component, owner.of.clone(), usual)];
         let Some(with) = without.with(&candidate.selected, &start, &options)? else { continue };
         let layout = &with.problem.layout;
-        let own = layout.instances.iter().position(|one| one.name == owner.parameter);
-        let Some(value) = own.map(|index| with.fit.point.values[index][owner.component]) else {
+        let is_own =
+            |one: &Instance| one.name == owner.parameter && one.whose() == owner.of.as_deref();
+        let own = layout.instances.iter().position(is_own);
+        let Some(value) =
+            own.map(|index| with.fit.point.components(layout, index)[owner.component])
+        else {
             continue;
         };
         let explains = without.cost() - with.cost();

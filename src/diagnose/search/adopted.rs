@@ -1,7 +1,7 @@
 //! Which effect is adopted next, what is said of it, and which effects are like it.
 
 use crate::diagnose::evidence::score::{Score, of_gain};
-use crate::diagnose::evidence::thresholds::{ALIKE, LEAST_LAMBDA, TIE, level};
+use crate::diagnose::evidence::thresholds::{ALIKE, TIE, level};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidates::Candidate;
 use crate::diagnose::stage::Stage;
@@ -92,7 +92,7 @@ pub(super) fn adopted(
     let mut score = of_gain(gain, linear.degrees, 1);
     // Members of a family are paid for as in the linear test.
     score.ln_p += linear.ln_p - of_gain(linear.gain, linear.degrees, 1).ln_p;
-    if score.ln_p > level(stage.effects) || score.lambda() < LEAST_LAMBDA {
+    if !score.is_seen(level(stage.effects)) {
         return Ok(None);
     }
     let like = alike(stage, number);

@@ -1,7 +1,7 @@
 //! Whether effects imitate what nobody wrote down: two or three of a library can follow much, and one may be near it.
 
 use crate::diagnose::evidence::score::{Score, of_gain};
-use crate::diagnose::evidence::thresholds::{FURTHER, LEAST_LAMBDA, NAMED, level};
+use crate::diagnose::evidence::thresholds::{FALSE_ALARMS, FURTHER, LEAST_PROBABLE, NAMED, level};
 use crate::diagnose::stage::Stage;
 
 use super::Search;
@@ -11,9 +11,23 @@ use super::probability::probabilities;
 const LIKELIER: f64 = 3.0;
 
 impl Search {
+    /// Whether what was adopted is a cause to be named where it leaves nothing: probable, and no imitation.
+    pub(in crate::diagnose) fn convinces(&self) -> bool {
+        self.is_probable() && !self.imitates()
+    }
+
+    /// By the last one: what was adopted before was judged without it. And that one must still be there beside the
+    /// noise that was found with it.
+    pub(in crate::diagnose) fn is_probable(&self) -> bool {
+        self.adopted.last().is_some_and(|last| {
+            let beside_noise = of_gain(last.gain, last.score.degrees, 1).ln_p;
+            last.probability >= LEAST_PROBABLE && beside_noise <= FALSE_ALARMS.ln()
+        })
+    }
+
     /// Whether what was adopted accounts for everything, but what nobody wrote down does so, too, and is simpler or
     /// likelier.
-    pub(in crate::diagnose) fn imitates(&self) -> bool {
+    fn imitates(&self) -> bool {
         match self.adopted.len() {
             1 => self.is_doubtful(),
             _ => self.several_imitate(FURTHER),
@@ -26,9 +40,7 @@ impl Search {
         let ([one], [first, last]) = (&self.adopted[..], &self.stages[..]) else { return false };
         let probability = probabilities(first);
         let (effects, blocks) = probability.split_at(first.effects);
-        let structure =
-            (first.effects..).zip(blocks).filter(|(block, _)| !first.is_scatter(*block));
-        let unknown: f64 = structure.map(|(_, own)| own).sum();
+        let unknown: f64 = blocks.iter().sum();
         let likeliest = effects.iter().copied().fold(LIKELIER * one.probability, f64::max);
         let left = (last.effects..last.candidates.len()).filter(|block| !last.is_scatter(*block));
         let left = left.map(|block| last.scores[block].lambda().powi(2)).fold(0.0, f64::max);
@@ -38,7 +50,8 @@ impl Search {
     /// Whether blocks of unknown structure account for everything more simply than several effects: then
     /// those effects imitate what nobody wrote down. Of three effects and more fewer blocks are simpler;
     /// of two effects one block, if it is also less surprising by chance. An effect with a block beside it
-    /// is simpler, too, where less surprising by these odds: effects with a value for each run can imitate much.
+    /// is simpler, too, where less surprising by these odds: effects with a value for each run can imitate much. What each
+    /// effect takes off is in units of the noise that was found before it, which is not quite the noise of the blocks.
     pub(super) fn several_imitate(&self, odds: f64) -> bool {
         let count = self.adopted.len();
         let Some(first) = self.stages.first().filter(|_| count >= 2) else { return false };
@@ -97,7 +110,7 @@ fn blocks_needed(stage: &Stage, most: usize) -> Option<Vec<usize>> {
                 let (gain, degrees) = stage.evidence.beyond(&whole, stage.entry(*n));
                 (*n, of_gain(gain, degrees, stage.members[*n]))
             })
-            .filter(|(_, score)| score.ln_p <= level && score.lambda() >= LEAST_LAMBDA)
+            .filter(|(_, score)| score.is_seen(level))
             .collect();
         if left.is_empty() {
             return Some(taken);

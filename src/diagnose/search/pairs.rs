@@ -7,7 +7,7 @@
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::score::of_gain;
-use crate::diagnose::evidence::thresholds::{LEAST_LAMBDA, level};
+use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::stage::Stage;
 
 /// Candidates that may be the first of a pair.
@@ -52,7 +52,7 @@ pub fn pairs(stage: &Stage) -> Vec<(usize, usize)> {
 fn adds(stage: &Stage, known: &Entry, candidate: usize) -> Option<f64> {
     let (gain, degrees) = stage.evidence.beyond(known, stage.entry(candidate));
     let score = of_gain(gain, degrees, stage.members[candidate]);
-    (score.ln_p <= level(stage.effects) && score.lambda() >= LEAST_LAMBDA).then_some(score.ln_p)
+    score.is_seen(level(stage.effects)).then_some(score.ln_p)
 }
 
 /// Whether no block of unknown structure explains anything beyond an entry.
@@ -61,7 +61,6 @@ fn leaves_nothing(stage: &Stage, known: &Entry) -> bool {
     let level = level(blocks.len());
     blocks.into_iter().filter(|block| !stage.is_scatter(*block)).all(|block| {
         let (gain, degrees) = stage.evidence.beyond(known, stage.entry(block));
-        let score = of_gain(gain, degrees, stage.members[block]);
-        score.ln_p > level || score.lambda() < LEAST_LAMBDA
+        !of_gain(gain, degrees, stage.members[block]).is_seen(level)
     })
 }

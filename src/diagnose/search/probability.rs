@@ -15,11 +15,13 @@
 //! block stands for that, too, where both are beyond chance: their evidence together is evidence for the
 //! block.
 
+use std::collections::HashMap;
+
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::diagnose::evidence::Entry;
-use crate::diagnose::evidence::score::{Score, of_gain};
-use crate::diagnose::evidence::thresholds::{LEAST_LAMBDA, NAMED, level};
+use crate::diagnose::evidence::score::of_gain;
+use crate::diagnose::evidence::thresholds::{NAMED, level};
 use crate::diagnose::library::prior::Cause;
 use crate::diagnose::stage::Stage;
 
@@ -82,15 +84,20 @@ fn normalised(logarithms: &[f64], nothing: Option<f64>) -> Vec<f64> {
     logarithms.iter().map(|one| (one - most).exp() / sum).collect()
 }
 
-/// The part of each candidate before the data: of effects by how probable they are beside each other, of blocks evenly.
+/// The part of each candidate before the data: of effects by how probable they are beside each other, heads alike; of
+/// blocks that may be structure evenly.
 fn shares(stage: &Stage) -> Vec<f64> {
     let prior = &stage.prior;
-    let times = |n: usize| {
-        if stage.entry(n).degrees() == 0 {
-            return 0.0;
-        }
-        let name = &stage.candidates[n].selected.effect.name;
-        if n < stage.effects { prior.times(name) } else { 1.0 }
+    let name = |n: usize| stage.candidates[n].selected.effect.name.as_str();
+    let is_testable = |n: &usize| stage.entry(*n).degrees() > 0;
+    let mut heads: HashMap<&str, f64> = HashMap::new();
+    for effect in (0..stage.effects).filter(is_testable) {
+        *heads.entry(name(effect)).or_default() += 1.0;
+    }
+    let times = |n: usize| match heads.get(name(n)) {
+        _ if !is_testable(&n) => 0.0,
+        Some(heads) if n < stage.effects => prior.times(name(n)) / heads,
+        _ => f64::from(u8::from(!stage.is_scatter(n))),
     };
     let times: Vec<f64> = (0..stage.candidates.len()).map(times).collect();
     let sum = |some: &[f64]| match some.iter().sum::<f64>() {
@@ -135,21 +142,22 @@ fn with_imitations(stage: &Stage, alone: &[f64]) -> Vec<f64> {
     let (effects, blocks) = alone.split_at(stage.effects);
     let best = effects.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let readings: usize = stage.fitted.fit.normal.runs.iter().map(|run| run.readings).sum();
-    let seen =
-        |score: &Score, tests: usize| score.ln_p <= level(tests) && score.lambda() >= LEAST_LAMBDA;
     let mut all = alone.to_vec();
     for (number, own) in effects.iter().enumerate() {
         let score = &stage.scores[number];
-        if *own < best - OUT_OF_QUESTION || !seen(score, effects.len()) {
+        if *own < best - OUT_OF_QUESTION || !score.is_seen(level(effects.len())) {
             continue;
         }
         let length = score.lambda().powi(2);
         let odds = (block_share / shares[number]).ln();
         for (block, whole) in all.iter_mut().enumerate().skip(stage.effects) {
+            if shares[block] <= 0.0 {
+                continue;
+            }
             let (gain, degrees) = stage.evidence.beyond(stage.entry(number), stage.entry(block));
             let left = of_gain(gain, degrees, stage.members[block]);
             let is_enough = length >= NAMED * (length + left.lambda().powi(2));
-            if is_enough || !seen(&left, blocks.len()) {
+            if is_enough || !left.is_seen(level(blocks.len())) {
                 continue;
             }
             let each = vec![readings as f64 / degrees as f64; degrees];

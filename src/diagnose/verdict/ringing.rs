@@ -15,7 +15,9 @@ use crate::diagnose::evidence::thresholds::FALSE_ALARMS;
 use crate::diagnose::library::structure::Place;
 use crate::diagnose::sequences::{Sequence, sequences};
 use crate::diagnose::stage::Stage;
+use crate::effect::Target;
 use crate::engine::gauss_markov::NoiseClock;
+use crate::library::Library;
 
 /// Samples in a piece: short ones for what dies away soon, long ones for what lasts.
 const PIECES: [u32; 2] = [32, 128];
@@ -31,9 +33,6 @@ const STANDS_OUT: f64 = 1.25;
 /// Its probability by chance is at most this part of that of any false declaration.
 const PART: f64 = 0.1;
 
-/// Effects that make errors of stamps.
-const OF_STAMPS: [&str; 2] = ["timestamp_jitter", "stamp_rounding"];
-
 /// What rings in the readings of a measurand.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::diagnose) struct Ringing {
@@ -45,9 +44,9 @@ pub(in crate::diagnose) struct Ringing {
 /// What rings most in what a stage leaves; `None` where nothing does, and where stamps are rounded or jitter: what
 /// they do may have a frequency, too.
 pub(in crate::diagnose) fn ringing(stage: &Stage) -> Option<Ringing> {
-    let is_of_stamps = |name: &String| OF_STAMPS.contains(&name.as_str());
     let noise = &stage.noise_found.effects;
-    if noise.iter().any(|one| is_of_stamps(&one.name) || one.aliases.iter().any(is_of_stamps)) {
+    let mut names = noise.iter().flat_map(|one| one.aliases.iter().chain([&one.name]));
+    if names.any(|name| is_of_stamps(stage, name)) {
         return None;
     }
     let problem = &stage.fitted.problem;
@@ -73,6 +72,13 @@ pub(in crate::diagnose) fn ringing(stage: &Stage) -> Option<Ringing> {
     let (Line { frequency, ln_p, gain }, measurand) = best?;
     let is_found = ln_p + f64::from(tests).ln() <= (PART * FALSE_ALARMS).ln();
     is_found.then(|| Ringing { place: Place::of_ringing(measurand, frequency), gain })
+}
+
+/// Whether an effect on the noise makes errors of stamps.
+fn is_of_stamps(stage: &Stage, name: &str) -> bool {
+    let libraries = stage.fitted.recipes.iter().map(|recipe| &recipe.library);
+    let mut effects = libraries.flat_map(Library::effects).filter(|one| one.name == name);
+    effects.any(|one| one.patches.iter().any(|line| line.target == Target::AllTimes))
 }
 
 /// What stands out of a spectrum.

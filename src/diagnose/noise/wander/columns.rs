@@ -4,25 +4,13 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use crate::diagnose::library::candidates::{Candidate, join};
+use crate::diagnose::library::candidates::Candidate;
 use crate::diagnostic::Source;
 use crate::effect::Effect;
-use crate::engine::open::Recipe;
 use crate::system::Selected;
 use crate::units::{Dimension, Exponent, Unit};
 
 use super::course::{Column, Course, Times};
-
-/// What is offered to the campaigns' models.
-pub(super) fn joined(recipes: &[Recipe], selected: Selected) -> Option<Candidate> {
-    let mut made = Vec::new();
-    for (campaign, recipe) in recipes.iter().enumerate() {
-        if let Ok(system) = recipe.with(std::slice::from_ref(&selected)) {
-            join(&mut made, (campaign, recipes.len()), selected.clone(), None, system);
-        }
-    }
-    made.pop()
-}
 
 /// A walk that takes a course, as columns in its own place.
 pub(super) fn select(

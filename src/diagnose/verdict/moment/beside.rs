@@ -7,7 +7,7 @@ use crate::diagnose::evidence::thresholds::{FURTHER, NAMED, TIE, level};
 use crate::diagnose::evidence::{Entry, Evidence};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::Location;
-use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::library::candidates::{Candidate, fitting};
 use crate::diagnose::library::structure::{Of, Place};
 use crate::diagnose::sequences::Sequence;
 use crate::diagnose::stage::Stage;
@@ -55,8 +55,8 @@ impl Runs<'_> {
         let each = scores.map(|(n, one)| (n, likelihood(stage, n, one.gain, one.degrees)));
         let (likeliest, _) = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let Fitted { problem, fit, .. } = self.model;
-        let candidate = &stage.candidates[likeliest];
-        let seen = Evidence::new(problem, &fit.normal, &fit.point, &[candidate])?;
+        let candidate = self.own(&stage.candidates[likeliest])?;
+        let seen = Evidence::new(problem, &fit.normal, &fit.point, &[&candidate])?;
         let entry = &seen.entries[0];
         let rival = likelihood(stage, likeliest, entry.gain(), entry.degrees());
         (EVENLY * best.likelihood > rival).then_some(rival)
@@ -66,13 +66,20 @@ impl Runs<'_> {
     /// for nearly all; `None` where that cannot be seen.
     pub(super) fn does_for(&self, change: &Alone, effects: &[&Candidate]) -> Option<bool> {
         let block = self.blocks.iter().find(|one| one.name == change.name)?;
-        let all: Vec<&Candidate> = [block].into_iter().chain(effects.iter().copied()).collect();
+        let effects: Vec<Candidate> =
+            effects.iter().map(|one| self.own(one)).collect::<Option<_>>()?;
+        let all: Vec<&Candidate> = [block].into_iter().chain(&effects).collect();
         let seen = self.in_pieces(&all, &change.cuts)?;
         let own = self.together(&seen, &change.found);
         let entries: Vec<&Entry> = (1..all.len()).map(|effect| seen.entry(effect)).collect();
         let (more, degrees) = seen.beyond(&own, &seen.together(&entries));
         let is_chance = of_gain(more, degrees, 1).ln_p > level(effects.len());
         Some(own.gain() > 0.0 && (is_chance || own.gain() >= NAMED * (own.gain() + more)))
+    }
+
+    /// A candidate of another stage, whose models may hold walks and other effects, beside this model.
+    fn own(&self, candidate: &Candidate) -> Option<Candidate> {
+        fitting(&self.model.recipes, &candidate.selected, candidate.place.as_ref())
     }
 
     /// The moments of a change as one; it is the first candidate that was seen.
