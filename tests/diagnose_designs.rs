@@ -297,6 +297,39 @@ fn own_effects_are_tested_by_what_can_be_seen_of_them_and_where_they_can_be_off(
     assert!(told.why.contains("where its parameters are zero"), "{}", told.why);
 }
 
+/// An effect may be a turn, of which a part is not determined: the fit starts from a turn, and what it explains is switched
+/// off as one.
+#[test]
+fn an_own_effect_that_is_a_turn_is_named() {
+    let own = tempfile::tempdir().unwrap();
+    let text = "name = \"mount\"\ntitle = \"The instrument leans on its platform\"\nacts = \"platform\"\n\
+        [parameters]\nlean = { kind = \"rotation\", unit = \"rad\", typical = \"50 urad\", scope = \"instrument\" }\n\
+        [patch]\nplatform_turn = 'lean * platform_turn'\n";
+    std::fs::write(own.path().join("mount.toml"), text).unwrap();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/05_two_rotations");
+    let mut request = Request::new([folder]);
+    request.effects = vec![own.path().to_path_buf()];
+    let mut truth = request.clone();
+    truth.with = vec!["mount".to_owned()];
+    truth.set = vec!["mount.lean=80 urad, -60 urad, 30 urad".to_owned()];
+    let opened = drawn_as(&request, &truth, 7);
+    let only = Wanted::new(&["mount".to_owned()], &[]);
+    let options = Options::default();
+    let found = homepoint::diagnose::diagnose(
+        opened.problem.clone(),
+        opened.recipes.clone(),
+        &only,
+        &options,
+    );
+    let found = found.unwrap();
+    assert_eq!((found.verdict, names(&found)), (Verdict::Explained, vec!["mount"]));
+    let gap = found.gap.as_ref().unwrap();
+    assert!(gap.closed.unwrap() > 0.99, "{gap:?}");
+    for ((name, after), (other, noise)) in gap.after.iter().zip(&gap.floor) {
+        assert!(name == other && after / noise < 1.1, "{name}: {after} {noise}");
+    }
+}
+
 /// Where every frequency of a family is one that these runs cannot tell from a slower one, none is tried.
 #[test]
 fn a_family_whose_frequencies_cannot_be_told_is_not_testable() {

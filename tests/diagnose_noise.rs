@@ -10,6 +10,7 @@ use std::path::Path;
 use drawn::{drawn, drawn_at, folder, run};
 use homepoint::diagnose::library::candidates::Wanted;
 use homepoint::diagnose::search::pairs::pairs;
+use homepoint::diagnose::search::probability::probabilities;
 use homepoint::diagnose::verdict::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose, judge};
 use homepoint::engine::Problem;
@@ -176,6 +177,13 @@ fn a_walk_is_named_and_nothing_is_built_on_it() {
     let due = 20e-6 / 60.0_f64.sqrt();
     assert!((walk.value - due).abs() < 4.0 * walk.sigma, "{} ± {}", walk.value, walk.sigma);
     assert!(walk.sigma < 0.3 * due);
+    // What is scatter beside a walk is no cause.
+    let stage = &found.search.as_ref().unwrap().stages[0];
+    let probability = probabilities(stage);
+    let (scatter, blocks): (Vec<usize>, Vec<usize>) =
+        (stage.effects..stage.candidates.len()).partition(|block| stage.is_scatter(*block));
+    assert!(scatter.len() > 3 && scatter.iter().all(|block| probability[*block] == 0.0));
+    assert!(blocks.len() > 30 && blocks.iter().any(|block| probability[*block] > 0.0));
 }
 
 /// A walk so small that a steady drift does as much: whichever is named, the other one is its alias, and the drift is

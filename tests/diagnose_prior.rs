@@ -10,11 +10,14 @@ use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::report;
 
-fn with(prior: Prior) -> Diagnosis {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
+fn of(example: &str, wanted: &Wanted) -> Diagnosis {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(example);
     let opened = open(&Request::new([folder])).unwrap();
-    let wanted = Wanted { prior, ..Wanted::default() };
-    diagnose(opened.problem, opened.recipes, &wanted, &Options::default()).unwrap()
+    diagnose(opened.problem, opened.recipes, wanted, &Options::default()).unwrap()
+}
+
+fn with(prior: Prior) -> Diagnosis {
+    of("rotating_arm", &Wanted { prior, ..Wanted::default() })
 }
 
 /// The probability of an effect, over that of nothing.
@@ -58,4 +61,19 @@ fn odds_after_the_readings_go_with_odds_before() {
     assert_eq!(json["causes"]["nothing"].as_f64(), three.causes.map(|causes| causes[0]));
     let text = report::diagnosis_text::text("", &three, None);
     assert!(text.contains("library 50 % (`collimation` 3 times as probable as another)"), "{text}");
+}
+
+/// An effect is as probable as any other, however many heads it may sit at: where it is looked for at one of two only, that
+/// one has all of it.
+#[test]
+fn heads_share_what_their_effect_has_before_the_readings() {
+    let both = of("06_igps_two_stations", &Wanted::default());
+    let without = Wanted::new(&[], &["servo_quadratic_lag.b".to_owned()]);
+    let one = of("06_igps_two_stations", &without);
+    let relative = |found: &Diagnosis, name: &str| odds(found, name) / odds(found, "clock_drift");
+    let times = |name: &str| relative(&one, name) / relative(&both, name);
+    assert!((times("servo_quadratic_lag.a") - 2.0).abs() < 1e-9);
+    for other in ["tracking_reversal.a", "tracking_reversal.b", "support_sway"] {
+        assert!((times(other) - 1.0).abs() < 1e-9, "{other}");
+    }
 }
