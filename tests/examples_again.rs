@@ -205,7 +205,17 @@ fn a_planned_setup_beside_measured_ones_stands_where_it_is_stated() {
     let (_, told) = run(&["power", campaign.to_str().unwrap(), "--only", "gravity_sag"]);
     assert!(!told.contains("nobody says"), "{told}");
     let out = folder.path().join("drawn");
-    run(&["simulate", campaign.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    let (json, _) = run(&[
+        "simulate",
+        campaign.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+        "--format",
+        "json",
+    ]);
+    let written: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(written["campaign"].as_str(), out.to_str());
+    assert!(Path::new(written["truth"].as_str().unwrap()).is_file());
     let (json, _) = run(&["calibrate", out.to_str().unwrap(), "--format", "json"]);
     let found: serde_json::Value = serde_json::from_str(&json).unwrap();
     let parameters = found["parameters"].as_array().unwrap();

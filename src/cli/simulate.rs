@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Map, Value, json};
 
-use super::arguments::CampaignArguments;
+use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate_measured, verdict};
 use super::load::Loaded;
 use super::{Failure, load, output, render};
@@ -80,7 +80,12 @@ impl Simulate {
             serde_json::to_string_pretty(&truth).map_err(|e| Failure::Could(e.to_string()))?;
         let path: PathBuf = folder.join("truth.json");
         output::file(&path, &(text + "\n"))?;
-        output::text(&format!("wrote {} with its truth beside it\n", folder.display()))
+        match self.common.format {
+            Format::Json => output::json(&json!({ "campaign": folder, "truth": path })),
+            Format::Text => {
+                output::text(&format!("wrote {} with its truth beside it\n", folder.display()))
+            }
+        }
     }
 }
 
