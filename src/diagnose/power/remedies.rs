@@ -9,7 +9,7 @@ use crate::engine::{Point, Problem};
 use crate::graph::{Kind, Scope};
 use crate::quaternion::Quaternion;
 use crate::system::OfSetup;
-use crate::units::Dimension;
+use crate::units::{Dimension, Unit};
 
 use super::design::design;
 
@@ -35,6 +35,9 @@ pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
     let Some(Template { part, run, signal, senses }) = template(&fitted.problem) else {
         return all;
     };
+    let inputs = &fitted.problem.parts[part].system.assembly.names.inputs;
+    let rate = mean_rate(&fitted.problem.parts[part].runs[run], signal).abs();
+    let told = |rate: f64| in_words(rate, &inputs[signal].unit);
     let mut add = |words: &str, change: &dyn Fn(&mut Problem)| {
         let mut problem = fitted.problem.clone();
         change(&mut problem);
@@ -54,12 +57,12 @@ pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
             more(problem, &|Moment { first, now, .. }| [2.0 * first[0] - now[0], -now[1], -now[2]]);
         });
     }
-    add("a slower run", &|problem| {
+    add(&format!("a slower run, at {},", told(SLOWER * rate)), &|problem| {
         more(problem, &|Moment { first, now, .. }| {
             [first[0] + SLOWER * (now[0] - first[0]), SLOWER * now[1], SLOWER * now[2]]
         });
     });
-    add("a run whose rate swings", &|problem| {
+    add(&format!("a run whose rate swings by {} both ways", told(rate)), &|problem| {
         more(problem, &|Moment { first, time, duration, rate, .. }| {
             // The rate goes as the sine of the phase.
             let turn = std::f64::consts::TAU * SWINGS / duration;
@@ -159,6 +162,14 @@ fn template(problem: &Problem) -> Option<Template> {
         }
     }
     best.map(|(_, template)| template)
+}
+
+/// A rate of an input of this unit, for a person to set.
+fn in_words(rate: f64, unit: &Unit) -> String {
+    if unit.dimension == Dimension::NONE && unit.symbol != Unit::one().symbol {
+        return format!("{:.1} deg/s", rate.to_degrees());
+    }
+    format!("{:.3} {}/s", rate / unit.factor, unit.symbol)
 }
 
 fn mean_rate(run: &Run, input: usize) -> f64 {
