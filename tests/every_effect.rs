@@ -127,7 +127,7 @@ fn effects_of_the_library_are_exactly_absent_when_their_parameters_are_zero() {
 /// What an effect on the distance of a polar instrument is told where its parameter is zero; `None`: nothing.
 fn told(parameter: &str, patch: &str) -> Option<String> {
     let text = format!(
-        "name = \"own\"\ntitle = \"Own\"\nacts = \"distance\"\n[parameters]\n{parameter}\n[patch]\n{patch}\n"
+        "name = \"own\"\ntitle = \"Own\"\nacts = \"distance\"\n[patch]\n{patch}\n[parameters]\n{parameter}\n"
     );
     let effect = Arc::new(Effect::parse(Source::new("own.toml", text)).unwrap());
     let model = Library::builtin().unwrap().model("polar_one_rotation", Path::new(".")).unwrap();
@@ -149,8 +149,26 @@ fn an_effect_that_is_not_absent_at_zero_is_told_from_one_that_only_looks_so() {
         (scale, "distance = 'sqrt(self^2 * (1 + k))'", None),
         (constant, "distance = 'self * (1 + c * k)'", None),
         (random, "distance = 'self + k'", None),
+        (
+            random,
+            "position = 'rotate(orientation, rotate(inverse(orientation), self) + [0, 0, k])'",
+            None,
+        ),
+        (scale, "distance = 'self * sqrt((1 + k)^2)'", None),
         (scale, "distance = 'self * (1 + k / k * 0.01)'", Some(distance)),
         (scale, "distance = 'self * (1.000001 + k)'", Some(distance)),
+        (random, "distance = 'self + 0.9 nm + k'", Some(distance)),
+        (scale, "distance = 'max(self, 2 m) * (1 + k)'", Some(distance)),
+        (
+            scale,
+            "arm_angle = 'sqrt(self^2) * (1 + k)'",
+            Some("it changes `horizontal` where its parameters are zero"),
+        ),
+        (
+            "k = { unit = \"1\", typical = \"10 ppm\", scope = \"instrument\" }\n[shape]\norder = [0, 4]",
+            "distance = 'self * (1 + k * cos(order * vertical) + order * 1e-6)'",
+            Some(distance),
+        ),
         (constant, "distance = 'self * (c + k)'", Some(distance)),
         (random, "distance = 'self + k + 1 um'", Some(distance)),
         (scale, "\"distance.sigma\" = 'self * (1 + k)'", None),

@@ -204,6 +204,25 @@ fn a_planned_setup_beside_measured_ones_stands_where_it_is_stated() {
     };
     let (_, told) = run(&["power", campaign.to_str().unwrap(), "--only", "gravity_sag"]);
     assert!(!told.contains("nobody says"), "{told}");
+    // One of which nothing is stated has no place: `power` says so, and nothing is drawn of it.
+    let silent = folder.path().join("silent");
+    fs::create_dir(&silent).unwrap();
+    for entry in fs::read_dir(&campaign).unwrap() {
+        let file = entry.unwrap().path();
+        fs::copy(&file, silent.join(file.file_name().unwrap())).unwrap();
+    }
+    let text = fs::read_to_string(silent.join("campaign.toml")).unwrap();
+    let kept = text.lines().filter(|line| !line.contains("1.48 rad") && !line.contains("2.4 m"));
+    fs::write(silent.join("campaign.toml"), kept.collect::<Vec<_>>().join("\n")).unwrap();
+    let (_, told) = run(&["power", silent.to_str().unwrap(), "--only", "gravity_sag"]);
+    assert!(told.contains("nobody says where `orientation` (C), `position` (C) stand"), "{told}");
+    let out = folder.path().join("nowhere");
+    let done = Command::new(env!("CARGO_BIN_EXE_homepoint"))
+        .args(["simulate", silent.to_str().unwrap(), "--out", out.to_str().unwrap()])
+        .output()
+        .unwrap();
+    assert_eq!(done.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&done.stderr).contains("`position` (C)"));
     let out = folder.path().join("drawn");
     let (json, _) = run(&[
         "simulate",

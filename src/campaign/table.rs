@@ -275,12 +275,17 @@ impl Table {
         if let Some(last) = faults.last_mut() {
             last.help.push("--skip-bad-rows leaves such rows out".into());
         } else if self.count == 0 {
-            let message = match self.skipped_count {
-                0 => "the file has a header but no rows".to_owned(),
-                count => format!("all {count} rows of the file are bad"),
+            let (message, help) = match self.skipped_count {
+                0 => (
+                    "the file has a header but no rows".to_owned(),
+                    "write at least one row; a run that is not measured yet has `plan` in place of `data`",
+                ),
+                count => (
+                    format!("all {count} rows of the file are bad"),
+                    "mend them, or leave the run out",
+                ),
             };
             let place = whole_line(&self.file, self.header.0, &self.header.1);
-            let help = "write at least one row, or leave `file` away for a run that is planned";
             faults.push(Diagnostic::error(message).at(place).help(help));
         }
         Diagnostics(faults).into_result(!self.lines.is_empty()).map_err(TableError::Content)

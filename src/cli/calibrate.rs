@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use super::arguments::{CampaignArguments, Format};
 use super::{Failure, doubts, load, output};
 use crate::diagnose::fitted::carried_onto;
+use crate::engine::layout::Instance;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, calibrate};
@@ -66,23 +67,48 @@ pub(super) fn estimate(problem: Problem) -> Result<Calibration, Failure> {
     }))
 }
 
-/// Fits the runs that have readings, where planned ones may stand beside them; and the point of all runs, as stated where the
-/// fit says nothing.
-pub(super) fn estimate_measured(problem: &Problem) -> Result<(Calibration, Point), Failure> {
+/// A fit of the runs that have readings, where planned ones may stand beside them.
+pub(super) struct Measured {
+    /// The fit.
+    pub(super) fit: Calibration,
+    /// The point of all runs, as stated where the fit says nothing.
+    pub(super) point: Point,
+    /// Places and turns that neither the fit nor anybody says, in words.
+    pub(super) unplaced: Vec<String>,
+}
+
+/// What of a problem has a place or a turn that nobody states: names, with the setup.
+pub(super) fn unplaced(problem: &Problem) -> Vec<String> {
+    let silent = |instance: &&Instance| {
+        let setting = &instance.setting;
+        setting.value.is_none() && setting.start.is_none() && instance.dimension() > 1
+    };
+    let full = |one: &Instance| match &one.of {
+        Some(of) => format!("`{}` ({of})", one.name),
+        None => format!("`{}`", one.name),
+    };
+    problem.layout.instances.iter().filter(silent).map(full).collect()
+}
+
+/// Fits the runs that have readings.
+pub(super) fn estimate_measured(problem: &Problem) -> Result<Measured, Failure> {
     let mut parts = problem.parts.clone();
     for part in &mut parts {
-        let read = |run: usize| part.present_in(run).iter().any(|count| *count > 0);
-        let read: Vec<bool> = (0..part.runs.len()).map(read).collect();
-        let mut read = read.into_iter();
-        part.runs.retain(|_| read.next().unwrap_or(false));
+        let has_readings = |run: usize| part.present_in(run).iter().any(|count| *count > 0);
+        let measured: Vec<bool> = (0..part.runs.len()).map(has_readings).collect();
+        let mut measured = measured.into_iter();
+        part.runs.retain(|_| measured.next().unwrap_or(false));
     }
     parts.retain(|part| !part.runs.is_empty());
     let mut measured = Problem::new(parts);
     measured.progress = problem.progress.clone();
-    let fitted = estimate(measured)?;
+    let fit = estimate(measured)?;
     let stated = Point::stated(&problem.layout);
-    let point = carried_onto(&fitted.problem, &fitted.fit.point, problem, stated);
-    Ok((fitted, point))
+    let point = carried_onto(&fit.problem, &fit.fit.point, problem, stated);
+    let known = unplaced(&fit.problem);
+    let mut unplaced = unplaced(problem);
+    unplaced.retain(|one| !known.contains(one));
+    Ok(Measured { fit, point, unplaced })
 }
 
 /// Exit status 1 where the numbers cannot be used.

@@ -13,6 +13,7 @@ use crate::engine::layout::Instance;
 use crate::engine::open::{Opened, Recipe};
 use crate::engine::{Part, Problem};
 use crate::estimate::batch::Options;
+use crate::model::Setting;
 use crate::report;
 
 use super::arguments::{CampaignArguments, Format};
@@ -124,34 +125,39 @@ fn other_owners(fitted: &Problem, held_out: &Opened) -> Vec<Diagnostic> {
 /// Standard uncertainties by which values that two campaigns state of the same thing may differ.
 const APART: f64 = 5.0;
 
-/// Warns of values that belong to all setups, but that a held-out campaign states otherwise.
+/// Warns of values of rig and instrument that a held-out campaign states otherwise.
 fn other_values(fitted: &Problem, held_out: &Problem) -> Vec<Diagnostic> {
-    let stated = |one: &Instance| {
-        let setting = &one.setting;
-        let values = setting.value.clone().filter(|_| one.of.is_none())?;
-        let sigmas = setting.sigma.clone().filter(|_| !setting.fixed);
-        Some((values, sigmas.unwrap_or_default()))
-    };
-    let differs = |one: &Instance, other: &Instance| {
-        let (Some((a, of_a)), Some((b, of_b))) = (stated(one), stated(other)) else {
-            return false;
-        };
-        a.iter().zip(&b).enumerate().any(|(k, (a, b))| {
-            let sigma = |of: &[f64]| of.get(k).copied().unwrap_or(0.0);
-            let allowed = APART * sigma(&of_a).hypot(sigma(&of_b)) + 1e-9 * a.abs().max(b.abs());
-            (a - b).abs() > allowed
-        })
-    };
-    let others = held_out.layout.instances.iter().filter(|other| {
-        let mut own = fitted.layout.instances.iter();
-        own.any(|one| one.name == other.name && differs(one, other))
-    });
-    let told = others.map(|one| {
-        let message = format!("the held-out campaign states another `{}`", one.name);
-        let help = "it is held at what the first campaigns give: a rig or an instrument that is another one cannot judge what was found";
-        Diagnostic::warning(message).help(help)
+    let told = held_out.layout.instances.iter().filter_map(|other| {
+        let mut own = fitted.layout.instances.iter().filter(|one| one.name == other.name);
+        let message = own.find_map(|one| apart(one, other))?;
+        let help = "if it is another rig or instrument, it cannot judge what was found here; else correct one of the two";
+        Some(Diagnostic::warning(message).help(help))
     });
     told.collect()
+}
+
+/// What two campaigns state of a parameter, where that is too far apart; a value without an uncertainty that is not fixed is a
+/// guess.
+fn apart(one: &Instance, other: &Instance) -> Option<String> {
+    let stated = |instance: &Instance, k: usize| {
+        let Setting { value, sigma, fixed, .. } = &instance.setting;
+        let value = *value.as_ref().filter(|_| instance.of.is_none())?.get(k)?;
+        let sigma = sigma.as_ref().and_then(|sigma| sigma.get(k)).copied();
+        if *fixed { Some((value, 0.0)) } else { Some((value, sigma?)) }
+    };
+    (0..one.dimension()).find_map(|k| {
+        let ((a, of_a), (b, of_b)) = (stated(one, k)?, stated(other, k)?);
+        let allowed = APART * f64::hypot(of_a, of_b) + 1e-9 * a.abs().max(b.abs());
+        let shown = |value: f64, sigma: f64| report::figure::measured(value, sigma, &one.unit);
+        ((a - b).abs() > allowed).then(|| {
+            format!(
+                "the held-out campaign states `{}` = {}, the fitted one {}",
+                other.name,
+                shown(b, of_b),
+                shown(a, of_a)
+            )
+        })
+    })
 }
 
 impl Diagnose {

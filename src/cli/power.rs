@@ -3,12 +3,11 @@
 use clap::Args;
 
 use super::arguments::{CampaignArguments, Format};
-use super::calibrate::{estimate_measured, verdict};
+use super::calibrate::{estimate_measured, unplaced, verdict};
 use super::wanted::WantedArguments;
 use super::{Failure, load, output, render};
 use crate::diagnose::power::power;
 use crate::diagnostic::Diagnostic;
-use crate::engine::layout::Instance;
 use crate::engine::{Point, Problem};
 use crate::report;
 
@@ -54,26 +53,23 @@ impl PowerCommand {
     /// Where the design stands: at a fit of its readings, else at what is stated.
     fn point(&self, problem: &Problem) -> Result<Point, Failure> {
         if problem.reading_count() > 0 {
-            let (fitted, point) = estimate_measured(problem)?;
-            if fitted.is_sound() {
-                return Ok(point);
+            let measured = estimate_measured(problem)?;
+            if measured.fit.is_sound() {
+                self.tell_of_places(&measured.unplaced);
+                return Ok(measured.point);
             }
         }
-        let silent = |instance: &&Instance| {
-            let setting = &instance.setting;
-            setting.value.is_none() && setting.start.is_none() && instance.dimension() > 1
-        };
-        let full = |one: &Instance| match &one.of {
-            Some(of) => format!("{}` ({of})", one.name),
-            None => format!("{}`", one.name),
-        };
-        let names: Vec<String> = problem.layout.instances.iter().filter(silent).map(full).collect();
-        if !names.is_empty() && !self.common.quiet {
+        self.tell_of_places(&unplaced(problem));
+        Ok(Point::stated(&problem.layout))
+    }
+
+    /// Warns of what nobody places.
+    fn tell_of_places(&self, unplaced: &[String]) {
+        if !unplaced.is_empty() && !self.common.quiet {
             let message =
-                format!("nobody says where `{} stand: they are taken as zero", names.join(", `"));
+                format!("nobody says where {} stand: they are taken as zero", unplaced.join(", "));
             let help = "state them: what a campaign can see depends on where things are, as in position = { value = [\"2 m\", \"0 m\", \"0.5 m\"] }";
             render::all(&[Diagnostic::warning(message).help(help)]);
         }
-        Ok(Point::stated(&problem.layout))
     }
 }

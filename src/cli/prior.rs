@@ -30,7 +30,8 @@ pub(super) fn read(all: &[String], recipes: &[Recipe], wanted: &Wanted) -> Resul
         }
     }
     let mut prior = Prior::stated(&causes).ok_or_else(|| {
-        let said: Vec<String> = causes.iter().map(|(_, number)| number.to_string()).collect();
+        let said: Vec<String> =
+            causes.iter().map(|(cause, number)| format!("{}={number}", word(*cause))).collect();
         let message = format!(
             "`--prior`: these are no probabilities of nothing, library and unknown: {}",
             said.join(", ")
@@ -46,6 +47,11 @@ pub(super) fn read(all: &[String], recipes: &[Recipe], wanted: &Wanted) -> Resul
         })?;
     }
     Ok(prior)
+}
+
+/// How a cause is called.
+fn word(cause: Cause) -> &'static str {
+    CAUSES.iter().find(|(_, known)| *known == cause).map_or("", |(word, _)| word)
 }
 
 /// The name and the number of `NAME=NUMBER`.
@@ -77,8 +83,7 @@ fn known<'a>(name: &'a str, recipes: &[Recipe], wanted: &Wanted) -> Result<&'a s
     let in_use = |recipe: &Recipe| recipe.effects.iter().any(|one| one.effect.name == name);
     if !wanted.includes(name, None) || recipes.iter().all(in_use) {
         let message = format!("`--prior {name}`: that effect is not looked for here");
-        let help =
-            "it is in the model already, or left out: drop `--with`, `--without` or `--only`";
+        let help = "it is in the model already, or left out: see `effects` in campaign.toml, `--with`, `--without` and `--only`";
         return Err(Diagnostic::error(message).help(help).into());
     }
     Ok(name)

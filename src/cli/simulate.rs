@@ -60,7 +60,7 @@ impl Simulate {
                 "the standard uncertainty of `{measurand}` would be {factor:.3} times what is stated"
             );
             return Err(Diagnostic::error(message)
-                .help("give a noise level above -1: it is added to 1, so -0.5 leaves half of the noise")
+                .help("see the effects on its noise: a level is added to 1, so -0.5 leaves half of the noise and -1 none")
                 .into());
         }
         let (campaign, model) = (&loaded.campaigns[0], &loaded.models[0]);
@@ -122,12 +122,17 @@ fn truth(problem: &mut Problem, set: &[String]) -> Result<Point, Failure> {
     };
     let mut point = stated.clone();
     if problem.reading_count() > 0 && (0..stated.values.len()).any(open) {
-        let (fitted, found) = estimate_measured(&without_effects(problem))?;
-        if !fitted.is_sound() {
-            output::text(&report::text::trouble(&fitted))?;
-            verdict(&fitted)?;
+        let measured = estimate_measured(&without_effects(problem))?;
+        if !measured.fit.is_sound() {
+            output::text(&report::text::trouble(&measured.fit))?;
+            verdict(&measured.fit)?;
         }
-        point = found;
+        if !measured.unplaced.is_empty() {
+            let message = format!("nobody says where {} stand", measured.unplaced.join(", "));
+            let help = "a setup that is only planned stands where [setups.NAME] states it, as in position = { value = [\"2 m\", \"0 m\", \"0.5 m\"] }";
+            return Err(Diagnostic::error(message).help(help).into());
+        }
+        point = measured.point;
     }
     for (index, effect) in effects.iter().enumerate() {
         if known(index) {

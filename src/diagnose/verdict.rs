@@ -278,6 +278,11 @@ fn told(stage: &Stage) -> Vec<usize> {
     if !round.is_empty() && others.iter().any(is_told) { others } else { found }
 }
 
+/// The squared length of what the best block explains that is told.
+pub fn most_told(stage: &Stage) -> f64 {
+    told(stage).into_iter().map(|block| squared(stage, block)).fold(0.0, f64::max)
+}
+
 /// Where the gap lies, best first; a few runs before all else where they are what there is.
 pub fn locations(stage: &Stage) -> Vec<Location> {
     let runs_lead = !has_more_than_runs(stage);
@@ -326,7 +331,7 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
 /// Stated values that the readings contradict, as places: what the sum of squares loses without them, over
 /// what it loses with the best block of a stage that is told.
 pub fn of_stated(stage: &Stage, contradicted: &[Contradicted]) -> Vec<Location> {
-    let most = told(stage).into_iter().map(|block| squared(stage, block)).fold(0.0, f64::max);
+    let most = if contradicted.is_empty() { 0.0 } else { most_told(stage) };
     let share = |one: &Contradicted| if most > 0.0 { one.gain / most } else { 1.0 };
     let place = |one: &Contradicted| Place::of_stated(&one.parameter, one.estimate.of.as_deref());
     contradicted.iter().map(|one| Location { place: place(one), share: share(one) }).collect()

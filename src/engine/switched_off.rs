@@ -4,20 +4,22 @@
 //! same nodes then; where they are not, expressions that only look different are told from such as differ by
 //! their values at some points. It does not ask whether the effect does anything when it is on.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::effect::Members;
 use crate::engine::point::from_components;
 use crate::engine::pointwise::{Leaves, Program};
 use crate::graph::import::Import;
-use crate::graph::{Graph, Leaf, NodeId};
+use crate::graph::names::Parameter;
+use crate::graph::{Graph, Kind, Leaf, NodeId};
 use crate::model::{Model, Override};
 use crate::system::{Selected, System};
 
 /// Points at which expressions are compared.
-const POINTS: u32 = 8;
-/// Part of a value by which two expressions of the same thing may differ: far more than rounding.
-const ROUNDING: f64 = 1e-9;
+const POINTS: u32 = 24;
+/// By so much two expressions of the same thing may differ, in SI, and of values above 1 in parts of them: far more than rounding.
+const ROUNDING: f64 = 1e-11;
 
 /// The value of a component of a parameter of an effect that is switched off: what is free is zero (no turn), constants
 /// and members of families are what they are.
@@ -40,20 +42,15 @@ pub fn remains(
     input_sigma: &[Option<f64>],
 ) -> Result<Option<Diagnostic>, Diagnostics> {
     let effect = &selected.effect;
-    // What a campaign states of a parameter is not what it is where it is zero.
-    let is_of_free = |said: &Override| {
-        let mut words = said.name.split('.');
-        words.next() == Some(effect.name.as_str())
-            && words.any(|word| {
-                effect.parameters.iter().any(|one| one.name == word && !one.setting.fixed)
-            })
-    };
-    let overrides: Vec<Override> =
-        overrides.iter().filter(|one| !is_of_free(one)).cloned().collect();
-    let all: Vec<Selected> = in_use.iter().chain([selected]).cloned().collect();
-    let without = System::build(model, in_use, &overrides, input_sigma)?;
-    let with = System::build(model, &all, &overrides, input_sigma)?;
-    Ok(changed(&without, &with).map(|what| {
+    let without = System::build(model, in_use, overrides, input_sigma)?;
+    let mut found = None;
+    for member in members(selected) {
+        let one = Selected { member, ..selected.clone() };
+        let all: Vec<Selected> = in_use.iter().cloned().chain([one]).collect();
+        let with = System::build(model, &all, overrides, input_sigma)?;
+        found = found.or_else(|| changed(&without, &with));
+    }
+    Ok(found.map(|what| {
         let message = format!("it changes {what} where its parameters are zero");
         let told = Diagnostic::error(message).help(
             "write it so that zero switches it off, as in 'self + offset' or 'self * (1 + scale)'; what is always there belongs in the model",
@@ -65,6 +62,22 @@ pub fn remains(
     }))
 }
 
+/// The chosen members of an effect's families; where none is chosen all of a list, both ends of a range and its middle, one
+/// family at a time.
+fn members(selected: &Selected) -> Vec<BTreeMap<String, f64>> {
+    let open =
+        selected.effect.shape.iter().filter(|(name, _)| !selected.member.contains_key(*name));
+    let others = open.flat_map(|(name, family)| {
+        let values = match &family.members {
+            Members::List(list) => list.clone(),
+            Members::Range { from, to } => vec![*from, family.members.default_member(), *to],
+        };
+        let with = |value| selected.member.clone().into_iter().chain([(name.clone(), value)]);
+        values.into_iter().map(with).map(Iterator::collect).collect::<Vec<_>>()
+    });
+    std::iter::once(selected.member.clone()).chain(others).collect()
+}
+
 /// What of a model is another with an effect that is switched off, in words.
 fn changed(without: &System, with: &System) -> Option<String> {
     let mut graph = Graph::boundless();
@@ -72,7 +85,9 @@ fn changed(without: &System, with: &System) -> Option<String> {
     let names = without.assembly.names.measurands.iter();
     names.zip(before.iter().zip(&after)).find_map(|(measurand, (before, after))| {
         let name = &measurand.name;
-        let differs = |one: fn(&Outputs) -> &[NodeId]| differ(&graph, one(before), one(after));
+        let differs = |one: fn(&Outputs) -> &[NodeId]| {
+            differ(&graph, &without.assembly.names.parameters, one(before), one(after))
+        };
         if differs(|one| &one.reading) {
             Some(format!("`{name}`"))
         } else {
@@ -119,8 +134,9 @@ fn outputs(system: &System, known: &System, graph: &mut Graph) -> Vec<Outputs> {
     measurands.collect()
 }
 
-/// Whether nodes have other values than others: at a point where all have some, or at none where the first have.
-fn differ(graph: &Graph, before: &[NodeId], after: &[NodeId]) -> bool {
+/// Whether two lists of nodes differ: in value at some point, or because the second has no values at any point where the first
+/// has. Their parameters are these.
+fn differ(graph: &Graph, parameters: &[Parameter], before: &[NodeId], after: &[NodeId]) -> bool {
     if before == after {
         return false;
     }
@@ -128,7 +144,7 @@ fn differ(graph: &Graph, before: &[NodeId], after: &[NodeId]) -> bool {
     let program = Program::new(graph, &both);
     let (mut workspace, mut has_values, mut has_both) = (Vec::new(), false, false);
     for point in 0..POINTS {
-        let values = program.evaluate(&Anywhere { point }, &mut workspace);
+        let values = program.evaluate(&Anywhere { point, parameters }, &mut workspace);
         let (before, after) = values.split_at(before.len());
         if before.iter().all(|value| value.is_finite()) {
             has_values = true;
@@ -144,24 +160,34 @@ fn differ(graph: &Graph, before: &[NodeId], after: &[NodeId]) -> bool {
     has_values && !has_both
 }
 
-/// Some values between 0.1 and 1.1, others at every point.
-struct Anywhere {
+/// Some values, others at every point: of both signs at every other one, of three magnitudes; rotations are such.
+struct Anywhere<'a> {
     point: u32,
+    parameters: &'a [Parameter],
 }
 
-impl Anywhere {
+impl Anywhere<'_> {
     fn some(&self, key: [u32; 3]) -> f64 {
         // Multiples of irrational numbers, which fill the interval evenly.
         let [kind, number, component] = key.map(f64::from);
         let sum = 0.754_877_666 * (number + 1.0) + 0.569_840_291 * component + 0.213_6 * kind;
-        0.1 + (sum + 0.618_033_989 * f64::from(self.point + 1)).fract()
+        let even = (sum + 0.618_033_989 * f64::from(self.point + 1)).fract();
+        let magnitude = [1.0, 0.1, 8.0][self.point as usize / 2 % 3];
+        magnitude * if self.point.is_multiple_of(2) { 0.1 + even } else { 2.0 * even - 1.0 }
     }
 }
 
-impl Leaves<f64> for Anywhere {
+impl Leaves<f64> for Anywhere<'_> {
     fn leaf(&self, leaf: Leaf) -> f64 {
         let key = match leaf {
-            Leaf::Parameter { parameter, component } => [0, parameter, u32::from(component)],
+            Leaf::Parameter { parameter, component } => {
+                let at = |component| self.some([0, parameter, component]);
+                if self.parameters[parameter as usize].kind == Kind::Rotation {
+                    let vector = [0, 1, 2].map(at);
+                    return from_components(Kind::Rotation, &vector)[usize::from(component)];
+                }
+                return at(u32::from(component));
+            }
             Leaf::Random(number) => [1, number, 0],
             Leaf::Input(number) => [2, number, 0],
             Leaf::Clock(clock) => [3, clock as u32, 0],

@@ -96,7 +96,7 @@ impl Override {
         }
         if found.dimension != unit.dimension {
             let (expected, help) = if unit.symbol == "1" {
-                ("a plain number".to_owned(), "leave out the unit; `ppm` is none".to_owned())
+                ("a plain number".to_owned(), "write it without a unit, or in `ppm`".to_owned())
             } else {
                 (
                     format!("a quantity like `{}`", unit.symbol),

@@ -271,12 +271,12 @@ fn by_measurand(list: &[(String, f64)]) -> Map<String, Value> {
     list.iter().map(|(name, value)| (name.clone(), number(Some(*value)))).collect()
 }
 
-/// The gap before and after.
 /// Whether probabilities of single causes say something: not where several were found, or one is not all.
 pub(super) fn is_of_one_cause(diagnosis: &Diagnosis) -> bool {
     diagnosis.effects.len() < 2 && diagnosis.verdict != Verdict::ShapeDiffers
 }
 
+/// The gap before and after.
 pub(crate) fn gap(one: &Gap) -> Value {
     json!({
         "held_out": one.held_out,

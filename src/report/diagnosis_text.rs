@@ -7,7 +7,7 @@ use crate::diagnose::gap::Gap;
 use crate::diagnose::library::prior::Cause;
 use crate::diagnose::search::probability::is_implausible;
 use crate::diagnose::verdict::hidden::Hidden;
-use crate::diagnose::verdict::{Verdict, Why, leftover, locations};
+use crate::diagnose::verdict::{Verdict, Why, locations, most_told};
 use crate::report::diagnosis::{
     estimates_of, is_of_one_cause, last_stage, stated_prior, times_usual,
 };
@@ -31,7 +31,7 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
     }
     if !diagnosis.suspected.is_empty() {
         let names = diagnosis.suspected.join("`, `");
-        text.push_str(&format!("Suspected, but not declared (lambda below {LEAST_LAMBDA:.0}, or it could not be fitted beside what was found): `{names}`.\n"));
+        text.push_str(&format!("Suspected, but not declared (lambda below {LEAST_LAMBDA:.0}, evidence that is too uneven along the runs, or no fit beside what was found): `{names}`.\n"));
     }
     text.push_str(&noise(diagnosis));
     text.push_str(&effects(diagnosis));
@@ -173,7 +173,7 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
     }
     if let (Some(times), None) = (gap.missed(), gap.is_borne_out()) {
         text.push_str(&format!(
-            "With and without it that campaign is missed by {times:.0} times its noise and more: what is held does not hold there, so it cannot judge this.\n"
+            "Every measurand is off there by {times:.0} times its noise and more, with it and without: the values that are held for rig and instrument do not fit that campaign, so it neither confirms nor refutes this.\n"
         ));
     }
     text.push_str(&remains(diagnosis, gap));
@@ -211,8 +211,9 @@ fn remains(diagnosis: &Diagnosis, gap: &Gap) -> String {
     match (diagnosis.verdict, left.first().or(diagnosis.rings.as_ref())) {
         (Verdict::ShapeDiffers, Some(first)) => {
             // Of a place in the campaign that was fitted: what a held-out one shows may be another.
-            let own = stage.filter(|_| !left.is_empty()).map(leftover);
-            let length = match own.unwrap_or(gap.leftover).sqrt() {
+            let own = stage.filter(|_| !left.is_empty()).map(most_told);
+            let of_ringing = if gap.held_out.is_none() { gap.leftover } else { 0.0 };
+            let length = match own.unwrap_or(of_ringing).sqrt() {
                 length if length >= 0.5 => format!(", {length:.0} units of the noise long"),
                 _ => String::new(),
             };

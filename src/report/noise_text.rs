@@ -27,7 +27,9 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
     let in_use = noise_in_use(diagnosis);
     if diagnosis.noise.is_empty() && !in_use.is_empty() {
-        text.push_str("Noise of which the fit takes account beside it (it may be what of the gap follows no block):\n");
+        text.push_str(
+            "Noise of which the fit takes account beside it (part of it may be the gap itself):\n",
+        );
     }
     for one in in_use.iter().filter(|one| one.name != "lost_samples") {
         let figure = figure::measured(one.value, one.sigma, &one.unit);

@@ -12,7 +12,7 @@
 //! - what wanders from run to run is a random walk ([`super::wander`]), and memory the correlation of a measurand's neighbours in
 //!   time ([`super::memory`]), before levels where no walk can be told from it.
 //!
-//! Where noise is far from what is stated it begins at how neighbours differ. Each is tested one-sidedly (but levels, which may be lower than stated, too), and what is accepted
+//! Where noise is far from what is stated it begins at how neighbours differ. All of these are tested one-sidedly (but levels, which may be lower than stated, too), and what is accepted
 //! enters the covariance. A memory that no Gauss-Markov
 //! process follows widens the stretches over which scores are summed.
 

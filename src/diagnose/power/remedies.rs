@@ -132,7 +132,7 @@ pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
     all
 }
 
-/// Names of setups that are added: of a levelled instrument, which turns about its standing axis, and with the rig tilted to it.
+/// Names of setups that are added: of a levelled instrument that stands elsewhere, and with the rig tilted to it as well.
 const MOVED: &str = "another setup";
 const TILTED: &str = "another setup with the rig tilted otherwise";
 
@@ -167,9 +167,15 @@ fn template(problem: &Problem) -> Option<Template> {
 /// A rate of an input of this unit, for a person to set.
 fn in_words(rate: f64, unit: &Unit) -> String {
     if unit.dimension == Dimension::NONE && unit.symbol != Unit::one().symbol {
-        return format!("{:.1} deg/s", rate.to_degrees());
+        return format!("{} deg/s", two_digits(rate.to_degrees()));
     }
-    format!("{:.3} {}/s", rate / unit.factor, unit.symbol)
+    format!("{} {}/s", two_digits(rate / unit.factor), unit.symbol)
+}
+
+/// A number above zero with at least two digits that count.
+fn two_digits(number: f64) -> String {
+    let decimals = (1.0 - number.log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{number:.decimals$}")
 }
 
 fn mean_rate(run: &Run, input: usize) -> f64 {
@@ -242,8 +248,8 @@ fn forget(samples: &mut Samples) {
     samples.readings.iter_mut().for_each(|column| column.fill(f64::NAN));
 }
 
-/// The point with a setup that may have been added: the instrument beside where it stood, turned to the
-/// rig, farther and higher.
+/// The point with a setup that may have been added: the instrument elsewhere, so that it sees
+/// the rig from another side, farther and higher.
 fn with_setups(from: &Problem, point: &Point, to: &Problem) -> Point {
     let mut made = carried(from, point, to);
     for (index, instance) in to.layout.instances.iter().enumerate() {
@@ -253,7 +259,7 @@ fn with_setups(from: &Problem, point: &Point, to: &Problem) -> Point {
             (_, true) => [0.05, 0.1, 0.6],
             _ => continue,
         };
-        let turn = Quaternion::turn(turn);
+        let (turn, around) = (Quaternion::turn(turn), Quaternion::turn([0.0, 0.0, -0.4]));
         let same = |one: &&crate::engine::layout::Instance| one.name == instance.name;
         let Some(first) = from.layout.instances.iter().position(|one| same(&one)) else { continue };
         let value = point.values[first];
@@ -263,7 +269,7 @@ fn with_setups(from: &Problem, point: &Point, to: &Problem) -> Point {
                 [q.w, q.v[0], q.v[1], q.v[2]]
             }
             Kind::Vector => {
-                let v = turn.rotate([value[0], value[1], value[2]]);
+                let v = around.rotate([value[0], value[1], value[2]]);
                 [1.3 * v[0], 1.3 * v[1], 1.3 * v[2] + 0.3, 0.0]
             }
             Kind::Scalar => value,

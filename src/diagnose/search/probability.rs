@@ -1,7 +1,8 @@
 //! How probable each cause is, given that there is one cause at most.
 //!
 //! Before the data ([`Prior`](crate::diagnose::library::prior::Prior)): nothing .30, some effect of the library .50,
-//! unknown structure .20, each split evenly, unless the user says otherwise. Values are normal about zero with a standard deviation of the typical size times a scale.
+//! unknown structure .20, each split evenly over its effects (whose heads share it) and its blocks that are not counted as scatter,
+//! unless the user says otherwise. Values are normal about zero with a standard deviation of the typical size times a scale.
 //! `SCALES` of them, in equal ratios, are equally likely: from the one at which the signature has the
 //! length `SEEN` (an effect that is smaller is nothing, as far as these readings can say) to `LARGEST`,
 //! so an effect ten times as large as usual is no surprise, and neither is one that barely shows in a
