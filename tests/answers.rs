@@ -107,6 +107,56 @@ fn a_common_delay_and_a_turn_are_named_with_the_run_that_tells_them_apart() {
     );
 }
 
+/// A run that is not measured yet brings delays of its own: no run tells those of the others from a turn.
+#[test]
+fn no_run_is_wanted_that_brings_what_it_would_determine() {
+    let scratch = Scratch::new("own_delays");
+    let own = ["horizontal", "vertical", "distance"]
+        .map(|of| format!("\"{of}.delay\" = {{ start = \"0.2 ms\", scope = \"run\" }}\n"))
+        .concat();
+    let head = HEAD.replace("\"horizontal.delay\" = { start = \"0.2 ms\" }\n", &own);
+    let design = runs(&[("ccw", "A", 50.0), ("cw", "A", -50.0), ("fast", "A", 100.0)]);
+    let folder = scratch.campaign("own", &(head + &design));
+    let result = fit(drawn(open(&Request::new([&folder])).unwrap(), 5));
+    let said = words(&result);
+    assert!(!result.is_sound() && !said.contains("measure one more run"), "{said}");
+    assert!(said.contains("state a value"), "{said}");
+    // Each delay is told with its run.
+    assert!(said.contains("`horizontal.delay` (ccw)"), "{said}");
+}
+
+/// Two readings of reference runs are no transformation: the start looks at all runs then.
+#[test]
+fn a_start_looks_beyond_reference_runs_of_too_few_readings() {
+    let scratch = Scratch::new("few_references");
+    let design = runs(&[("ccw", "A", 50.0), ("cw", "A", -50.0), ("slow", "A", 5.0)]);
+    let reference = "name = \"slow\"\nrole = \"reference\"\n";
+    let design = design.replace("name = \"slow\"\n", reference);
+    let folder = scratch.campaign("few", &(HEAD.to_owned() + &design));
+    let mut problem = drawn(open(&Request::new([&folder])).unwrap(), 6);
+    problem.parts[0].runs[2].record.edit(|samples| {
+        samples.readings.iter_mut().for_each(|readings| readings[2..].fill(f64::NAN));
+    });
+    let result = fit(Problem::new(problem.parts));
+    assert!(result.is_sound(), "{} {}", words(&result), result.fit.outcome);
+    assert!(result.aligned.iter().all(|(_, aligned)| aligned.is_ok()), "{:?}", result.aligned);
+}
+
+#[test]
+fn a_run_in_which_time_stands_still_is_warned_of() {
+    let scratch = Scratch::new("still");
+    let design = runs(&[("ccw", "A", 50.0), ("cw", "A", -50.0)]);
+    let folder = scratch.campaign("still", &(HEAD.to_owned() + &design));
+    let mut problem = drawn(open(&Request::new([&folder])).unwrap(), 7);
+    let said = |problem: &Problem| {
+        let told: Vec<String> = check(problem).into_iter().map(|one| one.message).collect();
+        told.join("\n")
+    };
+    assert!(!said(&problem).contains("same time"), "{}", said(&problem));
+    problem.parts[0].runs[1].record.edit(|samples| samples.time.fill(3.0));
+    assert!(said(&problem).contains("run `cw` has the same time in all its"), "{}", said(&problem));
+}
+
 #[test]
 fn absorbed_effects_are_named_with_what_they_act_as() {
     let scratch = Scratch::new("absorbed");
@@ -269,7 +319,7 @@ fn set_ups_that_cannot_be_are_told_before_any_fit() {
     });
     assert!(elevation.contains("zenith angle or elevation"), "{elevation}");
     let millimetres = said(&|samples| samples.readings[2].iter_mut().for_each(|d| *d *= 1000.0));
-    assert!(millimetres.contains("in mm"), "{millimetres}");
+    assert!(millimetres.contains("mm taken for m"), "{millimetres}");
     assert_eq!(millimetres.lines().count(), 1, "{millimetres}");
 }
 
@@ -303,7 +353,7 @@ fn told_of_each(problem: Problem) {
     let names = ["ccw", "cw", "slow"];
     for (run, name) in names.iter().enumerate() {
         let words = [
-            ("in mm", said(run, &|s| s.readings[2].iter_mut().for_each(|d| *d *= 1000.0))),
+            ("mm taken for m", said(run, &|s| s.readings[2].iter_mut().for_each(|d| *d *= 1000.0))),
             ("gon", said(run, &|s| s.readings[1].iter_mut().for_each(|angle| *angle /= 0.9))),
             ("swapped", said(run, &|s| s.readings.swap(0, 1))),
             ("no reading of `distance`", said(run, &|s| s.readings[2].fill(f64::NAN))),

@@ -840,3 +840,15 @@ fn a_column_may_be_an_inputs_rate_and_a_reading_at_once() {
     };
     assert_eq!((rate, rate.len()), (&samples.readings[0], 3));
 }
+
+#[test]
+fn a_run_without_any_reading_is_told_beside_others() {
+    let empty = "time [s],arm_angle [deg],horizontal [gon]\n20,10,\n21,20,\n";
+    let two = CAMPAIGN.to_owned() + "[[runs]]\nname = \"empty\"\ndata = \"empty.csv\"\n";
+    let files = [("campaign.toml", two.as_str()), ("slow.csv", SLOW), ("empty.csv", empty)];
+    let campaign = Folder::new("empty", &files).load(&LoadOptions::default()).unwrap();
+    let told: Vec<_> = campaign.warnings.iter().map(ToString::to_string).collect();
+    let of_it = |one: &&String| one.contains("run `empty` has no reading at all");
+    assert_eq!(told.iter().filter(of_it).count(), 1, "{told:?}");
+    assert!(told.iter().any(|one| one.contains("campaign.toml:10")), "{told:?}");
+}

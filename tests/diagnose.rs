@@ -6,8 +6,8 @@ mod common;
 
 use std::path::Path;
 
-use homepoint::diagnose::library::candidates::Wanted;
-use homepoint::diagnose::verdict::Verdict;
+use homepoint::diagnose::library::wanted::Wanted;
+use homepoint::diagnose::verdict::answer::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;

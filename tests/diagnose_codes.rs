@@ -9,7 +9,7 @@ use std::path::Path;
 use drawn::{drawn, folder, run};
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::found::Reading;
-use homepoint::diagnose::verdict::Verdict;
+use homepoint::diagnose::verdict::answer::Verdict;
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Request, open};
 use homepoint::report;

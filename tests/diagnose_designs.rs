@@ -9,9 +9,9 @@ use std::path::Path;
 
 use drawn::{drawn_at, folder, run};
 use homepoint::diagnose::fitted::rebuilt;
-use homepoint::diagnose::library::candidates::Wanted;
+use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::power::power;
-use homepoint::diagnose::verdict::Verdict;
+use homepoint::diagnose::verdict::answer::Verdict;
 use homepoint::diagnose::{Diagnosis, judge};
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Opened, Request, open};

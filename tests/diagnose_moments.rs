@@ -11,7 +11,7 @@ use std::path::Path;
 use drawn::{drawn_at, folder, run};
 use homepoint::campaign::Track;
 use homepoint::diagnose::Diagnosis;
-use homepoint::diagnose::verdict::{Verdict, Why};
+use homepoint::diagnose::verdict::answer::{Verdict, Why};
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::estimate::batch::Options;

@@ -8,10 +8,10 @@ mod drawn;
 use std::path::Path;
 
 use drawn::{drawn, drawn_at, folder, run};
-use homepoint::diagnose::library::candidates::Wanted;
+use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::search::pairs::pairs;
 use homepoint::diagnose::search::probability::probabilities;
-use homepoint::diagnose::verdict::Verdict;
+use homepoint::diagnose::verdict::answer::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose, judge};
 use homepoint::engine::Problem;
 use homepoint::engine::layout::Instance;
@@ -544,4 +544,28 @@ fn two_campaigns_tell_more_than_one() {
     assert_eq!(found.effects[0].candidate.name, "collimation");
     // A value for each campaign, for nobody says that it is the same instrument: the gains add up.
     assert!((gain(&found) / single - 1.0).abs() < 0.1, "{} {single}", gain(&found));
+}
+
+/// One angle that scatters more than stated is a matter of that angle: what stands for all of them is named where all do.
+#[test]
+fn a_noisy_angle_is_no_level_of_all_angles() {
+    let with_stated = |too_small: &[(usize, f64)]| {
+        let (opened, mut problem) = drawn(&[], &[], 24);
+        for (measurand, factor) in too_small {
+            problem.parts[0].sigma[*measurand] /= factor;
+        }
+        run(problem, &opened)
+    };
+    let levels = |found: &Diagnosis| {
+        let stages = &found.search.as_ref().unwrap().stages;
+        let levels = stages[0].noise_found.levels.iter();
+        levels.map(|one| (one.measurand.clone(), one.factor)).collect::<Vec<_>>()
+    };
+    let one = with_stated(&[(0, 1.6)]);
+    assert!(one.noise.is_empty() && one.verdict == Verdict::Adequate, "{:?}", one.noise);
+    let [(measurand, factor)] = &levels(&one)[..] else { unreachable!("{:?}", levels(&one)) };
+    assert!(measurand == "horizontal" && (factor / 1.6 - 1.0).abs() < 0.05, "{factor}");
+    let both = with_stated(&[(0, 1.4), (1, 1.4)]);
+    let level = noise_of(&both, "angle_noise_level");
+    assert!((level.value - 0.4).abs() < 4.0 * level.sigma, "{} {}", level.value, level.sigma);
 }

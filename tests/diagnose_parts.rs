@@ -10,8 +10,10 @@ use drawn::{drawn, drawn_at, folder, run};
 use homepoint::diagnose::evidence::Evidence;
 use homepoint::diagnose::fitted::Fitted;
 use homepoint::diagnose::gap::drops;
-use homepoint::diagnose::library::candidates::{Candidate, Wanted, offer};
+use homepoint::diagnose::library::candidate::Candidate;
+use homepoint::diagnose::library::offer::offer;
 use homepoint::diagnose::library::structure::blocks;
+use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::search::absorbed::alike_by_square;
 use homepoint::engine::Problem;
 use homepoint::engine::gram::LeastSquares;
@@ -31,7 +33,7 @@ fn example() -> (Opened, Fitted) {
 
 /// A fitted model and the same with an effect of the library.
 fn without_and_with(opened: &Opened, fitted: &Fitted, name: &str) -> (Fitted, Fitted) {
-    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let offered = offer(&opened.recipes).effects;
     let candidate = offered.iter().find(|one| one.name == name).unwrap();
     let options = Options::default();
     let after = fitted.with(&candidate.selected, &[], &options).unwrap().unwrap();
@@ -45,7 +47,7 @@ fn evidence(fitted: &Fitted, candidates: &[&Candidate]) -> Evidence {
 #[test]
 fn a_gain_is_what_the_nonlinear_fit_takes_off() {
     let (opened, fitted) = example();
-    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let offered = offer(&opened.recipes).effects;
     let mut compared = 0;
     for name in ["collimation", "encoder_eccentricity", "station_drift", "clock_drift"] {
         let candidate = offered.iter().find(|one| one.name == name).unwrap();
@@ -61,7 +63,7 @@ fn a_gain_is_what_the_nonlinear_fit_takes_off() {
 #[test]
 fn what_is_explained_beyond_an_effect_is_what_both_explain_less_its_own() {
     let (opened, fitted) = example();
-    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let offered = offer(&opened.recipes).effects;
     let pick = |name: &str| offered.iter().find(|one| one.name == name).unwrap();
     let (first, second) = (pick("beam_offset"), pick("horizontal_circle_eccentricity"));
     let evidence = evidence(&fitted, &[first, second]);
@@ -75,7 +77,7 @@ fn what_is_explained_beyond_an_effect_is_what_both_explain_less_its_own() {
 #[test]
 fn stretches_add_up_to_the_sums_of_their_run() {
     let (opened, fitted) = example();
-    let offered = offer(&opened.recipes, &Wanted::default()).effects;
+    let offered = offer(&opened.recipes).effects;
     let candidate = offered.iter().find(|one| one.name == "station_drift").unwrap();
     let evidence = evidence(&fitted, &[candidate]);
     let nothing = evidence.together(&[]);

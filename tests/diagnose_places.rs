@@ -7,7 +7,7 @@ mod drawn;
 #[path = "problems/nameless.rs"]
 mod nameless;
 
-use homepoint::diagnose::verdict::Why;
+use homepoint::diagnose::verdict::answer::Why;
 use homepoint::report::diagnosis_text;
 use nameless::{best_place, with_a_nameless};
 
@@ -43,5 +43,25 @@ fn what_grows_with_the_rate_is_no_oscillation() {
         assert_ne!(place.covariate, "oscillation", "{}", place.words);
         assert_eq!(found.locations[0].share, 1.0);
         assert!(found.locations.iter().all(|one| !one.place.is_oscillation()));
+    }
+}
+
+/// A cable that drags the arm's bearing another way than it goes: for runs one way a wave, for those the other way
+/// its reverse, which is an oscillation at each rate.
+#[test]
+fn what_goes_otherwise_there_than_back_is_no_oscillation() {
+    let text = "[parameters]\ndrag = { unit = \"m\", typical = \"10 um\", scope = \"instrument\" }\n\
+                [patch]\ntarget = 'target + drag * sign(rate(arm_angle)) * cos(3 * arm_angle) * [0, 0, 1]'\n";
+    for (seed, size) in [(95, 12e-6), (96, 5e-6)] {
+        let found = with_a_nameless(text, seed, &|_| size);
+        let place = best_place(&found);
+        assert_eq!(
+            place.words,
+            "an axial displacement of the target over arm_angle, of the other sign when it goes back",
+            "{seed}"
+        );
+        assert_eq!(place.covariate, "arm_angle by sense");
+        assert_eq!(found.locations[0].share, 1.0);
+        assert!(matches!(found.why, Some((Why::NoneFits, _))), "{:?}", found.why);
     }
 }

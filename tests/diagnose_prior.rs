@@ -1,10 +1,16 @@
 //! Probabilities follow what is stated before the readings.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
+#[path = "problems/drawn.rs"]
+#[expect(dead_code, reason = "each test uses a part")]
+mod drawn;
+
 use std::path::Path;
 
-use homepoint::diagnose::library::candidates::Wanted;
+use drawn::drawn;
 use homepoint::diagnose::library::prior::{Cause, Prior};
+use homepoint::diagnose::library::wanted::Wanted;
+use homepoint::diagnose::verdict::answer::{Verdict, Why};
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
@@ -76,4 +82,31 @@ fn heads_share_what_their_effect_has_before_the_readings() {
     for other in ["tracking_reversal.a", "tracking_reversal.b", "support_sway"] {
         assert!((times(other) - 1.0).abs() < 1e-9, "{other}");
     }
+}
+
+/// A weak swing of the arm of which no block is beyond chance, but which is likelier than nothing by far.
+#[test]
+fn what_is_likely_is_told_although_no_block_of_it_is_beyond_chance() {
+    let torsion = "arm_torsion_oscillation";
+    let set =
+        ["cosine=7 um", "sine=0 um", "frequency=3.3 Hz"].map(|one| format!("{torsion}.{one}"));
+    let (opened, problem) = drawn(&[torsion], &set.each_ref().map(String::as_str), 3);
+    let wanted = Wanted::new(&[], &[torsion.to_owned()]);
+    let found = diagnose(problem, opened.recipes, &wanted, &Options::default()).unwrap();
+    let [nothing, _, unknown] = found.causes.unwrap();
+    assert!(unknown >= 0.95 && nothing < 0.05, "{nothing} {unknown}");
+    assert_eq!((found.verdict, &found.why), (Verdict::Unknown, &Some((Why::Likelier, vec![]))));
+    assert_eq!(found.locations[0].place.covariate, "oscillation");
+    assert!(found.nearest.is_none() && found.candidates.iter().all(|one| one.share == 0.0));
+    let text = report::diagnosis_text::text("", &found, None);
+    assert!(text.contains("in all likelihood (9") && text.contains("It looks like"), "{text}");
+}
+
+/// Where the readings say nothing, what was said before them is no finding.
+#[test]
+fn what_was_thought_before_is_not_found() {
+    let stated = [(Cause::Nothing, 0.001), (Cause::Unknown, 0.998)];
+    let found = with(Prior::stated(&stated).unwrap());
+    assert!(found.causes.unwrap()[2] > 0.95, "{:?}", found.causes);
+    assert_eq!(found.verdict, Verdict::Adequate);
 }

@@ -11,7 +11,7 @@ use std::ops::Range;
 use drawn::{drawn, run};
 use homepoint::campaign::{Samples, Track};
 use homepoint::diagnose::Diagnosis;
-use homepoint::diagnose::verdict::Verdict;
+use homepoint::diagnose::verdict::answer::Verdict;
 use homepoint::engine::Problem;
 use homepoint::report::diagnosis_text::text as told;
 

@@ -10,8 +10,10 @@ use std::path::{Path, PathBuf};
 
 use homepoint::diagnose::evidence::{Entry, Evidence};
 use homepoint::diagnose::fitted::carried;
-use homepoint::diagnose::library::candidates::{Candidate, Wanted, offer};
-use homepoint::diagnose::verdict::Verdict;
+use homepoint::diagnose::library::candidate::Candidate;
+use homepoint::diagnose::library::offer::offer;
+use homepoint::diagnose::library::wanted::Wanted;
+use homepoint::diagnose::verdict::answer::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::open::{Opened, Request, open};
@@ -74,7 +76,7 @@ impl Rig {
             std::env::temp_dir().join(format!("homepoint_trials_{name}_{}", std::process::id()));
         campaign(&folder, setups);
         let opened = open(&Request::new([&folder])).unwrap();
-        let candidates = offer(&opened.recipes, &Wanted::default()).effects;
+        let candidates = offer(&opened.recipes).effects;
         let truth = Point::stated(&opened.problem.layout);
         Self { folder, opened, truth, candidates }
     }

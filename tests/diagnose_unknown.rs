@@ -11,9 +11,9 @@ use std::path::Path;
 
 use drawn::{drawn_at, folder};
 use homepoint::diagnose::diagnose;
-use homepoint::diagnose::library::candidates::Wanted;
-use homepoint::diagnose::library::structure::Of;
-use homepoint::diagnose::verdict::{Verdict, Why};
+use homepoint::diagnose::library::place::Of;
+use homepoint::diagnose::library::wanted::Wanted;
+use homepoint::diagnose::verdict::answer::{Verdict, Why};
 use homepoint::engine::layout::Instance;
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
@@ -57,7 +57,7 @@ fn what_changed_in_one_setup() {
         imitated += 1;
         assert_eq!(*names, ["target_radial_offset"], "{seed}");
         let text = diagnosis_text::text("", &found, None);
-        let said = "`target_radial_offset` leaves nothing, but something likelier that nobody wrote down leaves no more";
+        let said = "`target_radial_offset` leaves nothing that can be seen, but something likelier that nobody wrote down leaves no more";
         assert!(text.contains(said), "{text}");
     }
     assert!(imitated > 0);

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use drawn::{drawn, run};
-use homepoint::diagnose::library::candidates::Wanted;
+use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::{diagnose, judge};
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Request, open};

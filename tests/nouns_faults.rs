@@ -82,6 +82,7 @@ fn faults_of_models() {
         ("parameters", "p = { unit = \"m\", value = \"1 m\", sigma = \"0 m\" }"),
         ("parameters", "p = { unit = \"m\", sigma = \"1 m\" }"),
         ("parameters", "p = { unit = \"m\", lower = \"1 m\", upper = \"1 m\" }"),
+        ("parameters", "p = { unit = \"m\", lower = \"1 m\", value = \"0.9 m\" }"),
         ("parameters", "p = { unit = \"m\", fixed = true, value = \"1 m\", sigma = \"1 m\" }"),
         ("parameters", "p = { unit = \"m\", fixed = true }"),
         ("parameters", "p = { unit = \"m\", scope = \"rigg\" }"),

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use homepoint::diagnose::fitted::{Fitted, carried, rebuilt};
 use homepoint::diagnose::found::Noise;
-use homepoint::diagnose::library::candidates::{Candidate, Wanted};
+use homepoint::diagnose::library::candidate::Candidate;
+use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::noise::whiten::{Given, prepare};
 use homepoint::diagnose::power::design::{design, stage};
 use homepoint::diagnose::power::sight::{Way, directions};

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use homepoint::campaign::write::write_campaign;
-use homepoint::diagnose::library::candidates::Wanted;
+use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::power::power;
 use homepoint::diagnostic::Diagnostics;
 use homepoint::engine::open::{Opened, Request, open};

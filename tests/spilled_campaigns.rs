@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use homepoint::campaign::load::MEMORY;
 use homepoint::campaign::write::write_campaign_with;
-use homepoint::diagnose::library::candidates::Wanted;
+use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::Point;
 use homepoint::engine::open::{Opened, Request, open};

@@ -8,7 +8,7 @@ mod drawn;
 use std::fs;
 use std::path::Path;
 
-use homepoint::diagnose::verdict::Verdict;
+use homepoint::diagnose::verdict::answer::Verdict;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::estimate::batch::{Options, Outcome};
 use homepoint::estimate::calibrate::{Calibration, calibrate};

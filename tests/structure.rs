@@ -31,6 +31,7 @@ const ROOMS: &[&str] = &[
     "search",
     "verdict",
     "gap",
+    "diagnosis",
     "power",
 ];
 

@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use homepoint::diagnose::library::candidates::Wanted;
+use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::{Options, fit};

@@ -354,6 +354,7 @@ impl CampaignFile {
     fn load_runs(&self, model: &Model, loader: &mut Loader<'_>) -> (Vec<String>, Vec<Run>) {
         let mut setups: Vec<String> = Vec::new();
         let mut runs: Vec<Run> = Vec::new();
+        let mut empty: Vec<&Named> = Vec::new();
         for entry in &self.runs {
             let setup =
                 setups.iter().position(|setup| *setup == entry.setup).unwrap_or_else(|| {
@@ -368,11 +369,32 @@ impl CampaignFile {
                 planned(model, loader, entry, ended.unwrap_or(0.0))
             };
             if let Some(record) = record {
+                if entry.plan.is_empty() && !reads(&record) {
+                    empty.push(&entry.name);
+                }
                 runs.push(Run { name: entry.name.text.clone(), setup, role: entry.role, record });
             }
         }
+        // Of a campaign without any reading that is said once, where readings are needed.
+        if runs.iter().any(|run| reads(&run.record)) {
+            loader.warnings.extend(empty.into_iter().map(|name| {
+                Diagnostic::warning(format!("run `{}` has no reading at all", name.text))
+                    .at(name.place.clone())
+                    .help("nothing of it enters: are its columns those of the model's measurands?")
+            }));
+        }
         (setups, runs)
     }
+}
+
+/// Whether a record has any reading.
+fn reads(record: &Record) -> bool {
+    // An error ends the walk: one is enough.
+    let walked = record.try_walk(|stretch| {
+        let mut readings = stretch.samples.readings.iter().flat_map(|all| &all[stretch.range()]);
+        if readings.any(|reading| !reading.is_nan()) { Err(()) } else { Ok(()) }
+    });
+    walked.is_err()
 }
 
 fn planned(model: &Model, loader: &mut Loader<'_>, entry: &RunEntry, begin: f64) -> Option<Record> {

@@ -5,8 +5,7 @@ use serde_json::{Value, json};
 
 use super::arguments::{CampaignArguments, Format};
 use super::{Failure, doubts, load, output};
-use crate::diagnose::fitted::carried_onto;
-use crate::engine::layout::Instance;
+use crate::diagnose::fitted::planned;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, calibrate};
@@ -22,6 +21,7 @@ impl CalibrateCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
+        load::tell_not_put_in(&loaded, false);
         let result = estimate(loaded.problem)?;
         doubts::tell(&result, self.common.quiet);
         match self.common.format {
@@ -77,37 +77,11 @@ pub(super) struct Measured {
     pub(super) unplaced: Vec<String>,
 }
 
-/// What of a problem has a place or a turn that nobody states: names, with the setup.
-pub(super) fn unplaced(problem: &Problem) -> Vec<String> {
-    let silent = |instance: &&Instance| {
-        let setting = &instance.setting;
-        setting.value.is_none() && setting.start.is_none() && instance.dimension() > 1
-    };
-    let full = |one: &Instance| match &one.of {
-        Some(of) => format!("`{}` ({of})", one.name),
-        None => format!("`{}`", one.name),
-    };
-    problem.layout.instances.iter().filter(silent).map(full).collect()
-}
-
 /// Fits the runs that have readings.
 pub(super) fn estimate_measured(problem: &Problem) -> Result<Measured, Failure> {
-    let mut parts = problem.parts.clone();
-    for part in &mut parts {
-        let has_readings = |run: usize| part.present_in(run).iter().any(|count| *count > 0);
-        let measured: Vec<bool> = (0..part.runs.len()).map(has_readings).collect();
-        let mut measured = measured.into_iter();
-        part.runs.retain(|_| measured.next().unwrap_or(false));
-    }
-    parts.retain(|part| !part.runs.is_empty());
-    let mut measured = Problem::new(parts);
-    measured.progress = problem.progress.clone();
-    let fit = estimate(measured)?;
-    let stated = Point::stated(&problem.layout);
-    let point = carried_onto(&fit.problem, &fit.fit.point, problem, stated);
-    let known = unplaced(&fit.problem);
-    let mut unplaced = unplaced(problem);
-    unplaced.retain(|one| !known.contains(one));
+    let fit = estimate(planned::measured(problem))?;
+    let point = planned::placed(problem, &fit.problem, &fit.fit.point);
+    let unplaced = planned::unplaced(problem, Some(&fit.problem));
     Ok(Measured { fit, point, unplaced })
 }
 

@@ -1,15 +1,20 @@
 //! `homepoint models` and `homepoint effects`: what the library holds.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use serde_json::{Value, json};
 
 use super::arguments::Format;
 use super::{Failure, output};
+use crate::diagnostic::Diagnostics;
+use crate::effect::Effect;
+use crate::engine::switched_off::remains;
 use crate::library::Library;
+use crate::model::Model;
 use crate::report::text::{drawn, table};
-use crate::system;
+use crate::system::candidates;
 
 #[derive(Debug, Args)]
 pub(super) struct Models {
@@ -64,14 +69,10 @@ impl Effects {
             self.model.as_ref().map(|name| library.model(name, Path::new("."))).transpose()?;
         let mut rows = Vec::new();
         for effect in library.effects() {
-            let why = match &model {
-                // Built-in detectors look at the readings of any model.
-                Some(model) if !effect.builtin => {
-                    system::testable(model, effect, &[]).err().map(|why| why.messages())
-                }
-                _ => None,
-            };
-            rows.push((effect, why));
+            // Built-in detectors look at the readings of any model.
+            let asked = model.as_ref().filter(|_| !effect.builtin);
+            let is_own = library.own_effects().any(|one| one.name == effect.name);
+            rows.push((effect, asked.and_then(|model| why_not(model, effect, is_own))));
         }
         rows.sort_by(|a, b| (a.0.acts, &a.0.name).cmp(&(b.0.acts, &b.0.name)));
         if self.format == Format::Json {
@@ -98,4 +99,17 @@ impl Effects {
         }
         output::text(&drawn(&table))
     }
+}
+
+/// Why a model cannot test an effect. Those of the library are known to be absent at zero.
+fn why_not(model: &Model, effect: &Arc<Effect>, is_own: bool) -> Option<String> {
+    let ways = match candidates(model, effect, &[]) {
+        Err(why) => return Some(why.messages()),
+        Ok(ways) => ways,
+    };
+    let inputs = vec![None; model.inputs.len()];
+    let there = |way| remains((model, &[]), way, &[], &inputs).ok().flatten();
+    // It is tested at the heads where it is absent.
+    let told: Vec<_> = ways.iter().filter(|_| is_own).map_while(there).collect();
+    (!told.is_empty() && told.len() == ways.len()).then(|| Diagnostics(told).messages())
 }

@@ -19,6 +19,7 @@ impl CompareCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
+        load::tell_not_put_in(&loaded, false);
         let calibration = estimate(loaded.problem.clone())?;
         if !calibration.is_sound() {
             return unsound(&calibration, &loaded.about, self.common.format);

@@ -39,6 +39,7 @@ impl DelaysCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
+        load::tell_not_put_in(&loaded, false);
         let mut whole = loaded.head.clone();
         let mut text = String::new();
         let given = given_transformation(&loaded, self.transformation, self.common.format)?;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::campaign::Run;
-use crate::diagnose::verdict::Verdict;
+use crate::diagnose::verdict::answer::Verdict;
 use crate::diagnose::{Diagnosis, diagnose, judge};
 use crate::diagnostic::Diagnostic;
 use crate::engine::layout::Instance;
@@ -164,6 +164,7 @@ impl Diagnose {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
+        load::tell_not_put_in(&loaded, true);
         load::refuse_empty(&loaded.problem)?;
         let mut wanted = self.library.wanted(&loaded.recipes)?;
         wanted.prior = prior::read(&self.prior, &loaded.recipes, &wanted)?;

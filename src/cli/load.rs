@@ -109,6 +109,25 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
     })
 }
 
+/// Warns of values that are stated of effects which are not in the model. Where the library is tried, constants and members
+/// of families say what to look for: of other values those that are found count.
+pub(super) fn tell_not_put_in(loaded: &Loaded, tries: bool) {
+    let Some(recipe) = loaded.recipes.first().filter(|_| !loaded.quiet) else { return };
+    let told = loaded.stated.iter().filter_map(|name| {
+        let (owner, value) = name.split_once('.')?;
+        let effect = recipe.library.effects().find(|effect| effect.name == owner)?;
+        let value = value.rsplit('.').next()?;
+        let is_free = effect.parameters.iter().any(|one| one.name == value && !one.setting.fixed);
+        if recipe.effects.iter().any(|one| one.effect.name == owner) || (tries && !is_free) {
+            return None;
+        }
+        let message = format!("`{name}` is stated, but that effect is not put in");
+        let help = format!("put it into the model: --with {owner}");
+        Some(Diagnostic::warning(message).help(help))
+    });
+    render::all(&told.collect::<Vec<_>>());
+}
+
 /// Whether all samples could be read back from where they were kept: results are good for nothing
 /// otherwise.
 pub(super) fn read_back(problem: &Problem) -> io::Result<()> {

@@ -3,9 +3,10 @@
 use clap::Args;
 
 use super::arguments::{CampaignArguments, Format};
-use super::calibrate::{estimate_measured, unplaced, verdict};
+use super::calibrate::{estimate_measured, verdict};
 use super::wanted::WantedArguments;
 use super::{Failure, load, output, render};
+use crate::diagnose::fitted::planned;
 use crate::diagnose::power::power;
 use crate::diagnostic::Diagnostic;
 use crate::engine::{Point, Problem};
@@ -27,6 +28,7 @@ impl PowerCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
+        load::tell_not_put_in(&loaded, true);
         let wanted = self.library.wanted(&loaded.recipes)?;
         let point = self.point(&loaded.problem)?;
         let found = power(loaded.problem, loaded.recipes, point, &wanted)
@@ -59,7 +61,7 @@ impl PowerCommand {
                 return Ok(measured.point);
             }
         }
-        self.tell_of_places(&unplaced(problem));
+        self.tell_of_places(&planned::unplaced(problem, None));
         Ok(Point::stated(&problem.layout))
     }
 

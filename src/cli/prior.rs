@@ -1,7 +1,8 @@
 //! How probable causes are before the readings, as `--prior` says.
 
-use crate::diagnose::library::candidates::{Wanted, is_noise};
+use crate::diagnose::library::offer::is_noise;
 use crate::diagnose::library::prior::{Cause, Prior};
+use crate::diagnose::library::wanted::Wanted;
 use crate::diagnostic::Diagnostic;
 use crate::engine::open::Recipe;
 

@@ -7,8 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate_measured, verdict};
-use super::load::Loaded;
-use super::{Failure, load, output, render};
+use super::{Failure, load, output};
 use crate::campaign::write::write_campaign_with;
 use crate::campaign::write_run::RunTable;
 use crate::diagnostic::Diagnostic;
@@ -50,9 +49,7 @@ impl Simulate {
             let help = "name another folder: its recordings would be lost";
             return Err(Diagnostic::error(message).help(help).into());
         }
-        if !loaded.quiet {
-            render::all(&not_put_in(&loaded));
-        }
+        load::tell_not_put_in(&loaded, false);
         let mut problem = loaded.problem;
         let point = truth(&mut problem, &loaded.stated)?;
         if let Some((measurand, factor)) = problem.negative_noise(&point) {
@@ -87,23 +84,6 @@ impl Simulate {
             }
         }
     }
-}
-
-/// Warns of values of effects that are not put in.
-fn not_put_in(loaded: &Loaded) -> Vec<Diagnostic> {
-    let recipe = &loaded.recipes[0];
-    let owner = |name: &String| name.split('.').next().unwrap_or_default().to_owned();
-    let is_effect = |name: &str| recipe.library.effects().any(|effect| effect.name == name);
-    let is_in = |name: &str| recipe.effects.iter().any(|one| one.effect.name == name);
-    let others = loaded.stated.iter().filter(|name| {
-        let owner = owner(name);
-        is_effect(&owner) && !is_in(&owner)
-    });
-    let told = others.map(|name| {
-        let message = format!("`{name}` is stated, but that effect is not put in");
-        Diagnostic::warning(message).help(format!("say so: --with {}", owner(name)))
-    });
-    told.collect()
 }
 
 /// Parameter values: as stated. What is not stated comes from a fit of the campaign's own readings

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::diagnose::library::candidates::Wanted;
+use crate::diagnose::library::wanted::Wanted;
 use crate::diagnostic::Diagnostic;
 use crate::engine::open::Recipe;
 use crate::system::needs::heads_for;

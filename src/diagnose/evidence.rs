@@ -48,7 +48,7 @@ use self::columns::join;
 use self::columns::{Column, Owned};
 pub use self::entry::{Entry, Projected};
 use self::nominal::Nominal;
-use super::library::candidates::Candidate;
+use super::library::candidate::Candidate;
 use super::library::catalogue::sign;
 
 /// Length, in units of the noise, that a column must have at the usual size of its value.

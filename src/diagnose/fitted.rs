@@ -1,5 +1,7 @@
 //! Campaigns with some effects of the library, fitted; with one more, and without some.
 
+pub mod planned;
+
 use crate::engine::open::Recipe;
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};

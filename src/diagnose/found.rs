@@ -11,8 +11,8 @@ use crate::system::Selected;
 use crate::units::Unit;
 
 use super::evidence::score::Score;
-use super::library::candidates::Candidate;
-use super::library::structure::Place;
+use super::library::candidate::Candidate;
+use super::library::place::Place;
 
 /// Something found in the noise.
 #[derive(Clone, Debug)]

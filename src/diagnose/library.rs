@@ -1,13 +1,21 @@
 //! What may be added to a model: effects of the library, and structure that nobody wrote down.
 //!
+//! From the ground up; each imports from those before it:
+//!
 //! | file | answers |
 //! |---|---|
-//! | [`candidates`] | which effects and blocks these campaigns allow, and why not the others |
+//! | [`place`] | where unknown structure sits, in words |
+//! | [`candidate`] | something that may be added |
+//! | [`mod@offer`] | which effects these campaigns allow, and why not the others |
+//! | [`structure`] | what an effect that nobody wrote down could look like |
 //! | [`catalogue`] | all that has been made of the models so far |
 //! | [`prior`] | how probable each cause is before the readings are looked at |
-//! | [`structure`] | what an effect that nobody wrote down could look like |
+//! | [`wanted`] | which of all that a user asks for |
 
-pub mod candidates;
+pub mod candidate;
 pub mod catalogue;
+pub mod offer;
+pub mod place;
 pub mod prior;
 pub mod structure;
+pub mod wanted;

@@ -39,7 +39,7 @@ use super::evidence::detection::bar;
 use super::evidence::scan::members;
 use super::evidence::score::Support;
 use super::evidence::thresholds::level;
-use super::library::candidates::Wanted;
+use super::library::wanted::Wanted;
 use super::noise::whiten::stretch;
 use super::stage::Stage;
 use super::verdict::silent::{acts_as, why_silent};

@@ -30,7 +30,7 @@ use super::evidence::score::{Support, of_gain};
 use super::evidence::thresholds::level;
 use super::fitted::Fitted;
 use super::found::{LeftOut, Lost, Noise};
-use super::library::candidates::Wanted;
+use super::library::wanted::Wanted;
 use super::noise::whiten::{Given, prepare};
 use super::stage::Stage;
 

@@ -17,10 +17,12 @@ use super::evidence::thresholds::{TIE, level};
 use super::evidence::{Entry, Evidence};
 use super::fitted::Fitted;
 use super::found::{Apart, Noise};
-use super::library::candidates::{Candidate, NotTestable, Offer, Wanted};
+use super::library::candidate::{Candidate, NotTestable};
 use super::library::catalogue::{self, Made, sign};
+use super::library::offer::Offer;
+use super::library::place::{Of, Place};
 use super::library::prior::Prior;
-use super::library::structure::{Of, Place};
+use super::library::wanted::Wanted;
 
 /// Structures taken off at most before the noise is judged.
 const MOST_STRUCTURES: usize = 8;
@@ -96,13 +98,7 @@ impl Stage {
     /// signatures that are the same are not made again.
     pub fn again(fitted: Fitted, wanted: &Wanted, kept: &mut Kept) -> Option<Self> {
         let made = wanted.catalogue.of(&fitted.recipes);
-        let Offer { effects, mut noise, mut not_testable } = made.offer.clone();
-        let is_wanted = |one: &Candidate| {
-            wanted.includes(&one.selected.effect.name, one.selected.head.as_deref())
-        };
-        let effects = effects.into_iter().filter(is_wanted).collect();
-        noise.retain(is_wanted);
-        not_testable.retain(|one| wanted.includes(&one.name, None));
+        let Offer { effects, noise, mut not_testable } = wanted.of(made.offer.clone());
         let (mut candidates, mut members, blind) =
             best_members(&fitted, &made, effects, &mut kept.scanned)?;
         not_testable.extend(blind);

@@ -44,6 +44,11 @@ impl Columns {
             + self.runs[..run].iter().map(|(_, count)| count).sum::<usize>()
     }
 
+    /// Number of a run's own columns, the last that its readings touch.
+    pub fn of_run(&self, run: usize) -> usize {
+        self.runs[run].1
+    }
+
     /// The columns a run's readings touch, in the order of its Gram matrix.
     pub fn touched_by(&self, run: usize) -> Vec<usize> {
         let (setup, count) = self.runs[run];

@@ -24,6 +24,7 @@ pub fn check(problem: &Problem) -> Vec<Diagnostic> {
         let part = &problem.parts[p];
         for run in &part.runs {
             found.extend(rates::rates(part, run));
+            found.extend(stands_still(run));
         }
         found.extend(rates::missing_rates(part));
         found.extend(unread(part));
@@ -31,6 +32,16 @@ pub fn check(problem: &Problem) -> Vec<Diagnostic> {
         found.extend(mistakes::mistakes(problem, p, &start));
     }
     found
+}
+
+/// A run in which time stands still.
+fn stands_still(run: &Run) -> Option<Diagnostic> {
+    let [first, last] = run.record.ends(|samples| &samples.time)?;
+    let stands = run.record.len() > 1 && first == last;
+    let words =
+        format!("run `{}` has the same time in all its {} rows", run.name, run.record.len());
+    let help = "what a clock does, and how fast anything moves, cannot be told there: is it the right column?";
+    stands.then(|| Diagnostic::warning(words).help(help))
 }
 
 /// Measurands that a run does not read, though it reads others and other runs read them.

@@ -18,6 +18,8 @@ use crate::quaternion::Quaternion;
 
 /// Samples that are enough for one transformation's start.
 pub const ENOUGH: usize = 1 << 17;
+/// Pairs that fix a transformation, at least.
+const LEAST_PAIRS: usize = 3;
 
 /// What became of one transformation's start.
 #[derive(Clone, Debug)]
@@ -116,7 +118,7 @@ fn shift(pairs: &[Pair], rotation: Quaternion<f64>) -> [f64; 3] {
     sum
 }
 
-/// Pairs of all runs that share a transformation: its reference runs, else all of them.
+/// Pairs of all runs that share a transformation: its reference runs, where they have enough, else all of them.
 fn gather(
     problem: &Problem,
     p: usize,
@@ -131,15 +133,18 @@ fn gather(
                 && problem.layout.instance_in(p, *r, coordinates.translation) == translation
         })
         .collect();
-    let reference = |r: &usize| part.runs[*r].role == Role::Reference;
-    let any_reference = sharing.iter().any(reference);
-    let used: Vec<usize> = sharing.into_iter().filter(|r| !any_reference || reference(r)).collect();
-    let samples: usize = used.iter().map(|r| part.runs[*r].record.len()).sum();
-    let share = ENOUGH as f64 / samples.max(1) as f64;
-    let mut all = Vec::new();
-    for r in used {
-        let parameters = problem.parameters::<f64>(p, r, point);
-        all.extend(pairs(part, &part.runs[r], &parameters, share));
-    }
-    all
+    let of = |runs: &[usize]| -> Vec<Pair> {
+        let samples: usize = runs.iter().map(|r| part.runs[*r].record.len()).sum();
+        let share = ENOUGH as f64 / samples.max(1) as f64;
+        let own = |r: &usize| {
+            let parameters = problem.parameters::<f64>(p, *r, point);
+            pairs(part, &part.runs[*r], &parameters, share)
+        };
+        runs.iter().flat_map(own).collect()
+    };
+    let is_reference = |r: &&usize| part.runs[**r].role == Role::Reference;
+    let reference: Vec<usize> = sharing.iter().filter(is_reference).copied().collect();
+    let all = of(&reference);
+    // Two points leave a turn about their line open.
+    if all.len() < LEAST_PAIRS { of(&sharing) } else { all }
 }

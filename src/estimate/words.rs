@@ -1,6 +1,8 @@
 //! What cannot be determined, in words: which parameters act alike, and the run that would tell
 //! them apart.
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::campaign::Track;
 use crate::campaign::record::Change;
 use crate::engine::gram::Normal;
@@ -11,6 +13,8 @@ use crate::graph::Kind;
 
 /// Scaled entries of a direction below this take no part in it worth a word.
 const NEGLIGIBLE: f64 = 1e-3;
+/// Singular values of a run's own values below this part of all are none.
+const RANK: f64 = 1e-12;
 
 /// A combination of parameters that the data do not determine.
 #[derive(Clone, Debug)]
@@ -143,7 +147,11 @@ fn delay_phrase(problem: &Problem, delays: &[&Share]) -> String {
     let alike = delays.iter().all(|share| (share.change[0] / first - 1.0).abs() < 0.05);
     let names: Vec<String> = delays
         .iter()
-        .map(|share| format!("`{}`", problem.layout.instances[share.instance].name))
+        .map(|share| {
+            let of = place_of(problem, share.instance);
+            let of = of.map_or_else(String::new, |of| format!(" ({of})"));
+            format!("`{}`{of}", problem.layout.instances[share.instance].name)
+        })
         .collect();
     if alike && delays.len() == all && all > 1 {
         format!("a common delay of all measurands ({})", names.join(", "))
@@ -242,8 +250,9 @@ fn remedy(
             names.push(name);
         }
     }
+    let one = if names.len() == 1 { "" } else { "one of " };
     let state =
-        format!("state a value with its sigma for one of {} or set it fixed", names.join(", "));
+        format!("state a value with its sigma for {one}{} or set it fixed", names.join(", "));
     match best {
         // A useful run answers far above what all present ones do together.
         Some((gain, words)) if gain > 1e4 * now.max(f64::MIN_POSITIVE) && gain > 0.0 => {
@@ -274,7 +283,8 @@ fn response(normal: &Normal, step: &[f64]) -> f64 {
         .sum()
 }
 
-/// The same for one run that is not measured yet.
+/// The same for one run that is not measured yet: what its own values, which a parameter with one for each run has for it,
+/// could not follow.
 fn candidate_response(
     problem: &Problem,
     point: &Point,
@@ -293,22 +303,38 @@ fn candidate_response(
     let retimed = run.record.changed(Change::Retimed(factor));
     let mut changed = problem.clone();
     changed.parts[p].runs[r].record = retimed;
-    let touched = changed.layout.columns.touched_by(changed.run_index(p, r));
-    let local: Vec<f64> = touched.iter().map(|column| step[*column]).collect();
+    let index = changed.run_index(p, r);
+    let touched = changed.layout.columns.touched_by(index);
+    let own = changed.layout.columns.of_run(index);
+    let shared = touched.len() - own;
+    let local = touched[..shared].iter().map(|column| step[*column]);
+    let local = DVector::from_iterator(shared, local);
     let sigma: Vec<f64> = changed.parts[p]
         .slots()
         .iter()
         .zip(&changed.parts[p].sigma)
         .flat_map(|(slot, sigma)| std::iter::repeat_n(*sigma, slot.components))
         .collect();
-    let mut sum = 0.0;
+    let (mut sum, mut along) = (0.0, DVector::zeros(own));
+    let mut among = DMatrix::zeros(own, own);
     changed.visit_run(p, r, point, &mut |_, jacobian, _| {
         for (row, sigma) in sigma.iter().enumerate() {
-            let change: f64 = local.iter().enumerate().map(|(k, d)| jacobian[(row, k)] * d).sum();
-            if change.is_finite() {
-                sum += (change / sigma).powi(2);
+            let line = jacobian.row(row);
+            let change = line.columns(0, shared).transpose().dot(&local) / sigma;
+            let values = line.columns(shared, own).transpose() / *sigma;
+            if change.is_finite() && values.iter().all(|value| value.is_finite()) {
+                sum += change * change;
+                along += &values * change;
+                among += &values * values.transpose();
             }
         }
     });
-    Some(sum)
+    let followed = match own {
+        0 => 0.0,
+        _ => {
+            let least = RANK * among.norm();
+            among.svd(true, true).solve(&along, least).map_or(0.0, |values| along.dot(&values))
+        }
+    };
+    Some((sum - followed).max(0.0))
 }

@@ -6,8 +6,9 @@ use crate::diagnose::found::{Location, Ranked};
 use crate::diagnose::gap::Gap;
 use crate::diagnose::library::prior::Cause;
 use crate::diagnose::search::probability::is_implausible;
+use crate::diagnose::verdict::answer::{Verdict, Why};
 use crate::diagnose::verdict::hidden::Hidden;
-use crate::diagnose::verdict::{Verdict, Why, locations, most_told};
+use crate::diagnose::verdict::locations::{locations, most_told};
 use crate::report::diagnosis::{
     estimates_of, is_of_one_cause, last_stage, stated_prior, times_usual,
 };
@@ -232,7 +233,10 @@ fn unexplained(diagnosis: &Diagnosis) -> String {
             format!("\nThe nearest effect is `{}`.\n", nearest.name)
         } else {
             let share = 100.0 * nearest.share;
-            format!("\nThe nearest effect, `{}`, explains {share:.0} % of it.\n", nearest.name)
+            format!(
+                "\nThe nearest effect by itself, `{}`, explains {share:.0} % of it.\n",
+                nearest.name
+            )
         };
         text.push_str(&share);
         if let Some(place) = beside(diagnosis, nearest) {

@@ -3,7 +3,8 @@
 use crate::diagnose::Diagnosis;
 use crate::diagnose::found::Location;
 use crate::diagnose::gap::Gap;
-use crate::diagnose::verdict::{Verdict, Why, apart};
+use crate::diagnose::verdict::answer::{Verdict, Why};
+use crate::diagnose::verdict::apart::apart;
 use crate::report::diagnosis::last_noise;
 use crate::report::noise_text::is_shown;
 
@@ -102,6 +103,13 @@ fn unnamed(diagnosis: &Diagnosis) -> String {
     let verb = |one: &'static str, more: &'static str| if several { more } else { one };
     match why {
         Why::NoneFits => "There is a gap that no effect of the library explains.".to_owned(),
+        Why::Likelier => {
+            let unknown = diagnosis.causes.map_or(0.0, |[.., unknown]| unknown);
+            format!(
+                "Something is there that nobody wrote down, in all likelihood ({:.0} %), but no place of it is beyond chance by itself.",
+                (100.0 * unknown).floor()
+            )
+        }
         Why::Displaced | Why::RunsApart | Why::Changed => {
             let beside = match effects {
                 [] => String::new(),
@@ -113,12 +121,12 @@ fn unnamed(diagnosis: &Diagnosis) -> String {
             "There is a gap like the one that {names} would make, but the model with it cannot be fitted to these readings."
         ),
         Why::Improbable => format!(
-            "There is a gap of which {names} {} nothing, but {} hardly its cause (probability below 0.1 %).",
+            "There is a gap of which {names} {} nothing that can be seen, but {} hardly its cause (probability below 0.1 %).",
             verb("leaves", "leave"),
             verb("is", "are")
         ),
         Why::Imitated => format!(
-            "There is a gap of which {names} {} nothing, but something {} that nobody wrote down leaves no more.",
+            "There is a gap of which {names} {} nothing that can be seen, but something {} that nobody wrote down leaves no more.",
             verb("leaves", "leave"),
             verb("likelier", "simpler")
         ),

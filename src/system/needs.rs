@@ -16,23 +16,11 @@ use crate::system::{Selected, System};
 /// A head's names by role; empty without heads.
 pub(crate) type Aliases = IndexMap<String, String>;
 
-/// Why an effect cannot be applied to a model, if it cannot.
-///
-/// # Errors
-/// Names that the model lacks, constants that nobody stated, what the assembly of the graph finds; at
-/// their places in the effect's file.
-pub fn testable(
-    model: &Model,
-    effect: &Arc<Effect>,
-    overrides: &[Override],
-) -> Result<(), Diagnostics> {
-    candidates(model, effect, overrides).map(|_| ())
-}
-
 /// The ways in which an effect can be applied to a model: one for each head that it fits, or one.
 ///
 /// # Errors
-/// Why there is none, as [`testable`].
+/// Why there is none: names that the model lacks, constants that nobody stated, what the assembly of the
+/// graph finds; at their places in the effect's file.
 pub fn candidates(
     model: &Model,
     effect: &Arc<Effect>,

@@ -12,8 +12,10 @@ use nalgebra::DVector;
 
 use crate::campaign::Sample;
 use crate::diagnose::evidence::{Entry, Evidence};
-use crate::diagnose::library::candidates::{self, Candidate, Wanted, offer};
+use crate::diagnose::library::candidate::{self, Candidate};
 use crate::diagnose::library::catalogue::written;
+use crate::diagnose::library::offer::offer;
+use crate::diagnose::library::wanted::Wanted;
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::{Opened, Recipe};
 use crate::engine::{Point, Problem};
@@ -119,7 +121,7 @@ impl Design {
             crate::engine::simulate::simulate(&mut full, &truth, 0, true);
         }
         full.reweight(&truth);
-        let offer = offer(&recipes, &Wanted::default());
+        let offer = offer(&recipes);
         let mut ways = offer.effects;
         let library = ways.len();
         let foreign = shapes();
@@ -300,7 +302,7 @@ fn fitting(shape: &Shape, recipes: &[Recipe]) -> Option<Candidate> {
         head: None,
         member: std::collections::BTreeMap::new(),
     };
-    candidates::fitting(recipes, &selected, None)
+    candidate::fitting(recipes, &selected, None)
 }
 
 /// Everything of which something is left beyond the nominal parameters, members of a family together.

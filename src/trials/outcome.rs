@@ -4,11 +4,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagnose::library::candidates::Wanted;
+use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::search::Search;
 use crate::diagnose::search::probability::beside_walks;
 use crate::diagnose::stage::Stage;
-use crate::diagnose::verdict::Verdict;
+use crate::diagnose::verdict::answer::Verdict;
 use crate::diagnose::{Diagnosis, diagnose};
 use crate::engine::Problem;
 use crate::engine::gram::LeastSquares;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use homepoint::diagnose::library::candidates::Wanted;
+use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::layout::Instance;
 use homepoint::engine::open::{Opened, Request, open};

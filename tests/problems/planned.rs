@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use homepoint::engine::open::{Request, open};
 use homepoint::engine::{Point, Problem};
 use homepoint::library::Library;
-use homepoint::system::testable;
+use homepoint::system::candidates;
 use nalgebra::DMatrix;
 
 const ARM: &str = r#"
@@ -146,7 +146,9 @@ pub(crate) fn fitting(campaign: &Path) -> Vec<String> {
     Library::builtin()
         .unwrap()
         .effects()
-        .filter(|effect| !effect.builtin && testable(&nominal.models[0], effect, overrides).is_ok())
+        .filter(|effect| {
+            !effect.builtin && candidates(&nominal.models[0], effect, overrides).is_ok()
+        })
         .map(|effect| effect.name.clone())
         .collect()
 }

@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::library::catalogue::sign;
 use crate::engine::gram::{LeastSquares, Normal};
 use crate::engine::stretches::Left;

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::library::candidates::{Candidate, fitting};
+use crate::diagnose::library::candidate::{Candidate, fitting};
 use crate::effect::{Effect, Members};
 use crate::engine::Problem;
 use crate::engine::passes::Passes;

@@ -10,7 +10,7 @@
 
 use crate::diagnose::fitted::{Fitted, rebuilt};
 use crate::diagnose::gross::lost::{self, Among};
-use crate::diagnose::library::candidates::Wanted;
+use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::noise::whiten::stretch;
 use crate::diagnose::stage::Stage;
 use crate::diagnose::verdict::leftover;

@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::diagnose::found::{LeftOut, Reading, Stretch};
-use crate::diagnose::library::structure::Place;
+use crate::diagnose::library::place::Place;
 use crate::diagnose::sequences::{OfRun, Sequence, median};
 use crate::engine::Problem;
 use crate::engine::layout::qualified;

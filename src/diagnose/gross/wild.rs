@@ -9,7 +9,7 @@ use crate::diagnose::evidence::tail::{ln_below, ln_normal};
 use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, Noise, NoiseEffect};
-use crate::diagnose::library::structure::Place;
+use crate::diagnose::library::place::Place;
 use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, OfRun, Sequence, median, seen_from};
 use crate::diagnose::stage::Stage;
 use crate::engine::{Part, Point, Problem};

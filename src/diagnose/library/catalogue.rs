@@ -14,8 +14,9 @@ use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::model::Override;
 use crate::system::Selected;
 
-use super::candidates::{Candidate, Offer, Wanted, offer};
-use super::structure::{blocks, changes};
+use super::candidate::Candidate;
+use super::offer::{Offer, offer};
+use super::structure::{blocks, by_sense, changes};
 
 /// Models with certain effects that are kept at most: those used last. Each takes some 50 MB.
 const MOST_MODELS: usize = 8;
@@ -38,6 +39,8 @@ pub struct Made {
     pub blocks: Vec<Candidate>,
     /// Blocks that say what may change from run to run.
     pub(in crate::diagnose) changes: Vec<Candidate>,
+    /// Blocks that say what goes otherwise there than back.
+    pub(in crate::diagnose) by_sense: Vec<Candidate>,
     signatures: Mutex<HashMap<String, Arc<Vec<Signatures>>>>,
 }
 
@@ -49,9 +52,10 @@ impl Catalogue {
             return known;
         }
         let made = Arc::new(Made {
-            offer: offer(recipes, &Wanted::default()),
+            offer: offer(recipes),
             blocks: blocks(recipes),
             changes: changes(recipes),
+            by_sense: by_sense(recipes),
             signatures: Mutex::default(),
         });
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);

@@ -8,7 +8,6 @@
 //!
 //! | file | answers |
 //! |---|---|
-//! | `place` | where a block sits, in words |
 //! | `covariate` | what it may be a function of |
 //! | `waves` | which are families |
 
@@ -18,7 +17,7 @@ use std::sync::Arc;
 
 use covariate::{
     CIRCLE_ORDERS, Covariate, few_move, of_motion, of_the_head, of_the_rig, over_runs, over_time,
-    scale_over_campaign,
+    reading_by_sense, scale_over_campaign,
 };
 
 use crate::diagnostic::Source;
@@ -29,19 +28,19 @@ use crate::model::{MeasurandDeclaration, Model};
 use crate::system::Selected;
 use crate::units::{Dimension, Unit};
 
-use super::candidates::{Candidate, join};
+use super::candidate::{Candidate, join};
+use super::place::{ALL_READINGS, Of, Place, TIME_OF};
 pub(in crate::diagnose) use covariate::turns;
-use place::{ALL_READINGS, TIME_OF};
-pub use place::{Of, Place};
 
 mod covariate;
-mod place;
 mod waves;
 
 /// Waves over a signal, where few things move and where many do.
 const ORDERS: (usize, usize) = (8, 3);
 /// Waves of an error in time and of a pedestal.
 const COARSE_ORDERS: usize = 2;
+/// Waves of what goes otherwise there than back, at most.
+const SENSE_ORDERS: usize = 4;
 /// Where the instrument and the rig stand to each other, in models that know it.
 const POSITION: &str = "position";
 
@@ -56,6 +55,21 @@ pub(super) fn changes(recipes: &[Recipe]) -> Vec<Candidate> {
         let mut all = effects(model);
         all.retain(|(_, place)| place.is_of_runs());
         rig(model, [over_runs()], &mut all);
+        all
+    })
+}
+
+/// Those that say what goes otherwise there than back: hysteresis, lost motion, the drag of a cable. They are many, and
+/// nearly all of what they say is said by others; so they are asked of what others leave, or say worse.
+pub(super) fn by_sense(recipes: &[Recipe]) -> Vec<Candidate> {
+    offered(recipes, |model| {
+        let mut all = Vec::new();
+        let covariates = covariate::by_sense(model, orders(model).min(SENSE_ORDERS));
+        displacements(model, &covariates, &mut all);
+        for measurand in model.measurands.iter().filter(|one| one.kind != MeasurandKind::Rotation) {
+            let own = reading_by_sense(measurand);
+            errors(measurand, covariates.iter().cloned().chain(own), &mut all);
+        }
         all
     })
 }
@@ -115,10 +129,15 @@ fn turns_its_target(model: &Model) -> bool {
 
 /// Displacements of the target.
 fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+    let mut covariates = of_the_rig(model, orders(model));
+    covariates.extend(waves::over_signals(model));
+    covariates.extend([waves::slow(), waves::settling(model)]);
+    displacements(model, &covariates, all);
+}
+
+/// Displacements of the target as functions of these.
+fn displacements(model: &Model, covariates: &[Covariate], all: &mut Vec<(Arc<Effect>, Place)>) {
     for (channel, direction) in directions(model) {
-        let mut covariates = of_the_rig(model, orders(model));
-        covariates.extend(waves::over_signals(model));
-        covariates.extend([waves::slow(), waves::settling(model)]);
         for covariate in covariates {
             let place = Place::new(
                 Of::Channel((*channel).to_owned()),
@@ -126,7 +145,7 @@ fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
                 displacement(channel, &covariate.words),
             );
             let patch = |sum: &str| format!("target = 'target + ({sum}) * {direction}'");
-            all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
+            all.extend(effect(&place, covariate, Dimension::LENGTH, patch));
         }
     }
 }
@@ -215,15 +234,25 @@ fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
         if matches!(measurand.kind, MeasurandKind::Angle { .. }) {
             covariates.push(waves::over_circle(name, CIRCLE_ORDERS));
         }
-        for covariate in covariates {
-            let place = Place::new(
-                Of::Measurand(name.clone()),
-                &covariate.over,
-                format!("an error of `{name}` over {}", covariate.words),
-            );
-            let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
-            all.extend(effect(&place, &covariate, measurand.unit.dimension, patch));
-        }
+        errors(measurand, covariates.into_iter(), all);
+    }
+}
+
+/// Errors of a reading as functions of these.
+fn errors(
+    measurand: &MeasurandDeclaration,
+    covariates: impl Iterator<Item = Covariate>,
+    all: &mut Vec<(Arc<Effect>, Place)>,
+) {
+    let name = &measurand.name;
+    for covariate in covariates {
+        let place = Place::new(
+            Of::Measurand(name.clone()),
+            &covariate.over,
+            format!("an error of `{name}` over {}", covariate.words),
+        );
+        let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
+        all.extend(effect(&place, &covariate, measurand.unit.dimension, patch));
     }
 }
 

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::diagnose::evidence::tail::ln_normal;
 use crate::diagnose::fitted::rebuilt;
 use crate::diagnose::found::NoiseEffect;
-use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::stage::Stage;
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::engine::stretches::Left;

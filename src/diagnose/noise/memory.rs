@@ -17,7 +17,7 @@ use crate::diagnose::evidence::score::of_gain;
 use crate::diagnose::evidence::thresholds::{FURTHER, LEAST_RUNS, level};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{Apart, Noise, NoiseEffect};
-use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::sequences::{Sequence, median, sequences};
 use crate::diagnose::stage::Stage;
 use crate::engine::Problem;

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use crate::diagnose::evidence::Evidence;
 use crate::diagnose::found::{Noise, NoiseEffect};
-use crate::diagnose::library::candidates::fitting;
+use crate::diagnose::library::candidate::fitting;
 use crate::diagnose::stage::Stage;
 use crate::diagnostic::Source;
 use crate::effect::{Effect, Target};

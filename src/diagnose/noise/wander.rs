@@ -30,8 +30,8 @@ use wandering::{Likeliest, Wandering};
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::found::{Displaced, NoiseEffect, Rival};
-use crate::diagnose::library::candidates::{Candidate, fitting};
-use crate::diagnose::library::structure::Place;
+use crate::diagnose::library::candidate::{Candidate, fitting};
+use crate::diagnose::library::place::Place;
 use crate::diagnose::sequences::sequences;
 use crate::diagnose::stage::Stage;
 

@@ -22,7 +22,7 @@ use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::fitted::{Fitted, rebuilt};
 use crate::diagnose::found::{LeftOut, Lost, Noise, NoiseEffect};
 use crate::diagnose::gross::wild::{PEELS, name_wild, without_gross, without_wild};
-use crate::diagnose::library::candidates::Wanted;
+use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::sequences::sequences;
 use crate::diagnose::stage::{Kept, Stage};
 use crate::engine::Problem;
@@ -31,12 +31,15 @@ use crate::estimate::batch::{FitError, Options};
 use crate::system::Selected;
 use crate::units::Unit;
 
+use super::excess::name_levels;
 use super::jitter::jitter;
-use super::levels::{follow_neighbours, levels, name_levels, uneven};
+use super::levels::levels;
 use super::memory::{
     found_walk, left_white, may_wander, memory, name_memory, remember, white_parts,
 };
+use super::neighbours::follow_neighbours;
 use super::square::square;
+use super::uneven::uneven;
 use super::variances::judged_again;
 use super::wander::Found;
 

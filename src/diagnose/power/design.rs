@@ -8,7 +8,9 @@ use crate::diagnose::evidence::scan::{ALL_BLIND, told};
 use crate::diagnose::evidence::score::score;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::Noise;
-use crate::diagnose::library::candidates::{NotTestable, Wanted, offer};
+use crate::diagnose::library::candidate::NotTestable;
+use crate::diagnose::library::offer::offer;
+use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::stage::Stage;
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::Recipe;
@@ -55,7 +57,7 @@ pub fn design(recipes: Vec<Recipe>, mut problem: Problem, point: Point) -> Fitte
 /// The library before a design: every effect at every head with every member of its families, and no
 /// unknown structure. `None` where the model's own parameters are not determined.
 pub fn stage(fitted: Fitted, wanted: &Wanted) -> Option<Stage> {
-    let mut offer = offer(&fitted.recipes, wanted);
+    let mut offer = wanted.of(offer(&fitted.recipes));
     let mut candidates = Vec::new();
     for family in offer.effects.chunk_by(|a, b| a.name == b.name) {
         let told = told(&fitted.problem, family);

@@ -15,7 +15,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::diagnose::evidence::detection::{exceeds, leads, solved};
 use crate::diagnose::evidence::{Entry, Evidence};
-use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::library::candidate::Candidate;
 
 /// Directions over which probabilities are taken, of effects with more than one value.
 const DIRECTIONS: usize = 48;

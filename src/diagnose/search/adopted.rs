@@ -3,7 +3,7 @@
 use crate::diagnose::evidence::score::{Score, of_gain};
 use crate::diagnose::evidence::thresholds::{ALIKE, TIE, level};
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::stage::Stage;
 use crate::estimate::batch::{FitError, Options};
 

@@ -23,7 +23,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::score::of_gain;
 use crate::diagnose::evidence::thresholds::{NAMED, level};
-use crate::diagnose::library::prior::Cause;
+use crate::diagnose::library::prior::{Cause, Prior};
 use crate::diagnose::stage::Stage;
 
 /// Number of scales.
@@ -32,6 +32,8 @@ const SCALES: usize = 12;
 const SEEN: f64 = 2.0;
 /// The largest scale, in typical sizes; where even that is hardly seen, so many times what is.
 const LARGEST: (f64, f64) = (30.0, 10.0);
+/// From this probability on unknown structure is told, although no block is beyond chance by itself.
+const LIKELY: f64 = 0.95;
 /// Effects whose logarithm of probability is this much below the best are not asked what they leave.
 const OUT_OF_QUESTION: f64 = 12.0;
 
@@ -72,6 +74,17 @@ pub fn of_causes(stage: &Stage, all: &[f64]) -> [f64; 3] {
     let (effects, blocks) = all.split_at(stage.effects);
     let (library, unknown) = (effects.iter().sum::<f64>(), blocks.iter().sum::<f64>());
     [(1.0 - library - unknown).max(0.0), library, unknown]
+}
+
+/// Whether something that nobody wrote down is what there is in all likelihood, by the probabilities of [`of_causes`]: not
+/// because the user said so before.
+pub fn is_unknown(stage: &Stage, [nothing, _, unknown]: [f64; 3]) -> bool {
+    let known = Prior::default();
+    let [before, usual] = [&stage.prior, &known]
+        .map(|prior| [Cause::Unknown, Cause::Nothing].map(|one| prior.of(one)));
+    // How much more likely the readings make it against nothing.
+    let least = LIKELY / (1.0 - LIKELY) * usual[1] / usual[0];
+    unknown >= LIKELY && unknown * before[1] >= least * nothing * before[0]
 }
 
 /// Probabilities from their logarithms, that of `nothing` beside them.

@@ -12,7 +12,8 @@ use std::collections::HashSet;
 
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, Location, Lost, Reading};
-use crate::diagnose::library::candidates::{Candidate, Wanted};
+use crate::diagnose::library::candidate::Candidate;
+use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::search::Search;
 use crate::diagnose::stage::Stage;
 use crate::estimate::batch::{FitError, Options};

@@ -12,7 +12,7 @@ use nalgebra::Complex;
 
 use crate::diagnose::evidence::tail::ln_gamma_tail;
 use crate::diagnose::evidence::thresholds::FALSE_ALARMS;
-use crate::diagnose::library::structure::Place;
+use crate::diagnose::library::place::Place;
 use crate::diagnose::sequences::{Sequence, sequences};
 use crate::diagnose::stage::Stage;
 use crate::effect::Target;

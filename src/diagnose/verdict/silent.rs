@@ -1,7 +1,7 @@
 //! Effects that show in no reading: those that nominal parameters take up, and those that change none.
 
 use crate::campaign::Track;
-use crate::diagnose::library::candidates::NotTestable;
+use crate::diagnose::library::candidate::NotTestable;
 use crate::diagnose::stage::Stage;
 
 /// An effect that nominal parameters take up.

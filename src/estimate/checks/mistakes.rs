@@ -276,8 +276,11 @@ fn candidates(part: &Part) -> Vec<Alternative> {
                 }
             }
         } else if names.measurands[a].unit.dimension == Dimension::LENGTH {
-            all.push(scaled(1e-3, format!("`{name}` were in mm, not in m")));
-            all.push(scaled(1e3, format!("`{name}` were in m, not in mm")));
+            all.push(scaled(
+                1e-3,
+                format!("`{name}` were a thousandth of its reading (mm taken for m)"),
+            ));
+            all.push(scaled(1e3, format!("`{name}` were a thousand times its reading (or the lengths that are stated a thousandth)")));
             for (b, other) in slots.iter().enumerate().skip(a + 1) {
                 if names.measurands[b].unit.dimension == Dimension::LENGTH {
                     let (other, other_name) = (other.column, names.measurands[b].name.clone());

@@ -2,10 +2,10 @@
 //! with one coefficient each.
 
 use crate::graph::MeasurandKind;
-use crate::model::Model;
+use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::{Dimension, Unit};
 
-use super::place::RUN;
+use crate::diagnose::library::place::RUN;
 
 /// Signals that count as few.
 const FEW: usize = 2;
@@ -89,6 +89,18 @@ impl Covariate {
         }
     }
 
+    /// The same times the sense in which something moves, and that sense.
+    fn by_sense(self, signal: &str) -> Self {
+        let sense = format!("sign(rate({signal}))");
+        let each = self.terms.iter().map(|(term, of)| (format!("{sense} * {term}"), *of));
+        let terms = [(sense.clone(), Dimension::NONE)].into_iter().chain(each).collect();
+        Self {
+            over: format!("{} by sense", self.over),
+            words: format!("{}, of the other sign when it goes back", self.words),
+            ..Self::new(format!("{} by sense", self.name), self.scope, terms)
+        }
+    }
+
     /// Each of its terms along each axis.
     pub(super) fn along_axes(self) -> Self {
         let axes = ["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"];
@@ -148,6 +160,37 @@ pub(super) fn of_motion(model: &Model, orders: usize) -> Vec<Covariate> {
         all.push(Covariate::acceleration(name, rate));
     }
     all
+}
+
+/// What moves, otherwise one way than the other: waves of so many orders over what turns, a slope and a bend over
+/// what goes along a length.
+pub(super) fn by_sense(model: &Model, orders: usize) -> Vec<Covariate> {
+    let signals = model.inputs.iter().filter(|input| input.signal);
+    let own = |input: &InputDeclaration| {
+        let (name, own) = (&input.name, input.unit.dimension);
+        let whole = if turns(&input.unit) {
+            Covariate::waves(name, orders)
+        } else {
+            Covariate::new(
+                name,
+                "instrument",
+                vec![(name.clone(), own), (format!("{name}^2"), own * own)],
+            )
+        };
+        whole.by_sense(name)
+    };
+    signals.map(own).collect()
+}
+
+/// The reading of a measurand, otherwise one way than the other.
+pub(super) fn reading_by_sense(measurand: &MeasurandDeclaration) -> Option<Covariate> {
+    let (name, own) = (&measurand.name, measurand.unit.dimension);
+    let whole = match measurand.kind {
+        MeasurandKind::Rotation => return None,
+        MeasurandKind::Angle { .. } => Covariate::waves(name, CIRCLE_ORDERS),
+        MeasurandKind::Plain => Covariate::new(name, "instrument", vec![(name.clone(), own)]),
+    };
+    Some(whole.by_sense(name))
 }
 
 /// What moves, and time, setups and runs.

@@ -15,8 +15,8 @@ use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::Dimension;
 
 use super::covariate::{Covariate, few_move, turns};
-use super::place::{OSCILLATION, Of, Place};
 use super::{ORDERS, made};
+use crate::diagnose::library::place::{OSCILLATION, Of, Place};
 
 /// The finest waves that are looked for, in waves a turn.
 const FINEST: usize = 36;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::library::candidate::Candidate;
 use crate::diagnostic::Source;
 use crate::effect::Effect;
 use crate::system::Selected;

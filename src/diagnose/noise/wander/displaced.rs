@@ -14,7 +14,7 @@ use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::score::likelihood_of_gain;
 use crate::diagnose::evidence::thresholds::FURTHER;
 use crate::diagnose::found::{Displaced, Location};
-use crate::diagnose::library::structure::Place;
+use crate::diagnose::library::place::Place;
 use crate::engine::Problem;
 
 use super::sequence::{Change, Span, in_order, places, spans};

@@ -2,7 +2,7 @@
 
 use crate::diagnose::evidence::{Entry, Evidence, Owner, Projected};
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::library::candidates::Candidate;
+use crate::diagnose::library::candidate::Candidate;
 
 use super::course::{Course, Steps, Times, number_of};
 use super::variance::{Scores, Walk};

@@ -7,8 +7,8 @@ use crate::diagnose::evidence::thresholds::{FURTHER, NAMED, TIE, level};
 use crate::diagnose::evidence::{Entry, Evidence};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::Location;
-use crate::diagnose::library::candidates::{Candidate, fitting};
-use crate::diagnose::library::structure::{Of, Place};
+use crate::diagnose::library::candidate::{Candidate, fitting};
+use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::sequences::Sequence;
 use crate::diagnose::stage::Stage;
 

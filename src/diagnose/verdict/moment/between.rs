@@ -10,7 +10,8 @@ use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::pieces::InPieces;
 use crate::diagnose::evidence::score::{likelihood_of_gain, of_gain};
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::library::candidates::{Candidate, Wanted};
+use crate::diagnose::library::candidate::Candidate;
+use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::noise::wander::sequence::{in_order, places, spans};
 use crate::engine::{Part, Problem};
 

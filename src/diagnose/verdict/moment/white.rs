@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::diagnose::fitted::{Fitted, carried};
 use crate::diagnose::found::{Level, Reading};
 use crate::diagnose::gross::spikes::NEIGHBOURS;
-use crate::diagnose::noise::levels::of_neighbours;
+use crate::diagnose::noise::neighbours::of_neighbours;
 use crate::diagnose::sequences::{Sequence, median, seen_from, sequences};
 use crate::diagnose::stage::Stage;
 use crate::engine::Problem;

@@ -1,0 +1,129 @@
+//! Something that may be added to models: an effect at a head, with the members of its families, or a
+//! block of unknown structure; and that something cannot be.
+//!
+//! It does not say which there are.
+
+use std::sync::Arc;
+
+use crate::engine::open::Recipe;
+use crate::model::Process;
+use crate::system::{Selected, System};
+use crate::units::Unit;
+
+use super::place::Place;
+
+/// Something that may be added to the model.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// `collimation`, at a head `collimation.a`.
+    pub name: String,
+    /// The effect, its head and the members of its families.
+    pub selected: Selected,
+    /// Where unknown structure would sit; `None` for an effect of the library.
+    pub place: Option<Place>,
+    /// The model with it, campaign by campaign; `None` where it does not fit.
+    pub systems: Vec<Option<Arc<System>>>,
+}
+
+impl Candidate {
+    /// Whether it is a random walk.
+    pub fn is_walk(&self) -> bool {
+        let parameters = &self.selected.effect.parameters;
+        !parameters.is_empty() && parameters.iter().all(|one| one.process == Process::Walk)
+    }
+
+    /// Whether both fit some campaign.
+    pub(in crate::diagnose) fn is_beside(&self, other: &Self) -> bool {
+        let mut both = self.systems.iter().zip(&other.systems);
+        both.any(|(own, other)| own.is_some() && other.is_some())
+    }
+
+    /// The usual size (SI) of one of its parameters, by full name.
+    pub fn typical(&self, parameter: &str) -> Option<f64> {
+        self.find(parameter).and_then(|(system, index)| system.settings[index].typical)
+    }
+
+    /// The unit in which one of its parameters is declared, by full name.
+    pub fn unit(&self, parameter: &str) -> Unit {
+        let found = self.find(parameter);
+        found.map_or_else(Unit::one, |(s, index)| s.assembly.names.parameters[index].unit.clone())
+    }
+
+    /// The measurand (by index) for which a parameter is, if there is one for each.
+    pub fn measurand(&self, parameter: &str) -> Option<usize> {
+        self.find(parameter).and_then(|(system, index)| system.declared[index].measurand)
+    }
+
+    /// Whether its values sum to zero over their scope.
+    pub fn sums_to_zero(&self) -> bool {
+        self.selected.effect.parameters.iter().any(|one| one.setting.sum_zero)
+    }
+
+    fn find(&self, parameter: &str) -> Option<(&System, usize)> {
+        self.systems.iter().flatten().find_map(|system| {
+            let names = &system.assembly.names.parameters;
+            let index = names.iter().position(|one| one.name == parameter)?;
+            Some((&**system, index))
+        })
+    }
+}
+
+/// An effect that cannot be tested here.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NotTestable {
+    /// The effect.
+    pub name: String,
+    /// A sentence.
+    pub why: String,
+    /// Whether it acts on what no campaign's model has.
+    pub of_other_models: bool,
+    /// The constants that a campaign need only state for it to be tested.
+    pub wants: Vec<String>,
+}
+
+impl NotTestable {
+    /// An effect that these models have a place for.
+    pub(in crate::diagnose) fn here(name: &str, why: impl Into<String>) -> Self {
+        Self { name: name.to_owned(), why: why.into(), of_other_models: false, wants: Vec::new() }
+    }
+}
+
+/// Adds a campaign's system to the candidate that is the same in other campaigns.
+pub(in crate::diagnose) fn join(
+    found: &mut Vec<Candidate>,
+    (campaign, campaigns): (usize, usize),
+    selected: Selected,
+    place: Option<Place>,
+    system: System,
+) {
+    let name = match &selected.head {
+        Some(head) => format!("{}.{head}", selected.effect.name),
+        None => selected.effect.name.clone(),
+    };
+    let system = Some(Arc::new(system));
+    let same = |one: &&mut Candidate| one.name == name && one.selected.member == selected.member;
+    match found.iter_mut().find(same) {
+        Some(one) => one.systems[campaign] = system,
+        None => {
+            let mut systems = vec![None; campaigns];
+            systems[campaign] = system;
+            found.push(Candidate { name, selected, place, systems });
+        }
+    }
+}
+
+/// An effect as it fits campaigns of these models; `None` where it fits none.
+pub fn fitting(
+    recipes: &[Recipe],
+    selected: &Selected,
+    place: Option<&Place>,
+) -> Option<Candidate> {
+    let mut found = Vec::new();
+    for (campaign, recipe) in recipes.iter().enumerate() {
+        if let Ok(system) = recipe.with(std::slice::from_ref(selected)) {
+            let at = (campaign, recipes.len());
+            join(&mut found, at, selected.clone(), place.cloned(), system);
+        }
+    }
+    found.pop()
+}

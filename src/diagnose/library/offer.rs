@@ -1,0 +1,151 @@
+//! What the library offers: every effect, at every head, with every member of its families; and why the
+//! rest cannot be tested here.
+//!
+//! It does not look at readings. An effect that acts on noise alone is set apart: it has no signature
+//! and is looked for in the variance.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::effect::{Effect, Members, Target};
+use crate::engine::open::Recipe;
+use crate::graph::Scope;
+use crate::system::{Selected, candidates, lacks, wanted_constants};
+
+use super::candidate::{Candidate, NotTestable, join};
+
+/// Members tried of a family that is a range.
+const MEMBERS: usize = 25;
+
+/// All that a library offers.
+#[derive(Clone, Debug, Default)]
+pub struct Offer {
+    /// Effects with a signature.
+    pub effects: Vec<Candidate>,
+    /// Effects on the noise.
+    pub noise: Vec<Candidate>,
+    /// The rest.
+    pub not_testable: Vec<NotTestable>,
+}
+
+/// Everything that the campaigns' libraries offer beside the effects in use.
+pub fn offer(recipes: &[Recipe]) -> Offer {
+    let mut offer = Offer::default();
+    let Some(first) = recipes.first() else { return offer };
+    // Built-in detectors look for themselves.
+    for effect in first.library.effects().filter(|effect| !effect.builtin) {
+        let in_use =
+            |recipe: &Recipe| recipe.effects.iter().any(|one| one.effect.name == effect.name);
+        if recipes.iter().all(in_use) {
+            continue;
+        }
+        match ways(recipes, effect) {
+            Err(why) => {
+                let of_other_models = recipes.iter().all(|recipe| lacks(&recipe.model, effect));
+                let mut wants =
+                    recipes.iter().map(|one| wanted_constants(&one.model, effect, &one.overrides));
+                let wants = wants.find(|wants| !wants.is_empty()).unwrap_or_default();
+                let name = effect.name.clone();
+                offer.not_testable.push(NotTestable { name, why, of_other_models, wants });
+            }
+            Ok(ways) if is_noise(effect) => offer.noise.extend(ways),
+            Ok(ways) => offer.effects.extend(ways),
+        }
+    }
+    offer
+}
+
+/// One candidate for each head and member, or why there is none.
+fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, String> {
+    let mut found: Vec<Candidate> = Vec::new();
+    let mut why: Vec<String> = Vec::new();
+    for (campaign, recipe) in recipes.iter().enumerate() {
+        let heads = match candidates(&recipe.model, effect, &recipe.overrides) {
+            Ok(heads) => heads,
+            Err(reasons) => {
+                why.extend(reasons.0.into_iter().map(|reason| reason.message));
+                continue;
+            }
+        };
+        let is_own = recipe.library.own_effects().any(|one| one.name == effect.name);
+        for selected in heads {
+            // Those of the library are known to be absent at zero.
+            if let Some(remains) =
+                is_own.then(|| recipe.remains(&selected, &recipe.overrides)).flatten()
+            {
+                why.push(remains.message);
+                continue;
+            }
+            let chosen = chosen_members(recipe, effect);
+            for member in members(effect, &chosen) {
+                let selected = Selected { member, ..selected.clone() };
+                match recipe.with(std::slice::from_ref(&selected)) {
+                    Ok(system) => {
+                        join(&mut found, (campaign, recipes.len()), selected, None, system)
+                    }
+                    Err(faults) => why.extend(faults.0.into_iter().map(|fault| fault.message)),
+                }
+            }
+        }
+    }
+    why.dedup();
+    if found.is_empty() { Err(why.join("; ")) } else { Ok(found) }
+}
+
+/// The members that a campaign chose.
+fn chosen_members(recipe: &Recipe, effect: &Effect) -> BTreeMap<String, f64> {
+    let said = |family: &String| {
+        let name = format!("{}.{family}", effect.name);
+        let line = recipe.overrides.iter().rev().find(|said| said.name == name)?;
+        line.value.as_ref()?.first().map(|(value, _)| *value)
+    };
+    effect.shape.keys().filter_map(|family| Some((family.clone(), said(family)?))).collect()
+}
+
+/// Every combination of members.
+fn members(effect: &Effect, chosen: &BTreeMap<String, f64>) -> Vec<BTreeMap<String, f64>> {
+    let mut all = vec![BTreeMap::new()];
+    for (family, declared) in &effect.shape {
+        let values = match chosen.get(family) {
+            Some(value) => vec![*value],
+            None => values(&declared.members),
+        };
+        let with = |one: &BTreeMap<String, f64>, value: f64| {
+            let mut one = one.clone();
+            one.insert(family.clone(), value);
+            one
+        };
+        all =
+            all.iter().flat_map(|one| values.iter().map(move |value| with(one, *value))).collect();
+    }
+    all
+}
+
+/// The members of a family that are tried: all of a list, a geometric or (through zero) even series
+/// of a range.
+pub fn values(members: &Members) -> Vec<f64> {
+    match members {
+        Members::List(list) => list.clone(),
+        Members::Range { from, to } => (0..MEMBERS)
+            .map(|k| {
+                let share = k as f64 / (MEMBERS - 1) as f64;
+                if *from > 0.0 {
+                    from * (to / from).powf(share)
+                } else {
+                    from + (to - from) * share
+                }
+            })
+            .collect(),
+    }
+}
+
+/// Whether an effect acts on noise alone: all its parameters are random, or all its patches are of
+/// noise levels.
+pub fn is_noise(effect: &Effect) -> bool {
+    let random = effect.parameters.iter().all(|one| one.setting.scope == Scope::Sample);
+    let levels = effect
+        .patches
+        .iter()
+        .all(|line| matches!(line.target, Target::Sigma(_) | Target::EachAngleSigma));
+    random || levels
+}
