@@ -167,11 +167,7 @@ impl Diagnosis {
             let Fitted { problem, fit, .. } = stage.fitted.clone();
             self.explained = Some(finish(problem, fit, Vec::new(), Vec::new())?);
             if self.gap.as_ref().is_some_and(|gap| is_refuted(gap, &self.effects)) {
-                let effects = self.effects.drain(..).map(|one| one.candidate.name);
-                self.why = Some((Why::NotBorneOut, effects.collect()));
-                self.verdict = Verdict::Unknown;
-                self.noise.clear();
-                (self.explained, self.gap) = (None, None);
+                self.name_none(Why::NotBorneOut);
             }
         }
         if let Some(stage) = search.stages.get(self.effects.len()) {
@@ -232,26 +228,42 @@ impl Diagnosis {
     /// what is likely although no block of it is beyond chance.
     pub(super) fn look_again(&mut self, search: &Search, wanted: &Wanted) {
         let Some(stage) = search.stages.first() else { return };
+        let look = || by_sense(stage, wanted);
+        match self.verdict {
+            Verdict::Adequate => {
+                self.by_sense = look().filter(|one| one.is_seen);
+                let is_likely = || self.causes.is_some_and(|causes| is_unknown(stage, causes));
+                let why = match self.by_sense {
+                    Some(_) => Why::NoneFits,
+                    None if is_likely() => Why::Likelier,
+                    None => return,
+                };
+                (self.verdict, self.why) = (Verdict::Unknown, Some((why, Vec::new())));
+            }
+            Verdict::Unknown if self.may_lie_elsewhere() => {
+                let is_beside = !stage.blocks_found().is_empty();
+                self.by_sense = look().filter(|one| one.is_seen || is_beside);
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether what has no name may lie at a place that was not asked for.
+    fn may_lie_elsewhere(&self) -> bool {
         let has_place = matches!(
             self.why,
             Some((Why::Displaced | Why::RunsApart | Why::Changed | Why::NotFitted, _))
         );
-        let is_silent = self.verdict == Verdict::Adequate;
-        if !is_silent && (self.verdict != Verdict::Unknown || has_place || self.rings.is_some()) {
-            return;
-        }
-        let is_beside = !stage.blocks_found().is_empty();
-        self.by_sense = by_sense(stage, wanted).filter(|one| one.is_seen || is_beside);
-        let why = if self.by_sense.is_some() {
-            Why::NoneFits
-        } else if self.causes.is_some_and(|causes| is_unknown(stage, causes)) {
-            Why::Likelier
-        } else {
-            return;
-        };
-        if is_silent {
-            (self.verdict, self.why) = (Verdict::Unknown, Some((why, Vec::new())));
-        }
+        !has_place && self.rings.is_none()
+    }
+
+    /// Takes back the names of effects.
+    fn name_none(&mut self, why: Why) {
+        let effects = self.effects.drain(..).map(|one| one.candidate.name);
+        self.why = Some((why, effects.collect()));
+        self.verdict = Verdict::Unknown;
+        self.noise.clear();
+        (self.explained, self.gap) = (None, None);
     }
 
     /// Where the gap lies.
