@@ -1,7 +1,8 @@
 //! How long do the signatures of the whole effect library take, in one pass over the readings?
 //!
 //! Against a nominal pass (Jacobian and sums of 13 unknowns), for each 13 columns; and the sums of
-//! products against the least that they can cost, one multiply-add a product. See docs/performance.md.
+//! products against the least that they can cost, one multiply-add a product. See
+//! docs/performance.md.
 
 #[path = "by_hand/mod.rs"]
 #[expect(dead_code, reason = "each bench uses a part")]

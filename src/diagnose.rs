@@ -112,8 +112,8 @@ pub fn diagnose(
     Ok(diagnosis)
 }
 
-/// Judges how far the gap shrinks on a campaign that the fit never saw; without named effects nothing
-/// changes.
+/// Judges how far the gap shrinks on a campaign that the fit never saw; without named effects
+/// nothing changes.
 ///
 /// # Errors
 /// [`HoldoutError`] where the campaign cannot be fitted at all, or does not take an effect.

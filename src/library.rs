@@ -186,8 +186,8 @@ impl Library {
     }
 
     /// Whether every override names something of the model or of an effect of this library, also of
-    /// effects that are not applied: a campaign may state their constants. Those of effects are looked at, too:
-    /// one that does not fit would else make the effect untestable, without a word.
+    /// effects that are not applied: a campaign may state their constants. Those of effects are
+    /// looked at, too: one that does not fit would else make the effect untestable, without a word.
     ///
     /// # Errors
     /// Every name that nothing has; quantities of effects of another dimension or number.
@@ -227,8 +227,8 @@ pub(crate) fn is_model_path(text: &str) -> bool {
     text.ends_with(".toml") || text.contains(['/', '\\'])
 }
 
-/// The file of a model that is not one of the project's: a path relative to `base` (the campaign's folder), or
-/// a name in `models/` there, if that has such a file.
+/// The file of a model that is not one of the project's: a path relative to `base` (the campaign's
+/// folder), or a name in `models/` there, if that has such a file.
 pub(crate) fn model_file(name: &str, base: &Path) -> Option<PathBuf> {
     if is_model_path(name) {
         return Some(base.join(name));

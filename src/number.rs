@@ -14,7 +14,8 @@
 //! | `pow` | base 0, exponent p > 0 | 0 | that of the power where finite, else 0 |
 //! | `min`, `max` | a tie | either | of `self` |
 //!
-//! Outside its domain (`asin(2)`, `sqrt(-1)`, `ln(-1)`, `pow` of a negative base) a function is NaN.
+//! Outside its domain (`asin(2)`, `sqrt(-1)`, `ln(-1)`, `pow` of a negative base) a function is
+//! NaN.
 //!
 //! Where a function is singular in a part of its argument only, its value is split off exactly and
 //! the derivatives are computed about a regular point, so values agree over all number types.

@@ -85,8 +85,8 @@ impl<N: Number> Quaternion<N> {
 
     /// The shortest rotation vector (rad, length at most π): the inverse of [`Quaternion::turn`].
     ///
-    /// `q` and `-q` give the same vector, and so does every positive multiple of `q`. Half a turn has two
-    /// shortest vectors: the one along `v` is given. With `φ = θ/2` and `n = |v|`,
+    /// `q` and `-q` give the same vector, and so does every positive multiple of `q`. Half a turn
+    /// has two shortest vectors: the one along `v` is given. With `φ = θ/2` and `n = |v|`,
     /// `tan(φ/2) = n / (|q| + w)`, and halving once more leaves `tan(φ/4) <= tan(π/8)`, where
     /// `atan(t)/t` is a short series in `t²`: no root of zero, so derivatives are right at the
     /// identity, and no branch between it and half a turn. The zero quaternion gives NaN.

@@ -48,7 +48,8 @@ pub struct Selected {
 pub struct System {
     /// Graph and names.
     pub assembly: Assembly,
-    /// What is known of each of `assembly.names.parameters`, overrides applied; never of scope sample.
+    /// What is known of each of `assembly.names.parameters`, overrides applied; never of scope
+    /// sample.
     pub settings: Vec<Setting>,
     /// What is known of a parameter in one setup, where that is more than in all.
     pub of_setups: Vec<OfSetup>,

@@ -1,15 +1,15 @@
 //! How well a diagnosis does on the user's own campaign: simulated campaigns whose truth is known,
 //! diagnosed without it.
 //!
-//! Each trial draws readings of the campaign's own design (times, inputs, noise, nominal values) with
-//! nothing, one effect, two effects, an effect that is then withheld from the library, or noise that is
-//! not what is stated; the diagnosis sees the readings alone. At least a third of the effects have forms that
-//! the library lacks ([`shapes`]): a diagnosis that is tested on its own forms only grades its own
-//! homework.
+//! Each trial draws readings of the campaign's own design (times, inputs, noise, nominal values)
+//! with nothing, one effect, two effects, an effect that is then withheld from the library, or
+//! noise that is not what is stated; the diagnosis sees the readings alone. At least a third of the
+//! effects have forms that the library lacks ([`shapes`]): a diagnosis that is tested on its own
+//! forms only grades its own homework.
 //!
-//! Sizes are told as `λ`: the length of what the nominal fit leaves of the noiseless signature, in units
-//! of the noise. Effects whose signatures are alike ([`design::ALIKE`] of the squared length, either way) count as one
-//! name.
+//! Sizes are told as `λ`: the length of what the nominal fit leaves of the noiseless signature, in
+//! units of the noise. Effects whose signatures are alike ([`design::ALIKE`] of the squared length,
+//! either way) count as one name.
 //!
 //! | file | answers |
 //! |---|---|
@@ -44,8 +44,8 @@ use ledger::Ledger;
 use outcome::Outcome;
 use plan::Plan;
 
-/// Runs those trials of a plan that are not in the ledger yet, on so many threads; all outcomes come
-/// back in the order of the trials.
+/// Runs those trials of a plan that are not in the ledger yet, on so many threads; all outcomes
+/// come back in the order of the trials.
 ///
 /// # Errors
 /// The first that writing the ledger gives.

@@ -60,8 +60,9 @@ impl Unit {
         self.symbol.split(|c: char| !c.is_alphabetic()).any(|part| ANGLES.contains(&part))
     }
 
-    /// Whether a quantity of the unit `stated` may stand where one of this unit is asked for: of the same
-    /// dimension, and not without an angle where there is one, which nobody could tell from degrees or turns.
+    /// Whether a quantity of the unit `stated` may stand where one of this unit is asked for: of
+    /// the same dimension, and not without an angle where there is one, which nobody could tell
+    /// from degrees or turns.
     pub fn accepts(&self, stated: &Self) -> bool {
         self.dimension == stated.dimension && !self.misses(stated)
     }

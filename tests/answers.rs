@@ -107,7 +107,8 @@ fn a_common_delay_and_a_turn_are_named_with_the_run_that_tells_them_apart() {
     );
 }
 
-/// A run that is not measured yet brings delays of its own: no run tells those of the others from a turn.
+/// A run that is not measured yet brings delays of its own: no run tells those of the others from a
+/// turn.
 #[test]
 fn no_run_is_wanted_that_brings_what_it_would_determine() {
     let scratch = Scratch::new("own_delays");
@@ -241,7 +242,8 @@ fn a_campaign_gives_a_parameter_another_scope() {
     }
 }
 
-/// Delays follow from rates: a rate that is off by two in a hundred puts every delay off by as much.
+/// Delays follow from rates: a rate that is off by two in a hundred puts every delay off by as
+/// much.
 #[test]
 fn rates_that_contradict_their_values_are_told_by_any_factor() {
     let scratch = Scratch::new("rates");
@@ -429,7 +431,8 @@ fn an_acceleration_that_readings_miss_is_told_where_delays_are_known() {
     let lost = without_acceleration(|_, _| ());
     let missed = missed_by(&[RAMP, STEADY], 0.02, HEAD, &lost).unwrap();
     assert_eq!((&missed.inputs[..], &missed.run[..]), (&["arm_angle".to_owned()][..], "0"));
-    // Half of 0.52 rad/s² times (20 ms)² is 0.1 mrad, or 0.12 mm at the arm's end, beside 6 urad and 8 um.
+    // Half of 0.52 rad/s² times (20 ms)² is 0.1 mrad, or 0.12 mm at the arm's end, beside 6 urad
+    // and 8 um.
     assert!((5.0..30.0).contains(&missed.most), "{missed:?}");
     assert!(missed_by(&[RAMP, STEADY], 0.02, HEAD, &kept).is_none());
     assert!(missed_by(&[RAMP, STEADY], 2e-4, HEAD, &lost).is_none());
@@ -439,8 +442,8 @@ fn an_acceleration_that_readings_miss_is_told_where_delays_are_known() {
     assert!(missed_by(&[RAMP, STEADY], 0.02, &shaken, &lost).is_none());
 }
 
-/// Errors of the rates are no motion, however much they would change, nor are rates that are differences of
-/// recorded angles.
+/// Errors of the rates are no motion, however much they would change, nor are rates that are
+/// differences of recorded angles.
 #[test]
 fn errors_of_rates_are_no_acceleration() {
     let seeds = std::cell::Cell::new(0);

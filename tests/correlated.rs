@@ -1,5 +1,5 @@
-//! Noise that is like itself for a while: what the engine's filter makes of rows against the covariance
-//! matrix written out.
+//! Noise that is like itself for a while: what the engine's filter makes of rows against the
+//! covariance matrix written out.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 use homepoint::engine::gauss_markov::{GaussMarkov, NoiseClock};
@@ -54,8 +54,8 @@ fn problem() -> (Problem, Point) {
     (problem, point)
 }
 
-/// The Gram matrix of a run's columns, the residual last, with the inverse of the covariance of each
-/// residual component written out.
+/// The Gram matrix of a run's columns, the residual last, with the inverse of the covariance of
+/// each residual component written out.
 fn written_out(problem: &Problem, run: usize, point: &Point) -> DMatrix<f64> {
     let part = &problem.parts[0];
     let mut times = Vec::new();

@@ -1,12 +1,12 @@
 //! Does U (k = 2) of a single delay hold the truth as often as it says?
 //! (Depenthal 2009, section 3.4)
 //!
-//! For each model 500 campaigns are drawn: two slow reference runs and 20 triggers of a fast one. What
-//! certificates state (radius, reference time) is drawn anew for each campaign, within the stated
-//! uncertainty, and so is what is random in each sample. The system is compiled once; a campaign is its
-//! readings alone. Outside the blind ranges 95 ± 1 % of the delays lie within U of the truth: k = 2
-//! stands for 95.45 %, and 500 campaigns whose delays have some error in common (a sixth of the variance
-//! at most) tell that to about 0.3 %.
+//! For each model 500 campaigns are drawn: two slow reference runs and 20 triggers of a fast one.
+//! What certificates state (radius, reference time) is drawn anew for each campaign, within the
+//! stated uncertainty, and so is what is random in each sample. The system is compiled once; a
+//! campaign is its readings alone. Outside the blind ranges 95 ± 1 % of the delays lie within U of
+//! the truth: k = 2 stands for 95.45 %, and 500 campaigns whose delays have some error in common (a
+//! sixth of the variance at most) tell that to about 0.3 %.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 use std::convert::Infallible;
@@ -70,8 +70,8 @@ impl Trial {
         (problem, truth)
     }
 
-    /// How many delays lie within U of the truth, and how many there are, by measurand; the same of the
-    /// mean delays of all measurands together.
+    /// How many delays lie within U of the truth, and how many there are, by measurand; the same of
+    /// the mean delays of all measurands together.
     fn covered(&self, choice: Choice) -> (Vec<(usize, usize)>, (usize, usize)) {
         let mut counts = vec![(0, 0); self.delays.len()];
         let mut means = (0, 0);
@@ -220,8 +220,9 @@ fn angular_intersection_from_reference_runs() {
     is_95_percent(&angular_intersection(), Choice::Best);
 }
 
-/// One slow direction, hardly slower than the other run: errors grow by 1 / (1 - 30 / 50). With the covariance
-/// that the transformation has at held delays 91 % of the delays and 80 % of the means would be within U.
+/// One slow direction, hardly slower than the other run: errors grow by 1 / (1 - 30 / 50). With the
+/// covariance that the transformation has at held delays 91 % of the delays and 80 % of the means
+/// would be within U.
 #[test]
 fn one_rotation_iterated_from_one_slow_direction() {
     let slow = r#"trigger = "1 Hz", duration = "12 s", arm_angle = { start = "1 deg", rate = "30 deg/s" }"#;
@@ -233,7 +234,8 @@ fn one_rotation_iterated_from_one_slow_direction() {
     is_95_percent(&Trial::new("one_way", &polar_one_rotation(&runs)), Choice::Iterated);
 }
 
-/// The transformation and the delays in turn: what the delays found bring into the transformation counts.
+/// The transformation and the delays in turn: what the delays found bring into the transformation
+/// counts.
 #[test]
 fn one_rotation_iterated() {
     is_95_percent(&one_rotation(), Choice::Iterated);

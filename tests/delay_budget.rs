@@ -175,8 +175,8 @@ fn encoder_and_timing_chain_by_hand() {
     assert_eq!(line(vertical, "reading").degrees_of_freedom, Some(8.0));
 }
 
-/// Where nothing but its certificate tells the radius, its part is `∂m/∂r u(r) / m'`, and its degrees of
-/// freedom count.
+/// Where nothing but its certificate tells the radius, its part is `∂m/∂r u(r) / m'`, and its
+/// degrees of freedom count.
 #[test]
 fn a_certificate_with_few_degrees_of_freedom() {
     let position = [0.4, 0.1, 1.4];

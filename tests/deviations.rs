@@ -1,4 +1,5 @@
-//! Deviations, the transformation's ways and self-calibration, against closed forms and simulations.
+//! Deviations, the transformation's ways and self-calibration, against closed forms and
+//! simulations.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 use std::path::Path;
@@ -266,8 +267,8 @@ fn like_delays_are_biased_by_the_ratio_of_the_rates() {
     }
 }
 
-/// With unlike delays every bias lies between what the least and what the largest delay would make of it
-/// alone; the iterated way is free of it.
+/// With unlike delays every bias lies between what the least and what the largest delay would make
+/// of it alone; the iterated way is free of it.
 #[test]
 fn the_papers_transformation_is_biased_as_told_and_the_iterated_one_is_not() {
     let problem = one_slow_direction();
@@ -361,8 +362,9 @@ fn gap_by_hand([ha, va, hb, vb]: [f64; 4], base: [f64; 3]) -> f64 {
     dot(base, across) / dot(across, across).sqrt()
 }
 
-/// Depenthal 2009, section 3.3: the lines of sight of two stations meet, but for noise, once every angle
-/// has its own delay taken out; as read they miss each other by what the target moves meanwhile.
+/// Depenthal 2009, section 3.3: the lines of sight of two stations meet, but for noise, once every
+/// angle has its own delay taken out; as read they miss each other by what the target moves
+/// meanwhile.
 #[test]
 fn lines_of_sight_meet_when_each_angle_has_its_delay() {
     let given = by(&example("06_igps_two_stations"), Choice::Best);
@@ -452,7 +454,8 @@ fn agreement_of_campaigns_is_what_one_computes_by_hand() {
     let means = DVector::from_vec(vec![1e-6, 2e-6, 6e-6]);
     let covariance = DMatrix::from_diagonal(&DVector::from_element(3, 1e-12));
     let found = repeatability(&means, &covariance).unwrap();
-    // Equal weights: mean 3, scatter s² = 7, so b² = 7 - 1 and u² = 7 / 3; slope 2.5 with u² = 7 / 2.
+    // Equal weights: mean 3, scatter s² = 7, so b² = 7 - 1 and u² = 7 / 3; slope 2.5 with u² = 7
+    // / 2.
     let close = |found: f64, by_hand: f64| {
         assert!((found / by_hand - 1.0).abs() < 1e-9, "{found} {by_hand}")
     };

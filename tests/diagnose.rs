@@ -1,5 +1,5 @@
-//! Diagnosis of campaigns of the seed's rig from an independent simulator: what was put in must come
-//! out.
+//! Diagnosis of campaigns of the seed's rig from an independent simulator: what was put in must
+//! come out.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 mod common;
@@ -76,7 +76,8 @@ fn the_gap_closes_on_readings_that_were_not_fitted_to() {
     assert!(gap.closed.unwrap() > 0.99);
     let [low, high] = gap.closed_interval.unwrap();
     assert!(low > 0.9 && high <= 1.0);
-    // No less than within the fit: left out, a run does not pull parameters to make up for the effect.
+    // No less than within the fit: left out, a run does not pull parameters to make up for the
+    // effect.
     assert!(gap.held_out_drop > gap.lambda.powi(2), "{gap:?}");
     assert!(gap.held_out_drop < 1.2 * gap.lambda.powi(2), "{gap:?}");
     for ((name, before), (_, after)) in gap.before.iter().zip(&gap.after) {

@@ -1,4 +1,5 @@
-//! Codes in the place of readings: they are no measurements, are told as what they are, and change nothing else.
+//! Codes in the place of readings: they are no measurements, are told as what they are, and change
+//! nothing else.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 #[path = "problems/drawn.rs"]
@@ -62,8 +63,8 @@ fn codes_for_missing_values_are_left_out_by_row() {
     }
 }
 
-/// An instrument that writes zero where its beam is broken, in a campaign with a level of its own, which would grow
-/// until zeros fit.
+/// An instrument that writes zero where its beam is broken, in a campaign with a level of its own,
+/// which would grow until zeros fit.
 #[test]
 fn codes_do_not_hide_in_an_open_level() {
     let (_, mut problem) = drawn(&[], &[], 51);

@@ -21,7 +21,8 @@ use homepoint::estimate::start::start;
 use homepoint::graph::Scope;
 use homepoint::model::Override;
 
-/// Some runs of two of the example's four setups, with the axis of the platform beside the standing axis.
+/// Some runs of two of the example's four setups, with the axis of the platform beside the standing
+/// axis.
 fn beside(shift: f64, runs: &[&str]) -> (Opened, Problem) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/four_setups");
     let mut request = Request::new([folder]);
@@ -75,7 +76,8 @@ fn an_effect_that_one_run_shows_is_judged_within_it() {
     assert!(low > 0.9 && high == 1.0, "{gap:?}");
 }
 
-/// A reading that is off by a constant in one run is that, not noise with a memory, whatever its size.
+/// A reading that is off by a constant in one run is that, not noise with a memory, whatever its
+/// size.
 #[test]
 fn a_run_beside_the_others_is_told() {
     let opened = open(&Request::new([folder()])).unwrap();
@@ -118,8 +120,8 @@ fn a_run_in_another_unit_is_told() {
     }
 }
 
-/// Angles that changed places in one run, and distances in another: the fit settles, spoilt, and no other run is
-/// blamed.
+/// Angles that changed places in one run, and distances in another: the fit settles, spoilt, and no
+/// other run is blamed.
 #[test]
 fn runs_that_spoil_the_fit_are_told_and_no_others() {
     let opened = open(&Request::new([folder()])).unwrap();
@@ -199,7 +201,8 @@ fn asked(with: &[&str], set: &[&str]) -> Request {
     Request { with: own(with), set: own(set), ..Request::new([folder()]) }
 }
 
-/// A model whose own random quantity is estimated: what is found of it holds for the other campaign, too.
+/// A model whose own random quantity is estimated: what is found of it holds for the other
+/// campaign, too.
 #[test]
 fn a_held_out_campaign_has_the_noise_that_was_found() {
     let request = asked(&["timestamp_jitter"], &[]);
@@ -261,7 +264,8 @@ fn what_cannot_be_seen_is_no_part_of_a_size() {
     );
 }
 
-/// Effects of the user's own: one with a value that nominal parameters take up, one that is never off.
+/// Effects of the user's own: one with a value that nominal parameters take up, one that is never
+/// off.
 #[test]
 fn own_effects_are_tested_by_what_can_be_seen_of_them_and_where_they_can_be_off() {
     let own = tempfile::tempdir().unwrap();
@@ -297,8 +301,8 @@ fn own_effects_are_tested_by_what_can_be_seen_of_them_and_where_they_can_be_off(
     assert!(told.why.contains("where its parameters are zero"), "{}", told.why);
 }
 
-/// An effect may be a turn, of which a part is not determined: the fit starts from a turn, and what it explains is switched
-/// off as one.
+/// An effect may be a turn, of which a part is not determined: the fit starts from a turn, and what
+/// it explains is switched off as one.
 #[test]
 fn an_own_effect_that_is_a_turn_is_named() {
     let own = tempfile::tempdir().unwrap();
@@ -330,7 +334,8 @@ fn an_own_effect_that_is_a_turn_is_named() {
     }
 }
 
-/// Where every frequency of a family is one that these runs cannot tell from a slower one, none is tried.
+/// Where every frequency of a family is one that these runs cannot tell from a slower one, none is
+/// tried.
 #[test]
 fn a_family_whose_frequencies_cannot_be_told_is_not_testable() {
     let own = tempfile::tempdir().unwrap();
@@ -370,8 +375,8 @@ distance = { sigma = "8 um" }
     assert!(found.candidates.iter().all(|one| one.name != name));
 }
 
-/// Four long runs of one setup: a station that drifts steadily is no walk, and one that walks far is one, of which few
-/// sines of each run would leave much.
+/// Four long runs of one setup: a station that drifts steadily is no walk, and one that walks far
+/// is one, of which few sines of each run would leave much.
 #[test]
 fn a_drift_and_a_walk_in_few_long_runs() {
     let text = |lines: &str| {
@@ -425,7 +430,8 @@ distance = {{ sigma = "8 um" }}
     }
 }
 
-/// A run that is wrong as a whole takes its own delay with it: that is not asked of readings that are left out.
+/// A run that is wrong as a whole takes its own delay with it: that is not asked of readings that
+/// are left out.
 #[test]
 fn a_dead_run_with_a_delay_of_its_own_is_told() {
     let mut opened = open(&Request::new([folder()])).unwrap();

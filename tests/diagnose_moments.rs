@@ -1,4 +1,5 @@
-//! What changes at a moment in the course of a run: told with its row, and neither taken for an effect nor for noise.
+//! What changes at a moment in the course of a run: told with its row, and neither taken for an
+//! effect nor for noise.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 #[path = "problems/drawn.rs"]
@@ -18,7 +19,8 @@ use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
 use homepoint::report::diagnosis_text::text as told;
 
-/// Readings drawn with effects of some sizes, and with a nameless one; both changes nothing where it is zero.
+/// Readings drawn with effects of some sizes, and with a nameless one; both changes nothing where
+/// it is zero.
 fn drawn_with(
     nameless: &str,
     seed: u64,
@@ -57,8 +59,8 @@ fn changes(found: &Diagnosis) -> (Vec<String>, Vec<String>) {
 
 const HALF: &str = "(0.5 + 0.5 * sign(run_time - after)) * size";
 
-/// A clock that is set while a run goes on, for that run or for good: rates of runs or delays of setups would say nearly
-/// the same.
+/// A clock that is set while a run goes on, for that run or for good: rates of runs or delays of
+/// setups would say nearly the same.
 #[test]
 fn a_clock_that_is_set() {
     let late = format!("t = 't + {HALF} * 1 us'");
@@ -126,8 +128,9 @@ fn a_distance_that_is_off_for_a_while() {
     assert!(row.abs_diff(52) <= 3 && last.is_none(), "{row}");
 }
 
-/// A clock that is set for good in the second of four setups: what is before that is less than what follows, so it is
-/// left out with the whole first setup, and the delays are those of the clock as it was set.
+/// A clock that is set for good in the second of four setups: what is before that is less than what
+/// follows, so it is left out with the whole first setup, and the delays are those of the clock as
+/// it was set.
 #[test]
 fn a_clock_that_is_set_for_good_in_one_of_four_setups() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/four_setups");

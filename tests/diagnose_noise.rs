@@ -1,5 +1,5 @@
-//! Effects on the noise and readings that are left out: what was put into simulated readings must come
-//! out, and nothing else.
+//! Effects on the noise and readings that are left out: what was put into simulated readings must
+//! come out, and nothing else.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 #[path = "problems/drawn.rs"]
@@ -26,7 +26,8 @@ fn noise_of<'d>(found: &'d Diagnosis, name: &str) -> &'d homepoint::diagnose::fo
     one.unwrap_or_else(|| unreachable!("{name} in {names:?}, {:?}", found.verdict))
 }
 
-/// One reading far out spoils the fit of all others: it is left out, and nothing is found in what it did.
+/// One reading far out spoils the fit of all others: it is left out, and nothing is found in what
+/// it did.
 #[test]
 fn a_gross_reading_is_left_out_and_no_other() {
     for (measurand, by) in [(0, 4e-3), (0, 1.0), (2, 0.02)] {
@@ -187,8 +188,9 @@ fn a_walk_is_named_and_nothing_is_built_on_it() {
     assert!(blocks.len() > 30 && blocks.iter().any(|block| probability[*block] > 0.0));
 }
 
-/// A walk so small that a steady drift does as much: whichever is named, the other one is its alias, and the drift is
-/// the first of the effects that may be there. Of the first twelve seeds these are some at which a walk so small shows.
+/// A walk so small that a steady drift does as much: whichever is named, the other one is its
+/// alias, and the drift is the first of the effects that may be there. Of the first twelve seeds
+/// these are some at which a walk so small shows.
 #[test]
 fn a_small_walk_is_told_with_the_drift_that_does_as_much() {
     let (walk, drift) = ("station_random_walk", "station_drift");
@@ -246,7 +248,8 @@ fn one_effect_alone_can_be_asked_for() {
 fn every_example_has_its_verdict() {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
     let verdicts = [
-        // The grid on which encoders are interpolated passes for a torsion, but leaves the overtones.
+        // The grid on which encoders are interpolated passes for a torsion, but leaves the
+        // overtones.
         ("01_at901_without_t_cam", Verdict::ShapeDiffers),
         ("02_at901_with_t_cam", Verdict::ShapeDiffers),
         ("03_ltd500", Verdict::ShapeDiffers),
@@ -356,8 +359,8 @@ fn of_all_pairs_the_two_that_are_there_leave_nothing() {
     assert!(tried.iter().all(|(a, b)| both.contains(&name(*a)) || both.contains(&name(*b))));
 }
 
-/// Times that are off by a millisecond move readings by hundreds of times their noise, and by their square by as much
-/// as their noise: no effect is there.
+/// Times that are off by a millisecond move readings by hundreds of times their noise, and by their
+/// square by as much as their noise: no effect is there.
 #[test]
 fn times_that_are_off_by_so_much_that_their_square_shows() {
     let names = ["timestamp_jitter", "stamp_rounding"];
@@ -395,7 +398,8 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     let (opened, problem) = drawn(&["trunnion_tilt"], &set, 9);
     let (mut other, again) = drawn(&["trunnion_tilt"], &set, 10);
     other.problem = again;
-    // What has been made for the first campaign must not serve the other one, where values are held.
+    // What has been made for the first campaign must not serve the other one, where values are
+    // held.
     let (recipes, wanted) = (opened.recipes.clone(), Wanted::default());
     let mut found = diagnose(problem, recipes, &wanted, &Options::default()).unwrap();
     assert_eq!(found.verdict, Verdict::Explained);
@@ -470,7 +474,8 @@ fn a_noisier_run_is_no_effect() {
     }
 }
 
-/// A jitter of the campaign's own model is estimated beside a gap; it must not keep what the gap was.
+/// A jitter of the campaign's own model is estimated beside a gap; it must not keep what the gap
+/// was.
 #[test]
 fn jitter_of_the_model_itself_is_judged_beside_what_is_adopted() {
     let with = ["timestamp_jitter", "trunnion_tilt"];
@@ -546,7 +551,8 @@ fn two_campaigns_tell_more_than_one() {
     assert!((gain(&found) / single - 1.0).abs() < 0.1, "{} {single}", gain(&found));
 }
 
-/// One angle that scatters more than stated is a matter of that angle: what stands for all of them is named where all do.
+/// One angle that scatters more than stated is a matter of that angle: what stands for all of them
+/// is named where all do.
 #[test]
 fn a_noisy_angle_is_no_level_of_all_angles() {
     let with_stated = |too_small: &[(usize, f64)]| {

@@ -181,7 +181,8 @@ fn a_run_with_values_of_its_own_is_judged_between_what_it_was_fitted_to() {
     }
 }
 
-/// A clock with a rate of each run's own takes up what a common clock and the air do, but for what is left.
+/// A clock with a rate of each run's own takes up what a common clock and the air do, but for what
+/// is left.
 #[test]
 fn two_effects_of_which_a_third_takes_up_both() {
     let set = ["air_drag.drag=4 um*s^2/rad^2", "clock_drift.rate_error=3 ppm"];
@@ -193,8 +194,9 @@ fn two_effects_of_which_a_third_takes_up_both() {
     assert!(found.effects.iter().all(|one| one.probability > 0.5));
 }
 
-/// What a low-pass filter leaves beyond its delay is what servos do that run ahead in proportion to acceleration, and what one
-/// that lags in proportion to its rate leaves beyond a delay is the opposite.
+/// What a low-pass filter leaves beyond its delay is what servos do that run ahead in proportion to
+/// acceleration, and what one that lags in proportion to its rate leaves beyond a delay is the
+/// opposite.
 #[test]
 fn an_effect_that_another_one_is_by_its_square() {
     let (servo, filter, lag) =

@@ -11,8 +11,8 @@ use homepoint::diagnose::verdict::answer::Why;
 use homepoint::report::diagnosis_text;
 use nameless::{best_place, with_a_nameless};
 
-/// A distance that comes the later the farther the target is. Effects that are tried leave something that is off
-/// in some runs, but these are little of what there is.
+/// A distance that comes the later the farther the target is. Effects that are tried leave
+/// something that is off in some runs, but these are little of what there is.
 #[test]
 fn what_wrong_effects_leave_in_few_runs_is_not_the_gap() {
     let text = "[parameters]\nlate = { unit = \"s/m^2\", typical = \"60 us/m^2\", scope = \"instrument\" }\n\
@@ -31,8 +31,8 @@ fn what_wrong_effects_leave_in_few_runs_is_not_the_gap() {
     }
 }
 
-/// A pull on the arm that grows with its rate: the fast runs, which hold most of it, are sampled evenly and
-/// rarely, so that it has the frequency of some oscillation there.
+/// A pull on the arm that grows with its rate: the fast runs, which hold most of it, are sampled
+/// evenly and rarely, so that it has the frequency of some oscillation there.
 #[test]
 fn what_grows_with_the_rate_is_no_oscillation() {
     let text = "[parameters]\nby = { unit = \"m/(rad/s)\", typical = \"10 um/(rad/s)\", scope = \"instrument\" }\n\
@@ -46,8 +46,8 @@ fn what_grows_with_the_rate_is_no_oscillation() {
     }
 }
 
-/// A cable that drags the arm's bearing another way than it goes: for runs one way a wave, for those the other way
-/// its reverse, which is an oscillation at each rate.
+/// A cable that drags the arm's bearing another way than it goes: for runs one way a wave, for
+/// those the other way its reverse, which is an oscillation at each rate.
 #[test]
 fn what_goes_otherwise_there_than_back_is_no_oscillation() {
     let text = "[parameters]\ndrag = { unit = \"m\", typical = \"10 um\", scope = \"instrument\" }\n\

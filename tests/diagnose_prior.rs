@@ -32,7 +32,8 @@ fn odds(found: &Diagnosis, name: &str) -> f64 {
     one.probability / found.causes.unwrap()[0]
 }
 
-/// Bayes' rule: what the readings say of two causes does not hang on what was thought of them before.
+/// Bayes' rule: what the readings say of two causes does not hang on what was thought of them
+/// before.
 #[test]
 fn odds_after_the_readings_go_with_odds_before() {
     let usual = with(Prior::default());
@@ -69,8 +70,8 @@ fn odds_after_the_readings_go_with_odds_before() {
     assert!(text.contains("library 50 % (`collimation` 3 times as probable as another)"), "{text}");
 }
 
-/// An effect is as probable as any other, however many heads it may sit at: where it is looked for at one of two only, that
-/// one has all of it.
+/// An effect is as probable as any other, however many heads it may sit at: where it is looked for
+/// at one of two only, that one has all of it.
 #[test]
 fn heads_share_what_their_effect_has_before_the_readings() {
     let both = of("06_igps_two_stations", &Wanted::default());
@@ -84,7 +85,8 @@ fn heads_share_what_their_effect_has_before_the_readings() {
     }
 }
 
-/// A weak swing of the arm of which no block is beyond chance, but which is likelier than nothing by far.
+/// A weak swing of the arm of which no block is beyond chance, but which is likelier than nothing
+/// by far.
 #[test]
 fn what_is_likely_is_told_although_no_block_of_it_is_beyond_chance() {
     let torsion = "arm_torsion_oscillation";

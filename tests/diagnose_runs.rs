@@ -1,5 +1,5 @@
-//! What is off in a part of a run, and single gross readings that bend the fit: told with their rows, and neither
-//! taken for noise nor for an effect.
+//! What is off in a part of a run, and single gross readings that bend the fit: told with their
+//! rows, and neither taken for noise nor for an effect.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 #[path = "problems/drawn.rs"]
@@ -47,8 +47,8 @@ fn farthest(found: &Diagnosis, other: &Diagnosis) -> f64 {
     apart.fold(0.0, f64::max)
 }
 
-/// Who knocks against a tripod while a run is recorded displaces one reading from there on, or until it is put
-/// right; small steps pass for a memory of the noise, large ones for wild readings.
+/// Who knocks against a tripod while a run is recorded displaces one reading from there on, or
+/// until it is put right; small steps pass for a memory of the noise, large ones for wild readings.
 #[test]
 fn a_step_within_a_run() {
     let (opened, nominal) = drawn(&[], &[], 71);
@@ -119,8 +119,8 @@ fn a_clock_that_jumps_within_a_run() {
     assert!(place.contains("in run `B_ccw50`"), "{place}");
 }
 
-/// A display that repeats readings now and then makes them thousands of uncertainties wrong: those are left out,
-/// however many there are, and nothing else is.
+/// A display that repeats readings now and then makes them thousands of uncertainties wrong: those
+/// are left out, however many there are, and nothing else is.
 #[test]
 fn repeated_readings_are_left_out_and_no_others() {
     let (opened, nominal) = drawn(&[], &[], 73);
@@ -160,8 +160,8 @@ fn repeated_readings_are_left_out_and_no_others() {
     }
 }
 
-/// What an instrument writes where it lost its target keeps the fit from settling or spoils it: all such codes are
-/// left out, and nothing else is, though a code may be a reading that could be.
+/// What an instrument writes where it lost its target keeps the fit from settling or spoils it: all
+/// such codes are left out, and nothing else is, though a code may be a reading that could be.
 #[test]
 fn codes_in_the_place_of_readings() {
     let (opened, nominal) = drawn(&[], &[], 75);

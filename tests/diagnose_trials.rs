@@ -103,7 +103,8 @@ impl Rig {
         }
     }
 
-    /// Draws readings with one effect of a size, in units of the noise, in any direction that can be seen.
+    /// Draws readings with one effect of a size, in units of the noise, in any direction that can
+    /// be seen.
     fn draw(&mut self, effect: Option<&str>, lambda: f64, seed: u64) -> Problem {
         self.draw_along(effect, lambda, seed, &|generator, _, entry| {
             let all = (0..entry.degrees()).map(|_| normal(generator));
@@ -223,9 +224,10 @@ fn clean_readings_and_a_strong_effect() {
     }
 }
 
-/// A rate of each run's own, learnt from one half of the run, is known worst in the other one: held to
-/// what it predicts there, a true effect would be refuted. Rates are those of clocks of one kind: where slow runs had forty
-/// times the rates of fast ones, unknown structure would be likelier.
+/// A rate of each run's own, learnt from one half of the run, is known worst in the other one: held
+/// to what it predicts there, a true effect would be refuted. Rates are those of clocks of one
+/// kind: where slow runs had forty times the rates of fast ones, unknown structure would be
+/// likelier.
 #[test]
 fn clocks_of_each_run_s_own_rate() {
     let mut rig = Rig::new("clocks", 4);

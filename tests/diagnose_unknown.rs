@@ -20,8 +20,8 @@ use homepoint::estimate::batch::Options;
 use homepoint::report::diagnosis_text;
 use nameless::{best_place, with_a_nameless, with_a_nameless_and_without, with_a_nameless_in};
 
-/// A common delay that changed in one run: no effect of the library says so, and a wave that every sample
-/// of that run meets at the same phase must not.
+/// A common delay that changed in one run: no effect of the library says so, and a wave that every
+/// sample of that run meets at the same phase must not.
 #[test]
 fn what_happened_to_one_run() {
     let text = "[parameters]\nlate = { unit = \"s\", typical = \"10 us\", scope = \"run\" }\n\
@@ -35,8 +35,9 @@ fn what_happened_to_one_run() {
     }
 }
 
-/// A prism whose constant changed in one of four setups is nearly what a target beside its radius is. Where unknown
-/// structure is likelier than that by far it has no name, even if nothing can be seen beside it.
+/// A prism whose constant changed in one of four setups is nearly what a target beside its radius
+/// is. Where unknown structure is likelier than that by far it has no name, even if nothing can be
+/// seen beside it.
 #[test]
 fn what_changed_in_one_setup() {
     let text = "[parameters]\nprism = { unit = \"m\", typical = \"30 um\", scope = \"setup\" }\n\
@@ -78,8 +79,8 @@ fn an_encoder_with_twelve_or_thirty_waves_a_turn() {
     }
 }
 
-/// A belt that goes round once while the arm goes round twice, and a pedestal that the drive pushes back
-/// (a walk could have come to the same places).
+/// A belt that goes round once while the arm goes round twice, and a pedestal that the drive pushes
+/// back (a walk could have come to the same places).
 #[test]
 fn what_belts_and_pedestals_do() {
     let belt = "cos(arm_angle / 2 + 1) * rotate(arm_turn, [1, 0, 0])";
@@ -128,7 +129,8 @@ fn what_swings_slowly() {
     }
 }
 
-/// What comes to rest after each run begins is neither a slow wave nor a few wild readings at its start.
+/// What comes to rest after each run begins is neither a slow wave nor a few wild readings at its
+/// start.
 #[test]
 fn what_comes_to_rest_in_each_run() {
     let rest = "creep * exp(-(run_time / rest_time))";
@@ -199,8 +201,8 @@ fn what_comes_to_rest_where_a_signal_stands_still() {
     assert!((said / 6.0 - 1.0).abs() < 0.15, "{}", place.words);
 }
 
-/// The arm swings along its axis, which distances show best, the instrument along its beam and, as slowly as its
-/// noise might, in its zenith angle, each run with a phase of its own.
+/// The arm swings along its axis, which distances show best, the instrument along its beam and, as
+/// slowly as its noise might, in its zenith angle, each run with a phase of its own.
 #[test]
 fn what_swings_otherwise_than_in_torsion() {
     let swing = "swing * cos(2 * pi * f * run_time + phase)";
@@ -232,8 +234,8 @@ fn what_swings_otherwise_than_in_torsion() {
     }
 }
 
-/// A swing that is shaken again and again is no wave with a phase of each run's own: it passed for noise that is larger
-/// than stated. Beside an effect of the library it is not all there is.
+/// A swing that is shaken again and again is no wave with a phase of each run's own: it passed for
+/// noise that is larger than stated. Beside an effect of the library it is not all there is.
 #[test]
 fn what_swings_without_a_steady_phase() {
     let own = "[parameters]\nswing = { unit = \"m\", typical = \"30 um\", scope = \"rig\" }\n\
@@ -262,8 +264,8 @@ fn what_swings_without_a_steady_phase() {
     assert!(told.contains("What is left looks like an oscillation of `distance` near"), "{told}");
 }
 
-/// A distance meter that counts from another zero once it was switched off and on: as seen from one setup the
-/// rig might have been displaced.
+/// A distance meter that counts from another zero once it was switched off and on: as seen from one
+/// setup the rig might have been displaced.
 #[test]
 fn what_changed_for_good_between_two_runs() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/four_setups");
@@ -282,8 +284,8 @@ fn what_changed_for_good_between_two_runs() {
     assert_eq!(best_place(&found).words, "an error of `distance` from run `C_ccw120` on");
 }
 
-/// Somebody knocks against the tripod before a run, or moves the arm for one run and back: that is no
-/// walk, although it looks like one.
+/// Somebody knocks against the tripod before a run, or moves the arm for one run and back: that is
+/// no walk, although it looks like one.
 #[test]
 fn a_rig_that_was_displaced() {
     let text = "[parameters]\nmoved = { unit = \"m\", typical = \"10 um\", scope = \"run\" }\n\
@@ -348,8 +350,8 @@ fn a_rig_that_creeps_to_rest() {
     assert_eq!(place.words, "a displacement of the instrument or the rig over time");
 }
 
-/// A camera that reads its attitude wrong where the hand is high, or swings on its mount: without blocks of rotations
-/// either is noise with a memory.
+/// A camera that reads its attitude wrong where the hand is high, or swings on its mount: without
+/// blocks of rotations either is noise with a memory.
 #[test]
 fn what_an_attitude_reads_wrong() {
     let example = || Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/hand_eye");

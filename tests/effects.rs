@@ -73,7 +73,8 @@ fn compare(problem: &Problem, columns: &[(usize, f64, String)], effect: &str) {
                     acted[number] = acted[number].max((exact * size / sigma).abs());
                     let change = -(plus[sample][row] - minus[sample][row]);
                     let expected = 2.0 * h * exact;
-                    // Readings of order 1 leave 1e-15 of rounding; the rest is the third derivative.
+                    // Readings of order 1 leave 1e-15 of rounding; the rest is the third
+                    // derivative.
                     let tolerance = 5e-15 + 1e-6 * expected.abs();
                     assert!(
                         (change - expected).abs() < tolerance,

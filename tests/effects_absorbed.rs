@@ -45,7 +45,8 @@ fn whitened(problem: &Problem, point: &Point) -> DMatrix<f64> {
     DMatrix::from_fn(rows.len(), n, |i, j| rows[i][j])
 }
 
-/// Smallest and largest share that the model, and the rest of the effect, leave of an effect's columns.
+/// Smallest and largest share that the model, and the rest of the effect, leave of an effect's
+/// columns.
 fn shares(problem: &Problem, point: &Point) -> (f64, f64) {
     let rows = whitened(problem, point);
     let own: Vec<usize> = effect_columns(problem).iter().map(|one| one.0).collect();

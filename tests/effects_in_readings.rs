@@ -40,8 +40,8 @@ fn drawn(problem: &Problem, point: &Point, random: bool) -> Vec<Vec<Vec<f64>>> {
     changed.parts[0].runs.iter().map(|run| run.held().readings.clone()).collect()
 }
 
-/// Residuals by the definition; in bulk, sums are fused with products otherwise where an effect takes
-/// part.
+/// Residuals by the definition; in bulk, sums are fused with products otherwise where an effect
+/// takes part.
 fn residuals(problem: &Problem, run: usize, point: &Point) -> Vec<Vec<f64>> {
     let mut all = Vec::new();
     problem.visit_run_pointwise(0, run, point, &mut |_, _, values| all.push(values.to_vec()));
@@ -76,8 +76,8 @@ fn with_all_parameters_zero_nothing_changes_by_a_bit() {
     drop(std::fs::remove_dir_all(&folder));
 }
 
-/// Drawn with the same noise, readings with and without an effect differ by the effect alone. The change
-/// is that of the mean of both ends' derivatives, whose error is of third order.
+/// Drawn with the same noise, readings with and without an effect differ by the effect alone. The
+/// change is that of the mean of both ends' derivatives, whose error is of third order.
 #[test]
 fn drawn_readings_change_as_the_derivatives_say() {
     let folder = folder("drawn");

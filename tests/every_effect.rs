@@ -124,7 +124,8 @@ fn effects_of_the_library_are_exactly_absent_when_their_parameters_are_zero() {
     assert!(tried > 100, "{tried}");
 }
 
-/// What an effect on the distance of a polar instrument is told where its parameter is zero; `None`: nothing.
+/// What an effect on the distance of a polar instrument is told where its parameter is zero;
+/// `None`: nothing.
 fn told(parameter: &str, patch: &str) -> Option<String> {
     let text = format!(
         "name = \"own\"\ntitle = \"Own\"\nacts = \"distance\"\n[patch]\n{patch}\n[parameters]\n{parameter}\n"

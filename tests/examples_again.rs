@@ -1,5 +1,5 @@
-//! Are the lessons' recordings what their plans say? Each plan names its own command; the program runs
-//! it and the readings come out again, but for the digits that were rounded off.
+//! Are the lessons' recordings what their plans say? Each plan names its own command; the program
+//! runs it and the readings come out again, but for the digits that were rounded off.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 use std::collections::HashSet;
@@ -174,7 +174,8 @@ fn values_that_sum_to_zero_alternate() {
     }
 }
 
-/// A setup that is planned beside measured ones stands where it is stated, in `power` and in what is drawn of it.
+/// A setup that is planned beside measured ones stands where it is stated, in `power` and in what
+/// is drawn of it.
 #[test]
 fn a_planned_setup_beside_measured_ones_stands_where_it_is_stated() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -109,7 +109,8 @@ fn results_have_the_promised_keys() {
     }
 }
 
-/// Of an effect that is named, here and on a held-out campaign, one that is withheld, and bad noise.
+/// Of an effect that is named, here and on a held-out campaign, one that is withheld, and bad
+/// noise.
 #[test]
 fn diagnoses_have_the_promised_keys() {
     let mut found = BTreeSet::new();

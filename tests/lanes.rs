@@ -1,5 +1,5 @@
-//! The lanes against the definition: every model, every effect of the library, every instruction set
-//! that the machine has, both sweeps, at random points, on the axes, with readings missing.
+//! The lanes against the definition: every model, every effect of the library, every instruction
+//! set that the machine has, both sweeps, at random points, on the axes, with readings missing.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 use std::path::Path;
@@ -19,7 +19,8 @@ use rand_chacha::ChaCha8Rng;
 #[path = "problems/planned.rs"]
 mod planned;
 
-/// Relative to the largest entry of the same column (residuals: to the largest, a turn apart the same).
+/// Relative to the largest entry of the same column (residuals: to the largest, a turn apart the
+/// same).
 const TOLERANCE: f64 = 1e-12;
 
 type Rows = Vec<(DMatrix<f64>, Vec<f64>)>;
@@ -145,8 +146,8 @@ fn every_example_agrees_with_the_definition() {
     }
 }
 
-/// The first sample has its target on the vertical axis of the instrument, where the horizontal angle
-/// has no derivative, and later ones pass the axes of the horizontal plane.
+/// The first sample has its target on the vertical axis of the instrument, where the horizontal
+/// angle has no derivative, and later ones pass the axes of the horizontal plane.
 #[test]
 fn on_the_axes_the_conventions_are_those_of_the_definition() {
     let folder = planned::folder("axes");

@@ -126,8 +126,8 @@ fn a_delay_that_measurands_share_is_listed_once() {
     assert_eq!((lines(&shared, "x, y, z, attitude "), lines(&shared, "attitude ")), (1, 0));
 }
 
-/// Share of simulated campaigns in which an effect of `times` its detectable size is declared, and in
-/// which it leads all others that are not the same to the readings.
+/// Share of simulated campaigns in which an effect of `times` its detectable size is declared, and
+/// in which it leads all others that are not the same to the readings.
 fn declared(opened: &Opened, point: &Point, name: &str, size: f64, trials: usize) -> (f64, f64) {
     let stage = design_of(opened, point);
     let ways: Vec<usize> =

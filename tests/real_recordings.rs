@@ -1,5 +1,5 @@
-//! Real recordings with known results: a robot arm under a laser tracker. They do not ship; tests say
-//! so and pass where they are absent.
+//! Real recordings with known results: a robot arm under a laser tracker. They do not ship; tests
+//! say so and pass where they are absent.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 #![expect(clippy::print_stderr, reason = "what was measured is told")]
 

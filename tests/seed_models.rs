@@ -1,5 +1,5 @@
-//! The three models of the seed in text against a hand-written model over dual numbers, in value and in
-//! every derivative: at random poses, on the axes and on the cut of the horizontal angle.
+//! The three models of the seed in text against a hand-written model over dual numbers, in value
+//! and in every derivative: at random poses, on the axes and on the cut of the horizontal angle.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 #[path = "problems/seed.rs"]
@@ -214,8 +214,8 @@ proptest! {
     }
 }
 
-/// On the negative x-axis, a hair to either side of it and with either zero: the value may be either
-/// end of the half turn, the derivatives are those of every other place.
+/// On the negative x-axis, a hair to either side of it and with either zero: the value may be
+/// either end of the half turn, the derivatives are those of every other place.
 #[test]
 fn text_and_hand_agree_on_the_cut_and_beside_it() {
     for aside in [-1e-9, -1e-16, -0.0, 0.0, 1e-16, 1e-9] {

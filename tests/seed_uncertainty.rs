@@ -100,8 +100,8 @@ fn without_distance_delay(problem: &Problem) -> Problem {
     Problem::new(parts)
 }
 
-/// The vertical angle's rate (rad/s) some time after an arm angle was passed, from eqs. (8) to (11) by
-/// a difference over 2 µs.
+/// The vertical angle's rate (rad/s) some time after an arm angle was passed, from eqs. (8) to (11)
+/// by a difference over 2 µs.
 fn slope(angle: f64, rate: f64, after: f64) -> f64 {
     let half = (PI / 4.0).cos();
     let at = |t: f64| {

@@ -134,8 +134,8 @@ fn a_library_in_one_pass_gives_the_same_as_each_effect_alone() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// Passes of some candidates, each with its constant (none is open here): what each sums by itself is in the sums of
-/// all, pass after pass; with noise that readings share, and without.
+/// Passes of some candidates, each with its constant (none is open here): what each sums by itself
+/// is in the sums of all, pass after pass; with noise that readings share, and without.
 #[test]
 fn passes_sum_what_each_candidate_does_by_itself() {
     let folder = planned::folder("passes");

@@ -12,8 +12,8 @@ fn example() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm")
 }
 
-/// Values come from a fit without the effect; its constants are what they are there, too, for a formula
-/// may divide by one.
+/// Values come from a fit without the effect; its constants are what they are there, too, for a
+/// formula may divide by one.
 #[test]
 fn constants_of_an_effect_hold_while_it_is_switched_off() {
     let folder = tempfile::tempdir().unwrap();
@@ -45,8 +45,8 @@ fn constants_of_an_effect_hold_while_it_is_switched_off() {
     assert!((value("settling.after") - 100.0).abs() < 1e-12);
 }
 
-/// A walk begins where a setup begins and goes on from run to run: what it does in a pause is as long as
-/// the pause.
+/// A walk begins where a setup begins and goes on from run to run: what it does in a pause is as
+/// long as the pause.
 #[test]
 fn a_walk_goes_on_from_run_to_run() {
     let own = tempfile::tempdir().unwrap();

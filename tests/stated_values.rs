@@ -56,8 +56,8 @@ fn said(at: [f64; 3], sigma: &str) -> String {
 
 const SIGMA: &str = ", sigma = [\"40 um\", \"40 um\", \"40 um\"]";
 
-/// The second way: the fit without the stated value, its difference over both uncertainties, and what the sum of
-/// squares loses.
+/// The second way: the fit without the stated value, its difference over both uncertainties, and
+/// what the sum of squares loses.
 #[test]
 fn a_stated_value_is_judged_as_without_it() {
     let opened = open(&Request::new([drawn::folder()])).unwrap();
@@ -123,8 +123,8 @@ fn what_did_not_settle_is_shown_without_uncertainties() {
     assert!(!settled.contains("where it stopped") && settled.contains("u (k=1)"), "{settled}");
 }
 
-/// A length in the wrong unit, or a place with its sign wrong, bends everything: it alone is told, however sure the
-/// campaign is of it, and no reading is blamed.
+/// A length in the wrong unit, or a place with its sign wrong, bends everything: it alone is told,
+/// however sure the campaign is of it, and no reading is blamed.
 #[test]
 fn a_value_that_is_wrong_altogether_is_told_alone() {
     for line in [

@@ -42,13 +42,15 @@ fn reference(x: f64, k: u32, n: u32) -> f64 {
     if n.is_multiple_of(2) { sum.0 } else { -sum.0 }
 }
 
-/// Size of the part of `c_k` and its derivatives that oscillates, `x^(-(k+n)/2) / 2^n`, for large x.
+/// Size of the part of `c_k` and its derivatives that oscillates, `x^(-(k+n)/2) / 2^n`, for large
+/// x.
 fn oscillation(x: f64, k: u32, n: u32) -> f64 {
     let start = f64::from((k + 1) * (k + 2));
     x.abs().max(start).powf(-0.5 * f64::from(k + n)) / 2.0_f64.powi(n as i32)
 }
 
-/// Rounding errors allowed: a few units of the value or of its swing, and what half a unit of `√x` does.
+/// Rounding errors allowed: a few units of the value or of its swing, and what half a unit of `√x`
+/// does.
 fn allowed(x: f64, k: u32, n: u32) -> f64 {
     let swing = oscillation(x, k, n);
     f64::EPSILON * (16.0 * reference(x, k, n).abs().max(swing) + x.abs().sqrt() * swing)
@@ -130,8 +132,8 @@ fn derivative_is_the_recurrence_between_orders() {
     }
 }
 
-/// Far out only the recurrence `c_k + x c_{k+2} = 1/k!` and the derivative rule are left as witnesses
-/// for all orders; both are taken relative to the size of the terms.
+/// Far out only the recurrence `c_k + x c_{k+2} = 1/k!` and the derivative rule are left as
+/// witnesses for all orders; both are taken relative to the size of the terms.
 #[test]
 fn orders_0_to_6_from_0_to_10_000() {
     let factorial = [1.0, 1.0, 2.0, 6.0, 24.0, 120.0, 720.0];

@@ -370,7 +370,8 @@ fn a_run_may_be_longer_than_memory() {
     }
 }
 
-/// A simulated run's replies: as stated, within their requests, on the clock's grid, from the seed alone.
+/// A simulated run's replies: as stated, within their requests, on the clock's grid, from the seed
+/// alone.
 #[test]
 fn simulated_replies_are_captured_and_read_back() {
     let plan = format!(

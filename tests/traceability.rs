@@ -1,9 +1,9 @@
 //! What a wrong length, angle or clock of the rig does to the delays: the table of
 //! `docs/traceability.md`, found by simulation.
 //!
-//! Readings without noise are drawn from a rig that is wrong somewhere, and solved as if it were not. The
-//! tracker stands 1.4 m before the arm's plane, half a metre off its axis so that the distance sees its
-//! delay, too; rates are those of the paper.
+//! Readings without noise are drawn from a rig that is wrong somewhere, and solved as if it were
+//! not. The tracker stands 1.4 m before the arm's plane, half a metre off its axis so that the
+//! distance sees its delay, too; rates are those of the paper.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 use std::convert::Infallible;
@@ -74,8 +74,8 @@ fn drawn(radius: f64, with: &[&str], set: &[&str]) -> Problem {
     problem
 }
 
-/// By how much the mean delays are wrong (s), and at most a horizontal angle's own whose uncertainty is
-/// less than three times the smallest.
+/// By how much the mean delays are wrong (s), and at most a horizontal angle's own whose
+/// uncertainty is less than three times the smallest.
 #[derive(Debug)]
 struct Wrong {
     means: [f64; 3],
@@ -180,8 +180,8 @@ fn the_table_is_what_simulation_gives() {
     for (mean, delay) in of("clock, 50").means.iter().zip(DELAYS) {
         assert!((mean / (50e-6 * delay) - 1.0).abs() < 0.05, "{mean}");
     }
-    // No encoder error makes more of a delay than itself over the arm's rate; once a turn it is a shift
-    // of the arm's centre to first order.
+    // No encoder error makes more of a delay than itself over the arm's rate; once a turn it is a
+    // shift of the arm's centre to first order.
     let bound = 2.1 * ARCSECOND / RATE;
     for name in ["encoder, 2.1 arcsec once", "encoder, 2.1 arcsec twice"] {
         let Wrong { means, .. } = of(name);

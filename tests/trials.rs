@@ -1,5 +1,5 @@
-//! `homepoint trials`: the score is the same at any number of threads and after an interruption, what
-//! is drawn has the size that is asked for, and the score can be bad.
+//! `homepoint trials`: the score is the same at any number of threads and after an interruption,
+//! what is drawn has the size that is asked for, and the score can be bad.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 use std::path::PathBuf;
@@ -74,8 +74,8 @@ fn threads_and_interruptions_change_nothing() {
     assert!(matches!(refused, Err(LedgerError::Other { what: "seed" })));
 }
 
-/// The length of what was drawn by a second route: readings without noise, and a nonlinear fit of the nominal
-/// model to them.
+/// The length of what was drawn by a second route: readings without noise, and a nonlinear fit of
+/// the nominal model to them.
 fn length(design: &Design, drawn: &Drawn) -> f64 {
     let mut quiet = design.problem.clone();
     for (part, other) in quiet.parts.iter_mut().zip(&drawn.noiseless().unwrap().parts) {

@@ -1,7 +1,7 @@
 //! homepoint's side of the comparison with other solvers: one job on one folder of data.
 //!
-//! `peers JOB FOLDER` prints one JSON line; `benches/peers/run` calls it, see `docs/peers.md`. Each job
-//! is one short closure over the public API. Without arguments it says how it is used.
+//! `peers JOB FOLDER` prints one JSON line; `benches/peers/run` calls it, see `docs/peers.md`. Each
+//! job is one short closure over the public API. Without arguments it says how it is used.
 
 use std::error::Error;
 use std::hint::black_box;

@@ -1,13 +1,14 @@
 //! An input's certificate: its calibration corrections, and what they leave open.
 //!
-//! `arm_angle = { resolution = "0.36 arcsec", calibration = { U = "4.2 arcsec", k = 2 } }`: a reading of
-//! the encoder is rounded to its resolution (rectangular, new in every sample, part of the input's
-//! random error), and at any position it is wrong by an error that stays the same whenever the arm
-//! comes by: the calibration's uncertainty, which no number of readings makes smaller.
+//! `arm_angle = { resolution = "0.36 arcsec", calibration = { U = "4.2 arcsec", k = 2 } }`: a
+//! reading of the encoder is rounded to its resolution (rectangular, new in every sample, part of
+//! the input's random error), and at any position it is wrong by an error that stays the same
+//! whenever the arm comes by: the calibration's uncertainty, which no number of readings makes
+//! smaller.
 //!
-//! With `corrections = "encoder.csv"` (columns `arm_angle [deg],correction [arcsec]`) the recorded values
-//! are corrected, `value + correction(value)`, straight lines between the rows, repeating after one
-//! turn for an angle; `U` is then what remains.
+//! With `corrections = "encoder.csv"` (columns `arm_angle [deg],correction [arcsec]`) the recorded
+//! values are corrected, `value + correction(value)`, straight lines between the rows, repeating
+//! after one turn for an angle; `U` is then what remains.
 
 use std::f64::consts::TAU;
 
@@ -35,8 +36,8 @@ pub struct InputSpread {
 }
 
 impl InputSpread {
-    /// Standard uncertainty of one value as it scatters from sample to sample; 0 if it does not, but is
-    /// not known either. `None`: nothing is said.
+    /// Standard uncertainty of one value as it scatters from sample to sample; 0 if it does not,
+    /// but is not known either. `None`: nothing is said.
     pub fn random(&self) -> Option<f64> {
         let resolution = self.resolution.map(|step| step / 12.0_f64.sqrt());
         let parts = [self.noise, resolution, self.calibration.map(|_| 0.0)];

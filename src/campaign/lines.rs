@@ -73,8 +73,8 @@ pub(crate) fn reason(path: &Path, error: &io::Error) -> String {
     }
 }
 
-/// The lines that hold something: their number from 1 and their bytes without the line's end. A byte
-/// order mark is dropped.
+/// The lines that hold something: their number from 1 and their bytes without the line's end. A
+/// byte order mark is dropped.
 pub(crate) struct Lines {
     source: Box<dyn Read + Send>,
     buffer: Vec<u8>,

@@ -97,8 +97,8 @@ pub struct Campaign {
     pub parameters: Vec<Override>,
     /// What was written of inputs.
     pub inputs: Vec<InputOverride>,
-    /// Standard uncertainty (SI) of each input of the model as it scatters from sample to sample, if
-    /// known.
+    /// Standard uncertainty (SI) of each input of the model as it scatters from sample to sample,
+    /// if known.
     pub input_sigma: Vec<Option<f64>>,
     /// What it is made of, and what calibration leaves open.
     pub input_spread: Vec<InputSpread>,

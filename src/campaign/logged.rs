@@ -1,8 +1,8 @@
-//! A stream that is logged beside the samples, made into a track: whole turns are taken out, corrections
-//! put in, the rest is smoothed.
+//! A stream that is logged beside the samples, made into a track: whole turns are taken out,
+//! corrections put in, the rest is smoothed.
 //!
-//! Where a stream pauses, a turn cannot be told from its values alone: there the way that it went before
-//! says how far it should have come.
+//! Where a stream pauses, a turn cannot be told from its values alone: there the way that it went
+//! before says how far it should have come.
 
 use std::sync::Arc;
 
@@ -63,9 +63,9 @@ impl Loader<'_> {
     }
 }
 
-/// Takes jumps by whole periods out of a stream: values stay within half a period of the one before, and
-/// after a pause of the value that the way before it leads to, if it goes on like that behind it. A stream
-/// that goes beyond its period counts turns by itself.
+/// Takes jumps by whole periods out of a stream: values stay within half a period of the one
+/// before, and after a pause of the value that the way before it leads to, if it goes on like that
+/// behind it. A stream that goes beyond its period counts turns by itself.
 fn take_turns_out(times: &[f64], values: &mut [f64], period: f64) {
     let (least, most) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| {
@@ -94,8 +94,9 @@ fn take_turns_out(times: &[f64], values: &mut [f64], period: f64) {
     }
 }
 
-/// How fast a stretch goes at its end, or its beginning, beside a pause: over some values at least, and over a
-/// part of the pause, for stamps may come in bursts; nothing where it is too short for that.
+/// How fast a stretch goes at its end, or its beginning, beside a pause: over some values at least,
+/// and over a part of the pause, for stamps may come in bursts; nothing where it is too short for
+/// that.
 fn rate(times: &[f64], values: &[f64], pause: f64, at_end: bool) -> f64 {
     let (last, enough) = (times.len() - 1, PART_BEFORE * pause);
     let (from, to) = if at_end {
@@ -109,8 +110,8 @@ fn rate(times: &[f64], values: &[f64], pause: f64, at_end: bool) -> f64 {
     if passed > 0.0 && passed >= enough { (values[to] - values[from]) / passed } else { 0.0 }
 }
 
-/// Warns of an angle without period that jumps by more than half a turn where it mostly moves by less than a
-/// quarter: an encoder that begins anew with each turn.
+/// Warns of an angle without period that jumps by more than half a turn where it mostly moves by
+/// less than a quarter: an encoder that begins anew with each turn.
 fn turns(input: &InputDeclaration, times: &[f64], values: &[f64]) -> Option<Diagnostic> {
     let turn = std::f64::consts::TAU;
     let is_angle = input.unit.is_angle();
@@ -131,7 +132,8 @@ fn turns(input: &InputDeclaration, times: &[f64], values: &[f64]) -> Option<Diag
     Some(Diagnostic::warning(message).help(help))
 }
 
-/// Warns of a stream that moves by a third of a period and more from value to value: a turn may be lost.
+/// Warns of a stream that moves by a third of a period and more from value to value: a turn may be
+/// lost.
 fn hardly_told(input: &InputDeclaration, values: &[f64], period: f64) -> Option<Diagnostic> {
     let mut steps: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let middle = steps.len() / 2;
@@ -149,17 +151,17 @@ fn hardly_told(input: &InputDeclaration, values: &[f64], period: f64) -> Option<
 
 /// Values beside a value with which it is compared.
 const BESIDE: usize = 8;
-/// A glitch stands out by so many times what the values beside it stand out at most, and so many times the
-/// least step: the last digit of an encoder that stands still may turn.
+/// A glitch stands out by so many times what the values beside it stand out at most, and so many
+/// times the least step: the last digit of an encoder that stands still may turn.
 const GLITCH: f64 = 30.0;
-/// Because of a glitch its neighbours are off by about half as much the other way; of where a motion begins none
-/// is.
+/// Because of a glitch its neighbours are off by about half as much the other way; of where a
+/// motion begins none is.
 const NEIGHBOUR: f64 = 0.2;
 /// Glitches told at most.
 const TOLD: usize = 3;
 
-/// Warns of single values far off the line between their neighbours, where those beside them are not: the
-/// curve goes through them.
+/// Warns of single values far off the line between their neighbours, where those beside them are
+/// not: the curve goes through them.
 fn glitches(input: &InputDeclaration, times: &[f64], values: &[f64]) -> Option<Diagnostic> {
     let off = |i: usize| {
         let part = (times[i] - times[i - 1]) / (times[i + 1] - times[i - 1]);
@@ -207,7 +209,8 @@ mod tests {
 
     use super::*;
 
-    /// An angle (rad) that turns at a rate (rad/s), as an encoder of one turn shows it, with a pause.
+    /// An angle (rad) that turns at a rate (rad/s), as an encoder of one turn shows it, with a
+    /// pause.
     fn encoder(rate: f64, pause: (f64, f64)) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let turn = std::f64::consts::TAU;
         let times = (0..2000).map(|n| f64::from(n) * 0.01);

@@ -35,8 +35,8 @@ pub(crate) fn read(reader: &mut Reader, entries: &[Entry]) -> Vec<Override> {
     found
 }
 
-/// Reads `[setups.NAME]`: what holds in a setup alone, of parameters that have a value in each. A setup
-/// without a run is a fault.
+/// Reads `[setups.NAME]`: what holds in a setup alone, of parameters that have a value in each. A
+/// setup without a run is a fault.
 pub(crate) fn of_setups(reader: &mut Reader, entries: &[Entry], setups: &[&str]) -> Vec<Override> {
     let mut found = Vec::new();
     for setup in entries {
@@ -55,8 +55,8 @@ pub(crate) fn of_setups(reader: &mut Reader, entries: &[Entry], setups: &[&str])
     found
 }
 
-/// What `[parameters]` say of how values are known that every setup states for itself is said of those: nobody
-/// states another.
+/// What `[parameters]` say of how values are known that every setup states for itself is said of
+/// those: nobody states another.
 pub(crate) fn hand_on(parameters: &mut [Override], setups: &[&str]) {
     for index in 0..parameters.len() {
         let general = &parameters[index];

@@ -1,7 +1,7 @@
 //! The rows of a Parquet file, block by block, as a table's cells.
 //!
-//! Columns are named like those of a CSV file, `name [unit]`; numbers of any width are read, a null is
-//! a reading that is not there. Lists and texts are no columns of numbers.
+//! Columns are named like those of a CSV file, `name [unit]`; numbers of any width are read, a null
+//! is a reading that is not there. Lists and texts are no columns of numbers.
 
 use std::fs::File;
 use std::path::Path;

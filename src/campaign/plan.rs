@@ -1,10 +1,11 @@
 //! A run that is not measured yet: triggers and motions, made into samples without readings.
 //!
-//! A plan is one leg, `{ trigger = "40 Hz", duration = "43.6 s", arm_angle = { start = "0 deg",
-//! rate = "-190 deg/s", acceleration = "0 deg/s^2" } }`, or a list of legs. An input's motion is a
-//! table, a text where it stands still, or a list of tables with a `duration` each. Value and
-//! rate that a later leg does not say go on as the leg before ended; acceleration is zero unless said. A plan begins at its `start` (a time), else
-//! when the run before it in its setup ended.
+//! A plan is one leg,
+//! `{ trigger = "40 Hz", duration = "43.6 s", arm_angle = { start = "0 deg", rate = "-190 deg/s", acceleration = "0 deg/s^2" } }`,
+//! or a list of legs. An input's motion is a table, a text where it stands still, or a list of
+//! tables with a `duration` each. Value and rate that a later leg does not say go on as the leg
+//! before ended; acceleration is zero unless said. A plan begins at its `start` (a time), else when
+//! the run before it in its setup ended.
 
 use std::ops::Range;
 
@@ -274,7 +275,8 @@ impl Planned {
     }
 }
 
-/// The state at a time since the run's first sample (s): that of the last piece begun, or the first.
+/// The state at a time since the run's first sample (s): that of the last piece begun, or the
+/// first.
 fn state_at(states: &[State], time: f64) -> State {
     let begun = states.partition_point(|state| state.from <= time + 1e-9);
     let still = State { from: time, value: f64::NAN, rate: f64::NAN, acceleration: f64::NAN };

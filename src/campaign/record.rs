@@ -1,14 +1,14 @@
-//! What was recorded of a run, however long: held in memory, or spilled to a temporary file and read
-//! back a stretch at a time.
+//! What was recorded of a run, however long: held in memory, or spilled to a temporary file and
+//! read back a stretch at a time.
 //!
 //! Who walks a run asks for stretches: a held record lends its columns, a spilled one fills the
 //! caller's scratch; the numbers are the same, bit by bit. A spilled record keeps times, captured
 //! inputs, readings and rows; the other clocks are straight lines over time or sample number and
-//! computed on the way. A record can be looked at with a [`Change`], or with readings left out, which
-//! costs memory for these alone.
+//! computed on the way. A record can be looked at with a [`Change`], or with readings left out,
+//! which costs memory for these alone.
 //!
-//! A temporary file that cannot be read any more does not stop a walk: the stretch is filled with NaN
-//! and [`Record::fault`] says why. Whoever uses the result asks for it.
+//! A temporary file that cannot be read any more does not stop a walk: the stretch is filled with
+//! NaN and [`Record::fault`] says why. Whoever uses the result asks for it.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -189,7 +189,8 @@ impl Record {
         matches!(self.kept, Kept::Spilled { .. })
     }
 
-    /// Whether all samples are in memory: from the beginning, or since [`Record::whole`] read them back.
+    /// Whether all samples are in memory: from the beginning, or since [`Record::whole`] read them
+    /// back.
     pub fn is_in_memory(&self) -> bool {
         !self.is_spilled() || self.whole.get().is_some()
     }
@@ -360,8 +361,8 @@ impl Record {
         *self = Self::held(samples);
     }
 
-    /// Leaves readings out: those of such samples in such reading columns are missing from then on. What
-    /// is kept stays where it is.
+    /// Leaves readings out: those of such samples in such reading columns are missing from then on.
+    /// What is kept stays where it is.
     pub fn leave_out(&mut self, readings: impl IntoIterator<Item = (Range<usize>, Range<usize>)>) {
         for (samples, columns) in readings.into_iter().filter(|(samples, _)| !samples.is_empty()) {
             let all = Arc::make_mut(&mut self.left_out);

@@ -1,5 +1,5 @@
-//! Takes the samples of runs in their order and keeps them: in memory while the budget lasts, else in
-//! a temporary file.
+//! Takes the samples of runs in their order and keeps them: in memory while the budget lasts, else
+//! in a temporary file.
 //!
 //! On the way it puts the nearest earlier (else later) value where a captured one is missing: the
 //! readings of such samples are left out, but an engine still evaluates them.

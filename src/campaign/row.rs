@@ -76,8 +76,8 @@ impl Reader {
         self.last_time = time;
     }
 
-    /// Takes a row of a file that is no text: the cells of the wanted columns, `None` where empty; not
-    /// empty on failure.
+    /// Takes a row of a file that is no text: the cells of the wanted columns, `None` where empty;
+    /// not empty on failure.
     #[cfg(feature = "parquet")]
     pub(crate) fn take(
         &mut self,

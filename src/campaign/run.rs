@@ -38,7 +38,8 @@ impl Run {
 pub struct Samples {
     /// Reference time (s), one a sample.
     pub time: Vec<f64>,
-    /// Time since the first sample of all campaigns that are used together (s): what formulas call `time`.
+    /// Time since the first sample of all campaigns that are used together (s): what formulas call
+    /// `time`.
     pub elapsed_time: Vec<f64>,
     /// Time since the start of the run (s).
     pub run_time: Vec<f64>,
@@ -99,8 +100,8 @@ impl Samples {
         8 * (self.columns().count() as u64 + 5) * self.len() as u64
     }
 
-    /// Fills `run_time`, `uniform_time` and, for a setup and campaign that begin with this run, `setup_time`
-    /// and `elapsed_time` from `time`.
+    /// Fills `run_time`, `uniform_time` and, for a setup and campaign that begin with this run,
+    /// `setup_time` and `elapsed_time` from `time`.
     pub(crate) fn set_clocks(&mut self) {
         let first = self.time.first().copied().unwrap_or(0.0);
         self.run_time = self.time.iter().map(|time| time - first).collect();

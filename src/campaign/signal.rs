@@ -116,7 +116,8 @@ impl Track {
 /// Takes jumps by whole periods out of recorded values.
 ///
 /// `expected` is the change of the value that is expected from one value to the next (from its
-/// rate), zero if nothing is known. The first value stays; a value that is not finite is passed over.
+/// rate), zero if nothing is known. The first value stays; a value that is not finite is passed
+/// over.
 pub fn unwrap(values: &mut [f64], period: f64, expected: impl Fn(usize, usize) -> f64) {
     let mut unwrapper = Unwrapper::new(period);
     let mut last = 0;

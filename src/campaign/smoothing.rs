@@ -4,15 +4,15 @@
 //!
 //! **Time constant.** With `wᵢ` the spacing of the knots about `xᵢ` the sum is the integral
 //! `∫ (y - f)² dx`, and `λ = s⁴` makes `f` the data passed through the filter `1 / (1 + (ω s)⁴)`,
-//! whose kernel is `κ(x/s)/s` with `κ(u) = ½ exp(-|u|/√2) sin(|u|/√2 + π/4)` (Silverman 1984):
-//! `s` is *the time constant*; amplitudes halve at `ω = 1/s`,
-//! a period of `2π s`. What a user calls `smooth` is that period. The spacing about a knot is the part
-//! of the stream within `s` of it over the number of values there, so that the time constant is
-//! the same where values come densely, in bursts, or not for a while.
+//! whose kernel is `κ(x/s)/s` with `κ(u) = ½ exp(-|u|/√2) sin(|u|/√2 + π/4)` (Silverman 1984): `s`
+//! is *the time constant*; amplitudes halve at `ω = 1/s`, a period of `2π s`. What a user calls
+//! `smooth` is that period. The spacing about a knot is the part of the stream within `s` of it
+//! over the number of values there, so that the time constant is the same where values come
+//! densely, in bursts, or not for a while.
 //!
 //! **Misfit** and **cross-validation** weigh every raw value alike and search the time constant
-//! between a hundredth and 300 of the mean spacing (at most the length of the stream): the equations
-//! lose digits as the fourth power of it.
+//! between a hundredth and 300 of the mean spacing (at most the length of the stream): the
+//! equations lose digits as the fourth power of it.
 
 use crate::campaign::spline::Points;
 

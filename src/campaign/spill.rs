@@ -1,8 +1,8 @@
 //! Columns of numbers in an unnamed temporary file, in blocks, read back by place.
 //!
 //! A block holds its columns one after the other, little-endian `f64`; a stretch of one column is
-//! one positional read, so any number of threads read at once. The file has no name in the folder of
-//! temporary files (`TMPDIR`) and is gone with its last user, however the program ends.
+//! one positional read, so any number of threads read at once. The file has no name in the folder
+//! of temporary files (`TMPDIR`) and is gone with its last user, however the program ends.
 
 use std::fs::File;
 use std::io;

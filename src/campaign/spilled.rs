@@ -1,7 +1,7 @@
 //! The columns of a run in a temporary file, as samples.
 //!
-//! Answers: the samples of a stretch, with the clocks that are straight lines over time or sample number
-//! computed on the way. Where the numbers lie in the file is [`super::spill`]'s business.
+//! Answers: the samples of a stretch, with the clocks that are straight lines over time or sample
+//! number computed on the way. Where the numbers lie in the file is [`super::spill`]'s business.
 
 use std::ops::Range;
 use std::sync::OnceLock;

@@ -119,8 +119,8 @@ impl Spline {
         Ok(spline)
     }
 
-    /// The pauses over which the curve is a guess: longer than half the period of what it lets pass, and
-    /// it moves there.
+    /// The pauses over which the curve is a guess: longer than half the period of what it lets
+    /// pass, and it moves there.
     fn guessed(&self, spacing: f64, scatter: f64) -> Vec<[f64; 2]> {
         let shortest = std::f64::consts::PI * self.time_constant;
         let moves = |piece: usize, length: f64| {
@@ -181,8 +181,8 @@ impl Spline {
         self.within(left, x, order)
     }
 
-    /// [`Spline::at`] for a number, where `piece` (of the last call) is likely near: samples come in
-    /// the order of time, so most pieces are found at once.
+    /// [`Spline::at`] for a number, where `piece` (of the last call) is likely near: samples come
+    /// in the order of time, so most pieces are found at once.
     pub fn at_near(&self, time: f64, offset: f64, order: u8, piece: &mut usize) -> f64 {
         let x = offset + (time - self.origin);
         let inside = |piece: usize| match self.knots.get(piece..piece + 2) {
@@ -211,8 +211,8 @@ impl Spline {
         }
     }
 
-    /// Whether the curve is known at the times `from..=to` (s): they lie within the knots, and in no pause
-    /// over which it is a guess.
+    /// Whether the curve is known at the times `from..=to` (s): they lie within the knots, and in
+    /// no pause over which it is a guess.
     pub fn covers(&self, from: f64, to: f64) -> bool {
         let (from, to) = (from - self.origin, to - self.origin);
         let next = self.gaps.partition_point(|[_, end]| *end <= from);

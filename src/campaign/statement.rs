@@ -1,8 +1,8 @@
 //! How well a value is known, as a certificate states it (GUM, JCGM 100:2008, 4.3.3 and G.6.4).
 //!
-//! `sigma = "20 um"` is a standard uncertainty. `U = "40 um", k = 2` is an expanded one, `u = U / k`.
-//! Either may say on how many degrees of freedom it rests; unless it does they are infinite. No
-//! coverage factor is assumed: a `U` without its `k` is refused.
+//! `sigma = "20 um"` is a standard uncertainty. `U = "40 um", k = 2` is an expanded one,
+//! `u = U / k`. Either may say on how many degrees of freedom it rests; unless it does they are
+//! infinite. No coverage factor is assumed: a `U` without its `k` is refused.
 
 use crate::campaign::entries::{Entry, Reader, get};
 use crate::units::Unit;

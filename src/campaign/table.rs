@@ -74,7 +74,8 @@ enum Source {
 /// Why a table could not be read.
 #[derive(Clone, Debug)]
 pub enum TableError {
-    /// The file is missing or cannot be read; the place is where it was named, which the caller knows.
+    /// The file is missing or cannot be read; the place is where it was named, which the caller
+    /// knows.
     Unreadable(String),
     /// Its content is at fault.
     Content(Diagnostics),
@@ -99,8 +100,8 @@ impl Table {
 
     /// Reads the header of a file; no row is at hand yet.
     ///
-    /// With `skip_bad_rows`, rows of the wrong length, with cells that are no numbers or with a time
-    /// that is missing or runs backwards are left out and listed in [`Table::skipped`].
+    /// With `skip_bad_rows`, rows of the wrong length, with cells that are no numbers or with a
+    /// time that is missing or runs backwards are left out and listed in [`Table::skipped`].
     ///
     /// # Errors
     /// The file cannot be read, or the header is at fault.
@@ -183,8 +184,8 @@ impl Table {
     /// Puts the next rows in the place of those at hand, at most so many; whether there are any.
     ///
     /// # Errors
-    /// The file cannot be read on, has no rows at all, or has up to 20 faults, which come with their
-    /// places as soon as all of them are known.
+    /// The file cannot be read on, has no rows at all, or has up to 20 faults, which come with
+    /// their places as soon as all of them are known.
     pub fn more(&mut self, most: usize) -> Result<bool, TableError> {
         self.columns.iter_mut().for_each(|column| column.values.clear());
         self.lines.clear();
@@ -310,8 +311,8 @@ impl Table {
         self.columns.iter().find(|column| column.wanted.as_deref() == Some(wanted))
     }
 
-    /// Puts the values at hand of a wanted column in the place of what is there; whether the file has
-    /// it.
+    /// Puts the values at hand of a wanted column in the place of what is there; whether the file
+    /// has it.
     pub(crate) fn copy(&self, wanted: &str, into: &mut Vec<f64>) -> bool {
         let values = self.values(wanted);
         into.clear();

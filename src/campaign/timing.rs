@@ -9,8 +9,8 @@
 //! | `serial` | the start bit of the request | start bit `+ n / baud - g`: n bits make the request complete |
 //!
 //! The inputs captured with it are moved along their rates to the reference time. What is not known
-//! of it (where in the edge the controller switches, its gate delay, the resolution of the clock) is
-//! a type-B uncertainty, see [`chain`]; it enters the estimate as an effect, see [`enter`].
+//! of it (where in the edge the controller switches, its gate delay, the resolution of the clock)
+//! is a type-B uncertainty, see [`chain`]; it enters the estimate as an effect, see [`enter`].
 //!
 //! | file | answers |
 //! |---|---|

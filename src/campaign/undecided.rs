@@ -1,7 +1,8 @@
-//! Which of two rows has the wrong time where time runs backwards: the one before, if two rows go on from where
-//! those before it left off, else the later one.
+//! Which of two rows has the wrong time where time runs backwards: the one before, if two rows go
+//! on from where those before it left off, else the later one.
 //!
-//! A stamp that is far ahead would else make all rows after it bad. A row is taken once the one after it is known.
+//! A stamp that is far ahead would else make all rows after it bad. A row is taken once the one
+//! after it is known.
 
 /// A row of which nothing is wrong but, perhaps, its time.
 #[derive(Debug)]
@@ -30,7 +31,8 @@ pub(crate) struct Undecided {
     taken: Option<f64>,
     /// The last row in the order of time.
     last: Option<Row>,
-    /// One that came after it with a time before it, but not before those that were taken, and what is said of it.
+    /// One that came after it with a time before it, but not before those that were taken, and what
+    /// is said of it.
     late: Option<(Row, String)>,
 }
 

@@ -227,8 +227,8 @@ fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]
     found
 }
 
-/// The model as the written campaign names it, and the place of its file there if it is one of the campaign's own:
-/// a name stays, a path becomes that of a file beside the campaign.
+/// The model as the written campaign names it, and the place of its file there if it is one of the
+/// campaign's own: a name stays, a path becomes that of a file beside the campaign.
 fn model_reference(campaign: &Campaign) -> (String, Option<PathBuf>) {
     let text = &campaign.model.text;
     let own = model_file(text, &campaign.folder);

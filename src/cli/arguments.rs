@@ -45,8 +45,8 @@ impl From<TransformationChoice> for Choice {
 /// How much memory a command may take.
 #[derive(Clone, Copy, Debug, Args)]
 pub(super) struct Memory {
-    /// Memory to use, about: what does not fit waits in a temporary file (in TMPDIR), and the result
-    /// is the same
+    /// Memory to use, about: what does not fit waits in a temporary file (in TMPDIR), and the
+    /// result is the same
     #[arg(long, value_name = "SIZE", default_value = "2GB", value_parser = bytes)]
     memory: u64,
 }
@@ -105,7 +105,8 @@ pub(super) struct CampaignArguments {
     /// Look for effects in this folder, too (repeat for more)
     #[arg(long = "effects", value_name = "DIR")]
     pub(super) effects: Vec<PathBuf>,
-    /// State a parameter's value, as in collimation.offset="4 arcsec", or NAME@SETUP=VALUE (repeat for more)
+    /// State a parameter's value, as in collimation.offset="4 arcsec", or NAME@SETUP=VALUE (repeat
+    /// for more)
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub(super) set: Vec<String>,
     /// Leave bad rows of data files out, count and list them

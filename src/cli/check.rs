@@ -204,8 +204,8 @@ fn remaining(
     Ok(found)
 }
 
-/// What is wrong with an effect that fits no model: what those say that lack the fewest names. `all` are
-/// these numbers with the models and what they say.
+/// What is wrong with an effect that fits no model: what those say that lack the fewest names.
+/// `all` are these numbers with the models and what they say.
 fn misfits(effect: &Effect, all: Vec<(usize, &str, Diagnostics)>) -> Diagnostics {
     let fewest = all.iter().map(|(missing, ..)| *missing).min().unwrap_or(0);
     let leaves_out = all.iter().any(|(missing, ..)| *missing > fewest);

@@ -1,5 +1,5 @@
-//! `homepoint delays`: each reading solved for its own delay, the means under changed conditions, and
-//! their agreement between campaigns.
+//! `homepoint delays`: each reading solved for its own delay, the means under changed conditions,
+//! and their agreement between campaigns.
 
 use std::convert::Infallible;
 use std::io::Write;
@@ -123,7 +123,8 @@ impl DelaysCommand {
     }
 }
 
-/// The transformation of each campaign, as asked for; where it needs the joint fit, that must be sound.
+/// The transformation of each campaign, as asked for; where it needs the joint fit, that must be
+/// sound.
 pub(super) fn given_transformation(
     loaded: &Loaded,
     choice: TransformationChoice,

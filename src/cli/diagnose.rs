@@ -26,8 +26,9 @@ pub(super) struct Diagnose {
     common: CampaignArguments,
     #[command(flatten)]
     library: WantedArguments,
-    /// State how probable a cause is before the readings: nothing=0.3, library=0.5, unknown=0.2 unless said otherwise, or
-    /// EFFECT=3 for one three times as probable as others (repeat for more)
+    /// State how probable a cause is before the readings: nothing=0.3, library=0.5, unknown=0.2
+    /// unless said otherwise, or EFFECT=3 for one three times as probable as others (repeat for
+    /// more)
     #[arg(long = "prior", value_name = "CAUSE=NUMBER")]
     prior: Vec<String>,
     /// Judge the shrinkage on a campaign that the fit never saw
@@ -67,7 +68,8 @@ fn other_readings(fitted: &Problem, held_out: &Opened) -> Result<(), Failure> {
     })
 }
 
-/// The same for runs of the same times and readings, wherever these are kept; `None` without readings.
+/// The same for runs of the same times and readings, wherever these are kept; `None` without
+/// readings.
 fn fingerprint(run: &Run) -> Option<u64> {
     let (mut hasher, mut has_readings) = (DefaultHasher::new(), false);
     run.record.walk(|stretch| {
@@ -82,8 +84,8 @@ fn fingerprint(run: &Run) -> Option<u64> {
     has_readings.then(|| hasher.finish())
 }
 
-/// Warns of effects of the user's own that cannot be tested: what is wrong in them is not looked for in
-/// a table.
+/// Warns of effects of the user's own that cannot be tested: what is wrong in them is not looked
+/// for in a table.
 fn own_untested(recipes: &[Recipe], found: &Diagnosis) -> Vec<Diagnostic> {
     let Some(recipe) = recipes.first() else { return Vec::new() };
     let of = |name: &str| found.not_testable.iter().find(|one| one.name == name);
@@ -136,8 +138,8 @@ fn other_values(fitted: &Problem, held_out: &Problem) -> Vec<Diagnostic> {
     told.collect()
 }
 
-/// What two campaigns state of a parameter, where that is too far apart; a value without an uncertainty that is not fixed is a
-/// guess.
+/// What two campaigns state of a parameter, where that is too far apart; a value without an
+/// uncertainty that is not fixed is a guess.
 fn apart(one: &Instance, other: &Instance) -> Option<String> {
     let stated = |instance: &Instance, k: usize| {
         let Setting { value, sigma, fixed, .. } = &instance.setting;

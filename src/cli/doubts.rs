@@ -1,4 +1,5 @@
-//! What makes the numbers of a fit doubtful, told beside them: readings far off the model, accelerations that are missed.
+//! What makes the numbers of a fit doubtful, told beside them: readings far off the model,
+//! accelerations that are missed.
 
 use super::render;
 use crate::diagnostic::Diagnostic;
@@ -26,7 +27,8 @@ pub(super) fn tell_of_accelerations(fit: &Calibration) {
     }
 }
 
-/// The same beside delays, which say nothing of how the joint fit went: residuals that are larger than stated, too.
+/// The same beside delays, which say nothing of how the joint fit went: residuals that are larger
+/// than stated, too.
 pub(super) fn tell_beside_delays(fit: &Calibration, quiet: bool) {
     tell(fit, quiet);
     let factor = fit.variance_factor().unwrap_or(1.0);

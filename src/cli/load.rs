@@ -109,8 +109,9 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
     })
 }
 
-/// Warns of values that are stated of effects which are not in the model. Where the library is tried, constants and members
-/// of families say what to look for: of other values those that are found count.
+/// Warns of values that are stated of effects which are not in the model. Where the library is
+/// tried, constants and members of families say what to look for: of other values those that are
+/// found count.
 pub(super) fn tell_not_put_in(loaded: &Loaded, tries: bool) {
     let Some(recipe) = loaded.recipes.first().filter(|_| !loaded.quiet) else { return };
     let told = loaded.stated.iter().filter_map(|name| {

@@ -1,7 +1,7 @@
 //! How far a command has come, with the time left, on standard error.
 //!
-//! One bar, for there is one terminal; none where standard error is not a terminal, with `--quiet`, or
-//! where the command is done before anybody could read it.
+//! One bar, for there is one terminal; none where standard error is not a terminal, with `--quiet`,
+//! or where the command is done before anybody could read it.
 
 use std::io::IsTerminal;
 use std::sync::{Mutex, OnceLock, PoisonError};

@@ -131,8 +131,8 @@ fn truth(problem: &mut Problem, set: &[String]) -> Result<Point, Failure> {
     Ok(point)
 }
 
-/// Gives what sums to zero over its scope, but has one size for all, alternating signs, and takes the mean
-/// off.
+/// Gives what sums to zero over its scope, but has one size for all, alternating signs, and takes
+/// the mean off.
 fn alternate(problem: &Problem, point: &mut Point) {
     for members in problem.layout.sums_to_zero() {
         for component in 0..problem.layout.instances[members[0]].dimension() {
@@ -163,8 +163,8 @@ fn effect_parameters(problem: &Problem) -> Vec<Option<f64>> {
     typical
 }
 
-/// The same problem with every effect switched off: what its file leaves free is held at zero, constants
-/// stay what they are.
+/// The same problem with every effect switched off: what its file leaves free is held at zero,
+/// constants stay what they are.
 fn without_effects(problem: &Problem) -> Problem {
     let mut parts = problem.parts.clone();
     for part in &mut parts {

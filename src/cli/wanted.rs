@@ -11,7 +11,8 @@ use super::Failure;
 
 #[derive(Debug, Args)]
 pub(super) struct WantedArguments {
-    /// Leave an effect out of the library, at all heads or, as in collimation.a, at one (repeat for more)
+    /// Leave an effect out of the library, at all heads or, as in collimation.a, at one (repeat for
+    /// more)
     #[arg(long = "without", value_name = "EFFECT")]
     without: Vec<String>,
     /// Look at this effect alone, at all heads or at one (repeat for more)

@@ -49,8 +49,8 @@ pub struct Diagnosis {
     pub explained: Option<Calibration>,
     /// All testable effects, best first.
     pub candidates: Vec<Ranked>,
-    /// The probabilities of nothing, of one effect of the library and of unknown structure, if one of them is all that is
-    /// there; `None` where that is no question.
+    /// The probabilities of nothing, of one effect of the library and of unknown structure, if one
+    /// of them is all that is there; `None` where that is no question.
     pub causes: Option<[f64; 3]>,
     /// Effects that nominal parameters take up.
     pub absorbed: Vec<Absorbed>,
@@ -70,10 +70,11 @@ pub struct Diagnosis {
     pub hidden: Vec<Hidden>,
     /// Stretches of lost samples; they are left out of everything but the first fit.
     pub lost: Vec<Lost>,
-    /// The delays of the nominal model with all readings and without those that are left out; empty if
-    /// none are.
+    /// The delays of the nominal model with all readings and without those that are left out; empty
+    /// if none are.
     pub delays: Vec<Twice>,
-    /// Stated values that the readings contradict with the named effects in the model, farthest first.
+    /// Stated values that the readings contradict with the named effects in the model, farthest
+    /// first.
     pub contradicted: Vec<Contradicted>,
     /// What rings in what the named effects leave.
     pub rings: Option<Location>,
@@ -134,8 +135,8 @@ impl Diagnosis {
         }
     }
 
-    /// The verdict where something changed in the course of a run, and the search that belongs to it: what was found
-    /// without it, in the noise above all, is no more than that.
+    /// The verdict where something changed in the course of a run, and the search that belongs to
+    /// it: what was found without it, in the noise above all, is no more than that.
     pub(super) fn name_no_effect(&mut self, changed: Changed, search: Search) -> Search {
         let Changed { places, effects, stage, nominal } = changed;
         let is_alone = effects.is_empty();
@@ -148,8 +149,8 @@ impl Diagnosis {
         if is_alone { Search { stages: vec![stage], adopted: Vec::new() } } else { search }
     }
 
-    /// The verdict with what it names, which must stand on readings that it was not fitted to, and beside what is
-    /// stated.
+    /// The verdict with what it names, which must stand on readings that it was not fitted to, and
+    /// beside what is stated.
     pub(super) fn decide(&mut self, search: &Search, options: &Options) -> Result<(), FitError> {
         let Answer { verdict, effects, why } = verdict(search);
         (self.verdict, self.effects, self.why) = (verdict, effects, why);
@@ -182,7 +183,8 @@ impl Diagnosis {
         Ok(())
     }
 
-    /// Adds absorbed effects that do by their squares what a named effect of one value does to its aliases.
+    /// Adds absorbed effects that do by their squares what a named effect of one value does to its
+    /// aliases.
     fn tell_absorbed_aliases(
         &mut self,
         search: &Search,
@@ -224,8 +226,8 @@ impl Diagnosis {
         (self.absorbed, self.not_testable) = silent(first);
     }
 
-    /// Looks again where nothing was found, and where nothing has a name: for what goes otherwise there than back, and for
-    /// what is likely although no block of it is beyond chance.
+    /// Looks again where nothing was found, and where nothing has a name: for what goes otherwise
+    /// there than back, and for what is likely although no block of it is beyond chance.
     pub(super) fn look_again(&mut self, search: &Search, wanted: &Wanted) {
         let Some(stage) = search.stages.first() else { return };
         let look = || by_sense(stage, wanted);
@@ -331,7 +333,8 @@ impl Diagnosis {
             self.nearest = None;
             has_shares = false;
         }
-        // What only the second look found is no part of any share; what it found by sense of none of the probabilities.
+        // What only the second look found is no part of any share; what it found by sense of none
+        // of the probabilities.
         let is_second = is_clear(search.stages.first());
         let is_second = is_second && (self.by_sense.is_some() || self.is_likelier());
         if is_second {

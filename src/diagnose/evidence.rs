@@ -1,12 +1,14 @@
 //! Evidence: what each candidate would explain beyond the nominal parameters, from one pass.
 //!
 //! With the whitened normal equations of nominal columns `n` (priors among them) and a candidate's
-//! columns `e`: `S = H_ee - H_en H_nn⁻¹ H_ne` and the score `g = b_e - H_en H_nn⁻¹ b_n`. Without the
-//! effect `gᵀ S⁻¹ g` is chi squared (Rao's score test); `λ² = gᵀ S⁻¹ g` less its degrees is the
+//! columns `e`: `S = H_ee - H_en H_nn⁻¹ H_ne` and the score `g = b_e - H_en H_nn⁻¹ b_n`. Without
+//! the effect `gᵀ S⁻¹ g` is chi squared (Rao's score test); `λ² = gᵀ S⁻¹ g` less its degrees is the
 //! squared length of the effect's signature that nominal parameters cannot follow. Columns are cut
-//! where less than [`self::basis::RANK`] of their length is left; where nothing is left, the effect is absorbed.
+//! where less than [`self::basis::RANK`] of their length is left; where nothing is left, the effect
+//! is absorbed.
 //!
-//! Values of scope setup and run have a column each; sums are kept by run, so nothing more is summed.
+//! Values of scope setup and run have a column each; sums are kept by run, so nothing more is
+//! summed.
 //!
 //! | file | answers |
 //! |---|---|
@@ -140,8 +142,9 @@ impl Evidence {
         Some((evidence, columns.into_iter().map(|own| own.into_iter().unzip()).collect()))
     }
 
-    /// Whether a column changes readings at a size that can be: what does not even show at thousands of
-    /// times its usual size is rounding, such as stamps that are uniform but for their last digit.
+    /// Whether a column changes readings at a size that can be: what does not even show at
+    /// thousands of times its usual size is rounding, such as stamps that are uniform but for their
+    /// last digit.
     fn shows(&self, column: &Column) -> bool {
         let one = std::slice::from_ref(column);
         let square = self.products(one, one)[(0, 0)];

@@ -132,7 +132,8 @@ impl Fitted {
     }
 }
 
-/// A part with another system; readings, stated uncertainties, levels and memory of noise as they are.
+/// A part with another system; readings, stated uncertainties, levels and memory of noise as they
+/// are.
 pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {
     let levels: Vec<(String, f64)> = part
         .system

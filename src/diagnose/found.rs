@@ -1,4 +1,5 @@
-//! What is found beside effects, as data: in the noise, in a few runs, in readings that are left out, and places.
+//! What is found beside effects, as data: in the noise, in a few runs, in readings that are left
+//! out, and places.
 //!
 //! How it is found is for [`super::gross`], [`super::noise`] and [`super::verdict`] to say.
 
@@ -65,14 +66,15 @@ pub struct Noise {
     pub apart: Vec<Apart>,
     /// Those among them whose size was mended once beside what else was found.
     pub grown: Vec<String>,
-    /// The square of times that are off, where it counts: in the model with the effect that says so.
+    /// The square of times that are off, where it counts: in the model with the effect that says
+    /// so.
     pub square: Option<Selected>,
     /// Levels that are not as stated.
     pub levels: Vec<Level>,
     /// Measurand, run and factor where a run scatters otherwise than most.
     pub run_levels: Vec<(String, String, f64)>,
-    /// Measurands whose noise has a memory of which the weights take account, with their campaigns where
-    /// there are several.
+    /// Measurands whose noise has a memory of which the weights take account, with their campaigns
+    /// where there are several.
     pub memories: Vec<(String, Option<String>, GaussMarkov)>,
     /// What is left out.
     pub left_out: LeftOut,
@@ -82,8 +84,8 @@ pub struct Noise {
     pub memory: f64,
     /// Samples in a stretch.
     pub stretch: usize,
-    /// Whether runs are the stretches, for the noise has a memory: what differs from run to run is part
-    /// of it then.
+    /// Whether runs are the stretches, for the noise has a memory: what differs from run to run is
+    /// part of it then.
     pub runs_scatter: bool,
 }
 
@@ -162,7 +164,8 @@ pub struct Displaced {
     pub walk: String,
     /// Logarithm of their likelihood ratio, against nothing, the choice of their kind paid for.
     pub(super) likelihood: f64,
-    /// How much of them the walk explains: the logarithm of its likelihood ratio, against nothing, by theirs.
+    /// How much of them the walk explains: the logarithm of its likelihood ratio, against nothing,
+    /// by theirs.
     pub share: f64,
 }
 

@@ -2,8 +2,8 @@
 //!
 //! For each fold, both models, without and with the adopted effects, are fitted to everything else;
 //! the drop `D = Σ (e₀² - e₁²)` is summed over the folds. Raw rms hides nearly everything, and
-//! subtracting a noise floor from it is ill-conditioned; paired differences are not. The part closed
-//! is `D / (D + leftover)` with the largest block of structure that is left.
+//! subtracting a noise floor from it is ill-conditioned; paired differences are not. The part
+//! closed is `D / (D + leftover)` with the largest block of structure that is left.
 //!
 //! Sums are linear about the fit with the effects; the models without them differ by the effects'
 //! values, which is where the linear form is good to second order.
@@ -84,19 +84,21 @@ pub struct Gap {
 /// Part of the gap that is closed below which readings contradict what was named.
 const BORNE_OUT: f64 = 0.25;
 
-/// Held-out readings that are missed by so many times their noise, all of them, are of something else.
+/// Held-out readings that are missed by so many times their noise, all of them, are of something
+/// else.
 const MISSED: f64 = 10.0;
 
 impl Gap {
-    /// Whether the readings may close so much of the gap that they do not contradict what was named; `None` where the
-    /// evidence lies in prior values, and where they can judge nothing.
+    /// Whether the readings may close so much of the gap that they do not contradict what was
+    /// named; `None` where the evidence lies in prior values, and where they can judge nothing.
     pub fn is_borne_out(&self) -> Option<bool> {
         let most = self.closed_interval?[1];
         (most >= BORNE_OUT || self.missed().is_none()).then_some(most >= BORNE_OUT)
     }
 
-    /// How many times its noise a held-out campaign is missed, with and without what was named, where that is so much that
-    /// it is of something else: another rig, or values that are held wrongly.
+    /// How many times its noise a held-out campaign is missed, with and without what was named,
+    /// where that is so much that it is of something else: another rig, or values that are held
+    /// wrongly.
     pub fn missed(&self) -> Option<f64> {
         let times = |rms: &[(String, f64)]| {
             let noise = |name: &str| self.floor.iter().find(|one| one.0 == name);
@@ -122,9 +124,9 @@ pub fn taken(drops: &[Drop]) -> f64 {
     drops.iter().map(|one| one.taken).sum()
 }
 
-/// Drops by fold, with what is left, as parts closed. Folds differ in how much of the effects they see: it is
-/// the ratio of what is taken off to that by which they are compared, and noise alone makes a drop uncertain
-/// by twice its root.
+/// Drops by fold, with what is left, as parts closed. Folds differ in how much of the effects they
+/// see: it is the ratio of what is taken off to that by which they are compared, and noise alone
+/// makes a drop uncertain by twice its root.
 pub fn closed(drops: &[Drop], leftover: f64) -> (f64, [f64; 2]) {
     let total = taken(drops);
     let length: f64 = drops.iter().map(|one| one.length).sum();
@@ -217,8 +219,8 @@ pub fn floor(fitted: &Fitted) -> Vec<(String, f64)> {
     sums.into_iter().map(|(name, sum, count)| (name, (sum / count).sqrt())).collect()
 }
 
-/// The drop of each fold. Where the effects hardly show without what some fold leaves out, say for they act
-/// in one run, every run is judged between the stretches that it is fitted to.
+/// The drop of each fold. Where the effects hardly show without what some fold leaves out, say for
+/// they act in one run, every run is judged between the stretches that it is fitted to.
 pub fn drops(before: &Fitted, after: &Fitted, memory: f64) -> Vec<Drop> {
     let Some(off) = switched_off(before, after) else { return Vec::new() };
     let normal = after.problem.normal(&after.fit.point);
@@ -249,8 +251,8 @@ fn squared_length(normal: &Normal, runs: &[RunGram], off: &[Option<f64>]) -> f64
     held(off).dot(&whole) - followed.dot(&whole)
 }
 
-/// For each column of the model with the effects the step that switches them off; `None` for nominal
-/// columns.
+/// For each column of the model with the effects the step that switches them off; `None` for
+/// nominal columns.
 fn switched_off(before: &Fitted, after: &Fitted) -> Option<Vec<Option<f64>>> {
     let layout = &after.problem.layout;
     let mut step = vec![None; layout.columns.len()];
@@ -264,7 +266,8 @@ fn switched_off(before: &Fitted, after: &Fitted) -> Option<Vec<Option<f64>>> {
         for (column, value) in layout.range_of(index).zip(&values) {
             step[column] = Some(-value);
         }
-        // Values that sum to zero share columns: orthonormal, so a column is the sum over its values.
+        // Values that sum to zero share columns: orthonormal, so a column is the sum over its
+        // values.
         if layout.range_of(index).is_empty() {
             for (component, value) in values.iter().enumerate() {
                 for (column, by) in layout.columns_of(index, component) {
@@ -393,7 +396,8 @@ mod tests {
         let far = gap(Some("other"), 0.9, 0.0);
         assert_eq!(far.is_borne_out(), None);
         assert!((far.missed().unwrap_or(0.0) - 90.0).abs() < 1e-9);
-        // What closes it is borne out; what leaves no more than noise there is judged; folds of the campaign itself always are.
+        // What closes it is borne out; what leaves no more than noise there is judged; folds of the
+        // campaign itself always are.
         assert_eq!(gap(Some("other"), 0.5, 0.9).is_borne_out(), Some(true));
         assert_eq!(gap(Some("other"), 0.01, 0.0).is_borne_out(), Some(false));
         assert_eq!(gap(None, 0.9, 0.0).is_borne_out(), Some(false));

@@ -1,11 +1,11 @@
 //! Power: what a campaign can see, confuse or not see, from its design alone.
 //!
-//! For each effect of the library the size that is declared, and the size that is told from all other
-//! effects, with probability [`sight::CAUGHT`] at the search's own levels (at most
-//! [`super::evidence::thresholds::FALSE_ALARMS`] false alarms in all); the shift of each delay that an effect of the
-//! detectable size causes while nobody knows of it; and what would help. All of it follows from one pass
-//! over the design: the noncentrality of the test that will be made is the squared length of the effect's
-//! signature (Cox and Hinkley, *Theoretical Statistics*, 9.3).
+//! For each effect of the library the size that is declared, and the size that is told from all
+//! other effects, with probability [`sight::CAUGHT`] at the search's own levels (at most
+//! [`super::evidence::thresholds::FALSE_ALARMS`] false alarms in all); the shift of each delay that
+//! an effect of the detectable size causes while nobody knows of it; and what would help. All of it
+//! follows from one pass over the design: the noncentrality of the test that will be made is the
+//! squared length of the effect's signature (Cox and Hinkley, *Theoretical Statistics*, 9.3).
 //!
 //! | file | answers |
 //! |---|---|
@@ -15,8 +15,8 @@
 //! | [`mod@remedies`] | what would be added to a campaign, tried |
 //! | [`words`] | a sentence for each row |
 //!
-//! It is linear: sizes far beyond the typical ones are extrapolated. Structure outside the library has no
-//! size and is not in it.
+//! It is linear: sizes far beyond the typical ones are extrapolated. Structure outside the library
+//! has no size and is not in it.
 
 pub mod design;
 pub mod noise;
@@ -91,10 +91,12 @@ pub struct Row {
     pub with: Vec<String>,
     /// The detectable size of each member of a family.
     pub members: Vec<(BTreeMap<String, f64>, f64)>,
-    /// The largest shift of each delay (s) by an effect of the detectable size that nobody knows of.
+    /// The largest shift of each delay (s) by an effect of the detectable size that nobody knows
+    /// of.
     pub shifts: Vec<(String, f64)>,
-    /// The size falls with the number of readings by a root of this order: the second for effects on the
-    /// mean and for levels, the fourth for what shows in products of readings, the first for what is counted.
+    /// The size falls with the number of readings by a root of this order: the second for effects
+    /// on the mean and for levels, the fourth for what shows in products of readings, the first for
+    /// what is counted.
     pub root: f64,
     /// A sentence to act on.
     pub words: String,
@@ -107,7 +109,8 @@ pub struct DelaySigma {
     pub measurand: String,
     /// The parameter that is its delay; measurands may share one.
     pub parameter: String,
-    /// Its delay's largest standard uncertainty over the scope (s); `None` where it is not determined.
+    /// Its delay's largest standard uncertainty over the scope (s); `None` where it is not
+    /// determined.
     pub sigma: Option<f64>,
 }
 

@@ -1,10 +1,10 @@
 //! The search: which effects are adopted, and whether what is left over looks like noise.
 //!
-//! Forward, one effect at a time, with backward drop: the best few by score are fitted nonlinearly and
-//! tested again; the one that explains most beyond chance is adopted. Then every block of unknown
-//! structure is tried against what is left: that gate, not the effect's own test, decides. A forced
-//! choice would name a wrong effect nearly always when the true one is not in the library. Where the gate
-//! stays shut, pairs of the best are tried ([`mod@pairs`]).
+//! Forward, one effect at a time, with backward drop: the best few by score are fitted nonlinearly
+//! and tested again; the one that explains most beyond chance is adopted. Then every block of
+//! unknown structure is tried against what is left: that gate, not the effect's own test, decides.
+//! A forced choice would name a wrong effect nearly always when the true one is not in the library.
+//! Where the gate stays shut, pairs of the best are tried ([`mod@pairs`]).
 //!
 //! | file | answers |
 //! |---|---|
@@ -104,8 +104,8 @@ struct Common<'a> {
     options: &'a Options,
 }
 
-/// Searches from a fitted nominal model, from which lost samples and some gross readings are left out.
-/// `None` where its parameters are not determined.
+/// Searches from a fitted nominal model, from which lost samples and some gross readings are left
+/// out. `None` where its parameters are not determined.
 ///
 /// # Errors
 /// [`FitError`] where a model cannot be fitted at all.
@@ -122,8 +122,8 @@ pub fn search(
     };
     let common = Common { given, wanted, options };
     let mut search = Search { stages: vec![stage], adopted: Vec::new() };
-    // What is dropped may be adopted again where both are tested with different noise: no set of effects
-    // is looked at twice.
+    // What is dropped may be adopted again where both are tested with different noise: no set of
+    // effects is looked at twice.
     let mut seen: Vec<Vec<String>> = Vec::new();
     while search.adopted.len() < MOST {
         let Some(last) = search.stages.last() else { break };
@@ -147,7 +147,8 @@ pub fn search(
     if search.adopted.is_empty() || stands(&search) {
         return search.beside_each_other(&common).map(Some);
     }
-    // In the place of one that leaves nothing they must be likelier than it is with something unknown.
+    // In the place of one that leaves nothing they must be likelier than it is with something
+    // unknown.
     let instead = search.passes_gate() && search.is_probable() && search.is_doubtful();
     let stands = |found: &Search| stands(found) && !(instead && found.several_imitate(1.0));
     let tried = pairs(&search.stages[0]);
@@ -162,9 +163,9 @@ pub fn search(
 }
 
 impl Search {
-    /// The gate: adopted effects are enough where no unknown structure is left. One effect alone must also
-    /// leave nothing that another of the library explains; of several the blocks decide, for each more
-    /// would find something to explain.
+    /// The gate: adopted effects are enough where no unknown structure is left. One effect alone
+    /// must also leave nothing that another of the library explains; of several the blocks decide,
+    /// for each more would find something to explain.
     fn passes_gate(&self) -> bool {
         let Some(last) = self.stages.last() else { return false };
         let clear = last.blocks_found().is_empty();
@@ -215,8 +216,8 @@ impl Search {
         Ok(self)
     }
 
-    /// Judges each effect but the last beside all others: when it was adopted it was weighed against what those
-    /// explain, too.
+    /// Judges each effect but the last beside all others: when it was adopted it was weighed
+    /// against what those explain, too.
     fn beside_each_other(mut self, common: &Common<'_>) -> Result<Self, FitError> {
         let Some(last) = self.stages.last() else { return Ok(self) };
         let Common { given, wanted, options } = common;
@@ -266,8 +267,8 @@ mod tests {
     use crate::engine::simulate::simulate;
     use crate::estimate::calibrate::calibrate;
 
-    /// Adopted first, the nearest relative of the effect that is there explains much; beside that effect
-    /// it adds nothing.
+    /// Adopted first, the nearest relative of the effect that is there explains much; beside that
+    /// effect it adds nothing.
     #[test]
     fn an_effect_that_adds_nothing_to_a_later_one_is_dropped() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");

@@ -1,7 +1,7 @@
 //! Residuals as sequences in time: of each component of each measurand, run after run.
 //!
-//! Those of a stage are whitened, in units of what is stated or found of the noise; those seen from a point are as
-//! they are, in SI units. What they say is judged elsewhere.
+//! Those of a stage are whitened, in units of what is stated or found of the noise; those seen from
+//! a point are as they are, in SI units. What they say is judged elsewhere.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};

@@ -1,5 +1,5 @@
-//! A stage of the search: the campaigns with the effects adopted so far, fitted, and the evidence of
-//! everything that is not in the model yet.
+//! A stage of the search: the campaigns with the effects adopted so far, fitted, and the evidence
+//! of everything that is not in the model yet.
 
 use std::sync::{Arc, OnceLock};
 
@@ -59,8 +59,9 @@ pub struct Stage {
     pub(super) logarithms: OnceLock<Vec<f64>>,
 }
 
-/// What stays the same while the noise of a stage is judged: the members that families were scanned for, before anything
-/// was known of the noise (beside a square or a walk a scan would find what these leave of themselves), and signatures.
+/// What stays the same while the noise of a stage is judged: the members that families were scanned
+/// for, before anything was known of the noise (beside a square or a walk a scan would find what
+/// these leave of themselves), and signatures.
 #[derive(Debug, Default)]
 pub struct Kept {
     scanned: Scanned,
@@ -154,9 +155,10 @@ impl Stage {
         })
     }
 
-    /// Whether a block is not counted as structure, unless a few runs do for it: noise with a memory scatters from run to run, so what
-    /// each run has for itself says nothing then; and beside a walk, or a memory that weights do not take
-    /// account of, an oscillation says no more, for at a multiple of a run's sampling rate it is slow there.
+    /// Whether a block is not counted as structure, unless a few runs do for it: noise with a
+    /// memory scatters from run to run, so what each run has for itself says nothing then; and
+    /// beside a walk, or a memory that weights do not take account of, an oscillation says no more,
+    /// for at a multiple of a run's sampling rate it is slow there.
     pub fn is_scatter(&self, candidate: usize) -> bool {
         let found = &self.noise_found;
         let own = |apart: &Apart| apart.block == self.candidates[candidate].name;
@@ -197,7 +199,8 @@ impl Stage {
         self.structures_among(|n| !self.is_oscillation(n))
     }
 
-    /// The candidates, of the library or unknown, that are significant one after the other, greedily.
+    /// The candidates, of the library or unknown, that are significant one after the other,
+    /// greedily.
     pub fn structures(&self) -> Vec<usize> {
         self.structures_among(|_| true)
     }
@@ -252,8 +255,8 @@ impl Stage {
         taken
     }
 
-    /// Compares how scores scatter from stretch to stretch with what the noise says; `left` is what is
-    /// left of each run's readings without significant structure.
+    /// Compares how scores scatter from stretch to stretch with what the noise says; `left` is what
+    /// is left of each run's readings without significant structure.
     pub fn judge_scatter(&mut self, left: &[Left]) {
         self.stretches = left.iter().map(|run| run.scores.len()).sum();
         self.inflation =
@@ -285,8 +288,8 @@ impl Stage {
     }
 }
 
-/// Of each family the member that explains most, with the number of members tried, and families of which no
-/// member can be tested.
+/// Of each family the member that explains most, with the number of members tried, and families of
+/// which no member can be tested.
 fn best_members(
     fitted: &Fitted,
     made: &Made,

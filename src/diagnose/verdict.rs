@@ -91,9 +91,9 @@ pub fn verdict(search: &Search) -> Answer {
     Answer::unknown(Why::NoneFits, Vec::new())
 }
 
-/// In how many runs at most what is there may be off alone, of the nominal model and beside the effects that were
-/// found: in none where an effect explains it by itself, or where something is known of runs already; where several
-/// effects do, one run may do as much by itself.
+/// In how many runs at most what is there may be off alone, of the nominal model and beside the
+/// effects that were found: in none where an effect explains it by itself, or where something is
+/// known of runs already; where several effects do, one run may do as much by itself.
 pub fn runs_in_doubt(search: &Search) -> (usize, usize) {
     let answer = verdict(search);
     // Readings of which most are wild in a run may be so in a part of it.
@@ -123,8 +123,8 @@ fn against_effects(adopted: &mut [Adopted]) {
     }
 }
 
-/// Whether an effect that was adopted after others, and leaves something, is more than an imitation of
-/// what they leave: it explains as much as any block does, and more than is left then.
+/// Whether an effect that was adopted after others, and leaves something, is more than an imitation
+/// of what they leave: it explains as much as any block does, and more than is left then.
 fn is_a_cause(search: &Search, number: usize) -> bool {
     let (Some(before), Some(after)) = (search.stages.get(number), search.stages.get(number + 1))
     else {

@@ -140,7 +140,8 @@ impl<'r> Item<'r> {
         Unit::parse(text).map_err(|error| self.unit_error(error)).ok()
     }
 
-    /// A number with its unit, as in `"1.5 arcsec"`, in SI; a bare number only where the unit is `1`.
+    /// A number with its unit, as in `"1.5 arcsec"`, in SI; a bare number only where the unit is
+    /// `1`.
     pub fn quantity(&self, like: &Unit) -> Option<(f64, Unit)> {
         let (value, unit) = self.any_quantity(Some(like))?;
         if like.misses(&unit) {
@@ -163,7 +164,8 @@ impl<'r> Item<'r> {
         Some((value, unit))
     }
 
-    /// A quantity that is a difference or a width: `degC` is refused, its zero has no meaning there.
+    /// A quantity that is a difference or a width: `degC` is refused, its zero has no meaning
+    /// there.
     pub fn difference(&self, like: &Unit) -> Option<(f64, Unit)> {
         let (value, unit) = self.quantity(like)?;
         if unit.offset != 0.0 {

@@ -1,7 +1,8 @@
-//! Samples in fixed blocks, computed by many threads and added up in order: every thread count gives
-//! the same bits.
+//! Samples in fixed blocks, computed by many threads and added up in order: every thread count
+//! gives the same bits.
 //!
-//! Answers: which blocks there are, and each chunk of a block loaded with its weights. What is summed is the caller's business.
+//! Answers: which blocks there are, and each chunk of a block loaded with its weights. What is
+//! summed is the caller's business.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -143,8 +144,8 @@ impl Problem {
         Plan { parameters, movers: movers.into(), size: touched + more + 1 }
     }
 
-    /// Computes something of every wanted block, many at a time, and takes the results in order. What
-    /// waits of a block are so many numbers.
+    /// Computes something of every wanted block, many at a time, and takes the results in order.
+    /// What waits of a block are so many numbers.
     pub(super) fn in_order<T: Send>(
         &self,
         memories: &Memories,
@@ -191,8 +192,8 @@ impl Problem {
         readings
     }
 
-    /// Computes the whitened rows of a block, chunk after chunk, those of a chunk in order; the number
-    /// of readings. What is kept then says which directions the rows have.
+    /// Computes the whitened rows of a block, chunk after chunk, those of a chunk in order; the
+    /// number of readings. What is kept then says which directions the rows have.
     pub(super) fn walk_rows(
         &self,
         block: Block,

@@ -1,16 +1,17 @@
 //! Rows whitened along time, where a part of a reading's noise is like itself for a while.
 //!
 //! The noise of a row is white noise and a first-order Gauss-Markov process: a part `share` of the
-//! variance whose correlation is `exp(-Δt / time)`. A Kalman filter of one state predicts each reading
-//! from those before it; what it did not foresee, over its standard deviation, is white. The filter is
-//! linear and its gains hang on the times alone, so the columns of a Jacobian go through it like the
-//! residual, and everything that is made of rows holds for correlated noise as it stands.
+//! variance whose correlation is `exp(-Δt / time)`. A Kalman filter of one state predicts each
+//! reading from those before it; what it did not foresee, over its standard deviation, is white.
+//! The filter is linear and its gains hang on the times alone, so the columns of a Jacobian go
+//! through it like the residual, and everything that is made of rows holds for correlated noise as
+//! it stands.
 //!
-//! Time is that of the stamps, or, where stamps say little of it (arrivals in bursts), that of evenly
-//! spaced samples.
+//! Time is that of the stamps, or, where stamps say little of it (arrivals in bursts), that of
+//! evenly spaced samples.
 //!
-//! It begins anew with every block of samples: readings on both sides of a block's edge are taken for
-//! unrelated. It knows nothing of how a memory is found.
+//! It begins anew with every block of samples: readings on both sides of a block's edge are taken
+//! for unrelated. It knows nothing of how a memory is found.
 
 use crate::campaign::Samples;
 use crate::engine::lanes::{Chunk, LANES, Lanes};
@@ -68,8 +69,8 @@ pub struct Filter {
 /// Relative difference of intervals over which a state fades by the same.
 const SAME: f64 = 1e-9;
 
-/// What a sample does with the state of a column: `state *= decay`, then `left = value - state`, which
-/// times `weight` is white, then `state += gain * left`.
+/// What a sample does with the state of a column: `state *= decay`, then `left = value - state`,
+/// which times `weight` is white, then `state += gain * left`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gains {
     /// How far the state fades from the sample before.
@@ -132,8 +133,8 @@ impl Filtering {
         self.rows.extend(noise.iter().map(|one| one.map(row)));
     }
 
-    /// A row's columns, whitened along time; as they are where its noise is white. Where `weights` are 0
-    /// there is no reading.
+    /// A row's columns, whitened along time; as they are where its noise is white. Where `weights`
+    /// are 0 there is no reading.
     pub(super) fn pass(
         &mut self,
         index: usize,
@@ -170,8 +171,8 @@ mod tests {
 
     use super::*;
 
-    /// The squared length of a whitened sequence and the determinant of its covariance are those of the
-    /// covariance matrix written out, missing readings left out.
+    /// The squared length of a whitened sequence and the determinant of its covariance are those of
+    /// the covariance matrix written out, missing readings left out.
     #[test]
     fn what_is_whitened_has_the_length_that_the_covariance_says() {
         let noise = GaussMarkov { share: 0.6, time: 0.7, clock: NoiseClock::Stamps };

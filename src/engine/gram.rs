@@ -82,8 +82,8 @@ impl RunGram {
     }
 }
 
-/// The sums of some runs as they grow: what comes first is kept as it is, so that a run of one piece
-/// costs no matrix of zeros.
+/// The sums of some runs as they grow: what comes first is kept as it is, so that a run of one
+/// piece costs no matrix of zeros.
 #[derive(Debug)]
 pub struct Growing(Vec<Option<RunGram>>);
 
@@ -151,7 +151,8 @@ pub trait LeastSquares {
     /// Whether the weights that `reweight` made hang on the point.
     fn weights_move(&self) -> bool;
 
-    /// Sum of squares of all whitened residuals and priors; not finite where the model is undefined.
+    /// Sum of squares of all whitened residuals and priors; not finite where the model is
+    /// undefined.
     fn cost(&self, point: &Self::Point) -> f64;
 
     /// The linearised problem at a point. The squares of its residuals add up to `cost`.

@@ -1,5 +1,5 @@
-//! What threads keep between blocks and passes, so that nothing is allocated for a chunk. What is computed with it is not
-//! its business.
+//! What threads keep between blocks and passes, so that nothing is allocated for a chunk. What is
+//! computed with it is not its business.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, PoisonError};

@@ -5,11 +5,11 @@
 //! together.
 //!
 //! A program has two parts: numbers that stand still for a run (what is made of parameters alone),
-//! computed once, and instructions over lanes. Each instruction is one loop over the 192 numbers of a
-//! chunk, which the compiler makes vectors of; finding out what to do costs once a chunk, so the text
-//! of a model runs as fast as code made for it. Products that one sum needs are fused with it; memory
-//! is used again as soon as its value was used for the last time, so all of it stays in the nearest
-//! cache. Derivatives are nodes like others ([`crate::graph::derivative`]).
+//! computed once, and instructions over lanes. Each instruction is one loop over the 192 numbers of
+//! a chunk, which the compiler makes vectors of; finding out what to do costs once a chunk, so the
+//! text of a model runs as fast as code made for it. Products that one sum needs are fused with it;
+//! memory is used again as soon as its value was used for the last time, so all of it stays in the
+//! nearest cache. Derivatives are nodes like others ([`crate::graph::derivative`]).
 //!
 //! | file | answers |
 //! |---|---|

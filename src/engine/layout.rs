@@ -25,8 +25,8 @@ pub struct Instance {
     pub unit: Unit,
     /// What is known of it.
     pub setting: Setting,
-    /// The setup or run it holds for; for rig and instrument the campaign where several are told apart by
-    /// labels, their own name where there are several of them, else `None`.
+    /// The setup or run it holds for; for rig and instrument the campaign where several are told
+    /// apart by labels, their own name where there are several of them, else `None`.
     pub of: Option<String>,
     /// The rig or instrument that it belongs to, where that has a name.
     pub owner: Option<String>,

@@ -1,7 +1,7 @@
 //! Whitened residuals and Jacobians, summed by run: the only maker of Jacobians.
 //!
-//! The lanes compute rows, a chunk of samples at a time; the products of a row's columns are added up where
-//! they stand. [`super::referee`] makes the same rows sample by sample.
+//! The lanes compute rows, a chunk of samples at a time; the products of a row's columns are added
+//! up where they stand. [`super::referee`] makes the same rows sample by sample.
 
 use nalgebra::DMatrix;
 
@@ -42,8 +42,8 @@ impl Problem {
         RunGram { gram, readings }
     }
 
-    /// The products of the columns of each row over a block, which are then in the memory; the number of readings.
-    /// `made` makes the sums for a row that hangs on these directions.
+    /// The products of the columns of each row over a block, which are then in the memory; the
+    /// number of readings. `made` makes the sums for a row that hangs on these directions.
     pub(super) fn block_products(
         &self,
         block: Block,
@@ -91,8 +91,8 @@ impl Problem {
     }
 }
 
-/// Adds products of columns that stand for the given columns of a Gram matrix: each pair in one order
-/// only, the diagonal halved, so that [`both_triangles`] makes the matrix of it.
+/// Adds products of columns that stand for the given columns of a Gram matrix: each pair in one
+/// order only, the diagonal halved, so that [`both_triangles`] makes the matrix of it.
 fn scatter(half: &mut DMatrix<f64>, products: &Products, columns: &[&[(usize, f64)]]) {
     // Most columns stand for one of the matrix each.
     let single = |column: &&[(usize, f64)]| match **column {

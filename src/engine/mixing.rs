@@ -18,14 +18,16 @@ pub struct Mixing {
 struct Row {
     /// The directions of the mixed row.
     directions: Vec<usize>,
-    /// For each plain row that enters it, where its columns go, and whether another went there before.
+    /// For each plain row that enters it, where its columns go, and whether another went there
+    /// before.
     places: Vec<Vec<(usize, bool)>>,
     /// The residual, then the derivatives.
     columns: Vec<Lanes>,
 }
 
 impl Mixing {
-    /// Makes ready for rows that hang on these directions, the same each time; not `mixed`, they stay as they are.
+    /// Makes ready for rows that hang on these directions, the same each time; not `mixed`, they
+    /// stay as they are.
     pub fn prepare<'a>(
         &mut self,
         directions: impl ExactSizeIterator<Item = &'a [usize]>,

@@ -1,8 +1,8 @@
 //! A sample while time runs on from its reference time: rates of whatever the graph holds.
 //!
 //! Every moving input and every clock takes the offset on top of its own, so the derivative with
-//! respect to the offset is the total rate of a node: a measurand's (what the instrument's head must
-//! follow) or the target's velocity. Parameters, readings and random quantities stand still.
+//! respect to the offset is the total rate of a node: a measurand's (what the instrument's head
+//! must follow) or the target's velocity. Parameters, readings and random quantities stand still.
 
 use crate::engine::part::SampleLeaves;
 use crate::engine::pointwise::Leaves;

@@ -35,7 +35,8 @@ pub fn active_randoms(part: &Part) -> Vec<usize> {
 pub struct SampleCovariance {
     /// `V`.
     pub covariance: DMatrix<f64>,
-    /// Derivatives `g_k` of the predictions, one column for each of the random quantities asked for.
+    /// Derivatives `g_k` of the predictions, one column for each of the random quantities asked
+    /// for.
     pub sensitivities: DMatrix<f64>,
 }
 
@@ -96,7 +97,8 @@ pub fn covariance_of(
 }
 
 impl Problem {
-    /// A measurand whose standard uncertainty an effect would make negative at a point, with the factor on it there.
+    /// A measurand whose standard uncertainty an effect would make negative at a point, with the
+    /// factor on it there.
     pub fn negative_noise(&self, point: &Point) -> Option<(&str, f64)> {
         self.parts.iter().enumerate().find_map(|(p, part)| {
             let patched = part.slots().iter().any(|slot| slot.sigma_factor.is_some());

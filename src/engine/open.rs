@@ -29,8 +29,8 @@ pub struct Request {
     pub with: Vec<String>,
     /// Folders with further effects.
     pub effects: Vec<PathBuf>,
-    /// `NAME=VALUE`, a value with its unit; a vector's components separated by commas. `NAME@SETUP=VALUE` in one
-    /// setup.
+    /// `NAME=VALUE`, a value with its unit; a vector's components separated by commas.
+    /// `NAME@SETUP=VALUE` in one setup.
     pub set: Vec<String>,
     /// Leave bad rows of data files out.
     pub skip_bad_rows: bool,
@@ -65,7 +65,8 @@ pub struct Opened {
     pub recipes: Vec<Recipe>,
 }
 
-/// From what a model with effects was put together, so that it can be done again with other effects.
+/// From what a model with effects was put together, so that it can be done again with other
+/// effects.
 #[derive(Clone, Debug)]
 pub struct Recipe {
     /// The effects that can be named here.
@@ -90,7 +91,8 @@ impl Recipe {
         System::build(&self.model, &all, &self.overrides, &self.input_sigma)
     }
 
-    /// Why an effect that is not in use cannot be tested here: it is there although its parameters are zero.
+    /// Why an effect that is not in use cannot be tested here: it is there although its parameters
+    /// are zero.
     pub fn remains(&self, selected: &Selected, overrides: &[Override]) -> Option<Diagnostic> {
         if self.effects.iter().any(|one| one.effect.name == selected.effect.name) {
             return None;
@@ -99,8 +101,8 @@ impl Recipe {
         remains(beside, selected, overrides, &self.input_sigma).ok().flatten()
     }
 
-    /// What is wrong with effects of the user's own that do not fit the model, each with the effect's
-    /// name. A constant that is not stated is no misfit.
+    /// What is wrong with effects of the user's own that do not fit the model, each with the
+    /// effect's name. A constant that is not stated is no misfit.
     pub fn own_that_do_not_fit(&self) -> Vec<(String, Diagnostic)> {
         let mut told = Vec::new();
         for effect in self.library.own_effects() {

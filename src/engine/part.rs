@@ -1,7 +1,8 @@
 //! One campaign with its model: its readings, and their predictions over any number.
 //!
-//! Answers: where each measurand stands among predictions, reading columns and residuals; the prediction
-//! and the residual of a reading. Whose unknowns are shared is [`super::problem`]'s business.
+//! Answers: where each measurand stands among predictions, reading columns and residuals; the
+//! prediction and the residual of a reading. Whose unknowns are shared is [`super::problem`]'s
+//! business.
 
 use std::ops::Range;
 
@@ -37,11 +38,11 @@ pub struct Part {
     pub random_sigma: Vec<f64>,
     /// Farthest delay looked for (s).
     pub delay_range: f64,
-    /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever the
-    /// same position comes by; 0 where nothing is said. The estimates' weights do not hold it.
+    /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever
+    /// the same position comes by; 0 where nothing is said. The estimates' weights do not hold it.
     pub calibration: Vec<f64>,
-    /// For each residual component the part of its noise that is like itself for a while; `None` where
-    /// the noise is white.
+    /// For each residual component the part of its noise that is like itself for a while; `None`
+    /// where the noise is white.
     pub gauss_markov: Vec<Option<GaussMarkov>>,
     program: Program,
     readers: Vec<Program>,

@@ -1,9 +1,9 @@
-//! Passes over a campaign for the same signatures, one after the other, each with other values of the constants
-//! that they leave open.
+//! Passes over a campaign for the same signatures, one after the other, each with other values of
+//! the constants that they leave open.
 //!
-//! Only what candidates do by themselves is summed: products of each one's columns with each other, with the
-//! nominal columns, where these are computed, and with the residual. What threads keep is kept from pass to pass. What the sums mean is
-//! not its business.
+//! Only what candidates do by themselves is summed: products of each one's columns with each other,
+//! with the nominal columns, where these are computed, and with the residual. What threads keep is
+//! kept from pass to pass. What the sums mean is not its business.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -144,7 +144,8 @@ impl<'a> Passes<'a> {
         for (row, products) in own.products.iter().enumerate() {
             let directions = own.mixed.directions(row);
             let first = directions.partition_point(|direction| *direction < nominal);
-            // Of each candidate's column the place of its numbers, and the first column that it is summed with.
+            // Of each candidate's column the place of its numbers, and the first column that it is
+            // summed with.
             let places: Vec<(usize, usize)> = directions[first..]
                 .iter()
                 .map(|direction| (direction - nominal, self.first_beside(direction - nominal)))

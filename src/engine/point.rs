@@ -29,7 +29,8 @@ impl Point {
         point
     }
 
-    /// Takes the mean off values that sum to zero over their scope: a fit moves them along contrasts only.
+    /// Takes the mean off values that sum to zero over their scope: a fit moves them along
+    /// contrasts only.
     pub fn balance(&mut self, layout: &Layout) {
         for members in layout.sums_to_zero() {
             for component in 0..layout.instances[members[0]].dimension() {

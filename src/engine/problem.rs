@@ -1,6 +1,7 @@
 //! One or several campaigns with their models: what is to be explained, and by which unknowns.
 //!
-//! Answers: which unknowns act in which run, and with what its lanes are computed. It does not estimate.
+//! Answers: which unknowns act in which run, and with what its lanes are computed. It does not
+//! estimate.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -93,8 +94,8 @@ impl Problem {
         tangents
     }
 
-    /// Computes the lanes with an instruction set and makes derivatives by a sweep. All give the same
-    /// to rounding; the widest set and the backward sweep, which is faster, are the defaults.
+    /// Computes the lanes with an instruction set and makes derivatives by a sweep. All give the
+    /// same to rounding; the widest set and the backward sweep, which is faster, are the defaults.
     pub fn compute_with(&mut self, set: InstructionSet, sweep: Sweep) {
         self.set = set;
         self.programs = (0..self.parts.len())
@@ -183,7 +184,8 @@ impl Problem {
         runs.flat_map(|(part, run)| part.present_in(run)).sum()
     }
 
-    /// The first reading whose prediction is undefined at a point: campaign, run, sample, measurand.
+    /// The first reading whose prediction is undefined at a point: campaign, run, sample,
+    /// measurand.
     pub fn first_undefined(&self, point: &Point) -> Option<(usize, usize, usize, usize)> {
         let (mut workspace, mut scratch) = (Vec::new(), Samples::default());
         for (p, part) in self.parts.iter().enumerate() {

@@ -1,8 +1,9 @@
 //! The lane programs of one campaign's model: residuals, rows with derivatives, sensitivities to
 //! random quantities.
 //!
-//! Each is compiled when it is first wanted. Every residual is multiplied by a weight that the caller
-//! gives for its measurand (value [`Leaf::Given`] of that index), and so are its derivatives.
+//! Each is compiled when it is first wanted. Every residual is multiplied by a weight that the
+//! caller gives for its measurand (value [`Leaf::Given`] of that index), and so are its
+//! derivatives.
 
 use std::ops::Range;
 use std::sync::OnceLock;

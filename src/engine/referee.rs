@@ -1,6 +1,7 @@
 //! The rows of every sample by the pointwise engine: what the lanes must equal.
 //!
-//! Forward mode in chunks of directions over numbers that carry derivatives; slow, and the definition.
+//! Forward mode in chunks of directions over numbers that carry derivatives; slow, and the
+//! definition.
 
 use nalgebra::DMatrix;
 

@@ -1,10 +1,10 @@
 //! The residuals of one sample and their derivatives, as nodes: what the lanes compute of a model.
 //!
 //! A *row* is one residual component: `reading - prediction`, brought into one period for an angle;
-//! for a rotation the three components of the rotation vector from predicted to read. Derivatives are
-//! those of the prediction (the residual's with the opposite sign), along *tangents*: the components
-//! of the parameters' tangent spaces. Random quantities stand at their mean, zero; the derivatives
-//! with respect to them are the sensitivities that make a sample's covariance.
+//! for a rotation the three components of the rotation vector from predicted to read. Derivatives
+//! are those of the prediction (the residual's with the opposite sign), along *tangents*: the
+//! components of the parameters' tangent spaces. Random quantities stand at their mean, zero; the
+//! derivatives with respect to them are the sensitivities that make a sample's covariance.
 
 use std::ops::Range;
 

@@ -4,9 +4,9 @@
 //! An effect's signature is the derivative of the predictions with respect to one of its parameters
 //! where it is switched off. It is an expression in the nominal model's own quantities, so the
 //! signatures of a whole library share most of what they need with the nominal pass and with each
-//! other: they are nodes of one graph, made by one program. Each candidate is a system of its own (the
-//! nominal effects and one more); an effect whose parameters are all random has no signature, nor has a
-//! parameter that acts only together with another one that is zero.
+//! other: they are nodes of one graph, made by one program. Each candidate is a system of its own
+//! (the nominal effects and one more); an effect whose parameters are all random has no signature,
+//! nor has a parameter that acts only together with another one that is zero.
 //!
 //! What the sums mean is not its business.
 
@@ -69,8 +69,8 @@ impl Signatures {
     }
 
     /// The same with a constant of each candidate left open, by its name in the effect's file: its
-    /// values are given with each pass ([`Passes`](super::passes::Passes)). Not `among` the nominal columns,
-    /// those are not computed.
+    /// values are given with each pass ([`Passes`](super::passes::Passes)). Not `among` the nominal
+    /// columns, those are not computed.
     pub fn open(
         problem: &Problem,
         part: usize,
@@ -197,8 +197,8 @@ impl Adding<'_> {
 }
 
 impl Problem {
-    /// The Gram sums of every run of a campaign at a point, the signatures' columns among them: first
-    /// the columns that the run touches, then the signatures', last the residual.
+    /// The Gram sums of every run of a campaign at a point, the signatures' columns among them:
+    /// first the columns that the run touches, then the signatures', last the residual.
     pub fn gram_with(&self, signatures: &Signatures, point: &Point) -> Vec<RunGram> {
         let part = signatures.part;
         let plans = self.plans_with(signatures, point);
@@ -221,8 +221,8 @@ impl Problem {
         runs.map(|run| self.plan(part, run, point, more)).collect()
     }
 
-    /// Computes the rows of every run of a campaign and forgets them: what [`Problem::gram_with`] does
-    /// but for the sums. The number of readings comes back.
+    /// Computes the rows of every run of a campaign and forgets them: what [`Problem::gram_with`]
+    /// does but for the sums. The number of readings comes back.
     pub fn rows_with(&self, signatures: &Signatures, point: &Point) -> usize {
         let part = signatures.part;
         let plans = self.plans_with(signatures, point);

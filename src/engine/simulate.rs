@@ -1,10 +1,10 @@
 //! Readings drawn from a model: predictions, random quantities, noise.
 //!
-//! Every reading's noise comes from a stream of its own run and kind, so adding a run at the end never
-//! changes the others. Random quantities act through the graph, exactly as they act in reality; only then
-//! the reading's own noise is added. A walk goes on from run to run of a setup, in the order in which they
-//! are listed; where a run's times begin before the last one's end, it does so without a pause. A run is
-//! drawn a stretch at a time, however long it is.
+//! Every reading's noise comes from a stream of its own run and kind, so adding a run at the end
+//! never changes the others. Random quantities act through the graph, exactly as they act in
+//! reality; only then the reading's own noise is added. A walk goes on from run to run of a setup,
+//! in the order in which they are listed; where a run's times begin before the last one's end, it
+//! does so without a pause. A run is drawn a stretch at a time, however long it is.
 
 use std::convert::Infallible;
 
@@ -100,7 +100,8 @@ pub fn draw_run<E>(
     Ok(())
 }
 
-/// When the runs of a setup before a run ended, and where each random quantity that walks had come to then.
+/// When the runs of a setup before a run ended, and where each random quantity that walks had come
+/// to then.
 fn walked(part: &Part, run: usize, (seed, first): (u64, usize)) -> Vec<Option<(f64, f64)>> {
     let randoms = &part.system.randoms;
     let mut last = vec![None; randoms.len()];

@@ -1,7 +1,8 @@
 //! What a step leaves of the readings, and its products with all columns summed over stretches.
 //!
 //! Sums over stretches of consecutive samples say how scores scatter, whatever the noise is like
-//! within a stretch: what a sandwich estimate of uncertainty needs (Huber 1967; Liang and Zeger 1986).
+//! within a stretch: what a sandwich estimate of uncertainty needs (Huber 1967; Liang and Zeger
+//! 1986).
 
 use std::sync::Arc;
 
@@ -20,15 +21,15 @@ pub struct Left {
     /// For each residual component its whitened residuals, one a sample; NaN where there is no
     /// reading. Shared by all that look at them: there is one for each reading.
     pub residuals: Vec<Arc<Vec<f64>>>,
-    /// For each stretch the products of what is left with the columns that the run touches and those
-    /// of the signatures.
+    /// For each stretch the products of what is left with the columns that the run touches and
+    /// those of the signatures.
     pub scores: Vec<DVector<f64>>,
 }
 
 impl Problem {
-    /// Takes a step off the residuals of every run of a campaign (`residual - J step`, whitened) and
-    /// sums over stretches of so many samples. `steps` holds for each run one number for each column
-    /// that it touches, then one for each of the signatures.
+    /// Takes a step off the residuals of every run of a campaign (`residual - J step`, whitened)
+    /// and sums over stretches of so many samples. `steps` holds for each run one number for each
+    /// column that it touches, then one for each of the signatures.
     pub fn left(
         &self,
         signatures: &Signatures,

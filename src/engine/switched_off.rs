@@ -1,8 +1,9 @@
 //! Whether an effect is absent where it is switched off.
 //!
-//! Answers: which reading an effect still changes when its parameters are zero and nothing is drawn. Mostly both models are the
-//! same nodes then; where they are not, expressions that only look different are told from such as differ by
-//! their values at some points. It does not ask whether the effect does anything when it is on.
+//! Answers: which reading an effect still changes when its parameters are zero and nothing is
+//! drawn. Mostly both models are the same nodes then; where they are not, expressions that only
+//! look different are told from such as differ by their values at some points. It does not ask
+//! whether the effect does anything when it is on.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -18,11 +19,12 @@ use crate::system::{Selected, System};
 
 /// Points at which expressions are compared.
 const POINTS: u32 = 24;
-/// By so much two expressions of the same thing may differ, in SI, and of values above 1 in parts of them: far more than rounding.
+/// By so much two expressions of the same thing may differ, in SI, and of values above 1 in parts
+/// of them: far more than rounding.
 const ROUNDING: f64 = 1e-11;
 
-/// The value of a component of a parameter of an effect that is switched off: what is free is zero (no turn), constants
-/// and members of families are what they are.
+/// The value of a component of a parameter of an effect that is switched off: what is free is zero
+/// (no turn), constants and members of families are what they are.
 pub fn off(system: &System, parameter: usize, component: u8) -> f64 {
     let setting = &system.settings[parameter];
     let stated = setting.fixed.then_some(setting.value.as_deref()).flatten();
@@ -30,8 +32,8 @@ pub fn off(system: &System, parameter: usize, component: u8) -> f64 {
     from_components(kind, stated.unwrap_or_default())[usize::from(component)]
 }
 
-/// Why an effect cannot be tested with a model beside effects that are in use: it is there although its parameters are
-/// zero. `None` where it is absent, as it should be.
+/// Why an effect cannot be tested with a model beside effects that are in use: it is there although
+/// its parameters are zero. `None` where it is absent, as it should be.
 ///
 /// # Errors
 /// As [`System::build`].
@@ -62,8 +64,8 @@ pub fn remains(
     }))
 }
 
-/// The chosen members of an effect's families; where none is chosen all of a list, both ends of a range and its middle, one
-/// family at a time.
+/// The chosen members of an effect's families; where none is chosen all of a list, both ends of a
+/// range and its middle, one family at a time.
 fn members(selected: &Selected) -> Vec<BTreeMap<String, f64>> {
     let open =
         selected.effect.shape.iter().filter(|(name, _)| !selected.member.contains_key(*name));
@@ -102,7 +104,8 @@ struct Outputs {
     level: Vec<NodeId>,
 }
 
-/// The nodes of a system's measurands in a graph whose parameters are those of `known`: others are off.
+/// The nodes of a system's measurands in a graph whose parameters are those of `known`: others are
+/// off.
 fn outputs(system: &System, known: &System, graph: &mut Graph) -> Vec<Outputs> {
     let numbers: HashMap<&str, u32> = (0..)
         .zip(&known.assembly.names.parameters)
@@ -134,8 +137,8 @@ fn outputs(system: &System, known: &System, graph: &mut Graph) -> Vec<Outputs> {
     measurands.collect()
 }
 
-/// Whether two lists of nodes differ: in value at some point, or because the second has no values at any point where the first
-/// has. Their parameters are these.
+/// Whether two lists of nodes differ: in value at some point, or because the second has no values
+/// at any point where the first has. Their parameters are these.
 fn differ(graph: &Graph, parameters: &[Parameter], before: &[NodeId], after: &[NodeId]) -> bool {
     if before == after {
         return false;
@@ -160,7 +163,8 @@ fn differ(graph: &Graph, parameters: &[Parameter], before: &[NodeId], after: &[N
     has_values && !has_both
 }
 
-/// Some values, others at every point: of both signs at every other one, of three magnitudes; rotations are such.
+/// Some values, others at every point: of both signs at every other one, of three magnitudes;
+/// rotations are such.
 struct Anywhere<'a> {
     point: u32,
     parameters: &'a [Parameter],

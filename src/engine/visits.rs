@@ -1,4 +1,5 @@
-//! The rows of a run shown one after the other, not whitened: for who wants them and not their sums.
+//! The rows of a run shown one after the other, not whitened: for who wants them and not their
+//! sums.
 
 use nalgebra::DMatrix;
 

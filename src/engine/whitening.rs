@@ -1,8 +1,9 @@
 //! What makes the readings of a run uncorrelated and of unit variance, frozen at a point.
 //!
-//! With `V = L Lᵀ` ([`super::noise`]), the rows of a sample are multiplied by `L⁻¹`. Where no random
-//! quantity is shared by readings that is one weight a reading, and where the weights are the same for
-//! all samples nothing is stored. Readings that are missing stand aside as unit rows of `L⁻¹`.
+//! With `V = L Lᵀ` ([`super::noise`]), the rows of a sample are multiplied by `L⁻¹`. Where no
+//! random quantity is shared by readings that is one weight a reading, and where the weights are
+//! the same for all samples nothing is stored. Readings that are missing stand aside as unit rows
+//! of `L⁻¹`.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -30,8 +31,8 @@ enum Form {
     Weights(Vec<Lanes>),
     /// `L⁻¹` of each sample: `[chunk][i (i + 1) / 2 + j][lane]`.
     Triangles(Vec<Lanes>),
-    /// Made anew from the parameters of the run, frozen, wherever it is wanted: a run that is not in
-    /// memory has no memory for weights either.
+    /// Made anew from the parameters of the run, frozen, wherever it is wanted: a run that is not
+    /// in memory has no memory for weights either.
     Anew { parameters: Vec<[f64; 4]>, correlated: bool },
 }
 
@@ -93,8 +94,8 @@ impl Whitened<'_> {
         }
     }
 
-    /// The triangles `L⁻¹` of a chunk, if readings of a sample are correlated: entry (i, j) is number
-    /// `i (i + 1) / 2 + j`.
+    /// The triangles `L⁻¹` of a chunk, if readings of a sample are correlated: entry (i, j) is
+    /// number `i (i + 1) / 2 + j`.
     pub fn triangles(&self, number: usize, rows: usize) -> Option<&[Lanes]> {
         match &*self.form {
             Form::Triangles(all) => {

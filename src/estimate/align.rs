@@ -1,7 +1,7 @@
 //! Alignment of two sets of points: rotation, translation and, if wanted, scale in closed form.
 //!
-//! Horn 1987, *Closed-form solution of absolute orientation using unit quaternions*: the rotation is
-//! the eigenvector to the largest eigenvalue of a symmetric 4 × 4 matrix (section 4.A), so it is
+//! Horn 1987, *Closed-form solution of absolute orientation using unit quaternions*: the rotation
+//! is the eigenvector to the largest eigenvalue of a symmetric 4 × 4 matrix (section 4.A), so it is
 //! never a reflection; the translation joins the centroids; the scale is the least-squares one for
 //! exact source points. Gives start values: it weighs points, not coordinates, and has no
 //! uncertainties. Points on a line are refused in words.

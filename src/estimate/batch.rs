@@ -6,11 +6,11 @@
 //! predicted. The first step of a round is mostly good, so where weights stand still the point it
 //! leads to is linearised at once, which gives its cost, too: one pass over the readings a round.
 //!
-//! It stops on the size of the **undamped** step, measured in noise: `|J step| = √(gᵀ H⁻¹ g)` bounds
-//! how far *any* combination of unknowns still has to go, in its own standard uncertainty. A small
-//! step under strong damping, or a cost that has stopped falling, is not convergence. The same
-//! number is the gradient's length in the metric of `H⁻¹`, so there is no separate test for it. The
-//! one secondary criterion is relative: if the undamped step promises less than
+//! It stops on the size of the **undamped** step, measured in noise: `|J step| = √(gᵀ H⁻¹ g)`
+//! bounds how far *any* combination of unknowns still has to go, in its own standard uncertainty. A
+//! small step under strong damping, or a cost that has stopped falling, is not convergence. The
+//! same number is the gradient's length in the metric of `H⁻¹`, so there is no separate test for
+//! it. The one secondary criterion is relative: if the undamped step promises less than
 //! [`Options::decrease_tolerance`] of the cost, rounding of the cost hides all further progress.
 //!
 //! It does not judge whether the unknowns are determined: it also converges where some are not
@@ -220,8 +220,9 @@ pub fn fit<P: LeastSquares>(
         }
         let Some(found) = next else {
             here.evaluations = evaluations;
-            // Readings have a rounding of their own (an angle of 1 rad against an uncertainty of 1 µrad
-            // leaves ten digits), so the cost may stop to tell steps apart before they are tiny.
+            // Readings have a rounding of their own (an angle of 1 rad against an uncertainty of 1
+            // µrad leaves ten digits), so the cost may stop to tell steps apart before they are
+            // tiny.
             here.outcome =
                 if here.remaining <= SETTLED { Outcome::Converged } else { Outcome::Stalled };
             return Ok(here);
@@ -237,8 +238,8 @@ fn noise(normal: &Normal, cost: f64) -> f64 {
     (cost / freedom as f64).sqrt()
 }
 
-/// How much a damped step should lower the cost: `2 gᵀ s - |J s|²`. As `(H + D) s = g`, that is also
-/// `gᵀ s + sᵀ D s` (no more than it, if a bound holds the step), a sum without cancellation.
+/// How much a damped step should lower the cost: `2 gᵀ s - |J s|²`. As `(H + D) s = g`, that is
+/// also `gᵀ s + sᵀ D s` (no more than it, if a bound holds the step), a sum without cancellation.
 fn predicted_decrease(arrow: &Arrow, damping: &DVector<f64>, step: &DVector<f64>) -> f64 {
     let slope = arrow.gradient().dot(step);
     let damped = slope + step.component_mul(damping).dot(step);

@@ -1,9 +1,9 @@
 //! What the paper's transformation does to delays: the bias `-τ ω_slow / ω`, run by run.
 //!
-//! A slow run taken as if nothing were delayed is turned about the arm axis by `ω_slow τ`; runs that
-//! take its transformation find that angle missing. Two slow directions of equal length cancel. With
-//! unlike delays the turn is some mean of theirs, so the expectation holds for like delays only; what
-//! counts is the difference from the iterated way.
+//! A slow run taken as if nothing were delayed is turned about the arm axis by `ω_slow τ`; runs
+//! that take its transformation find that angle missing. Two slow directions of equal length
+//! cancel. With unlike delays the turn is some mean of theirs, so the expectation holds for like
+//! delays only; what counts is the difference from the iterated way.
 
 use crate::campaign::Role;
 use crate::estimate::deviations::deviations;

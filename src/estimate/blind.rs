@@ -1,9 +1,10 @@
 //! Arm angles at which a measurand does not show its delay, as ranges.
 //!
-//! A measurand that stands still for a moment, though the arm moves, tells nothing of time: readings
-//! there are blind ([`crate::estimate::newton`]). Sorted by arm angle, those of a
-//! setup's runs make ranges, each reaching halfway to the nearest reading that sees. It does not look between
-//! readings: a range is as sharp as they are dense, and says nothing of angles that no run came by.
+//! A measurand that stands still for a moment, though the arm moves, tells nothing of time:
+//! readings there are blind ([`crate::estimate::newton`]). Sorted by arm angle, those of a setup's
+//! runs make ranges, each reaching halfway to the nearest reading that sees. It does not look
+//! between readings: a range is as sharp as they are dense, and says nothing of angles that no run
+//! came by.
 
 use std::f64::consts::TAU;
 
@@ -44,8 +45,8 @@ const CLOSE: f64 = TAU / 360.0;
 /// Neighbours farther apart than this (rad) do not speak for what is between them.
 const APART: f64 = 10.0 * TAU / 360.0;
 
-/// A range of arm angles without sight, from `from` in [0, 2π) on in the positive sense to `to`, which
-/// may go beyond 2π.
+/// A range of arm angles without sight, from `from` in [0, 2π) on in the positive sense to `to`,
+/// which may go beyond 2π.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlindRange {
     /// Name of the setup: where the instrument stands decides what it is blind to.
@@ -58,8 +59,8 @@ pub struct BlindRange {
     pub readings: usize,
 }
 
-/// Classes of arm angle (a turn has so many) in which readings are put together; fewer readings than
-/// that stay apart.
+/// Classes of arm angle (a turn has so many) in which readings are put together; fewer readings
+/// than that stay apart.
 const CLASSES: usize = 7200;
 
 /// Where a measurand was blind and where not, setup by setup; memory does not grow with readings.
@@ -125,8 +126,8 @@ impl Sight {
     }
 }
 
-/// The arm's angle (rad, in [0, 2π)) at readings of a run, in their order, and whether they are blind; nothing of a model
-/// that has none.
+/// The arm's angle (rad, in [0, 2π)) at readings of a run, in their order, and whether they are
+/// blind; nothing of a model that has none.
 pub(crate) fn seen(input: Option<usize>, run: &Run, readings: &[ReadingDelay]) -> Vec<(f64, bool)> {
     let (Some(input), [first, .., last]) = (input, readings) else { return Vec::new() };
     let mut scratch = Samples::default();

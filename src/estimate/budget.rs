@@ -1,7 +1,8 @@
-//! What the uncertainty of a delay is made of: a budget after the GUM (JCGM 100:2008, 5.1 and H.1.7).
+//! What the uncertainty of a delay is made of: a budget after the GUM (JCGM 100:2008, 5.1 and
+//! H.1.7).
 //!
-//! For each measurand, of the delay of one reading (root mean square over the solved ones) and of the
-//! weighted mean of all, in seconds:
+//! For each measurand, of the delay of one reading (root mean square over the solved ones) and of
+//! the weighted mean of all, in seconds:
 //!
 //! | part | contribution | of one reading |
 //! |---|---|---|
@@ -11,9 +12,9 @@
 //! | common | the transformation: all else that the fit left open | `√(J (Σ - Σ_k Σ_k) Jᵀ) / m'` |
 //! | common | what an input's calibration leaves open | [`crate::estimate::systematic`] |
 //!
-//! `c_k` is the whitened row of prior knowledge, so that the parts add up to Σ exactly: squares add up to
-//! those of the delays. The random part of a mean shrinks with the number of readings, the common
-//! part does not. Degrees of freedom are those that certificates state.
+//! `c_k` is the whitened row of prior knowledge, so that the parts add up to Σ exactly: squares add
+//! up to those of the delays. The random part of a mean shrinks with the number of readings, the
+//! common part does not. Degrees of freedom are those that certificates state.
 
 use std::convert::Infallible;
 
@@ -198,8 +199,8 @@ struct CommonPart {
     squares: Vec<f64>,
 }
 
-/// The covariance of the transformation's fit taken apart: prior knowledge, parameter by parameter, and
-/// the rest.
+/// The covariance of the transformation's fit taken apart: prior knowledge, parameter by parameter,
+/// and the rest.
 fn common_parts(transformation: &Transformation, part: usize) -> Vec<CommonPart> {
     let (problem, fit) = (transformation.problem(), transformation.fit());
     let covariance = &fit.covariance;
@@ -263,8 +264,8 @@ struct Given<'a> {
 type Share = (&'static str, String, f64, Option<f64>);
 
 impl Given<'_> {
-    /// What is new in every sample. What it does to the mean by way of an iterated transformation is
-    /// in the mean's random part, which is shared out.
+    /// What is new in every sample. What it does to the mean by way of an iterated transformation
+    /// is in the mean's random part, which is shared out.
     fn random(&self, measurand: usize, sums: &Sums, random: f64) -> Vec<Contribution> {
         let degrees = self.campaign.measurand_degrees_of_freedom.get(measurand).copied().flatten();
         let shares = std::iter::once(vec![("reading", "reading".to_owned(), 1.0, degrees)])

@@ -24,8 +24,8 @@ pub struct Estimate {
     pub of: Option<String>,
     /// Estimate; `None` where the data do not determine it.
     pub value: Option<f64>,
-    /// Standard uncertainty (k = 1), not scaled by the variance factor; 0 if fixed, `None` where the
-    /// data do not determine it.
+    /// Standard uncertainty (k = 1), not scaled by the variance factor; 0 if fixed, `None` where
+    /// the data do not determine it.
     pub sigma: Option<f64>,
     /// Unit of the coherent SI value.
     pub unit: String,
@@ -153,8 +153,8 @@ impl Calibration {
 /// Estimates everything from a problem.
 ///
 /// # Errors
-/// [`FitError`] where the problem cannot be fitted at all, say because bounds exclude each other. A poor
-/// fit is a result.
+/// [`FitError`] where the problem cannot be fitted at all, say because bounds exclude each other. A
+/// poor fit is a result.
 pub fn calibrate(mut problem: Problem, options: &Options) -> Result<Calibration, FitError> {
     let (point, aligned) = start(&problem);
     let (fit, levels) = fit_with_levels(&mut problem, point, options)?;

@@ -1,5 +1,5 @@
-//! Cheap looks at the set-up before any fit: rates that contradict their angles, angles that cannot be, and
-//! mistakes that would make the coordinates fit far better if they were undone.
+//! Cheap looks at the set-up before any fit: rates that contradict their angles, angles that cannot
+//! be, and mistakes that would make the coordinates fit far better if they were undone.
 //!
 //! Each finding is a sentence; nothing is changed.
 

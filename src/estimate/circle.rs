@@ -27,8 +27,8 @@ pub struct Circle {
     pub radius: f64,
     /// Unit vectors in its plane; the second is the normal times the first.
     pub axes: [[f64; 3]; 2],
-    /// Covariance of the centre along the axes and the normal (m), of a tilt of the normal about the
-    /// axes (rad) and of the radius (m); `None` for three points, which leave no scatter.
+    /// Covariance of the centre along the axes and the normal (m), of a tilt of the normal about
+    /// the axes (rad) and of the radius (m); `None` for three points, which leave no scatter.
     pub covariance: Option<Matrix6<f64>>,
     /// Standard deviation of planar and radial deviations (m), 0 for three points.
     pub scatter: [f64; 2],

@@ -25,9 +25,9 @@ impl Comparison {
         Some(self.newton? - self.batch?)
     }
 
-    /// The difference over `√|u_N² - u_B²|`: both use the same readings, and the joint estimate is the
-    /// efficient one, so the variance of the difference is the difference of the variances. `None`
-    /// where both are so alike that their difference has no scale of its own.
+    /// The difference over `√|u_N² - u_B²|`: both use the same readings, and the joint estimate is
+    /// the efficient one, so the variance of the difference is the difference of the variances.
+    /// `None` where both are so alike that their difference has no scale of its own.
     pub fn normalised(&self) -> Option<f64> {
         let (n, b) = (self.newton_sigma?, self.batch_sigma?);
         let scale = (n * n - b * b).abs().sqrt();

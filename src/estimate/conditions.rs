@@ -1,11 +1,12 @@
 //! Self-calibration: each delay under reversed rotation, other rates and other distances.
 //!
-//! Depenthal 2009, section 4: delays were "derived by self-calibrating methods, such as changing the
-//! rotation direction of the rotating arm and/or varying the test item distance", to separate the rig
-//! from the instrument. Each kinematic run has its mean delay for each measurand; runs that differ in one
-//! thing only are compared, with everything they share (the transformation) in the uncertainty of the
-//! difference. An angle α by which the rig is wrong acts as a delay `α / ω`: it changes sign with the
-//! direction of rotation; a delay of the instrument stays. The split `τ + α / ω` estimates both.
+//! Depenthal 2009, section 4: delays were "derived by self-calibrating methods, such as changing
+//! the rotation direction of the rotating arm and/or varying the test item distance", to separate
+//! the rig from the instrument. Each kinematic run has its mean delay for each measurand; runs that
+//! differ in one thing only are compared, with everything they share (the transformation) in the
+//! uncertainty of the difference. An angle α by which the rig is wrong acts as a delay `α / ω`: it
+//! changes sign with the direction of rotation; a delay of the instrument stays. The split
+//! `τ + α / ω` estimates both.
 //!
 //! Readings that scatter more than stated widen a run's random part by √(χ² / (n - 1)).
 
@@ -175,7 +176,8 @@ pub fn self_calibration(given: &Transformation, part: usize) -> SelfCalibration 
     whole
 }
 
-/// The delays of a run, and how much more the readings of each measurand scatter than stated; at least 1.
+/// The delays of a run, and how much more the readings of each measurand scatter than stated; at
+/// least 1.
 fn solved_with_scatter(given: &Transformation, part: usize, run: usize) -> (Delays, Vec<f64>) {
     let count = given.problem.parts[part].slots().len();
     // Number, Σ w, Σ w τ, Σ w τ² of each measurand.

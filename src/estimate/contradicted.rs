@@ -1,17 +1,17 @@
 //! Stated values that the readings contradict.
 //!
-//! A value with an uncertainty is one more observation. What the fit leaves of it, over what the other
-//! observations leave free (its redundancy), is a standard normal number where it is right: the test of
-//! Baarda (1968) for a gross error, of a stated value. It does not say whether the value is wrong or the model
-//! of the readings.
+//! A value with an uncertainty is one more observation. What the fit leaves of it, over what the
+//! other observations leave free (its redundancy), is a standard normal number where it is right:
+//! the test of Baarda (1968) for a gross error, of a stated value. It does not say whether the
+//! value is wrong or the model of the readings.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::engine::layout::Instance;
 use crate::estimate::calibrate::{Calibration, Estimate};
 
-/// Standard deviations between what is stated and what the readings say from which on they contradict each
-/// other.
+/// Standard deviations between what is stated and what the readings say from which on they
+/// contradict each other.
 const APART: f64 = 5.0;
 /// Redundancy below which the readings say nothing of a stated value.
 const SILENT: f64 = 1e-6;
@@ -31,13 +31,13 @@ pub struct Contradicted {
     pub alone: f64,
     /// Their difference in standard deviations of itself.
     pub deviations: f64,
-    /// What the sum of squares loses without the stated value, all its components: chi squared of as many
-    /// degrees where it is right.
+    /// What the sum of squares loses without the stated value, all its components: chi squared of
+    /// as many degrees where it is right.
     pub gain: f64,
 }
 
-/// The stated values that the readings contradict, farthest first; none of a fit that is not sound. Where
-/// residuals are larger than stated the bar is higher by as much.
+/// The stated values that the readings contradict, farthest first; none of a fit that is not sound.
+/// Where residuals are larger than stated the bar is higher by as much.
 pub fn contradicted(result: &Calibration) -> Vec<Contradicted> {
     if !result.is_sound() {
         return Vec::new();
@@ -50,7 +50,8 @@ pub fn contradicted(result: &Calibration) -> Vec<Contradicted> {
     found
 }
 
-/// The component of a stated value that is farthest from what the readings say, if it is beyond the bar.
+/// The component of a stated value that is farthest from what the readings say, if it is beyond the
+/// bar.
 fn judged(result: &Calibration, index: usize, bar: f64) -> Option<Contradicted> {
     let layout = &result.problem.layout;
     let setting = &layout.instances[index].setting;
@@ -86,8 +87,8 @@ fn judged(result: &Calibration, index: usize, bar: f64) -> Option<Contradicted> 
     })
 }
 
-/// What is stated of a parameter in one fit, against another in which nothing is: the value that is farthest away.
-/// `None` where all of it is where it is stated.
+/// What is stated of a parameter in one fit, against another in which nothing is: the value that is
+/// farthest away. `None` where all of it is where it is stated.
 pub fn against(stated: &Calibration, free: &Calibration, name: &str) -> Option<Contradicted> {
     let layout = &free.problem.layout;
     let mut farthest: Option<Contradicted> = None;

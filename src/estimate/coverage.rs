@@ -1,7 +1,8 @@
 //! The coverage factor of a combined uncertainty whose parts rest on few degrees of freedom.
 //!
-//! Welch-Satterthwaite: `ν = u⁴ / Σ (u_i⁴ / ν_i)`; then `k` is Student's t for the level that k = 2 has
-//! where nothing is short of degrees of freedom, 95.45 % (GUM, JCGM 100:2008, G.4 and table G.2).
+//! Welch-Satterthwaite: `ν = u⁴ / Σ (u_i⁴ / ν_i)`; then `k` is Student's t for the level that k = 2
+//! has where nothing is short of degrees of freedom, 95.45 % (GUM, JCGM 100:2008, G.4 and table
+//! G.2).
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -40,8 +41,8 @@ impl Combined {
 
 /// Student's t for [`LEVEL`], two-sided; 2 for infinitely many degrees of freedom.
 pub fn coverage_factor(degrees_of_freedom: f64) -> f64 {
-    // For many the first term of its expansion about the normal distribution, (z³ + z) / 4ν at z = 2, is
-    // exact to 1e-8; the library's inverse loses digits there.
+    // For many the first term of its expansion about the normal distribution, (z³ + z) / 4ν at z =
+    // 2, is exact to 1e-8; the library's inverse loses digits there.
     if degrees_of_freedom > 1e4 {
         return 2.0 + 2.5 / degrees_of_freedom;
     }

@@ -5,8 +5,8 @@
 //! time: a weight that knew the reading's own error would bias the mean. The common part (the
 //! transformation and whatever else the readings share) does not shrink with their number:
 //! `u(mean)² = s̄ Σ s̄ᵀ + Σ w² u_random² / (Σ w)²` with the weighted mean sensitivity `s̄`.
-//! Readings are summed up as they are solved, block by block: memory does not grow with their number, and every
-//! number of threads gives the same bits.
+//! Readings are summed up as they are solved, block by block: memory does not grow with their
+//! number, and every number of threads gives the same bits.
 
 use std::convert::Infallible;
 
@@ -59,8 +59,8 @@ pub struct Delays {
 
 /// Solves every reading of a campaign for its delay; `given` says at which point and how far.
 ///
-/// `runs` are the runs to use. `visit` sees every reading once: measurand by measurand, run by run, in
-/// the order of samples.
+/// `runs` are the runs to use. `visit` sees every reading once: measurand by measurand, run by run,
+/// in the order of samples.
 ///
 /// # Errors
 /// The first that `visit` gives; nothing more is solved then.
@@ -95,7 +95,8 @@ pub fn delays(
     all
 }
 
-/// Sums up the delays of all readings; `kept` is what is wanted of those of a block, and `visit` sees it, block by block.
+/// Sums up the delays of all readings; `kept` is what is wanted of those of a block, and `visit`
+/// sees it, block by block.
 fn summarised<K: Send, E>(
     given: &Given<'_>,
     part: usize,

@@ -2,11 +2,11 @@
 //!
 //! Depenthal 2009, section 4, Figs. 5-8. In the *arm's frame* the points are carried back by the
 //! transformation and compared with the arm itself: planar is along its axis, radial outwards,
-//! tangential in the sense of growing arm angle, `r` times the difference of angles. In the *circle's
-//! frame* they are compared with the circle fitted to the run: planar and radial need no
-//! transformation at all, and tangential is free of the run's mean. Both are at the reference time, so
-//! a delay τ shows as a tangential deviation `r ω τ`. A target that does not move on a circle about
-//! the z-axis of its frame has no such deviations; it says so.
+//! tangential in the sense of growing arm angle, `r` times the difference of angles. In the
+//! *circle's frame* they are compared with the circle fitted to the run: planar and radial need no
+//! transformation at all, and tangential is free of the run's mean. Both are at the reference time,
+//! so a delay τ shows as a tangential deviation `r ω τ`. A target that does not move on a circle
+//! about the z-axis of its frame has no such deviations; it says so.
 
 use std::f64::consts::TAU;
 
@@ -180,7 +180,8 @@ fn points(
     })
 }
 
-/// The deviations from a fitted circle; its angles start where they agree with the arm's on average.
+/// The deviations from a fitted circle; its angles start where they agree with the arm's on
+/// average.
 fn see(circle: &Circle, measured: &[[f64; 3]], samples: &mut [Deviation]) {
     let seen: Vec<_> = measured.iter().map(|point| circle.sees(*point)).collect();
     let ahead = |k: usize| seen[k].angle - samples[k].arm_angle;

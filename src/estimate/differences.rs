@@ -1,14 +1,15 @@
 //! The seed's own way to the uncertainty of a delay (Depenthal 2009, section 3.4).
 //!
 //! The model is evaluated at instants 1 ms apart; the difference of a measurand over 1 ms is the
-//! *function value* at that arm position. The *boundary value* is the measurand's standard uncertainty
-//! from the residuals of the transformation. Then `U = 2 · boundary value / function value · 1 ms`.
+//! *function value* at that arm position. The *boundary value* is the measurand's standard
+//! uncertainty from the residuals of the transformation. Then
+//! `U = 2 · boundary value / function value · 1 ms`.
 //!
 //! Beside the exact `U = 2 √(u_m² + J Σ Jᵀ) / |m'|` ([`crate::estimate::newton`]) it takes a mean
 //! slope over the following millisecond for the slope: both agree where the slope hardly changes in
-//! 1 ms. Near a reversal the difference vanishes half a millisecond before the slope does, and elsewhere
-//! it stays finite. It knows nothing of what the transformation leaves open at another rate, of the
-//! timing or of the encoder beyond what shows in the residuals.
+//! 1 ms. Near a reversal the difference vanishes half a millisecond before the slope does, and
+//! elsewhere it stays finite. It knows nothing of what the transformation leaves open at another
+//! rate, of the timing or of the encoder beyond what shows in the residuals.
 
 use crate::engine::part::{SampleLeaves, wrapped};
 use crate::engine::point::Point;

@@ -1,12 +1,12 @@
 //! What the instrument's head must follow in a run: angular rates, the target's speed, and where on
 //! the arm each angle reverses.
 //!
-//! Rates come from the model at the estimate, not from differences of readings: `dm/dt` of each angle
-//! measurand while time runs on (see [`crate::engine::moving`]), the target's velocity from
+//! Rates come from the model at the estimate, not from differences of readings: `dm/dt` of each
+//! angle measurand while time runs on (see [`crate::engine::moving`]), the target's velocity from
 //! `[coordinates]`. On the axis before a circle of radius r, at the distance a from its plane, the
 //! horizontal angle turns at `r ω / a` at most, the vertical at `r ω / √(a² + r²)` (Depenthal 2009,
-//! section 4). A reversal is a root of an angle's rate between two samples, found on the arm's motion
-//! itself. Where the target does not move on a circle there are rates, but no arm angles.
+//! section 4). A reversal is a root of an angle's rate between two samples, found on the arm's
+//! motion itself. Where the target does not move on a circle there are rates, but no arm angles.
 
 use std::f64::consts::TAU;
 
@@ -169,8 +169,9 @@ pub fn head(problem: &Problem, part: usize, run: usize, point: &Point, on_circle
     Head { angles, speeds, largest_speeds }
 }
 
-/// Mean rate of the arm (rad/s) in a run, in the sense in which it turns; `None` where the target does not move on a circle
-/// about the z-axis of its frame. Of a long run [`ENOUGH`] samples tell, spread evenly.
+/// Mean rate of the arm (rad/s) in a run, in the sense in which it turns; `None` where the target
+/// does not move on a circle about the z-axis of its frame. Of a long run [`ENOUGH`] samples tell,
+/// spread evenly.
 pub fn arm_rate(problem: &Problem, part: usize, run: usize, point: &Point) -> Option<f64> {
     let data = &problem.parts[part];
     let assembly = &data.system.assembly;

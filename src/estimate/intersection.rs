@@ -1,13 +1,14 @@
 //! Do the lines of sight of one sample meet? (Depenthal 2009, section 3.3)
 //!
 //! Where a sample has more readings than its point needs, as two stations with two angles each, a
-//! model's `[coordinates]` may state the `gap`, a length that readings without errors make zero: for
-//! two skew lines that of their common perpendicular. It needs neither arm nor transformation, so it
-//! checks the base and the readings by themselves.
+//! model's `[coordinates]` may state the `gap`, a length that readings without errors make zero:
+//! for two skew lines that of their common perpendicular. It needs neither arm nor transformation,
+//! so it checks the base and the readings by themselves.
 //!
-//! Angles that are read at unlike moments see the target at unlike places: with delays that differ by Δτ
-//! and a target at speed v the gap is up to v Δτ. So it is given twice, as read and with the delays taken
-//! out, `reading - (m(τ) - m(0))`, beside what the readings' own uncertainties let expect.
+//! Angles that are read at unlike moments see the target at unlike places: with delays that differ
+//! by Δτ and a target at speed v the gap is up to v Δτ. So it is given twice, as read and with the
+//! delays taken out, `reading - (m(τ) - m(0))`, beside what the readings' own uncertainties let
+//! expect.
 
 use crate::campaign::{Sample, Samples};
 use crate::engine::part::{Part, SampleLeaves, wrapped};

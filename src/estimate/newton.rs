@@ -1,11 +1,11 @@
 //! Each reading's own delay: safeguarded Newton from the reference time.
 //!
 //! A measurand is a function `m(t)` of its delay alone once the transformation is known (the seed,
-//! section 3.2.1); `m(t) = reading` is solved for `t`, starting at the reference time, `t = 0`.
-//! The delay is an implicit function of every parameter: `dt/dθ = -(∂m/∂θ) / m'`, so
-//! `u² = (u_m² + J Σ Jᵀ) / m'²` with the full covariance Σ of the parameters (the seed, section 3.4,
-//! has the reading's part alone). Where `m'` vanishes the reading is *blind*. The lanes compute 192
-//! readings at a time.
+//! section 3.2.1); `m(t) = reading` is solved for `t`, starting at the reference time, `t = 0`. The
+//! delay is an implicit function of every parameter: `dt/dθ = -(∂m/∂θ) / m'`, so
+//! `u² = (u_m² + J Σ Jᵀ) / m'²` with the full covariance Σ of the parameters (the seed, section
+//! 3.4, has the reading's part alone). Where `m'` vanishes the reading is *blind*. The lanes
+//! compute 192 readings at a time.
 
 use std::convert::Infallible;
 
@@ -23,7 +23,8 @@ mod uncertainty;
 
 pub use runs::each_delay;
 
-/// A reading whose uncertainty exceeds the smallest of its run and measurand by this factor is blind.
+/// A reading whose uncertainty exceeds the smallest of its run and measurand by this factor is
+/// blind.
 pub const BLIND_RATIO: f64 = 10.0;
 
 /// Whether a reading gave its delay.

@@ -4,8 +4,8 @@
 //! scaled `H` are the squares of the scaled Jacobian's singular values. A direction whose singular
 //! value lies below [`UNOBSERVABLE`] of the largest changes no reading noticeably: *exact* below
 //! [`EXACT`], where only rounding (which the square root raises from 1e-16 to 1e-8) keeps it from
-//! zero, otherwise hidden by noise. So is a parameter that is formally determined but whose standard
-//! uncertainty exceeds its plausible size.
+//! zero, otherwise hidden by noise. So is a parameter that is formally determined but whose
+//! standard uncertainty exceeds its plausible size.
 //!
 //! Several such directions span a space, and any basis of it is as true; the one given is sparse
 //! (reduced row echelon form with complete pivoting), so that each can be put in words. This room

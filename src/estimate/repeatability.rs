@@ -1,9 +1,10 @@
 //! Whether several campaigns of one instrument agree: between-campaign spread, drift, E_n.
 //!
-//! Each campaign has its mean delay `x_i`; their covariance V counts what they share. The variance b²
-//! between campaigns is that for which `χ² = n - 1` with `V + b² 1` (Mandel and Paule 1970), zero where
-//! χ² is less without it. The drift is the slope over the campaigns' order. `E_n` of two campaigns is
-//! their difference over its expanded uncertainty (k = 2), as in ISO/IEC 17043: above 1 they disagree.
+//! Each campaign has its mean delay `x_i`; their covariance V counts what they share. The variance
+//! b² between campaigns is that for which `χ² = n - 1` with `V + b² 1` (Mandel and Paule 1970),
+//! zero where χ² is less without it. The drift is the slope over the campaigns' order. `E_n` of two
+//! campaigns is their difference over its expanded uncertainty (k = 2), as in ISO/IEC 17043: above
+//! 1 they disagree.
 
 use nalgebra::{DMatrix, DVector};
 

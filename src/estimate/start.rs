@@ -1,10 +1,10 @@
 //! Where a joint estimate starts: Horn's closed form on the target's coordinates.
 //!
-//! A model's `[coordinates]` gives the target in the rig's frame and, from one sample's readings, in
-//! the instrument's frame; the rotation and translation between them follow without iteration.
+//! A model's `[coordinates]` gives the target in the rig's frame and, from one sample's readings,
+//! in the instrument's frame; the rotation and translation between them follow without iteration.
 //! Reference runs (slow or static) are used where a transformation has any. What a user stated
-//! (`start`, `value`, `fixed`) is left alone, and the other half fitted to it. Long runs are looked at in
-//! [`ENOUGH`] samples, spread evenly: a start need not be better.
+//! (`start`, `value`, `fixed`) is left alone, and the other half fitted to it. Long runs are looked
+//! at in [`ENOUGH`] samples, spread evenly: a start need not be better.
 
 use crate::campaign::{Role, Run, Samples};
 use crate::engine::lanes::LANES;
@@ -118,7 +118,8 @@ fn shift(pairs: &[Pair], rotation: Quaternion<f64>) -> [f64; 3] {
     sum
 }
 
-/// Pairs of all runs that share a transformation: its reference runs, where they have enough, else all of them.
+/// Pairs of all runs that share a transformation: its reference runs, where they have enough, else
+/// all of them.
 fn gather(
     problem: &Problem,
     p: usize,

@@ -1,11 +1,11 @@
 //! What the calibration of the inputs leaves open, in the delays.
 //!
-//! An encoder is wrong by the same at the same position, whenever the arm comes by, so this part of a
-//! delay's uncertainty does not shrink with the number of readings. How the errors of different
+//! An encoder is wrong by the same at the same position, whenever the arm comes by, so this part of
+//! a delay's uncertainty does not shrink with the number of readings. How the errors of different
 //! positions belong together is not known: the mean's is bounded by that of errors all of one sign,
-//! `Σ w |g / m'| u / Σ w`, with the derivative g of the measurand by the input's error and its rate m'.
-//! The bound holds for any error of that size. That the transformation was fitted at arm positions
-//! with the same errors, which takes some of them up, is not counted.
+//! `Σ w |g / m'| u / Σ w`, with the derivative g of the measurand by the input's error and its rate
+//! m'. The bound holds for any error of that size. That the transformation was fitted at arm
+//! positions with the same errors, which takes some of them up, is not counted.
 
 use crate::campaign::record::{BLOCK, Sample};
 use crate::campaign::run::Samples;

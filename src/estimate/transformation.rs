@@ -1,13 +1,14 @@
 //! Where the delays take their transformation from, and what that does to them.
 //!
-//! - *Reference runs*: the slow or static runs alone, with their own delays. Needs both directions of
-//!   a slow run, or a static one.
+//! - *Reference runs*: the slow or static runs alone, with their own delays. Needs both directions
+//!   of a slow run, or a static one.
 //! - *Joint fit*: all runs together; where the reference runs alone do not determine everything.
-//! - *Paper*: the reference runs alone as if nothing were delayed (Depenthal 2009, 3.4): Horn's closed
-//!   form, refined by least squares. A slow run's delay goes into it as a turn `ω_slow τ` about the arm
-//!   axis, and a run at ω gets its delays wrong by `-τ ω_slow / ω`.
-//! - *Iterated*: the paper's way again and again, each time with the delays found, until transformation
-//!   and delays agree. One direction of one slow run will do. What errors do there: `iteration`.
+//! - *Paper*: the reference runs alone as if nothing were delayed (Depenthal 2009, 3.4): Horn's
+//!   closed form, refined by least squares. A slow run's delay goes into it as a turn `ω_slow τ`
+//!   about the arm axis, and a run at ω gets its delays wrong by `-τ ω_slow / ω`.
+//! - *Iterated*: the paper's way again and again, each time with the delays found, until
+//!   transformation and delays agree. One direction of one slow run will do. What errors do there:
+//!   `iteration`.
 //!
 //! Residuals of the reference runs give each measurand's standard uncertainty, the paper's boundary
 //! values.
@@ -108,8 +109,8 @@ pub enum NoTransformation {
     NotConverged,
 }
 
-/// The transformation asked for. The paper's way and its iteration take nothing but levels of noise from
-/// the joint fit, which slow runs may not show; it need not be sound for them.
+/// The transformation asked for. The paper's way and its iteration take nothing but levels of noise
+/// from the joint fit, which slow runs may not show; it need not be sound for them.
 ///
 /// # Errors
 /// [`NoTransformation`], for the paper's way and its iteration.
@@ -142,7 +143,8 @@ impl Transformation {
         self.from
     }
 
-    /// The fit. Its layout is that of [`Transformation::problem`]; readings may have been taken away.
+    /// The fit. Its layout is that of [`Transformation::problem`]; readings may have been taken
+    /// away.
     pub fn fit(&self) -> &Calibration {
         &self.fit
     }
@@ -152,8 +154,9 @@ impl Transformation {
         &self.problem
     }
 
-    /// The delays of one campaign's readings, of its kinematic runs, or of all if it has no others; with
-    /// the fit's own covariance unless another is given. `visit` sees every reading once, see [`each`].
+    /// The delays of one campaign's readings, of its kinematic runs, or of all if it has no others;
+    /// with the fit's own covariance unless another is given. `visit` sees every reading once, see
+    /// [`each`].
     ///
     /// # Errors
     /// The first that `visit` gives; nothing more is solved then.
@@ -203,7 +206,8 @@ impl Transformation {
         Ok(found)
     }
 
-    /// The iterated transformation of the same campaign, with the levels of noise that this one has.
+    /// The iterated transformation of the same campaign, with the levels of noise that this one
+    /// has.
     ///
     /// # Errors
     /// As for [`transformation`].
@@ -216,7 +220,8 @@ impl Transformation {
         self.gain.as_ref().map_or_else(|| covariance.clone(), |gain| gain.carried(covariance))
     }
 
-    /// The runs of a campaign whose delays are wanted: its kinematic ones, or all if it has no others.
+    /// The runs of a campaign whose delays are wanted: its kinematic ones, or all if it has no
+    /// others.
     pub fn wanted(&self, part: usize) -> Vec<usize> {
         wanted(&self.problem, part)
     }

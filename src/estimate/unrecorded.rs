@@ -1,15 +1,17 @@
 //! Accelerations that nobody recorded, and that the readings miss.
 //!
-//! A signal captured with its rate alone is taken to move at that rate until the reading, `½ a τ²` short of where
-//! it is. Whether that matters depends on the delay `τ`, so it is asked at an estimate, of all such signals at once:
-//! components of a rotation that turns evenly accelerate, and together change nothing.
+//! A signal captured with its rate alone is taken to move at that rate until the reading, `½ a τ²`
+//! short of where it is. Whether that matters depends on the delay `τ`, so it is asked at an
+//! estimate, of all such signals at once: components of a rotation that turns evenly accelerate,
+//! and together change nothing.
 //!
-//! Accelerations are differences of neighbouring rates, whose errors must not pass for motion. Those of `b` and `a`, some
-//! samples before and after a reading, have none in common, also where rates are differences of values. With what they
-//! would change, whitened by the noise, `Σ b·a` is therefore `λ²` of what true accelerations change. These cancel
-//! in `d = ½ |b - a|²`, which errors alone make, so that by chance `Σ b·a` has the variance `⅓ Σ d²` (a sample's readings share
-//! the errors of its rates), or twice that at most, for neighbours share rates. Rates sparser than the motion say nothing
-//! of it: then it is silent. It mends nothing.
+//! Accelerations are differences of neighbouring rates, whose errors must not pass for motion.
+//! Those of `b` and `a`, some samples before and after a reading, have none in common, also where
+//! rates are differences of values. With what they would change, whitened by the noise, `Σ b·a` is
+//! therefore `λ²` of what true accelerations change. These cancel in `d = ½ |b - a|²`, which errors
+//! alone make, so that by chance `Σ b·a` has the variance `⅓ Σ d²` (a sample's readings share the
+//! errors of its rates), or twice that at most, for neighbours share rates. Rates sparser than the
+//! motion say nothing of it: then it is silent. It mends nothing.
 
 use nalgebra::{Cholesky, DVector};
 
@@ -110,7 +112,8 @@ struct Missed {
     product: f64,
     /// Its variance by errors of the rates.
     chance: f64,
-    /// For each measurand the readings looked at, and the same sum in units of its own standard uncertainty.
+    /// For each measurand the readings looked at, and the same sum in units of its own standard
+    /// uncertainty.
     by_measurand: Vec<(f64, f64)>,
 }
 
@@ -244,7 +247,8 @@ impl<'a> Look<'a> {
     }
 }
 
-/// By time the differences of a track's rates some samples before each one, or after it; NaN where there are none.
+/// By time the differences of a track's rates some samples before each one, or after it; NaN where
+/// there are none.
 fn accelerations(time: &[f64], track: &Track, ahead: bool) -> Vec<f64> {
     let Track::Captured { rate: Some(rate), .. } = track else {
         return vec![f64::NAN; time.len()];

@@ -3,9 +3,9 @@
 //!
 //! With the sample covariance `V(θ) = diag((σ f(θ))²) + Σ_k s_k² g_k g_kᵀ` the log likelihood is
 //! `-½ Σ (ln det V + c rᵀ V⁻¹ r)`, maximised by Fisher scoring over `s_k²` and θ; `c = n / (n - u)`
-//! makes up for the `u` unknowns fitted to the residuals. Quantities that are correlated from sample
-//! to sample are not estimated here. Of long runs [`ENOUGH`] samples are looked at, spread evenly:
-//! they give a level to half a percent, and that is what its standard uncertainty says.
+//! makes up for the `u` unknowns fitted to the residuals. Quantities that are correlated from
+//! sample to sample are not estimated here. Of long runs [`ENOUGH`] samples are looked at, spread
+//! evenly: they give a level to half a percent, and that is what its standard uncertainty says.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -283,8 +283,8 @@ fn response(normal: &Normal, step: &[f64]) -> f64 {
         .sum()
 }
 
-/// The same for one run that is not measured yet: what its own values, which a parameter with one for each run has for it,
-/// could not follow.
+/// The same for one run that is not measured yet: what its own values, which a parameter with one
+/// for each run has for it, could not follow.
 fn candidate_response(
     problem: &Problem,
     point: &Point,

@@ -53,8 +53,8 @@ impl Graph {
         [w, x, y, z]
     }
 
-    /// The rotation by an angle about the coordinate axis of this number. What it turns is turned by
-    /// sine and cosine of the angle itself, eq. (8) multiplied out.
+    /// The rotation by an angle about the coordinate axis of this number. What it turns is turned
+    /// by sine and cosine of the angle itself, eq. (8) multiplied out.
     pub fn rotation_about_coordinate(&mut self, number: usize, angle: NodeId) -> [NodeId; 4] {
         let [zero, one] = [0.0, 1.0].map(|value| self.constant(value));
         let mut axis = [zero; 3];
@@ -82,8 +82,8 @@ impl Graph {
         [w, x, y, z]
     }
 
-    /// The quaternion product, eq. (3): first `q`, then `p`. Where the matrix of one of them is known,
-    /// so is that of both: turned by nothing, a turn stays what it is, bit by bit.
+    /// The quaternion product, eq. (3): first `q`, then `p`. Where the matrix of one of them is
+    /// known, so is that of both: turned by nothing, a turn stays what it is, bit by bit.
     pub fn compose(&mut self, p: [NodeId; 4], q: [NodeId; 4]) -> [NodeId; 4] {
         let product = self.quaternion_product(p, q);
         if self.matrices.contains_key(&p) || self.matrices.contains_key(&q) {

@@ -3,9 +3,9 @@
 //! *Forward*: where a direction moves some leaves, every node that hangs on them moves by
 //! `Σ partial · change` of its operands; what does not hang on them is left out. This is the
 //! definition. *Backward* (the adjoint sweep): the same sums in the opposite order, which costs no
-//! more for many directions than for one; it stops where nodes no longer move from sample to sample,
-//! and the forward tangents of those few, made once for all samples, finish the chain. Both are
-//! expressions like any other: shared, folded, and evaluated by whatever evaluates the graph.
+//! more for many directions than for one; it stops where nodes no longer move from sample to
+//! sample, and the forward tangents of those few, made once for all samples, finish the chain. Both
+//! are expressions like any other: shared, folded, and evaluated by whatever evaluates the graph.
 
 use crate::graph::node::{Leaf, NodeId};
 use crate::graph::partials::change;
@@ -75,7 +75,8 @@ pub fn tangent(graph: &mut Graph, nodes: &[NodeId], seeds: &Tangent) -> Tangent 
     moved
 }
 
-/// How `output` moves where the seeds do, if it moves; `nodes` are all that it needs, in their order.
+/// How `output` moves where the seeds do, if it moves; `nodes` are all that it needs, in their
+/// order.
 ///
 /// Where all of a direction goes through one node, as a delay goes through its signal, this is the
 /// derivative by that node times how fast it moves: directions through one node share the rest, and
@@ -96,8 +97,8 @@ pub fn slope(
     Some(graph.multiply(rate, slope))
 }
 
-/// Where among `nodes` is the first that moves from sample to sample and without which the seeds move
-/// nothing after it.
+/// Where among `nodes` is the first that moves from sample to sample and without which the seeds
+/// move nothing after it.
 fn neck(graph: &Graph, nodes: &[NodeId], seeds: &Tangent) -> Option<usize> {
     let mut last_use: Table<NodeId, usize> = seeds.keys().map(|seed| (*seed, 0)).collect();
     for (place, node) in nodes.iter().enumerate() {
@@ -131,9 +132,9 @@ pub struct Arrival {
 
 /// The adjoint sweep from `output`, which counts `weight` times.
 ///
-/// `nodes` are all that the output needs (operands before users), `is_active` says which of them hang
-/// on an unknown. The sweep ends at nodes for which `is_end` holds; the derivative of the output by
-/// one of them is the sum of `adjoint · slope` over its arrivals.
+/// `nodes` are all that the output needs (operands before users), `is_active` says which of them
+/// hang on an unknown. The sweep ends at nodes for which `is_end` holds; the derivative of the
+/// output by one of them is the sum of `adjoint · slope` over its arrivals.
 pub fn adjoint(
     graph: &mut Graph,
     nodes: &[NodeId],
@@ -176,10 +177,10 @@ pub fn adjoint(
 
 /// The derivative along a direction from where a sweep ended: `Σ tangent · adjoint · slope`.
 ///
-/// Where a node moves as another moving one is, but for the sign (the columns of a rotation's matrix
-/// turn into each other), terms with the same slope are added first: such a sum is the adjoint of what
-/// the other one multiplies, and mostly is there already. For `p = R v` with adjoint `g` this gives
-/// `v × (Rᵀ g)` instead of a derivative by each of the nine numbers in `R`.
+/// Where a node moves as another moving one is, but for the sign (the columns of a rotation's
+/// matrix turn into each other), terms with the same slope are added first: such a sum is the
+/// adjoint of what the other one multiplies, and mostly is there already. For `p = R v` with
+/// adjoint `g` this gives `v × (Rᵀ g)` instead of a derivative by each of the nine numbers in `R`.
 pub fn along(graph: &mut Graph, ends: &Ends, tangent: &Tangent) -> NodeId {
     let zero = graph.constant(0.0);
     let mut alone: Vec<(NodeId, NodeId)> = Vec::new();

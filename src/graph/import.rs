@@ -1,7 +1,7 @@
 //! A copy of some nodes in another graph, with leaves replaced.
 //!
-//! Answers: what an expression becomes where some leaves are other expressions (a random quantity its
-//! mean, an effect's parameter zero). The copy is folded again, so what a replaced leaf made
+//! Answers: what an expression becomes where some leaves are other expressions (a random quantity
+//! its mean, an effect's parameter zero). The copy is folded again, so what a replaced leaf made
 //! superfluous is gone, and what the other graph holds already is shared.
 
 use crate::graph::Graph;
@@ -23,8 +23,8 @@ impl Import {
         Self { known: Vec::new(), rewrite: Some(rewrite) }
     }
 
-    /// The node of `into` that stands for `node` of `from`. `leaf` makes the nodes of leaves, and is
-    /// asked once for each. The same two graphs must be given to every call.
+    /// The node of `into` that stands for `node` of `from`. `leaf` makes the nodes of leaves, and
+    /// is asked once for each. The same two graphs must be given to every call.
     pub fn node(
         &mut self,
         from: &Graph,

@@ -34,7 +34,8 @@ pub enum Leaf {
         /// Component.
         component: u8,
     },
-    /// A random quantity with mean zero, one draw a sample; index in [`crate::graph::Names::randoms`].
+    /// A random quantity with mean zero, one draw a sample; index in
+    /// [`crate::graph::Names::randoms`].
     Random(u32),
     /// An input that does not move; index in [`crate::graph::Names::inputs`].
     Input(u32),

@@ -119,7 +119,8 @@ pub fn partial(
             graph.multiply(if first { a } else { b }, reciprocal)
         }
         Binary::Min | Binary::Max => {
-            // The second operand counts where it is strictly beyond the first: 1 there, 0 elsewhere.
+            // The second operand counts where it is strictly beyond the first: 1 there, 0
+            // elsewhere.
             let beyond =
                 if function == Binary::Min { graph.subtract(a, b) } else { graph.subtract(b, a) };
             let sign = graph.unary(Unary::Sign, beyond);

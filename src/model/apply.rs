@@ -39,7 +39,8 @@ impl Override {
         setting.sum_zero = self.sum_zero.unwrap_or(setting.sum_zero);
     }
 
-    /// What is wrong with this for a parameter of `count` components and unit `unit`: message, help.
+    /// What is wrong with this for a parameter of `count` components and unit `unit`: message,
+    /// help.
     pub fn check(&self, count: usize, unit: &Unit) -> Option<(String, String)> {
         let lists = [
             ("value", &self.value, false),

@@ -1,10 +1,11 @@
 //! Stumpff functions `c_k(x) = Σ (-x)^i / (k + 2 i)!`, over any [`Number`].
 //!
 //! Answers: value and derivatives to rounding for all real x, without a seam between the branches.
-//! For `|x| <= (k + 1)(k + 2)` the terms of the series fall from the start and little cancels; beyond
-//! it `c_{k+2} = (1/k! - c_k) / x`, from the trigonometric (x > 0) or hyperbolic (x < 0) functions,
-//! divides errors by more than it multiplies them. (Stumpff 1947; Danby, Fundamentals of Celestial
-//! Mechanics, 6.9.) For large x the absolute error is that of `cos √x`: `√x / 2` units of rounding.
+//! For `|x| <= (k + 1)(k + 2)` the terms of the series fall from the start and little cancels;
+//! beyond it `c_{k+2} = (1/k! - c_k) / x`, from the trigonometric (x > 0) or hyperbolic (x < 0)
+//! functions, divides errors by more than it multiplies them. (Stumpff 1947; Danby, Fundamentals of
+//! Celestial Mechanics, 6.9.) For large x the absolute error is that of `cos √x`: `√x / 2` units of
+//! rounding.
 
 use super::Number;
 

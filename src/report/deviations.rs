@@ -183,8 +183,9 @@ fn speeds_json(whole: Whole<'_>, head: &Head) -> Value {
     Value::Object(entries.collect::<Map<_, _>>())
 }
 
-/// One row a sample: run, row of its data file, time, arm angle, deviations in both frames, rates of
-/// the head's angles, speeds of the target, the point from the readings, the gap where there is one.
+/// One row a sample: run, row of its data file, time, arm angle, deviations in both frames, rates
+/// of the head's angles, speeds of the target, the point from the readings, the gap where there is
+/// one.
 pub fn table(whole: Whole<'_>) -> String {
     let mut text = String::from("run,row,time [s],arm_angle [rad]");
     for frame in ["arm", "circle"] {

@@ -79,7 +79,8 @@ fn causes(of: [f64; 3]) -> Value {
     json!({ "nothing": nothing, "library": library, "unknown": unknown })
 }
 
-/// The same before the readings, and how many times as probable as others effects are; null where there was no search.
+/// The same before the readings, and how many times as probable as others effects are; null where
+/// there was no search.
 fn prior(diagnosis: &Diagnosis) -> Value {
     let Some(prior) = stated_prior(diagnosis) else { return Value::Null };
     let mut value =
@@ -159,8 +160,8 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
     })
 }
 
-/// The effects on the noise of which the fit takes account, also where something beside them is unknown; none where a walk
-/// stands for displacements.
+/// The effects on the noise of which the fit takes account, also where something beside them is
+/// unknown; none where a walk stands for displacements.
 pub(crate) fn noise_in_use(diagnosis: &Diagnosis) -> &[NoiseEffect] {
     match last_noise(diagnosis) {
         Some(noise) if diagnosis.verdict == Verdict::Unknown && noise.displaced.is_none() => {
@@ -187,8 +188,8 @@ pub(crate) fn estimates_of(diagnosis: &Diagnosis, adopted: &Adopted) -> Vec<Esti
     all.filter(|one| one.name.starts_with(&prefix)).collect()
 }
 
-/// How many times as large as usual an effect is, by the largest of its values; `None` where it has no usual
-/// size.
+/// How many times as large as usual an effect is, by the largest of its values; `None` where it has
+/// no usual size.
 pub(crate) fn times_usual(diagnosis: &Diagnosis, adopted: &Adopted) -> Option<f64> {
     let explained = diagnosis.explained.as_ref()?;
     let times = |one: Estimate| {
@@ -271,7 +272,8 @@ fn by_measurand(list: &[(String, f64)]) -> Map<String, Value> {
     list.iter().map(|(name, value)| (name.clone(), number(Some(*value)))).collect()
 }
 
-/// Whether probabilities of single causes say something: not where several were found, or one is not all.
+/// Whether probabilities of single causes say something: not where several were found, or one is
+/// not all.
 pub(super) fn is_of_one_cause(diagnosis: &Diagnosis) -> bool {
     diagnosis.effects.len() < 2 && diagnosis.verdict != Verdict::ShapeDiffers
 }

@@ -273,7 +273,8 @@ fn untried(diagnosis: &Diagnosis) -> String {
     )
 }
 
-/// What is left beside the nearest effect where it was tried first, and something else is there as well.
+/// What is left beside the nearest effect where it was tried first, and something else is there as
+/// well.
 fn beside(diagnosis: &Diagnosis, nearest: &Ranked) -> Option<String> {
     let search = diagnosis.search.as_ref()?;
     let is_first = search.adopted.first()?.candidate.name == nearest.name;

@@ -20,8 +20,8 @@ fn ladder(dimension: Dimension) -> &'static [(&'static str, f64)] {
     }
 }
 
-/// The unit of a ladder in which a size lies between 1 and 1000 (or the smallest); of quotients and powers,
-/// and without a ladder, the one of [`unit_for`].
+/// The unit of a ladder in which a size lies between 1 and 1000 (or the smallest); of quotients and
+/// powers, and without a ladder, the one of [`unit_for`].
 fn readable(size: f64, declared: &Unit) -> (String, f64) {
     let is_plain = !declared.symbol.contains(['/', '*', '^', ' ', '·']);
     let steps = if is_plain { ladder(declared.dimension) } else { &[] };
@@ -87,8 +87,8 @@ pub fn measured(amount: f64, sigma: f64, declared: &Unit) -> String {
     with_symbol(pair, &symbol)
 }
 
-/// The unit in which a size is read: a small one in µrad for rad, µm/h for m/s and µrad/m/h for rad/m/s, µs/(rad/s) for s/(rad/s),
-/// others as declared.
+/// The unit in which a size is read: a small one in µrad for rad, µm/h for m/s and µrad/m/h for
+/// rad/m/s, µs/(rad/s) for s/(rad/s), others as declared.
 pub fn unit_for(size: f64, declared: &Unit) -> Unit {
     let symbol = declared.symbol.as_str();
     let base = symbol.strip_suffix("/s").filter(|base| !base.ends_with("/s"));

@@ -1,4 +1,5 @@
-//! The noise that `diagnose` found, for people: its effects, its levels and memories, and what is left out.
+//! The noise that `diagnose` found, for people: its effects, its levels and memories, and what is
+//! left out.
 
 use std::collections::BTreeMap;
 
@@ -221,7 +222,8 @@ fn runs_left_out(diagnosis: &Diagnosis, left_out: &LeftOut) -> Vec<RunLeftOut> {
     all
 }
 
-/// What is left out on one side of a moment at which something changed, rows of several measurands together.
+/// What is left out on one side of a moment at which something changed, rows of several measurands
+/// together.
 fn stretches_left_out(left_out: &LeftOut) -> String {
     let mut of_rows: Vec<(&str, (usize, usize), Vec<String>)> = Vec::new();
     for Stretch { run, rows, measurand, .. } in &left_out.stretches {

@@ -9,8 +9,8 @@ use crate::estimate::calibrate::Calibration;
 use crate::estimate::newton::ReadingDelay;
 
 /// The header of a table of delays: one row a reading, its run, row of its data file, measurand,
-/// time, state, delay and uncertainties; at last the arm angle at the reference time, in [0, 2π), where the
-/// model has one.
+/// time, state, delay and uncertainties; at last the arm angle at the reference time, in [0, 2π),
+/// where the model has one.
 pub const DELAYS: &str = "run,row,measurand,time [s],state,delay [s],standard_uncertainty [s],expanded_uncertainty [s],random_part [s],common_part [s],arm_angle [rad]\n";
 
 /// One row of it.
@@ -63,7 +63,8 @@ pub fn parameters(result: &Calibration) -> String {
     text
 }
 
-/// One row a reading component: campaign, run, row of its data file, time, measurand, residual (SI).
+/// One row a reading component: campaign, run, row of its data file, time, measurand, residual
+/// (SI).
 ///
 /// # Errors
 /// Those of `out`.

@@ -18,8 +18,8 @@ use crate::units::Unit;
 impl System {
     /// A model with effects. The order of `effects` does not matter; `overrides` apply in their
     /// order, those of a general name before those of a special one. `input_sigma` are the standard
-    /// uncertainties (SI) that a campaign states for the model's inputs, in the model's order; where
-    /// there is none the model's own holds.
+    /// uncertainties (SI) that a campaign states for the model's inputs, in the model's order;
+    /// where there is none the model's own holds.
     ///
     /// Overrides of effects that are not among `effects` are passed over:
     /// [`crate::library::Library::check_overrides`] finds those that mean nothing at all.

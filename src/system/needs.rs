@@ -19,8 +19,8 @@ pub(crate) type Aliases = IndexMap<String, String>;
 /// The ways in which an effect can be applied to a model: one for each head that it fits, or one.
 ///
 /// # Errors
-/// Why there is none: names that the model lacks, constants that nobody stated, what the assembly of the
-/// graph finds; at their places in the effect's file.
+/// Why there is none: names that the model lacks, constants that nobody stated, what the assembly
+/// of the graph finds; at their places in the effect's file.
 pub fn candidates(
     model: &Model,
     effect: &Arc<Effect>,
@@ -52,7 +52,8 @@ pub fn candidates(
     if found.is_empty() { Err(Diagnostics(reasons)) } else { Ok(found) }
 }
 
-/// The constants (`fixed = true` without a value) that only a campaign can state, by their full names.
+/// The constants (`fixed = true` without a value) that only a campaign can state, by their full
+/// names.
 fn constants(effect: &Effect) -> impl Iterator<Item = (String, &ParameterDeclaration)> {
     let open = effect.parameters.iter().filter(|p| p.setting.fixed && p.setting.value.is_none());
     open.map(|constant| (format!("{}.{}", effect.name, constant.name), constant))
@@ -68,7 +69,8 @@ fn open_constants<'e>(
     constants(effect).filter(move |(name, _)| !is_stated(name))
 }
 
-/// Their names, if they are all that an effect wants to be applied to a model; empty where it wants none, or more.
+/// Their names, if they are all that an effect wants to be applied to a model; empty where it wants
+/// none, or more.
 pub fn wanted_constants(model: &Model, effect: &Effect, overrides: &[Override]) -> Vec<String> {
     if lacks(model, effect) {
         return Vec::new();

@@ -136,7 +136,8 @@ impl Unknown {
         Err(at(Diagnostic::error(message)))
     }
 
-    /// What is wrong with it, or with what is said of it in single setups, now that everything is said.
+    /// What is wrong with it, or with what is said of it in single setups, now that everything is
+    /// said.
     pub(super) fn fault(&self) -> Option<Diagnostic> {
         let is_constant = self.setting.fixed && self.declared.effect.is_some();
         if let Some((_, own)) = self.of_setups.first().filter(|_| is_constant) {

@@ -1,7 +1,7 @@
 //! Bounds of a rate from a count: Clopper and Pearson (Biometrika 26, 1934), one-sided 95 %.
 //!
-//! The lower bound of `k` out of `n` is the 5 % point of the beta distribution `B(k, n - k + 1)`, the
-//! upper one the 95 % point of `B(k + 1, n - k)`. They are never too narrow.
+//! The lower bound of `k` out of `n` is the 5 % point of the beta distribution `B(k, n - k + 1)`,
+//! the upper one the 95 % point of `B(k + 1, n - k)`. They are never too narrow.
 
 use statrs::function::beta::inv_beta_reg;
 

@@ -1,9 +1,9 @@
-//! The campaign as trials need it: at its truth, with the signatures of everything that may be put into
-//! it, summed once.
+//! The campaign as trials need it: at its truth, with the signatures of everything that may be put
+//! into it, summed once.
 //!
-//! The truth of the nominal parameters is a fit of the campaign's own readings, or, of a campaign that
-//! is only planned, what it states. From the signatures follow the values that give an effect a wanted
-//! `λ`, and which effects are alike.
+//! The truth of the nominal parameters is a fit of the campaign's own readings, or, of a campaign
+//! that is only planned, what it states. From the signatures follow the values that give an effect
+//! a wanted `λ`, and which effects are alike.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -26,8 +26,8 @@ use crate::system::Selected;
 
 use super::shapes::{Shape, shapes};
 
-/// Share of the squared length of one signature that lies in another's, from which on the two count as
-/// one name.
+/// Share of the squared length of one signature that lies in another's, from which on the two count
+/// as one name.
 pub const ALIKE: f64 = 0.98;
 
 /// Why a campaign cannot be tried.
@@ -146,9 +146,9 @@ impl Design {
         })
     }
 
-    /// A cause with values drawn about zero, in proportion to their usual sizes, and then scaled to a
-    /// length of its signature. `member` (from 0 to 1) says which of a family, `chance` gives normal
-    /// numbers.
+    /// A cause with values drawn about zero, in proportion to their usual sizes, and then scaled to
+    /// a length of its signature. `member` (from 0 to 1) says which of a family, `chance` gives
+    /// normal numbers.
     pub fn dose(
         &self,
         cause: &Cause,
@@ -216,8 +216,8 @@ impl Design {
             .collect()
     }
 
-    /// Whether two effects of the library are alike: all that a member of one can do, some member of
-    /// the other can.
+    /// Whether two effects of the library are alike: all that a member of one can do, some member
+    /// of the other can.
     pub fn are_alike(&self, a: &str, b: &str) -> bool {
         if a == b {
             return true;
@@ -245,8 +245,8 @@ impl Design {
         of.flat_map(|one| &one.ways).map(|way| &self.evidence.entries[*way])
     }
 
-    /// A number that tells designs apart: of models and effects as written, times, inputs, noise and
-    /// what may be put in.
+    /// A number that tells designs apart: of models and effects as written, times, inputs, noise
+    /// and what may be put in.
     pub fn stamp(&self) -> u64 {
         let mut stamp = Stamp(0xcbf2_9ce4_8422_2325);
         self.recipes.iter().for_each(|recipe| stamp.bytes(written(recipe).as_bytes()));
@@ -305,7 +305,8 @@ fn fitting(shape: &Shape, recipes: &[Recipe]) -> Option<Candidate> {
     candidate::fitting(recipes, &selected, None)
 }
 
-/// Everything of which something is left beyond the nominal parameters, members of a family together.
+/// Everything of which something is left beyond the nominal parameters, members of a family
+/// together.
 fn causes(
     ways: &[Candidate],
     evidence: &Evidence,

@@ -1,7 +1,8 @@
 //! The readings of one trial.
 //!
-//! Effects act through the graph, as everywhere; noise that is not what is stated is an effect of the library on
-//! the noise, or one of two kinds that no effect describes: a share of wild readings, and long tails.
+//! Effects act through the graph, as everywhere; noise that is not what is stated is an effect of
+//! the library on the noise, or one of two kinds that no effect describes: a share of wild
+//! readings, and long tails.
 
 use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
@@ -233,8 +234,8 @@ fn set_randoms(problem: &mut Problem, effect: &str, by: f64) {
     }
 }
 
-/// rms of what an effect's random quantities of their usual size add to the readings, in units of the
-/// stated noise.
+/// rms of what an effect's random quantities of their usual size add to the readings, in units of
+/// the stated noise.
 fn added(full: &Problem, point: &Point, effect: &str, seed: u64) -> f64 {
     let mut quiet = full.clone();
     for part in &mut quiet.parts {

@@ -1,7 +1,7 @@
 //! The file of finished trials: one JSON object a line, the first of which says of what.
 //!
-//! A trial is written when it is done, so an interrupted run loses what was being diagnosed and nothing
-//! else. A line that is cut off or cannot be read is passed over, and its trial made again.
+//! A trial is written when it is done, so an interrupted run loses what was being diagnosed and
+//! nothing else. A line that is cut off or cannot be read is passed over, and its trial made again.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, Write};

@@ -45,15 +45,15 @@ pub struct Outcome {
     pub noise: Vec<String>,
     /// The effects that the data would allow, best first, three at most.
     pub best: Vec<String>,
-    /// Place of the (first) true effect among the candidates, from 1, effects that are alike counted
-    /// once.
+    /// Place of the (first) true effect among the candidates, from 1, effects that are alike
+    /// counted once.
     pub rank: Option<usize>,
     /// Whether every effect that is true is named.
     pub declared: bool,
     /// Whether what is true is named, and nothing else.
     pub exact: bool,
-    /// Sum of the squared differences between probabilities and truth, over nothing, unknown and each
-    /// class of effects.
+    /// Sum of the squared differences between probabilities and truth, over nothing, unknown and
+    /// each class of effects.
     pub brier: Option<f64>,
     /// Probability of the most probable answer.
     pub confidence: Option<f64>,
@@ -61,7 +61,8 @@ pub struct Outcome {
     pub sure: Option<bool>,
     /// Part of the gap that is said to be closed.
     pub closed: Option<f64>,
-    /// Part of the gap that is closed: how much less the fitted model misses readings without noise.
+    /// Part of the gap that is closed: how much less the fitted model misses readings without
+    /// noise.
     pub closed_in_truth: Option<f64>,
     /// Why there is no diagnosis.
     pub failed: Option<String>,
@@ -216,9 +217,9 @@ fn probability(outcome: &mut Outcome, design: &Design, drawn: &Drawn, kind: Kind
     outcome.sure = Some(sure);
 }
 
-/// How much less the model with the named effects misses readings without noise than the nominal one,
-/// in units of what the effects that were put in make up. `None` where noise is part of the model, for
-/// then the units are others.
+/// How much less the model with the named effects misses readings without noise than the nominal
+/// one, in units of what the effects that were put in make up. `None` where noise is part of the
+/// model, for then the units are others.
 fn closed_in_truth(lambda: f64, drawn: &Drawn, found: &Diagnosis) -> Option<f64> {
     let truth = drawn.noiseless()?;
     let search = found.search.as_ref()?;

@@ -1,8 +1,9 @@
 //! What each trial is to be, from the seed and its number alone.
 //!
-//! A plan is a list of strata with weights. Trial `n` belongs to the stratum in which the fractional
-//! part of `n φ` falls (`φ` the golden ratio): any beginning of a plan is spread over its strata
-//! nearly as the whole, so an interrupted plan is a smaller one, and a longer one goes on where a shorter one ended.
+//! A plan is a list of strata with weights. Trial `n` belongs to the stratum in which the
+//! fractional part of `n φ` falls (`φ` the golden ratio): any beginning of a plan is spread over
+//! its strata nearly as the whole, so an interrupted plan is a smaller one, and a longer one goes
+//! on where a shorter one ended.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;

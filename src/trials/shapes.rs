@@ -1,9 +1,9 @@
 //! Effects that no library holds: known causes in another form, and causes that nobody named.
 //!
-//! A diagnosis that is only tried on effects exactly as its library writes them is never surprised. Here
-//! backlash is a step that is not the library's, servo loops have two poles, drifts level off,
-//! waves have harmonics and frequencies between those that are scanned; and some effects have no counterpart at all.
-//! Those that do not fit a model are passed over.
+//! A diagnosis that is only tried on effects exactly as its library writes them is never surprised.
+//! Here backlash is a step that is not the library's, servo loops have two poles, drifts level off,
+//! waves have harmonics and frequencies between those that are scanned; and some effects have no
+//! counterpart at all. Those that do not fit a model are passed over.
 
 use std::sync::Arc;
 

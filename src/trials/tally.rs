@@ -76,10 +76,11 @@ pub struct Tally {
     pub noise_alarms: BTreeMap<String, Count>,
     /// Mean of the multi-class Brier score over the mix; `None` without it.
     pub brier: Option<f64>,
-    /// Mean difference between the probability of the most probable answer and how often it is right,
-    /// over `BINS` bins.
+    /// Mean difference between the probability of the most probable answer and how often it is
+    /// right, over `BINS` bins.
     pub calibration_error: Option<f64>,
-    /// Median of the difference between the part of the gap that is said to be closed and the true one.
+    /// Median of the difference between the part of the gap that is said to be closed and the true
+    /// one.
     pub shrinkage_error: Option<f64>,
     /// Trials in that median.
     pub shrinkages: usize,

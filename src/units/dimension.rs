@@ -29,7 +29,8 @@ impl Exponent {
         Some(Self { numerator: numerator as i16, denominator: denominator as i16 })
     }
 
-    /// The fraction nearest to a decimal such as 0.5 or 2, if it is one with a denominator up to 12.
+    /// The fraction nearest to a decimal such as 0.5 or 2, if it is one with a denominator up
+    /// to 12.
     pub fn from_decimal(value: f64) -> Option<Self> {
         (1..=12_i32).find_map(|denominator| {
             let numerator = value * f64::from(denominator);

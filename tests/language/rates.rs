@@ -1,4 +1,5 @@
-//! `rate` against dual numbers in the moment and against finite differences, at singular points too.
+//! `rate` against dual numbers in the moment and against finite differences, at singular points
+//! too.
 
 use homepoint::graph::{Assembly, Kind};
 use homepoint::number::{Dual, Number, derivative, variable};

@@ -1,4 +1,5 @@
-//! The readings of an example, `rotating_arm` unless another is asked for, drawn anew with effects in them.
+//! The readings of an example, `rotating_arm` unless another is asked for, drawn anew with effects
+//! in them.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +23,8 @@ pub(crate) fn run(problem: Problem, opened: &Opened) -> Diagnosis {
     diagnose(problem, recipes, &wanted, &Options::default()).unwrap()
 }
 
-/// The example's readings drawn with some effects of the library; what is not set has its usual size.
+/// The example's readings drawn with some effects of the library; what is not set has its usual
+/// size.
 pub(crate) fn drawn(with: &[&str], set: &[&str], seed: u64) -> (Opened, Problem) {
     let mut request = Request::new([folder()]);
     request.with = with.iter().map(|name| (*name).to_owned()).collect();
@@ -33,8 +35,8 @@ pub(crate) fn drawn(with: &[&str], set: &[&str], seed: u64) -> (Opened, Problem)
     })
 }
 
-/// The same of the campaigns of a request with values of the effects' parameters as `value` says; as stated
-/// where it says nothing.
+/// The same of the campaigns of a request with values of the effects' parameters as `value` says;
+/// as stated where it says nothing.
 pub(crate) fn drawn_at(
     request: &Request,
     seed: u64,

@@ -1,5 +1,5 @@
-//! Planned campaigns on which every effect of the library can act: accelerations, two setups, several
-//! rates, both senses of rotation; an arm with a platform, a robot, two stations.
+//! Planned campaigns on which every effect of the library can act: accelerations, two setups,
+//! several rates, both senses of rotation; an arm with a platform, a robot, two stations.
 //!
 //! Include it with `#[path = "problems/planned.rs"] mod planned;`.
 

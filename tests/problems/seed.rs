@@ -2,8 +2,8 @@
 //!
 //! Depenthal 2009, eqs. (8)-(16), over any [`Number`], so a delay's derivative comes from an arm
 //! angle that moves ([`at_delay`]). Rotations are matrices by eq. (6) only; nothing is shared with
-//! the crate but the numbers. Orientations are unit quaternions `[w, x, y, z]`, lengths in m, angles
-//! in rad, and the vertical angle is the zenith angle.
+//! the crate but the numbers. Orientations are unit quaternions `[w, x, y, z]`, lengths in m,
+//! angles in rad, and the vertical angle is the zenith angle.
 //!
 //! Include it with `#[path = "problems/seed.rs"] mod seed;`. Its own tests come along: they use
 //! every function, so none counts as dead code.
@@ -48,8 +48,8 @@ pub(crate) fn point_one_rotation<N: Number>(
     [0, 1, 2].map(|i| turned[i] + position[i])
 }
 
-/// The target in the frame of the turning instrument, two rotations: eqs. (13) and (14). The platform
-/// turns points by `platform_angle` about the instrument's z-axis, the position included.
+/// The target in the frame of the turning instrument, two rotations: eqs. (13) and (14). The
+/// platform turns points by `platform_angle` about the instrument's z-axis, the position included.
 pub(crate) fn point_two_rotations<N: Number>(
     arm_angle: N,
     platform_angle: N,
@@ -178,7 +178,8 @@ mod tests {
             let back = |h: Dual, v: Dual, d: Dual| {
                 [d * v.sin() * h.cos(), d * v.sin() * h.sin(), d * v.cos()]
             };
-            // Near the pole rounding of x and y turns the direction by one over their distance from it.
+            // Near the pole rounding of x and y turns the direction by one over their distance from
+            // it.
             let near = |p: [Dual; 3]| (1.0 / p[0].value().hypot(p[1].value())).max(1.0);
             let [h, v, d] = polar_one_rotation(arm, radius, orientation, p_tr);
             close(back(h, v, d), p_2, 1e-13 * near(p_2));

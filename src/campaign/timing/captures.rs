@@ -1,7 +1,8 @@
 //! The captures of a run made into reference times, with the inputs at them, block by block.
 //!
 //! Captures stand in the data file, or in a file of their own, row by row. They must make sense:
-//! edges in order, each reply after its request and before the next one, a capture for each reading.
+//! edges in order, each reply after its request and before the next one, a capture for each
+//! reading.
 
 use crate::campaign::file::{Named, RunEntry};
 use crate::campaign::samples::Loader;
@@ -41,7 +42,8 @@ pub(crate) struct Captures {
 
 impl Captures {
     /// Looks at the columns of a run's data, whose captures may stand in a table of their own, and
-    /// adds those that come from captures. `Some(None)`: the data have ready times. `None` after a fault.
+    /// adds those that come from captures. `Some(None)`: the data have ready times. `None` after a
+    /// fault.
     pub(crate) fn begin(
         loader: &mut Loader<'_>,
         timing: Timing,

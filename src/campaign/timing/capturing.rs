@@ -1,8 +1,8 @@
 //! A simulated run as it would have been captured: the inverse of what reading does, and replies.
 //!
-//! Replies come `after` their requests, start bit to start bit, with some scatter: as `[timing]` says in
-//! `reply`, else as they did in the recorded run. None comes before its request is complete or after the
-//! next one begins, and each is captured on the grid of the stated resolution.
+//! Replies come `after` their requests, start bit to start bit, with some scatter: as `[timing]`
+//! says in `reply`, else as they did in the recorded run. None comes before its request is complete
+//! or after the next one begins, and each is captured on the grid of the stated resolution.
 
 use std::ops::Range;
 

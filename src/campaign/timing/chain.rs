@@ -8,12 +8,12 @@
 //! | `resolution` | step / √12 | random |
 //! | `jitter` | as stated | random |
 //!
-//! The common part is one and the same error of all reference times, the random part is new in every
-//! sample and shared by its readings.
+//! The common part is one and the same error of all reference times, the random part is new in
+//! every sample and shared by its readings.
 //!
 //! The lag of eq. (1), `Δt = t4 - t3`, is by how much later the calibration system's gate lets the
-//! trigger through than the instrument's does. A delay counted from the instrument's own trigger point
-//! is shorter by the instrument's gate delay.
+//! trigger through than the instrument's does. A delay counted from the instrument's own trigger
+//! point is shorter by the instrument's gate delay.
 
 use crate::campaign::statement::Spread;
 use crate::campaign::timing::{Gate, Line, Method, Reference, RunTiming, Timing};

@@ -1,8 +1,8 @@
 //! The timing chain as an effect of the model, so that every estimate takes account of it.
 //!
-//! `t = t + offset + error`: the offset is one unknown of the rig with prior knowledge, zero with the
-//! chain's common uncertainty, and so a common part of every delay; the error is random, new in every
-//! sample and shared by its readings through the derivatives, as an input's error is.
+//! `t = t + offset + error`: the offset is one unknown of the rig with prior knowledge, zero with
+//! the chain's common uncertainty, and so a common part of every delay; the error is random, new in
+//! every sample and shared by its readings through the derivatives, as an input's error is.
 
 use std::sync::Arc;
 

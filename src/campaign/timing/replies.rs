@@ -1,9 +1,9 @@
 //! When replies came on a serial line, and where the arm was then.
 //!
-//! The time from request to reply (start bit to start bit) is not a delay: a reading can be true of a
-//! moment long before it is sent. Like the request each reply has its place on the arm (Depenthal 2009,
-//! section 2.3): the inputs captured with the request, moved along their rates. All replies count in the
-//! summary; the first [`KEPT`] of a run are kept one by one.
+//! The time from request to reply (start bit to start bit) is not a delay: a reading can be true of
+//! a moment long before it is sent. Like the request each reply has its place on the arm (Depenthal
+//! 2009, section 2.3): the inputs captured with the request, moved along their rates. All replies
+//! count in the summary; the first [`KEPT`] of a run are kept one by one.
 
 use crate::campaign::captured::columns_of;
 use crate::campaign::table::Table;

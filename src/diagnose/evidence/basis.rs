@@ -1,8 +1,8 @@
 //! Directions in which columns differ beyond the nominal parameters: `W` with `Wᵀ S W = 1`.
 //!
-//! With it a candidate's score has one number for each degree of freedom, each of unit variance without
-//! the effect. Columns are cut where less than [`RANK`] of their length is left. And what one such set of directions
-//! says beyond another.
+//! With it a candidate's score has one number for each degree of freedom, each of unit variance
+//! without the effect. Columns are cut where less than [`RANK`] of their length is left. And what
+//! one such set of directions says beyond another.
 
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -29,9 +29,9 @@ pub fn basis(left: &DMatrix<f64>, raw: &DVector<f64>) -> (DMatrix<f64>, DMatrix<
     )
 }
 
-/// The same of columns none of which is taken up, by far quicker: with `S = L Lᵀ` they are `L⁻ᵀ` and `Lᵀ`.
-/// `None` where some eigenvalue may be below what counts as taken up: the least is at least
-/// `1 / tr S⁻¹`.
+/// The same of columns none of which is taken up, by far quicker: with `S = L Lᵀ` they are `L⁻ᵀ`
+/// and `Lᵀ`. `None` where some eigenvalue may be below what counts as taken up: the least is at
+/// least `1 / tr S⁻¹`.
 fn triangular(
     scaled: &DMatrix<f64>,
     length: &DVector<f64>,
@@ -47,9 +47,10 @@ fn triangular(
     })
 }
 
-/// What directions explain beyond others, `cosines` (one row for each of the others) between them, with the degrees of freedom that
-/// are left; `others` and `score` are both scores. A direction of which no more than `nearly` of its square is left
-/// says nothing more: that is rounding and small angles.
+/// What directions explain beyond others, `cosines` (one row for each of the others) between them,
+/// with the degrees of freedom that are left; `others` and `score` are both scores. A direction of
+/// which no more than `nearly` of its square is left says nothing more: that is rounding and small
+/// angles.
 pub(super) fn beyond(
     cosines: &DMatrix<f64>,
     others: &DVector<f64>,

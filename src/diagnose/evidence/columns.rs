@@ -1,5 +1,5 @@
-//! The columns that candidates have in the sums, and whose values they are: one for each value that a
-//! parameter has over its scope.
+//! The columns that candidates have in the sums, and whose values they are: one for each value that
+//! a parameter has over its scope.
 
 use std::ops::Range;
 

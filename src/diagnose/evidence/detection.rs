@@ -1,11 +1,11 @@
 //! How often an effect of some size is declared, and how often it leads every other explanation.
 //!
-//! An effect whose signature has the length `λ` (in units of the noise, beyond what nominal parameters
-//! follow) has a gain that is noncentral chi squared of `d` degrees and noncentrality `λ²`. It is
-//! declared where the gain passes the three bars of the search: the chi squared level of its family-wise
-//! share, [`LEAST_LAMBDA`], and what [`Support`] says ([`bar`]). Against another effect that follows
-//! all but `x` of the signature the difference of the gains is normal about `x²` (less the surplus of
-//! degrees) with variance `4 x²`.
+//! An effect whose signature has the length `λ` (in units of the noise, beyond what nominal
+//! parameters follow) has a gain that is noncentral chi squared of `d` degrees and noncentrality
+//! `λ²`. It is declared where the gain passes the three bars of the search: the chi squared level
+//! of its family-wise share, [`LEAST_LAMBDA`], and what [`Support`] says ([`bar`]). Against another
+//! effect that follows all but `x` of the signature the difference of the gains is normal about
+//! `x²` (less the surplus of degrees) with variance `4 x²`.
 
 use statrs::function::erf::erfc;
 use statrs::function::gamma::{gamma_ur, ln_gamma};
@@ -19,8 +19,8 @@ const STEPS: usize = 60;
 /// Noncentralities beyond this are as good as normal.
 const LARGE: f64 = 1_200.0;
 
-/// The gain that a test must exceed: `level` is the logarithm of its share of the false alarms, shared
-/// by so many `members` of a family; `support` is what is known of how scores scatter.
+/// The gain that a test must exceed: `level` is the logarithm of its share of the false alarms,
+/// shared by so many `members` of a family; `support` is what is known of how scores scatter.
 pub fn bar(degrees: usize, members: usize, level: f64, support: Support) -> f64 {
     let d = degrees as f64;
     let chance =
@@ -84,8 +84,8 @@ pub fn exceeds(value: f64, degrees: usize, noncentrality: f64) -> f64 {
     (sum + (1.0 - weights).max(0.0)).min(1.0)
 }
 
-/// Probability that an effect leads another one by more than [`ALIKE`] where the other follows all but
-/// a part of length `apart` of its signature.
+/// Probability that an effect leads another one by more than [`ALIKE`] where the other follows all
+/// but a part of length `apart` of its signature.
 pub fn leads(apart: f64, degrees: usize, others: usize) -> f64 {
     let surplus = degrees as f64 - others as f64;
     // Degrees of freedom cost `ln p` what they add to the gain, about: only their scatter stays.

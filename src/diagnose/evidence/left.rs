@@ -10,9 +10,9 @@ use crate::engine::{Point, Problem};
 use super::{Entry, Evidence};
 
 impl Evidence {
-    /// What is left of the readings of each run, campaign after campaign, with an entry's best values
-    /// and the nominal parameters that go with them; scores are summed over stretches of so many
-    /// samples.
+    /// What is left of the readings of each run, campaign after campaign, with an entry's best
+    /// values and the nominal parameters that go with them; scores are summed over stretches of so
+    /// many samples.
     pub fn left(
         &self,
         problem: &Problem,
@@ -40,8 +40,8 @@ impl Evidence {
         parts.flat_map(of_part).collect()
     }
 
-    /// For each run, or piece of one, an entry's best values and the nominal parameters that go with them, one for
-    /// each column of its sums.
+    /// For each run, or piece of one, an entry's best values and the nominal parameters that go
+    /// with them, one for each column of its sums.
     pub(super) fn steps(&self, entry: &Entry) -> Vec<Vec<f64>> {
         let (values, nominal) = (entry.values(), self.nominal_step(entry));
         let sums = self.runs.iter().zip(&self.touched);
@@ -59,8 +59,8 @@ impl Evidence {
         steps
     }
 
-    /// How much more an entry's score scatters from stretch to stretch than the noise model says: 1 if
-    /// it is right. `left` is what a good model leaves of each run.
+    /// How much more an entry's score scatters from stretch to stretch than the noise model says: 1
+    /// if it is right. `left` is what a good model leaves of each run.
     pub fn inflation(&self, entry: &Entry, left: &[Left]) -> f64 {
         let mut sum = 0.0;
         for (run, left) in left.iter().enumerate() {

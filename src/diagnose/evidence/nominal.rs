@@ -1,8 +1,9 @@
 //! The nominal normal equations, factored: what is taken off everything that a candidate does.
 //!
-//! Effects that are adopted bring columns, too, some of which these readings may not determine: a value of
-//! a setup in which nothing moves, a direction that other parameters follow. Such directions stay where they
-//! are, and take nothing off a candidate. It knows no candidate, and does not say what is not determined.
+//! Effects that are adopted bring columns, too, some of which these readings may not determine: a
+//! value of a setup in which nothing moves, a direction that other parameters follow. Such
+//! directions stay where they are, and take nothing off a candidate. It knows no candidate, and
+//! does not say what is not determined.
 
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -10,8 +11,8 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use crate::engine::gram::{Normal, PriorRow};
 use crate::estimate::arrow::normal_matrix;
 
-/// Share of a column's squared length below which what is left of it beside the columns before it is
-/// rounding; so much is added where it is.
+/// Share of a column's squared length below which what is left of it beside the columns before it
+/// is rounding; so much is added where it is.
 const ROUNDING: f64 = 1e-12;
 
 /// The nominal normal equations.
@@ -40,8 +41,8 @@ impl Nominal {
         self.scaled(&self.factor.solve(&self.scaled(matrix)))
     }
 
-    /// `L⁻¹` times a matrix, where `H_nn = L Lᵀ`: products of its columns are those of the matrix with `H_nn⁻¹`
-    /// between them.
+    /// `L⁻¹` times a matrix, where `H_nn = L Lᵀ`: products of its columns are those of the matrix
+    /// with `H_nn⁻¹` between them.
     pub(super) fn halfway(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
         let mut half = self.scaled(matrix);
         self.factor.l_dirty().solve_lower_triangular_mut(&mut half);
@@ -53,8 +54,8 @@ impl Nominal {
     }
 }
 
-/// The Cholesky factor of a matrix of sums of products, columns scaled to unit length, and their lengths.
-/// What the sums do not determine is held. `None` where they are no numbers.
+/// The Cholesky factor of a matrix of sums of products, columns scaled to unit length, and their
+/// lengths. What the sums do not determine is held. `None` where they are no numbers.
 pub(in crate::diagnose) fn factored(
     hessian: &DMatrix<f64>,
 ) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {

@@ -1,7 +1,8 @@
 //! Evidence with runs cut into pieces: for what begins or ends in the course of a run.
 //!
-//! Each candidate with a value for each run has a column in every piece of it, and these are tied where something
-//! goes on from piece to piece. What the nominal parameters can follow stays what it is for whole runs.
+//! Each candidate with a value for each run has a column in every piece of it, and these are tied
+//! where something goes on from piece to piece. What the nominal parameters can follow stays what
+//! it is for whole runs.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -32,8 +33,9 @@ pub(in crate::diagnose) struct InPieces {
 }
 
 impl InPieces {
-    /// Sums the signatures of candidates over the pieces between cuts; `cuts` holds for each run the samples at
-    /// which pieces begin, ascending, the first of them 0. `None` where nominal parameters are not determined.
+    /// Sums the signatures of candidates over the pieces between cuts; `cuts` holds for each run
+    /// the samples at which pieces begin, ascending, the first of them 0. `None` where nominal
+    /// parameters are not determined.
     pub(in crate::diagnose) fn of(
         problem: &Problem,
         normal: &Normal,
@@ -88,8 +90,8 @@ impl InPieces {
         first..first + pieces
     }
 
-    /// What a candidate with a value for each run does where it has the same value in some pieces, by ascending
-    /// ranges, and none in others.
+    /// What a candidate with a value for each run does where it has the same value in some pieces,
+    /// by ascending ranges, and none in others.
     pub(in crate::diagnose) fn tied(&self, candidate: usize, wanted: &[Range<usize>]) -> Entry {
         self.evidence.tied_within(self.entry(candidate), wanted)
     }
@@ -112,8 +114,8 @@ impl InPieces {
 }
 
 impl InPieces {
-    /// What is left of the readings of each run with an entry's best values and the nominal parameters that go
-    /// with them.
+    /// What is left of the readings of each run with an entry's best values and the nominal
+    /// parameters that go with them.
     pub(in crate::diagnose) fn left(
         &self,
         problem: &Problem,
@@ -210,7 +212,8 @@ mod tests {
         }
     }
 
-    /// What is off in the pieces of one run alone moves nothing in the others but what nominal parameters do.
+    /// What is off in the pieces of one run alone moves nothing in the others but what nominal
+    /// parameters do.
     #[test]
     fn a_piece_is_its_samples() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");

@@ -1,8 +1,10 @@
-//! Frequencies that evenly sampled runs cannot tell from nothing: at a multiple of the sampling rate every
-//! sample meets the same phase, and a wave with an amplitude for each run is an offset of that run.
+//! Frequencies that evenly sampled runs cannot tell from nothing: at a multiple of the sampling
+//! rate every sample meets the same phase, and a wave with an amplitude for each run is an offset
+//! of that run.
 //!
-//! Near to such a multiple it is a slow wave of that run, and says nothing for a family of fast ones.
-//! Where the intervals of all runs are multiples of one, a wave beyond half its reciprocal is one below.
+//! Near to such a multiple it is a slow wave of that run, and says nothing for a family of fast
+//! ones. Where the intervals of all runs are multiples of one, a wave beyond half its reciprocal is
+//! one below.
 
 use crate::engine::Problem;
 
@@ -54,8 +56,8 @@ impl Sampling {
         Self { runs, highest }
     }
 
-    /// Whether a wave of this frequency (Hz) is less than a turn of phase in some run, or one of a lower
-    /// frequency in all of them.
+    /// Whether a wave of this frequency (Hz) is less than a turn of phase in some run, or one of a
+    /// lower frequency in all of them.
     pub(super) fn is_blind(&self, frequency: f64) -> bool {
         let folded = |(interval, duration): &(f64, f64)| {
             let turns = (frequency * interval).round();
@@ -64,7 +66,8 @@ impl Sampling {
         frequency > self.highest || self.runs.iter().flatten().any(folded)
     }
 
-    /// Whether a wave of this frequency (Hz) in a run is the same as one of another frequency below some.
+    /// Whether a wave of this frequency (Hz) in a run is the same as one of another frequency below
+    /// some.
     pub(super) fn is_slow_in(&self, run: usize, frequency: f64, below: f64) -> bool {
         let is_slow = |(interval, _): &(f64, f64)| {
             let turns = (frequency * interval).round();
@@ -73,8 +76,8 @@ impl Sampling {
         self.runs.get(run).is_some_and(|one| one.as_ref().is_some_and(is_slow))
     }
 
-    /// Whether waves of two frequencies (Hz) are one in a run that is sampled evenly: less than half a turn of
-    /// phase apart over all of it.
+    /// Whether waves of two frequencies (Hz) are one in a run that is sampled evenly: less than
+    /// half a turn of phase apart over all of it.
     pub(in crate::diagnose) fn is_one(&self, run: usize, frequency: f64, other: f64) -> bool {
         let is_one = |(interval, duration): &(f64, f64)| {
             let folded = |one: f64| (one - (one * interval).round() / interval).abs();
@@ -84,7 +87,8 @@ impl Sampling {
     }
 }
 
-/// Half the reciprocal of the longest interval of which all are multiples; infinite where there is none.
+/// Half the reciprocal of the longest interval of which all are multiples; infinite where there is
+/// none.
 fn highest(even: &[(f64, f64)]) -> f64 {
     let shortest = even.iter().map(|(interval, _)| *interval).fold(f64::INFINITY, f64::min);
     let is_multiple = |parts: f64| {

@@ -1,12 +1,13 @@
 //! Families over a range (a frequency, a period, a width): which member explains most.
 //!
-//! A line is as narrow as the recordings are long: a fixed grid of members would miss it. So the grid is
-//! made from the signatures themselves (`grid`). The constant is left open in one compiled program, `TOGETHER` members at once: one pass
-//! over the readings serves them all. What nominal parameters take up only raises a gain, so the
-//! `BEST` members by the plain gain are looked at again with that taken off, and the best is polished
-//! between its neighbours; coupling between values of different runs is left aside. The best is then tested like any
-//! other candidate; every member of the grid is paid for, twice for the polishing. A list of members is
-//! looked through in the same way, as it stands.
+//! A line is as narrow as the recordings are long: a fixed grid of members would miss it. So the
+//! grid is made from the signatures themselves (`grid`). The constant is left open in one compiled
+//! program, `TOGETHER` members at once: one pass over the readings serves them all. What nominal
+//! parameters take up only raises a gain, so the `BEST` members by the plain gain are looked at
+//! again with that taken off, and the best is polished between its neighbours; coupling between
+//! values of different runs is left aside. The best is then tested like any other candidate; every
+//! member of the grid is paid for, twice for the polishing. A list of members is looked through in
+//! the same way, as it stands.
 
 mod grid;
 mod group;
@@ -39,8 +40,9 @@ const POLISH: usize = 4;
 /// What was found before: the family, its best member, and the number of members.
 pub type Scanned = Vec<(String, Candidate, usize)>;
 
-/// The best member of a family, as `known` or looked for, and the number of members that it was chosen among. `None` where the
-/// effect has not just one family, or its member cannot be left open.
+/// The best member of a family, as `known` or looked for, and the number of members that it was
+/// chosen among. `None` where the effect has not just one family, or its member cannot be left
+/// open.
 pub fn scan(
     fitted: &Fitted,
     family: &Candidate,
@@ -132,8 +134,8 @@ fn is_frequency(unit: &Unit) -> bool {
 /// A family whose constant is left open.
 struct Scan<'a> {
     fitted: &'a Fitted,
-    /// For each campaign that it fits the columns of `TOGETHER` members: alone, with those of each other, and with
-    /// the nominal ones.
+    /// For each campaign that it fits the columns of `TOGETHER` members: alone, with those of each
+    /// other, and with the nominal ones.
     alone: Vec<Passes<'a>>,
     across: Vec<Passes<'a>>,
     beside: Vec<Passes<'a>>,
@@ -184,7 +186,8 @@ impl<'a> Scan<'a> {
         self.sampling.as_ref().is_some_and(|(sampling, _)| sampling.is_blind(member))
     }
 
-    /// Whether what values of a run's own say for a member says as much for a wave slower than all of the family.
+    /// Whether what values of a run's own say for a member says as much for a wave slower than all
+    /// of the family.
     fn is_slow_in(&self, key: (usize, usize), member: f64) -> bool {
         let of_run = |(sampling, lowest): &(Sampling, f64)| {
             key.0 == OF_RUN && sampling.is_slow_in(key.1, member, *lowest)
@@ -230,8 +233,8 @@ impl<'a> Scan<'a> {
         groups
     }
 
-    /// What each of at most `TOGETHER` members takes off the sum of squares while nominal parameters stand
-    /// still.
+    /// What each of at most `TOGETHER` members takes off the sum of squares while nominal
+    /// parameters stand still.
     fn plain_gains(&self, members: &[f64]) -> Vec<f64> {
         let nothing = DVector::zeros(0);
         self.added(&self.alone, members, |group| {
@@ -254,8 +257,8 @@ impl<'a> Scan<'a> {
         gains
     }
 
-    /// What each member gains, added up over everything that holds together; without the runs in which its wave is as
-    /// much one slower than all of the family, where these say most of it.
+    /// What each member gains, added up over everything that holds together; without the runs in
+    /// which its wave is as much one slower than all of the family, where these say most of it.
     fn added(
         &self,
         programs: &[Passes<'_>],

@@ -49,7 +49,8 @@ pub fn of_gain(gain: f64, degrees: usize, members: usize) -> Score {
     Score { gain, degrees, ln_p: ln_p.min(0.0) }
 }
 
-/// What supports a score besides the noise that is known: how scores scatter from stretch to stretch.
+/// What supports a score besides the noise that is known: how scores scatter from stretch to
+/// stretch.
 #[derive(Clone, Copy, Debug)]
 pub struct Support {
     /// Number of stretches.
@@ -59,10 +60,11 @@ pub struct Support {
 }
 
 impl Support {
-    /// Logarithm of the probability by chance of a gain, if noise is as unruly as it looks: a test of F with
-    /// scores that scatter `inflation` times as much as the noise says, or, where stretches are too few to
-    /// show that, the most that a memory of this strength can pretend. Members of a family are paid for in
-    /// the score test alone: few stretches would never give so many.
+    /// Logarithm of the probability by chance of a gain, if noise is as unruly as it looks: a test
+    /// of F with scores that scatter `inflation` times as much as the noise says, or, where
+    /// stretches are too few to show that, the most that a memory of this strength can pretend.
+    /// Members of a family are paid for in the score test alone: few stretches would never give so
+    /// many.
     pub fn ln_p(&self, gain: f64, degrees: usize, inflation: f64) -> f64 {
         if self.stretches < LEAST_STRETCHES {
             let most = (1.0 + self.memory) / (1.0 - self.memory);
@@ -74,8 +76,8 @@ impl Support {
     }
 }
 
-/// Logarithm of the likelihood ratio, against nothing, of normal values of the likeliest variance that take
-/// so much off the sum of squares.
+/// Logarithm of the likelihood ratio, against nothing, of normal values of the likeliest variance
+/// that take so much off the sum of squares.
 pub fn likelihood_of_gain(gain: f64, degrees: usize) -> f64 {
     let degrees = degrees as f64;
     let excess = gain - degrees;

@@ -1,4 +1,5 @@
-//! What candidates have in common with each other, with stated values and with the nominal parameters.
+//! What candidates have in common with each other, with stated values and with the nominal
+//! parameters.
 
 use nalgebra::DMatrix;
 
@@ -6,8 +7,8 @@ use super::basis::beyond;
 use super::columns::Column;
 use super::{Entry, Evidence, Projected};
 
-/// Squared sine of the angle below which a direction is taken up by what it stands beside: tangents of
-/// effects that are not quite linear differ by as much.
+/// Squared sine of the angle below which a direction is taken up by what it stands beside: tangents
+/// of effects that are not quite linear differ by as much.
 const NEARLY: f64 = 3e-4;
 
 impl Evidence {
@@ -34,7 +35,8 @@ impl Evidence {
         beyond(&self.overlap(a, b), &a.score, &b.score, NEARLY)
     }
 
-    /// Part of an entry's gain that lies in prior rows: what its best values take off their squares.
+    /// Part of an entry's gain that lies in prior rows: what its best values take off their
+    /// squares.
     pub fn prior_share(&self, entry: &Entry) -> f64 {
         let own = entry.gain();
         if own <= 0.0 || self.nominal.priors.is_empty() {

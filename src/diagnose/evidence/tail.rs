@@ -29,7 +29,8 @@ pub fn ln_below(value: f64, degrees: usize) -> f64 {
     gamma_lr(0.5 * degrees as f64, 0.5 * value).max(f64::MIN_POSITIVE).ln()
 }
 
-/// `ln Q(a, x)` of the incomplete gamma function: half the degrees and half the value of chi squared.
+/// `ln Q(a, x)` of the incomplete gamma function: half the degrees and half the value of chi
+/// squared.
 pub fn ln_gamma_tail(a: f64, x: f64) -> f64 {
     if a.is_nan() || x.is_nan() || a <= 0.0 || x <= 0.0 {
         return 0.0;

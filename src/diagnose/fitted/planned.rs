@@ -1,7 +1,7 @@
 //! Campaigns some of whose runs are only planned: what was measured says where the rest stands.
 //!
-//! Answers: what of a problem can be fitted, where all of it stands with that fit, and which places and
-//! turns nobody says. It does not fit.
+//! Answers: what of a problem can be fitted, where all of it stands with that fit, and which places
+//! and turns nobody says. It does not fit.
 
 use crate::engine::layout::Instance;
 use crate::engine::{Point, Problem};
@@ -23,13 +23,14 @@ pub fn measured(problem: &Problem) -> Problem {
     measured
 }
 
-/// The point of all runs with the fit of the [`measured`] ones: as stated where the fit says nothing.
+/// The point of all runs with the fit of the [`measured`] ones: as stated where the fit says
+/// nothing.
 pub fn placed(problem: &Problem, measured: &Problem, point: &Point) -> Point {
     carried_onto(measured, point, problem, Point::stated(&problem.layout))
 }
 
-/// What has a place or a turn that nobody states, nor the readings of a `measured` part of it: names,
-/// with the setup.
+/// What has a place or a turn that nobody states, nor the readings of a `measured` part of it:
+/// names, with the setup.
 pub fn unplaced(problem: &Problem, measured: Option<&Problem>) -> Vec<String> {
     let known = measured.map(silent).unwrap_or_default();
     let mut unplaced = silent(problem);

@@ -1,9 +1,10 @@
 //! Folds: which readings models are fitted to, and which they are judged on.
 //!
-//! Whole runs are left out in turn, or, with fewer than [`LEAST_RUNS`] runs, stretches of time with a gap
-//! about them. Where parameters belong to a run, or to a setup with no other run, every other eighth of
-//! each run is left out in turn: without the run they would not be known, and a clock's rate learnt from
-//! a first half would have to be extrapolated over the second, where its error hides what the effect does.
+//! Whole runs are left out in turn, or, with fewer than [`LEAST_RUNS`] runs, stretches of time with
+//! a gap about them. Where parameters belong to a run, or to a setup with no other run, every other
+//! eighth of each run is left out in turn: without the run they would not be known, and a clock's
+//! rate learnt from a first half would have to be extrapolated over the second, where its error
+//! hides what the effect does.
 
 use crate::diagnose::evidence::thresholds::LEAST_RUNS;
 use crate::diagnose::fitted::Fitted;
@@ -21,8 +22,8 @@ pub(super) struct Fold {
     pub(super) judged: Vec<(usize, RunGram)>,
 }
 
-/// The folds of a fitted model, of which these are the sums; `memory` from reading to reading widens the
-/// gap about stretches of time.
+/// The folds of a fitted model, of which these are the sums; `memory` from reading to reading
+/// widens the gap about stretches of time.
 pub(super) fn folds(fitted: &Fitted, normal: &Normal, memory: f64) -> Vec<Fold> {
     let runs = &normal.columns.runs;
     if runs.len() < LEAST_RUNS {

@@ -1,12 +1,12 @@
 //! The gap of a campaign that the fit never saw.
 //!
 //! What belongs to the instrument and the rig is held at the values of the first campaign, for each
-//! model: without the effects, with the first of them, with the first two, and so on. Lost samples and
-//! gross readings (beyond 3.5 robust standard deviations of their campaign and run), as the model with all effects sees them, are
-//! left out for every model, and counted. Parameters
-//! of setups and runs are then fitted to every other eighth of each run, and the eighths between are
-//! judged: a clock's rate extrapolated from first halves would hide what effects do in second ones. Where
-//! those eighths do not determine them, whole runs are fitted and judged.
+//! model: without the effects, with the first of them, with the first two, and so on. Lost samples
+//! and gross readings (beyond 3.5 robust standard deviations of their campaign and run), as the
+//! model with all effects sees them, are left out for every model, and counted. Parameters of
+//! setups and runs are then fitted to every other eighth of each run, and the eighths between are
+//! judged: a clock's rate extrapolated from first halves would hide what effects do in second ones.
+//! Where those eighths do not determine them, whole runs are fitted and judged.
 
 use crate::diagnose::fitted::{Fitted, rebuilt};
 use crate::diagnose::gross::lost::{self, Among};
@@ -44,8 +44,8 @@ pub enum HoldoutError {
     },
 }
 
-/// The gap of a held-out campaign, without and with the effects that were adopted elsewhere; no part of it
-/// counts as closed where what speaks for them was not `in_data`.
+/// The gap of a held-out campaign, without and with the effects that were adopted elsewhere; no
+/// part of it counts as closed where what speaks for them was not `in_data`.
 ///
 /// # Errors
 /// [`HoldoutError`] where the campaign cannot be fitted at all, or does not take an effect.
@@ -146,8 +146,8 @@ impl Scored {
         squares.map(|((before, after), length)| Drop { taken: before - after, length }).collect()
     }
 
-    /// For each run the squared length of the difference between two models' predictions, in what the other
-    /// one leaves of each measurand.
+    /// For each run the squared length of the difference between two models' predictions, in what
+    /// the other one leaves of each measurand.
     fn apart(&self, other: &Self) -> Vec<f64> {
         let mut apart = Vec::new();
         for (p, part) in self.judged.problem.parts.iter().enumerate() {
@@ -233,8 +233,9 @@ impl Held<'_> {
     }
 }
 
-/// Gives a recipe, of which this is the system, the effects that others found, with the constants that these
-/// state of them: the system with them. Effects that only other models take are left aside.
+/// Gives a recipe, of which this is the system, the effects that others found, with the constants
+/// that these state of them: the system with them. Effects that only other models take are left
+/// aside.
 fn with_effects(
     recipe: &mut Recipe,
     mut system: System,
@@ -277,8 +278,8 @@ fn take_runs(parts: &mut [Part], problem: Problem) {
     }
 }
 
-/// Holds what belongs to a campaign's instrument and rig at the values of a fit, random levels with it:
-/// at those of the same instrument or rig, else of the first campaign.
+/// Holds what belongs to a campaign's instrument and rig at the values of a fit, random levels with
+/// it: at those of the same instrument or rig, else of the first campaign.
 fn hold(system: &mut System, part: &Part, values: &Fitted) {
     let Problem { layout, parts, .. } = &values.problem;
     let point: &Point = &values.fit.point;

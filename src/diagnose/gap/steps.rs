@@ -1,5 +1,5 @@
-//! The same readings and weights with a model that grows by one adopted effect after the other: what each
-//! of them contributes.
+//! The same readings and weights with a model that grows by one adopted effect after the other:
+//! what each of them contributes.
 
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::search::Adopted;

@@ -1,10 +1,12 @@
-//! Codes in the place of readings: the 0, -1 or 99999 that some instruments write where they lost their target.
+//! Codes in the place of readings: the 0, -1 or 99999 that some instruments write where they lost
+//! their target.
 //!
-//! A number that comes back to its last digit, in a few places at least, is no measurement where it stands apart from
-//! all others by far, or where no other comes back nearly as often and what is read before is far off it. Codes are
-//! looked for in the readings themselves, before any model, only where the model's own parameters do not settle or
-//! leave far too much, and stay out if they are gross from where they do nothing. Numbers that are wrong and differ
-//! are for [`super::wild`] and `spikes`.
+//! A number that comes back to its last digit, in a few places at least, is no measurement where it
+//! stands apart from all others by far, or where no other comes back nearly as often and what is
+//! read before is far off it. Codes are looked for in the readings themselves, before any model,
+//! only where the model's own parameters do not settle or leave far too much, and stay out if they
+//! are gross from where they do nothing. Numbers that are wrong and differ are for [`super::wild`]
+//! and `spikes`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,7 +22,8 @@ use super::left_out::{Far, leave_out, told};
 use super::settle::is_spoilt;
 use super::wild::{GROSS, has_gross};
 
-/// A measurand has so many codes at most: of more numbers those that are there most often are looked at.
+/// A measurand has so many codes at most: of more numbers those that are there most often are
+/// looked at.
 const MOST: usize = 8;
 /// A code stands in so many places at least, in runs of which it is not the most.
 const PLACES: usize = 3;
@@ -31,7 +34,8 @@ const AS_OFTEN: usize = 10;
 /// and so many times as far off the readings before it as these are off each other.
 const JUMP: f64 = 5.0;
 
-/// Leaves codes out where the nominal fit does not settle, is spoilt or may hide it, and fits again.
+/// Leaves codes out where the nominal fit does not settle, is spoilt or may hide it, and fits
+/// again.
 pub(in crate::diagnose) fn without_codes(
     whole: Calibration,
     options: &Options,
@@ -79,8 +83,8 @@ pub(in crate::diagnose) fn without_codes(
     Ok((rest, LeftOut { readings, ..LeftOut::default() }))
 }
 
-/// Whether a fit may be spoilt: it does not settle, leaves far too much or some reading far beyond the others, or has
-/// levels of its own, which grow with what is left.
+/// Whether a fit may be spoilt: it does not settle, leaves far too much or some reading far beyond
+/// the others, or has levels of its own, which grow with what is left.
 fn is_in_doubt(whole: &Calibration, seen: &[Sequence]) -> bool {
     whole.fit.outcome != Outcome::Converged
         || is_spoilt(whole)
@@ -94,7 +98,8 @@ fn far(one: &Sequence, found: &[Vec<Codes>]) -> Far {
     codes.map(|(at, run)| at.iter().map(|(sample, _)| (*sample, run[*sample])).collect()).collect()
 }
 
-/// Whether most readings in the place of which codes would stand are gross; where there are none all are.
+/// Whether most readings in the place of which codes would stand are gross; where there are none
+/// all are.
 fn is_gross(one: &Sequence, far: &Far) -> bool {
     let mut codes: Vec<f64> = far.iter().flatten().map(|(_, value)| value.abs()).collect();
     let mut others: Vec<f64> = Vec::new();
@@ -110,8 +115,8 @@ fn is_gross(one: &Sequence, far: &Far) -> bool {
 /// The samples of each run that hold a code of a measurand, with it.
 type Codes = Vec<Vec<(usize, f64)>>;
 
-/// Those of each measurand of a campaign. A rotation that is a code has a code in some component, and comes back
-/// with all of them.
+/// Those of each measurand of a campaign. A rotation that is a code has a code in some component,
+/// and comes back with all of them.
 fn codes_of(part: &Part) -> Vec<Codes> {
     let of_slot = |slot: &Slot| {
         let columns: Vec<Vec<Vec<f64>>> = slot.columns().map(|one| readings(part, one)).collect();

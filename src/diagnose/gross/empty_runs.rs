@@ -1,5 +1,5 @@
-//! Runs of which no reading is left: they go as wholes where something of their own, or of a setup of which no reading is
-//! left, is to be estimated, for nothing would determine it.
+//! Runs of which no reading is left: they go as wholes where something of their own, or of a setup
+//! of which no reading is left, is to be estimated, for nothing would determine it.
 
 use crate::diagnose::fitted::{Fitted, carried};
 use crate::engine::layout::qualified;

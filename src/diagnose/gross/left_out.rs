@@ -1,7 +1,9 @@
-//! Readings that are left out, and how they are told: single ones by row, once for all components, with how far out
-//! they were; those of a measurand in a run, or a stretch of it, that is wrong as a whole by their number.
+//! Readings that are left out, and how they are told: single ones by row, once for all components,
+//! with how far out they were; those of a measurand in a run, or a stretch of it, that is wrong as
+//! a whole by their number.
 //!
-//! Which ones those are is judged elsewhere ([`super::wild`], `codes`, `spikes`, `alone`, `moment`).
+//! Which ones those are is judged elsewhere ([`super::wild`], `codes`, `spikes`, `alone`,
+//! `moment`).
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -26,7 +28,8 @@ pub(super) fn readings_out(problem: &mut Problem, all: &[Sequence], far: &[Far])
     LeftOut { readings, ..LeftOut::default() }
 }
 
-/// Leaves all readings of measurands in some runs out and lists them; `place` says where each is off.
+/// Leaves all readings of measurands in some runs out and lists them; `place` says where each is
+/// off.
 pub(in crate::diagnose) fn runs_out(
     problem: &mut Problem,
     all: &[Sequence],
@@ -69,7 +72,8 @@ fn whole(problem: &Problem, one: OfRun) -> OfSamples {
     (one, 0..problem.parts[one.part].runs[one.run].record.len())
 }
 
-/// Readings of sequences as they are told, each once; `code` says which code stands in a sample of a run.
+/// Readings of sequences as they are told, each once; `code` says which code stands in a sample of
+/// a run.
 pub(super) fn told(
     problem: &Problem,
     all: &[Sequence],
@@ -100,8 +104,8 @@ pub(super) fn told(
     readings
 }
 
-/// Samples of a measurand in a run of which all readings are left out, as they are told; `None` where no readings are
-/// there.
+/// Samples of a measurand in a run of which all readings are left out, as they are told; `None`
+/// where no readings are there.
 pub(in crate::diagnose) fn stretch(
     problem: &Problem,
     all: &[Sequence],

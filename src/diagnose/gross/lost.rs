@@ -1,18 +1,19 @@
 //! Lost samples: stretches of a run whose readings belong to moments whole sample periods away.
 //!
-//! An instrument that drops a sample, or a logger that skips a trigger, puts reading `i` beside the stamp
-//! of trigger `i`, though it was taken at trigger `i + n`. For each shift `n` up to `PERIODS` every
-//! reading is compared with the prediction at sample `i + n`; the stretch over which that lowers the sum
-//! of squares most is the stretch of largest sum (Bentley's and Kadane's scan). A shift is a simple
-//! hypothesis, so for one stretch and one shift the probability of such a gain `G` by chance is below
-//! `exp(-G / 2)` (Markov's inequality for a likelihood ratio), and all stretches and shifts are paid for.
+//! An instrument that drops a sample, or a logger that skips a trigger, puts reading `i` beside the
+//! stamp of trigger `i`, though it was taken at trigger `i + n`. For each shift `n` up to `PERIODS`
+//! every reading is compared with the prediction at sample `i + n`; the stretch over which that
+//! lowers the sum of squares most is the stretch of largest sum (Bentley's and Kadane's scan). A
+//! shift is a simple hypothesis, so for one stretch and one shift the probability of such a gain
+//! `G` by chance is below `exp(-G / 2)` (Markov's inequality for a likelihood ratio), and all
+//! stretches and shifts are paid for.
 //!
-//! A shift by a whole period is gross: several degrees of a fast arm. It spoils the fit in which it is
-//! looked for, so that is made without what is far out (`trimmed`), residuals are measured by their
-//! own robust scatter, and only stretches that a shift
-//! carries from far out (`FAR`) back among the others (`NEAR`) count. What is found is left out, the
-//! rest is fitted again, and the search is repeated. It looks at single shifts of a run's own readings;
-//! a delay that wanders is not its business.
+//! A shift by a whole period is gross: several degrees of a fast arm. It spoils the fit in which it
+//! is looked for, so that is made without what is far out (`trimmed`), residuals are measured by
+//! their own robust scatter, and only stretches that a shift carries from far out (`FAR`) back
+//! among the others (`NEAR`) count. What is found is left out, the rest is fitted again, and the
+//! search is repeated. It looks at single shifts of a run's own readings; a delay that wanders is
+//! not its business.
 
 use std::ops::Range;
 
@@ -209,7 +210,8 @@ impl Shifted {
         best
     }
 
-    /// A stretch that reaches as far as there is something to compare with reaches to the end of the run.
+    /// A stretch that reaches as far as there is something to compare with reaches to the end of
+    /// the run.
     fn to_the_end(&self, stretch: Range<usize>, shift: isize) -> Range<usize> {
         let (count, reach) = (self.squares[0].len(), shift.unsigned_abs());
         let end = if shift > 0 && stretch.end + reach == count { count } else { stretch.end };

@@ -1,8 +1,9 @@
 //! A stated value that is wrong altogether: another unit, a slip of the pen.
 //!
-//! It bends a fit so much that nothing else can be judged, and readings that are right look gross. Each value that is
-//! stated is set free in turn; it is wrong where that alone makes a spoilt fit sound. What is wrong by a few
-//! standard uncertainties is judged with everything else ([`mod@crate::estimate::contradicted`]).
+//! It bends a fit so much that nothing else can be judged, and readings that are right look gross.
+//! Each value that is stated is set free in turn; it is wrong where that alone makes a spoilt fit
+//! sound. What is wrong by a few standard uncertainties is judged with everything else
+//! ([`mod@crate::estimate::contradicted`]).
 
 use crate::engine::Problem;
 use crate::estimate::batch::{FitError, Options};
@@ -57,8 +58,9 @@ pub(in crate::diagnose) fn misstated(
 /// A thousand of one unit are one of another.
 const PREFIX: f64 = 1e3;
 
-/// Where a parameter of which nothing is stated may start: a number where the fit left it, or at what it would be
-/// in a unit next to the one that is said; vectors and rotations as the model has it.
+/// Where a parameter of which nothing is stated may start: a number where the fit left it, or at
+/// what it would be in a unit next to the one that is said; vectors and rotations as the model has
+/// it.
 fn starts(whole: &Calibration, name: &str) -> Vec<Option<f64>> {
     let layout = &whole.problem.layout;
     let index = layout.instances.iter().position(|one| one.name == name);

@@ -1,5 +1,5 @@
-//! The nominal fit, without what keeps it from settling or spoils it: gross readings, a run or two that are wrong as
-//! wholes (another unit, another setup, another clock), lost samples.
+//! The nominal fit, without what keeps it from settling or spoils it: gross readings, a run or two
+//! that are wrong as wholes (another unit, another setup, another clock), lost samples.
 
 use crate::campaign::record::Change;
 use crate::diagnose::found::{LeftOut, Lost};
@@ -10,21 +10,21 @@ use crate::estimate::calibrate::{Calibration, calibrate};
 use super::lost;
 use super::wild::{PEELS, without_gross_at, without_wrong_at};
 
-/// Runs that are left out one at a time where the fit does not settle: of so few none can be told to be
-/// wrong, of so many each one takes too long.
+/// Runs that are left out one at a time where the fit does not settle: of so few none can be told
+/// to be wrong, of so many each one takes too long.
 const RUNS: std::ops::RangeInclusive<usize> = 4..=100;
 
 /// Runs that may be wrong together.
 const WRONG: usize = 2;
 /// A variance factor beyond which such runs may be all that is wrong.
 const SPOILT: f64 = 100.0;
-/// They are where the factor without them is so many times less, and not even by so much without another in the
-/// place of the last one.
+/// They are where the factor without them is so many times less, and not even by so much without
+/// another in the place of the last one.
 pub(super) const SOUND_WITHOUT: f64 = 50.0;
 const SPOILT_WITHOUT: f64 = 4.0;
 
-/// Leaves out what keeps the nominal fit from settling, and fits again: gross readings, or what is gross where the
-/// fit settles once a run or two are left out.
+/// Leaves out what keeps the nominal fit from settling, and fits again: gross readings, or what is
+/// gross where the fit settles once a run or two are left out.
 pub(in crate::diagnose) fn settled(
     whole: Calibration,
     options: &Options,
@@ -42,7 +42,8 @@ pub(in crate::diagnose) fn settled(
     peeled(calibrate(rest, options)?, found, options)
 }
 
-/// Leaves out what is gross where the fit is sound without a run or two that spoil it, and fits again.
+/// Leaves out what is gross where the fit is sound without a run or two that spoil it, and fits
+/// again.
 pub(in crate::diagnose) fn without_spoiling(
     nominal: Calibration,
     options: &Options,
@@ -86,8 +87,9 @@ fn peeled(
     Ok((nominal, gross))
 }
 
-/// Where the fit is sound once a run or two are left out, from which these are to be seen; where the fit of all did
-/// not settle, at least where it does without one. `spoilt` is the variance factor of the fit of all.
+/// Where the fit is sound once a run or two are left out, from which these are to be seen; where
+/// the fit of all did not settle, at least where it does without one. `spoilt` is the variance
+/// factor of the fit of all.
 fn without_runs(
     problem: &Problem,
     spoilt: Option<f64>,

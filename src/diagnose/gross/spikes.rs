@@ -1,10 +1,11 @@
 //! Gross readings that bend the nominal fit, seen from one that they do not bend.
 //!
-//! Some readings that a display repeats, or a log that stands still for a moment, are thousands of uncertainties
-//! off, and so is what is read while a beam is broken. The fit bends towards them, and others look worse than they
-//! do. It is trimmed, therefore ([`super::trimmed`]), beyond a part of all readings at least. Of what is far out from
-//! there the gross readings that stand alone, with a few neighbours or in a burst with sharp ends are left
-//! out for good; what rises and falls is structure. All others are judged with the noise ([`super::wild`]).
+//! Some readings that a display repeats, or a log that stands still for a moment, are thousands of
+//! uncertainties off, and so is what is read while a beam is broken. The fit bends towards them,
+//! and others look worse than they do. It is trimmed, therefore ([`super::trimmed`]), beyond a part
+//! of all readings at least. Of what is far out from there the gross readings that stand alone,
+//! with a few neighbours or in a burst with sharp ends are left out for good; what rises and falls
+//! is structure. All others are judged with the noise ([`super::wild`]).
 
 use crate::diagnose::found::LeftOut;
 use crate::diagnose::sequences::{Sequence, seen_from};
@@ -24,7 +25,8 @@ const MOST: f64 = 0.15;
 /// More next to each other, beyond this part of what is gross, are no wild readings,
 pub(in crate::diagnose) const NEIGHBOURS: usize = 5;
 const FOOT: f64 = 0.25;
-/// but for one burst in a run, of at most one in so many of its readings, of which this part is gross.
+/// but for one burst in a run, of at most one in so many of its readings, of which this part is
+/// gross.
 const BURST: usize = 4;
 const SHARP: f64 = 0.8;
 
@@ -66,9 +68,10 @@ fn farthest(one: &Sequence) -> Far {
     (0..one.runs.len()).map(far).collect()
 }
 
-/// The gross readings of a sequence with the few about them that are far out, too, by run: those in small groups, and
-/// in one burst in each of a few runs; none where they are too many, or where larger groups are in more runs, for
-/// these are structure. What is next to each other is by the readings that are there.
+/// The gross readings of a sequence with the few about them that are far out, too, by run: those in
+/// small groups, and in one burst in each of a few runs; none where they are too many, or where
+/// larger groups are in more runs, for these are structure. What is next to each other is by the
+/// readings that are there.
 fn spikes(one: &Sequence) -> Far {
     let deviation = one.deviation().unwrap_or(f64::INFINITY);
     let none = || vec![Vec::new(); one.runs.len()];

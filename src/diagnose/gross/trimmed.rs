@@ -1,8 +1,8 @@
 //! A fit that readings which are far out do not bend.
 //!
-//! It is trimmed as least trimmed squares are (Rousseeuw 1984), but from where another fit stopped: what is far out
-//! is left out, the model is fitted again, all readings are looked at from there, and so on until the same ones are
-//! out. What is far out is for the caller to say.
+//! It is trimmed as least trimmed squares are (Rousseeuw 1984), but from where another fit stopped:
+//! what is far out is left out, the model is fitted again, all readings are looked at from there,
+//! and so on until the same ones are out. What is far out is for the caller to say.
 
 use crate::diagnose::sequences::{Sequence, seen_from};
 use crate::engine::{Point, Problem};

@@ -1,7 +1,7 @@
-//! Wild readings: those beyond [`TRIM`] robust standard deviations of their measurand are left out, and
-//! listed by row. Where many are far out the noise has long tails and none is left out. Gross ones go before
-//! anything else is judged, the farthest first: what they do to the fit would pass for jitter, for noisier
-//! runs and for more wild readings.
+//! Wild readings: those beyond [`TRIM`] robust standard deviations of their measurand are left out,
+//! and listed by row. Where many are far out the noise has long tails and none is left out. Gross
+//! ones go before anything else is judged, the farthest first: what they do to the fit would pass
+//! for jitter, for noisier runs and for more wild readings.
 
 use std::collections::BTreeSet;
 
@@ -20,23 +20,24 @@ use super::left_out::{Far, readings_out, runs_out};
 
 /// Readings farther out are left out, in robust standard deviations.
 pub const TRIM: f64 = 4.5;
-/// Gross readings are so many robust standard deviations out, of their measurand and of it in their run.
+/// Gross readings are so many robust standard deviations out, of their measurand and of it in their
+/// run.
 pub(super) const GROSS: f64 = 20.0;
 /// Rounds of leaving gross readings out.
 pub(in crate::diagnose) const PEELS: usize = 6;
-/// Of gross readings those go at once that are at least this part of the farthest: that one may have put
-/// the others there.
+/// Of gross readings those go at once that are at least this part of the farthest: that one may
+/// have put the others there.
 const PEELED: f64 = 0.1;
-/// Runs of which most readings of a measurand are far out, and so many at least, are left out as wholes: so
-/// many runs at most, and one of so many.
+/// Runs of which most readings of a measurand are far out, and so many at least, are left out as
+/// wholes: so many runs at most, and one of so many.
 const LEAST_WRONG: usize = 10;
 pub(in crate::diagnose) const RUNS_APART: usize = 3;
 pub(in crate::diagnose) const ONE_OF: usize = 4;
 /// Where more readings than this share are far out, the noise has long tails and none is left out.
 const MOST_WILD: f64 = 0.05;
 
-/// Leaves wild readings of a stage out. `white` is what is left as if there were no memory: one wild
-/// reading is one there, not the beginning of several.
+/// Leaves wild readings of a stage out. `white` is what is left as if there were no memory: one
+/// wild reading is one there, not the beginning of several.
 pub(in crate::diagnose) fn without_wild(
     stage: &Stage,
     white: &[Sequence],
@@ -54,8 +55,9 @@ pub(in crate::diagnose) fn without_gross(
     without(stage, noise, white, PEELED, gross)
 }
 
-/// Leaves gross readings of campaigns out as they are seen from a point that a fit ran to and did not
-/// settle at: one reading of 99999 among thousands keeps it from that. The others, and what is left out.
+/// Leaves gross readings of campaigns out as they are seen from a point that a fit ran to and did
+/// not settle at: one reading of 99999 among thousands keeps it from that. The others, and what is
+/// left out.
 pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
     let mut rest = Problem::new(problem.parts.clone());
     let found = trim(&mut rest, &seen_from(problem, point), PEELED, gross);
@@ -83,8 +85,8 @@ pub(super) fn gross(residuals: &[f64], deviation: f64) -> f64 {
     GROSS * of_run.max(deviation)
 }
 
-/// Leaves readings beyond a limit out, which are at least some part of the farthest: the limit is one of
-/// the residuals of a run and the robust standard deviation in all.
+/// Leaves readings beyond a limit out, which are at least some part of the farthest: the limit is
+/// one of the residuals of a run and the robust standard deviation in all.
 fn without(
     stage: &Stage,
     noise: &mut Noise,
@@ -132,8 +134,8 @@ fn beyond(one: &Sequence, limit: impl Fn(&[f64], f64) -> f64) -> Far {
     (0..one.runs.len()).map(of_run).collect()
 }
 
-/// Of readings that are far out those in runs that are not wrong and, if these are not too many, at least some part
-/// of the farthest.
+/// Of readings that are far out those in runs that are not wrong and, if these are not too many, at
+/// least some part of the farthest.
 fn among_others(one: &Sequence, mut far: Far, wrong: &BTreeSet<OfRun>, peeled: f64) -> Far {
     let others = (0..far.len()).filter(|run| !one.is_among(wrong, *run));
     let count: usize = others.map(|run| far[run].len()).sum();
@@ -146,8 +148,8 @@ fn among_others(one: &Sequence, mut far: Far, wrong: &BTreeSet<OfRun>, peeled: f
     far
 }
 
-/// The runs of which most readings of a measurand, in some component, are far out; none where they are too many to be
-/// exceptions.
+/// The runs of which most readings of a measurand, in some component, are far out; none where they
+/// are too many to be exceptions.
 fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
     let mut wrong = BTreeSet::new();
     for (one, far) in all.iter().zip(far) {
@@ -196,16 +198,16 @@ pub(in crate::diagnose) fn counts(problem: &Problem) -> Vec<usize> {
     problem.parts.iter().flat_map(Part::present).collect()
 }
 
-/// Logarithm of the probability of so many wild readings among normal ones, of which these are the numbers
-/// in each measurand.
+/// Logarithm of the probability of so many wild readings among normal ones, of which these are the
+/// numbers in each measurand.
 pub fn ln_wild(wild: usize, readings: &[usize]) -> f64 {
     // Poisson: the chance of at least so many is that of a chi squared below twice the mean.
     let mean: f64 = readings.iter().map(|count| *count as f64 * beyond_trim(*count)).sum();
     ln_below(2.0 * mean, 2 * wild).max(-700.0)
 }
 
-/// Share of readings beyond [`TRIM`] by chance, where their deviation is known from the median of so many:
-/// its logarithm has the standard deviation `1.17 / √n`.
+/// Share of readings beyond [`TRIM`] by chance, where their deviation is known from the median of
+/// so many: its logarithm has the standard deviation `1.17 / √n`.
 fn beyond_trim(count: usize) -> f64 {
     const STEPS: i32 = 20;
     let spread = OF_A_MEDIAN / (count.max(1) as f64).sqrt();

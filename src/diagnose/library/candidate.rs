@@ -1,5 +1,5 @@
-//! Something that may be added to models: an effect at a head, with the members of its families, or a
-//! block of unknown structure; and that something cannot be.
+//! Something that may be added to models: an effect at a head, with the members of its families, or
+//! a block of unknown structure; and that something cannot be.
 //!
 //! It does not say which there are.
 

@@ -1,8 +1,8 @@
 //! What has been made of models and effects, kept for the next time: the same models are looked at
 //! again after each round of judging the noise, and in every trial of one design.
 //!
-//! To put an effect into a model, derive its signature and compile that takes longer than to use it.
-//! What is made depends on the models, what is stated of them, and the effects in use: never on
+//! To put an effect into a model, derive its signature and compile that takes longer than to use
+//! it. What is made depends on the models, what is stated of them, and the effects in use: never on
 //! readings.
 
 use std::collections::HashMap;

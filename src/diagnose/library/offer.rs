@@ -1,8 +1,8 @@
-//! What the library offers: every effect, at every head, with every member of its families; and why the
-//! rest cannot be tested here.
+//! What the library offers: every effect, at every head, with every member of its families; and why
+//! the rest cannot be tested here.
 //!
-//! It does not look at readings. An effect that acts on noise alone is set apart: it has no signature
-//! and is looked for in the variance.
+//! It does not look at readings. An effect that acts on noise alone is set apart: it has no
+//! signature and is looked for in the variance.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -2,7 +2,8 @@
 
 /// The covariate of a block with a value for each run.
 pub(super) const RUN: &str = "run";
-/// What the channel of a timing error is called before whose it is, and where it is that of all readings.
+/// What the channel of a timing error is called before whose it is, and where it is that of all
+/// readings.
 pub(super) const TIME_OF: &str = "time of ";
 pub(super) const ALL_READINGS: &str = "all readings";
 /// The covariate of a wave in time with phases of each run's own.
@@ -44,7 +45,8 @@ impl Place {
         self.is_oscillation() && matches!(self.of, Of::Measurand(_))
     }
 
-    /// The measurand that alone is wrong, in its reading or in its time; `None` where it may be all.
+    /// The measurand that alone is wrong, in its reading or in its time; `None` where it may be
+    /// all.
     pub(in crate::diagnose) fn measurand(&self) -> Option<&str> {
         match &self.of {
             Of::Measurand(name) => Some(name),
@@ -74,7 +76,8 @@ impl Place {
         Self { run: Some(name.to_owned()), ..place }
     }
 
-    /// Of a block with a value for each run: in which runs, in words, and which it is if it is one alone.
+    /// Of a block with a value for each run: in which runs, in words, and which it is if it is one
+    /// alone.
     pub(in crate::diagnose) fn in_runs(&self, which: &str, run: Option<&str>) -> Self {
         let what = self.words.trim_end_matches(&format!(" over {RUN}"));
         Self { words: format!("{what} {which}"), run: run.map(str::to_owned), ..self.clone() }
@@ -110,7 +113,8 @@ impl Place {
         Self { run: Some(run.to_owned()), ..place }
     }
 
-    /// Of a reading that is left out in a run, where it is off from a row of its file on or up to another.
+    /// Of a reading that is left out in a run, where it is off from a row of its file on or up to
+    /// another.
     pub(in crate::diagnose) fn of_rows(
         measurand: &str,
         run: &str,

@@ -1,7 +1,8 @@
 //! How probable each cause is before the readings are looked at.
 //!
-//! Nothing, some effect of the library, unknown structure: three probabilities, and for each effect how many times as
-//! probable as the others it is. How large effects may be is not its business: that is their typical size.
+//! Nothing, some effect of the library, unknown structure: three probabilities, and for each effect
+//! how many times as probable as the others it is. How large effects may be is not its business:
+//! that is their typical size.
 
 use std::collections::BTreeMap;
 
@@ -35,8 +36,8 @@ impl Default for Prior {
 }
 
 impl Prior {
-    /// With probabilities of some causes; the others share the rest as they usually do. `None` unless all three are above
-    /// zero and add up to one.
+    /// With probabilities of some causes; the others share the rest as they usually do. `None`
+    /// unless all three are above zero and add up to one.
     pub fn stated(stated: &[(Cause, f64)]) -> Option<Self> {
         let mut causes = USUAL;
         let is_stated = |n: usize| stated.iter().any(|(cause, _)| *cause as usize == n);
@@ -56,7 +57,8 @@ impl Prior {
         is_sound.then_some(Self { causes, times: BTreeMap::new() })
     }
 
-    /// The same with an effect so many times as probable as others; `None` unless that is a number above zero.
+    /// The same with an effect so many times as probable as others; `None` unless that is a number
+    /// above zero.
     pub fn with(mut self, effect: &str, times: f64) -> Option<Self> {
         let is_sound = times.is_finite() && times >= LEAST;
         self.times.insert(effect.to_owned(), times);

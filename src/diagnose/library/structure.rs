@@ -1,10 +1,11 @@
 //! Unknown structure: what an effect that nobody wrote down could look like, as effects made here.
 //!
-//! A block is a displacement of the target, its pedestal or the rig, an error in the time of a reading or an error
-//! of the reading itself, as a free function of one covariate: an angle (waves up to an order), a rate, the
-//! sense of rotation, time, setup, run. Blocks are effects like any other and go through the same
-//! machine; the best of them says where the unknown sits. (A plain Fourier series in the arm angle
-//! would miss clocks and platforms.) Those whose scale nobody knows are families.
+//! A block is a displacement of the target, its pedestal or the rig, an error in the time of a
+//! reading or an error of the reading itself, as a free function of one covariate: an angle (waves
+//! up to an order), a rate, the sense of rotation, time, setup, run. Blocks are effects like any
+//! other and go through the same machine; the best of them says where the unknown sits. (A plain
+//! Fourier series in the arm angle would miss clocks and platforms.) Those whose scale nobody knows
+//! are families.
 //!
 //! | file | answers |
 //! |---|---|
@@ -59,8 +60,9 @@ pub(super) fn changes(recipes: &[Recipe]) -> Vec<Candidate> {
     })
 }
 
-/// Those that say what goes otherwise there than back: hysteresis, lost motion, the drag of a cable. They are many, and
-/// nearly all of what they say is said by others; so they are asked of what others leave, or say worse.
+/// Those that say what goes otherwise there than back: hysteresis, lost motion, the drag of a
+/// cable. They are many, and nearly all of what they say is said by others; so they are asked of
+/// what others leave, or say worse.
 pub(super) fn by_sense(recipes: &[Recipe]) -> Vec<Candidate> {
     offered(recipes, |model| {
         let mut all = Vec::new();
@@ -166,8 +168,9 @@ fn rig<const N: usize>(
     }
 }
 
-/// Displacements of the rig by what moves: its pedestal gives way to imbalance and torque, in directions of its
-/// own, which are others in each setup for the instrument. Where nothing turns they are those of the target.
+/// Displacements of the rig by what moves: its pedestal gives way to imbalance and torque, in
+/// directions of its own, which are others in each setup for the instrument. Where nothing turns
+/// they are those of the target.
 fn pedestal(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     if !turns_its_target(model) || !few_move(model) {
         return;
@@ -256,8 +259,8 @@ fn errors(
     }
 }
 
-/// Errors of readings that are rotations: turns about the axes of what is looked at, and about those of what it is
-/// looked at from, which are others where it turns.
+/// Errors of readings that are rotations: turns about the axes of what is looked at, and about
+/// those of what it is looked at from, which are others where it turns.
 fn attitudes(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     let rotations = model.measurands.iter().filter(|one| one.kind == MeasurandKind::Rotation);
     for MeasurandDeclaration { name, .. } in rotations {
@@ -338,7 +341,8 @@ pub(super) fn made(
 /// Letters of a block's name at most; effects may have 64.
 const LONGEST: usize = 60;
 
-/// A name that an effect may have, the same each time: of a long one the beginning and a number for all of it.
+/// A name that an effect may have, the same each time: of a long one the beginning and a number for
+/// all of it.
 fn called(name: &str) -> String {
     let plain: Vec<char> =
         name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
@@ -372,8 +376,8 @@ mod tests {
         made.into_iter().map(|(effect, place)| (effect.name.clone(), place.words)).collect()
     }
 
-    /// What slides has waves over its length, and is displaced along fixed axes by what moves: a pedestal
-    /// would say the same again.
+    /// What slides has waves over its length, and is displaced along fixed axes by what moves: a
+    /// pedestal would say the same again.
     #[test]
     fn what_slides_has_waves_a_metre_and_no_pedestal() {
         let slides = "stage_x = { unit = \"m\", signal = true }";

@@ -14,8 +14,8 @@ pub struct Wanted {
     pub without: Vec<String>,
     /// How probable each cause is before the readings are looked at.
     pub prior: Prior,
-    /// What has been made of the models so far: one for several diagnoses of campaigns with the same
-    /// models saves its making.
+    /// What has been made of the models so far: one for several diagnoses of campaigns with the
+    /// same models saves its making.
     pub catalogue: Catalogue,
 }
 

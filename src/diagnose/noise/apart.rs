@@ -1,11 +1,11 @@
-//! Single runs in which a reading, the target or a clock is off by a value of its own, and runs from which on it
-//! is: told from noise with a long memory.
+//! Single runs in which a reading, the target or a clock is off by a value of its own, and runs
+//! from which on it is: told from noise with a long memory.
 //!
-//! A forgotten prism constant, a fixture that slipped or an encoder that lost its datum puts one run beside the
-//! others. Noise with a memory
-//! as long as a run explains that, too, but then every run would be off. Where a few changes leave nothing of
-//! what each run has for itself, and are far likelier than a memory, they are what happened. Displacements
-//! beside a walk are those of [`super::wander::displaced`].
+//! A forgotten prism constant, a fixture that slipped or an encoder that lost its datum puts one
+//! run beside the others. Noise with a memory as long as a run explains that, too, but then every
+//! run would be off. Where a few changes leave nothing of what each run has for itself, and are far
+//! likelier than a memory, they are what happened. Displacements beside a walk are those of
+//! [`super::wander::displaced`].
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::score::of_gain;
@@ -30,8 +30,8 @@ pub(super) struct Few {
     pub(super) choices: f64,
 }
 
-/// The structure that is there beside what each run has for itself, and what is off in a few runs if that is
-/// all that runs have for themselves beside it.
+/// The structure that is there beside what each run has for itself, and what is off in a few runs
+/// if that is all that runs have for themselves beside it.
 pub(super) fn few(stage: &Stage) -> Option<(Vec<usize>, Few)> {
     let all = stage.structures();
     let is_known = |n: &usize| !stage.is_of_runs(*n) && !stage.is_oscillation(*n);

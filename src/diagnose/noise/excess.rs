@@ -1,4 +1,5 @@
-//! Scatter beyond what is stated, told as it is and named by the effects of the library that stand for it.
+//! Scatter beyond what is stated, told as it is and named by the effects of the library that stand
+//! for it.
 
 use crate::diagnose::evidence::tail::{ln_chi_squared, ln_normal};
 use crate::diagnose::evidence::thresholds::level;
@@ -10,8 +11,9 @@ use crate::effect::Target;
 use crate::engine::layout::qualified;
 use crate::graph::MeasurandKind;
 
-/// Tells levels that are not as stated, and names the effects of the library that stand for scatter beyond it.
-/// What has a memory is no matter of levels: `white` is the part of the variance without.
+/// Tells levels that are not as stated, and names the effects of the library that stand for scatter
+/// beyond it. What has a memory is no matter of levels: `white` is the part of the variance
+/// without.
 pub(super) fn name_levels(
     stage: &Stage,
     stated: &[Vec<f64>],
@@ -95,8 +97,8 @@ impl Size {
     }
 }
 
-/// By how much each of the measurands of a campaign that an effect patches scatters beyond what is stated; none where
-/// it patches none.
+/// By how much each of the measurands of a campaign that an effect patches scatters beyond what is
+/// stated; none where it patches none.
 fn beyond(
     stage: &Stage,
     candidate: &Candidate,

@@ -1,12 +1,12 @@
 //! Random quantities that the readings of one sample share: jitter of time stamps, steps of an
 //! encoder.
 //!
-//! They show in the products of different readings of a sample: with whitened derivatives `a` the sum
-//! of `a_m a_n z_m z_n` over pairs has mean `s² Σ (a_m a_n)²` and, without the effect, the variance
-//! `Σ (a_m a_n z_m z_n)²`, whatever the levels of the single readings are. So neither a wrong level nor
-//! a wild reading is taken for jitter. A model with a single reading a sample shows none. What shows in one part
-//! of the runs alone, as what swings from their beginning on until it has come to rest, or in one run, as where
-//! a logged stream stood still, is no jitter.
+//! They show in the products of different readings of a sample: with whitened derivatives `a` the
+//! sum of `a_m a_n z_m z_n` over pairs has mean `s² Σ (a_m a_n)²` and, without the effect, the
+//! variance `Σ (a_m a_n z_m z_n)²`, whatever the levels of the single readings are. So neither a
+//! wrong level nor a wild reading is taken for jitter. A model with a single reading a sample shows
+//! none. What shows in one part of the runs alone, as what swings from their beginning on until it
+//! has come to rest, or in one run, as where a logged stream stood still, is no jitter.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -35,9 +35,9 @@ struct Size {
     sigma: f64,
 }
 
-/// The random quantity shared by the readings of a sample that shows best, if any does, and is not in the
-/// model yet: an effect that is one with what is there (`known`, or the campaigns' own) is not named beside
-/// it. `alike` is the part of the samples that counts where neighbours are alike.
+/// The random quantity shared by the readings of a sample that shows best, if any does, and is not
+/// in the model yet: an effect that is one with what is there (`known`, or the campaigns' own) is
+/// not named beside it. `alike` is the part of the samples that counts where neighbours are alike.
 pub(super) fn jitter<'s>(
     stage: &'s Stage,
     left: &[Left],
@@ -180,8 +180,8 @@ impl Pairs {
 }
 
 impl Sums {
-    /// Those of a sample: of its whitened residuals (NaN where there is no reading), the covariance that
-    /// whitened them, and the derivatives that are not whitened yet.
+    /// Those of a sample: of its whitened residuals (NaN where there is no reading), the covariance
+    /// that whitened them, and the derivatives that are not whitened yet.
     fn of(z: &[f64], covariance: DMatrix<f64>, g: &DVector<f64>) -> Self {
         let mut own = Self::default();
         let whitened = covariance.cholesky().and_then(|by| by.l_dirty().solve_lower_triangular(g));
@@ -209,7 +209,8 @@ impl Sums {
 
 /// Parts of each run that are compared.
 const PARTS: usize = 8;
-/// Part of the variance that must be there without any of them, and standard deviations that it may be off.
+/// Part of the variance that must be there without any of them, and standard deviations that it may
+/// be off.
 const ALL_ALONG: f64 = 0.6;
 const DEVIATIONS: f64 = 2.0;
 /// A part of all weights that is none.
@@ -240,8 +241,8 @@ pub(in crate::diagnose) fn stride(problem: &Problem) -> usize {
     runs.map(|run| run.record.len()).sum::<usize>().div_ceil(MOST_SAMPLES).max(1)
 }
 
-/// The sums over all campaigns that have the random quantity of a name; `with` gives a campaign's model
-/// with it.
+/// The sums over all campaigns that have the random quantity of a name; `with` gives a campaign's
+/// model with it.
 fn pairs(
     stage: &Stage,
     left: &[Left],
@@ -287,8 +288,8 @@ fn pairs(
 mod tests {
     use super::*;
 
-    /// Products of two readings of unit noise that share a draw of this standard deviation in some samples, of
-    /// ten runs in turn.
+    /// Products of two readings of unit noise that share a draw of this standard deviation in some
+    /// samples, of ten runs in turn.
     fn drawn(shared: impl Fn(usize) -> f64) -> Pairs {
         let mut pairs = Pairs::new(10);
         let mut state = 1_u64;

@@ -52,7 +52,8 @@ pub(super) fn levels(
             } else {
                 ln_below(squares, degrees)
             };
-            // With the stated one structure looked stronger than it is, and took more of the scatter away.
+            // With the stated one structure looked stronger than it is, and took more of the
+            // scatter away.
             let is_stated = part.sigma[measurand] == given.stated[p][measurand];
             let least =
                 if is_stated { level(tests) - std::f64::consts::LN_2 } else { ln_normal(FOLLOWS) };

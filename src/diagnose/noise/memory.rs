@@ -1,11 +1,11 @@
 //! Noise with a memory: readings next to each other in time are alike.
 //!
-//! The correlation of neighbours is tested one-sidedly, `r √n` being normal without a memory. What is
-//! found joins the covariance as a Gauss-Markov process ([`GaussMarkov`]) of largest likelihood, one for
-//! each component of each measurand, and is judged again beside all else: residuals are then white, and
-//! every test is what it would be with white noise. Only what such a process cannot follow is left to
-//! the stretches over which scores are summed. Whether a random walk of the whole station is the better
-//! reason, likelihoods decide.
+//! The correlation of neighbours is tested one-sidedly, `r √n` being normal without a memory. What
+//! is found joins the covariance as a Gauss-Markov process ([`GaussMarkov`]) of largest likelihood,
+//! one for each component of each measurand, and is judged again beside all else: residuals are
+//! then white, and every test is what it would be with white noise. Only what such a process cannot
+//! follow is left to the stretches over which scores are summed. Whether a random walk of the whole
+//! station is the better reason, likelihoods decide.
 //!
 //! | file | answers |
 //! |---|---|
@@ -35,8 +35,9 @@ pub(in crate::diagnose) use correlated::remembered;
 pub(in crate::diagnose) use likeliest::likelihood_of_memory;
 use likeliest::{likeliest, likelihood};
 
-/// A random walk that shows, unless one is in the model already, the runs are too few to tell one from
-/// structure, or a memory of each measurand by itself is the likelier reason. Its rivals are noted.
+/// A random walk that shows, unless one is in the model already, the runs are too few to tell one
+/// from structure, or a memory of each measurand by itself is the likelier reason. Its rivals are
+/// noted.
 pub(super) fn found_walk(stage: &Stage, noise: &mut Noise) -> Option<Found> {
     if noise.wanders(&stage.noise) || !may_wander(stage) {
         return None;
@@ -53,7 +54,8 @@ pub(super) fn found_walk(stage: &Stage, noise: &mut Noise) -> Option<Found> {
     Some(found)
 }
 
-/// Whether a random walk could be told from structure: there is one in the library, and runs enough.
+/// Whether a random walk could be told from structure: there is one in the library, and runs
+/// enough.
 pub(super) fn may_wander(stage: &Stage) -> bool {
     let runs: usize = stage.fitted.problem.parts.iter().map(|part| part.runs.len()).sum();
     runs >= LEAST_RUNS && stage.noise.iter().any(Candidate::is_walk)
@@ -79,8 +81,9 @@ const WORTH_IT: f64 = 3.0;
 
 /// Lets the memories of a stage's noise follow what is left. `None` where nothing changes.
 ///
-/// Structure is taken off first if it is less probable by chance than memories could make it, an oscillation if
-/// far less and it leaves no memory; what each run has for itself never is, for a long memory looks just so.
+/// Structure is taken off first if it is less probable by chance than memories could make it, an
+/// oscillation if far less and it leaves no memory; what each run has for itself never is, for a
+/// long memory looks just so.
 pub(super) fn remember(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
     let mut fitted = stage.fitted.clone();
     let structures = stage.structures_over_runs();
@@ -129,7 +132,8 @@ fn beside(stage: &Stage, white: &[Sequence], structures: &[usize], together: &En
     likelihood_of_memory(white) - by_chance(stage, structures, together)
 }
 
-/// What structure with an oscillation leaves, where that has no memory and is far likelier than something else.
+/// What structure with an oscillation leaves, where that has no memory and is far likelier than
+/// something else.
 fn beside_waves(stage: &Stage, other: f64, level: f64) -> Option<Vec<Sequence>> {
     let structures = stage.structures_over_samples();
     if !structures.iter().any(|n| stage.is_oscillation(*n)) {
@@ -148,9 +152,9 @@ fn by_chance(stage: &Stage, structures: &[usize], together: &Entry) -> f64 {
     of_gain(together.gain(), together.degrees(), 1).ln_p + choices
 }
 
-/// What is left beside changes in a few runs, and these, where they are far likelier than what `white` says
-/// beside the structures that do without them. Once they are found (`is_off`) memories of other readings
-/// do not change that.
+/// What is left beside changes in a few runs, and these, where they are far likelier than what
+/// `white` says beside the structures that do without them. Once they are found (`is_off`) memories
+/// of other readings do not change that.
 fn beside_few(
     stage: &Stage,
     structures: &[usize],
@@ -175,7 +179,8 @@ fn beside_few(
 /// A memory longer than this part of a run makes runs differ from each other.
 const LONG: f64 = 0.05;
 
-/// A memory so many times as long as any run is what each run has for itself: no noise, but structure.
+/// A memory so many times as long as any run is what each run has for itself: no noise, but
+/// structure.
 const LONGEST: f64 = 20.0;
 
 /// The median duration of the runs (s).
@@ -203,8 +208,8 @@ pub(super) fn white_parts(stage: &Stage, all: &[Sequence]) -> Vec<(usize, usize,
     all.iter().map(|one| (one.part, one.measurand, 1.0 - share(one))).collect()
 }
 
-/// Names noise with a memory; the strongest where there is more. Beside a walk it is the walk's fast end,
-/// which its series leaves. `all` is what is left as if there were none.
+/// Names noise with a memory; the strongest where there is more. Beside a walk it is the walk's
+/// fast end, which its series leaves. `all` is what is left as if there were none.
 pub(super) fn name_memory(stage: &Stage, all: &[Sequence], noise: &mut Noise) {
     noise.memories = memories(&stage.fitted.problem);
     let has_process = |candidate: &&Candidate| {

@@ -11,9 +11,10 @@ use super::levels::LEAST_READINGS;
 /// Neighbours that differ so many times as much as is stated say that this is wrong.
 const FAR: f64 = 10.0;
 
-/// Lets stated uncertainties that are far too small follow how neighbours differ, before anything is judged; whether
-/// some are. What is weighed far too much bends the fit of all else, and everything is structure beside it. No
-/// effect does that: in a quarter of the runs, those in which they differ least, it moves slowly.
+/// Lets stated uncertainties that are far too small follow how neighbours differ, before anything
+/// is judged; whether some are. What is weighed far too much bends the fit of all else, and
+/// everything is structure beside it. No effect does that: in a quarter of the runs, those in which
+/// they differ least, it moves slowly.
 pub(super) fn follow_neighbours(problem: &mut Problem, point: &Point) -> bool {
     let mut found: BTreeMap<(usize, usize), f64> = BTreeMap::new();
     for one in seen_from(problem, point) {
@@ -32,7 +33,8 @@ pub(super) fn follow_neighbours(problem: &mut Problem, point: &Point) -> bool {
     !found.is_empty()
 }
 
-/// The standard deviation of a run's noise, from how neighbours differ: what moves slowly adds nothing. `None` of few.
+/// The standard deviation of a run's noise, from how neighbours differ: what moves slowly adds
+/// nothing. `None` of few.
 pub(in crate::diagnose) fn of_neighbours(run: &[f64]) -> Option<f64> {
     let pairs = run.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     let mut sizes: Vec<f64> = pairs.filter(|size| !size.is_nan()).collect();

@@ -1,10 +1,12 @@
-//! The square of what times are off by: where that is so large that readings are no longer straight in it.
+//! The square of what times are off by: where that is so large that readings are no longer straight
+//! in it.
 //!
-//! A reading `f` whose time is off by a random `e` of variance `σ²` is `f + f' e + ½ f'' e²`. The first order enters the covariance
-//! as an effect on the noise. Left alone, the mean of the second, `½ σ² f''`, passes for a lag in proportion to acceleration, and
-//! how it scatters about that, `½ f'' σ² √(κ - 1)` with the kurtosis `κ` and without correlation to `e`, for a level. Both are put
-//! into the model beside the effect: the mean as a value that is known to a quarter, for `σ` is an estimate, and the
-//! scatter as a random quantity of each sample.
+//! A reading `f` whose time is off by a random `e` of variance `σ²` is `f + f' e + ½ f'' e²`. The
+//! first order enters the covariance as an effect on the noise. Left alone, the mean of the second,
+//! `½ σ² f''`, passes for a lag in proportion to acceleration, and how it scatters about that,
+//! `½ f'' σ² √(κ - 1)` with the kurtosis `κ` and without correlation to `e`, for a level. Both are
+//! put into the model beside the effect: the mean as a value that is known to a quarter, for `σ` is
+//! an estimate, and the scatter as a random quantity of each sample.
 //!
 //! Random quantities that do not shift the times of all readings are taken as small.
 
@@ -25,8 +27,8 @@ const COUNTS: f64 = 1.0;
 /// Relative standard uncertainty of the mean.
 const KNOWN: f64 = 0.25;
 
-/// The square of the first of the effects on times that were found, once its size was judged beside all else, if it counts
-/// beside a stage's noise.
+/// The square of the first of the effects on times that were found, once its size was judged beside
+/// all else, if it counts beside a stage's noise.
 pub(super) fn square(stage: &Stage, noise: &Noise) -> Option<Selected> {
     let is_judged = |one: &&NoiseEffect| noise.grown.contains(&one.name);
     let one = noise.effects.iter().filter(is_judged).find(|one| shifts_all_times(one))?;

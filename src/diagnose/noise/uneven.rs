@@ -1,9 +1,9 @@
 //! Single runs that scatter otherwise than most.
 //!
-//! A run is compared with the median of all by the median of its absolute residuals, which neither wild
-//! readings nor long tails move: the logarithm of their ratio has the standard deviation `1.17 / √n`. By
-//! how much it scatters otherwise, those of its residuals say that are not wild. What one run has beyond
-//! the others would else be taken for an effect that acts there.
+//! A run is compared with the median of all by the median of its absolute residuals, which neither
+//! wild readings nor long tails move: the logarithm of their ratio has the standard deviation
+//! `1.17 / √n`. By how much it scatters otherwise, those of its residuals say that are not wild.
+//! What one run has beyond the others would else be taken for an effect that acts there.
 
 use crate::diagnose::evidence::tail::ln_normal;
 use crate::diagnose::evidence::thresholds::{LEAST_RUNS, level};
@@ -65,8 +65,8 @@ pub(super) fn uneven(stage: &Stage, left: &[Left], noise: &Noise) -> Option<Fitt
     fitted.problem.parts.iter().any(|part| !part.run_levels.is_empty()).then_some(fitted)
 }
 
-/// What is left of runs that are compared with each other, where an oscillation was taken off: a noisier
-/// run makes one, which must stay.
+/// What is left of runs that are compared with each other, where an oscillation was taken off: a
+/// noisier run makes one, which must stay.
 fn left_beside_oscillations(stage: &Stage, noise: &Noise) -> Option<Vec<Left>> {
     let swings = stage.structures().iter().any(|one| stage.is_oscillation(*one));
     let (problem, point) = (&stage.fitted.problem, &stage.fitted.fit.point);
@@ -80,8 +80,8 @@ fn left_beside_oscillations(stage: &Stage, noise: &Noise) -> Option<Vec<Left>> {
 struct Scatter {
     /// The median of their sizes, by which a run is found to be uneven.
     median: f64,
-    /// The root mean square of those that are not wild, which says by how much: of runs that are chosen for an
-    /// extreme median that is too far out.
+    /// The root mean square of those that are not wild, which says by how much: of runs that are
+    /// chosen for an extreme median that is too far out.
     rms: f64,
     count: f64,
 }

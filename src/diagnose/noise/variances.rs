@@ -1,12 +1,12 @@
-//! How large random quantities are beside all that has been found: those of the campaigns' own models were
-//! estimated with the nominal fit, which takes a gap for noise, and those that were found beside structure
-//! that took a part of them.
+//! How large random quantities are beside all that has been found: those of the campaigns' own
+//! models were estimated with the nominal fit, which takes a gap for noise, and those that were
+//! found beside structure that took a part of them.
 //!
-//! Variances are estimated jointly: that of one random quantity, and one for each residual component,
-//! whose stated uncertainty may be wrong, too. Of whitened residuals `z` with the covariance
-//! `1 + Σ Δ_j b_j b_jᵀ` (`b` the whitened derivative by the random quantity, or a whitened stated
-//! uncertainty) one step of Fisher scoring solves `F Δ = u` with `u_j = Σ (b_jᵀz)² - b_jᵀb_j` and
-//! `F_jl = Σ (b_jᵀb_l)²`; the covariance of `Δ` is `2 F⁻¹`.
+//! Variances are estimated jointly: that of one random quantity, and one for each residual
+//! component, whose stated uncertainty may be wrong, too. Of whitened residuals `z` with the
+//! covariance `1 + Σ Δ_j b_j b_jᵀ` (`b` the whitened derivative by the random quantity, or a
+//! whitened stated uncertainty) one step of Fisher scoring solves `F Δ = u` with
+//! `u_j = Σ (b_jᵀz)² - b_jᵀb_j` and `F_jl = Σ (b_jᵀb_l)²`; the covariance of `Δ` is `2 F⁻¹`.
 //!
 //! It changes no stated uncertainty: [`super::whiten`] does.
 
@@ -26,8 +26,8 @@ const OWN_LEVELS: usize = 3;
 /// Samples looked at at most.
 const MOST_SAMPLES: usize = 20_000;
 
-/// The random quantities of the campaigns' own models whose levels are to be estimated; `found` are those
-/// that the diagnosis put in.
+/// The random quantities of the campaigns' own models whose levels are to be estimated; `found` are
+/// those that the diagnosis put in.
 pub(super) fn own_randoms(stage: &Stage, found: &[NoiseEffect]) -> Vec<String> {
     let unknown = unknown_levels(&stage.fitted.problem).into_iter();
     let owner = |name: &str| name.split('.').next().unwrap_or_default().to_owned();
@@ -39,8 +39,9 @@ pub(super) fn own_randoms(stage: &Stage, found: &[NoiseEffect]) -> Vec<String> {
     randoms.filter(|name| !named(name)).collect()
 }
 
-/// The model with a level that is not the one it was given: of the campaigns' own random quantities, and
-/// once of each that was found, for structure that was taken off before it was there took a part with it.
+/// The model with a level that is not the one it was given: of the campaigns' own random
+/// quantities, and once of each that was found, for structure that was taken off before it was
+/// there took a part with it.
 pub(super) fn judged_again(stage: &Stage, left: &[Left], noise: &mut Noise) -> Option<Fitted> {
     let mut fitted = stage.fitted.clone();
     let given = |name: &str| stage.fitted.random(name).map(|sigma| sigma * sigma);
@@ -120,9 +121,9 @@ impl Scoring {
         scoring
     }
 
-    /// Adds a sample of the campaign whose components begin with number `first`: its whitened residuals
-    /// (NaN where there is no reading), the covariance that whitened them with the levels in it, and the
-    /// random quantity's number among those (`None` where the campaign lacks it).
+    /// Adds a sample of the campaign whose components begin with number `first`: its whitened
+    /// residuals (NaN where there is no reading), the covariance that whitened them with the levels
+    /// in it, and the random quantity's number among those (`None` where the campaign lacks it).
     fn add(
         &mut self,
         z: &[f64],

@@ -1,8 +1,9 @@
 //! Random walks, tested in the variance.
 //!
 //! A walk `W` over a time `T` is a sum of sines with independent coefficients (Karhunen and Loève):
-//! `W(t) = σ Σ ξ_k √(2 T) / ((k - ½) π) sin((k - ½) π t / T)`. The first sines of every run, and where
-//! the walk has come to when the run begins, are columns like those of an effect; of few runs there are more.
+//! `W(t) = σ Σ ξ_k √(2 T) / ((k - ½) π) sin((k - ½) π t / T)`. The first sines of every run, and
+//! where the walk has come to when the run begins, are columns like those of an effect; of few runs
+//! there are more.
 //!
 //! | file | answers |
 //! |---|---|
@@ -14,11 +15,11 @@
 //! | `columns` | how it stands in the model |
 //! | [`displaced`] | whether the rig was displaced between runs instead |
 //!
-//! A walk looks like structure over time and runs, and structure like a walk: significant structure is
-//! taken off first as long as it and what it leaves of the walk are clearly likelier than the walk alone. Of the walk
-//! and an effect that does for all of it the likelier one is taken; if not clearly so, they are [`Rival`]s.
-//! What is accepted joins the model as those columns with a prior each, so that everything that comes
-//! later is judged against it.
+//! A walk looks like structure over time and runs, and structure like a walk: significant structure
+//! is taken off first as long as it and what it leaves of the walk are clearly likelier than the
+//! walk alone. Of the walk and an effect that does for all of it the likelier one is taken; if not
+//! clearly so, they are [`Rival`]s. What is accepted joins the model as those columns with a prior
+//! each, so that everything that comes later is judged against it.
 
 use std::ops::RangeInclusive;
 
@@ -45,23 +46,23 @@ pub(in crate::diagnose) mod sequence;
 mod variance;
 mod wandering;
 
-/// Sines of each run, of all runs together if these are few: 93 % of a walk's variance, and 98 % of one that goes on
-/// in few long runs.
+/// Sines of each run, of all runs together if these are few: 93 % of a walk's variance, and 98 % of
+/// one that goes on in few long runs.
 const TERMS: RangeInclusive<usize> = 3..=12;
 const OF_ALL: usize = 48;
 
 /// A walk that was found.
 pub(super) struct Found {
     pub(super) effect: NoiseEffect,
-    /// The logarithm of its likelihood ratio against white noise of unit variance, a memory of what it
-    /// leaves included.
+    /// The logarithm of its likelihood ratio against white noise of unit variance, a memory of what
+    /// it leaves included.
     pub(super) likelihood: f64,
     /// The displacements that do for it, if it is no walk.
     pub(super) displaced: Option<Displaced>,
 }
 
-/// The walk of the library that shows, if one does, and effects from which one cannot be told. `level` is the
-/// logarithm of its share of the false alarms.
+/// The walk of the library that shows, if one does, and effects from which one cannot be told.
+/// `level` is the logarithm of its share of the false alarms.
 pub(super) fn walk(stage: &Stage, level: f64) -> (Option<Found>, Vec<Rival>) {
     let mut rivals = Vec::new();
     let walks = stage.noise.iter().filter(|one| one.is_walk());

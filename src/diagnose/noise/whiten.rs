@@ -1,20 +1,25 @@
 //! The noise, before anything is tested against it: wild readings, levels, jitter, memory.
 //!
 //! Noise is judged on what is left once every significant structure, of the library or unknown, has
-//! been taken off greedily: an effect that is not modelled yet must not pass for noise. Then, in this
-//! order,
+//! been taken off greedily: an effect that is not modelled yet must not pass for noise. Then, in
+//! this order,
 //!
-//! - gross readings are left out ([`crate::diagnose::gross::wild`]), for what they do to a fit looks like all the rest;
-//! - random quantities that the model has are judged again, and such as the readings of one sample share are looked for
-//!   ([`super::jitter`]), and put in with their square where it counts (`square`);
-//! - runs that are noisier than most have a level of their own, wild readings are left out ([`crate::diagnose::gross::wild`]), and
-//!   the level of each measurand is its scatter over what is stated;
-//! - what wanders from run to run is a random walk ([`super::wander`]), and memory the correlation of a measurand's neighbours in
-//!   time ([`super::memory`]), before levels where no walk can be told from it.
+//! - gross readings are left out ([`crate::diagnose::gross::wild`]), for what they do to a fit
+//!   looks like all the rest;
+//! - random quantities that the model has are judged again, and such as the readings of one sample
+//!   share are looked for ([`super::jitter`]), and put in with their square where it counts
+//!   (`square`);
+//! - runs that are noisier than most have a level of their own, wild readings are left out
+//!   ([`crate::diagnose::gross::wild`]), and the level of each measurand is its scatter over what
+//!   is stated;
+//! - what wanders from run to run is a random walk ([`super::wander`]), and memory the correlation
+//!   of a measurand's neighbours in time ([`super::memory`]), before levels where no walk can be
+//!   told from it.
 //!
-//! Where noise is far from what is stated it begins at how neighbours differ. All of these are tested one-sidedly (but levels, which may be lower than stated, too), and what is accepted
-//! enters the covariance. A memory that no Gauss-Markov
-//! process follows widens the stretches over which scores are summed.
+//! Where noise is far from what is stated it begins at how neighbours differ. All of these are
+//! tested one-sidedly (but levels, which may be lower than stated, too), and what is accepted
+//! enters the covariance. A memory that no Gauss-Markov process follows widens the stretches over
+//! which scores are summed.
 
 use crate::campaign::Run;
 use crate::diagnose::evidence::score::{LEAST_STRETCHES, STRETCHES};
@@ -72,7 +77,8 @@ impl Given {
         Noise { left_out: self.gross.clone(), ..Noise::default() }
     }
 
-    /// What is given, with one more selected effect in the place of the noise that was found without it.
+    /// What is given, with one more selected effect in the place of the noise that was found
+    /// without it.
     fn anew(
         &self,
         stage: &Stage,
@@ -270,7 +276,8 @@ fn shared(stage: &Stage, left: &[Left], noise: &mut Noise) -> Option<Fitted> {
     Some(fitted)
 }
 
-/// Where no walk can be told from a memory there is nothing to wait for: levels are judged beside it.
+/// Where no walk can be told from a memory there is nothing to wait for: levels are judged beside
+/// it.
 fn remember_early(stage: &Stage, noise: &mut Noise) -> Option<Fitted> {
     if may_wander(stage) { None } else { remember(stage, noise) }
 }

@@ -1,5 +1,5 @@
-//! A campaign as a design: the readings that its model predicts, without noise, and what a fit to them
-//! would say. Nothing is fitted; readings that were recorded say only which of them there are.
+//! A campaign as a design: the readings that its model predicts, without noise, and what a fit to
+//! them would say. Nothing is fitted; readings that were recorded say only which of them there are.
 
 use std::convert::Infallible;
 
@@ -19,8 +19,8 @@ use crate::engine::{Point, Problem};
 use crate::estimate::batch::{Fit, Outcome};
 
 /// Campaigns with the readings that are predicted at a point, as if just fitted. Runs that are not
-/// measured yet have every reading; others those that were recorded. Noise levels that nobody states are
-/// the usual ones.
+/// measured yet have every reading; others those that were recorded. Noise levels that nobody
+/// states are the usual ones.
 pub fn design(recipes: Vec<Recipe>, mut problem: Problem, point: Point) -> Fitted {
     for part in &mut problem.parts {
         for (sigma, random) in part.random_sigma.iter_mut().zip(&part.system.randoms) {
@@ -54,8 +54,8 @@ pub fn design(recipes: Vec<Recipe>, mut problem: Problem, point: Point) -> Fitte
     Fitted { recipes, problem, fit }
 }
 
-/// The library before a design: every effect at every head with every member of its families, and no
-/// unknown structure. `None` where the model's own parameters are not determined.
+/// The library before a design: every effect at every head with every member of its families, and
+/// no unknown structure. `None` where the model's own parameters are not determined.
 pub fn stage(fitted: Fitted, wanted: &Wanted) -> Option<Stage> {
     let mut offer = wanted.of(offer(&fitted.recipes));
     let mut candidates = Vec::new();

@@ -1,9 +1,10 @@
 //! What a campaign sees of effects on the noise: they show in the scatter and not in the mean.
 //!
-//! Each has a statistic that is normal of variance one without it and has a mean with it: shared errors
-//! `s² √W` with `W = Σ (a_m a_n)²` over pairs of readings of a sample ([`crate::diagnose::noise::jitter`]), a level
-//! `((1 + k)² - 1) √(n / 2)`, memory its correlation times `√n`. Where the mean exceeds the bar by the
-//! quantile of [`CAUGHT`] the effect is declared with that probability.
+//! Each has a statistic that is normal of variance one without it and has a mean with it: shared
+//! errors `s² √W` with `W = Σ (a_m a_n)²` over pairs of readings of a sample
+//! ([`crate::diagnose::noise::jitter`]), a level `((1 + k)² - 1) √(n / 2)`, memory its correlation
+//! times `√n`. Where the mean exceeds the bar by the quantile of [`CAUGHT`] the effect is declared
+//! with that probability.
 
 use nalgebra::DVector;
 
@@ -135,8 +136,8 @@ impl<'a> Shared<'a> {
     }
 }
 
-/// `a_m a_n` of the whitened derivatives along a random quantity, for every pair of readings of every
-/// sample that is looked at, in each campaign, and its usual size.
+/// `a_m a_n` of the whitened derivatives along a random quantity, for every pair of readings of
+/// every sample that is looked at, in each campaign, and its usual size.
 fn pattern(stage: &Stage, candidate: &Candidate, name: &str) -> Option<(Vec<Vec<f64>>, f64)> {
     let Fitted { problem, fit, .. } = &stage.fitted;
     let (mut all, mut typical) = (vec![Vec::new(); problem.parts.len()], 1.0);

@@ -1,7 +1,9 @@
-//! What could be added to a campaign, tried one at a time on the design: a run of opposite sense, at
-//! another rate, with ramps, with a signal that stood still; another setup, the rig tilted or not; a stated length.
+//! What could be added to a campaign, tried one at a time on the design: a run of opposite sense,
+//! at another rate, with ramps, with a signal that stood still; another setup, the rig tilted or
+//! not; a stated length.
 //!
-//! Whether one of them helps an effect is not a rule of thumb but the same computation with it added.
+//! Whether one of them helps an effect is not a rule of thumb but the same computation with it
+//! added.
 
 use crate::campaign::{Run, Samples, Track};
 use crate::diagnose::fitted::{Fitted, carried};
@@ -132,7 +134,8 @@ pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
     all
 }
 
-/// Names of setups that are added: of a levelled instrument that stands elsewhere, and with the rig tilted to it as well.
+/// Names of setups that are added: of a levelled instrument that stands elsewhere, and with the rig
+/// tilted to it as well.
 const MOVED: &str = "another setup";
 const TILTED: &str = "another setup with the rig tilted otherwise";
 

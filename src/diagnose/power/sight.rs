@@ -1,10 +1,10 @@
 //! How well one effect is seen and told from others, from the columns of one pass.
 //!
-//! The *size* of an effect is the length of its parameters together, each weighed by its typical value
-//! and counted in the unit of the first: the amplitude of a cosine and sine pair. A value for each
-//! setup, run or measurand has that size in each of them. Nobody knows the phase: probabilities are
-//! means over directions (`DIRECTIONS` random ones, always the same) and over the members of a family.
-//! Values and directions that nominal parameters take up are left aside.
+//! The *size* of an effect is the length of its parameters together, each weighed by its typical
+//! value and counted in the unit of the first: the amplitude of a cosine and sine pair. A value for
+//! each setup, run or measurand has that size in each of them. Nobody knows the phase:
+//! probabilities are means over directions (`DIRECTIONS` random ones, always the same) and over the
+//! members of a family. Values and directions that nominal parameters take up are left aside.
 
 use std::collections::BTreeMap;
 
@@ -54,8 +54,8 @@ pub struct Sight {
     pub members: Vec<(BTreeMap<String, f64>, f64)>,
 }
 
-/// Directions in the space of an entry's values: for each setup, run and measurand of length one, each
-/// value weighed by its typical size over the first one's.
+/// Directions in the space of an entry's values: for each setup, run and measurand of length one,
+/// each value weighed by its typical size over the first one's.
 pub fn directions(way: Way<'_>) -> Vec<DVector<f64>> {
     let (scale, groups) = groups(way);
     let count = if scale.len() > 1 { DIRECTIONS } else { 1 };
@@ -144,8 +144,8 @@ impl Ray {
     }
 }
 
-/// How well an effect, given by its `ways`, is seen among others. `bar` is the gain that an entry of so
-/// many degrees must exceed.
+/// How well an effect, given by its `ways`, is seen among others. `bar` is the gain that an entry
+/// of so many degrees must exceed.
 pub fn sight(
     evidence: &Evidence,
     ways: &[Way<'_>],
@@ -220,8 +220,8 @@ fn rays(
     rays
 }
 
-/// The effects that stand in the way of naming this one, nearest first: those that it cannot be told
-/// from at a size, if one is given, else those that do nearly the same.
+/// The effects that stand in the way of naming this one, nearest first: those that it cannot be
+/// told from at a size, if one is given, else those that do nearly the same.
 fn alike(rays: &[Ray], others: &[Way<'_>], size: Option<f64>) -> Vec<String> {
     let mut found: Vec<(&str, f64, f64)> = Vec::new();
     for ray in rays {
@@ -247,8 +247,8 @@ fn alike(rays: &[Ray], others: &[Way<'_>], size: Option<f64>) -> Vec<String> {
     found.into_iter().map(|(name, ..)| name.to_owned()).take(NEAREST).collect()
 }
 
-/// The largest shift that an effect of size one causes in a nominal combination of columns (`row`: column
-/// and coefficient), whatever its direction.
+/// The largest shift that an effect of size one causes in a nominal combination of columns (`row`:
+/// column and coefficient), whatever its direction.
 pub fn shift(way: Way<'_>, row: &[(usize, f64)]) -> f64 {
     let (scale, groups) = groups(way);
     let moves = |k: usize| -> f64 {

@@ -1,9 +1,10 @@
 //! Absorbed effects that do by their squares what an effect of the library does.
 //!
-//! What nominal parameters take up to first order may be left beyond it: a low-pass filter `T m' + m = in` delays readings by
-//! `T`, which is a delay, and leaves `T² / 2` times their acceleration, which servos do that run ahead. Such an effect has no slope
-//! where it is switched off, so no test finds it: the model with it is fitted from its usual size. Effects of more than one value
-//! are not looked at.
+//! What nominal parameters take up to first order may be left beyond it: a low-pass filter
+//! `T m' + m = in` delays readings by `T`, which is a delay, and leaves `T² / 2` times their
+//! acceleration, which servos do that run ahead. Such an effect has no slope where it is switched
+//! off, so no test finds it: the model with it is fitted from its usual size. Effects of more than
+//! one value are not looked at.
 
 use crate::diagnose::evidence::thresholds::ALIKE;
 use crate::diagnose::fitted::Fitted;
@@ -16,8 +17,8 @@ use super::probability::is_implausible;
 /// Rounds of a fit at most: one that nominal parameters take up altogether has nowhere to go.
 const MOST_ROUNDS: usize = 15;
 
-/// Effects that a model without an effect takes up at first order, but that explain as much as that effect, which takes `gain` off
-/// the sum of squares, at a value (SI) that may be.
+/// Effects that a model without an effect takes up at first order, but that explain as much as that
+/// effect, which takes `gain` off the sum of squares, at a value (SI) that may be.
 ///
 /// # Errors
 /// [`FitError`] where the model cannot be fitted at all.

@@ -21,12 +21,13 @@ pub struct Adopted {
     pub score: Score,
     /// Part of the evidence that lies in prior values.
     pub prior_share: f64,
-    /// What it takes off the sum of squares, in units of the noise that is found with it in the model.
+    /// What it takes off the sum of squares, in units of the noise that is found with it in the
+    /// model.
     pub gain: f64,
     /// Effects that these data cannot tell from it.
     pub aliases: Vec<String>,
-    /// Probability that it, or one of its aliases, is the cause: against nothing, other effects and unknown
-    /// structure; where more than it was found, against other effects.
+    /// Probability that it, or one of its aliases, is the cause: against nothing, other effects and
+    /// unknown structure; where more than it was found, against other effects.
     pub probability: f64,
     /// The same against other effects.
     pub(in crate::diagnose) among_effects: f64,

@@ -1,4 +1,5 @@
-//! Whether effects imitate what nobody wrote down: two or three of a library can follow much, and one may be near it.
+//! Whether effects imitate what nobody wrote down: two or three of a library can follow much, and
+//! one may be near it.
 
 use crate::diagnose::evidence::score::{Score, of_gain};
 use crate::diagnose::evidence::thresholds::{FALSE_ALARMS, FURTHER, LEAST_PROBABLE, NAMED, level};
@@ -7,17 +8,19 @@ use crate::diagnose::stage::Stage;
 use super::Search;
 use super::probability::probabilities;
 
-/// Odds of unknown structure over one effect from which on that is no name, where a block explains something beside it.
+/// Odds of unknown structure over one effect from which on that is no name, where a block explains
+/// something beside it.
 const LIKELIER: f64 = 3.0;
 
 impl Search {
-    /// Whether what was adopted is a cause to be named where it leaves nothing: probable, and no imitation.
+    /// Whether what was adopted is a cause to be named where it leaves nothing: probable, and no
+    /// imitation.
     pub(in crate::diagnose) fn convinces(&self) -> bool {
         self.is_probable() && !self.imitates()
     }
 
-    /// By the last one: what was adopted before was judged without it. And that one must still be there beside the
-    /// noise that was found with it.
+    /// By the last one: what was adopted before was judged without it. And that one must still be
+    /// there beside the noise that was found with it.
     pub(in crate::diagnose) fn is_probable(&self) -> bool {
         self.adopted.last().is_some_and(|last| {
             let beside_noise = of_gain(last.gain, last.score.degrees, 1).ln_p;
@@ -25,8 +28,8 @@ impl Search {
         })
     }
 
-    /// Whether what was adopted accounts for everything, but what nobody wrote down does so, too, and is simpler or
-    /// likelier.
+    /// Whether what was adopted accounts for everything, but what nobody wrote down does so, too,
+    /// and is simpler or likelier.
     fn imitates(&self) -> bool {
         match self.adopted.len() {
             1 => self.is_doubtful(),
@@ -34,8 +37,9 @@ impl Search {
         }
     }
 
-    /// Whether unknown structure is likelier by far than the one effect that was adopted, and than each other one, unless
-    /// that effect explains so much that it may be named whatever else is there: what it leaves may be too little to be seen by itself.
+    /// Whether unknown structure is likelier by far than the one effect that was adopted, and than
+    /// each other one, unless that effect explains so much that it may be named whatever else is
+    /// there: what it leaves may be too little to be seen by itself.
     pub(super) fn is_doubtful(&self) -> bool {
         let ([one], [first, last]) = (&self.adopted[..], &self.stages[..]) else { return false };
         let probability = probabilities(first);
@@ -47,11 +51,12 @@ impl Search {
         unknown > likeliest && one.gain < NAMED * (one.gain + left)
     }
 
-    /// Whether blocks of unknown structure account for everything more simply than several effects: then
-    /// those effects imitate what nobody wrote down. Of three effects and more fewer blocks are simpler;
-    /// of two effects one block, if it is also less surprising by chance. An effect with a block beside it
-    /// is simpler, too, where less surprising by these odds: effects with a value for each run can imitate much. What each
-    /// effect takes off is in units of the noise that was found before it, which is not quite the noise of the blocks.
+    /// Whether blocks of unknown structure account for everything more simply than several effects:
+    /// then those effects imitate what nobody wrote down. Of three effects and more fewer blocks
+    /// are simpler; of two effects one block, if it is also less surprising by chance. An effect
+    /// with a block beside it is simpler, too, where less surprising by these odds: effects with a
+    /// value for each run can imitate much. What each effect takes off is in units of the noise
+    /// that was found before it, which is not quite the noise of the blocks.
     pub(super) fn several_imitate(&self, odds: f64) -> bool {
         let count = self.adopted.len();
         let Some(first) = self.stages.first().filter(|_| count >= 2) else { return false };
@@ -73,8 +78,8 @@ impl Search {
 /// Effects that are tried with each block beside them.
 const BESIDE: usize = 8;
 
-/// Logarithm of the probability by chance of the effect and block that together are least probable, with
-/// the choices among all of them paid for.
+/// Logarithm of the probability by chance of the effect and block that together are least probable,
+/// with the choices among all of them paid for.
 fn with_a_block(stage: &Stage) -> f64 {
     let mut effects = stage.declared();
     effects.truncate(BESIDE);
@@ -94,7 +99,8 @@ fn with_a_block(stage: &Stage) -> f64 {
     best
 }
 
-/// The blocks, taken greedily, beyond which nothing significant is left; `None` where it takes more.
+/// The blocks, taken greedily, beyond which nothing significant is left; `None` where it takes
+/// more.
 fn blocks_needed(stage: &Stage, most: usize) -> Option<Vec<usize>> {
     let level = level(stage.candidates.len());
     let strong: Vec<usize> = (0..stage.candidates.len())

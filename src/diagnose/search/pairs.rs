@@ -1,9 +1,9 @@
 //! Two effects at once: what the search one by one may miss.
 //!
-//! The effect that explains most alone need not be one of two that explain everything together: one with a
-//! value for each run takes up a part of both. Each of the `BEST` candidates is tried on the sums of the nominal
-//! stage with the `SECOND` that explain most beyond it: both must explain something beyond the other, and no
-//! block of unknown structure may be left.
+//! The effect that explains most alone need not be one of two that explain everything together: one
+//! with a value for each run takes up a part of both. Each of the `BEST` candidates is tried on the
+//! sums of the nominal stage with the `SECOND` that explain most beyond it: both must explain
+//! something beyond the other, and no block of unknown structure may be left.
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::score::of_gain;
@@ -47,8 +47,8 @@ pub fn pairs(stage: &Stage) -> Vec<(usize, usize)> {
     found.into_iter().map(|(_, pair)| pair).collect()
 }
 
-/// Logarithm of the probability by chance of what a candidate explains beyond an entry, if it explains
-/// something.
+/// Logarithm of the probability by chance of what a candidate explains beyond an entry, if it
+/// explains something.
 fn adds(stage: &Stage, known: &Entry, candidate: usize) -> Option<f64> {
     let (gain, degrees) = stage.evidence.beyond(known, stage.entry(candidate));
     let score = of_gain(gain, degrees, stage.members[candidate]);

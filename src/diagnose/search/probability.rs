@@ -1,20 +1,20 @@
 //! How probable each cause is, given that there is one cause at most.
 //!
-//! Before the data ([`Prior`](crate::diagnose::library::prior::Prior)): nothing .30, some effect of the library .50,
-//! unknown structure .20, each split evenly over its effects (whose heads share it) and its blocks that are not counted as scatter,
-//! unless the user says otherwise. Values are normal about zero with a standard deviation of the typical size times a scale.
-//! `SCALES` of them, in equal ratios, are equally likely: from the one at which the signature has the
-//! length `SEEN` (an effect that is smaller is nothing, as far as these readings can say) to `LARGEST`,
-//! so an effect ten times as large as usual is no surprise, and neither is one that barely shows in a
-//! campaign that would see a hundredth of the usual size.
-//! With `C = V T² Vᵀ` (typical sizes `T`, `V` from values to lengths) an entry's evidence
-//! against nothing is `-½ ln det(1 + s² C) + ½ zᵀ s² C (1 + s² C)⁻¹ z`. Members of a family share its
-//! part.
+//! Before the data ([`Prior`]): nothing .30, some effect of the library .50, unknown structure .20,
+//! each split evenly over its effects (whose heads share it) and its blocks that are not counted as
+//! scatter, unless the user says otherwise. Values are normal about zero with a standard deviation
+//! of the typical size times a scale. `SCALES` of them, in equal ratios, are equally likely: from
+//! the one at which the signature has the length `SEEN` (an effect that is smaller is nothing, as
+//! far as these readings can say) to `LARGEST`, so an effect ten times as large as usual is no
+//! surprise, and neither is one that barely shows in a campaign that would see a hundredth of the
+//! usual size. With `C = V T² Vᵀ` (typical sizes `T`, `V` from values to lengths) an entry's
+//! evidence against nothing is `-½ ln det(1 + s² C) + ½ zᵀ s² C (1 + s² C)⁻¹ z`. Members of a
+//! family share its part.
 //!
-//! What nobody wrote down need not look like one block: it may look like an effect and leave something
-//! that a block explains. An effect that explains less than [`NAMED`] of what is there beside a
-//! block stands for that, too, where both are beyond chance: their evidence together is evidence for the
-//! block.
+//! What nobody wrote down need not look like one block: it may look like an effect and leave
+//! something that a block explains. An effect that explains less than [`NAMED`] of what is there
+//! beside a block stands for that, too, where both are beyond chance: their evidence together is
+//! evidence for the block.
 
 use std::collections::HashMap;
 
@@ -32,9 +32,11 @@ const SCALES: usize = 12;
 const SEEN: f64 = 2.0;
 /// The largest scale, in typical sizes; where even that is hardly seen, so many times what is.
 const LARGEST: (f64, f64) = (30.0, 10.0);
-/// From this probability on unknown structure is told, although no block is beyond chance by itself.
+/// From this probability on unknown structure is told, although no block is beyond chance by
+/// itself.
 const LIKELY: f64 = 0.95;
-/// Effects whose logarithm of probability is this much below the best are not asked what they leave.
+/// Effects whose logarithm of probability is this much below the best are not asked what they
+/// leave.
 const OUT_OF_QUESTION: f64 = 12.0;
 
 /// Whether an effect so many times as large as usual is larger than the largest scale.
@@ -48,8 +50,8 @@ pub fn probabilities(stage: &Stage) -> Vec<f64> {
     normalised(&with_imitations(stage, stage.logarithms()), Some(nothing))
 }
 
-/// The same where a walk may be there instead of an effect: the walk's part of it is nothing, and beside an accepted
-/// walk the effect's part of that, which is nothing, is the effect's.
+/// The same where a walk may be there instead of an effect: the walk's part of it is nothing, and
+/// beside an accepted walk the effect's part of that, which is nothing, is the effect's.
 pub fn beside_walks(stage: &Stage) -> Vec<f64> {
     let mut all = probabilities(stage);
     for rival in &stage.noise_found.rivals {
@@ -76,8 +78,8 @@ pub fn of_causes(stage: &Stage, all: &[f64]) -> [f64; 3] {
     [(1.0 - library - unknown).max(0.0), library, unknown]
 }
 
-/// Whether something that nobody wrote down is what there is in all likelihood, by the probabilities of [`of_causes`]: not
-/// because the user said so before.
+/// Whether something that nobody wrote down is what there is in all likelihood, by the
+/// probabilities of [`of_causes`]: not because the user said so before.
 pub fn is_unknown(stage: &Stage, [nothing, _, unknown]: [f64; 3]) -> bool {
     let known = Prior::default();
     let [before, usual] = [&stage.prior, &known]
@@ -98,8 +100,8 @@ fn normalised(logarithms: &[f64], nothing: Option<f64>) -> Vec<f64> {
     logarithms.iter().map(|one| (one - most).exp() / sum).collect()
 }
 
-/// The part of each candidate before the data: of effects by how probable they are beside each other, heads alike; of
-/// blocks that may be structure evenly.
+/// The part of each candidate before the data: of effects by how probable they are beside each
+/// other, heads alike; of blocks that may be structure evenly.
 fn shares(stage: &Stage) -> Vec<f64> {
     let prior = &stage.prior;
     let name = |n: usize| stage.candidates[n].selected.effect.name.as_str();
@@ -140,8 +142,9 @@ pub(in crate::diagnose) fn logarithms(stage: &Stage) -> Vec<f64> {
         .collect()
 }
 
-/// The largest probability that a finding is no chance that its probability by chance allows against even
-/// odds: `1 / (1 - e p ln p)` (Sellke, Bayarri and Berger 2001, "Calibration of p values").
+/// The largest probability that a finding is no chance that its probability by chance allows
+/// against even odds: `1 / (1 - e p ln p)` (Sellke, Bayarri and Berger 2001, "Calibration of p
+/// values").
 pub fn at_most(ln_p: f64) -> f64 {
     // Beyond p = 1/e a finding speaks for chance.
     let ln_p = ln_p.min(-1.0);
@@ -195,8 +198,8 @@ fn evidence(entry: &Entry, typical: &[f64]) -> f64 {
     mixed(eigen.eigenvalues.as_slice(), &squares)
 }
 
-/// The same from the squared lengths that values of typical size have along independent axes, and the
-/// squared scores there.
+/// The same from the squared lengths that values of typical size have along independent axes, and
+/// the squared scores there.
 fn mixed(lengths: &[f64], squares: &[f64]) -> f64 {
     let whole = lengths.iter().map(|one| one.max(0.0)).sum::<f64>().sqrt();
     if whole <= 0.0 {

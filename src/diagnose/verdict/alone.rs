@@ -1,13 +1,16 @@
-//! A reading that is off in a part of a run: told from noise with a memory, from noisier runs and from wild readings.
+//! A reading that is off in a part of a run: told from noise with a memory, from noisier runs and
+//! from wild readings.
 //!
-//! An instrument that is knocked while a run is recorded, a clock that jumps or a stream that drops out puts what
-//! follows in that run beside the model. One run's readings are then like their neighbours, which
-//! noise with a memory explains, too, and a few of them pass for wild ones. But noise has its memory in all runs.
-//! Readings of the run that shows most are left out, one after the other, and the model is fitted again; where
-//! nothing is left that has a memory after a few, and a memory of those alone is far likelier than one of all, they
-//! are what happened. Whether the other readings fit without them is for [`mod@crate::diagnose::search`] to say.
+//! An instrument that is knocked while a run is recorded, a clock that jumps or a stream that drops
+//! out puts what follows in that run beside the model. One run's readings are then like their
+//! neighbours, which noise with a memory explains, too, and a few of them pass for wild ones. But
+//! noise has its memory in all runs. Readings of the run that shows most are left out, one after
+//! the other, and the model is fitted again; where nothing is left that has a memory after a few,
+//! and a memory of those alone is far likelier than one of all, they are what happened. Whether the
+//! other readings fit without them is for [`mod@crate::diagnose::search`] to say.
 //!
-//! What is off in a run from its beginning to its end is told by [`crate::diagnose::noise::apart`] or [`crate::diagnose::gross::wild`], too.
+//! What is off in a run from its beginning to its end is told by [`crate::diagnose::noise::apart`]
+//! or [`crate::diagnose::gross::wild`], too.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -32,7 +35,8 @@ use crate::estimate::calibrate::{Calibration, calibrate};
 
 /// Part of all that neighbours have in common that the run which shows most has at least.
 const MOST_OF_IT: f64 = 0.25;
-/// Part of what a run has beyond noise that one value in a stretch of it explains, for that to be what happened.
+/// Part of what a run has beyond noise that one value in a stretch of it explains, for that to be
+/// what happened.
 const ONE_VALUE: f64 = 0.9;
 /// Ends of stretches that are looked at in a run.
 const ENDS: usize = 150;
@@ -47,9 +51,10 @@ pub(super) struct Alone {
     off: BTreeSet<OfRun>,
 }
 
-/// What is found without the readings of a few runs that are off there alone, be it beside the effects that were
-/// adopted with them, and the nominal model without them; `None` where there are none, where effects or other runs
-/// explain what is there, or where something is left without them.
+/// What is found without the readings of a few runs that are off there alone, be it beside the
+/// effects that were adopted with them, and the nominal model without them; `None` where there are
+/// none, where effects or other runs explain what is there, or where something is left without
+/// them.
 pub(in crate::diagnose) fn without_alone(
     found: &Search,
     fitted: &Fitted,
@@ -84,8 +89,8 @@ pub(in crate::diagnose) fn without_alone(
     Ok(None)
 }
 
-/// What a few runs, so many at most, have for themselves in a model with noise as it is stated; `None` where there
-/// is nothing of the kind.
+/// What a few runs, so many at most, have for themselves in a model with noise as it is stated;
+/// `None` where there is nothing of the kind.
 pub(super) fn alone(
     whole: &Fitted,
     most: usize,
@@ -152,7 +157,8 @@ fn limits_of(all: &[Sequence]) -> Vec<f64> {
     all.iter().map(|one| TRIM * one.deviation().unwrap_or(f64::INFINITY)).collect()
 }
 
-/// Residuals of which wild ones count as their limit: a few of them next to each other are no stretch.
+/// Residuals of which wild ones count as their limit: a few of them next to each other are no
+/// stretch.
 fn clipped(all: &[Sequence], limits: &[f64]) -> Vec<Sequence> {
     let clip = |(one, limit): (&Sequence, &f64)| {
         // NaN stays.
@@ -163,7 +169,8 @@ fn clipped(all: &[Sequence], limits: &[f64]) -> Vec<Sequence> {
     all.iter().zip(limits).map(clip).collect()
 }
 
-/// A run of which the wild readings are no more than twice as far out as most beyond a limit: a few are no stretch.
+/// A run of which the wild readings are no more than twice as far out as most beyond a limit: a few
+/// are no stretch.
 fn without_wild(run: &[f64], limit: f64) -> Vec<f64> {
     let beyond = run.iter().map(|value| value.abs()).filter(|size| *size > limit);
     let most = 2.0 * median(&mut beyond.collect::<Vec<f64>>()).unwrap_or(0.0);
@@ -247,8 +254,8 @@ fn likelihood_together(all: &[Sequence], off: &BTreeSet<OfRun>) -> f64 {
     likelihood(&even) + of_levels
 }
 
-/// The samples of a run from which on, or in which alone, one value explains what there is beyond noise; `None`
-/// where that is not what happened.
+/// The samples of a run from which on, or in which alone, one value explains what there is beyond
+/// noise; `None` where that is not what happened.
 fn stretch_off(run: &[f64]) -> Option<Range<usize>> {
     let (mut sums, mut counts) = (vec![0.0], vec![0.0]);
     for value in run {

@@ -39,7 +39,8 @@ pub enum Why {
     NotFitted,
     /// Effects leave nothing, but hardly are the cause.
     Improbable,
-    /// Effects leave nothing, but something simpler or likelier that nobody wrote down leaves no more.
+    /// Effects leave nothing, but something simpler or likelier that nobody wrote down leaves no
+    /// more.
     Imitated,
     /// Effects explain it where they are fitted, but not on readings that they are not fitted to.
     NotBorneOut,
@@ -49,7 +50,8 @@ pub enum Why {
     Displaced,
     /// Something changed in the course of a run.
     Changed,
-    /// No place of it is beyond chance by itself, but that nothing is there, or an effect of the library, is far less likely.
+    /// No place of it is beyond chance by itself, but that nothing is there, or an effect of the
+    /// library, is far less likely.
     Likelier,
 }
 

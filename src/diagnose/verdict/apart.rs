@@ -8,7 +8,8 @@ use crate::diagnose::stage::Stage;
 
 use super::leftover;
 
-/// What is off in a few runs is what there is where it explains this part of what the best block does.
+/// What is off in a few runs is what there is where it explains this part of what the best block
+/// does.
 const RUNS_LEAD: f64 = 0.8;
 
 /// What displaced the rig: it is in the model as a walk, which soaks it up, but it is none.
@@ -33,7 +34,8 @@ pub(super) fn has_more_than_runs(stage: &Stage) -> bool {
     left_out.runs.is_empty() && !apart.is_empty() && apart.iter().all(is_less)
 }
 
-/// What changes in a few runs explain by themselves, over the `most` that a block does; all where there is none.
+/// What changes in a few runs explain by themselves, over the `most` that a block does; all where
+/// there is none.
 pub(super) fn share_of_runs(stage: &Stage, apart: &Apart, most: f64) -> f64 {
     let block = stage.candidates.iter().position(|one| one.name == apart.block);
     let Some(block) = block.filter(|_| most > 0.0) else { return 1.0 };

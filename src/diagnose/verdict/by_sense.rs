@@ -1,8 +1,10 @@
-//! What goes otherwise there than back, which a second look finds: hysteresis, lost motion, the drag of a cable.
+//! What goes otherwise there than back, which a second look finds: hysteresis, lost motion, the
+//! drag of a cable.
 //!
-//! Blocks have the sense of motion and what moves, but not both at once. What is even in neither is an oscillation where it
-//! is strong, for runs one way swing against those the other way, and no block says it where it is weak. So it is
-//! asked once all else is settled, where nothing was found, or nothing has a name.
+//! Blocks have the sense of motion and what moves, but not both at once. What is even in neither is
+//! an oscillation where it is strong, for runs one way swing against those the other way, and no
+//! block says it where it is weak. So it is asked once all else is settled, where nothing was
+//! found, or nothing has a name.
 
 use crate::diagnose::evidence::Evidence;
 use crate::diagnose::evidence::score::{Score, Support, score};

@@ -1,9 +1,10 @@
 //! What could still hide: for each effect that was not found, how far off it could make a delay
 //! without being noticed.
 //!
-//! At the size that is declared every other time ([`bar`]) its signature has a length of 5 or, with many
-//! unknowns or members of a family, more; the nominal parameters then move by `H_nn⁻¹ H_ne` times its values. A variance factor near one says little:
-//! some effects raise it hardly and move delays by many standard uncertainties.
+//! At the size that is declared every other time ([`bar`]) its signature has a length of 5 or, with
+//! many unknowns or members of a family, more; the nominal parameters then move by `H_nn⁻¹ H_ne`
+//! times its values. A variance factor near one says little: some effects raise it hardly and move
+//! delays by many standard uncertainties.
 
 use crate::diagnose::evidence::detection::bar;
 use crate::diagnose::evidence::thresholds::level;

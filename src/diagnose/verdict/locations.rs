@@ -1,5 +1,5 @@
-//! Where the gap lies: the blocks of unknown structure that are told, what is off in a few runs, and stated
-//! values that the readings contradict.
+//! Where the gap lies: the blocks of unknown structure that are told, what is off in a few runs,
+//! and stated values that the readings contradict.
 
 use crate::diagnose::evidence::thresholds::TIE;
 use crate::diagnose::found::Location;
@@ -17,7 +17,8 @@ const PLACES: usize = 5;
 /// A block that explains less of the best is no place of its own.
 const LEAST_SHARE: f64 = 0.2;
 
-/// The blocks that are told: of oscillations none that goes round with the arm, where anything else says something.
+/// The blocks that are told: of oscillations none that goes round with the arm, where anything else
+/// says something.
 fn told(stage: &Stage) -> Vec<usize> {
     let found = with_one_oscillation(stage, stage.blocks_found());
     let goes_round = |block: &usize| stage.is_oscillation(*block) && goes_round(stage, *block);
@@ -53,7 +54,8 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
         let place = few(block).map(|one| one.place.clone()).or_else(own)?;
         Some(Location { place, share: share(block) })
     });
-    // What is left out has no block, and what is weighed down by a level of its run may pass no test.
+    // What is left out has no block, and what is weighed down by a level of its run may pass no
+    // test.
     let others = apart.iter().filter(|one| !runs_lead || !blocks.contains(&one.block.as_str()));
     let others = others.map(|one| Location {
         place: one.place.clone(),
@@ -69,8 +71,8 @@ pub fn locations(stage: &Stage) -> Vec<Location> {
     shown(all)
 }
 
-/// Places with what goes otherwise there than back before them, where that is far less likely by chance than any block
-/// that is told.
+/// Places with what goes otherwise there than back before them, where that is far less likely by
+/// chance than any block that is told.
 pub(in crate::diagnose) fn led_by(
     stage: &Stage,
     found: &BySense,
@@ -86,8 +88,8 @@ pub(in crate::diagnose) fn led_by(
     beside(vec![Location { place: found.place.clone(), share }], places)
 }
 
-/// The places of unknown structure that is likeliest, where no block is beyond chance by itself; `probability` is that of
-/// each candidate.
+/// The places of unknown structure that is likeliest, where no block is beyond chance by itself;
+/// `probability` is that of each candidate.
 pub fn likeliest(stage: &Stage, probability: &[f64]) -> Vec<Location> {
     let mut blocks: Vec<usize> = (stage.effects..stage.candidates.len()).collect();
     blocks.sort_by(|a, b| probability[*b].total_cmp(&probability[*a]));
@@ -113,8 +115,8 @@ fn shown(mut all: Vec<Location>) -> Vec<Location> {
     all
 }
 
-/// Stated values that the readings contradict, as places: what the sum of squares loses without them, over
-/// what it loses with the best block of a stage that is told.
+/// Stated values that the readings contradict, as places: what the sum of squares loses without
+/// them, over what it loses with the best block of a stage that is told.
 pub fn of_stated(stage: &Stage, contradicted: &[Contradicted]) -> Vec<Location> {
     let most = if contradicted.is_empty() { 0.0 } else { most_told(stage) };
     let share = |one: &Contradicted| if most > 0.0 { one.gain / most } else { 1.0 };
@@ -136,8 +138,8 @@ pub fn beside(mut places: Vec<Location>, others: Vec<Location>) -> Vec<Location>
     places
 }
 
-/// Blocks of which an oscillation of all readings stays only where it is less probable by chance than that of
-/// any one, which goes then.
+/// Blocks of which an oscillation of all readings stays only where it is less probable by chance
+/// than that of any one, which goes then.
 fn with_one_oscillation(stage: &Stage, mut found: Vec<usize>) -> Vec<usize> {
     let place = |block: &usize| stage.candidates[*block].place.as_ref();
     let is_of_one = |block: &usize| place(block).is_some_and(Place::is_oscillation_of_one);

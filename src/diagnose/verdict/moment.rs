@@ -1,12 +1,13 @@
-//! What changes at a moment in the course of a run: a clock that is set, an instrument that is knocked, a beam that was
-//! lost and taken up again.
+//! What changes at a moment in the course of a run: a clock that is set, an instrument that is
+//! knocked, a beam that was lost and taken up again.
 //!
-//! Effects with a value for each run, a memory or a noisier run say something like it. So runs are cut into pieces, and
-//! each reading, its time, the target and the rig are looked at for one value between two cuts, from a cut to the end of
-//! its run, or from a cut on in all later runs (`between`, `finer`). It is what happened where a few moments leave nothing beyond
-//! white noise (`white`) in any piece, nor to anything that could be added to the model, and are far likelier than any of
-//! that (`beside`). Where noise has a memory, or wanders, nothing is said. It is told with its rows (`told`), and the
-//! readings that are off are left out (`without`).
+//! Effects with a value for each run, a memory or a noisier run say something like it. So runs are
+//! cut into pieces, and each reading, its time, the target and the rig are looked at for one value
+//! between two cuts, from a cut to the end of its run, or from a cut on in all later runs
+//! (`between`, `finer`). It is what happened where a few moments leave nothing beyond white noise
+//! (`white`) in any piece, nor to anything that could be added to the model, and are far likelier
+//! than any of that (`beside`). Where noise has a memory, or wanders, nothing is said. It is told
+//! with its rows (`told`), and the readings that are off are left out (`without`).
 
 use std::collections::HashSet;
 
@@ -37,14 +38,16 @@ pub(in crate::diagnose) struct Changed {
     pub(in crate::diagnose) places: Vec<Location>,
     /// The effects beside which it shows.
     pub(in crate::diagnose) effects: Vec<String>,
-    /// The model and its noise beside which it shows, without the readings that are off where that is no effect.
+    /// The model and its noise beside which it shows, without the readings that are off where that
+    /// is no effect.
     pub(in crate::diagnose) stage: Stage,
     /// The nominal estimate without them, where anything is left out.
     pub(in crate::diagnose) nominal: Option<Calibration>,
 }
 
-/// What changed in the course of a run, if that is all that is there: beside the nominal model, or beside the effects that
-/// a search adopted. `fitted` is the nominal model of every reading that is not lost or gross.
+/// What changed in the course of a run, if that is all that is there: beside the nominal model, or
+/// beside the effects that a search adopted. `fitted` is the nominal model of every reading that is
+/// not lost or gross.
 ///
 /// # Errors
 /// [`FitError`] where a model cannot be fitted at all.
@@ -65,8 +68,8 @@ pub(in crate::diagnose) fn changed(
         return Ok(None);
     };
     let Some((alone, back)) = common.alone(last)? else { return Ok(None) };
-    // Where a change does for all without the effects, they are not there; where for nearly all, they follow what a linear
-    // model leaves of it.
+    // Where a change does for all without the effects, they are not there; where for nearly all,
+    // they follow what a linear model leaves of it.
     let adopted: Vec<&Candidate> = search.adopted.iter().map(|one| &one.candidate).collect();
     let nominal = white(first, &fitted.problem, &back, options)?;
     let nominal =
@@ -124,8 +127,8 @@ impl Common<'_> {
         Ok(None)
     }
 
-    /// What changed beside no effect, without the readings that are off; where they cannot be left out, beside a stage
-    /// with all of them.
+    /// What changed beside no effect, without the readings that are off; where they cannot be left
+    /// out, beside a stage with all of them.
     fn beside_nothing(&self, alone: Alone, with: Stage) -> Result<Changed, FitError> {
         let Self { fitted, aside, wanted, options } = *self;
         let Alone { found, places, stage, .. } = alone;

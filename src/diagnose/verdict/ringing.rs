@@ -1,10 +1,12 @@
-//! What oscillates without being a steady wave of a run: what rings after each reversal, or where a rig is shaken now
-//! and then. It passes for wild readings, or for noise that is larger than stated.
+//! What oscillates without being a steady wave of a run: what rings after each reversal, or where a
+//! rig is shaken now and then. It passes for wild readings, or for noise that is larger than
+//! stated.
 //!
-//! Residuals of a measurand are cut into pieces of equal duration, and their periodograms added up, each over the
-//! scatter of its piece, so that noise which is larger at times is no matter. Of noise without a memory each is
-//! exponentially distributed with the mean 1, and sums are gamma distributed. What stands out between lower and higher
-//! frequencies rings; what falls or rises from one end to the other is a memory that its model does not follow.
+//! Residuals of a measurand are cut into pieces of equal duration, and their periodograms added up,
+//! each over the scatter of its piece, so that noise which is larger at times is no matter. Of
+//! noise without a memory each is exponentially distributed with the mean 1, and sums are gamma
+//! distributed. What stands out between lower and higher frequencies rings; what falls or rises
+//! from one end to the other is a memory that its model does not follow.
 
 use std::f64::consts::TAU;
 
@@ -24,7 +26,8 @@ const PIECES: [u32; 2] = [32, 128];
 /// Readings that a piece has at least, and the part of its duration that they take.
 const READINGS: f64 = 8.0;
 const TAKEN: f64 = 0.5;
-/// Part of the sampling rate up to which frequencies are looked at: near its half a wave is hardly sampled.
+/// Part of the sampling rate up to which frequencies are looked at: near its half a wave is hardly
+/// sampled.
 const HIGHEST: f64 = 0.45;
 /// The frequencies at either end, in parts of all.
 const END: f64 = 0.125;
@@ -41,8 +44,8 @@ pub(in crate::diagnose) struct Ringing {
     pub(in crate::diagnose) gain: f64,
 }
 
-/// What rings most in what a stage leaves; `None` where nothing does, and where stamps are rounded or jitter: what
-/// they do may have a frequency, too.
+/// What rings most in what a stage leaves; `None` where nothing does, and where stamps are rounded
+/// or jitter: what they do may have a frequency, too.
 pub(in crate::diagnose) fn ringing(stage: &Stage) -> Option<Ringing> {
     let noise = &stage.noise_found.effects;
     let mut names = noise.iter().flat_map(|one| one.aliases.iter().chain([&one.name]));

@@ -1,4 +1,5 @@
-//! Effects that show in no reading: those that nominal parameters take up, and those that change none.
+//! Effects that show in no reading: those that nominal parameters take up, and those that change
+//! none.
 
 use crate::campaign::Track;
 use crate::diagnose::library::candidate::NotTestable;

@@ -1,8 +1,9 @@
-//! Oscillations that are waves of what turns as well: at a steady rate a wave of an arm's turn has a frequency, too, and
-//! where samples are even and far apart, one of many frequencies falls together with that of each rate.
+//! Oscillations that are waves of what turns as well: at a steady rate a wave of an arm's turn has
+//! a frequency, too, and where samples are even and far apart, one of many frequencies falls
+//! together with that of each rate.
 //!
-//! What grows with the rate is so told as an oscillation, by the fast runs that hold most of it. It says less of
-//! where the gap lies than any other place.
+//! What grows with the rate is so told as an oscillation, by the fast runs that hold most of it. It
+//! says less of where the gap lies than any other place.
 
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! Sums of products over a chunk: `scale · Σ factor · a · b`.
 //!
-//! There is a loop for each number of terms and each choice of their kinds, so that nothing is asked within
-//! it, nor multiplied by one.
+//! There is a loop for each number of terms and each choice of their kinds, so that nothing is
+//! asked within it, nor multiplied by one.
 
 use crate::engine::lanes::arithmetic::Aligned;
 use crate::engine::lanes::instruction::{Kind, Product, Slot};

@@ -8,9 +8,9 @@
 //! | `a - b` where `b - a` is there | `-(b - a)` |
 //! | `a (c b)`, `c a ± c b`, c a number | `c (a b)`, `c (a ± b)`: the 2 of a square meets the 1/2 of its root |
 //!
-//! They agree to a few units in the last place, and at the origin, where atan2 counts as 0, exactly.
-//! They do not hold for infinite x, y, for b below the smallest normal number and for points as near to
-//! the origin as its root.
+//! They agree to a few units in the last place, and at the origin, where atan2 counts as 0,
+//! exactly. They do not hold for infinite x, y, for b below the smallest normal number and for
+//! points as near to the origin as its root.
 
 use crate::graph::import::Import;
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId, Unary};

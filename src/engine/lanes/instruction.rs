@@ -61,7 +61,8 @@ pub(super) enum Kind {
     Number,
 }
 
-/// Terms up to which a sum knows all kinds; with more there are [`Kind::Single`] and [`Kind::Pair`] alone.
+/// Terms up to which a sum knows all kinds; with more there are [`Kind::Single`] and [`Kind::Pair`]
+/// alone.
 pub(super) const ALL_KINDS: usize = 3;
 
 /// Sums of the same numbers that are computed together, at most: as many as registers hold.
@@ -85,9 +86,11 @@ pub(super) enum Instruction {
     Divide { a: Slot, b: Slot, out: Slot },
     /// `b / a`
     DivideInto { a: Slot, b: Still, out: Slot },
-    /// The sum of `count` products from number `first` on, of these kinds. Times `scale`, if there is one.
+    /// The sum of `count` products from number `first` on, of these kinds. Times `scale`, if there
+    /// is one.
     Sum { first: u32, count: u8, kinds: [Kind; MOST_TERMS], scale: Option<Slot>, out: Slot },
-    /// Two or three sums `Σ factor · a` of the same two or three numbers `a`, with a number that stands still
-    /// added to each where `has_number`: products from number `first` on, sum after sum.
+    /// Two or three sums `Σ factor · a` of the same two or three numbers `a`, with a number that
+    /// stands still added to each where `has_number`: products from number `first` on, sum after
+    /// sum.
     Map { first: u32, inputs: u8, has_number: bool, outs: [Slot; MOST_TOGETHER], outputs: u8 },
 }

@@ -1,5 +1,5 @@
-//! Sums of the same numbers over a chunk, computed together: a matrix that stands still times numbers that move, as where
-//! a rotation turns a point.
+//! Sums of the same numbers over a chunk, computed together: a matrix that stands still times
+//! numbers that move, as where a rotation turns a point.
 //!
 //! What sums have in common is read once; where registers are narrow, to read is what sums cost.
 

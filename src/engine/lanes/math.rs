@@ -1,12 +1,12 @@
 //! Elementary functions over a chunk of samples.
 //!
-//! Answers: what the functions of [`crate::graph::node`] are worth, a chunk of samples at a time. Each is a
-//! kernel without branches in a plain loop, so the compiler vectorises it for the instruction set
-//! of its caller: everything is inlined, and the caller as a whole is compiled for AVX2 or AVX-512.
-//! Lanes that leave the range of a kernel (most kernels show it as NaN), and they alone, are computed
-//! once more one at a time, mostly by [`crate::number::Number`], that is by the standard library. So
-//! the whole range of `f64` is covered, and the values at singular points are those of
-//! [`crate::number`].
+//! Answers: what the functions of [`crate::graph::node`] are worth, a chunk of samples at a time.
+//! Each is a kernel without branches in a plain loop, so the compiler vectorises it for the
+//! instruction set of its caller: everything is inlined, and the caller as a whole is compiled for
+//! AVX2 or AVX-512. Lanes that leave the range of a kernel (most kernels show it as NaN), and they
+//! alone, are computed once more one at a time, mostly by [`crate::number::Number`], that is by the
+//! standard library. So the whole range of `f64` is covered, and the values at singular points are
+//! those of [`crate::number`].
 //!
 //! Long kernels run in stages, each a loop over the chunk: a processor looks ahead some hundred
 //! instructions, which is one or two rounds of a long loop, too few to fill the time that each step
@@ -15,9 +15,9 @@
 //! The value of a lane depends on that lane only. With and without fused multiply-add
 //! ([`super::arithmetic::Arithmetic`]) values differ by rounding.
 //!
-//! Worst errors found, in units in the last place (ulp) of the true value, at some ten thousand points
-//! a function made as the tables of `tests/lane_math.rs` are (their generator with scale 40), without
-//! fused multiply-add; with it they are at most 0.1 more:
+//! Worst errors found, in units in the last place (ulp) of the true value, at some ten thousand
+//! points a function made as the tables of `tests/lane_math.rs` are (their generator with scale
+//! 40), without fused multiply-add; with it they are at most 0.1 more:
 //!
 //! | function | method | error |
 //! |---|---|---|
@@ -36,7 +36,8 @@
 //! | [`floor`], [`sign`], [`min`], [`max`], ... | as defined | none |
 //! | [`sqrt`], [`fract`], [`add`], ... | one operation | 0.5 |
 //!
-//! The swing of a Stumpff function of order k, `min(1/k!, x^(-k/2))`, is the size it oscillates with.
+//! The swing of a Stumpff function of order k, `min(1/k!, x^(-k/2))`, is the size it oscillates
+//! with.
 
 mod algebraic;
 mod exponential;
@@ -67,8 +68,8 @@ const WHOLE: f64 = 6_755_399_441_055_744.0;
 /// The bit that is the sign of a number.
 const SIGN: u64 = 1 << 63;
 
-/// `Σ coefficients[i] x^i`: four terms at a time, so few steps wait for each other and the processor
-/// has several registers under way at the same time (after G. Estrin, 1960).
+/// `Σ coefficients[i] x^i`: four terms at a time, so few steps wait for each other and the
+/// processor has several registers under way at the same time (after G. Estrin, 1960).
 #[inline(always)]
 fn polynomial<A: Arithmetic, const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
     let square = x * x;
@@ -138,8 +139,8 @@ fn any_nan(lanes: &Lanes) -> bool {
     found != 0
 }
 
-/// The first bit says whether a number lies outside two positive ones, or is NaN: bits are gathered over a chunk
-/// for less than a choice in every lane.
+/// The first bit says whether a number lies outside two positive ones, or is NaN: bits are gathered
+/// over a chunk for less than a choice in every lane.
 #[inline(always)]
 fn outside(x: f64, (from, to): (f64, f64)) -> u64 {
     let bits = x.to_bits();
@@ -161,7 +162,8 @@ fn map_or(x: &Lanes, out: &mut Lanes, kernel: impl Fn(f64) -> f64, exact: fn(f64
     }
 }
 
-/// A kernel of two numbers and what says by its first bit that it does not hold there, which is what `exact` is for.
+/// A kernel of two numbers and what says by its first bit that it does not hold there, which is
+/// what `exact` is for.
 #[inline(always)]
 fn map2_within(
     a: &Lanes,

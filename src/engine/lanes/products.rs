@@ -1,10 +1,11 @@
 //! Sums of products of columns over chunks: the Gram matrix of one row of every sample.
 //!
-//! Tiles of 4 by 3 sums (3 by 3 without fused multiply-add) stay in registers while the chunk runs through them; each sum has as many
-//! partial sums as a register holds numbers, which are added up at the end. So a product costs one
-//! multiply-add, which is the least it can. Where there are so many columns that partial sums would not
-//! stay in the nearest caches, they are added up chunk by chunk. Columns may be in groups that want no
-//! sums with each other; what nobody wants has no place in memory.
+//! Tiles of 4 by 3 sums (3 by 3 without fused multiply-add) stay in registers while the chunk runs
+//! through them; each sum has as many partial sums as a register holds numbers, which are added up
+//! at the end. So a product costs one multiply-add, which is the least it can. Where there are so
+//! many columns that partial sums would not stay in the nearest caches, they are added up chunk by
+//! chunk. Columns may be in groups that want no sums with each other; what nobody wants has no
+//! place in memory.
 
 use std::ops::Range;
 
@@ -50,8 +51,8 @@ impl Products {
         Self::of((0..count).map(|column| column..count), set)
     }
 
-    /// Of columns in groups, those of a group one after the other: of pairs of the same group, and of those
-    /// of group 0, which is first, with all that are not.
+    /// Of columns in groups, those of a group one after the other: of pairs of the same group, and
+    /// of those of group 0, which is first, with all that are not.
     pub fn grouped(groups: &[usize], set: InstructionSet) -> Self {
         debug_assert!(groups.is_sorted(), "group after group, those of 0 first");
         let first = groups.partition_point(|group| *group == 0);
@@ -61,7 +62,8 @@ impl Products {
         Self::of((0..groups.len()).map(with), set)
     }
 
-    /// Of each column with those of a range, which ends no earlier than that of the column before it.
+    /// Of each column with those of a range, which ends no earlier than that of the column before
+    /// it.
     fn of(with: impl ExactSizeIterator<Item = Range<usize>>, set: InstructionSet) -> Self {
         let (width, fused) = set.run(Kind);
         let (count, most) = (with.len(), if fused { ROWS } else { ROWS - 1 });
@@ -164,7 +166,8 @@ impl Task for Adding<'_> {
                 let is_diagonal = j == rows.start && with.start == rows.start;
                 let sums = &mut *sums;
                 let tile = Tile { columns, sums, pair, at, added_up, is_diagonal };
-                // A product that is not fused with its sum needs a register, too: no fourth row then.
+                // A product that is not fused with its sum needs a register, too: no fourth row
+                // then.
                 match (rows.len(), across) {
                     (1, 1) => tile.add::<A, S, 1, 1>(simd),
                     (1, 2) => tile.add::<A, S, 1, 2>(simd),

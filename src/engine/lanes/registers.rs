@@ -1,8 +1,9 @@
-//! Registers of an instruction set by name, for loops in which the compiler would choose worse ones.
+//! Registers of an instruction set by name, for loops in which the compiler would choose worse
+//! ones.
 //!
 //! Answers: lanes as registers, and what is done with them. Of an instruction set of two numbers a
-//! register (SSE2) an instruction reads an operand from memory only where it is known to be aligned,
-//! which the compiler does not see of lanes in a box.
+//! register (SSE2) an instruction reads an operand from memory only where it is known to be
+//! aligned, which the compiler does not see of lanes in a box.
 
 use std::marker::PhantomData;
 

@@ -1,8 +1,8 @@
 //! From nodes to steps in an order of computation: which nodes are computed lane by lane, which of
 //! them one instruction computes together, and when.
 //!
-//! Outputs come in groups; what a group needs is computed as late as possible, so few values wait at
-//! a time and their memory stays in the nearest cache.
+//! Outputs come in groups; what a group needs is computed as late as possible, so few values wait
+//! at a time and their memory stays in the nearest cache.
 
 use std::collections::HashMap;
 
@@ -71,7 +71,8 @@ impl Schedule {
 /// Puts the steps for some groups of outputs in order.
 pub(super) fn schedule(graph: &mut Graph, groups: &[Vec<NodeId>]) -> Schedule {
     let mut scheduler = Scheduler::new(graph, groups);
-    // Which sums there are shows when all is in order; those of the same numbers are then computed together.
+    // Which sums there are shows when all is in order; those of the same numbers are then computed
+    // together.
     scheduler.order(groups);
     if scheduler.find_maps() {
         scheduler.order(groups);
@@ -140,7 +141,8 @@ impl<'a> Scheduler<'a> {
         }
     }
 
-    /// Finds among the steps sums of the same numbers for one group of outputs; whether there are any.
+    /// Finds among the steps sums of the same numbers for one group of outputs; whether there are
+    /// any.
     fn find_maps(&mut self) -> bool {
         let Schedule { steps, ends, sums, .. } = &self.schedule;
         let mut start = 0;
@@ -171,7 +173,8 @@ impl<'a> Scheduler<'a> {
         self.done[node.0 as usize]
     }
 
-    /// Schedules what a node needs, then the node. Iterative: a deep graph does not exhaust the stack.
+    /// Schedules what a node needs, then the node. Iterative: a deep graph does not exhaust the
+    /// stack.
     fn compute(&mut self, output: NodeId) {
         let mut waiting = vec![output];
         while let Some(&node) = waiting.last() {
@@ -243,8 +246,8 @@ pub(super) fn results(form: Form) -> [Option<NodeId>; MOST_TOGETHER] {
     }
 }
 
-/// Whether a leaf is a column that is there before the chunk is computed; a still input is read like
-/// a signal, as it may be logged.
+/// Whether a leaf is a column that is there before the chunk is computed; a still input is read
+/// like a signal, as it may be logged.
 pub(super) fn is_column(graph: &Graph, node: NodeId) -> bool {
     match graph.node(node) {
         Node::Leaf(leaf) => !matches!(leaf, Leaf::Input(_)),

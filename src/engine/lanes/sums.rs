@@ -1,11 +1,12 @@
-//! Which nodes one instruction computes as a sum of products: `Σ factor · a` and `Σ factor · a · b`,
-//! where factors stand still and a, b move, and such a sum times something that moves.
+//! Which nodes one instruction computes as a sum of products: `Σ factor · a` and
+//! `Σ factor · a · b`, where factors stand still and a, b move, and such a sum times something that
+//! moves.
 //!
-//! Answers: the terms of every sum, difference, product and negative. A sum takes in what nothing else
-//! needs, and a product whose factor stands still wherever it is needed: to multiply once more costs
-//! less than to read what was multiplied. Terms are added in the order of the graph, so a small number
-//! that is added to a difference of large ones keeps its digits; and a sum times a factor is not
-//! multiplied out.
+//! Answers: the terms of every sum, difference, product and negative. A sum takes in what nothing
+//! else needs, and a product whose factor stands still wherever it is needed: to multiply once more
+//! costs less than to read what was multiplied. Terms are added in the order of the graph, so a
+//! small number that is added to a difference of large ones keeps its digits; and a sum times a
+//! factor is not multiplied out.
 
 use std::collections::HashMap;
 
@@ -34,8 +35,8 @@ pub(super) struct Sum {
 }
 
 impl Sum {
-    /// The nodes of `Σ factor · a`, two or three, and whether a number is added last; `None` of other sums. Sums of the
-    /// same nodes read them once.
+    /// The nodes of `Σ factor · a`, two or three, and whether a number is added last; `None` of
+    /// other sums. Sums of the same nodes read them once.
     pub(super) fn map_of(&self) -> Option<([Option<NodeId>; 3], bool)> {
         let has_number = self.terms.last().is_some_and(|term| term.lanes == [None, None]);
         let moving = &self.terms[..self.terms.len() - usize::from(has_number)];
@@ -48,7 +49,8 @@ impl Sum {
         fits.then_some((nodes, has_number))
     }
 
-    /// Whether a term may be a number that nothing is multiplied with, see [`Kind::Number`](super::instruction::Kind::Number).
+    /// Whether a term may be a number that nothing is multiplied with, see
+    /// [`Kind::Number`](super::instruction::Kind::Number).
     pub(super) fn takes_number(&self, term: usize) -> bool {
         term == 0 && self.terms.len() <= ALL_KINDS
     }
@@ -165,7 +167,8 @@ impl Finder<'_> {
         terms
     }
 
-    /// The terms of a sum that nothing else needs, where there are more than one and at most `most`.
+    /// The terms of a sum that nothing else needs, where there are more than one and at most
+    /// `most`.
     fn part(&self, node: NodeId, most: usize) -> Option<Vec<Term>> {
         let Sum { terms, scale: None } = self.sums.get(node)? else { return None };
         (self.is_needed_once(node) && (2..=most).contains(&terms.len())).then(|| terms.to_vec())
@@ -225,8 +228,8 @@ impl Finder<'_> {
         }
     }
 
-    /// The product of two factors that stand still, in one way of those that differ by the place of a
-    /// sign: `-(r (a - b))` for `r (b - a)`.
+    /// The product of two factors that stand still, in one way of those that differ by the place of
+    /// a sign: `-(r (a - b))` for `r (b - a)`.
     fn multiplied(&mut self, factor: NodeId, by: NodeId) -> NodeId {
         if let Node::Binary(Binary::Multiply, a, b) = self.graph.node(by) {
             let product = self.multiplied(factor, a);
@@ -237,7 +240,8 @@ impl Finder<'_> {
         if minus == other_minus { product } else { self.graph.negate(product) }
     }
 
-    /// Whether a factor counts negative, and the rest: of a difference and its opposite always the same.
+    /// Whether a factor counts negative, and the rest: of a difference and its opposite always the
+    /// same.
     fn signed(&mut self, factor: NodeId) -> (bool, NodeId) {
         match self.graph.node(factor) {
             Node::Unary(Unary::Negate, opposite) => (true, opposite),

@@ -147,8 +147,8 @@ impl Workspace {
         self.stills.extend_from_slice(code.stills.evaluate(leaves, &mut self.scratch));
     }
 
-    /// Fills the columns from a chunk's samples. `given` are the values that the caller supplies; `complete` says that
-    /// it is known to have every reading in every lane.
+    /// Fills the columns from a chunk's samples. `given` are the values that the caller supplies;
+    /// `complete` says that it is known to have every reading in every lane.
     pub fn load(&mut self, code: &Code, chunk: &Chunk<'_>, given: &[Lanes], complete: bool) {
         let samples = chunk.samples;
         let stretch = chunk.start..chunk.start + chunk.len;
@@ -222,8 +222,8 @@ impl Workspace {
         }
     }
 
-    /// Computes one group of outputs for the columns that were filled; those before it in order must
-    /// have been computed. `inputs` are those of the run.
+    /// Computes one group of outputs for the columns that were filled; those before it in order
+    /// must have been computed. `inputs` are those of the run.
     pub fn compute(&mut self, code: &Code, group: usize, inputs: &[Track]) {
         self.group = group;
         let start = if group == 0 { 0 } else { code.groups[group - 1].end };

@@ -1,9 +1,10 @@
-//! Mistakes that would make the target's coordinates fit far better if they were undone: a swapped column, a
-//! mirrored circle, an elevation read as a zenith angle, gon read as deg, mm read as m.
+//! Mistakes that would make the target's coordinates fit far better if they were undone: a swapped
+//! column, a mirrored circle, an elevation read as a zenith angle, gon read as deg, mm read as m.
 //!
-//! Each run is aligned by itself. What does not show so, because its arc is short or because a turned arm does as
-//! well, shows beside the first of the runs that share a transformation. A planar target path hides a mirrored instrument and a
-//! reversed arm: both are then a turn of the transformation and do no harm to the delays.
+//! Each run is aligned by itself. What does not show so, because its arc is short or because a
+//! turned arm does as well, shows beside the first of the runs that share a transformation. A
+//! planar target path hides a mirrored instrument and a reversed arm: both are then a turn of the
+//! transformation and do no harm to the delays.
 
 use std::f64::consts::PI;
 

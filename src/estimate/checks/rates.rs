@@ -57,8 +57,8 @@ const SURE: f64 = 5.0;
 /// Where the end correction is a larger part of the way, samples are too far apart for the motion.
 const RESOLVED: f64 = 0.05;
 
-/// By the trapezoidal rule with its end correction, rates of rates from neighbours: what that changes is
-/// how well the rule does.
+/// By the trapezoidal rule with its end correction, rates of rates from neighbours: what that
+/// changes is how well the rule does.
 fn compare(time: &[f64], value: &[f64], rate: &[f64], turns: bool) -> Rates {
     let turn = 2.0 * PI;
     let slope = |i: usize| (rate[i + 1] - rate[i - 1]) / (time[i + 1] - time[i - 1]);

@@ -104,8 +104,8 @@ impl Roots {
         }
     }
 
-    /// Whether a step is not worth a further evaluation: by its size, or by what rounding of the reading
-    /// leaves of any step.
+    /// Whether a step is not worth a further evaluation: by its size, or by what rounding of the
+    /// reading leaves of any step.
     fn is_last(&self, lane: usize, step: f64) -> bool {
         let rounding = 8.0 * f64::EPSILON * self.reading[lane].abs() / self.slope[lane].abs();
         let tolerance = TOLERANCE.max(4.0 * f64::EPSILON * self.delay[lane].abs());

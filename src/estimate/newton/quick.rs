@@ -1,10 +1,10 @@
 //! Two steps from the reference time for all readings of a chunk at once, without questions.
 //!
-//! The first is Newton's. With values and slopes at both its ends the inverse function is known as a
-//! cubic (Hermite's), whose value at zero is the second step: its error is of the order `e₀² e₁²`,
-//! where Newton's would be `e₁²`. An evaluation there tells which readings are solved: those that came
-//! steadily nearer, in shrinking steps, and for which Newton's next step is below the tolerance. The
-//! others are for [`super::careful`].
+//! The first is Newton's. With values and slopes at both its ends the inverse function is known as
+//! a cubic (Hermite's), whose value at zero is the second step: its error is of the order
+//! `e₀² e₁²`, where Newton's would be `e₁²`. An evaluation there tells which readings are solved:
+//! those that came steadily nearer, in shrinking steps, and for which Newton's next step is below
+//! the tolerance. The others are for [`super::careful`].
 
 use crate::engine::lanes::arithmetic::Arithmetic;
 use crate::engine::lanes::dispatch::{InstructionSet, Simd, Task};

@@ -1,10 +1,10 @@
 //! The delays of runs however long: block by block, in order, and nothing is kept.
 //!
-//! What the best reading of a run sees decides which of its readings are blind. As many whole runs as
-//! make a wave of blocks are solved at once, each block with the best that it knows; when the best of
-//! each run is known, the few chunks that counted blind readings as solved are solved again. A run
-//! that is longer than a wave is looked at first, for its best reading alone. Every number of threads
-//! gives the same bits.
+//! What the best reading of a run sees decides which of its readings are blind. As many whole runs
+//! as make a wave of blocks are solved at once, each block with the best that it knows; when the
+//! best of each run is known, the few chunks that counted blind readings as solved are solved
+//! again. A run that is longer than a wave is looked at first, for its best reading alone. Every
+//! number of threads gives the same bits.
 
 use std::convert::Infallible;
 use std::ops::Range;
@@ -32,9 +32,10 @@ struct Block {
     range: Range<usize>,
 }
 
-/// Solves every reading of one measurand in some runs of a campaign. `look` makes something of the readings of a block,
-/// with their sums over the columns the run touches, on whatever thread solved them; `visit` sees that of all blocks, in
-/// their order. A rotation has no single delay and shows none.
+/// Solves every reading of one measurand in some runs of a campaign. `look` makes something of the
+/// readings of a block, with their sums over the columns the run touches, on whatever thread solved
+/// them; `visit` sees that of all blocks, in their order. A rotation has no single delay and shows
+/// none.
 ///
 /// # Errors
 /// The first that `visit` gives; nothing more is solved then.
@@ -108,7 +109,8 @@ fn blocks(data: &Part, run: usize) -> impl ExactSizeIterator<Item = Block> + use
     data.runs[run].record.ranges(BLOCK).map(move |range| Block { run, range })
 }
 
-/// The blocks of some runs in waves: of as many whole runs as fit, or of a part of one that does not.
+/// The blocks of some runs in waves: of as many whole runs as fit, or of a part of one that does
+/// not.
 fn waves(data: &Part, runs: &[usize]) -> Vec<Vec<Block>> {
     let mut waves: Vec<Vec<Block>> = Vec::new();
     for run in runs {

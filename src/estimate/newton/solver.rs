@@ -1,5 +1,5 @@
-//! The readings of one measurand in a block of one run, chunk by chunk: the quick way for all, then the
-//! careful one for those that wait.
+//! The readings of one measurand in a block of one run, chunk by chunk: the quick way for all, then
+//! the careful one for those that wait.
 //!
 //! Readings that wait are put together over chunk borders, so that a few of them cost no chunk of
 //! their own.
@@ -30,8 +30,8 @@ pub(super) struct Solver<'a> {
     deviations: Vec<f64>,
     /// Covariance along the program's directions.
     covariance: Vec<f64>,
-    /// The smallest uncertainty at reference that is known of the run (s): it decides which readings
-    /// are blind.
+    /// The smallest uncertainty at reference that is known of the run (s): it decides which
+    /// readings are blind.
     pub(super) best: f64,
     /// The readings so far.
     readings: Vec<ReadingDelay>,
@@ -106,8 +106,8 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// What came of the block, with the sums over the columns that the run touches. What is blind has no
-    /// delay, whether one was found or not.
+    /// What came of the block, with the sums over the columns that the run touches. What is blind
+    /// has no delay, whether one was found or not.
     pub(super) fn finished(mut self) -> RunDelays {
         let [part, run, _] = self.place;
         let problem = self.given.problem;
@@ -274,8 +274,8 @@ impl<'a> Solver<'a> {
         Evaluated { value: *outputs[0], slope: *outputs[1] }
     }
 
-    /// The random part of the delays' standard uncertainty (s) with some slopes, from the second group:
-    /// the readings' own noise and the sample's random quantities.
+    /// The random part of the delays' standard uncertainty (s) with some slopes, from the second
+    /// group: the readings' own noise and the sample's random quantities.
     fn random_part(&mut self, slope: &Lanes) -> Lanes {
         self.workspace.compute(&self.program.code, 1, self.inputs);
         let outputs = self.workspace.outputs(&self.program.code, 1);
@@ -317,8 +317,8 @@ impl<'a> Solver<'a> {
         seconds
     }
 
-    /// Fills the readings of some lanes, evaluated last at their solution; the weights of those that
-    /// are solved and not blind, divided by `-m'`.
+    /// Fills the readings of some lanes, evaluated last at their solution; the weights of those
+    /// that are solved and not blind, divided by `-m'`.
     fn finish<'s>(
         &mut self,
         solution: &Solution<'_>,

@@ -1,23 +1,24 @@
 //! Transformation and delays in turn, until they agree, and what that does to errors.
 //!
 //! From the second round on the answer of the delays to themselves is known and taken into the step
-//! (Newton's iteration on `D(θ(τ)) - τ`): a handful of fits instead of dozens where the slow run is not
-//! slow.
+//! (Newton's iteration on `D(θ(τ)) - τ`): a handful of fits instead of dozens where the slow run is
+//! not slow.
 //!
-//! With the delays τ held, the reference runs give the transformation θ(τ), and the other runs the mean
-//! delays D(θ). At the end `τ = D(θ(τ))`. Let B = ∂θ/∂τ, S = ∂D/∂θ, A = S B, and G = (1 - A)⁻¹, about
-//! 1 / (1 - ω_slow / ω). With Σ the covariance of θ at held delays, and R that of the random part of D,
-//! what was wrong by δθ and r is in the end wrong by
+//! With the delays τ held, the reference runs give the transformation θ(τ), and the other runs the
+//! mean delays D(θ). At the end `τ = D(θ(τ))`. Let B = ∂θ/∂τ, S = ∂D/∂θ, A = S B, and G = (1 -
+//! A)⁻¹, about 1 / (1 - ω_slow / ω). With Σ the covariance of θ at held delays, and R that of the
+//! random part of D, what was wrong by δθ and r is in the end wrong by
 //!
 //! ```text
 //! δτ = G (S δθ + r)        δθ_end = (1 + B G S) δθ + B G r
 //! ```
 //!
-//! so the transformation at the end has the covariance `F Σ Fᵀ + B G R Gᵀ Bᵀ` with F = 1 + B G S, which
-//! delays of single readings and means take like any other. A mean has its own r in it once more: the
-//! transformation that it used was made with it. That cross term is counted for means (of some runs with
-//! the random part of all, which is what both have in common where weights are `1 / u²`); for a single
-//! reading it is left out, a share of about `2 ω_slow / ω` over their number.
+//! so the transformation at the end has the covariance `F Σ Fᵀ + B G R Gᵀ Bᵀ` with F = 1 + B G S,
+//! which delays of single readings and means take like any other. A mean has its own r in it once
+//! more: the transformation that it used was made with it. That cross term is counted for means (of
+//! some runs with the random part of all, which is what both have in common where weights are
+//! `1 / u²`); for a single reading it is left out, a share of about `2 ω_slow / ω` over their
+//! number.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -30,8 +31,8 @@ use crate::estimate::transformation::{NoTransformation, Transformation, wanted};
 const ROUNDS: usize = 30;
 /// Errors that grow by more leave nothing to say.
 const MOST_GROWTH: f64 = 1e3;
-/// Means that change by less than this part of their random uncertainty stand: a fit stops at some part
-/// of it, too, and with less two fits could take turns for ever.
+/// Means that change by less than this part of their random uncertainty stand: a fit stops at some
+/// part of it, too, and with less two fits could take turns for ever.
 const STANDS: f64 = 1e-5;
 /// Nor do changes below this (s) matter.
 const LEAST: f64 = 1e-13;

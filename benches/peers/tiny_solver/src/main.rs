@@ -1,4 +1,5 @@
-//! tiny-solver: one factor a sample, its own dual numbers, rotation manifold and Levenberg-Marquardt.
+//! tiny-solver: one factor a sample, its own dual numbers, rotation manifold and
+//! Levenberg-Marquardt.
 //!
 //! `tiny-solver-peer JOB FOLDER` prints one JSON line, as every peer does.
 

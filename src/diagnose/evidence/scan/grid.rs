@@ -1,4 +1,5 @@
-//! Which members of a family are tried: a list as it stands, or a range so finely that none is missed.
+//! Which members of a family are tried: a list as it stands, or a range so finely that none is
+//! missed.
 
 use crate::effect::Members;
 
@@ -15,7 +16,8 @@ const STEPS: i32 = 3;
 const SHORTER: f64 = 0.25;
 
 impl Scan<'_> {
-    /// The distance from a member to a neighbour, looked for up to `range` in a direction (1 or -1).
+    /// The distance from a member to a neighbour, looked for up to `range` in a direction (1 or
+    /// -1).
     fn step(&self, at: f64, direction: f64, range: f64) -> f64 {
         let is_near = |distances: &[f64]| -> Vec<bool> {
             let others: Vec<f64> = distances.iter().map(|far| at + direction * far).collect();

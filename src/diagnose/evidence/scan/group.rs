@@ -1,13 +1,13 @@
-//! What members of a family do together over a campaign, a setup or a run, and what each takes off the sum of squares.
-//! Where the sums come from is not its business.
+//! What members of a family do together over a campaign, a setup or a run, and what each takes off
+//! the sum of squares. Where the sums come from is not its business.
 
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::evidence::basis::RANK;
 
-/// Sums of some members' columns that hold together: with those of the same member, or of all; with the nominal
-/// columns; with what is left.
+/// Sums of some members' columns that hold together: with those of the same member, or of all; with
+/// the nominal columns; with what is left.
 pub(super) struct Group {
     pub(super) key: (usize, usize),
     pub(super) own: DMatrix<f64>,
@@ -16,8 +16,9 @@ pub(super) struct Group {
 }
 
 impl Group {
-    /// What a member takes off the sum of squares, without what others take up: `half` and `known` are nominal columns'
-    /// products with the columns and with what is left, halfway to their product.
+    /// What a member takes off the sum of squares, without what others take up: `half` and `known`
+    /// are nominal columns' products with the columns and with what is left, halfway to their
+    /// product.
     pub(super) fn gain(
         &self,
         member: usize,
@@ -34,8 +35,8 @@ impl Group {
         gained(&mut left, |i| self.own[(i, first + i)], &mut score)
     }
 
-    /// The squared cosines between two members of so many, added up, and those of the first with itself: as many as it
-    /// has directions. `None` where they have none.
+    /// The squared cosines between two members of so many, added up, and those of the first with
+    /// itself: as many as it has directions. `None` where they have none.
     pub(super) fn cosines(&self, first: usize, other: usize, members: usize) -> Option<(f64, f64)> {
         let k = self.score.len() / members;
         let block = |i: usize, j: usize| self.own.view((i * k, j * k), (k, k)).into_owned();
@@ -54,15 +55,16 @@ impl Group {
 
 type Factor = Cholesky<f64, nalgebra::Dyn>;
 
-/// What is left of a column's squared length, a little more. What others take up is nothing: the nominal
-/// parameters, or another of the columns, as where all runs turn in the same sense; so is a column of zeros, as
-/// where a signal stands still.
+/// What is left of a column's squared length, a little more. What others take up is nothing: the
+/// nominal parameters, or another of the columns, as where all runs turn in the same sense; so is a
+/// column of zeros, as where a signal stands still.
 fn raised(left: f64, own: f64) -> f64 {
     if own > 0.0 { left + RANK.powi(2) * own } else { 1.0 }
 }
 
-/// What columns take off the sum of squares: `left` are the products of what is left of them, `own` their squared lengths,
-/// `score` their products with what is left of the residual. Both are used up.
+/// What columns take off the sum of squares: `left` are the products of what is left of them, `own`
+/// their squared lengths, `score` their products with what is left of the residual. Both are used
+/// up.
 fn gained(left: &mut DMatrix<f64>, own: impl Fn(usize) -> f64, score: &mut DVector<f64>) -> f64 {
     let mut gain = 0.0;
     (0..score.len()).for_each(|i| left[(i, i)] = raised(left[(i, i)], own(i)));
@@ -87,8 +89,8 @@ fn gained(left: &mut DMatrix<f64>, own: impl Fn(usize) -> f64, score: &mut DVect
 mod tests {
     use super::*;
 
-    /// A signal that stands still has a column of zeros, and one that always turns in one sense two that are the
-    /// same; what the others do is seen all the same.
+    /// A signal that stands still has a column of zeros, and one that always turns in one sense two
+    /// that are the same; what the others do is seen all the same.
     #[test]
     fn columns_of_zeros_and_the_same_ones_take_nothing() {
         let own = DMatrix::from_row_slice(3, 3, &[4.0, 4.0, 0.0, 4.0, 4.0, 0.0, 0.0, 0.0, 0.0]);

@@ -1,5 +1,5 @@
-//! What unknown structure may be a function of: what moves, what the head does, time, setups and runs, as terms
-//! with one coefficient each.
+//! What unknown structure may be a function of: what moves, what the head does, time, setups and
+//! runs, as terms with one coefficient each.
 
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
@@ -71,8 +71,8 @@ impl Covariate {
         }
     }
 
-    /// What comes to rest after each run begins, in the same way or by the sense in which any of some signals
-    /// moves, in one of the times that a line says, by its name.
+    /// What comes to rest after each run begins, in the same way or by the sense in which any of
+    /// some signals moves, in one of the times that a line says, by its name.
     pub(super) fn settling(time: &str, signals: &[&str], family: String) -> Self {
         let rest = format!("exp(-(run_time / {time}))");
         let by_sense = signals.iter().map(|signal| format!("sign(rate({signal})) * {rest}"));
@@ -162,8 +162,8 @@ pub(super) fn of_motion(model: &Model, orders: usize) -> Vec<Covariate> {
     all
 }
 
-/// What moves, otherwise one way than the other: waves of so many orders over what turns, a slope and a bend over
-/// what goes along a length.
+/// What moves, otherwise one way than the other: waves of so many orders over what turns, a slope
+/// and a bend over what goes along a length.
 pub(super) fn by_sense(model: &Model, orders: usize) -> Vec<Covariate> {
     let signals = model.inputs.iter().filter(|input| input.signal);
     let own = |input: &InputDeclaration| {

@@ -1,11 +1,11 @@
-//! Unknown structure of a scale that nobody knows: waves over an angle that are finer than blocks have
-//! them, waves over a length, oscillations in time, swings over a setup, as a room's climate makes them, and what comes
-//! to rest after each run begins.
-//! Each is a family of blocks that is scanned like those of the library.
+//! Unknown structure of a scale that nobody knows: waves over an angle that are finer than blocks
+//! have them, waves over a length, oscillations in time, swings over a setup, as a room's climate
+//! makes them, and what comes to rest after each run begins. Each is a family of blocks that is
+//! scanned like those of the library.
 //!
-//! Without them an encoder's error of order twelve is an oscillation at each rate, and is named as one,
-//! what swings otherwise than in torsion is taken for noise, and what swings slowly for noise with a memory
-//! or a walk.
+//! Without them an encoder's error of order twelve is an oscillation at each rate, and is named as
+//! one, what swings otherwise than in torsion is taken for noise, and what swings slowly for noise
+//! with a memory or a walk.
 
 use std::sync::Arc;
 
@@ -37,9 +37,9 @@ fn orders_of(angle: &str, orders: impl Iterator<Item = f64>) -> Covariate {
     Covariate::family(angle, order, format!("{order} = [{}]", members.join(", ")))
 }
 
-/// Waves over what moves, where few things do: a robot's joints are too many. Over what turns they are finer
-/// than blocks have them or between theirs (a gear or a belt turns at another rate than what it drives), over a
-/// length they are those of a screw, of a rack or of the bend of a rail.
+/// Waves over what moves, where few things do: a robot's joints are too many. Over what turns they
+/// are finer than blocks have them or between theirs (a gear or a belt turns at another rate than
+/// what it drives), over a length they are those of a screw, of a rack or of the bend of a rail.
 pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
     if !few_move(model) {
         return Vec::new();
@@ -77,8 +77,9 @@ pub(super) fn settling(model: &Model) -> Covariate {
     Covariate::settling(time, &signals.map(|input| input.name.as_str()).collect::<Vec<_>>(), range)
 }
 
-/// An oscillation, with phases and strengths of each run's own, from where slow waves end: of all readings
-/// together, which is scanned, then of each by itself, which is looked at where that is found.
+/// An oscillation, with phases and strengths of each run's own, from where slow waves end: of all
+/// readings together, which is scanned, then of each by itself, which is looked at where that is
+/// found.
 pub(super) fn in_time(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     let all: Vec<&MeasurandDeclaration> = model.measurands.iter().collect();
     let name = |one: &&MeasurandDeclaration| one.name.clone();

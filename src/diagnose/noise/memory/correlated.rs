@@ -17,8 +17,8 @@ pub(in crate::diagnose) struct Memory {
 /// Lags at which a memory is fitted.
 const LAGS: usize = 24;
 
-/// The memory of a measurand, if it has one: `share · exp(-lag / samples)` through its correlations, by
-/// least squares over a grid of times.
+/// The memory of a measurand, if it has one: `share · exp(-lag / samples)` through its
+/// correlations, by least squares over a grid of times.
 pub(in crate::diagnose) fn remembered(one: &Sequence, level: f64) -> Option<Memory> {
     let correlation = |lag: usize| {
         let (mut products, mut count) = (0.0, 0.0);

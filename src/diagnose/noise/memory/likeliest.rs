@@ -3,13 +3,14 @@
 use crate::diagnose::sequences::Sequence;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 
-/// Logarithm of the largest likelihood ratio of noise with memories against white noise of unit variance.
+/// Logarithm of the largest likelihood ratio of noise with memories against white noise of unit
+/// variance.
 pub(in crate::diagnose) fn likelihood_of_memory(all: &[Sequence]) -> f64 {
     all.iter().map(|one| likeliest(one).map_or(0.0, |(_, likelihood)| likelihood)).sum()
 }
 
-/// Logarithm of the likelihood ratio of some noise, with the scatter that is there, against white noise
-/// of unit variance.
+/// Logarithm of the likelihood ratio of some noise, with the scatter that is there, against white
+/// noise of unit variance.
 pub(super) fn likelihood(one: &Sequence, noise: GaussMarkov) -> f64 {
     let (variance, mut sum) = (one.variance(), 0.0);
     let white = variance.ln();

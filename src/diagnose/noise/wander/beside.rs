@@ -1,5 +1,5 @@
-//! A walk beside structure: what is known of the readings is taken off first, as long as that is clearly likelier than
-//! the walk alone; which effects cannot be told from it.
+//! A walk beside structure: what is known of the readings is taken off first, as long as that is
+//! clearly likelier than the walk alone; which effects cannot be told from it.
 
 use crate::diagnose::evidence::score::{STRETCHES, Score, Support, likelihood_of_gain, of_gain};
 use crate::diagnose::evidence::thresholds::{FURTHER, LEAST_LAMBDA, level};
@@ -22,7 +22,8 @@ pub(super) struct Structure {
 }
 
 impl Structure {
-    /// One of a stage. What nobody wrote down must be far likelier, the choice among all of it paid for.
+    /// One of a stage. What nobody wrote down must be far likelier, the choice among all of it paid
+    /// for.
     pub(super) fn of(stage: &Stage, number: usize) -> Self {
         let members = stage.members[number];
         let is_effect = number < stage.effects;
@@ -32,7 +33,8 @@ impl Structure {
         Self { price: unknown + (members as f64).ln(), members, declared }
     }
 
-    /// Whether it is an effect that would be declared: one that would not is none to put in a walk's place.
+    /// Whether it is an effect that would be declared: one that would not is none to put in a
+    /// walk's place.
     fn is_declared(&self, score: &Score) -> bool {
         let support = Support { stretches: STRETCHES, memory: 0.0 };
         self.declared.is_some_and(|level| {
@@ -52,9 +54,10 @@ pub(super) struct Close {
     pub(super) likelier: f64,
 }
 
-/// Takes structure off as long as it, its price paid, and what is left of the walk are clearly likelier than the walk
-/// alone; an effect that does for the walk ends it, and is taken where it is likelier at all: what is left then and how many
-/// structures are known, `None` where nothing of the walk is left, and the effect that cannot be told from the walk.
+/// Takes structure off as long as it, its price paid, and what is left of the walk are clearly
+/// likelier than the walk alone; an effect that does for the walk ends it, and is taken where it is
+/// likelier at all: what is left then and how many structures are known, `None` where nothing of
+/// the walk is left, and the effect that cannot be told from the walk.
 pub(super) fn beside_structure(
     wandering: &Wandering,
     mut found: Likeliest,

@@ -1,4 +1,5 @@
-//! A walk written as columns of the model: in its own place a sum of sines, with a prior each if its size is known.
+//! A walk written as columns of the model: in its own place a sum of sines, with a prior each if
+//! its size is known.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -1,11 +1,11 @@
 //! How a walk goes on, within a run and from run to run: of which independent steps it is made.
 //!
-//! The columns of a walk are, for each run and axis, where it has come to when the run begins (number 0)
-//! and the first sines of its Karhunen-Loève series over the time `T` of the longest run,
-//! `σ ξ_k √(2 T) / ((k - ½) π) sin((k - ½) π t / T)`. What is between runs is not seen, and so there are
-//! several courses ([`Course`]). Where a walk goes on, what its sines have come to at the end of a run is
-//! where all later runs of the setup begin, and so is what it does between runs and what the sines leave
-//! out: one step then acts in many columns.
+//! The columns of a walk are, for each run and axis, where it has come to when the run begins
+//! (number 0) and the first sines of its Karhunen-Loève series over the time `T` of the longest
+//! run, `σ ξ_k √(2 T) / ((k - ½) π) sin((k - ½) π t / T)`. What is between runs is not seen, and so
+//! there are several courses ([`Course`]). Where a walk goes on, what its sines have come to at the
+//! end of a run is where all later runs of the setup begin, and so is what it does between runs and
+//! what the sines leave out: one step then acts in many columns.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -73,8 +73,8 @@ struct Leg {
     chain: usize,
     /// How long it takes (s).
     duration: f64,
-    /// Variance of a walk of one unit that is new where the run begins, if it goes on from another one: what
-    /// the walk did since that ended, and what sines leave out of that.
+    /// Variance of a walk of one unit that is new where the run begins, if it goes on from another
+    /// one: what the walk did since that ended, and what sines leave out of that.
     new: Option<f64>,
 }
 
@@ -120,7 +120,8 @@ impl Times {
         self.legs.iter().any(|leg| leg.new.is_some())
     }
 
-    /// The courses beside [`Course::Anywhere`] that differ from it here; none where there are very many columns.
+    /// The courses beside [`Course::Anywhere`] that differ from it here; none where there are very
+    /// many columns.
     pub(super) fn other_courses(&self, columns: usize) -> Vec<Course> {
         let mut all = vec![Course::ComesBack];
         all.extend(self.goes_on().then_some(Course::GoesOn));
@@ -128,8 +129,8 @@ impl Times {
         all
     }
 
-    /// The columns of a walk that takes a course, each with a coefficient of its own. Steps of one run that
-    /// act in later ones are sines over the setup here.
+    /// The columns of a walk that takes a course, each with a coefficient of its own. Steps of one
+    /// run that act in later ones are sines over the setup here.
     pub(super) fn columns(&self, course: Course) -> Vec<Column> {
         let wave = |number: u8, time: &str, whole: f64| {
             if number == 0 {
@@ -162,7 +163,8 @@ impl Times {
         (self.setup * (0.5 - known)).sqrt()
     }
 
-    /// Standard deviation of a coefficient for a walk of one unit, of number 0 if it begins anywhere.
+    /// Standard deviation of a coefficient for a walk of one unit, of number 0 if it begins
+    /// anywhere.
     fn term(&self, number: u8) -> f64 {
         if number == 0 { (0.5 * self.setup).sqrt() } else { share(number, self.run) }
     }
@@ -279,8 +281,8 @@ mod tests {
         covariance
     }
 
-    /// Four runs of setup 0 with another one's between them, the last recorded as if it began anew, and one
-    /// without samples.
+    /// Four runs of setup 0 with another one's between them, the last recorded as if it began anew,
+    /// and one without samples.
     const SPANS: [Span; 6] = [
         (0, Some([0.0, 50.0])),
         (1, Some([0.0, 60.0])),

@@ -1,14 +1,16 @@
-//! What changed between runs or in the course of one, once and for all later runs of a setup, told from a walk.
+//! What changed between runs or in the course of one, once and for all later runs of a setup, told
+//! from a walk.
 //!
-//! Who knocks against a tripod displaces it once; an instrument that was switched off and on may count from
-//! another zero. What is left of the readings then looks as if the instrument wandered, and a walk that was
-//! found may be no walk: changes before a few runs, each with one value for all later runs of its setup or, put
-//! right again, for one run, say the same with less; of a run in whose course the rig was displaced nothing is known,
-//! and later ones have one value. Those of the rig's place, and those of each block that has
-//! a value for each run and was found, are taken off one after the other, the likeliest first, and paid for;
-//! where nothing of the walk is left beyond three of them at most, before half of the runs at most, and where
-//! they are far likelier than the walk, they are what happened, of kinds of change the likeliest. No effect of
-//! the library says so: it is unknown structure with a place.
+//! Who knocks against a tripod displaces it once; an instrument that was switched off and on may
+//! count from another zero. What is left of the readings then looks as if the instrument wandered,
+//! and a walk that was found may be no walk: changes before a few runs, each with one value for all
+//! later runs of its setup or, put right again, for one run, say the same with less; of a run in
+//! whose course the rig was displaced nothing is known, and later ones have one value. Those of the
+//! rig's place, and those of each block that has a value for each run and was found, are taken off
+//! one after the other, the likeliest first, and paid for; where nothing of the walk is left beyond
+//! three of them at most, before half of the runs at most, and where they are far likelier than the
+//! walk, they are what happened, of kinds of change the likeliest. No effect of the library says
+//! so: it is unknown structure with a place.
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::score::likelihood_of_gain;
@@ -103,8 +105,8 @@ impl Suspect<'_> {
         })
     }
 
-    /// Changes before each run but the first of its setup, in each but that and the last, and of the rig in the
-    /// course of each.
+    /// Changes before each run but the first of its setup, in each but that and the last, and of
+    /// the rig in the course of each.
     fn possible(&self, runs: &[Span], changed: Changed<'_>) -> Vec<Possible> {
         let places = places(&in_order(runs));
         let is_after =
@@ -138,8 +140,8 @@ impl Suspect<'_> {
         self.wandering.evidence.together(&self.known.iter().chain(taken).collect::<Vec<_>>())
     }
 
-    /// Logarithm of the likelihood ratio of a displacement, one of so many, beyond something, and what it
-    /// takes off the sum of squares.
+    /// Logarithm of the likelihood ratio of a displacement, one of so many, beyond something, and
+    /// what it takes off the sum of squares.
     fn beyond(&self, whole: &Entry, (_, entry): &Possible, of: usize) -> (f64, f64) {
         let (gain, degrees) = self.wandering.evidence.beyond(whole, entry);
         (likelihood_of_gain(gain, degrees) - (of as f64).ln(), gain)

@@ -1,12 +1,15 @@
-//! When something changed, and in which order the runs of a setup came: by their times, however a campaign
-//! lists them, or as listed where times begin anew in each recording and runs seem to overlap.
+//! When something changed, and in which order the runs of a setup came: by their times, however a
+//! campaign lists them, or as listed where times begin anew in each recording and runs seem to
+//! overlap.
 
 use crate::engine::Problem;
 
-/// The setup of a run, and when the run begins and ends since the setup began (s), if it has samples.
+/// The setup of a run, and when the run begins and ends since the setup began (s), if it has
+/// samples.
 pub(in crate::diagnose) type Span = (usize, Option<[f64; 2]>);
 
-/// When something changed: from a run of its setup on for good, in one run alone, or for good while a run went on.
+/// When something changed: from a run of its setup on for good, in one run alone, or for good while
+/// a run went on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::diagnose) enum Change {
     From(usize),

@@ -1,10 +1,10 @@
 //! How large a walk is, and how unlikely what it does is by chance.
 //!
 //! With the scores `g` of independent coefficients over their share of the walk, beyond the nominal
-//! parameters, `Q = gᵀ g` has the mean `tr M` without a walk, `M` being the covariance of `g`: a test of the
-//! variance, one-sided. The tail of `Q`, a sum of chi squared numbers with unequal weights, is that of the
-//! chi squared number with the same three first cumulants (Pearson 1959; Imhof 1961). The size is that of
-//! largest likelihood.
+//! parameters, `Q = gᵀ g` has the mean `tr M` without a walk, `M` being the covariance of `g`: a
+//! test of the variance, one-sided. The tail of `Q`, a sum of chi squared numbers with unequal
+//! weights, is that of the chi squared number with the same three first cumulants (Pearson 1959;
+//! Imhof 1961). The size is that of largest likelihood.
 
 use nalgebra::linalg::SymmetricTridiagonal;
 use nalgebra::{DMatrix, DVector};
@@ -51,8 +51,8 @@ impl Scores {
     }
 }
 
-/// The scores in a basis that begins with them and in which their covariance has three diagonals: all that
-/// is asked of a walk then takes one pass along them.
+/// The scores in a basis that begins with them and in which their covariance has three diagonals:
+/// all that is asked of a walk then takes one pass along them.
 pub(super) struct Walk {
     diagonal: DVector<f64>,
     beside: DVector<f64>,
@@ -100,7 +100,8 @@ impl Walk {
         ln_tail(self.square, self.powers())
     }
 
-    /// The pivots of `1 + v M` from the last to the first, with their first two derivatives along `v`.
+    /// The pivots of `1 + v M` from the last to the first, with their first two derivatives along
+    /// `v`.
     fn weighed(&self, variance: f64) -> Weighed {
         let (mut ln_determinant, mut curvature) = (0.0, 0.0);
         let mut pivot = [1.0, 0.0, 0.0];
@@ -161,8 +162,8 @@ impl Walk {
     }
 }
 
-/// Logarithm of the probability that a sum of weighted chi squared numbers exceeds a value, from the
-/// sums of the first three powers of its weights.
+/// Logarithm of the probability that a sum of weighted chi squared numbers exceeds a value, from
+/// the sums of the first three powers of its weights.
 fn ln_tail(value: f64, [mean, second, third]: [f64; 3]) -> f64 {
     let degrees = second.powi(3) / third.powi(2);
     let like = (value - mean) / (2.0 * second).sqrt() * (2.0 * degrees).sqrt() + degrees;

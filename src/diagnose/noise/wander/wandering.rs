@@ -1,4 +1,5 @@
-//! What a walk would do to the readings: of which course it is, and what of it is left beyond something known.
+//! What a walk would do to the readings: of which course it is, and what of it is left beyond
+//! something known.
 
 use crate::diagnose::evidence::{Entry, Evidence, Owner, Projected};
 use crate::diagnose::fitted::Fitted;
@@ -28,8 +29,8 @@ pub(super) struct Likeliest {
 }
 
 impl Wandering {
-    /// Of columns beside what may be known. `None` where a walk whose runs begin anywhere does not show:
-    /// of most campaigns that is all one needs to know.
+    /// Of columns beside what may be known. `None` where a walk whose runs begin anywhere does not
+    /// show: of most campaigns that is all one needs to know.
     pub(super) fn of(
         fitted: &Fitted,
         beside: &[&Candidate],

@@ -1,4 +1,5 @@
-//! Whether what changed is all that is there, and likelier than anything that could be added to the model.
+//! Whether what changed is all that is there, and likelier than anything that could be added to the
+//! model.
 
 use crate::diagnose::evidence::pieces::InPieces;
 use crate::diagnose::evidence::score::{likelihood_of_gain, of_gain};
@@ -15,7 +16,8 @@ use crate::diagnose::stage::Stage;
 use super::between::{Cuts, Found, Runs};
 use super::white::{WORTH, as_read};
 
-/// By how much what changed may be likelier than it is between even cuts, at most, beside what is even over them.
+/// By how much what changed may be likelier than it is between even cuts, at most, beside what is
+/// even over them.
 const EVENLY: f64 = 2.0;
 
 /// What changed where that is all that is there.
@@ -33,7 +35,8 @@ pub(super) struct Alone {
 }
 
 impl Runs<'_> {
-    /// What changed, if that is all that is there; `stage` is the same model with the noise that was found in it.
+    /// What changed, if that is all that is there; `stage` is the same model with the noise that
+    /// was found in it.
     pub(super) fn changed(&self, stage: &Stage) -> Option<Alone> {
         let (even, cuts) = self.even()?;
         let rival = self.rival(stage, even.first()?)?;
@@ -48,8 +51,9 @@ impl Runs<'_> {
         Some(Alone { found: best.clone(), cuts: cuts.clone(), name, places, stage, left })
     }
 
-    /// How likely the likeliest is that could be added to the model; `None` where what changed, cut evenly, cannot become
-    /// likelier. Of anything that is even over a piece of a run the best piece shows half at least.
+    /// How likely the likeliest is that could be added to the model; `None` where what changed, cut
+    /// evenly, cannot become likelier. Of anything that is even over a piece of a run the best
+    /// piece shows half at least.
     fn rival(&self, stage: &Stage, best: &Found) -> Option<f64> {
         let scores = stage.scores.iter().enumerate();
         let each = scores.map(|(n, one)| (n, likelihood(stage, n, one.gain, one.degrees)));
@@ -62,8 +66,8 @@ impl Runs<'_> {
         (EVENLY * best.likelihood > rival).then_some(rival)
     }
 
-    /// Whether a change does by itself for all that it and some effects take off the sum of squares, but for chance, or
-    /// for nearly all; `None` where that cannot be seen.
+    /// Whether a change does by itself for all that it and some effects take off the sum of
+    /// squares, but for chance, or for nearly all; `None` where that cannot be seen.
     pub(super) fn does_for(&self, change: &Alone, effects: &[&Candidate]) -> Option<bool> {
         let block = self.blocks.iter().find(|one| one.name == change.name)?;
         let effects: Vec<Candidate> =
@@ -77,7 +81,8 @@ impl Runs<'_> {
         Some(own.gain() > 0.0 && (is_chance || own.gain() >= NAMED * (own.gain() + more)))
     }
 
-    /// A candidate of another stage, whose models may hold walks and other effects, beside this model.
+    /// A candidate of another stage, whose models may hold walks and other effects, beside this
+    /// model.
     fn own(&self, candidate: &Candidate) -> Option<Candidate> {
         fitting(&self.model.recipes, &candidate.selected, candidate.place.as_ref())
     }
@@ -90,8 +95,8 @@ impl Runs<'_> {
         seen.together(&each.iter().collect::<Vec<_>>())
     }
 
-    /// What could be added to the model, if what was found is all that is there, and likelier than any of that; and the
-    /// residuals that it leaves.
+    /// What could be added to the model, if what was found is all that is there, and likelier than
+    /// any of that; and the residuals that it leaves.
     fn beside(&self, found: &Found, cuts: &Cuts) -> Option<(Stage, Vec<Sequence>)> {
         let stage = Stage::new(self.model.clone(), self.wanted)?;
         let rivals = stage.scores.iter().enumerate();
@@ -147,7 +152,8 @@ impl Runs<'_> {
     }
 }
 
-/// Logarithm of the likelihood ratio of something that could be added to the model of a stage, the choice paid for.
+/// Logarithm of the likelihood ratio of something that could be added to the model of a stage, the
+/// choice paid for.
 fn likelihood(stage: &Stage, candidate: usize, gain: f64, degrees: usize) -> f64 {
     let blocks = stage.candidates.len() - stage.effects;
     let choices = if candidate < stage.effects { 1 } else { blocks };

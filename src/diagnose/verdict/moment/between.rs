@@ -1,6 +1,8 @@
-//! When something may have changed: pieces of runs in which a block has one value, the likeliest of them.
+//! When something may have changed: pieces of runs in which a block has one value, the likeliest of
+//! them.
 //!
-//! They are cut evenly first, and then finer (`finer`). Whether it is what happened is judged one floor up.
+//! They are cut evenly first, and then finer (`finer`). Whether it is what happened is judged one
+//! floor up.
 
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -30,7 +32,8 @@ const LIKELIEST: usize = 4;
 /// For each run the samples at which its pieces begin.
 pub(super) type Cuts = Vec<Vec<usize>>;
 
-/// From where to where something is off: in some samples of a run, and as far as it goes on from there.
+/// From where to where something is off: in some samples of a run, and as far as it goes on from
+/// there.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Moment {
     pub(super) run: usize,
@@ -107,8 +110,8 @@ impl<'a> Runs<'a> {
         }
     }
 
-    /// What may have changed between even cuts, the likeliest first, and the cuts; `None` where nominal parameters are
-    /// not determined.
+    /// What may have changed between even cuts, the likeliest first, and the cuts; `None` where
+    /// nominal parameters are not determined.
     pub(super) fn even(&self) -> Option<(Vec<Found>, Cuts)> {
         let even = |length: &usize| {
             let pieces = (length / LEAST_SAMPLES).clamp(1, PIECES);
@@ -150,8 +153,9 @@ impl<'a> Runs<'a> {
         (0..self.lengths.len()).filter(is_uneven).collect()
     }
 
-    /// The moments of some runs at which what a block says changes, the likeliest first, up to a run that is off as
-    /// a whole; `None` where there are none. `at` is its number among what was seen.
+    /// The moments of some runs at which what a block says changes, the likeliest first, up to a
+    /// run that is off as a whole; `None` where there are none. `at` is its number among what was
+    /// seen.
     pub(super) fn moments(
         &self,
         seen: &InPieces,
@@ -177,7 +181,8 @@ impl<'a> Runs<'a> {
             };
             let all: Vec<_> = possible.iter().map(beyond).collect();
             let most = all.iter().map(|one| one.2).fold(0.0, f64::max);
-            // With a value of the run's own for something else, what comes before a moment is as much off as what follows.
+            // With a value of the run's own for something else, what comes before a moment is as
+            // much off as what follows.
             let best = all.into_iter().filter(|one| one.2 >= most - ALIKE);
             let by_rank = |one: &(&(Moment, Entry), f64, f64)| self.rank(&one.0.0);
             let best = best.min_by(|a, b| by_rank(a).cmp(&by_rank(b)).then(b.2.total_cmp(&a.2)));
@@ -238,7 +243,8 @@ impl<'a> Runs<'a> {
         moment.goes_on == Some(Reach::Setup) && !self.of_campaign[moment.run].is_empty()
     }
 
-    /// Of moments that say the same, which is told: from one on to the end of its run rather than beyond, or before.
+    /// Of moments that say the same, which is told: from one on to the end of its run rather than
+    /// beyond, or before.
     fn rank(&self, moment: &Moment) -> usize {
         let ends = moment.samples.end == self.lengths[moment.run];
         match moment.goes_on {

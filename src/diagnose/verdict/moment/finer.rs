@@ -7,7 +7,8 @@ const FINER: usize = 8;
 const TIMES: usize = 6;
 
 impl Runs<'_> {
-    /// What may have changed between even cuts where it begins and ends with samples, and the cuts that show each.
+    /// What may have changed between even cuts where it begins and ends with samples, and the cuts
+    /// that show each.
     pub(super) fn finest(&self, found: Vec<Found>, even: &[Vec<usize>]) -> Vec<(Found, Cuts)> {
         let mut finest: Vec<(Found, Cuts)> =
             found.into_iter().filter_map(|one| self.refined(one, even)).collect();

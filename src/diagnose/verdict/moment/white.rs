@@ -1,6 +1,8 @@
-//! The model beside which moments are looked for: its noise is white, and as large as neighbours differ.
+//! The model beside which moments are looked for: its noise is white, and as large as neighbours
+//! differ.
 //!
-//! What is off for a while adds nothing to that, whatever levels, memories and wild readings it was taken for.
+//! What is off for a while adds nothing to that, whatever levels, memories and wild readings it was
+//! taken for.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -20,11 +22,12 @@ use crate::system::Selected;
 /// A run scatters otherwise than most by so much at least, and by so many standard uncertainties.
 const UNEVEN: f64 = 1.25;
 const CLEARLY: f64 = 4.0;
-/// Readings that say as much of a standard deviation by how they differ from their neighbours as one does by itself.
+/// Readings that say as much of a standard deviation by how they differ from their neighbours as
+/// one does by itself.
 pub(super) const WORTH: f64 = 3.3;
 
-/// The model of a stage with white noise as neighbours differ, some runs as they are given; `None` where it cannot be
-/// fitted.
+/// The model of a stage with white noise as neighbours differ, some runs as they are given; `None`
+/// where it cannot be fitted.
 pub(super) fn white(
     stage: &Stage,
     given: &Problem,
@@ -62,7 +65,8 @@ pub(super) fn white(
     levelled(model, &seen, options)
 }
 
-/// The runs in which more readings next to each other are wild than single ones are: something is off there.
+/// The runs in which more readings next to each other are wild than single ones are: something is
+/// off there.
 pub(super) fn lasting<'a>(wild: impl Iterator<Item = &'a Reading>) -> BTreeSet<String> {
     let mut all: Vec<_> = wild.map(|one| (&one.run, &one.measurand, one.row)).collect();
     all.sort_unstable();
@@ -70,7 +74,8 @@ pub(super) fn lasting<'a>(wild: impl Iterator<Item = &'a Reading>) -> BTreeSet<S
     groups.filter(|group| group.len() > NEIGHBOURS).map(|group| group[0].0.to_string()).collect()
 }
 
-/// A model with the levels that sequences say, by how neighbours differ; `None` where it cannot be fitted.
+/// A model with the levels that sequences say, by how neighbours differ; `None` where it cannot be
+/// fitted.
 pub(super) fn levelled(
     mut model: Fitted,
     all: &[Sequence],
@@ -93,7 +98,8 @@ pub(super) fn levelled(
             for (run, size) in each.iter().enumerate() {
                 let count = own().map(|one| one.readings(run).len()).sum();
                 let ratio = size.unwrap_or(usual) / usual;
-                // A few readings may seem quiet by chance; to count them as noisy only hides something.
+                // A few readings may seem quiet by chance; to count them as noisy only hides
+                // something.
                 if ratio > 1.0 && differs(ratio, count) {
                     part.run_levels[run][measurand] = ratio;
                 }
@@ -104,7 +110,8 @@ pub(super) fn levelled(
     Ok(model.is_sound().then_some(model))
 }
 
-/// Whether a standard deviation from so many neighbours is clearly another one than what it is a multiple of.
+/// Whether a standard deviation from so many neighbours is clearly another one than what it is a
+/// multiple of.
 fn differs(ratio: f64, count: usize) -> bool {
     let uncertainty = (WORTH / (2.0 * count.max(1) as f64)).sqrt();
     ratio.ln().abs() > UNEVEN.ln().max(CLEARLY * uncertainty)

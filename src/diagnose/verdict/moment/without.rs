@@ -1,7 +1,9 @@
-//! The model without the readings that are off since something changed, for delays that it does not bend.
+//! The model without the readings that are off since something changed, for delays that it does not
+//! bend.
 //!
-//! Where something changes once, what is before it and what follows are alike each by itself: of what is off and all else
-//! in its campaign the fewer readings are left out, or the others where those would leave something undetermined.
+//! Where something changes once, what is before it and what follows are alike each by itself: of
+//! what is off and all else in its campaign the fewer readings are left out, or the others where
+//! those would leave something undetermined.
 
 use std::ops::Range;
 
@@ -23,8 +25,8 @@ use super::between::{Moment, Runs};
 /// Samples of runs, by ascending number of the run over all campaigns.
 type Samples = Vec<(usize, Range<usize>)>;
 
-/// What is common to all ways of leaving readings out: the nominal model of what is given, what is aside already, and what
-/// may be added.
+/// What is common to all ways of leaving readings out: the nominal model of what is given, what is
+/// aside already, and what may be added.
 pub(super) struct Nominal<'a> {
     pub(super) fitted: &'a Fitted,
     pub(super) aside: (&'a [Lost], &'a LeftOut),
@@ -33,8 +35,8 @@ pub(super) struct Nominal<'a> {
 }
 
 impl Nominal<'_> {
-    /// The nominal estimate, and what could be added to it once its noise is judged, without what is off at some moments of
-    /// runs; `None` where that leaves something undetermined.
+    /// The nominal estimate, and what could be added to it once its noise is judged, without what
+    /// is off at some moments of runs; `None` where that leaves something undetermined.
     pub(super) fn without(
         &self,
         runs: &Runs,

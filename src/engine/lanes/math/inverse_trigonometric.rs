@@ -1,9 +1,9 @@
 //! Inverse sine, cosine and tangent, and the angle of a point, over a chunk.
 //!
-//! Method: every angle is `k π/4 + angle(t)` with whole k. For the inverse tangent of a quotient
-//! q <= 1 (the smaller of |x|, |y| over the larger) t is q, or `(q - 1) / (q + 1)` beyond tan(π/8),
-//! from one division; for the inverse sine and cosine t is |x|, or `√((1 - |x|) / 2)` beyond 1/2, and
-//! the sum is taken with its rounding error. Minimax polynomials in t² (Remez exchange on the
+//! Method: every angle is `k π/4 + angle(t)` with whole k. For the inverse tangent of a quotient q
+//! <= 1 (the smaller of |x|, |y| over the larger) t is q, or `(q - 1) / (q + 1)` beyond tan(π/8),
+//! from one division; for the inverse sine and cosine t is |x|, or `√((1 - |x|) / 2)` beyond 1/2,
+//! and the sum is taken with its rounding error. Minimax polynomials in t² (Remez exchange on the
 //! relative error; 2^-57.4 for the inverse tangent, 2^-55.7 for the inverse sine).
 
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
@@ -98,12 +98,14 @@ fn beyond_plain(y: f64, x: f64) -> u64 {
     outside(x.abs() + y.abs(), (SMALLEST, LARGEST))
 }
 
-/// Minus the quotient of two sizes, the smaller over the larger, or minus its t where it is beyond tan(π/8).
+/// Minus the quotient of two sizes, the smaller over the larger, or minus its t where it is beyond
+/// tan(π/8).
 #[inline(always)]
 fn quotient<A: Arithmetic>(across: f64, along: f64) -> f64 {
     let (small, large) = sorted(across, along);
     let beyond = short_of::<A>(small, large) < 0.0;
-    // A choice between a number and zero costs least; in `small - off(large)` it would become another one.
+    // A choice between a number and zero costs least; in `small - off(large)` it would become
+    // another one.
     let off = |size: f64| if beyond { size } else { 0.0 };
     (off(large) - small) / (large + off(small))
 }
@@ -127,8 +129,8 @@ fn from_zero<A: Arithmetic>(t: f64) -> f64 {
     A::mul_add(t * z, polynomial::<A, 11>(z, TANGENT), t)
 }
 
-/// The angle of (x, y) from that of its [`quotient`], which is negative: `k π/4 ± angle`, with signs moved as bits,
-/// which costs less than to choose.
+/// The angle of (x, y) from that of its [`quotient`], which is negative: `k π/4 ± angle`, with
+/// signs moved as bits, which costs less than to choose.
 #[inline(always)]
 fn unfolded<A: Arithmetic>(angle: f64, y: f64, x: f64) -> f64 {
     let signed = |size: f64, sign: u64| f64::from_bits(size.to_bits() ^ sign);

@@ -12,8 +12,8 @@ pub(super) fn sum(a: f64, b: f64) -> (f64, f64) {
     (high, (a - high) + b)
 }
 
-/// `a + b` and its rounding error, whichever is larger (D. E. Knuth, *The Art of Computer Programming*,
-/// volume 2, 4.2.2).
+/// `a + b` and its rounding error, whichever is larger (D. E. Knuth, *The Art of Computer
+/// Programming*, volume 2, 4.2.2).
 #[inline(always)]
 pub(super) fn sum_of_any(a: f64, b: f64) -> (f64, f64) {
     let high = a + b;

@@ -1,9 +1,9 @@
 //! Powers over a chunk.
 //!
-//! Method: `x^y = exp(y ln x)`, the logarithm and the product as sums of two numbers with 19 digits,
-//! because an exponent of 700 has but 13 digits left behind its point. With s = f / (2 + f) as in
-//! [`super::exponential`], `ln(1 + f) = 2 s (1 + s²/3 + s⁴ P(s²))`, of which only P (2^-66 of the
-//! result; minimax by Remez exchange) is a plain number. Lane by lane where the base is not
+//! Method: `x^y = exp(y ln x)`, the logarithm and the product as sums of two numbers with 19
+//! digits, because an exponent of 700 has but 13 digits left behind its point. With s = f / (2 + f)
+//! as in [`super::exponential`], `ln(1 + f) = 2 s (1 + s²/3 + s⁴ P(s²))`, of which only P (2^-66 of
+//! the result; minimax by Remez exchange) is a plain number. Lane by lane where the base is not
 //! positive, normal and finite, or the result may overflow or lose digits.
 //!
 //! Integer powers are multiplied out as [`Number::powi`] does, to the same bits: each

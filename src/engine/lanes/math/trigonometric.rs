@@ -4,9 +4,9 @@
 //! Functions*, 1980), π/2 in four parts of which the first three have 33 bits, so that their
 //! products with |n| < 2^20 are exact and r has its digits even next to a multiple of π/2. Then
 //! minimax polynomials (Remez exchange on the relative error; 2^-57.9 for the sine, 2^-63.9 for the
-//! cosine), and the quadrant. The tangent is the quotient of sine and cosine, each with its rounding
-//! error, of an r that is a sum of two numbers. Beyond |x| = 2^20: lane by lane, as the tangent,
-//! after [`super::far_angle`].
+//! cosine), and the quadrant. The tangent is the quotient of sine and cosine, each with its
+//! rounding error, of an r that is a sum of two numbers. Beyond |x| = 2^20: lane by lane, as the
+//! tangent, after [`super::far_angle`].
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
@@ -20,7 +20,8 @@ const LARGEST: f64 = 1_048_576.0;
 const HALF_PI: [f64; 4] =
     [1.5707963267341256, 6.077100506303966e-11, 2.0222662487111665e-21, 8.4784276603689e-32];
 
-/// π/2 as a sum, the middle part of 33 bits: with a fused multiply-add the first needs no spare bits.
+/// π/2 as a sum, the middle part of 33 bits: with a fused multiply-add the first needs no spare
+/// bits.
 const HALF_PI_FUSED: [f64; 3] = [FRAC_PI_2, 6.12323399538461e-17, 3.5215598651832e-27];
 
 /// `(sin r / r - 1) / r²` in powers of r².
