@@ -245,6 +245,10 @@ impl Diagnosis {
             Verdict::Unknown if self.may_lie_elsewhere() => {
                 let is_beside = !stage.blocks_found().is_empty();
                 self.by_sense = look().filter(|one| one.is_seen || is_beside);
+                // Runs one way against those the other way may ring.
+                if self.by_sense.as_ref().is_some_and(|one| one.is_seen) {
+                    self.rings = None;
+                }
             }
             _ => {}
         }
@@ -252,11 +256,10 @@ impl Diagnosis {
 
     /// Whether what has no name may lie at a place that was not asked for.
     fn may_lie_elsewhere(&self) -> bool {
-        let has_place = matches!(
+        !matches!(
             self.why,
             Some((Why::Displaced | Why::RunsApart | Why::Changed | Why::NotFitted, _))
-        );
-        !has_place && self.rings.is_none()
+        )
     }
 
     /// Takes back the names of effects.
