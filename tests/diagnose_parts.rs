@@ -19,7 +19,7 @@ use homepoint::engine::Problem;
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::estimate::batch::Options;
-use homepoint::estimate::calibrate::calibrate;
+use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::report;
 
 fn example() -> (Opened, Fitted) {
@@ -269,4 +269,55 @@ fn probabilities_of_causes_leave_something_for_none() {
         .map(|one| one["probability"].as_f64().unwrap())
         .sum();
     assert!(whole > 0.0 && whole < 1.0, "{whole}");
+}
+
+/// A member's uncertainty is where the sum of squares of a joint fit is larger by one, and the
+/// effect's values share in it.
+#[test]
+fn a_member_is_as_certain_as_the_sum_of_squares_says() {
+    let cyclic = "distance_cyclic";
+    let truth = [("unit_length", 0.5), ("cosine", 5e-6), ("sine", -3e-6)];
+    let set = truth.map(|(name, value)| format!("{cyclic}.{name}={value} m"));
+    let (opened, problem) = drawn(&[cyclic], &set.each_ref().map(String::as_str), 32);
+    let found = run(problem.clone(), &opened);
+    let [one] = &found.effects[..] else { unreachable!("{:?}", found.verdict) };
+    let [known] = &found.members[..] else { unreachable!("{:?}", found.members) };
+    assert_eq!((&known.effect[..], &known.family[..]), (cyclic, "unit_length"));
+    let best = one.candidate.selected.member["unit_length"];
+    assert!((best - 0.5).abs() < 4.0 * known.sigma, "{best} {}", known.sigma);
+
+    let fitted_at = |member: f64| {
+        let mut request = Request::new([folder()]);
+        request.with = vec![cyclic.to_owned()];
+        request.set = vec![format!("{cyclic}.unit_length={member} m")];
+        let mut parts = open(&request).unwrap().problem.parts;
+        for (part, drawn) in parts.iter_mut().zip(&problem.parts) {
+            part.runs.clone_from(&drawn.runs);
+        }
+        calibrate(Problem::new(parts), &Options::default()).unwrap()
+    };
+    let [at_best, below, above] = [best, best - known.sigma, best + known.sigma].map(fitted_at);
+    let rise = 0.5 * (below.fit.cost + above.fit.cost) - at_best.fit.cost;
+    assert!((0.9..1.5).contains(&rise), "{rise}");
+
+    let json = report::diagnosis::json(&found, None);
+    let told = &json["effects"][0];
+    assert_eq!(told["member_sigma"]["unit_length"].as_f64(), Some(known.sigma));
+    for (name, truth) in &truth[1..] {
+        let name = format!("{cyclic}.{name}");
+        let of = |fit: &Calibration| {
+            let all = fit.estimates();
+            let own = all.into_iter().find(|one| one.name == name).unwrap();
+            (own.value.unwrap(), own.sigma.unwrap())
+        };
+        let (value, sigma) = of(&at_best);
+        let share = (of(&above).0 - value).hypot(of(&below).0 - value) / 2_f64.sqrt();
+        let parameters = told["parameters"].as_array().unwrap();
+        let own = parameters.iter().find(|own| own["name"] == name.as_str()).unwrap();
+        let own_sigma = own["sigma"].as_f64().unwrap();
+        assert!((own_sigma / sigma.hypot(share) - 1.0).abs() < 0.1, "{name}: {own_sigma}");
+        assert!(own_sigma > 1.2 * sigma, "{name}: {own_sigma} {sigma}");
+        let value = own["value"].as_f64().unwrap();
+        assert!((value - truth).abs() < 4.0 * own_sigma, "{name}: {value} {own_sigma}");
+    }
 }

@@ -26,6 +26,7 @@ use super::verdict::apart::displaced;
 use super::verdict::by_sense::{BySense, by_sense};
 use super::verdict::hidden::{Hidden, hidden};
 use super::verdict::locations::{beside, led_by, likeliest, locations, of_stated};
+use super::verdict::member::{MemberUncertainty, members};
 use super::verdict::moment::Changed;
 use super::verdict::ranked::ranked;
 use super::verdict::ringing::ringing;
@@ -41,6 +42,8 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The effects that it names, in order of adoption.
     pub effects: Vec<Adopted>,
+    /// How well the members of families among them are known.
+    pub members: Vec<MemberUncertainty>,
     /// Where it is *unknown*, why, and which effects would have been named but for that.
     pub why: Option<(Why, Vec<String>)>,
     /// The effects on the noise that it names.
@@ -93,6 +96,7 @@ impl Diagnosis {
             nominal,
             verdict: Verdict::Unobservable,
             effects: Vec::new(),
+            members: Vec::new(),
             why: None,
             noise: Vec::new(),
             explained: None,
@@ -172,6 +176,7 @@ impl Diagnosis {
             }
         }
         if let Some(stage) = search.stages.get(self.effects.len()) {
+            self.members = members(stage, &self.effects, options)?;
             self.tell_absorbed_aliases(search, stage, options)?;
             self.contradicted = beside_readings(stage, &self.nominal)?;
             if self.verdict == Verdict::Adequate && !self.contradicted.is_empty() {

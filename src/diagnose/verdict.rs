@@ -6,6 +6,7 @@
 //! | [`mod@apart`] | what is off in a few runs alone |
 //! | [`mod@locations`] | where the gap lies |
 //! | [`mod@ranked`] | every effect that can be tested, best first |
+//! | [`member`] | how well the member of a family is known |
 //! | [`mod@silent`] | what shows in no reading, and why |
 //! | [`mod@hidden`] | what could still hide |
 //! | `moment` | what changes in the course of a run |
@@ -20,6 +21,7 @@ pub mod apart;
 pub(super) mod by_sense;
 pub mod hidden;
 pub mod locations;
+pub mod member;
 pub(super) mod moment;
 pub mod ranked;
 pub(super) mod ringing;

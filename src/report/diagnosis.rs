@@ -14,6 +14,7 @@ use crate::diagnose::search::probability::{at_most, is_implausible};
 use crate::diagnose::stage::Stage;
 use crate::diagnose::verdict::answer::Verdict;
 use crate::diagnose::verdict::hidden::Hidden;
+use crate::diagnose::verdict::member::MemberUncertainty;
 use crate::estimate::calibrate::Estimate;
 use crate::report::json::{calibration, estimate, number, stated, unobservable};
 
@@ -181,11 +182,26 @@ pub(crate) fn last_stage(diagnosis: &Diagnosis) -> Option<&Stage> {
     diagnosis.search.as_ref()?.stages.get(diagnosis.effects.len())
 }
 
-/// The estimates that belong to an effect.
+/// The estimates that belong to an effect; their uncertainties count how well the members of its
+/// families are known.
 pub(crate) fn estimates_of(diagnosis: &Diagnosis, adopted: &Adopted) -> Vec<Estimate> {
     let prefix = format!("{}.", adopted.candidate.name);
     let all = diagnosis.explained.iter().flat_map(|one| one.estimates());
-    all.filter(|one| one.name.starts_with(&prefix)).collect()
+    let mut all: Vec<Estimate> = all.filter(|one| one.name.starts_with(&prefix)).collect();
+    let shares = members_of(diagnosis, adopted).flat_map(|one| &one.shares);
+    for (instance, share) in shares {
+        let own = all.iter_mut().filter(|one| one.instance == Some(*instance));
+        own.for_each(|one| one.sigma = one.sigma.map(|sigma| sigma.hypot(*share)));
+    }
+    all
+}
+
+/// How well the members of its families are known.
+pub(crate) fn members_of<'a>(
+    diagnosis: &'a Diagnosis,
+    adopted: &'a Adopted,
+) -> impl Iterator<Item = &'a MemberUncertainty> {
+    diagnosis.members.iter().filter(|one| one.effect == adopted.candidate.name)
 }
 
 /// How many times as large as usual an effect is, by the largest of its values; `None` where it has
@@ -206,9 +222,11 @@ fn member(of: &BTreeMap<String, f64>) -> Value {
 }
 
 fn effect(diagnosis: &Diagnosis, adopted: &Adopted) -> Value {
+    let known = members_of(diagnosis, adopted).map(|one| (one.family.clone(), one.sigma)).collect();
     json!({
         "name": adopted.candidate.name,
         "member": member(&adopted.candidate.selected.member),
+        "member_sigma": member(&known),
         "probability": number(Some(adopted.probability)),
         "aliases": adopted.aliases,
         "evidence": adopted.evidence(),

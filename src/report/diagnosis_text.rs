@@ -10,7 +10,7 @@ use crate::diagnose::verdict::answer::{Verdict, Why};
 use crate::diagnose::verdict::hidden::Hidden;
 use crate::diagnose::verdict::locations::{locations, most_told};
 use crate::report::diagnosis::{
-    estimates_of, is_of_one_cause, last_stage, stated_prior, times_usual,
+    estimates_of, is_of_one_cause, last_stage, members_of, stated_prior, times_usual,
 };
 use crate::report::figure;
 use crate::report::noise_text::{alike, noise};
@@ -101,7 +101,11 @@ fn effects(diagnosis: &Diagnosis) -> String {
         text.push_str(&format!("\n{}: {}\n", candidate.name, candidate.selected.effect.title));
         for (family, value) in &candidate.selected.member {
             let unit = candidate.selected.effect.shape.get(family).map(|shape| &shape.unit);
-            let shown = unit.map_or_else(String::new, |unit| figure::value(*value, None, unit));
+            let known = members_of(diagnosis, one).find(|known| known.family == *family);
+            let shown = unit.map_or_else(String::new, |unit| match known {
+                Some(known) => figure::measured(*value, known.sigma, unit),
+                None => figure::value(*value, None, unit),
+            });
             text.push_str(&format!("  {family} {shown}\n"));
         }
         for estimate in estimates_of(diagnosis, one) {
