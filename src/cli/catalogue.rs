@@ -10,7 +10,7 @@ use super::arguments::Format;
 use super::{Failure, output};
 use crate::diagnostic::Diagnostics;
 use crate::effect::Effect;
-use crate::engine::switched_off::remains;
+use crate::engine::switched_off::remains_alone;
 use crate::library::Library;
 use crate::model::Model;
 use crate::report::text::{drawn, table};
@@ -107,8 +107,7 @@ fn why_not(model: &Model, effect: &Arc<Effect>, is_own: bool) -> Option<String> 
         Err(why) => return Some(why.messages()),
         Ok(ways) => ways,
     };
-    let inputs = vec![None; model.inputs.len()];
-    let there = |way| remains((model, &[]), way, &[], &inputs).ok().flatten();
+    let there = |way| remains_alone(model, way, &[]).ok().flatten();
     // It is tested at the heads where it is absent.
     let told: Vec<_> = ways.iter().filter(|_| is_own).map_while(there).collect();
     (!told.is_empty() && told.len() == ways.len()).then(|| Diagnostics(told).messages())

@@ -10,7 +10,7 @@ use super::{Failure, output, progress, render};
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::effect::Effect;
 use crate::engine::open::{Recipe, Request, open};
-use crate::engine::switched_off::remains;
+use crate::engine::switched_off::remains_alone;
 use crate::estimate::checks;
 use crate::library::Library;
 use crate::model::{Model, Override};
@@ -193,10 +193,9 @@ fn remaining(
     ways: &[Selected],
     stated: &[Override],
 ) -> Result<Vec<Diagnostic>, Diagnostics> {
-    let inputs = vec![None; model.inputs.len()];
     let mut found = Vec::new();
     for way in ways {
-        found.extend(remains((model, &[]), way, stated, &inputs)?.map(|one| {
+        found.extend(remains_alone(model, way, stated)?.map(|one| {
             let message = format!("`{}` with the model `{name}`: {}", way.effect.name, one.message);
             Diagnostic { message, ..one }
         }));

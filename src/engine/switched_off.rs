@@ -64,6 +64,18 @@ pub fn remains(
     }))
 }
 
+/// The same of an effect alone with a model, whose inputs have no uncertainty.
+///
+/// # Errors
+/// As [`System::build`].
+pub fn remains_alone(
+    model: &Model,
+    selected: &Selected,
+    overrides: &[Override],
+) -> Result<Option<Diagnostic>, Diagnostics> {
+    remains((model, &[]), selected, overrides, &vec![None; model.inputs.len()])
+}
+
 /// The chosen members of an effect's families; where none is chosen all of a list, both ends of a
 /// range and its middle, one family at a time.
 fn members(selected: &Selected) -> Vec<BTreeMap<String, f64>> {

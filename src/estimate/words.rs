@@ -92,6 +92,12 @@ fn place_of(problem: &Problem, index: usize) -> Option<&str> {
     if alike > 1 { instances[index].of.as_deref() } else { None }
 }
 
+/// An instance's name in words, with its setup or run where the parameter has several.
+fn placed_name(problem: &Problem, index: usize) -> String {
+    let of = place_of(problem, index).map_or_else(String::new, |of| format!(" ({of})"));
+    format!("`{}`{of}", problem.layout.instances[index].name)
+}
+
 /// `radius`, `position.x` ..., with `@` and the setup or run where the parameter has several.
 pub fn component_names(problem: &Problem, index: usize) -> Vec<String> {
     let instance = &problem.layout.instances[index];
@@ -145,14 +151,8 @@ fn delay_phrase(problem: &Problem, delays: &[&Share]) -> String {
         .count();
     let first = delays[0].change[0];
     let alike = delays.iter().all(|share| (share.change[0] / first - 1.0).abs() < 0.05);
-    let names: Vec<String> = delays
-        .iter()
-        .map(|share| {
-            let of = place_of(problem, share.instance);
-            let of = of.map_or_else(String::new, |of| format!(" ({of})"));
-            format!("`{}`{of}", problem.layout.instances[share.instance].name)
-        })
-        .collect();
+    let names: Vec<String> =
+        delays.iter().map(|share| placed_name(problem, share.instance)).collect();
     if alike && delays.len() == all && all > 1 {
         format!("a common delay of all measurands ({})", names.join(", "))
     } else if delays.len() == 1 {
@@ -164,8 +164,7 @@ fn delay_phrase(problem: &Problem, delays: &[&Share]) -> String {
 
 fn change_phrase(problem: &Problem, share: &Share) -> String {
     let instance = &problem.layout.instances[share.instance];
-    let of = place_of(problem, share.instance).map_or_else(String::new, |of| format!(" ({of})"));
-    let name = format!("`{}`{of}", instance.name);
+    let name = placed_name(problem, share.instance);
     match instance.kind {
         Kind::Scalar => format!("a change of {name}"),
         Kind::Vector => format!("a shift of {name} along {}", axis_words(&share.change, "")),

@@ -153,8 +153,8 @@ pub fn said_of(section: &Section<'_>, known: Option<(&Unit, Kind)>) -> Override 
         item.error("`lower` must be below `upper`", "");
     }
     let beyond = |bound: &Option<Vec<(f64, Unit)>>, is_beyond: fn(f64, f64) -> bool| {
-        let pairs = said.value.iter().flatten().zip(bound.iter().flatten());
-        pairs.into_iter().any(|((value, _), (bound, _))| is_beyond(*value, *bound))
+        let mut pairs = said.value.iter().flatten().zip(bound.iter().flatten());
+        pairs.any(|((value, _), (bound, _))| is_beyond(*value, *bound))
     };
     if (beyond(&said.lower, |value, lower| value < lower)
         || beyond(&said.upper, |value, upper| value > upper))

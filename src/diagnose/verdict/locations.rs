@@ -78,27 +78,29 @@ pub(in crate::diagnose) fn led_by(
     found: &BySense,
     places: Vec<Location>,
 ) -> Vec<Location> {
-    let told = told(stage).into_iter();
-    let least = told.map(|block| stage.scores[block].ln_p).fold(0.0, f64::min);
+    let told = told(stage);
+    let least = told.iter().map(|block| stage.scores[*block].ln_p).fold(0.0, f64::min);
     if found.score.ln_p > least - TIE {
         return places;
     }
-    let (own, most) = (found.score.lambda().powi(2), most_told(stage));
+    let most = told.iter().map(|block| squared(stage, *block)).fold(0.0, f64::max);
+    let own = found.score.lambda().powi(2);
     let share = if most > 0.0 { (own / most).max(1.0) } else { 1.0 };
     beside(vec![Location { place: found.place.clone(), share }], places)
 }
 
-/// The places of unknown structure that is likeliest, where no block is beyond chance by itself;
-/// `probability` is that of each candidate.
+/// The places of unknown structure that is likeliest, where no block is beyond chance by itself,
+/// with what each explains over the likeliest; `probability` is that of each candidate.
 pub fn likeliest(stage: &Stage, probability: &[f64]) -> Vec<Location> {
     let mut blocks: Vec<usize> = (stage.effects..stage.candidates.len()).collect();
     blocks.sort_by(|a, b| probability[*b].total_cmp(&probability[*a]));
     let best = blocks.first().map_or(0.0, |block| probability[*block]);
     blocks.retain(|block| probability[*block] > 0.0 && probability[*block] >= LEAST_SHARE * best);
-    let most = blocks.iter().map(|block| squared(stage, *block)).fold(f64::MIN_POSITIVE, f64::max);
+    let most = blocks.first().map_or(0.0, |block| squared(stage, *block));
     let place = |block: usize| {
         let place = stage.candidates[block].place.clone()?;
-        Some(Location { place, share: squared(stage, block) / most })
+        let own = squared(stage, block);
+        Some(Location { place, share: if own < most { own / most } else { 1.0 } })
     };
     shown(blocks.into_iter().filter_map(place).collect())
 }

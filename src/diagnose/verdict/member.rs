@@ -8,11 +8,11 @@
 use std::f64::consts::SQRT_2;
 
 use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::search::Adopted;
 use crate::diagnose::stage::Stage;
 use crate::effect::Members;
 use crate::estimate::batch::{FitError, Options};
-use crate::system::Selected;
 
 /// Steps to members beside the best, as parts of it or of a range through zero: the first.
 const FIRST: f64 = 1e-3;
@@ -32,8 +32,8 @@ pub struct MemberUncertainty {
     pub family: String,
     /// Standard uncertainty (SI) of the member, its distance from the best one included.
     pub sigma: f64,
-    /// Part of the standard uncertainty of each of the effect's values that comes from it: instance and size
-    /// (SI), in the model with all named effects.
+    /// Part of the standard uncertainty of each of the effect's values that comes from it: instance
+    /// and size (SI), in the model with all named effects.
     pub shares: Vec<(usize, f64)>,
 }
 
@@ -57,7 +57,8 @@ pub fn members(
                 continue;
             }
             let range = (family.as_str(), [from, to]);
-            let Some((sigma, shares)) = beside(&stage.fitted, selected, range, options)? else {
+            let Some((sigma, shares)) = beside(&stage.fitted, &one.candidate, range, options)?
+            else {
                 continue;
             };
             let (effect, family) = (one.candidate.name.clone(), family.clone());
@@ -70,15 +71,17 @@ pub fn members(
 /// A standard uncertainty, and the parts of it that values share.
 type Known = (f64, Vec<(usize, f64)>);
 
-/// The uncertainty of one; `None` at the edge of a range, and where the sum of squares does not rise.
+/// The uncertainty of one; `None` at the edge of a range, and where the sum of squares does not
+/// rise.
 fn beside(
     fitted: &Fitted,
-    selected: &Selected,
+    candidate: &Candidate,
     (family, [from, to]): (&str, [f64; 2]),
     options: &Options,
 ) -> Result<Option<Known>, FitError> {
+    let selected = &candidate.selected;
     let Some(best) = selected.member.get(family).copied() else { return Ok(None) };
-    let own = values(fitted, selected);
+    let own = values(fitted, candidate);
     let without = fitted.without(&[selected], options)?;
     let start: Vec<_> =
         own.iter().map(|(_, name, of, value)| (name.clone(), 0, of.clone(), *value)).collect();
@@ -101,7 +104,7 @@ fn beside(
         if RISE.contains(&rise) {
             let farther = step * (below.cost() - above.cost()) / (4.0 * rise);
             let sigma = (step / rise.sqrt()).hypot(farther);
-            let [below, above] = [&below, &above].map(|one| values(one, selected));
+            let [below, above] = [&below, &above].map(|one| values(one, candidate));
             let value = |all: &[Value], like: &Value| {
                 let same = all.iter().find(|one| (&one.1, &one.2) == (&like.1, &like.2));
                 same.map(|one| one.3)
@@ -127,11 +130,8 @@ fn beside(
 type Value = (usize, String, Option<String>, f64);
 
 /// The values of an effect that are numbers.
-fn values(fitted: &Fitted, selected: &Selected) -> Vec<Value> {
-    let name = match &selected.head {
-        Some(head) => format!("{}.{head}.", selected.effect.name),
-        None => format!("{}.", selected.effect.name),
-    };
+fn values(fitted: &Fitted, candidate: &Candidate) -> Vec<Value> {
+    let name = format!("{}.", candidate.name);
     let Fitted { problem, fit, .. } = fitted;
     let instances = problem.layout.instances.iter().enumerate();
     instances
