@@ -1,0 +1,25 @@
+//! The diagnosis: what was put into readings comes out, with its place; power before any reading;
+//! trials.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a failed test should stop")]
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../problems/drawn.rs"]
+mod drawn;
+#[path = "../problems/nameless.rs"]
+mod nameless;
+
+mod codes;
+mod designs;
+mod each_effect;
+mod moments;
+mod noise;
+mod parts;
+mod places;
+mod power;
+mod practice;
+mod prior;
+mod runs;
+mod stated_values;
+mod trials;
+mod unknown;

@@ -1,0 +1,170 @@
+//! What changes at a moment in the course of a run: told with its row, and neither taken for an
+//! effect nor for noise.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use homepoint::campaign::Track;
+use homepoint::diagnose::Diagnosis;
+use homepoint::diagnose::verdict::answer::{Verdict, Why};
+use homepoint::engine::Problem;
+use homepoint::engine::open::{Opened, Request, open};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::calibrate;
+use homepoint::report::diagnosis_text::text as told;
+
+use crate::drawn::{drawn_at, folder, run};
+
+/// Readings drawn with effects of some sizes, and with a nameless one; both changes nothing where
+/// it is zero.
+fn drawn_with(
+    nameless: &str,
+    seed: u64,
+    value: &dyn Fn(&str, Option<&str>) -> f64,
+) -> (Opened, Problem) {
+    let own = tempfile::tempdir().unwrap();
+    let whole = format!(
+        "name = \"nameless\"\ntitle = \"Nameless\"\nacts = \"arm\"\n[parameters]\n\
+         size = {{ unit = \"1\", typical = \"1\", scope = \"run\" }}\n\
+         after = {{ unit = \"s\", typical = \"1 s\", scope = \"run\" }}\n[patch]\n{nameless}\n"
+    );
+    std::fs::write(own.path().join("nameless.toml"), whole).unwrap();
+    let mut request = Request::new([folder()]);
+    request.effects = vec![own.path().to_owned()];
+    request.with = vec!["nameless".to_owned(), "collimation".to_owned()];
+    let set = |one: &homepoint::engine::layout::Instance| {
+        let is_drawn = one.name.starts_with("nameless") || one.name.starts_with("collimation");
+        (is_drawn && !one.setting.fixed).then(|| value(&one.name, one.of.as_deref()))
+    };
+    drawn_at(&request, seed, &set)
+}
+
+/// The places of what changed, and the effects beside which it did.
+fn changes(found: &Diagnosis) -> (Vec<String>, Vec<String>) {
+    let text = told("", found, None);
+    let Some((Why::Changed, effects)) = &found.why else { unreachable!("{text}") };
+    assert_eq!(found.verdict, Verdict::Unknown);
+    // What is off is no noise.
+    let noise = &found.search.as_ref().unwrap().stages.last().unwrap().noise_found;
+    let out = &noise.left_out;
+    let is_clean = noise.levels.is_empty() && out.readings.is_empty() && out.runs.is_empty();
+    assert!(!effects.is_empty() || is_clean && !out.stretches.is_empty(), "{text}");
+    let words = found.locations.iter().map(|one| one.place.words.clone());
+    (words.collect(), effects.clone())
+}
+
+const HALF: &str = "(0.5 + 0.5 * sign(run_time - after)) * size";
+
+/// A clock that is set while a run goes on, for that run or for good: rates of runs or delays of
+/// setups would say nearly the same.
+#[test]
+fn a_clock_that_is_set() {
+    let late = format!("t = 't + {HALF} * 1 us'");
+    let (opened, problem) = drawn_with(&late, 301, &|name, run| match (name, run) {
+        ("nameless.size", Some("B_ccw190")) => 20.0,
+        ("nameless.after", Some("B_ccw190")) => 6.0,
+        _ => 0.0,
+    });
+    let found = run(problem, &opened);
+    let (words, _) = changes(&found);
+    // At one rate both are one.
+    let place = &found.locations[0].place;
+    assert!(words.iter().any(|one| one.starts_with("a timing error of all readings in run")));
+    assert!(
+        words.iter().any(|one| one.starts_with("a tangential displacement of the target in run"))
+    );
+    assert_eq!(place.run.as_deref(), Some("B_ccw190"));
+    let times = &opened.problem.parts[0].runs.iter().find(|run| run.name == "B_ccw190").unwrap();
+    let times = &times.held().run_time;
+    let true_row = 2 + times.partition_point(|time| *time < 6.0);
+    let (row, last) = place.rows.unwrap();
+    assert!(row.abs_diff(true_row) <= 1 && last.is_none(), "{row}, not {true_row}");
+
+    let later = ["B_ccw50", "B_cw50", "B_ccw190", "B_cw190"];
+    let (opened, problem) = drawn_with(&late, 302, &|name, run| match (name, run) {
+        ("nameless.size", Some(name)) if later.contains(&name) => 20.0,
+        ("nameless.after", Some("B_ccw50")) => 18.0,
+        ("nameless.after", _) => -1.0,
+        _ => 0.0,
+    });
+    let (words, effects) = changes(&run(problem, &opened));
+    assert!(effects.is_empty());
+    let [only] = words.as_slice() else { unreachable!("{words:?}") };
+    assert!(only.starts_with("a timing error of all readings from row "), "{only}");
+    assert!(only.ends_with(" of run `B_ccw50` on"), "{only}");
+}
+
+/// A distance that is off for some rows, or from a row on beside an effect that is named.
+#[test]
+fn a_distance_that_is_off_for_a_while() {
+    let off = |rows: std::ops::Range<usize>, by: f64, problem: &mut Problem| {
+        let part = &mut problem.parts[0];
+        let column = part.slots()[2].column;
+        let run = part.runs.iter_mut().find(|run| run.name == "A_cw50").unwrap();
+        run.record.edit(|all| {
+            all.readings[column][rows].iter_mut().for_each(|distance| *distance += by);
+        });
+    };
+    let nothing = "t = 't + size * after * 0'";
+    let (opened, mut problem) = drawn_with(nothing, 303, &|_, _| 0.0);
+    off(30..70, 16e-6, &mut problem);
+    let (words, effects) = changes(&run(problem, &opened));
+    assert_eq!((words.len(), effects.len()), (1, 0), "{words:?}");
+    assert!(words[0].starts_with("an error of `distance` in run `A_cw50` in rows "), "{words:?}");
+
+    let (opened, mut problem) = drawn_with(nothing, 304, &|name, _| {
+        if name.starts_with("collimation") { 40e-6 } else { 0.0 }
+    });
+    off(50..119, 16e-6, &mut problem);
+    let found = run(problem, &opened);
+    let (words, effects) = changes(&found);
+    assert_eq!(effects, ["collimation"]);
+    assert!(words[0].starts_with("an error of `distance` in run `A_cw50` from row "), "{words:?}");
+    let (row, last) = found.locations[0].place.rows.unwrap();
+    assert!(row.abs_diff(52) <= 3 && last.is_none(), "{row}");
+}
+
+/// A clock that is set for good in the second of four setups: what is before that is less than what
+/// follows, so it is left out with the whole first setup, and the delays are those of the clock as
+/// it was set.
+#[test]
+fn a_clock_that_is_set_for_good_in_one_of_four_setups() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/four_setups");
+    let opened = open(&Request::new([folder])).unwrap();
+    let clean = calibrate(opened.problem.clone(), &Options::default()).unwrap();
+    let (mut problem, set) = (opened.problem.clone(), 30e-6);
+    let runs = &mut problem.parts[0].runs;
+    let at = runs.iter().position(|run| run.name == "B_cw50").unwrap();
+    for (number, run) in runs.iter_mut().enumerate().skip(at) {
+        run.record.edit(|all| {
+            let from = if number == at { 20 } else { 0 };
+            for input in &mut all.inputs {
+                if let Track::Captured { value, rate: Some(rate), .. } = input {
+                    let pairs = value.iter_mut().zip(rate).skip(from);
+                    pairs.for_each(|(value, rate)| *value += *rate * set);
+                }
+            }
+        });
+    }
+    let before: BTreeSet<String> = runs[..=at].iter().map(|run| run.name.clone()).collect();
+    let found = run(problem, &opened);
+    let (words, effects) = changes(&found);
+    assert!(effects.is_empty() && words.len() == 1, "{effects:?} {words:?}");
+    let row = words[0]
+        .strip_prefix("a timing error of all readings from row ")
+        .and_then(|rest| rest.strip_suffix(" of run `B_cw50` on"));
+    let row: usize = row.unwrap_or_else(|| unreachable!("{words:?}")).parse().unwrap();
+    assert!(row.abs_diff(22) <= 2, "{row}");
+    let out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out.stretches;
+    assert_eq!(out.iter().map(|one| one.run.clone()).collect::<BTreeSet<String>>(), before);
+    let last = out.iter().filter(|one| one.run == "B_cw50");
+    assert!(last.clone().count() == 3 && last.clone().all(|one| one.rows == (2, row - 1)));
+    // A reading that is late by so much has a delay that is shorter.
+    let clean = clean.estimates();
+    assert_eq!(found.delays.len(), 3);
+    for one in &found.delays {
+        let clean = clean.iter().find(|other| other.name == one.name).unwrap();
+        let off = one.without + set - clean.value.unwrap();
+        assert!(off.abs() < 2.0 * one.sigma.unwrap(), "{}: {off:e}", one.name);
+    }
+}

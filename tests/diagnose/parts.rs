@@ -1,0 +1,320 @@
+//! The parts of a diagnosis, each against a second route to the same number.
+
+use std::path::Path;
+
+use homepoint::diagnose::evidence::Evidence;
+use homepoint::diagnose::fitted::Fitted;
+use homepoint::diagnose::gap::drops;
+use homepoint::diagnose::library::candidate::Candidate;
+use homepoint::diagnose::library::offer::offer;
+use homepoint::diagnose::library::structure::blocks;
+use homepoint::diagnose::library::wanted::Wanted;
+use homepoint::diagnose::search::absorbed::alike_by_square;
+use homepoint::engine::Problem;
+use homepoint::engine::gram::LeastSquares;
+use homepoint::engine::open::{Opened, Request, open};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::{Calibration, calibrate};
+use homepoint::report;
+
+use crate::drawn::{drawn, drawn_at, folder, run};
+
+fn example() -> (Opened, Fitted) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
+    let opened = open(&Request::new([folder])).unwrap();
+    let nominal = calibrate(opened.problem.clone(), &Options::default()).unwrap();
+    let fitted =
+        Fitted { recipes: opened.recipes.clone(), problem: nominal.problem, fit: nominal.fit };
+    (opened, fitted)
+}
+
+/// A fitted model and the same with an effect of the library.
+fn without_and_with(opened: &Opened, fitted: &Fitted, name: &str) -> (Fitted, Fitted) {
+    let offered = offer(&opened.recipes).effects;
+    let candidate = offered.iter().find(|one| one.name == name).unwrap();
+    let options = Options::default();
+    let after = fitted.with(&candidate.selected, &[], &options).unwrap().unwrap();
+    (after.without(&[&candidate.selected], &options).unwrap(), after)
+}
+
+fn evidence(fitted: &Fitted, candidates: &[&Candidate]) -> Evidence {
+    Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, candidates).unwrap()
+}
+
+#[test]
+fn a_gain_is_what_the_nonlinear_fit_takes_off() {
+    let (opened, fitted) = example();
+    let offered = offer(&opened.recipes).effects;
+    let mut compared = 0;
+    for name in ["collimation", "encoder_eccentricity", "station_drift", "clock_drift"] {
+        let candidate = offered.iter().find(|one| one.name == name).unwrap();
+        let gain = evidence(&fitted, &[candidate]).entries[0].gain();
+        let with = fitted.with(&candidate.selected, &[], &Options::default()).unwrap().unwrap();
+        let taken = fitted.cost() - with.cost();
+        assert!((gain - taken).abs() < 0.02 * gain.max(1.0), "{name}: {gain} {taken}");
+        compared += 1;
+    }
+    assert_eq!(compared, 4);
+}
+
+#[test]
+fn what_is_explained_beyond_an_effect_is_what_both_explain_less_its_own() {
+    let (opened, fitted) = example();
+    let offered = offer(&opened.recipes).effects;
+    let pick = |name: &str| offered.iter().find(|one| one.name == name).unwrap();
+    let (first, second) = (pick("beam_offset"), pick("horizontal_circle_eccentricity"));
+    let evidence = evidence(&fitted, &[first, second]);
+    let [a, b] = evidence.entries.as_slice() else { unreachable!() };
+    let (beyond, degrees) = evidence.beyond(a, b);
+    let both = evidence.together(&[a, b]);
+    assert!((both.gain() - a.gain() - beyond).abs() < 1e-6 * both.gain());
+    assert_eq!(both.degrees(), a.degrees() + degrees);
+}
+
+#[test]
+fn stretches_add_up_to_the_sums_of_their_run() {
+    let (opened, fitted) = example();
+    let offered = offer(&opened.recipes).effects;
+    let candidate = offered.iter().find(|one| one.name == "station_drift").unwrap();
+    let evidence = evidence(&fitted, &[candidate]);
+    let nothing = evidence.together(&[]);
+    let (problem, point) = (&fitted.problem, &fitted.fit.point);
+    let left = evidence.left(problem, point, &nothing, 17);
+    let normal = &fitted.fit.normal;
+    for (run, left) in left.iter().enumerate() {
+        let samples = problem.parts[0].runs[run].record.len();
+        assert_eq!(left.scores.len(), samples.div_ceil(17));
+        let squares: f64 = left
+            .residuals
+            .iter()
+            .flat_map(|row| row.iter())
+            .filter(|one| !one.is_nan())
+            .map(|one| one * one)
+            .sum();
+        let last = normal.runs[run].gram.nrows() - 1;
+        let due = normal.runs[run].gram[(last, last)];
+        // At the fit the nominal step is nothing but what convergence left.
+        assert!((squares / due - 1.0).abs() < 1e-6, "{run}: {squares} {due}");
+        for column in 0..last {
+            let sum: f64 = left.scores.iter().map(|one| one[column]).sum();
+            let due = normal.runs[run].gram[(column, last)];
+            let scale = (normal.runs[run].gram[(column, column)] * squares).sqrt();
+            assert!((sum - due).abs() < 1e-6 * scale, "{run} {column}: {sum} {due}");
+        }
+    }
+    // Independent noise: scores scatter as the model says.
+    let inflation = evidence.inflation(&evidence.entries[0], &left);
+    assert!((0.5..2.0).contains(&inflation), "{inflation}");
+}
+
+#[test]
+fn a_drop_is_what_two_fits_without_the_run_leave_of_it() {
+    let (opened, fitted) = example();
+    let options = Options::default();
+    let (before, after) = without_and_with(&opened, &fitted, "encoder_eccentricity");
+    let drops = drops(&before, &after, 0.0);
+    assert_eq!(drops.len(), 12);
+    for run in [0, 7] {
+        let squares = |model: &Fitted| {
+            let mut rest = model.clone();
+            rest.problem.parts[0].runs[run].record.edit(|samples| {
+                samples.readings.iter_mut().for_each(|column| column.fill(f64::NAN));
+            });
+            let rest = Fitted { problem: Problem::new(rest.problem.parts), ..rest };
+            let rest = rest.again(&options).unwrap();
+            let gram = &model.problem.normal(&rest.fit.point).runs[run].gram;
+            gram[(gram.nrows() - 1, gram.nrows() - 1)]
+        };
+        let due = squares(&before) - squares(&after);
+        assert!(
+            (drops[run].taken - due).abs() < 0.01 * due.abs().max(1.0),
+            "{run}: {} {due}",
+            drops[run].taken
+        );
+    }
+}
+
+/// What belongs to a run is fitted to four of its eighths and judged on the four between.
+#[test]
+fn a_run_with_values_of_its_own_is_judged_between_what_it_was_fitted_to() {
+    let mut request = Request::new([folder()]);
+    request.with = vec!["sample_clock_rate".to_owned()];
+    let (opened, problem) = drawn_at(&request, 3, &|one| {
+        let of = one.of.as_deref().unwrap_or_default();
+        let sense = if of.contains("ccw") { 1.0 } else { -1.0 };
+        (one.name == "sample_clock_rate.rate_error").then_some(sense * 1e-6)
+    });
+    let nominal = calibrate(problem, &Options::default()).unwrap();
+    let fitted =
+        Fitted { recipes: opened.recipes.clone(), problem: nominal.problem, fit: nominal.fit };
+    let options = Options::default();
+    let (before, after) = without_and_with(&opened, &fitted, "sample_clock_rate");
+    let drops = drops(&before, &after, 0.0);
+    for run in [0, 7] {
+        let among = |model: &Fitted, parity: usize| {
+            let mut problem = model.problem.clone();
+            problem.parts[0].runs[run].record.edit(|samples| {
+                let length = samples.readings[0].len();
+                for column in &mut samples.readings {
+                    for (sample, reading) in column.iter_mut().enumerate() {
+                        if sample * 8 / length % 2 != parity {
+                            *reading = f64::NAN;
+                        }
+                    }
+                }
+            });
+            Problem::new(problem.parts)
+        };
+        let squares = |model: &Fitted| {
+            let learnt = Fitted { problem: among(model, 0), ..model.clone() };
+            let learnt = learnt.again(&options).unwrap();
+            let gram = &among(model, 1).normal(&learnt.fit.point).runs[run].gram;
+            gram[(gram.nrows() - 1, gram.nrows() - 1)]
+        };
+        let due = squares(&before) - squares(&after);
+        let found = drops[run].taken;
+        assert!(due > 10.0, "{run}: {due}");
+        assert!((found - due).abs() < 0.01 * due.abs().max(1.0), "{run}: {found} {due}");
+    }
+}
+
+/// A clock with a rate of each run's own takes up what a common clock and the air do, but for what
+/// is left.
+#[test]
+fn two_effects_of_which_a_third_takes_up_both() {
+    let set = ["air_drag.drag=4 um*s^2/rad^2", "clock_drift.rate_error=3 ppm"];
+    let (opened, problem) = drawn(&["air_drag", "clock_drift"], &set, 1);
+    let found = run(problem, &opened);
+    let mut names: Vec<&str> = found.effects.iter().map(|one| &one.candidate.name[..]).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["air_drag", "clock_drift"], "{:?}", found.verdict);
+    assert!(found.effects.iter().all(|one| one.probability > 0.5));
+}
+
+/// What a low-pass filter leaves beyond its delay is what servos do that run ahead in proportion to
+/// acceleration, and what one that lags in proportion to its rate leaves beyond a delay is the
+/// opposite.
+#[test]
+fn an_effect_that_another_one_is_by_its_square() {
+    let (servo, filter, lag) =
+        ("servo_acceleration_lag", "first_order_lowpass", "servo_velocity_lag");
+    for (put_in, set, alias, due) in [
+        (filter, None, filter, 2e-3),
+        (servo, Some("servo_acceleration_lag.lag=-2e-6 s^2"), filter, 2e-3),
+        (servo, Some("servo_acceleration_lag.lag=2e-6 s^2"), lag, 2e-3),
+        // Beyond thirty times its usual size, a tenth of a millisecond, it is none.
+        (servo, Some("servo_acceleration_lag.lag=8e-6 s^2"), "", 0.0),
+    ] {
+        let (opened, problem) = drawn(&[put_in], set.as_slice(), 9);
+        let found = run(problem, &opened);
+        let [one] = &found.effects[..] else { unreachable!("{:?}", found.verdict) };
+        assert_eq!(one.candidate.name, servo);
+        let aliases = if alias.is_empty() { vec![] } else { vec![alias.to_owned()] };
+        assert_eq!(one.aliases, aliases, "{put_in} {set:?}");
+        let search = found.search.as_ref().unwrap();
+        let options = Options::default();
+        let [first, _] = &search.stages[..] else { unreachable!("{:?}", found.verdict) };
+        let alike = alike_by_square(first, &first.fitted, one.gain, &options).unwrap();
+        let values: Vec<f64> = alike.iter().map(|(_, value)| value.abs()).collect();
+        assert!(values.iter().all(|value| (value / due - 1.0).abs() < 0.05), "{values:?}");
+        assert_eq!(values.len(), one.aliases.len());
+    }
+}
+
+/// Without its only run a setup is not determined: part of the run is left out.
+#[test]
+fn the_only_run_of_a_setup_is_not_left_out_whole() {
+    let (opened, fitted) = example();
+    let mut parts = fitted.problem.parts.clone();
+    let fast = |run: &homepoint::campaign::Run| run.name.ends_with("50");
+    parts[0].runs.retain(fast);
+    parts[0].setups = parts[0].runs.iter().map(|run| run.name.clone()).collect();
+    parts[0].runs.iter_mut().enumerate().for_each(|(number, run)| run.setup = number);
+    let runs = parts[0].runs.len();
+    assert!(runs >= 4);
+    let options = Options::default();
+    let nominal = calibrate(Problem::new(parts), &options).unwrap();
+    let fitted =
+        Fitted { recipes: opened.recipes.clone(), problem: nominal.problem, fit: nominal.fit };
+    let (before, after) = without_and_with(&opened, &fitted, "encoder_second_harmonic");
+    assert_eq!(drops(&before, &after, 0.0).len(), runs);
+}
+
+#[test]
+fn every_shipped_model_has_blocks_of_unknown_structure() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    for (name, least) in [("rotating_arm", 90), ("rail_car", 20), ("hand_eye", 60)] {
+        let opened = open(&Request::new([folder.join(name)])).unwrap();
+        let found = blocks(&opened.recipes);
+        assert!(found.len() >= least, "{name}: {}", found.len());
+        assert!(found.iter().all(|one| one.place.is_some()));
+    }
+}
+
+#[test]
+fn probabilities_of_causes_leave_something_for_none() {
+    let (opened, _) = example();
+    let options = Options::default();
+    let found =
+        homepoint::diagnose::diagnose(opened.problem, opened.recipes, &Wanted::default(), &options);
+    let json = report::diagnosis::json(&found.unwrap(), None);
+    assert_eq!(json["verdict"], "adequate");
+    let whole: f64 = json["candidates"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|one| one["probability"].as_f64().unwrap())
+        .sum();
+    assert!(whole > 0.0 && whole < 1.0, "{whole}");
+}
+
+/// A member's uncertainty is where the sum of squares of a joint fit is larger by one, and the
+/// effect's values share in it.
+#[test]
+fn a_member_is_as_certain_as_the_sum_of_squares_says() {
+    let cyclic = "distance_cyclic";
+    let truth = [("unit_length", 0.5), ("cosine", 5e-6), ("sine", -3e-6)];
+    let set = truth.map(|(name, value)| format!("{cyclic}.{name}={value} m"));
+    let (opened, problem) = drawn(&[cyclic], &set.each_ref().map(String::as_str), 32);
+    let found = run(problem.clone(), &opened);
+    let [one] = &found.effects[..] else { unreachable!("{:?}", found.verdict) };
+    let [known] = &found.members[..] else { unreachable!("{:?}", found.members) };
+    assert_eq!((&known.effect[..], &known.family[..]), (cyclic, "unit_length"));
+    let best = one.candidate.selected.member["unit_length"];
+    assert!((best - 0.5).abs() < 4.0 * known.sigma, "{best} {}", known.sigma);
+
+    let fitted_at = |member: f64| {
+        let mut request = Request::new([folder()]);
+        request.with = vec![cyclic.to_owned()];
+        request.set = vec![format!("{cyclic}.unit_length={member} m")];
+        let mut parts = open(&request).unwrap().problem.parts;
+        for (part, drawn) in parts.iter_mut().zip(&problem.parts) {
+            part.runs.clone_from(&drawn.runs);
+        }
+        calibrate(Problem::new(parts), &Options::default()).unwrap()
+    };
+    let [at_best, below, above] = [best, best - known.sigma, best + known.sigma].map(fitted_at);
+    let rise = 0.5 * (below.fit.cost + above.fit.cost) - at_best.fit.cost;
+    assert!((0.9..1.5).contains(&rise), "{rise}");
+
+    let json = report::diagnosis::json(&found, None);
+    let told = &json["effects"][0];
+    assert_eq!(told["member_sigma"]["unit_length"].as_f64(), Some(known.sigma));
+    for (name, truth) in &truth[1..] {
+        let name = format!("{cyclic}.{name}");
+        let of = |fit: &Calibration| {
+            let all = fit.estimates();
+            let own = all.into_iter().find(|one| one.name == name).unwrap();
+            (own.value.unwrap(), own.sigma.unwrap())
+        };
+        let (value, sigma) = of(&at_best);
+        let share = (of(&above).0 - value).hypot(of(&below).0 - value) / 2_f64.sqrt();
+        let parameters = told["parameters"].as_array().unwrap();
+        let own = parameters.iter().find(|own| own["name"] == name.as_str()).unwrap();
+        let own_sigma = own["sigma"].as_f64().unwrap();
+        assert!((own_sigma / sigma.hypot(share) - 1.0).abs() < 0.1, "{name}: {own_sigma}");
+        assert!(own_sigma > 1.2 * sigma, "{name}: {own_sigma} {sigma}");
+        let value = own["value"].as_f64().unwrap();
+        assert!((value - truth).abs() < 4.0 * own_sigma, "{name}: {value} {own_sigma}");
+    }
+}

@@ -1,0 +1,146 @@
+//! Diagnosis of campaigns of the seed's rig from an independent simulator: what was put in must
+//! come out.
+
+use std::path::Path;
+
+use homepoint::diagnose::library::wanted::Wanted;
+use homepoint::diagnose::verdict::answer::Verdict;
+use homepoint::diagnose::{Diagnosis, diagnose};
+use homepoint::engine::open::{Request, open};
+use homepoint::estimate::batch::Options;
+
+use crate::common;
+
+fn run(folder: &Path, without: &[&str]) -> Diagnosis {
+    let opened = open(&Request::new([folder])).unwrap();
+    let without = without.iter().map(|name| (*name).to_owned()).collect();
+    let wanted = Wanted { without, ..Wanted::default() };
+    diagnose(opened.problem, opened.recipes, &wanted, &Options::default()).unwrap()
+}
+
+fn practice(name: &str) -> Option<(Diagnosis, serde_json::Value)> {
+    let folder = common::shared(&format!("practice/{name}"))?;
+    let truth = std::fs::read_to_string(folder.join("truth.json")).unwrap();
+    Some((run(&folder, &[]), serde_json::from_str(&truth).unwrap()))
+}
+
+fn names(diagnosis: &Diagnosis) -> Vec<&str> {
+    diagnosis.effects.iter().map(|one| one.candidate.name.as_str()).collect()
+}
+
+#[test]
+fn what_was_put_in_comes_out() {
+    let campaigns = [
+        "clock_drift",
+        "encoder_eccentricity",
+        "tracking_reversal",
+        "trunnion_tilt",
+        "two_effects",
+    ];
+    for name in campaigns {
+        let Some((found, truth)) = practice(name) else { return };
+        assert_eq!(found.verdict, Verdict::Explained, "{name}");
+        let put_in = truth["effects"].as_object().unwrap();
+        assert_eq!(found.effects.len(), put_in.len(), "{name}: {:?}", names(&found));
+        for (effect, said) in put_in {
+            let accepted: Vec<&str> = said["accepted"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|one| one.as_str().unwrap())
+                .collect();
+            assert!(names(&found).iter().any(|one| accepted.contains(one)), "{name}: {effect}");
+            assert!(accepted.contains(&found.candidates[0].name.as_str()) || put_in.len() > 1);
+        }
+    }
+}
+
+#[test]
+fn jitter_is_found_in_the_noise_with_its_size() {
+    let Some((found, truth)) = practice("timestamp_jitter") else { return };
+    assert_eq!(found.verdict, Verdict::Explained);
+    assert!(found.effects.is_empty());
+    let [jitter] = found.noise.as_slice() else { unreachable!("{:?}", found.noise) };
+    assert_eq!(jitter.name, "timestamp_jitter");
+    let said = &truth["effects"]["jitter"];
+    let due = said["amplitude"].as_f64().unwrap() * said["typical"].as_f64().unwrap();
+    assert!((jitter.value - due).abs() < 3.0 * jitter.sigma, "{} ± {}", jitter.value, jitter.sigma);
+}
+
+#[test]
+fn the_gap_closes_on_readings_that_were_not_fitted_to() {
+    let Some((found, _)) = practice("trunnion_tilt") else { return };
+    let gap = found.gap.unwrap();
+    assert_eq!(gap.folds, 40);
+    assert!(gap.closed.unwrap() > 0.99);
+    let [low, high] = gap.closed_interval.unwrap();
+    assert!(low > 0.9 && high <= 1.0);
+    // No less than within the fit: left out, a run does not pull parameters to make up for the
+    // effect.
+    assert!(gap.held_out_drop > gap.lambda.powi(2), "{gap:?}");
+    assert!(gap.held_out_drop < 1.2 * gap.lambda.powi(2), "{gap:?}");
+    for ((name, before), (_, after)) in gap.before.iter().zip(&gap.after) {
+        assert!(after <= before, "{name}");
+    }
+}
+
+/// A robot arm against a laser tracker whose stamps are arrivals of bursts.
+#[test]
+fn a_real_recording_gives_up_its_effects_one_after_the_other() {
+    let Some(folder) = common::shared("ur5_lasertracker/lan10") else { return };
+    let found = run(&folder, &[]);
+    assert_eq!(found.candidates[0].name, "arrival_stamps");
+    let adopted = names(&found);
+    assert_eq!(adopted.first(), Some(&"arrival_stamps"), "{adopted:?}");
+    assert!(adopted.contains(&"acceleration_lag"), "{adopted:?}");
+    // Which of the two is named is a matter of rounding.
+    let clocks = ["clock_drift", "sample_clock_rate"];
+    let is_clock = |name: &str| clocks.contains(&name);
+    let clock = found.effects.iter().find(|one| is_clock(&one.candidate.name)).unwrap();
+    assert!(clock.aliases.iter().any(|one| is_clock(one) && *one != clock.candidate.name));
+    let gap = found.gap.unwrap();
+    let worst = gap.after.iter().map(|(_, rms)| *rms).fold(0.0, f64::max);
+    assert!(worst < 0.25e-3, "{worst}");
+}
+
+#[test]
+fn clean_campaigns_are_adequate() {
+    for name in ["clean_full", "clean_two_setups", "angular_intersection"] {
+        let Some((found, _)) = practice(name) else { return };
+        assert_eq!(found.verdict, Verdict::Adequate, "{name}: {:?}", names(&found));
+        assert!(found.effects.is_empty() && found.locations.is_empty());
+    }
+}
+
+#[test]
+fn an_effect_too_small_for_its_campaign_is_not_declared() {
+    let Some((found, _)) = practice("one_direction") else { return };
+    assert_eq!(found.verdict, Verdict::Adequate);
+    assert_eq!(found.candidates[0].name, "collimation");
+    assert_eq!(found.suspected, ["collimation"]);
+    let absorbed = found.absorbed.iter().find(|one| one.name == "arm_windup").unwrap();
+    assert_eq!(absorbed.acts_as, "orientation");
+}
+
+#[test]
+fn what_no_library_holds_is_unknown_and_has_its_place() {
+    let Some((found, _)) = practice("outside_any_library") else { return };
+    assert_eq!(found.verdict, Verdict::Unknown);
+    assert_eq!(found.locations[0].place.covariate, "platform_angle");
+}
+
+#[test]
+fn an_effect_withheld_from_the_library_is_unknown() {
+    for name in ["trunnion_tilt", "tracking_reversal"] {
+        let Some(folder) = common::shared(&format!("practice/{name}")) else { return };
+        let found = run(&folder, &[name]);
+        assert_eq!(found.verdict, Verdict::Unknown, "{name}: {:?}", names(&found));
+    }
+}
+
+#[test]
+fn a_model_that_is_not_determined_is_not_diagnosed() {
+    let Some((found, _)) = practice("one_run_only") else { return };
+    assert_eq!(found.verdict, Verdict::Unobservable);
+    assert!(!found.nominal.unobservable.is_empty());
+}

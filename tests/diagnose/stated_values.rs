@@ -1,0 +1,176 @@
+//! What a campaign states of values with an uncertainty, against what the readings say.
+
+use std::fs;
+use std::path::Path;
+
+use homepoint::diagnose::verdict::answer::Verdict;
+use homepoint::engine::open::{Opened, Request, open};
+use homepoint::estimate::batch::{Options, Outcome};
+use homepoint::estimate::calibrate::{Calibration, calibrate};
+use homepoint::estimate::contradicted::contradicted;
+use homepoint::report::{diagnosis_text, text};
+
+use crate::drawn;
+
+/// The example with a line on a setup.
+fn with_setup(line: &str) -> (tempfile::TempDir, Opened) {
+    let own = tempfile::tempdir().unwrap();
+    for file in fs::read_dir(drawn::folder()).unwrap() {
+        let file = file.unwrap().path();
+        if file.is_file() {
+            fs::copy(&file, own.path().join(file.file_name().unwrap())).unwrap();
+        }
+    }
+    let path = own.path().join("campaign.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replacen("[inputs]", &format!("{line}\n[inputs]"), 1)).unwrap();
+    let opened = open(&Request::new([own.path()])).unwrap();
+    (own, opened)
+}
+
+fn fitted(opened: &Opened) -> Calibration {
+    calibrate(opened.problem.clone(), &Options::default()).unwrap()
+}
+
+/// The place of setup A with its standard uncertainties.
+fn place(found: &Calibration) -> ([f64; 3], [f64; 3]) {
+    let own = |axis: &str| {
+        let all = found.estimates();
+        let one = all
+            .into_iter()
+            .find(|one| one.name == format!("position.{axis}") && one.of.as_deref() == Some("A"));
+        let one = one.unwrap();
+        (one.value.unwrap(), one.sigma.unwrap())
+    };
+    let [x, y, z] = ["x", "y", "z"].map(own);
+    ([x.0, y.0, z.0], [x.1, y.1, z.1])
+}
+
+fn said(at: [f64; 3], sigma: &str) -> String {
+    let at = at.map(|value| format!("\"{value} m\"")).join(", ");
+    format!("[setups.A]\nposition = {{ value = [{at}]{sigma} }}\n")
+}
+
+const SIGMA: &str = ", sigma = [\"40 um\", \"40 um\", \"40 um\"]";
+
+/// The second way: the fit without the stated value, its difference over both uncertainties, and
+/// what the sum of squares loses.
+#[test]
+fn a_stated_value_is_judged_as_without_it() {
+    let opened = open(&Request::new([drawn::folder()])).unwrap();
+    let free = fitted(&opened);
+    let (at, known) = place(&free);
+    for by in [1e-3, 1.4e-4] {
+        let (_own, opened) = with_setup(&said([at[0] + by, at[1], at[2]], SIGMA));
+        let found = fitted(&opened);
+        assert!(found.is_sound());
+        let expected = by / f64::hypot(40e-6, known[0]);
+        let told = contradicted(&found);
+        assert_eq!(
+            !told.is_empty(),
+            expected > 5.0 * found.variance_factor().unwrap().max(1.0).sqrt()
+        );
+        let Some(one) = told.first() else { continue };
+        assert_eq!(
+            (told.len(), one.estimate.name.as_str(), one.estimate.of.as_deref()),
+            (1, "position.x", Some("A"))
+        );
+        // Beside the other two components, which are right.
+        assert!((one.deviations / expected - 1.0).abs() < 0.01, "{one:?} {expected}");
+        assert!((one.alone - at[0]).abs() < 2e-6, "{one:?} {at:?}");
+        assert!((one.gain / (found.fit.cost - free.fit.cost) - 1.0).abs() < 1e-3, "{one:?}");
+    }
+}
+
+#[test]
+fn a_wrong_stated_value_is_the_place_of_a_gap() {
+    let (at, _) = place(&fitted(&open(&Request::new([drawn::folder()])).unwrap()));
+    let (_own, opened) = with_setup(&said([at[0], at[1] - 2e-3, at[2]], SIGMA));
+    let found = drawn::run(opened.problem.clone(), &opened);
+    assert_eq!(found.verdict, Verdict::Unknown);
+    assert_eq!(found.locations[0].place.words, "a wrong stated value of `position` of `A`");
+    assert_eq!(found.contradicted[0].estimate.name, "position.y");
+    let (_own, opened) = with_setup(&said(at, SIGMA));
+    let found = drawn::run(opened.problem.clone(), &opened);
+    assert_eq!(found.verdict, Verdict::Adequate);
+    assert!(found.contradicted.is_empty());
+}
+
+/// The example with another line in the place of its radius.
+fn with_radius(line: &str) -> (tempfile::TempDir, Opened) {
+    let (own, _) = with_setup("");
+    let path = own.path().join("campaign.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let right = "radius = { value = \"1.15 m\", sigma = \"1 um\" }";
+    assert!(text.contains(right));
+    fs::write(&path, text.replacen(right, line, 1)).unwrap();
+    let opened = open(&Request::new([own.path()])).unwrap();
+    (own, opened)
+}
+
+/// What is no solution has no uncertainties.
+#[test]
+fn what_did_not_settle_is_shown_without_uncertainties() {
+    let (_own, opened) = with_radius("radius = { value = \"1.15 mm\", fixed = true }");
+    let result = fitted(&opened);
+    assert_eq!(result.fit.outcome, Outcome::IterationLimit);
+    let told = text::calibration("", &result);
+    assert!(told.contains("where it stopped") && !told.contains("u (k=1)"), "{told}");
+    let settled = text::calibration("", &fitted(&with_setup("").1));
+    assert!(!settled.contains("where it stopped") && settled.contains("u (k=1)"), "{settled}");
+}
+
+/// A length in the wrong unit, or a place with its sign wrong, bends everything: it alone is told,
+/// however sure the campaign is of it, and no reading is blamed.
+#[test]
+fn a_value_that_is_wrong_altogether_is_told_alone() {
+    for line in [
+        "radius = { value = \"1.15 mm\", sigma = \"1 um\" }",
+        "radius = { value = \"1.15 mm\", fixed = true }",
+        "radius = { value = \"115 m\", sigma = \"1 um\" }",
+    ] {
+        let (_own, opened) = with_radius(line);
+        let found = drawn::run(opened.problem.clone(), &opened);
+        assert_eq!(found.verdict, Verdict::Unknown, "{line}");
+        let [one] = &found.contradicted[..] else { panic!("{line}: {:?}", found.contradicted) };
+        assert_eq!((&*one.parameter, one.estimate.of.as_deref()), ("radius", None), "{line}");
+        assert!((one.alone - 1.15).abs() < 5e-6, "{line}: {}", one.alone);
+        assert_eq!(found.locations[0].place.words, "a wrong stated value of `radius`", "{line}");
+        let text = diagnosis_text::text("", &found, None);
+        assert!(
+            text.contains("nothing else can be judged") && !text.contains("left out"),
+            "{text}"
+        );
+    }
+    let (at, _) = place(&fitted(&with_setup("").1));
+    let (_own, opened) = with_setup(&said([-at[0], at[1], at[2]], SIGMA));
+    let found = drawn::run(opened.problem.clone(), &opened);
+    let [one] = &found.contradicted[..] else { panic!("{:?}", found.contradicted) };
+    assert_eq!((&*one.estimate.name, one.estimate.of.as_deref()), ("position.x", Some("A")));
+    assert!((one.alone - at[0]).abs() < 2e-5, "{} {}", one.alone, at[0]);
+}
+
+/// Where a half of a transformation is stated, the other half starts where it fits to that.
+#[test]
+fn a_stated_half_of_a_transformation_leaves_the_other_its_start() {
+    let opened = open(&Request::new([Path::new(&drawn::folder())])).unwrap();
+    let free = fitted(&opened);
+    let index = |name: &str| {
+        let mut all = free.problem.layout.instances.iter();
+        all.position(|one| one.name == name && one.of.as_deref() == Some("A")).unwrap()
+    };
+    for name in ["position", "orientation"] {
+        let at = free.fit.point.components(&free.problem.layout, index(name));
+        let unit = if name == "position" { "m" } else { "rad" };
+        let at: Vec<String> = at.iter().map(|value| format!("\"{value} {unit}\"")).collect();
+        for how in ["value", "start"] {
+            let line = format!("[setups.A]\n{name} = {{ {how} = [{}] }}\n", at.join(", "));
+            let (_own, opened) = with_setup(&line);
+            let found = fitted(&opened);
+            assert!((found.fit.cost / free.fit.cost - 1.0).abs() < 1e-6, "{line}");
+            let (own, _) = place(&found);
+            let off = own.iter().zip(place(&free).0).map(|(a, b)| (a - b).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-7, "{line}: {own:?}");
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! Estimates: Newton and batch, their uncertainties and budgets, on named problems, simulations and
+//! recordings.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a failed test should stop")]
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../problems/mod.rs"]
+mod problems;
+#[path = "../problems/seed.rs"]
+mod seed;
+
+mod align;
+mod answers;
+mod arrow;
+mod batch;
+mod certificates;
+mod coverage;
+mod delay_budget;
+mod deviations;
+mod nist;
+mod observability;
+mod practice;
+mod real_recordings;
+mod seed_uncertainty;
+mod setups;
+mod time_referencing;
+mod traceability;
+mod two_routes;

@@ -1,0 +1,11 @@
+//! What users see: the program in a terminal, the shipped examples, the keys of JSON, whole answers.
+#![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+#[path = "../problems/drawn.rs"]
+mod drawn;
+
+mod examples;
+mod examples_again;
+mod json_keys;
+mod sessions;
+mod spilled_campaigns;

@@ -1,0 +1,12 @@
+//! What users write: models, effects, the library, campaigns and their recordings.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a failed test should stop")]
+
+mod campaign;
+mod every_effect;
+mod faults;
+mod larger_than_memory;
+mod models;
+mod parquet;
+mod recorded;
+mod spline;
+mod timing_faults;

@@ -1,0 +1,111 @@
+//! Units: values, dimensions, places of faults.
+
+use homepoint::units::{Dimension, Exponent, Unit, parse_quantity};
+use proptest::prelude::*;
+
+#[test]
+fn known_units_have_their_si_value() {
+    let degree = std::f64::consts::PI / 180.0;
+    for (text, value, dimension) in [
+        ("m", 1.0, Dimension::LENGTH),
+        ("um", 1e-6, Dimension::LENGTH),
+        ("gon", std::f64::consts::PI / 200.0, Dimension::NONE),
+        ("arcsec", degree / 3600.0, Dimension::NONE),
+        ("rad/s", 1.0, Dimension::NONE / Dimension::TIME),
+        ("m/(rad/s^2)", 1.0, Dimension::LENGTH * Dimension::TIME * Dimension::TIME),
+        ("um/h", 1e-6 / 3600.0, Dimension::LENGTH / Dimension::TIME),
+        ("deg / s^2", degree, Dimension::NONE / Dimension::TIME / Dimension::TIME),
+        ("1/s", 1.0, Dimension::NONE / Dimension::TIME),
+        ("ppm", 1e-6, Dimension::NONE),
+    ] {
+        let unit = Unit::parse(text).unwrap();
+        assert!((unit.factor / value - 1.0).abs() < 1e-15, "{text}: {}", unit.factor);
+        assert_eq!(unit.dimension, dimension, "{text}");
+    }
+    let walk = Unit::parse("um/min^0.5").unwrap();
+    assert!((walk.factor / (1e-6 / 60_f64.sqrt()) - 1.0).abs() < 1e-15);
+    assert_eq!(
+        walk.dimension,
+        Dimension::LENGTH / Dimension::TIME.pow(Exponent::new(1, 2).unwrap())
+    );
+}
+
+#[test]
+fn degrees_celsius_stand_alone_with_their_offset() {
+    let (value, unit) = parse_quantity("20.1 degC").unwrap();
+    assert!((value - 293.25).abs() < 1e-12);
+    assert!((unit.from_si(value) - 20.1).abs() < 1e-12);
+    let error = Unit::parse("um/degC").unwrap_err();
+    assert_eq!((error.start, error.end), (3, 7));
+    assert!(error.help.unwrap().contains("write K"));
+}
+
+#[test]
+fn faults_point_at_the_part_meant() {
+    let error = parse_quantity("1.5 arcsex").unwrap_err();
+    assert_eq!((error.start, error.end), (4, 10));
+    assert_eq!(error.help.as_deref(), Some("did you mean `arcsec`?"));
+    assert!(parse_quantity("fast").is_err());
+    assert!(parse_quantity("1e999 m").is_err());
+    assert!(parse_quantity("").is_err());
+    assert!(Unit::parse(&"(".repeat(100_000)).is_err());
+    assert!(Unit::parse("m^1e9").is_err());
+    assert!(Unit::parse("m m").is_err());
+}
+
+#[test]
+fn a_dimension_reads_as_its_si_unit() {
+    for text in ["1", "m", "m/s^2", "1/s", "m/s^0.5", "kg/(m*s^2)"] {
+        let text = text.to_owned();
+        let shown = Unit::parse(&text.replace("kg/(m*s^2)", "hPa")).unwrap().dimension.to_string();
+        assert_eq!(shown.replace("kg/(m*s^2)", "x"), text.replace("kg/(m*s^2)", "x"));
+    }
+}
+
+proptest! {
+    #[test]
+    fn any_text_is_read_or_refused(text in "\\PC*") {
+        let _ = Unit::parse(&text);
+        if let Err(error) = parse_quantity(&text) {
+            prop_assert!(error.start <= error.end && error.end <= text.len());
+        }
+    }
+
+    #[test]
+    fn a_value_returns_from_si(value in -1e6..1e6_f64) {
+        for text in ["gon", "degC", "um/min^0.5", "hPa"] {
+            let unit = Unit::parse(text).unwrap();
+            prop_assert!((unit.from_si(unit.to_si(value)) - value).abs() <= 1e-9 * value.abs().max(1.0));
+        }
+    }
+}
+
+#[test]
+fn si_values_keep_a_symbol_that_says_what_they_are() {
+    let symbols = [
+        ("rad", "rad"),
+        ("arcsec", "rad"),
+        ("um", "m"),
+        ("m/(rad/s)^2", "m/(rad/s)^2"),
+        ("ppm", "1"),
+        ("um/h", "m/s"),
+        ("urad/m", "1/m"),
+        ("degC", "K"),
+    ];
+    for (text, symbol) in symbols {
+        assert_eq!(Unit::parse(text).unwrap().si_symbol(), symbol, "{text}");
+    }
+}
+
+#[test]
+fn an_angle_takes_no_plain_number() {
+    let unit = |symbol: &str| Unit::parse(symbol).unwrap();
+    for angle in ["rad", "mrad", "urad", "µrad", "deg", "arcmin", "arcsec", "gon", "mgon"] {
+        assert!(unit(angle).is_angle() && !unit(angle).accepts(&Unit::one()), "{angle}");
+        assert!(unit(angle).accepts(&unit("gon")) && !unit(angle).accepts(&unit("m")), "{angle}");
+    }
+    for plain in ["1", "ppm"] {
+        assert!(!unit(plain).is_angle() && unit(plain).accepts(&Unit::one()), "{plain}");
+    }
+    assert!(unit("mm").accepts(&unit("m")) && !unit("mm").accepts(&Unit::one()));
+}
