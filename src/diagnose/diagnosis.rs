@@ -179,6 +179,14 @@ impl Diagnosis {
             self.members = members(stage, &self.effects, options)?;
             self.tell_absorbed_aliases(search, stage, options)?;
             self.contradicted = beside_readings(stage, &self.nominal)?;
+            if self.is_of_stated_values() {
+                // The effects take up what the stated value does, and nothing is left of it.
+                let beside = std::mem::take(&mut self.contradicted);
+                let is_new = |one: &Contradicted| !beside.iter().any(|own| own.is_same(one));
+                let hidden = contradicted(&self.nominal).into_iter().filter(is_new);
+                self.contradicted = hidden.collect();
+                self.contradicted.extend(beside);
+            }
             if self.verdict == Verdict::Adequate && !self.contradicted.is_empty() {
                 self.verdict = Verdict::Unknown;
                 self.why = Some((Why::NoneFits, Vec::new()));
@@ -186,6 +194,11 @@ impl Diagnosis {
             self.listen(stage);
         }
         Ok(())
+    }
+
+    /// Whether the evidence of a named effect lies in stated values, which may be wrong instead.
+    pub fn is_of_stated_values(&self) -> bool {
+        self.effects.iter().any(|one| one.evidence() == "prior")
     }
 
     /// Adds absorbed effects that do by their squares what a named effect of one value does to its

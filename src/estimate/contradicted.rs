@@ -36,6 +36,13 @@ pub struct Contradicted {
     pub gain: f64,
 }
 
+impl Contradicted {
+    /// Whether it is of the same stated value.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        self.parameter == other.parameter && self.estimate.of == other.estimate.of
+    }
+}
+
 /// The stated values that the readings contradict, farthest first; none of a fit that is not sound.
 /// Where residuals are larger than stated the bar is higher by as much.
 pub fn contradicted(result: &Calibration) -> Vec<Contradicted> {

@@ -48,7 +48,12 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
                 .to_owned()
         }
         Verdict::Explained => format!(
-            "The gap between model and readings is explained by {names}; what is left looks like noise{}.",
+            "The gap between model and readings is explained by {names}{}; what is left looks like noise{}.",
+            if diagnosis.is_of_stated_values() {
+                ", or by a stated value that is wrong"
+            } else {
+                ""
+            },
             if last_noise(diagnosis).is_some_and(|noise| noise.memory > 0.0) {
                 " with a memory"
             } else {

@@ -96,6 +96,24 @@ fn a_wrong_stated_value_is_the_place_of_a_gap() {
     assert!(found.contradicted.is_empty());
 }
 
+/// A delay that is stated wrong is as an effect that delays: both are told.
+#[test]
+fn a_wrong_stated_value_that_an_effect_takes_up_is_told_with_it() {
+    let (_own, opened) = with_radius(
+        "radius = { value = \"1.15 m\", sigma = \"1 um\" }\n\"horizontal.delay\" = { value = \"0 us\", sigma = \"1 us\" }",
+    );
+    let nominal = fitted(&opened);
+    let found = drawn::run(opened.problem.clone(), &opened);
+    assert_eq!(found.verdict, Verdict::Explained);
+    assert_eq!(found.effects[0].evidence(), "prior");
+    let [one] = &found.contradicted[..] else { panic!("{:?}", found.contradicted) };
+    assert_eq!(&*one.parameter, "horizontal.delay");
+    assert_eq!(one.alone, contradicted(&nominal)[0].alone);
+    let text = diagnosis_text::text("", &found, None);
+    assert!(text.contains("or by a stated value that is wrong"), "{text}");
+    assert!(text.contains("`horizontal.delay` is stated as 0.0 ± 1.0 µs"), "{text}");
+}
+
 /// The example with another line in the place of its radius.
 fn with_radius(line: &str) -> (tempfile::TempDir, Opened) {
     let (own, _) = with_setup("");
