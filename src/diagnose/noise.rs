@@ -2,6 +2,7 @@
 //!
 //! | file | answers |
 //! |---|---|
+//! | [`given`] | what campaigns give before their noise is judged |
 //! | [`whiten`] | a fitted model whose noise is what its weights say |
 //! | [`jitter`], `variances` | random quantities that the readings of a sample share |
 //! | `square` | times that are off by so much that their square shows |
@@ -15,6 +16,7 @@
 
 pub mod apart;
 pub(super) mod excess;
+pub mod given;
 pub mod jitter;
 mod levels;
 pub mod memory;

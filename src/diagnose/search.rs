@@ -31,7 +31,8 @@ use super::evidence::thresholds::level;
 use super::fitted::Fitted;
 use super::found::{LeftOut, Lost, Noise};
 use super::library::wanted::Wanted;
-use super::noise::whiten::{Given, prepare};
+use super::noise::given::Given;
+use super::noise::whiten::prepare;
 use super::stage::Stage;
 
 /// Effects that are adopted at most.

@@ -9,10 +9,8 @@ use crate::diagnose::stage::Stage;
 use crate::engine::Part;
 use crate::engine::stretches::Left;
 
-use super::whiten::Given;
+use super::given::Given;
 
-/// Readings of a run from which on its scatter is looked at.
-pub(super) const LEAST_READINGS: usize = 20;
 /// Standard uncertainties by which a level that is not as stated may differ from the scatter.
 const FOLLOWS: f64 = 2.0;
 

@@ -4,8 +4,7 @@
 //! is found joins the covariance as a Gauss-Markov process ([`GaussMarkov`]) of largest likelihood,
 //! one for each component of each measurand, and is judged again beside all else: residuals are
 //! then white, and every test is what it would be with white noise. Only what such a process cannot
-//! follow is left to the stretches over which scores are summed. Whether a random walk of the whole
-//! station is the better reason, likelihoods decide.
+//! follow is left to the stretches over which scores are summed.
 //!
 //! | file | answers |
 //! |---|---|
@@ -14,7 +13,7 @@
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::score::of_gain;
-use crate::diagnose::evidence::thresholds::{FURTHER, LEAST_RUNS, level};
+use crate::diagnose::evidence::thresholds::{FURTHER, level};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{Apart, Noise, NoiseEffect};
 use crate::diagnose::library::candidate::Candidate;
@@ -25,7 +24,6 @@ use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use crate::model::Process;
 
 use super::apart::few;
-use super::wander::{Found, walk};
 
 mod correlated;
 mod likeliest;
@@ -34,32 +32,6 @@ pub(super) use correlated::memory;
 pub(in crate::diagnose) use correlated::remembered;
 pub(in crate::diagnose) use likeliest::likelihood_of_memory;
 use likeliest::{likeliest, likelihood};
-
-/// A random walk that shows, unless one is in the model already, the runs are too few to tell one
-/// from structure, or a memory of each measurand by itself is the likelier reason. Its rivals are
-/// noted.
-pub(super) fn found_walk(stage: &Stage, noise: &mut Noise) -> Option<Found> {
-    if noise.wanders(&stage.noise) || !may_wander(stage) {
-        return None;
-    }
-    let rows: usize = stage.fitted.problem.parts.iter().map(|part| part.residual_count()).sum();
-    let (found, rivals) = walk(stage, level(rows + stage.noise.len()));
-    noise.rivals = rivals;
-    let found = found?;
-    let alone = likelihood_of_memory(&left_white(stage, &stage.evidence.together(&[])));
-    if found.likelihood <= alone {
-        noise.rivals.clear();
-        return None;
-    }
-    Some(found)
-}
-
-/// Whether a random walk could be told from structure: there is one in the library, and runs
-/// enough.
-pub(super) fn may_wander(stage: &Stage) -> bool {
-    let runs: usize = stage.fitted.problem.parts.iter().map(|part| part.runs.len()).sum();
-    runs >= LEAST_RUNS && stage.noise.iter().any(Candidate::is_walk)
-}
 
 /// The residuals that an entry leaves, as if their noise had no memory.
 pub(super) fn left_white(stage: &Stage, entry: &Entry) -> Vec<Sequence> {

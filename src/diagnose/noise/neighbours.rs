@@ -6,7 +6,8 @@ use std::f64::consts::SQRT_2;
 use crate::diagnose::sequences::{NORMAL, median, seen_from};
 use crate::engine::{Point, Problem};
 
-use super::levels::LEAST_READINGS;
+/// Readings of a run from which on its scatter is looked at.
+pub(super) const LEAST_READINGS: usize = 20;
 
 /// Neighbours that differ so many times as much as is stated say that this is wrong.
 const FAR: f64 = 10.0;

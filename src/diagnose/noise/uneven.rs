@@ -14,7 +14,7 @@ use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, Sequence, median, sequence
 use crate::diagnose::stage::Stage;
 use crate::engine::stretches::Left;
 
-use super::levels::LEAST_READINGS;
+use super::neighbours::LEAST_READINGS;
 
 /// A run that scatters less than so many times as much as most is like them.
 const UNEVEN: f64 = 1.25;

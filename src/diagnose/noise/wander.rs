@@ -19,7 +19,8 @@
 //! is taken off first as long as it and what it leaves of the walk are clearly likelier than the
 //! walk alone. Of the walk and an effect that does for all of it the likelier one is taken; if not
 //! clearly so, they are [`Rival`]s. What is accepted joins the model as those columns with a prior
-//! each, so that everything that comes later is judged against it.
+//! each, so that everything that comes later is judged against it. Whether a memory of each
+//! measurand by itself is the better reason, likelihoods decide.
 
 use std::ops::RangeInclusive;
 
@@ -30,13 +31,14 @@ use displaced::Suspect;
 use wandering::{Likeliest, Wandering};
 
 use crate::diagnose::evidence::Entry;
-use crate::diagnose::found::{Displaced, NoiseEffect, Rival};
+use crate::diagnose::evidence::thresholds::{LEAST_RUNS, level};
+use crate::diagnose::found::{Displaced, Noise, NoiseEffect, Rival};
 use crate::diagnose::library::candidate::{Candidate, fitting};
 use crate::diagnose::library::place::Place;
 use crate::diagnose::sequences::sequences;
 use crate::diagnose::stage::Stage;
 
-use super::memory::likelihood_of_memory;
+use super::memory::{left_white, likelihood_of_memory};
 
 mod beside;
 mod columns;
@@ -61,9 +63,35 @@ pub(super) struct Found {
     pub(super) displaced: Option<Displaced>,
 }
 
+/// A random walk that shows, unless one is in the model already, the runs are too few to tell one
+/// from structure, or a memory of each measurand by itself is the likelier reason. Its rivals are
+/// noted.
+pub(super) fn found_walk(stage: &Stage, noise: &mut Noise) -> Option<Found> {
+    if noise.wanders(&stage.noise) || !may_wander(stage) {
+        return None;
+    }
+    let rows: usize = stage.fitted.problem.parts.iter().map(|part| part.residual_count()).sum();
+    let (found, rivals) = walk(stage, level(rows + stage.noise.len()));
+    noise.rivals = rivals;
+    let found = found?;
+    let alone = likelihood_of_memory(&left_white(stage, &stage.evidence.together(&[])));
+    if found.likelihood <= alone {
+        noise.rivals.clear();
+        return None;
+    }
+    Some(found)
+}
+
+/// Whether a random walk could be told from structure: there is one in the library, and runs
+/// enough.
+pub(super) fn may_wander(stage: &Stage) -> bool {
+    let runs: usize = stage.fitted.problem.parts.iter().map(|part| part.runs.len()).sum();
+    runs >= LEAST_RUNS && stage.noise.iter().any(Candidate::is_walk)
+}
+
 /// The walk of the library that shows, if one does, and effects from which one cannot be told.
 /// `level` is the logarithm of its share of the false alarms.
-pub(super) fn walk(stage: &Stage, level: f64) -> (Option<Found>, Vec<Rival>) {
+fn walk(stage: &Stage, level: f64) -> (Option<Found>, Vec<Rival>) {
     let mut rivals = Vec::new();
     let walks = stage.noise.iter().filter(|one| one.is_walk());
     let found = walks.filter_map(|one| tested(stage, one, level, &mut rivals));

@@ -21,11 +21,10 @@
 //! enters the covariance. A memory that no Gauss-Markov process follows widens the stretches over
 //! which scores are summed.
 
-use crate::campaign::Run;
 use crate::diagnose::evidence::score::{LEAST_STRETCHES, STRETCHES};
 use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::fitted::{Fitted, rebuilt};
-use crate::diagnose::found::{LeftOut, Lost, Noise, NoiseEffect};
+use crate::diagnose::found::{Lost, Noise, NoiseEffect};
 use crate::diagnose::gross::wild::{PEELS, name_wild, without_gross, without_wild};
 use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::sequences::sequences;
@@ -33,76 +32,18 @@ use crate::diagnose::stage::{Kept, Stage};
 use crate::engine::Problem;
 use crate::engine::stretches::Left;
 use crate::estimate::batch::{FitError, Options};
-use crate::system::Selected;
 use crate::units::Unit;
 
 use super::excess::name_levels;
+use super::given::Given;
 use super::jitter::jitter;
 use super::levels::levels;
-use super::memory::{
-    found_walk, left_white, may_wander, memory, name_memory, remember, white_parts,
-};
+use super::memory::{left_white, memory, name_memory, remember, white_parts};
 use super::neighbours::follow_neighbours;
 use super::square::square;
 use super::uneven::uneven;
 use super::variances::judged_again;
-use super::wander::Found;
-
-/// What the campaigns give.
-#[derive(Clone, Debug)]
-pub struct Given {
-    /// Their runs with every reading.
-    pub whole: Vec<Vec<Run>>,
-    /// The uncertainties that they state.
-    pub stated: Vec<Vec<f64>>,
-    /// Stretches of lost samples, left out already.
-    pub lost: Vec<Lost>,
-    /// What is gross, left out already.
-    pub gross: LeftOut,
-}
-
-impl Given {
-    /// What a problem's campaigns give.
-    pub fn of(problem: &Problem) -> Self {
-        Self {
-            whole: problem.parts.iter().map(|part| part.runs.clone()).collect(),
-            stated: problem.parts.iter().map(|part| part.sigma.clone()).collect(),
-            lost: Vec::new(),
-            gross: LeftOut::default(),
-        }
-    }
-
-    /// Noise of which nothing is known but what was left out already.
-    fn noise(&self) -> Noise {
-        Noise { left_out: self.gross.clone(), ..Noise::default() }
-    }
-
-    /// What is given, with one more selected effect in the place of the noise that was found
-    /// without it.
-    fn anew(
-        &self,
-        stage: &Stage,
-        noise: &Noise,
-        selected: &Selected,
-        options: &Options,
-    ) -> Result<Option<Fitted>, FitError> {
-        let mut fitted = stage.fitted.clone();
-        self.put_into(&mut fitted.problem);
-        fitted.without(&noise.selected(), options)?.with(selected, &[], options)
-    }
-
-    /// Puts the runs with every reading and the stated uncertainties back.
-    pub(in crate::diagnose) fn put_into(&self, problem: &mut Problem) {
-        for (part, (runs, stated)) in
-            problem.parts.iter_mut().zip(self.whole.iter().zip(&self.stated))
-        {
-            part.runs.clone_from(runs);
-            part.sigma.clone_from(stated);
-            part.gauss_markov.fill(None);
-            part.run_levels.clear();
-        }
-    }
-}
+use super::wander::{Found, found_walk, may_wander};
 
 /// Rounds of judging the noise and fitting again, and of leaving wild readings out.
 const ROUNDS: usize = 8;
