@@ -179,7 +179,7 @@ impl Diagnosis {
             self.members = members(stage, &self.effects, options)?;
             self.tell_absorbed_aliases(search, stage, options)?;
             self.contradicted = beside_readings(stage, &self.nominal)?;
-            if self.is_of_stated_values() {
+            if self.rests_on_stated_values() {
                 // The effects take up what the stated value does, and nothing is left of it.
                 let beside = std::mem::take(&mut self.contradicted);
                 let is_new = |one: &Contradicted| !beside.iter().any(|own| own.is_same(one));
@@ -197,7 +197,7 @@ impl Diagnosis {
     }
 
     /// Whether the evidence of a named effect lies in stated values, which may be wrong instead.
-    pub fn is_of_stated_values(&self) -> bool {
+    pub fn rests_on_stated_values(&self) -> bool {
         self.effects.iter().any(|one| one.evidence() == "prior")
     }
 
@@ -302,7 +302,7 @@ impl Diagnosis {
         if let Some(found) = &self.by_sense {
             self.locations = led_by(stage, found, std::mem::take(&mut self.locations));
         }
-        if self.verdict == Verdict::Unknown {
+        if self.verdict == Verdict::Unknown || self.rests_on_stated_values() {
             let stated = of_stated(stage, &self.contradicted);
             self.locations = beside(stated, std::mem::take(&mut self.locations));
         }

@@ -1,6 +1,7 @@
 //! A stage of the search: the campaigns with the effects adopted so far, fitted, and the evidence
 //! of everything that is not in the model yet.
 
+use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::DVector;
@@ -271,6 +272,27 @@ impl Stage {
     /// The entry of a candidate.
     pub fn entry(&self, candidate: usize) -> &Entry {
         &self.evidence.entries[candidate]
+    }
+
+    /// Part of a candidate's gain that lies in values that are stated.
+    pub fn prior_share(&self, candidate: usize) -> f64 {
+        let noise: Vec<String> = self
+            .noise_found
+            .selected()
+            .into_iter()
+            .map(|one| format!("{}.", one.effect.name))
+            .collect();
+        let layout = &self.fitted.problem.layout;
+        let is_noise = |index: &usize| {
+            noise.iter().any(|prefix| layout.instances[*index].name.starts_with(prefix.as_str()))
+        };
+        let columns: HashSet<usize> = (0..layout.instances.len())
+            .filter(is_noise)
+            .flat_map(|index| (0..layout.instances[index].dimension()).map(move |k| (index, k)))
+            .flat_map(|(index, k)| layout.columns_of(index, k))
+            .map(|(column, _)| column)
+            .collect();
+        self.evidence.prior_share(self.entry(candidate), |column| columns.contains(&column))
     }
 
     /// The values of a candidate's parameters that the linearised problem finds best.

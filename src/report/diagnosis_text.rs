@@ -35,8 +35,11 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
         text.push_str(&format!("Suspected, but not declared (lambda below {LEAST_LAMBDA:.0}, evidence that is too uneven along the runs, or no fit beside what was found): `{names}`.\n"));
     }
     text.push_str(&noise(diagnosis));
-    text.push_str(&effects(diagnosis));
-    text.push_str(&stated(&diagnosis.contradicted));
+    // A value that may be wrong comes before the effect that would be there if it were right.
+    let (values, effects) = (stated(&diagnosis.contradicted), effects(diagnosis));
+    let is_first = diagnosis.rests_on_stated_values();
+    let told = if is_first { [values, effects] } else { [effects, values] };
+    text.push_str(&told.concat());
     let last = diagnosis.search.as_ref().and_then(|search| search.stages.last());
     let is_more = last.is_some_and(|last| !last.blocks_found().is_empty());
     if diagnosis.verdict == Verdict::Unknown && is_more && !diagnosis.contradicted.is_empty() {
@@ -134,7 +137,11 @@ fn effects(diagnosis: &Diagnosis) -> String {
         let is_last =
             diagnosis.effects.last().is_some_and(|last| last.candidate.name == candidate.name);
         if is_last && diagnosis.verdict == Verdict::Explained {
-            text.push_str(&format!("  Probability that {which} is the cause: {probability}.\n"));
+            let unless =
+                if one.evidence() == "prior" { ", if what is stated is right" } else { "" };
+            text.push_str(&format!(
+                "  Probability that {which} is the cause{unless}: {probability}.\n"
+            ));
             if one.probability < 0.5 {
                 text.push_str(
                     "  The rest is that of other effects, of chance and of what nobody wrote down.\n",
@@ -146,7 +153,7 @@ fn effects(diagnosis: &Diagnosis) -> String {
             ));
         }
         if one.evidence() == "prior" {
-            text.push_str("  Its evidence lies in stated values that the readings contradict.\n");
+            text.push_str("  Its evidence lies in stated values that the readings contradict: state them right, or not at all, before it is put into the model.\n");
         }
     }
     text
@@ -337,7 +344,7 @@ fn causes(diagnosis: &Diagnosis) -> String {
     let times = |(name, times)| format!(" (`{name}` {times} times as probable as another)");
     let unequal: String = prior.unequal().map(times).collect();
     format!(
-        "Nothing has {}, something that nobody wrote down {}.\n\
+        "That nothing is there has {}, that something is there that nobody wrote down {}.\n\
          Before the readings: nothing {}, an effect of the library {}{unequal}, something that nobody wrote down {} (`--prior` states others).\n",
         percent(nothing),
         percent(unknown),

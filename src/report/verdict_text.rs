@@ -49,7 +49,7 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
         }
         Verdict::Explained => format!(
             "The gap between model and readings is explained by {names}{}; what is left looks like noise{}.",
-            if diagnosis.is_of_stated_values() {
+            if diagnosis.rests_on_stated_values() {
                 ", or by a stated value that is wrong"
             } else {
                 ""

@@ -6,7 +6,7 @@ use homepoint::diagnose::fitted::rebuilt;
 use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::power::power;
 use homepoint::diagnose::verdict::answer::Verdict;
-use homepoint::diagnose::{Diagnosis, judge};
+use homepoint::diagnose::{Diagnosis, diagnose, judge};
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::simulate::simulate;
@@ -139,6 +139,37 @@ fn runs_that_spoil_the_fit_are_told_and_no_others() {
         }
         let levels = &found.search.as_ref().unwrap().stages[0].noise_found.levels;
         assert!(levels.is_empty(), "{levels:?}");
+    }
+}
+
+/// Rates that rise from run to run: an effect of the rate is then as displacements before the fast
+/// runs, but says the same with one value. Without it in the library they are what is seen.
+#[test]
+fn an_effect_of_the_rate_is_not_taken_for_displacements() {
+    let own = tempfile::tempdir().unwrap();
+    let text = "name = \"spin_lift\"\ntitle = \"Bearing lifts\"\nacts = \"arm\"\n\
+        [parameters]\n\
+        lift = { unit = \"m/(rad/s)^2\", typical = \"1 um/(rad/s)^2\", scope = \"rig\" }\n\
+        [patch]\ntarget = 'target + [0, 0, lift * rate(arm_angle)^2]'\n";
+    std::fs::write(own.path().join("spin_lift.toml"), text).unwrap();
+    let known = Request { effects: vec![own.path().to_owned()], ..Request::new([folder()]) };
+    let recipes = open(&known).unwrap().recipes;
+    let truth = Request { with: vec!["spin_lift".to_owned()], ..known };
+    for (seed, lift) in [(1, 1e-6), (2, 1e-6), (3, 5e-6)] {
+        let (_, problem) = drawn_at(&truth, seed, &|_| Some(lift));
+        let of = |without: &[String]| {
+            let wanted = Wanted::new(&[], without);
+            diagnose(problem.clone(), recipes.clone(), &wanted, &Options::default()).unwrap()
+        };
+        let found = of(&[]);
+        assert_eq!(found.verdict, Verdict::Explained, "{seed}: {:?}", found.why);
+        let names: Vec<&str> = found.effects.iter().map(|one| &*one.candidate.name).collect();
+        assert_eq!(names, ["spin_lift"], "{seed}");
+        // The radius is stated, and right: how a walk goes is no stated value.
+        assert_eq!(found.effects[0].evidence(), "data", "{seed}");
+        assert!(found.contradicted.is_empty() && found.gap.unwrap().closed.is_some(), "{seed}");
+        let without = of(&["spin_lift".to_owned()]);
+        assert_eq!(without.verdict, Verdict::Unknown, "{seed}");
     }
 }
 

@@ -111,7 +111,10 @@ fn a_wrong_stated_value_that_an_effect_takes_up_is_told_with_it() {
     assert_eq!(one.alone, contradicted(&nominal)[0].alone);
     let text = diagnosis_text::text("", &found, None);
     assert!(text.contains("or by a stated value that is wrong"), "{text}");
-    assert!(text.contains("`horizontal.delay` is stated as 0.0 ± 1.0 µs"), "{text}");
+    let at = |words: &str| text.find(words).unwrap_or_else(|| panic!("{words}: {text}"));
+    assert!(at("`horizontal.delay` is stated as 0.0 ± 1.0 µs") < at("if what is stated is right"));
+    let mut places = found.locations.iter().map(|one| &*one.place.words);
+    assert!(places.any(|words| words == "a wrong stated value of `horizontal.delay`"));
 }
 
 /// The example with another line in the place of its radius.

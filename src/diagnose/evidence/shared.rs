@@ -3,6 +3,8 @@
 
 use nalgebra::DMatrix;
 
+use crate::engine::gram::PriorRow;
+
 use super::basis::beyond;
 use super::columns::Column;
 use super::{Entry, Evidence, Projected};
@@ -36,15 +38,18 @@ impl Evidence {
     }
 
     /// Part of an entry's gain that lies in prior rows: what its best values take off their
-    /// squares.
-    pub fn prior_share(&self, entry: &Entry) -> f64 {
+    /// squares. Rows of columns that are noise are none: they say how a walk goes, nothing that is
+    /// stated.
+    pub fn prior_share(&self, entry: &Entry, is_noise: impl Fn(usize) -> bool) -> f64 {
         let own = entry.gain();
         if own <= 0.0 || self.nominal.priors.is_empty() {
             return 0.0;
         }
         let step = self.nominal_step(entry);
         let mut gain = 0.0;
-        for row in &self.nominal.priors {
+        let stated =
+            |row: &&PriorRow| !row.coefficients.iter().any(|(column, _)| is_noise(*column));
+        for row in self.nominal.priors.iter().filter(stated) {
             let moved: f64 = row.coefficients.iter().map(|(column, by)| by * step[*column]).sum();
             gain += row.residual.powi(2) - (row.residual - moved).powi(2);
         }

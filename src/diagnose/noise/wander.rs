@@ -24,7 +24,7 @@
 
 use std::ops::RangeInclusive;
 
-use beside::{Close, Structure, beside_structure};
+use beside::{Close, Structure, beside_structure, of_an_effect};
 use columns::select;
 use course::{Course, Times};
 use displaced::Suspect;
@@ -130,9 +130,12 @@ fn tested(
     // Structure over time follows displacements, too, but not as well.
     let mut found = wandering.beyond(&wandering.evidence.together(&[]))?;
     let (mut jumps, mut known) = (displaced(&[], found.likelihood), 0);
+    let all: Vec<Structure> =
+        structures.iter().map(|number| Structure::of(stage, *number)).collect();
+    // One effect that does for all of them needs no displacements.
+    let by_effect = of_an_effect(&wandering, &all);
+    jumps = jumps.filter(|one| by_effect.is_none_or(|effect| effect <= one.likelihood));
     if jumps.is_none() {
-        let all: Vec<Structure> =
-            structures.iter().map(|number| Structure::of(stage, *number)).collect();
         let (left, close) = beside_structure(&wandering, found, &all);
         rivals.extend(close.map(|Close { structure, score, likelier }| Rival {
             walk: candidate.name.clone(),

@@ -100,7 +100,7 @@ pub(super) fn adopted(
     let adopted = Adopted {
         candidate: candidate.clone(),
         score,
-        prior_share: stage.evidence.prior_share(stage.entry(number)),
+        prior_share: stage.prior_share(number),
         gain,
         aliases: aliases(stage, number, &like),
         probability: of_all(&probabilities(stage), number, &like),

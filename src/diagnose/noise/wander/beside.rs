@@ -54,6 +54,15 @@ pub(super) struct Close {
     pub(super) likelier: f64,
 }
 
+/// Logarithm of the likelihood of the first of some structures, where that is an effect that would
+/// be declared and leaves nothing of the walk.
+pub(super) fn of_an_effect(wandering: &Wandering, structures: &[Structure]) -> Option<f64> {
+    let (entry, structure) = wandering.evidence.entries.iter().zip(structures).next()?;
+    let score = of_gain(entry.gain(), entry.degrees(), structure.members);
+    (structure.is_declared(&score) && wandering.is_gone(entry))
+        .then(|| likelihood_of_gain(entry.gain(), entry.degrees()) - structure.price)
+}
+
 /// Takes structure off as long as it, its price paid, and what is left of the walk are clearly
 /// likelier than the walk alone; an effect that does for the walk ends it, and is taken where it is
 /// likelier at all: what is left then and how many structures are known, `None` where nothing of
