@@ -1,4 +1,5 @@
-//! What users see: the program in a terminal, the shipped examples, the keys of JSON, whole answers.
+//! What users see: the program in a terminal, the shipped examples, the keys of JSON, whole
+//! answers.
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 #[path = "../problems/drawn.rs"]

@@ -16,8 +16,8 @@
 //! ([`super::arithmetic::Arithmetic`]) values differ by rounding.
 //!
 //! Worst errors found, in units in the last place (ulp) of the true value, at some ten thousand
-//! points a function made as the tables of `tests/engine/lane_math.rs` are (their generator with scale
-//! 40), without fused multiply-add; with it they are at most 0.1 more:
+//! points a function made as the tables of `tests/engine/lane_math.rs` are (their generator with
+//! scale 40), without fused multiply-add; with it they are at most 0.1 more:
 //!
 //! | function | method | error |
 //! |---|---|---|
