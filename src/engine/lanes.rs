@@ -22,6 +22,7 @@
 //! | `sums` | which sums of products are one instruction |
 //! | `compile` | instructions, and the memory of each value |
 //! | `execute` | the instructions over one chunk |
+//! | `kernels` | the loop of each function, compiled for each instruction set |
 //! | `added`, `mapped` | the sums over one chunk, one at a time and several of the same numbers |
 //! | `registers` | registers by name, for those |
 //! | `workspace` | a chunk's memory, filled from samples |
@@ -34,6 +35,7 @@ pub mod dispatch;
 mod execute;
 mod identities;
 mod instruction;
+mod kernels;
 mod mapped;
 pub mod math;
 pub mod products;

@@ -1,57 +1,17 @@
 //! Sums of products over a chunk: `scale · Σ factor · a · b`.
 //!
-//! There is a loop for each number of terms and each choice of their kinds, so that nothing is
-//! asked within it, nor multiplied by one.
+//! Answers: which loop computes a sum. Sums whose kinds of terms are in the table below have a loop of
+//! their own, in which nothing is asked, nor multiplied by one. All others are computed term after
+//! term, to the same bits: a loop for every choice of kinds would be 240 a set of instructions,
+//! most of which no model needs.
 
-use crate::engine::lanes::arithmetic::Aligned;
-use crate::engine::lanes::instruction::{Kind, Product, Slot};
-use crate::engine::lanes::registers::{ByRegister, Registers};
-use crate::engine::lanes::sums::MOST_TERMS;
+use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES};
+use crate::engine::lanes::dispatch::{Simd, Task};
+use crate::engine::lanes::instruction::{Kind, MOST_TERMS, Product, Slot};
+use crate::engine::lanes::registers::{ByRegister, Computer, Registers};
 
 /// Registers computed without a look at whether the chunk ends.
 const UNROLLED: usize = 4;
-
-const SINGLE: u8 = Kind::Single as u8;
-const PAIR: u8 = Kind::Pair as u8;
-const UNIT: u8 = Kind::Unit as u8;
-const MINUS: u8 = Kind::Minus as u8;
-const NUMBER: u8 = Kind::Number as u8;
-
-/// What is done for a term of some kind, the kind known when it is compiled.
-macro_rules! of_kind {
-    ($kind:expr, $known:ident => $then:expr) => {
-        match $kind {
-            Kind::Pair => of_kind!(@ $known, PAIR, $then),
-            Kind::Unit => of_kind!(@ $known, UNIT, $then),
-            Kind::Minus => of_kind!(@ $known, MINUS, $then),
-            Kind::Single | Kind::Number => of_kind!(@ $known, SINGLE, $then),
-        }
-    };
-    (@ $known:ident, $kind:ident, $then:expr) => {{
-        const $known: u8 = $kind;
-        $then
-    }};
-}
-
-/// The same of the first term of several.
-macro_rules! first_of_kind {
-    ($kind:expr, $known:ident => $then:expr) => {
-        match $kind {
-            Kind::Number => of_kind!(@ $known, NUMBER, $then),
-            kind => of_kind!(kind, $known => $then),
-        }
-    };
-}
-
-/// The same in sums of more than [`ALL_KINDS`](super::instruction::ALL_KINDS) terms.
-macro_rules! of_few_kinds {
-    ($kind:expr, $known:ident => $then:expr) => {
-        match $kind {
-            Kind::Single => of_kind!(@ $known, SINGLE, $then),
-            _ => of_kind!(@ $known, PAIR, $then),
-        }
-    };
-}
 
 /// A sum of at most [`MOST_TERMS`] products.
 #[derive(Debug)]
@@ -70,40 +30,83 @@ pub(super) struct Added<'a> {
     pub(super) out: &'a mut Aligned,
 }
 
-impl ByRegister for Added<'_> {
-    #[inline(always)]
-    fn by<R: Registers>(self, registers: R) {
-        let terms = self.terms();
-        match self.scale {
-            None => self.shaped::<R, false>(registers, &terms),
-            Some(_) => self.shaped::<R, true>(registers, &terms),
+/// The kinds of terms that have a loop of their own, by their number: the loop alone, or also one
+/// that multiplies the sum by a scale.
+macro_rules! fused {
+    (
+        plain: $($plain:literal $([$($kind:ident)+])+;)+
+        scaled: $($scaled:literal $([$($scaled_kind:ident)+])+;)+
+    ) => {
+        /// Whether sums of such terms have a loop of their own.
+        pub(super) fn is_fused(kinds: &[Kind]) -> bool {
+            matches!(kinds, $($([$(Kind::$kind),+])|+)|+)
         }
+
+        impl Added<'_> {
+            /// Computes it.
+            pub(super) fn compute(self, by: impl Computer) {
+                let terms = self.terms();
+                let (count, out) = (self.products.len(), self.out);
+                match (&self.kinds[..count], self.scale) {
+                    $($(([$(Kind::$kind),+], None) => by.compute(
+                        Shaped::<$plain, { code(&[$(Kind::$kind),+]) }, false> { terms, out }
+                    ),)+)+
+                    $($(([$(Kind::$scaled_kind),+], Some(_)) => by.compute(
+                        Shaped::<$scaled, { code(&[$(Kind::$scaled_kind),+]) }, true> { terms, out }
+                    ),)+)+
+                    (kinds, scale) => {
+                        by.run(TermAfterTerm { terms, kinds, is_scaled: scale.is_some(), out });
+                    }
+                }
+            }
+        }
+    };
+}
+
+// What the models of the library need often, and every choice of `Single` and `Pair`.
+fused! {
+    plain:
+        1 [Single] [Pair] [Unit];
+        2 [Single Single] [Single Pair] [Pair Single] [Pair Pair]
+          [Unit Unit] [Minus Unit] [Unit Minus]
+          [Number Single] [Number Pair] [Number Minus];
+        3 [Single Single Single] [Single Single Pair] [Single Pair Single] [Single Pair Pair]
+          [Pair Single Single] [Pair Single Pair] [Pair Pair Single] [Pair Pair Pair]
+          [Unit Unit Unit]
+          [Number Single Single] [Number Single Pair] [Number Pair Single] [Number Pair Pair];
+        4 [Single Single Single Single] [Single Single Single Pair]
+          [Single Single Pair Single] [Single Single Pair Pair]
+          [Single Pair Single Single] [Single Pair Single Pair]
+          [Single Pair Pair Single] [Single Pair Pair Pair]
+          [Pair Single Single Single] [Pair Single Single Pair]
+          [Pair Single Pair Single] [Pair Single Pair Pair]
+          [Pair Pair Single Single] [Pair Pair Single Pair]
+          [Pair Pair Pair Single] [Pair Pair Pair Pair];
+    scaled:
+        1 [Single] [Pair] [Unit];
+        2 [Single Single] [Single Pair] [Pair Single] [Pair Pair] [Unit Unit];
+}
+
+/// Kinds as one number that is known when a loop is compiled: four bits each.
+const fn code(kinds: &[Kind]) -> u16 {
+    let (mut code, mut index) = (0, 0);
+    while index < kinds.len() {
+        code |= (kinds[index] as u16) << (4 * index);
+        index += 1;
     }
+    code
+}
+
+/// The numbers of a sum.
+struct Terms<'a> {
+    factors: [f64; MOST_TERMS],
+    left: [&'a Aligned; MOST_TERMS],
+    right: [&'a Aligned; MOST_TERMS],
+    scale: &'a Aligned,
 }
 
 impl<'a> Added<'a> {
-    #[inline(always)]
-    fn shaped<R: Registers, const SCALED: bool>(self, registers: R, terms: &Terms<'_>) {
-        let out = R::of_mut(self.out);
-        let [a, b, c, d] = self.kinds;
-        match self.products.len() {
-            1 => of_kind!(a, K0 => terms.run::<R, 1, K0, 0, 0, 0, SCALED>(registers, out)),
-            2 => first_of_kind!(a, K0 => of_kind!(b, K1 => {
-                terms.run::<R, 2, K0, K1, 0, 0, SCALED>(registers, out);
-            })),
-            3 => first_of_kind!(a, K0 => of_kind!(b, K1 => of_kind!(c, K2 => {
-                terms.run::<R, 3, K0, K1, K2, 0, SCALED>(registers, out);
-            }))),
-            _ => of_few_kinds!(a, K0 => of_few_kinds!(b, K1 => {
-                of_few_kinds!(c, K2 => of_few_kinds!(d, K3 => {
-                    terms.run::<R, 4, K0, K1, K2, K3, SCALED>(registers, out);
-                }))
-            })),
-        }
-    }
-
     /// The numbers of its terms; the first stands in for those that are not there.
-    #[inline(always)]
     fn terms(&self) -> Terms<'a> {
         let lanes = |slot: Slot| -> &'a Aligned { &self.slots[slot as usize] };
         let first = self.products[0];
@@ -122,53 +125,45 @@ impl<'a> Added<'a> {
     }
 }
 
-/// The numbers of a sum.
-struct Terms<'a> {
-    factors: [f64; MOST_TERMS],
-    left: [&'a Aligned; MOST_TERMS],
-    right: [&'a Aligned; MOST_TERMS],
-    scale: &'a Aligned,
+/// A sum of terms whose number and kinds are known when it is compiled.
+struct Shaped<'a, const N: usize, const KINDS: u16, const SCALED: bool> {
+    terms: Terms<'a>,
+    out: &'a mut Aligned,
 }
 
-impl Terms<'_> {
+const SINGLE: u16 = Kind::Single as u16;
+const PAIR: u16 = Kind::Pair as u16;
+const UNIT: u16 = Kind::Unit as u16;
+const MINUS: u16 = Kind::Minus as u16;
+
+impl<const N: usize, const KINDS: u16, const SCALED: bool> ByRegister
+    for Shaped<'_, N, KINDS, SCALED>
+{
     #[inline(always)]
-    fn run<
-        R: Registers,
-        const N: usize,
-        const K0: u8,
-        const K1: u8,
-        const K2: u8,
-        const K3: u8,
-        const SCALED: bool,
-    >(
-        &self,
-        registers: R,
-        out: &mut [R::Numbers],
-    ) {
-        let kinds = [K0, K1, K2, K3];
-        let mut factors = [registers.splat(self.factors[0]); N];
-        let mut left = [R::of(self.left[0]); N];
-        let mut right = [R::of(self.right[0]); N];
+    fn by<R: Registers>(self, registers: R) {
+        let terms = self.terms;
+        let out = R::of_mut(self.out);
+        let mut factors = [registers.splat(terms.factors[0]); N];
+        let mut left = [R::of(terms.left[0]); N];
+        let mut right = [R::of(terms.right[0]); N];
         for i in 1..N {
-            factors[i] = registers.splat(self.factors[i]);
-            left[i] = R::of(self.left[i]);
-            right[i] = R::of(self.right[i]);
+            factors[i] = registers.splat(terms.factors[i]);
+            left[i] = R::of(terms.left[i]);
+            right[i] = R::of(terms.right[i]);
         }
-        let scale = R::of(self.scale);
+        let scale = R::of(terms.scale);
         // Short loops in a loop: those are unrolled.
         for first in (0..out.len()).step_by(UNROLLED) {
             for step in first..first + UNROLLED {
                 let mut sum = factors[0];
                 for i in 0..N {
-                    let by = match kinds[i] {
-                        NUMBER => {
-                            sum = factors[i];
-                            continue;
-                        }
+                    let by = match KINDS >> (4 * i) & 0xf {
+                        SINGLE => factors[i],
                         PAIR => registers.multiply(factors[i], left[i][step]),
                         UNIT => left[i][step],
                         MINUS => registers.negate(left[i][step]),
-                        _ => factors[i],
+                        // A number, as the first term.
+                        _ => continue,
                     };
                     let right = right[i][step];
                     sum = if i == 0 {
@@ -183,10 +178,47 @@ impl Terms<'_> {
     }
 }
 
+/// A sum of any terms.
+struct TermAfterTerm<'a> {
+    terms: Terms<'a>,
+    kinds: &'a [Kind],
+    is_scaled: bool,
+    out: &'a mut Aligned,
+}
+
+impl Task for TermAfterTerm<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arithmetic, S: Simd>(self, _: S) {
+        let Self { terms, kinds, is_scaled, out } = self;
+        for (i, kind) in kinds.iter().enumerate() {
+            let (factor, left, right) = (terms.factors[i], terms.left[i], terms.right[i]);
+            let by = |lane: usize| match kind {
+                Kind::Single | Kind::Number => factor,
+                Kind::Pair => factor * left[lane],
+                Kind::Unit => left[lane],
+                Kind::Minus => -left[lane],
+            };
+            for lane in 0..LANES {
+                out[lane] = match (i, kind) {
+                    (_, Kind::Number) => by(lane),
+                    (0, _) => by(lane) * right[lane],
+                    _ => A::mul_add(by(lane), right[lane], out[lane]),
+                };
+            }
+        }
+        if is_scaled {
+            for lane in 0..LANES {
+                out[lane] *= terms.scale[lane];
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::lanes::instruction::ALL_KINDS;
     use crate::engine::lanes::registers::kinds::each_kind;
 
     /// Small whole numbers: exact in any order.
@@ -204,10 +236,8 @@ mod tests {
     /// All choices of so many kinds.
     fn choices(count: usize) -> Vec<Vec<Kind>> {
         let some = [Kind::Single, Kind::Pair, Kind::Unit, Kind::Minus, Kind::Number];
-        let known = if count <= ALL_KINDS { &some[..4] } else { &some[..2] };
         (0..count).fold(vec![Vec::new()], |all, term| {
-            let takes_number = term == 0 && (2..=ALL_KINDS).contains(&count);
-            let kinds = if takes_number { &some[..] } else { known };
+            let kinds = if term == 0 && count > 1 { &some[..] } else { &some[..4] };
             let with = |one: &Vec<Kind>| {
                 kinds.iter().map(|kind| [&one[..], &[*kind]].concat()).collect::<Vec<_>>()
             };
@@ -252,7 +282,7 @@ mod tests {
                     let (slots, stills) = (&slots, &stills);
                     let mut out = Box::<Aligned>::default();
                     let products = &products;
-                    by.compute(Added { products, kinds, scale, slots, stills, out: &mut out });
+                    Added { products, kinds, scale, slots, stills, out: &mut out }.compute(by);
                     for (lane, found) in out.iter().enumerate() {
                         assert_eq!(*found, expected(lane), "{chosen:?} {name}");
                     }

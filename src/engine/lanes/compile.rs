@@ -3,12 +3,13 @@
 
 use std::collections::HashMap;
 
+use crate::engine::lanes::added::is_fused;
 use crate::engine::lanes::identities::rewritten;
 use crate::engine::lanes::instruction::{
-    ALL_KINDS, Column, Instruction, Kind, MOST_TOGETHER, Operand, Product, Slot, Still,
+    Column, Instruction, Kind, MOST_TERMS, MOST_TOGETHER, Operand, Product, Slot, Still,
 };
 use crate::engine::lanes::schedule::{Form, Schedule, results, schedule};
-use crate::engine::lanes::sums::{MOST_TERMS, Sum, Term};
+use crate::engine::lanes::sums::Sum;
 use crate::engine::pointwise::Program;
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId};
 
@@ -257,9 +258,8 @@ impl Compiler<'_> {
 
     fn sum(&mut self, node: NodeId, sum: &Sum) -> Instruction {
         let first = self.products.len() as u32;
-        let mut kinds = [Kind::default(); MOST_TERMS];
+        let kinds = self.kinds(sum);
         for (index, term) in sum.terms.iter().enumerate() {
-            kinds[index] = self.kind(sum, index);
             let factor = self.still(term.factor);
             let [a, b] = term.lanes;
             let a = match (a, kinds[index]) {
@@ -274,17 +274,26 @@ impl Compiler<'_> {
         Instruction::Sum { first, count, kinds, scale, out: self.place(node) }
     }
 
-    /// What a term of a sum is computed as.
-    fn kind(&self, sum: &Sum, index: usize) -> Kind {
-        let Term { factor, lanes } = sum.terms[index];
-        let knows_all = sum.terms.len() <= ALL_KINDS;
-        match (lanes, self.graph.constant_value(factor)) {
-            ([None, _], _) if sum.takes_number(index) => Kind::Number,
-            ([_, None], _) => Kind::Single,
-            (_, Some(1.0)) if knows_all => Kind::Unit,
-            (_, Some(-1.0)) if knows_all => Kind::Minus,
-            _ => Kind::Pair,
+    /// What the terms of a sum are computed as.
+    fn kinds(&self, sum: &Sum) -> [Kind; MOST_TERMS] {
+        let mut kinds = [Kind::default(); MOST_TERMS];
+        let kinds_of_terms = &mut kinds[..sum.terms.len()];
+        for (index, (kind, term)) in kinds_of_terms.iter_mut().zip(&sum.terms).enumerate() {
+            *kind = match (term.lanes, self.graph.constant_value(term.factor)) {
+                ([None, _], _) if sum.takes_number(index) => Kind::Number,
+                ([_, None], _) => Kind::Single,
+                (_, Some(1.0)) => Kind::Unit,
+                (_, Some(-1.0)) => Kind::Minus,
+                _ => Kind::Pair,
+            };
         }
+        // To multiply by one costs less than to read and write once more.
+        if !is_fused(kinds_of_terms) {
+            for kind in kinds_of_terms.iter_mut().filter(|kind| kind.has_unit_factor()) {
+                *kind = Kind::Pair;
+            }
+        }
+        kinds
     }
 
     /// Sums of the same numbers.

@@ -1,7 +1,8 @@
 //! Which instruction set a chunk is computed with: found out when the program runs, so one binary
 //! serves every machine.
 //!
-//! The code is the same for all: loops that the compiler makes vectors of, once for each set. The
+//! The code is the same for all: loops that the compiler makes vectors of, once for each set. Each
+//! task is a machine function for each set; a task that holds many loops compiles for long. The
 //! portable set is what the build targets at least (SSE2 on x86-64); others are used where the
 //! processor has them.
 
@@ -49,6 +50,12 @@ impl<T: Task> WithSimd for Carried<T> {
     }
 }
 
+/// A task compiled for what the build targets at least.
+#[inline(never)]
+fn portable<T: Task>(task: T) -> T::Output {
+    if PORTABLE_FUSES { task.run::<Fused, _>(Scalar128b) } else { task.run::<Plain, _>(Scalar128b) }
+}
+
 /// Whether the portable set fuses.
 const PORTABLE_FUSES: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
@@ -85,8 +92,7 @@ impl InstructionSet {
     /// Computes something with this set.
     pub fn run<T: Task>(self, task: T) -> T::Output {
         match self {
-            Self::Portable if PORTABLE_FUSES => task.run::<Fused, _>(Scalar128b),
-            Self::Portable => task.run::<Plain, _>(Scalar128b),
+            Self::Portable => portable(task),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(set) => Simd::vectorize(set, Carried(task)),
             #[cfg(target_arch = "x86_64")]

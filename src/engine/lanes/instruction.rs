@@ -1,6 +1,5 @@
 //! What a lane program is made of.
 
-use crate::engine::lanes::sums::MOST_TERMS;
 use crate::graph::{Binary, Clock, Unary};
 
 /// Where the values of one quantity over the chunk are kept.
@@ -61,9 +60,18 @@ pub(super) enum Kind {
     Number,
 }
 
-/// Terms up to which a sum knows all kinds; with more there are [`Kind::Single`] and [`Kind::Pair`]
-/// alone.
-pub(super) const ALL_KINDS: usize = 3;
+/// A sum of one instruction has at most this many terms.
+pub(super) const MOST_TERMS: usize = 4;
+
+impl Kind {
+    /// Whether the factor is 1 or -1 and not multiplied with.
+    pub(super) fn has_unit_factor(self) -> bool {
+        matches!(self, Self::Unit | Self::Minus)
+    }
+}
+
+/// Terms up to which a sum may begin with a [`Kind::Number`].
+pub(super) const MOST_WITH_NUMBER: usize = 3;
 
 /// Sums of the same numbers that are computed together, at most: as many as registers hold.
 pub(super) const MOST_TOGETHER: usize = 3;

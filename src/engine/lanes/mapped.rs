@@ -5,7 +5,7 @@
 
 use crate::engine::lanes::arithmetic::Aligned;
 use crate::engine::lanes::instruction::{MOST_TOGETHER, Product};
-use crate::engine::lanes::registers::{ByRegister, Registers};
+use crate::engine::lanes::registers::{ByRegister, Computer, Registers};
 
 /// Two or three sums.
 #[derive(Debug)]
@@ -22,37 +22,40 @@ pub(super) struct Mapped<'a> {
     pub(super) outs: [&'a mut Aligned; MOST_TOGETHER],
 }
 
-impl ByRegister for Mapped<'_> {
-    #[inline(always)]
-    fn by<R: Registers>(self, registers: R) {
+impl Mapped<'_> {
+    /// Computes them.
+    pub(super) fn compute(self, by: impl Computer) {
         match self.shape {
-            (2, 2, false) => self.shaped::<R, 2, 2, false>(registers),
-            (2, 2, true) => self.shaped::<R, 2, 2, true>(registers),
-            (2, _, false) => self.shaped::<R, 2, 3, false>(registers),
-            (2, _, true) => self.shaped::<R, 2, 3, true>(registers),
-            (_, 2, false) => self.shaped::<R, 3, 2, false>(registers),
-            (_, 2, true) => self.shaped::<R, 3, 2, true>(registers),
-            (_, _, false) => self.shaped::<R, 3, 3, false>(registers),
-            (_, _, true) => self.shaped::<R, 3, 3, true>(registers),
+            (2, 2, false) => by.compute(Shaped::<2, 2, false>(self)),
+            (2, 2, true) => by.compute(Shaped::<2, 2, true>(self)),
+            (2, _, false) => by.compute(Shaped::<2, 3, false>(self)),
+            (2, _, true) => by.compute(Shaped::<2, 3, true>(self)),
+            (_, 2, false) => by.compute(Shaped::<3, 2, false>(self)),
+            (_, 2, true) => by.compute(Shaped::<3, 2, true>(self)),
+            (_, _, false) => by.compute(Shaped::<3, 3, false>(self)),
+            (_, _, true) => by.compute(Shaped::<3, 3, true>(self)),
         }
     }
 }
 
-impl Mapped<'_> {
+/// Sums whose shape is known when it is compiled.
+struct Shaped<'a, const INPUTS: usize, const OUTPUTS: usize, const NUMBER: bool>(Mapped<'a>);
+
+impl<const INPUTS: usize, const OUTPUTS: usize, const NUMBER: bool> ByRegister
+    for Shaped<'_, INPUTS, OUTPUTS, NUMBER>
+{
     #[expect(
         clippy::needless_range_loop,
         reason = "indices say which sum and which number are meant"
     )]
     #[inline(always)]
-    fn shaped<R: Registers, const INPUTS: usize, const OUTPUTS: usize, const NUMBER: bool>(
-        self,
-        registers: R,
-    ) {
+    fn by<R: Registers>(self, registers: R) {
+        let Mapped { products, slots, stills, outs, .. } = self.0;
         let zero = registers.splat(0.0);
         let (mut factors, mut numbers) = ([[zero; INPUTS]; OUTPUTS], [zero; OUTPUTS]);
-        let each = self.products.chunks(INPUTS + usize::from(NUMBER));
+        let each = products.chunks(INPUTS + usize::from(NUMBER));
         for ((factors, number), products) in factors.iter_mut().zip(&mut numbers).zip(each) {
-            let still = |i: usize| registers.splat(self.stills[products[i].factor as usize]);
+            let still = |i: usize| registers.splat(stills[products[i].factor as usize]);
             for i in 0..INPUTS {
                 factors[i] = still(i);
             }
@@ -60,12 +63,12 @@ impl Mapped<'_> {
                 *number = still(INPUTS);
             }
         }
-        let input = |i: usize| R::of(&self.slots[self.products[i].a as usize]);
+        let input = |i: usize| R::of(&slots[products[i].a as usize]);
         let mut inputs = [input(0); INPUTS];
         for i in 1..INPUTS {
             inputs[i] = input(i);
         }
-        let outs = self.outs.map(R::of_mut);
+        let outs = outs.map(R::of_mut);
         for step in 0..outs[0].len() {
             // All is read before anything is written: it would be read again.
             let (mut read, mut sums) = ([zero; INPUTS], [zero; OUTPUTS]);
@@ -118,7 +121,7 @@ mod tests {
                     let mut made: [Box<Aligned>; MOST_TOGETHER] = Default::default();
                     let (products, slots, stills) = (&products, &slots, &stills);
                     let outs = made.each_mut().map(|lanes| &mut **lanes);
-                    by.compute(Mapped { shape, products, slots, stills, outs });
+                    Mapped { shape, products, slots, stills, outs }.compute(by);
                     for (row, lane) in (0..outputs).flat_map(|r| (0..LANES).map(move |l| (r, l))) {
                         let term = |i: usize| {
                             let by = if i < inputs { slots[i][lane] } else { 1.0 };

@@ -29,6 +29,8 @@ pub struct Products {
     /// For each column the band that it is a row of.
     band_of: Vec<usize>,
     set: InstructionSet,
+    /// Numbers a register holds.
+    width: usize,
     /// Partial sums of each sum: as many as a register holds numbers, or one.
     parts: usize,
     /// Band after band, row after row.
@@ -81,7 +83,7 @@ impl Products {
             band_of.push(bands.len() - 1);
         }
         let parts = if count > FEW { 1 } else { width };
-        Self { count, bands, band_of, set, parts, sums: vec![0.0; at * parts] }
+        Self { count, bands, band_of, set, width, parts, sums: vec![0.0; at * parts] }
     }
 
     /// Forgets what was added.
@@ -98,8 +100,35 @@ impl Products {
     /// Adds the products of a chunk; one column each.
     pub fn add(&mut self, columns: &[&Lanes]) {
         debug_assert_eq!(columns.len(), self.count);
-        let Self { bands, parts, sums, .. } = self;
-        self.set.run(Adding { columns, bands, sums, parts: *parts });
+        let Self { bands, parts, sums, set, width, .. } = self;
+        let added_up = parts < width;
+        for Band { rows, with, at } in bands {
+            let mut j = with.start;
+            while j < with.end {
+                let across = COLUMNS.min(with.end - j);
+                let at = (*at + j - with.start, with.len());
+                let pair = (rows.start, j);
+                let is_diagonal = j == rows.start && with.start == rows.start;
+                let tile = Tile { columns, sums: &mut *sums, pair, at, added_up, is_diagonal };
+                // A product that is not fused with its sum needs a register, too: no fourth row
+                // then.
+                match (rows.len(), across) {
+                    (1, 1) => tile.add::<1, 1>(*set),
+                    (1, 2) => tile.add::<1, 2>(*set),
+                    (1, _) => tile.add::<1, 3>(*set),
+                    (2, 1) => tile.add::<2, 1>(*set),
+                    (2, 2) => tile.add::<2, 2>(*set),
+                    (2, _) => tile.add::<2, 3>(*set),
+                    (3, 1) => tile.add::<3, 1>(*set),
+                    (3, 2) => tile.add::<3, 2>(*set),
+                    (3, _) => tile.add::<3, 3>(*set),
+                    (_, 1) => tile.add::<4, 1>(*set),
+                    (_, 2) => tile.add::<4, 2>(*set),
+                    (_, _) => tile.add::<4, 3>(*set),
+                }
+                j += across;
+            }
+        }
     }
 
     /// The sum for a pair of columns; zero where it is not wanted.
@@ -143,51 +172,6 @@ impl Task for Kind {
     }
 }
 
-struct Adding<'a> {
-    columns: &'a [&'a Lanes],
-    bands: &'a [Band],
-    sums: &'a mut [f64],
-    parts: usize,
-}
-
-impl Task for Adding<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<A: Arithmetic, S: Simd>(self, simd: S) {
-        let Self { columns, bands, sums, parts } = self;
-        let added_up = parts < S::F64_LANES;
-        for Band { rows, with, at } in bands {
-            let mut j = with.start;
-            while j < with.end {
-                let across = COLUMNS.min(with.end - j);
-                let at = (at + j - with.start, with.len());
-                let pair = (rows.start, j);
-                let is_diagonal = j == rows.start && with.start == rows.start;
-                let sums = &mut *sums;
-                let tile = Tile { columns, sums, pair, at, added_up, is_diagonal };
-                // A product that is not fused with its sum needs a register, too: no fourth row
-                // then.
-                match (rows.len(), across) {
-                    (1, 1) => tile.add::<A, S, 1, 1>(simd),
-                    (1, 2) => tile.add::<A, S, 1, 2>(simd),
-                    (1, _) => tile.add::<A, S, 1, 3>(simd),
-                    (2, 1) => tile.add::<A, S, 2, 1>(simd),
-                    (2, 2) => tile.add::<A, S, 2, 2>(simd),
-                    (2, _) => tile.add::<A, S, 2, 3>(simd),
-                    (3, 1) => tile.add::<A, S, 3, 1>(simd),
-                    (3, 2) => tile.add::<A, S, 3, 2>(simd),
-                    (3, _) => tile.add::<A, S, 3, 3>(simd),
-                    (_, 1) => tile.add::<A, S, 4, 1>(simd),
-                    (_, 2) => tile.add::<A, S, 4, 2>(simd),
-                    (_, _) => tile.add::<A, S, 4, 3>(simd),
-                }
-                j += across;
-            }
-        }
-    }
-}
-
 /// Products of some rows and columns.
 struct Tile<'a> {
     columns: &'a [&'a Lanes],
@@ -202,24 +186,27 @@ struct Tile<'a> {
 }
 
 impl Tile<'_> {
-    #[inline(always)]
-    fn add<A: Arithmetic, S: Simd, const R: usize, const C: usize>(self, simd: S) {
+    fn add<const R: usize, const C: usize>(self, set: InstructionSet) {
         if R > 1 && self.is_diagonal {
-            self.add_where::<A, S, R, C>(simd, |r, c| r <= c);
+            set.run(Counted::<R, C, true>(self));
         } else {
-            self.add_where::<A, S, R, C>(simd, |_, _| true);
+            set.run(Counted::<R, C, false>(self));
         }
     }
+}
 
-    /// Adds the wanted of `R` times `C` products.
+/// A tile whose rows and columns are counted when it is compiled, and whether what is below the
+/// diagonal is left out.
+struct Counted<'a, const R: usize, const C: usize, const DIAGONAL: bool>(Tile<'a>);
+
+impl<const R: usize, const C: usize, const DIAGONAL: bool> Task for Counted<'_, R, C, DIAGONAL> {
+    type Output = ();
+
     #[expect(clippy::needless_range_loop, reason = "indices say which pair is meant")]
     #[inline(always)]
-    fn add_where<A: Arithmetic, S: Simd, const R: usize, const C: usize>(
-        self,
-        simd: S,
-        is_wanted: impl Fn(usize, usize) -> bool,
-    ) {
-        let Self { columns, sums, pair: (i, j), at: (at, stride), added_up, .. } = self;
+    fn run<A: Arithmetic, S: Simd>(self, simd: S) {
+        let Tile { columns, sums, pair: (i, j), at: (at, stride), added_up, .. } = self.0;
+        let is_wanted = |r: usize, c: usize| !DIAGONAL || r <= c;
         let steps = LANES / S::F64_LANES;
         let registers = |column: usize| &S::as_simd_f64s(&columns[column][..]).0[..steps];
         let (mut down, mut across) = ([registers(i); R], [registers(j); C]);

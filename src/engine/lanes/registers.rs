@@ -10,7 +10,7 @@ use std::marker::PhantomData;
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
 use crate::engine::lanes::arithmetic::{Aligned, Arithmetic, LANES};
-use crate::engine::lanes::dispatch::Simd;
+use crate::engine::lanes::dispatch::{InstructionSet, Simd, Task};
 
 /// Registers, and what is done with them.
 pub(super) trait Registers: Copy {
@@ -39,15 +39,46 @@ pub(super) trait Registers: Copy {
     fn multiply_add(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
 }
 
-/// Something that is computed with registers.
+/// A loop that names its registers.
 pub(super) trait ByRegister {
     /// Does it.
     fn by<R: Registers>(self, registers: R);
 }
 
+/// What computes loops, each compiled by itself.
+pub(super) trait Computer: Copy {
+    /// Computes one that names its registers.
+    fn compute(self, what: impl ByRegister);
+
+    /// Computes one that does not.
+    fn run(self, task: impl Task<Output = ()>);
+}
+
+impl Computer for InstructionSet {
+    fn compute(self, what: impl ByRegister) {
+        self.run(Loop(what));
+    }
+
+    fn run(self, task: impl Task<Output = ()>) {
+        Self::run(self, task);
+    }
+}
+
+/// A loop with the best registers of an instruction set.
+struct Loop<W>(W);
+
+impl<W: ByRegister> Task for Loop<W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arithmetic, S: Simd>(self, simd: S) {
+        by_register::<A, S>(simd, self.0);
+    }
+}
+
 /// Computes something with the best registers of an instruction set.
 #[inline(always)]
-pub(super) fn by_register<A: Arithmetic, S: Simd>(simd: S, what: impl ByRegister) {
+fn by_register<A: Arithmetic, S: Simd>(simd: S, what: impl ByRegister) {
     if S::F64_LANES > 2 {
         return what.by(Wide(simd, PhantomData::<A>));
     }
@@ -197,7 +228,6 @@ impl<A: Arithmetic> Registers for One<A> {
 pub(super) mod kinds {
     use super::*;
     use crate::engine::lanes::arithmetic::{Fused, Plain};
-    use crate::engine::lanes::dispatch::{InstructionSet, Task};
 
     /// Some kind of registers.
     #[derive(Clone, Copy, Debug)]
@@ -210,25 +240,21 @@ pub(super) mod kinds {
         Fused,
     }
 
-    impl AnyKind {
-        /// Computes something.
-        pub(in crate::engine::lanes) fn compute(self, what: impl ByRegister) {
+    impl Computer for AnyKind {
+        fn compute(self, what: impl ByRegister) {
             match self {
-                Self::Of(set) => set.run(Whatever(what)),
+                Self::Of(set) => set.compute(what),
                 Self::Plain => what.by(One(PhantomData::<Plain>)),
                 Self::Fused => what.by(One(PhantomData::<Fused>)),
             }
         }
-    }
 
-    struct Whatever<W>(W);
-
-    impl<W: ByRegister> Task for Whatever<W> {
-        type Output = ();
-
-        #[inline(always)]
-        fn run<A: Arithmetic, S: Simd>(self, simd: S) {
-            by_register::<A, S>(simd, self.0);
+        fn run(self, task: impl Task<Output = ()>) {
+            match self {
+                Self::Of(set) => set.run(task),
+                Self::Plain => task.run::<Plain, _>(pulp::Scalar128b),
+                Self::Fused => task.run::<Fused, _>(pulp::Scalar128b),
+            }
         }
     }
 

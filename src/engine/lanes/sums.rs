@@ -10,11 +10,8 @@
 
 use std::collections::HashMap;
 
-use crate::engine::lanes::instruction::ALL_KINDS;
+use crate::engine::lanes::instruction::{MOST_TERMS, MOST_WITH_NUMBER};
 use crate::graph::{Binary, Graph, Node, NodeId, Unary};
-
-/// A sum of one instruction has at most this many terms.
-pub(super) const MOST_TERMS: usize = 4;
 
 /// `factor`, `factor · a` or `factor · a · b`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -52,7 +49,7 @@ impl Sum {
     /// Whether a term may be a number that nothing is multiplied with, see
     /// [`Kind::Number`](super::instruction::Kind::Number).
     pub(super) fn takes_number(&self, term: usize) -> bool {
-        term == 0 && self.terms.len() <= ALL_KINDS
+        term == 0 && self.terms.len() <= MOST_WITH_NUMBER
     }
 
     /// The nodes that move in it.

@@ -227,14 +227,15 @@ impl Workspace {
     pub fn compute(&mut self, code: &Code, group: usize, inputs: &[Track]) {
         self.group = group;
         let start = if group == 0 { 0 } else { code.groups[group - 1].end };
-        self.set.run(Execution {
-            instructions: &code.instructions[start..code.groups[group].end],
+        let mut execution = Execution {
+            set: self.set,
             products: &code.products,
             slots: &mut self.slots,
             spare: &mut self.spare,
             stills: &self.stills,
             tracks: inputs,
-        });
+        };
+        execution.compute(&code.instructions[start..code.groups[group].end]);
     }
 
     /// Some outputs of a group that was just computed.
