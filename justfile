@@ -9,7 +9,7 @@ format:
 
 # Lints, warnings as errors.
 lint:
-    cargo clippy --all-targets -- -D warnings
+    cargo clippy --workspace --all-targets -- -D warnings
 
 # Tests, structural ones (layers, file sizes) among them.
 test:
@@ -31,6 +31,6 @@ snapshots:
 bench:
     cargo bench
 
-# Instructions of the main tasks against benches/instructions.txt; `just instructions --accept` takes new ones.
+# Instructions of the main tasks against benches/instructions/accepted.txt; `just instructions --accept` takes new ones.
 instructions *arguments:
-    cargo bench --bench instructions -- {{arguments}}
+    cargo run --release -p instructions -- {{arguments}}

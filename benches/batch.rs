@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use by_hand::data::{Plan, SIGMA};
 use by_hand::jacobian::Model;
-use by_hand::timing::{on_threads, say};
+use by_hand::process::{on_threads, say};
 use by_hand::{COLUMNS, Columns, Parameters, normal};
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::{Point, Problem};

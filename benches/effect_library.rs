@@ -7,13 +7,16 @@
 #[path = "by_hand/mod.rs"]
 #[expect(dead_code, reason = "each bench uses a part")]
 mod by_hand;
+#[path = "by_hand/timing.rs"]
+#[expect(dead_code, reason = "each bench uses a part")]
+mod timing;
 
 use std::error::Error;
 use std::hint::black_box;
 use std::path::Path;
 
 use by_hand::data::{EFFECTS, Plan};
-use by_hand::timing::{Way, medians, on_threads, say};
+use by_hand::process::{on_threads, say};
 use homepoint::engine::Problem;
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::lanes::products::Products;
@@ -21,6 +24,7 @@ use homepoint::engine::lanes::{LANES, Lanes};
 use homepoint::engine::signatures::{Candidate, Signatures};
 use homepoint::library::Library;
 use homepoint::system::{Selected, System, candidates};
+use timing::{Way, medians};
 
 /// A million readings.
 const SAMPLES: usize = 333_334;

@@ -7,16 +7,20 @@
 #[path = "by_hand/mod.rs"]
 #[expect(dead_code, reason = "each bench uses a part")]
 mod by_hand;
+#[path = "by_hand/timing.rs"]
+#[expect(dead_code, reason = "each bench uses a part")]
+mod timing;
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::hint::black_box;
 
 use by_hand::data::Plan;
-use by_hand::timing::{Way, medians, on_threads, say};
+use by_hand::process::{on_threads, say};
 use homepoint::engine::Point;
 use homepoint::engine::gram::LeastSquares;
 use homepoint::estimate::batch::{Options, fit};
+use timing::{Way, medians};
 
 /// Effects with parameters of their own that act on the polar instrument.
 const EFFECTS: [&str; 16] = [

@@ -6,6 +6,9 @@
 #[path = "by_hand/mod.rs"]
 #[expect(dead_code, reason = "each bench uses a part")]
 mod by_hand;
+#[path = "by_hand/timing.rs"]
+#[expect(dead_code, reason = "each bench uses a part")]
+mod timing;
 
 use std::error::Error;
 use std::hint::black_box;
@@ -13,13 +16,14 @@ use std::path::Path;
 use std::time::Duration;
 
 use by_hand::data::{EFFECTS, SIGMA};
-use by_hand::timing::{Way, compare, criterion, say};
+use by_hand::process::say;
 use homepoint::diagnostic::{Diagnostics, Source};
 use homepoint::effect::Effect;
 use homepoint::engine::Part;
 use homepoint::library::{Library, embedded};
 use homepoint::model::Model;
 use homepoint::system::{Selected, System};
+use timing::{Way, compare, criterion};
 
 /// What it may take.
 const GOAL: Duration = Duration::from_millis(1);

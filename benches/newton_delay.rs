@@ -7,16 +7,20 @@
 #[path = "by_hand/mod.rs"]
 #[expect(dead_code, reason = "each bench uses a part")]
 mod by_hand;
+#[path = "by_hand/timing.rs"]
+#[expect(dead_code, reason = "each bench uses a part")]
+mod timing;
 
 use std::error::Error;
 use std::hint::black_box;
 
 use by_hand::data::{Plan, SIGMA, covariance};
 use by_hand::jacobian::Model;
-use by_hand::timing::{Way, compare, criterion, on_threads};
+use by_hand::process::on_threads;
 use by_hand::{COLUMNS, Columns, Parameters, delay, generic};
 use homepoint::estimate::newton::{Given, delays_of_run};
 use nalgebra::DMatrix;
+use timing::{Way, compare, criterion};
 
 const SAMPLES: usize = 20_000;
 /// Farthest delay looked for (s).

@@ -7,6 +7,9 @@
 #[path = "by_hand/mod.rs"]
 #[expect(dead_code, reason = "each bench uses a part")]
 mod by_hand;
+#[path = "by_hand/timing.rs"]
+#[expect(dead_code, reason = "each bench uses a part")]
+mod timing;
 
 use std::error::Error;
 use std::hint::black_box;
@@ -14,10 +17,11 @@ use std::hint::black_box;
 use by_hand::data::{Plan, SIGMA};
 use by_hand::engine::Engine;
 use by_hand::jacobian::Model;
-use by_hand::timing::{Way, compare, criterion, on_threads};
+use by_hand::process::on_threads;
 use by_hand::{Columns, Parameters, normal};
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::rows::Sweep;
+use timing::{Way, compare, criterion};
 
 const SAMPLES: usize = 100_000;
 

@@ -5,17 +5,20 @@
 #[path = "by_hand/mod.rs"]
 #[expect(dead_code, reason = "each bench uses a part")]
 mod by_hand;
+#[path = "by_hand/timing.rs"]
+#[expect(dead_code, reason = "each bench uses a part")]
+mod timing;
 
 use std::error::Error;
 use std::hint::black_box;
 
 use by_hand::COLUMNS;
 use by_hand::data::{Plan, covariance};
-use by_hand::timing::{Way, compare, criterion};
 use homepoint::engine::gram::LeastSquares;
 use homepoint::estimate::delays::delays;
 use nalgebra::DMatrix;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use timing::{Way, compare, criterion};
 
 const SAMPLES: usize = 1_000_000;
 const SAMPLES_OF_DELAYS: usize = 200_000;

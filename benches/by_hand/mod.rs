@@ -27,7 +27,9 @@
 //! | `generic` | the same over any number type: derivatives by dual numbers |
 //! | `data` | campaigns of any size in memory, for both sides |
 //! | `engine` | the engine with every instruction set and sweep |
-//! | `timing` | both sides timed in turn |
+//! | `process` | the threads of a bench, and what it says |
+//!
+//! `timing.rs` beside them times both sides in turn; benches that do declare it themselves.
 //!
 //! It does not treat missing readings, correlated readings or singular points.
 
@@ -37,7 +39,7 @@ pub(crate) mod engine;
 pub(crate) mod generic;
 pub(crate) mod jacobian;
 pub(crate) mod normal;
-pub(crate) mod timing;
+pub(crate) mod process;
 
 use homepoint::campaign::{Run, Track};
 use homepoint::engine::{Point, Problem};

@@ -2,11 +2,12 @@
 //! does meets all of them alike.
 
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
+use std::io;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, Throughput};
-use rayon::ThreadPoolBuilder;
+
+use crate::by_hand::process::say;
 
 /// One way: its name and one pass over all samples.
 pub(crate) struct Way<'a> {
@@ -100,23 +101,4 @@ pub(crate) fn criterion() -> Criterion {
         .warm_up_time(Duration::from_millis(300))
         .measurement_time(Duration::from_secs(1))
         .configure_from_args()
-}
-
-/// Runs on a pool of so many threads.
-///
-/// # Errors
-/// The threads cannot be made.
-pub(crate) fn on_threads<T: Send>(
-    threads: usize,
-    work: impl FnOnce() -> T + Send,
-) -> Result<T, rayon::ThreadPoolBuildError> {
-    Ok(ThreadPoolBuilder::new().num_threads(threads).build()?.install(work))
-}
-
-/// Writes to standard output.
-///
-/// # Errors
-/// It cannot be written.
-pub(crate) fn say(text: &str) -> io::Result<()> {
-    io::stdout().lock().write_all(text.as_bytes())
 }

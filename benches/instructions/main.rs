@@ -2,19 +2,22 @@
 //! counts.
 //!
 //! Runs itself once a task under `valgrind --tool=callgrind`, counts what happens inside
-//! [`counted`] and compares with `benches/instructions.txt`: more than 3 % above the number there
+//! [`counted`] and compares with `accepted.txt` beside this file: more than 3 % above the number there
 //! fails.
 //!
 //! ```text
-//! cargo bench --bench instructions                compare
-//! cargo bench --bench instructions -- --accept    write the numbers found to the file
+//! cargo run --release -p instructions                compare
+//! cargo run --release -p instructions -- --accept    write the numbers found to the file
 //! ```
+//!
+//! A package of its own: what it needs are the dependencies of the program in the profile of the
+//! program, so both are built once.
 //!
 //! Valgrind shows programs a processor with AVX2 at most, so the AVX2 path is what is counted, on
 //! AVX-512 machines too. Counts belong to a compiler and a C library (its sine and cosine); the
 //! model by hand is counted as well: where it moves, they did.
 
-#[path = "by_hand/mod.rs"]
+#[path = "../by_hand/mod.rs"]
 #[expect(dead_code, reason = "each bench uses a part")]
 mod by_hand;
 
@@ -28,7 +31,7 @@ use std::{env, fs};
 
 use by_hand::data::{EFFECTS, Plan, SIGMA, covariance};
 use by_hand::jacobian::Model;
-use by_hand::timing::{on_threads, say};
+use by_hand::process::{on_threads, say};
 use by_hand::{COLUMNS, Columns, Parameters, delay, normal};
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::{Part, Point};
@@ -189,11 +192,11 @@ fn accepted(file: &Path) -> BTreeMap<String, String> {
 }
 
 fn judge(accept: bool) -> Result<ExitCode, Box<dyn Error>> {
-    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("benches/instructions.txt");
+    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("accepted.txt");
     let known = accepted(&file);
     let mut text =
-        "# Instructions of each task, counted by callgrind inside benches/instructions.rs.\n\
-                    # Written by `cargo bench --bench instructions -- --accept`.\n"
+        "# Instructions of each task, counted by callgrind inside benches/instructions.\n\
+                    # Written by `cargo run --release -p instructions -- --accept`.\n"
             .to_owned();
     let mut worse = Vec::new();
     let mut seen = String::new();
@@ -232,7 +235,7 @@ fn judge(accept: bool) -> Result<ExitCode, Box<dyn Error>> {
         return Ok(ExitCode::SUCCESS);
     }
     say(&format!(
-        "\n{} took more than {:.0} % more instructions than benches/instructions.txt says.\n\
+        "\n{} took more than {:.0} % more instructions than benches/instructions/accepted.txt says.\n\
          Make it as cheap as it was; or, if it must be dearer, or the compiler changed, accept:\n\
          \x20   cargo bench --bench instructions -- --accept\n\
          and commit the file with the reason.\n",
