@@ -10,6 +10,7 @@
 //! | `row`, `lines` | a line of it as numbers; its lines, one after the other |
 //! | `undecided` | which of two rows is bad where time runs backwards |
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
+//! | `points`, `smoothing`, [`spline`] | a stream gathered into knots; how much to smooth it; the curve |
 //! | [`run`] | one run; the samples of a stretch of it: times, inputs, readings |
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
 //! | `spill`, `spilled` | numbers in a temporary file; them as samples |
@@ -35,6 +36,7 @@ pub mod overrides;
 #[cfg(feature = "parquet")]
 mod parquet;
 pub mod plan;
+mod points;
 mod readings;
 pub mod record;
 pub mod recorder;

@@ -1,8 +1,9 @@
 //! An input recorded with each sample, taken from its table block by block: jumps by whole periods
 //! are taken out, samples that lack it are told.
 
+use crate::campaign::header::TIME;
 use crate::campaign::signal::{Track, Unwrapper};
-use crate::campaign::table::{TIME, Table};
+use crate::campaign::table::Table;
 
 /// What a table calls the value, the rate and the acceleration of an input.
 pub(crate) fn columns_of(input: &str) -> [String; 3] {

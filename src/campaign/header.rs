@@ -5,6 +5,9 @@ use std::sync::Arc;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::units::Unit;
 
+/// The column that must be there in every row and must not run backwards.
+pub const TIME: &str = "time";
+
 /// The longest line shown with a message.
 const LONGEST_EXCERPT: usize = 4000;
 

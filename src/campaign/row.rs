@@ -5,8 +5,7 @@
 
 use std::sync::Arc;
 
-use crate::campaign::header::{self, Column};
-use crate::campaign::table::TIME;
+use crate::campaign::header::{self, Column, TIME};
 use crate::diagnostic::Diagnostic;
 
 const NO_TIME: &str = "the row has no time";

@@ -21,9 +21,6 @@ pub const MOST_LISTED: usize = 10_000;
 /// How many faults are reported before reading stops.
 const MOST_FAULTS: usize = 20;
 
-/// The column that must be there in every row and must not run backwards.
-pub const TIME: &str = "time";
-
 /// A row that was left out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Skipped {

@@ -26,8 +26,8 @@
 use serde_json::Value;
 
 use crate::campaign::file::Named;
+use crate::campaign::header::TIME;
 use crate::campaign::statement::Spread;
-use crate::campaign::table::TIME;
 use crate::diagnostic::Place;
 
 pub mod captures;

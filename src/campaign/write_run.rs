@@ -7,10 +7,10 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use crate::campaign::header::TIME;
 use crate::campaign::record::{Record, Stretch};
 use crate::campaign::samples::{derived, reading_columns};
 use crate::campaign::signal::Track;
-use crate::campaign::table::TIME;
 use crate::campaign::timing::capturing::Capturing;
 use crate::campaign::whole::WholeFile;
 use crate::graph::MeasurandKind;

@@ -5,8 +5,9 @@
 //! reading.
 
 use crate::campaign::file::{Named, RunEntry};
+use crate::campaign::header::TIME;
 use crate::campaign::samples::Loader;
-use crate::campaign::table::{TIME, Table};
+use crate::campaign::table::Table;
 use crate::campaign::timing::replies::{Moved, RequestToReply};
 use crate::campaign::timing::{Method, REPLY, Timing};
 use crate::diagnostic::{Diagnostic, Place};
