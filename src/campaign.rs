@@ -11,7 +11,8 @@
 //! | `undecided` | which of two rows is bad where time runs backwards |
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | `points`, `smoothing`, [`spline`] | a stream gathered into knots; how much to smooth it; the curve |
-//! | [`run`] | one run; the samples of a stretch of it: times, inputs, readings |
+//! | [`run`] | one run |
+//! | [`samples`] | the samples of a run or a stretch of it: times, inputs, readings |
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
 //! | `spill`, `spilled` | numbers in a temporary file; them as samples |
 //! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
@@ -30,6 +31,7 @@ pub mod file;
 pub mod header;
 mod lines;
 pub mod load;
+mod loader;
 mod logged;
 mod overlap;
 pub mod overrides;
@@ -42,7 +44,7 @@ pub mod record;
 pub mod recorder;
 mod row;
 pub mod run;
-mod samples;
+pub mod samples;
 pub mod signal;
 mod smoothing;
 pub mod specification;
@@ -58,5 +60,6 @@ pub mod write;
 pub mod write_run;
 
 pub use record::{Record, Sample, Stretch};
-pub use run::{Role, Run, Samples};
+pub use run::{Role, Run};
+pub use samples::Samples;
 pub use signal::Track;

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 
 use crate::campaign::entries::{Item, get};
 use crate::campaign::header::Wanted;
-use crate::campaign::samples::Loader;
+use crate::campaign::loader::Loader;
 use crate::campaign::signal::Track;
 use crate::campaign::statement::{self, Spread};
 use crate::diagnostic::Diagnostic;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::campaign::file::RunEntry;
 use crate::campaign::header::TIME;
-use crate::campaign::samples::Loader;
+use crate::campaign::loader::Loader;
 use crate::campaign::signal::{Track, unwrap};
 use crate::campaign::spline::{Spline, is_pause, mean_spacing};
 use crate::campaign::table::Table;

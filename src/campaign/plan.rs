@@ -11,9 +11,9 @@ use std::ops::Range;
 
 use crate::campaign::entries::{Item, Quantity, Reader, Value, get};
 use crate::campaign::file::{Named, RunEntry};
+use crate::campaign::loader::{self, column_count};
 use crate::campaign::record::captured_with_rates;
-use crate::campaign::run::Samples;
-use crate::campaign::samples::{self, column_count};
+use crate::campaign::samples::Samples;
 use crate::campaign::signal::Track;
 use crate::diagnostic::Span;
 use crate::model::{InputDeclaration, Model};
@@ -295,7 +295,7 @@ fn next(
     let mut take = |quantity: &Option<Quantity>, order: u8| {
         let quantity = quantity.as_ref()?;
         let of = ["", "the rate of ", "the acceleration of "][usize::from(order)];
-        let like = samples::derived(&input.unit, order);
+        let like = loader::derived(&input.unit, order);
         reader.accept(quantity, &format!("{of}`{}`", input.name), &like);
         Some(quantity.value)
     };

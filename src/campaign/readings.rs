@@ -1,8 +1,8 @@
 //! The readings of one measured run: which are there, and which may be used.
 
 use crate::campaign::file::{LeftOut, Named, RunEntry};
-use crate::campaign::run::Samples;
-use crate::campaign::samples::{Loader, reading_columns};
+use crate::campaign::loader::{Loader, reading_columns};
+use crate::campaign::samples::Samples;
 use crate::campaign::signal::Track;
 use crate::campaign::spline::Spline;
 use crate::campaign::table::Table;

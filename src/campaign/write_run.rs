@@ -8,8 +8,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::campaign::header::TIME;
+use crate::campaign::loader::{derived, reading_columns};
 use crate::campaign::record::{Record, Stretch};
-use crate::campaign::samples::{derived, reading_columns};
 use crate::campaign::signal::Track;
 use crate::campaign::timing::capturing::Capturing;
 use crate::campaign::whole::WholeFile;

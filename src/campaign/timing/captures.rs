@@ -6,7 +6,7 @@
 
 use crate::campaign::file::{Named, RunEntry};
 use crate::campaign::header::TIME;
-use crate::campaign::samples::Loader;
+use crate::campaign::loader::Loader;
 use crate::campaign::table::Table;
 use crate::campaign::timing::replies::{Moved, RequestToReply};
 use crate::campaign::timing::{Method, REPLY, Timing};

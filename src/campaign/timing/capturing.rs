@@ -11,7 +11,7 @@ use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::campaign::record::Stretch;
-use crate::campaign::run::Samples;
+use crate::campaign::samples::Samples;
 use crate::campaign::signal::Track;
 use crate::campaign::timing::captures::moved;
 use crate::campaign::timing::replies::RequestToReply;
