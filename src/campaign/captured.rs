@@ -10,6 +10,11 @@ pub(crate) fn columns_of(input: &str) -> [String; 3] {
     ["", "_rate", "_acceleration"].map(|suffix| format!("{input}{suffix}"))
 }
 
+/// Value and rate a while later, at constant acceleration.
+pub(crate) fn moved(value: f64, rate: f64, acceleration: f64, by: f64) -> (f64, f64) {
+    (value + by * (rate + 0.5 * by * acceleration), rate + by * acceleration)
+}
+
 /// What is known of an input from the blocks before.
 #[derive(Debug)]
 pub(crate) struct Captured {

@@ -55,6 +55,17 @@ pub struct Quantity {
     pub place: Place,
 }
 
+/// Something named in a file, and where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Named {
+    /// The text.
+    pub text: String,
+    /// Its bytes in the file.
+    pub span: Span,
+    /// Its place.
+    pub place: Place,
+}
+
 impl Item {
     /// What it is, in words.
     fn kind(&self) -> &'static str {

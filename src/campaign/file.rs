@@ -7,19 +7,18 @@ use std::path::{Path, PathBuf};
 
 use indexmap::{IndexMap, IndexSet};
 
-use crate::campaign::entries::{Entry, Item, Quantity, Reader, Value, get};
+use crate::campaign::declared::{ColumnWord, InputOverride, MeasurandOverride, RunEntry};
+use crate::campaign::entries::{Entry, Item, Named, Reader, Value, get};
 use crate::campaign::overrides;
-use crate::campaign::plan::{self, Leg};
+use crate::campaign::plan;
 use crate::campaign::run::Role;
 use crate::campaign::specification::Specification;
 use crate::campaign::statement;
-use crate::campaign::timing::{self, RunTiming, Timing};
+use crate::campaign::timing::{self, Timing};
 use crate::campaign::{header, lines};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
 use crate::model::Override;
 use crate::units::Unit;
-
-pub use crate::campaign::load::{Campaign, LeftOut, LoadOptions};
 
 const KEYS: [&str; 15] = [
     "title",
@@ -40,79 +39,6 @@ const KEYS: [&str; 15] = [
 ];
 const RUN_KEYS: [&str; 9] =
     ["name", "setup", "role", "data", "signals", "columns", "inputs", "plan", "timing"];
-
-/// Something named in a file, and where.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Named {
-    /// The text.
-    pub text: String,
-    /// Its bytes in the file.
-    pub span: Span,
-    /// Its place.
-    pub place: Place,
-}
-
-/// What a campaign says of an input: over what the model says.
-#[derive(Clone, Debug)]
-pub struct InputOverride {
-    /// The input's name.
-    pub name: Named,
-    /// Standard uncertainty of one value, new in every sample.
-    pub sigma: Option<Item>,
-    /// Resolution.
-    pub resolution: Option<Item>,
-    /// Its calibration.
-    pub calibration: Option<Item>,
-    /// Time constant of the smoothing of its stream.
-    pub smooth: Option<Item>,
-    /// Period by which recorded values jump.
-    pub period: Option<Item>,
-}
-
-/// What a campaign says of a measurand.
-#[derive(Clone, Debug)]
-pub struct MeasurandOverride {
-    /// The measurand's name.
-    pub name: Named,
-    /// Standard uncertainty of one reading, see [`crate::campaign::statement`].
-    pub said: Vec<Entry>,
-}
-
-/// One entry of `columns`: the model's name, and what the file calls it.
-#[derive(Clone, Debug)]
-pub struct ColumnWord {
-    /// The model's name.
-    pub name: Named,
-    /// As written: `tool_x [m]`.
-    pub written: String,
-    /// Name in the file.
-    pub header: String,
-    /// Unit, if it says one.
-    pub unit: Option<Unit>,
-}
-
-/// One `[[runs]]` entry.
-#[derive(Clone, Debug)]
-pub struct RunEntry {
-    /// Its name.
-    pub name: Named,
-    /// Its setup.
-    pub setup: String,
-    /// What it is for.
-    pub role: Role,
-    /// Its data file.
-    pub data: Option<Named>,
-    /// Its streams.
-    pub signals: Vec<Named>,
-    /// What files call inputs and measurands.
-    pub columns: Vec<ColumnWord>,
-    /// Constants of the run.
-    pub inputs: Vec<(Named, Quantity)>,
-    /// How it will be measured; empty for a run with data.
-    pub plan: Vec<Leg>,
-    /// What it says of its captures.
-    pub timing: RunTiming,
-}
 
 /// A campaign file, read and checked for form.
 #[derive(Clone, Debug)]

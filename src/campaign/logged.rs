@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use crate::campaign::file::RunEntry;
+use crate::campaign::declared::RunEntry;
 use crate::campaign::header::TIME;
 use crate::campaign::loader::Loader;
 use crate::campaign::signal::{Track, unwrap};

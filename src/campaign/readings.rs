@@ -1,7 +1,10 @@
 //! The readings of one measured run: which are there, and which may be used.
 
-use crate::campaign::file::{LeftOut, Named, RunEntry};
-use crate::campaign::loader::{Loader, reading_columns};
+use crate::campaign::columns::reading_columns;
+use crate::campaign::declared::RunEntry;
+use crate::campaign::entries::Named;
+use crate::campaign::loaded::LeftOut;
+use crate::campaign::loader::Loader;
 use crate::campaign::samples::Samples;
 use crate::campaign::signal::Track;
 use crate::campaign::spline::Spline;

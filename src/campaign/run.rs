@@ -18,7 +18,7 @@ pub enum Role {
 pub struct Run {
     /// Its name, unique in the campaign.
     pub name: String,
-    /// Index of its setup in [`crate::campaign::file::Campaign::setups`].
+    /// Index of its setup in [`crate::campaign::load::Campaign::setups`].
     pub setup: usize,
     /// Reference or kinematic.
     pub role: Role,

@@ -25,7 +25,7 @@
 
 use serde_json::Value;
 
-use crate::campaign::file::Named;
+use crate::campaign::entries::Named;
 use crate::campaign::header::TIME;
 use crate::campaign::statement::Spread;
 use crate::diagnostic::Place;

@@ -6,7 +6,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::campaign::file::{Campaign, RunEntry};
+use crate::campaign::declared::RunEntry;
+use crate::campaign::loaded::Campaign;
 use crate::campaign::run::{Role, Run};
 use crate::campaign::table::names_in;
 use crate::campaign::whole::write_whole;

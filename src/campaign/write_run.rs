@@ -7,8 +7,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use crate::campaign::columns::{derived, reading_columns};
 use crate::campaign::header::TIME;
-use crate::campaign::loader::{derived, reading_columns};
 use crate::campaign::record::{Record, Stretch};
 use crate::campaign::signal::Track;
 use crate::campaign::timing::capturing::Capturing;

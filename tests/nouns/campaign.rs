@@ -4,7 +4,8 @@ use std::fs;
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use homepoint::campaign::file::{Campaign, CampaignFile, LoadOptions};
+use homepoint::campaign::file::CampaignFile;
+use homepoint::campaign::load::{Campaign, LoadOptions};
 use homepoint::campaign::{Role, Track, write};
 use homepoint::diagnostic::{Diagnostics, Source};
 use homepoint::model::Model;

@@ -4,7 +4,9 @@
 //! edges in order, each reply after its request and before the next one, a capture for each
 //! reading.
 
-use crate::campaign::file::{Named, RunEntry};
+use crate::campaign::captured::{columns_of, moved};
+use crate::campaign::declared::RunEntry;
+use crate::campaign::entries::Named;
 use crate::campaign::header::TIME;
 use crate::campaign::loader::Loader;
 use crate::campaign::table::Table;
@@ -253,14 +255,9 @@ fn first_cell(table: &Table, row: usize) -> Option<Place> {
     table.columns.first().map(|column| table.cell_place(row, column))
 }
 
-/// Value and rate a while later, at constant acceleration.
-pub(super) fn moved(value: f64, rate: f64, acceleration: f64, by: f64) -> (f64, f64) {
-    (value + by * (rate + 0.5 * by * acceleration), rate + by * acceleration)
-}
-
 /// Moves a captured input along its rate. Without a rate it stands still.
 fn move_columns(table: &mut Table, input: &str, by: f64) {
-    let [name, rate, acceleration] = crate::campaign::captured::columns_of(input);
+    let [name, rate, acceleration] = columns_of(input);
     let Some(mut rates) = table.values(&rate).map(<[f64]>::to_vec) else { return };
     let accelerations = table.values(&acceleration).map(<[f64]>::to_vec);
     let Some(values) = table.values_mut(&name) else { return };
