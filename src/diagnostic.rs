@@ -2,8 +2,10 @@
 //!
 //! A [`Diagnostic`] is a value; how it is drawn is the faces' business.
 
+use std::borrow::Cow;
 use std::fmt;
-use std::sync::Arc;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 /// A range of bytes in a text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -32,18 +34,59 @@ impl Span {
 }
 
 /// A text with the name of the file it came from.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Source {
     /// File name as the user knows it.
     pub file: Arc<str>,
     /// The whole text.
     pub text: Arc<str>,
+    /// Whether messages may not show the text.
+    withheld: bool,
+    /// Made where a place is first asked for.
+    lines: Arc<OnceLock<LineStarts>>,
 }
+
+/// Where the lines of a text begin.
+#[derive(Debug)]
+struct LineStarts {
+    starts: Vec<usize>,
+    /// Columns are then differences of bytes.
+    is_ascii: bool,
+}
+
+impl PartialEq for Source {
+    fn eq(&self, other: &Self) -> bool {
+        self.file == other.file && self.text == other.text
+    }
+}
+
+impl Eq for Source {}
 
 impl Source {
     /// A text and where it came from.
     pub fn new(file: impl Into<Arc<str>>, text: impl Into<Arc<str>>) -> Self {
-        Self { file: file.into(), text: text.into() }
+        Self { file: file.into(), text: text.into(), withheld: false, lines: Arc::default() }
+    }
+
+    /// The same text; its places show none of it.
+    #[must_use]
+    pub fn withheld(self) -> Self {
+        Self { withheld: true, ..self }
+    }
+
+    /// Whether messages may not show the text.
+    pub fn is_withheld(&self) -> bool {
+        self.withheld
+    }
+
+    fn lines(&self) -> &LineStarts {
+        self.lines.get_or_init(|| {
+            let ends = memchr::memchr_iter(b'\n', self.text.as_bytes());
+            LineStarts {
+                starts: std::iter::once(0).chain(ends.map(|end| end + 1)).collect(),
+                is_ascii: self.text.is_ascii(),
+            }
+        })
     }
 
     /// The place of a span: line, column (in characters, from 1) and the line's text.
@@ -56,22 +99,29 @@ impl Source {
             at
         };
         let (start, end) = (floor(span.start), floor(span.end.max(span.start)));
-        let line_start = self.text[..start].rfind('\n').map_or(0, |at| at + 1);
-        let line_end = self.text[start..].find('\n').map_or(self.text.len(), |at| start + at);
-        let line = self.text[line_start..line_end].trim_end_matches('\r');
-        let shown = self.text[start..end.min(line_end).max(start)].chars().count();
+        let LineStarts { starts, is_ascii } = self.lines();
+        let line = starts.partition_point(|from| *from <= start);
+        let line_start = starts[line - 1];
+        let line_end = starts.get(line).map_or(self.text.len(), |next| next - 1);
+        let content = self.text[line_start..line_end].trim_end_matches('\r').len();
+        let count = |from: usize, to: usize| match is_ascii {
+            true => to - from,
+            false => self.text[from..to].chars().count(),
+        };
+        let shown = if self.withheld { 0..0 } else { line_start..line_start + content };
         Place {
             file: self.file.clone(),
-            line: self.text[..start].matches('\n').count() + 1,
-            column: self.text[line_start..start].chars().count() + 1,
-            length: shown.max(1),
-            excerpt: line.to_owned(),
+            line,
+            column: count(line_start, start) + 1,
+            length: count(start, end.min(line_end).max(start)).max(1),
+            text: self.text.clone(),
+            excerpt: shown,
         }
     }
 }
 
 /// A place in a file, with the line it is on.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone)]
 pub struct Place {
     /// File name as the user knows it.
     pub file: Arc<str>,
@@ -81,8 +131,43 @@ pub struct Place {
     pub column: usize,
     /// How many characters are meant.
     pub length: usize,
-    /// The text of the line.
-    pub excerpt: String,
+    /// A text that holds the line; places of one file share it.
+    text: Arc<str>,
+    /// The line's bytes in it.
+    excerpt: Range<usize>,
+}
+
+impl Place {
+    /// A place whose line is `excerpt`; empty where it is not to be shown.
+    pub fn new(file: Arc<str>, line: usize, column: usize, length: usize, excerpt: &str) -> Self {
+        Self { file, line, column, length, text: excerpt.into(), excerpt: 0..excerpt.len() }
+    }
+
+    /// The text of the line; empty where it is not shown.
+    pub fn excerpt(&self) -> &str {
+        self.text.get(self.excerpt.clone()).unwrap_or_default()
+    }
+}
+
+impl PartialEq for Place {
+    fn eq(&self, other: &Self) -> bool {
+        let at = |place: &Self| (place.line, place.column, place.length);
+        self.file == other.file && at(self) == at(other) && self.excerpt() == other.excerpt()
+    }
+}
+
+impl Eq for Place {}
+
+impl fmt::Debug for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Place")
+            .field("file", &self.file)
+            .field("line", &self.line)
+            .field("column", &self.column)
+            .field("length", &self.length)
+            .field("excerpt", &self.excerpt())
+            .finish()
+    }
 }
 
 /// How grave it is.
@@ -114,7 +199,7 @@ impl Diagnostic {
     pub fn error(message: impl Into<String>) -> Self {
         Self {
             severity: Severity::Error,
-            message: message.into(),
+            message: short_quotes(message.into()),
             place: None,
             label: String::new(),
             help: Vec::new(),
@@ -146,9 +231,44 @@ impl Diagnostic {
 
     /// The same, with one more sentence of help.
     pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help.push(help.into());
+        self.help.push(short_quotes(help.into()));
         self
     }
+}
+
+/// The most characters of a text that a message quotes.
+const LONGEST_QUOTE: usize = 40;
+/// A message with a longer part in backticks quotes it in part: paths are shorter.
+const LONGEST_WORD: usize = 500;
+/// The same of a part that is not in backticks: lists of names are shorter.
+const LONGEST_PART: usize = 4000;
+
+/// A text for a message: its beginning where it is long.
+pub fn shortened(text: &str) -> Cow<'_, str> {
+    shortened_to(text, LONGEST_QUOTE)
+}
+
+fn shortened_to(text: &str, most: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(most) {
+        None => Cow::Borrowed(text),
+        Some((end, _)) => Cow::Owned(format!("{}...", &text[..end])),
+    }
+}
+
+/// A message whose parts in backticks are not longer than [`LONGEST_WORD`], whoever wrote it.
+fn short_quotes(message: String) -> String {
+    if message.len() <= LONGEST_WORD {
+        return message;
+    }
+    let parts: Vec<Cow<'_, str>> = message
+        .split('`')
+        .enumerate()
+        .map(|(number, part)| match number % 2 {
+            0 => shortened_to(part, LONGEST_PART),
+            _ => shortened_to(part, LONGEST_WORD),
+        })
+        .collect();
+    parts.join("`")
 }
 
 impl fmt::Display for Diagnostic {
@@ -210,10 +330,14 @@ impl std::error::Error for Diagnostics {}
 
 /// The known name nearest to a misspelt one, if one is near enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let count = name.chars().count();
+    let most = |candidate: &str| 1 + candidate.chars().count() / 4;
     known
         .into_iter()
+        // Names are at least as far apart as their lengths; a long one need not be compared.
+        .filter(|candidate| candidate.chars().count().abs_diff(count) <= most(candidate))
         .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
-        .filter(|(distance, candidate)| *distance <= 1 + candidate.chars().count() / 4)
+        .filter(|(distance, candidate)| *distance <= most(candidate))
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
 }
