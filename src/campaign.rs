@@ -9,6 +9,7 @@
 //! | [`plan`] | how a run will be measured |
 //! | [`timing`] | when a reading was asked for: captures made into reference times |
 //! | [`declared`], [`mod@file`] | inputs, measurands, runs as declared; what campaign.toml says, with the place of everything |
+//! | `origin` | where a table's cells are from, for messages |
 //! | `lines`, [`header`], `row` | a file's lines; what its columns are; a line of it as numbers |
 //! | `undecided` | which of two rows is bad where time runs backwards |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
@@ -46,6 +47,7 @@ pub mod loaded;
 mod loader;
 mod logged;
 mod measured;
+mod origin;
 mod overlap;
 pub mod overrides;
 #[cfg(feature = "parquet")]

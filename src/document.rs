@@ -21,15 +21,17 @@ use toml::de::{DeTable, DeValue};
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span, nearest};
 
 mod file;
+pub mod files;
 mod item;
 
+pub(crate) use file::{COPY_INTO_FOLDER, OUTSIDE, text, withhold};
 pub use item::Item;
 
 /// Largest text that is read, in bytes; the files written by people are below 20 kB.
 pub const MAXIMUM_LENGTH: usize = 256 * 1024;
 
-/// After so many faults the rest are not told.
-const MAXIMUM_FAULTS: usize = 50;
+/// After so many faults of a text the rest are not reported.
+pub(crate) const MAXIMUM_FAULTS: usize = 50;
 
 /// One text being read, and the faults found in it so far.
 #[derive(Debug)]

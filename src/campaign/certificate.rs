@@ -10,6 +10,8 @@ use crate::campaign::statement::{self, Spread};
 use crate::diagnostic::Diagnostic;
 use crate::model::InputDeclaration;
 
+/// The most rows of a table of corrections.
+const MOST_CORRECTIONS: usize = 1_000_000;
 /// Column of the corrections.
 const CORRECTION: &str = "correction";
 const KEYS: [&str; 1] = ["corrections"];
@@ -46,7 +48,7 @@ impl Loader<'_> {
         let want =
             |name: &str| Wanted { name: name.to_owned(), header: None, unit: input.unit.clone() };
         let mut table = self.table(&name, &[want(&input.name), want(CORRECTION)])?;
-        self.more(&name, &mut table, usize::MAX)?;
+        self.whole(&name, &mut table, MOST_CORRECTIONS)?;
         let (Some(at), Some(by)) = (table.column(&input.name), table.column(CORRECTION)) else {
             let message = format!("`{}` lacks a column", name.text);
             let help = format!(
@@ -63,7 +65,7 @@ impl Loader<'_> {
         let (mut positions, mut values) = (at.values.clone(), by.values.clone());
         let mut fault = |row: usize, message: &str, help: &str| {
             let fault = Diagnostic::error(message).at(table.cell_place(row, at)).help(help);
-            self.reader.faults.push(fault);
+            self.reader.report(fault);
         };
         for row in 0..positions.len() {
             if positions[row].is_nan() || values[row].is_nan() {

@@ -5,6 +5,7 @@
 use toml::de::{DeTable, DeValue};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span, nearest};
+use crate::document::MAXIMUM_FAULTS;
 use crate::units::{Unit, parse_quantity};
 
 /// A value and where it stands.
@@ -99,8 +100,9 @@ impl Item {
 pub struct Reader {
     /// The file.
     pub source: Source,
-    /// Faults.
-    pub faults: Vec<Diagnostic>,
+    /// The first faults, and how many were reported.
+    faults: Vec<Diagnostic>,
+    count: usize,
 }
 
 impl Reader {
@@ -112,7 +114,7 @@ impl Reader {
         match DeTable::parse(&source.text) {
             Ok(table) => {
                 let entries = entries(table.get_ref());
-                Ok((Self { source, faults: Vec::new() }, entries))
+                Ok((Self::new(source), entries))
             }
             Err(error) => {
                 let span = error.span().unwrap_or_default();
@@ -123,6 +125,47 @@ impl Reader {
         }
     }
 
+    /// A reader of a file in which nothing was found yet.
+    pub fn new(source: Source) -> Self {
+        Self { source, faults: Vec::new(), count: 0 }
+    }
+
+    /// Records a fault; of many the first are kept.
+    pub fn report(&mut self, fault: Diagnostic) {
+        self.count += 1;
+        if self.faults.len() < MAXIMUM_FAULTS {
+            self.faults.push(fault);
+        }
+    }
+
+    /// How many faults were reported so far.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The faults so far, of many the first.
+    pub fn faults(&self) -> &[Diagnostic] {
+        &self.faults
+    }
+
+    /// Nothing, if there was no fault.
+    ///
+    /// # Errors
+    /// The faults, of many the first.
+    pub fn result(&self) -> Result<(), Diagnostics> {
+        let mut faults = self.faults.clone();
+        if self.count > faults.len() {
+            let more = self.count - faults.len();
+            faults.push(Diagnostic::error(format!("there are {more} more faults than these")));
+        }
+        Diagnostics(faults).into_result(())
+    }
+
+    /// Whether a fault would not be kept: messages for it need not be made.
+    fn is_full(&self) -> bool {
+        self.faults.len() >= MAXIMUM_FAULTS
+    }
+
     /// The place of a span.
     pub fn place(&self, span: Span) -> Place {
         self.source.place(span)
@@ -130,18 +173,14 @@ impl Reader {
 
     /// Notes a fault.
     pub fn fault(&mut self, span: Span, message: impl Into<String>, help: impl Into<String>) {
-        let place = self.place(span);
-        let mut diagnostic = Diagnostic::error(message).at(place);
+        let fault = Diagnostic::error(message).at(self.place(span));
         let help = help.into();
-        if !help.is_empty() {
-            diagnostic.help.push(help);
-        }
-        self.faults.push(diagnostic);
+        self.report(if help.is_empty() { fault } else { fault.help(help) });
     }
 
     /// A fault for a name that is not known here, with the nearest known one.
     pub fn unknown(&mut self, span: Span, what: &str, name: &str, known: &[&str]) {
-        let help = match nearest(name, known.iter().copied()) {
+        let help = match nearest(name, known.iter().copied().filter(|_| !self.is_full())) {
             Some(near) => format!("did you mean `{near}`?"),
             None if known.is_empty() => String::new(),
             None => format!("known here: {}", known.join(", ")),
@@ -282,7 +321,7 @@ impl Reader {
             "1" => "expected a plain number".to_owned(),
             symbol => format!("expected a unit such as `{symbol}`"),
         };
-        self.faults.push(Diagnostic::error(message).at(quantity.place.clone()).help(help));
+        self.report(Diagnostic::error(message).at(quantity.place.clone()).help(help));
         false
     }
 

@@ -16,7 +16,10 @@ use crate::campaign::samples::Samples;
 use crate::campaign::spline::Smoothing;
 use crate::campaign::statement;
 use crate::diagnostic::{Diagnostic, Diagnostics, Span};
+use crate::document::COPY_INTO_FOLDER;
+use crate::document::files::Refused;
 use crate::formula::{Expression, ExpressionKind};
+use crate::library::{effect_files, model_file};
 use crate::model::Model;
 use crate::units::Unit;
 
@@ -37,15 +40,17 @@ impl CampaignFile {
     /// # Errors
     /// As for [`CampaignFile::load`].
     pub fn load_into(
-        self,
+        mut self,
         store: &mut Store,
         model: &Model,
         options: &LoadOptions,
     ) -> Result<Campaign, Diagnostics> {
+        self.declare_files(options.confined)?;
         let mut loader = Loader {
             model,
             folder: self.folder.clone(),
             reader: self.reader.clone(),
+            files: self.files.clone(),
             inputs: Vec::new(),
             delay_range: options.delay_range.or(self.delay_range).unwrap_or(DELAY_RANGE),
             skip_bad_rows: options.skip_bad_rows,
@@ -69,7 +74,7 @@ impl CampaignFile {
         setup_times(&mut runs);
         loader.warnings.extend(overlap(&self.runs, &runs));
         self.need_sigmas(model, &mut loader, &runs, &mut measurand_sigma);
-        Diagnostics(std::mem::take(&mut loader.reader.faults)).into_result(())?;
+        loader.reader.result()?;
         let name = std::path::absolute(&self.folder)
             .ok()
             .and_then(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))
@@ -101,7 +106,25 @@ impl CampaignFile {
             skipped: loader.skipped,
             skipped_count: loader.skipped_count,
             left_out: loader.left_out,
+            files: loader.files,
         })
+    }
+
+    /// Takes the files of the model and of effects, which others read, for files of the campaign.
+    ///
+    /// # Errors
+    /// The campaign's own file lies outside its folder, and that is not allowed.
+    fn declare_files(&mut self, confined: bool) -> Result<(), Diagnostics> {
+        self.files.confine(confined);
+        if confined && self.files.is_outside(&self.path) {
+            let message = format!("`{}` {}", self.path.display(), Refused::Outside);
+            return Err(Diagnostic::error(message).help(COPY_INTO_FOLDER).into());
+        }
+        let effects = effect_files(&self.folder.join("effects")).unwrap_or_default();
+        for file in model_file(&self.model.text, &self.folder).iter().chain(&effects) {
+            self.files.note(file);
+        }
+        Ok(())
     }
 
     /// Bytes of all data files, as far as they are there.

@@ -11,6 +11,7 @@ use crate::campaign::table::Skipped;
 use crate::campaign::timing::Timing;
 use crate::campaign::timing::replies::RequestToReply;
 use crate::diagnostic::{Diagnostic, Source};
+use crate::document::files::Files;
 use crate::model::Override;
 use crate::progress::Progress;
 
@@ -26,6 +27,8 @@ pub struct LoadOptions {
     pub delay_range: Option<f64>,
     /// Bytes of memory for the samples of all runs; those that go beyond wait in a temporary file.
     pub memory: u64,
+    /// Refuse files outside the campaign's folder, links followed.
+    pub confined: bool,
     /// Who is told how far reading has come.
     pub progress: Progress,
 }
@@ -39,6 +42,7 @@ impl Default for LoadOptions {
             skip_bad_rows: false,
             delay_range: None,
             memory: MEMORY,
+            confined: false,
             progress: Progress::default(),
         }
     }
@@ -112,4 +116,6 @@ pub struct Campaign {
     pub skipped_count: usize,
     /// Samples whose readings are not used.
     pub left_out: Vec<LeftOut>,
+    /// The files that were read: whoever writes asks whether one of them would be replaced.
+    pub files: Files,
 }

@@ -15,6 +15,8 @@ use crate::campaign::table::{Skipped, Table, TableError};
 use crate::campaign::timing::Timing;
 use crate::campaign::timing::replies::RequestToReply;
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::document::COPY_INTO_FOLDER;
+use crate::document::files::Files;
 use crate::model::Model;
 use crate::progress::{Progress, Task};
 
@@ -34,6 +36,7 @@ pub(crate) struct Loader<'a> {
     pub(crate) model: &'a Model,
     pub(crate) folder: PathBuf,
     pub(crate) reader: Reader,
+    pub(crate) files: Files,
     pub(crate) inputs: Vec<InputSetting>,
     pub(crate) delay_range: f64,
     pub(crate) skip_bad_rows: bool,
@@ -71,8 +74,22 @@ impl Loader<'_> {
 
     /// Opens a table.
     pub(crate) fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
-        let table = Table::open(&self.folder.join(&name.text), wanted, self.skip_bad_rows);
+        let path = self.folder.join(&name.text);
+        let table = Table::open_of(&mut self.files, &path, wanted, self.skip_bad_rows);
         self.told(name, table)
+    }
+
+    /// Reads a table of at most so many rows whole, for it stays in memory; `None` after a fault.
+    pub(crate) fn whole(&mut self, name: &Named, table: &mut Table, most: usize) -> Option<()> {
+        self.more(name, table, most + 1)?;
+        if table.lines.len() <= most {
+            return Some(());
+        }
+        let message = format!("`{}` has more than {most} rows", name.text);
+        let help =
+            "it is held in memory as a whole: leave out what no sample needs, or log it less often";
+        self.reader.fault(name.span, message, help);
+        None
     }
 
     /// Reads on in a table; `None` after a fault.
@@ -90,7 +107,12 @@ impl Loader<'_> {
             Err(TableError::Unreadable(message)) => {
                 self.reader.fault(name.span, message, "paths count from the campaign's folder");
             }
-            Err(TableError::Content(Diagnostics(faults))) => self.reader.faults.extend(faults),
+            Err(TableError::Refused(message)) => {
+                self.reader.fault(name.span, message, COPY_INTO_FOLDER);
+            }
+            Err(TableError::Content(Diagnostics(faults))) => {
+                faults.into_iter().for_each(|fault| self.reader.report(fault));
+            }
         }
         None
     }

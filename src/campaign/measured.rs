@@ -6,6 +6,7 @@ use crate::campaign::declared::RunEntry;
 use crate::campaign::entries::Named;
 use crate::campaign::header::{TIME, Wanted};
 use crate::campaign::loader::Loader;
+use crate::campaign::origin::listed;
 use crate::campaign::readings::Readings;
 use crate::campaign::record::{BLOCK, Record};
 use crate::campaign::recorder::Recorder;
@@ -14,9 +15,15 @@ use crate::campaign::signal::Track;
 use crate::campaign::table::Table;
 use crate::campaign::timing::COLUMNS;
 use crate::campaign::timing::captures::Captures;
-use crate::diagnostic::{Diagnostic, nearest};
+use crate::diagnostic::{Diagnostic, nearest, shortened};
+use crate::document::OUTSIDE;
 use crate::graph::MeasurandKind;
 use crate::units::Unit;
+/// The most rows of a stream, which is held in memory as a whole.
+const MOST_STREAMED: usize = 20_000_000;
+/// Unused columns that a message names.
+const MOST_NAMES: usize = 8;
+
 impl Loader<'_> {
     /// The record of a run with data; `None` after a fault.
     pub(crate) fn run(&mut self, entry: &RunEntry) -> Option<Record> {
@@ -34,7 +41,7 @@ impl Loader<'_> {
             .iter()
             .map(|name| {
                 let mut stream = self.table(name, &streamed)?;
-                self.more(name, &mut stream, usize::MAX)?;
+                self.whole(name, &mut stream, MOST_STREAMED)?;
                 self.note_skipped(&mut stream);
                 Some(stream)
             })
@@ -48,7 +55,7 @@ impl Loader<'_> {
             Some(timing) => Captures::begin(self, timing, entry, &mut table, captures)?,
             None => None,
         };
-        let before = self.reader.faults.len();
+        let before = self.reader.count();
         let inputs: Vec<Track> = (0..self.model.inputs.len())
             .map(|index| self.track(index, entry, &table, &streams))
             .collect();
@@ -61,7 +68,7 @@ impl Loader<'_> {
         self.check_readings(data, &table);
         let record = self.rows(entry, data, &mut table, captures.as_mut(), &inputs);
         self.note_skipped(&mut table);
-        record.filter(|_| self.reader.faults.len() == before)
+        record.filter(|_| self.reader.count() == before)
     }
 
     /// Takes the rows of a data file block by block.
@@ -180,21 +187,40 @@ impl Loader<'_> {
         let missing: Vec<&str> =
             known.into_iter().filter(|name| tables().all(|t| t.column(name).is_none())).collect();
         for table in tables() {
-            for column in table.columns.iter().filter(|column| column.wanted.is_none()) {
-                if !self.warned.insert(column.name.clone()) {
-                    continue;
-                }
-                let mut warning = Diagnostic::warning(format!(
-                    "the column `{}` is not used: model `{}` does not declare it",
-                    column.name, self.model.name
-                ))
-                .at(table.header_place(column));
-                if let Some(near) = nearest(&column.name, missing.iter().copied()) {
-                    warning = warning.help(format!("did you mean `{near}`?"));
-                }
-                self.warnings.push(warning);
-            }
+            self.tell_unused(table, &missing);
         }
+    }
+
+    /// Warns of columns that nothing declares, each once; `missing` are names that no column has.
+    fn tell_unused(&mut self, table: &Table, missing: &[&str]) {
+        let unused = table.columns.iter().filter(|column| column.wanted.is_none());
+        let unused: Vec<_> =
+            unused.filter(|column| self.warned.insert(column.name.clone())).collect();
+        let Some(first) = unused.first() else { return };
+        let names = unused.iter().map(|column| column.name.as_str());
+        let (is_one, model) = (unused.len() == 1, &self.model.name);
+        let columns = match (table.is_outside(), is_one) {
+            (true, true) => "a column is".to_owned(),
+            (true, false) => format!("{} columns are", unused.len()),
+            (false, true) => format!("the column `{}` is", shortened(&first.name)),
+            (false, false) => format!("the columns {} are", listed(names.clone(), MOST_NAMES, "`")),
+        };
+        let does = if is_one { "does not declare it" } else { "does not declare them" };
+        let mut warning =
+            Diagnostic::warning(format!("{columns} not used: model `{model}` {does}"))
+                .at(table.header_place(first));
+        if table.is_outside() {
+            self.warnings.push(warning.help(format!("their names are not shown, for {OUTSIDE}")));
+            return;
+        }
+        for name in names.take(MOST_NAMES) {
+            warning = match nearest(name, missing.iter().copied()) {
+                Some(near) if is_one => warning.help(format!("did you mean `{near}`?")),
+                Some(near) => warning.help(format!("`{name}`: did you mean `{near}`?")),
+                None => warning,
+            };
+        }
+        self.warnings.push(warning);
     }
 
     /// Where an input comes from in this run.
@@ -246,7 +272,7 @@ impl Loader<'_> {
         let input = &self.model.inputs[index];
         let [_, rate, acceleration] = columns_of(&input.name);
         if let (None, Some(column)) = (data.column(&rate), data.column(&acceleration)) {
-            self.reader.faults.push(
+            self.reader.report(
                 Diagnostic::error(format!("`{acceleration}` needs `{rate}` beside it"))
                     .at(data.header_place(column)),
             );

@@ -21,7 +21,7 @@ pub(crate) fn planned(
     entry: &RunEntry,
     begin: f64,
 ) -> Option<Record> {
-    let before = loader.reader.faults.len();
+    let before = loader.reader.count();
     let plan = Planned::new(&mut loader.reader, entry, model, begin);
     let mut tracks = plan.tracks();
     for (input, track) in model.inputs.iter().zip(&mut tracks) {
@@ -47,7 +47,7 @@ pub(crate) fn planned(
             "add it to the plan, or to `inputs` where it stands still",
         );
     }
-    if loader.reader.faults.len() > before {
+    if loader.reader.count() > before {
         return None;
     }
     let mut recorder = Recorder::new(&tracks, column_count(model));

@@ -115,7 +115,7 @@ impl Loader<'_> {
                     if let Some(column) = table.column(&columns[first].1) {
                         fault = fault.at(table.cell_place(row, column));
                     }
-                    self.reader.faults.push(fault);
+                    self.reader.report(fault);
                     known.faulty.push(index);
                     break;
                 }

@@ -89,7 +89,7 @@ impl Captures {
             }
         }
         if !faults.is_empty() {
-            loader.reader.faults.extend(faults);
+            faults.into_iter().for_each(|fault| loader.reader.report(fault));
             return None;
         }
         let mut shared = Vec::new();
@@ -126,7 +126,7 @@ impl Captures {
                 let place = first_cell(data, row);
                 let fault =
                     Diagnostic::error("this reading has no capture").at_maybe(place.as_ref());
-                loader.reader.faults.push(fault.help(pairing(captures, data)));
+                loader.reader.report(fault.help(pairing(captures, data)));
                 return None;
             }
         }
@@ -136,7 +136,7 @@ impl Captures {
         if let Some((row, column, message, help)) = self.fault(&edges, replies.as_deref()) {
             let place = from.column(column).map(|column| from.cell_place(row, column));
             let fault = Diagnostic::error(message).at_maybe(place.as_ref()).help(help);
-            loader.reader.faults.push(fault);
+            loader.reader.report(fault);
             return None;
         }
         self.last.0 = edges.last().copied().unwrap_or(self.last.0);
@@ -178,7 +178,7 @@ impl Captures {
                 let place = first_cell(captures, 0);
                 let fault =
                     Diagnostic::error("this capture has no reading").at_maybe(place.as_ref());
-                loader.reader.faults.push(fault.help(pairing(captures, data)));
+                loader.reader.report(fault.help(pairing(captures, data)));
                 return None;
             }
         }
@@ -236,10 +236,10 @@ fn skipped(loader: &mut Loader<'_>, table: &Table) {
             "row {} of `{}` is bad, and captures belong to readings row by row",
             row.row, table.file
         );
-        let known = loader.reader.faults.iter().any(|fault| fault.message == message);
+        let known = loader.reader.faults().iter().any(|fault| fault.message == message);
         if !known {
             let help = "mend the row: leaving it out would shift all that follow; a reading that is not there is an empty cell";
-            loader.reader.faults.push(Diagnostic::error(message).help(help));
+            loader.reader.report(Diagnostic::error(message).help(help));
         }
     }
 }
