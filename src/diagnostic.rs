@@ -328,6 +328,17 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostics {}
 
+/// A number for a message: a power of ten in place of many zeros.
+pub fn number(value: f64) -> String {
+    let is_short = value == 0.0 || (1e-9..1e18).contains(&value.abs());
+    if is_short { value.to_string() } else { format!("{value:e}") }
+}
+
+/// The same with so many decimals.
+pub fn decimals(value: f64, places: usize) -> String {
+    if value.abs() < 1e15 { format!("{value:.places$}") } else { format!("{value:.places$e}") }
+}
+
 /// The known name nearest to a misspelt one, if one is near enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let count = name.chars().count();

@@ -4,7 +4,7 @@ use crate::campaign::captured::{Captured, columns_of};
 use crate::campaign::columns::{column_count, derived, reading_columns};
 use crate::campaign::declared::RunEntry;
 use crate::campaign::entries::Named;
-use crate::campaign::header::{TIME, Wanted};
+use crate::campaign::header::{Column, TIME, Wanted};
 use crate::campaign::loader::Loader;
 use crate::campaign::origin::listed;
 use crate::campaign::readings::Readings;
@@ -203,20 +203,25 @@ impl Loader<'_> {
             (true, true) => "a column is".to_owned(),
             (true, false) => format!("{} columns are", unused.len()),
             (false, true) => format!("the column `{}` is", shortened(&first.name)),
-            (false, false) => format!("the columns {} are", listed(names.clone(), MOST_NAMES, "`")),
+            (false, false) => format!("the columns {} are", listed(names, MOST_NAMES, "`")),
         };
         let does = if is_one { "does not declare it" } else { "does not declare them" };
-        let mut warning =
-            Diagnostic::warning(format!("{columns} not used: model `{model}` {does}"))
-                .at(table.header_place(first));
+        let near = |column: &&&Column| nearest(&column.name, missing.iter().copied());
+        let place = if table.is_outside() {
+            *first
+        } else {
+            unused.iter().find(|column| near(column).is_some()).unwrap_or(first)
+        };
+        let warning = Diagnostic::warning(format!("{columns} not used: model `{model}` {does}"));
+        let mut warning = warning.at(table.header_place(place));
         if table.is_outside() {
             self.warnings.push(warning.help(format!("their names are not shown, for {OUTSIDE}")));
             return;
         }
-        for name in names.take(MOST_NAMES) {
-            warning = match nearest(name, missing.iter().copied()) {
+        for column in unused.iter().take(MOST_NAMES) {
+            warning = match near(&column) {
                 Some(near) if is_one => warning.help(format!("did you mean `{near}`?")),
-                Some(near) => warning.help(format!("`{name}`: did you mean `{near}`?")),
+                Some(near) => warning.help(format!("`{}`: did you mean `{near}`?", column.name)),
                 None => warning,
             };
         }

@@ -5,7 +5,7 @@
 
 use crate::campaign::header::{self, Column, TIME};
 use crate::campaign::origin::Origin;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{self, Diagnostic};
 
 const NO_TIME: &str = "the row has no time";
 
@@ -20,18 +20,16 @@ fn backwards(origin: &Origin, time: f64, last: f64) -> Diagnostic {
     let message = match origin.is_outside {
         true => "time runs backwards here".to_owned(),
         false => {
-            format!("time runs backwards here: {} s comes after {} s", short(time), short(last))
+            format!(
+                "time runs backwards here: {} s comes after {} s",
+                diagnostic::number(time),
+                diagnostic::number(last)
+            )
         }
     };
     Diagnostic::error(message).help(
         "the rows of a file are in the order of time; the row before may be the one that is off",
     )
-}
-
-/// A number for a message: without the digits that large and small ones have.
-fn short(number: f64) -> String {
-    let plain = number == 0.0 || (1e-9..1e18).contains(&number.abs());
-    if plain { number.to_string() } else { format!("{number:e}") }
 }
 
 /// Reads the rows of one table in their order.
@@ -104,7 +102,7 @@ impl Reader {
             let is_time = Some(column.index) == self.time;
             let fault = match cell {
                 Some(cell) if !value.is_finite() => {
-                    not_finite(&self.origin.word(&short(cell)), cell, column)
+                    not_finite(&self.origin.word(&diagnostic::number(cell)), cell, column)
                 }
                 None if is_time => Diagnostic::error(NO_TIME),
                 Some(_) if is_time && value < self.last_time => {

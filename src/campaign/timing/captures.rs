@@ -12,7 +12,7 @@ use crate::campaign::loader::Loader;
 use crate::campaign::table::Table;
 use crate::campaign::timing::replies::{Moved, RequestToReply};
 use crate::campaign::timing::{Method, REPLY, Timing};
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{Diagnostic, Place, decimals};
 
 /// Resolution (s) of captures that do not state one, at worst.
 const COARSE: f64 = 1e-6;
@@ -196,8 +196,9 @@ impl Captures {
             } else if edge.abs() > self.largest {
                 let spacing = edge.abs() * f64::EPSILON;
                 let message = format!(
-                    "{edge:.0} s is so large a number that its neighbours are {:.0} ns apart",
-                    1e9 * spacing
+                    "{} s is so large a number that its neighbours are {} ns apart",
+                    decimals(*edge, 0),
+                    decimals(1e9 * spacing, 0)
                 );
                 (self.edge, message, "count from a later zero, say the start of the day")
             } else if *edge <= last.0 {
@@ -212,9 +213,9 @@ impl Captures {
                 (REPLY, message, "are the two columns exchanged?")
             } else if reply < edge + self.length {
                 let message = format!(
-                    "the reply comes {:.2} µs after its request began, which is {:.2} µs long",
-                    1e6 * (reply - edge),
-                    1e6 * self.length
+                    "the reply comes {} µs after its request began, which is {} µs long",
+                    decimals(1e6 * (reply - edge), 2),
+                    decimals(1e6 * self.length, 2)
                 );
                 let help =
                     "check `baud` and `bits`: nothing can reply before the request is complete";
