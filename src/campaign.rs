@@ -2,7 +2,6 @@
 //!
 //! | file | answers |
 //! |---|---|
-//! | [`entries`] | a TOML file as a tree in which everything keeps its place |
 //! | [`statement`] | how well a value is known, as a certificate states it |
 //! | [`specification`] | what the maker of the instrument promises to follow |
 //! | [`overrides`] | what a campaign states of parameters |
@@ -38,7 +37,6 @@ mod captured;
 mod certificate;
 mod columns;
 pub mod declared;
-pub mod entries;
 pub mod file;
 pub mod header;
 mod lines;

@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 
 use crate::campaign::calibration::Corrections;
-use crate::campaign::entries::{Item, Named, get};
 use crate::campaign::header::Wanted;
 use crate::campaign::loader::Loader;
 use crate::campaign::statement::{self, Spread};
 use crate::diagnostic::Diagnostic;
+use crate::document::entries::{Item, Named, get};
 use crate::model::InputDeclaration;
 
 /// The most rows of a table of corrections.

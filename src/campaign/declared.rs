@@ -1,9 +1,9 @@
 //! What campaign.toml declares of inputs, measurands and runs, before any model is known.
 
-use crate::campaign::entries::{Entry, Item, Named, Quantity};
 use crate::campaign::plan::Leg;
 use crate::campaign::run::Role;
 use crate::campaign::timing::RunTiming;
+use crate::document::entries::{Entry, Item, Named, Quantity};
 use crate::units::Unit;
 
 /// What a campaign says of an input: over what the model says.

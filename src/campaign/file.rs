@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use indexmap::{IndexMap, IndexSet};
 
 use crate::campaign::declared::{ColumnWord, InputOverride, MeasurandOverride, RunEntry};
-use crate::campaign::entries::{Entry, Item, Named, Reader, Value, get};
 use crate::campaign::overrides;
 use crate::campaign::plan;
 use crate::campaign::run::Role;
@@ -17,6 +16,7 @@ use crate::campaign::statement;
 use crate::campaign::timing::{self, Timing};
 use crate::campaign::{header, lines};
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
+use crate::document::entries::{Entry, Item, Named, Reader, Value, get};
 use crate::document::files::{Files, Input, reason};
 use crate::document::{text, withhold};
 use crate::model::Override;

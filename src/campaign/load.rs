@@ -4,7 +4,6 @@ use std::collections::HashSet;
 
 use crate::campaign::calibration::InputSpread;
 use crate::campaign::columns::reading_columns;
-use crate::campaign::entries::{Item, Named, get};
 use crate::campaign::file::CampaignFile;
 use crate::campaign::loader::{InputSetting, Loader};
 use crate::campaign::overlap::overlap;
@@ -17,6 +16,7 @@ use crate::campaign::spline::Smoothing;
 use crate::campaign::statement;
 use crate::diagnostic::{Diagnostic, Diagnostics, Span};
 use crate::document::COPY_INTO_FOLDER;
+use crate::document::entries::{Item, Named, get};
 use crate::document::files::Refused;
 use crate::formula::{Expression, ExpressionKind};
 use crate::library::{effect_files, model_file};

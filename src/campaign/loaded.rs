@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use crate::campaign::calibration::InputSpread;
 use crate::campaign::declared::{InputOverride, RunEntry};
-use crate::campaign::entries::Named;
 use crate::campaign::run::Run;
 use crate::campaign::specification::Specification;
 use crate::campaign::table::Skipped;
 use crate::campaign::timing::Timing;
 use crate::campaign::timing::replies::RequestToReply;
 use crate::diagnostic::{Diagnostic, Source};
+use crate::document::entries::Named;
 use crate::document::files::Files;
 use crate::model::Override;
 use crate::progress::Progress;

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 
 use crate::campaign::calibration::Corrections;
 use crate::campaign::declared::RunEntry;
-use crate::campaign::entries::{Named, Reader};
 use crate::campaign::header::Wanted;
 use crate::campaign::loaded::LeftOut;
 use crate::campaign::recorder::Store;
@@ -16,6 +15,7 @@ use crate::campaign::timing::Timing;
 use crate::campaign::timing::replies::RequestToReply;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::document::COPY_INTO_FOLDER;
+use crate::document::entries::{Named, Reader};
 use crate::document::files::Files;
 use crate::model::Model;
 use crate::progress::{Progress, Task};

@@ -3,7 +3,6 @@
 use crate::campaign::captured::{Captured, columns_of};
 use crate::campaign::columns::{column_count, derived, reading_columns};
 use crate::campaign::declared::RunEntry;
-use crate::campaign::entries::Named;
 use crate::campaign::header::{Column, TIME, Wanted};
 use crate::campaign::loader::Loader;
 use crate::campaign::origin::listed;
@@ -17,6 +16,7 @@ use crate::campaign::timing::COLUMNS;
 use crate::campaign::timing::captures::Captures;
 use crate::diagnostic::{Diagnostic, nearest, shortened};
 use crate::document::OUTSIDE;
+use crate::document::entries::Named;
 use crate::graph::MeasurandKind;
 use crate::units::Unit;
 /// The most rows of a stream, which is held in memory as a whole.

@@ -5,9 +5,9 @@
 
 use std::collections::HashSet;
 
-use crate::campaign::entries::{Entry, Item, Reader, Value};
 use crate::campaign::statement;
 use crate::diagnostic::Diagnostic;
+use crate::document::entries::{Entry, Item, Reader, Value};
 use crate::graph::Scope;
 use crate::model::Override;
 use crate::model::parameter::SCOPES;

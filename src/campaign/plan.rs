@@ -7,7 +7,7 @@
 //! before ended; acceleration is zero unless said. A plan begins at its `start` (a time), else when
 //! the run before it in its setup ended.
 
-use crate::campaign::entries::{Item, Named, Quantity, Reader, Value, get};
+use crate::document::entries::{Item, Named, Quantity, Reader, Value, get};
 use crate::units::{Dimension, Unit};
 
 /// The most samples a planned run may have.

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use crate::campaign::columns::{self, column_count};
 use crate::campaign::declared::RunEntry;
-use crate::campaign::entries::{Quantity, Reader};
 use crate::campaign::loader::{InputSetting, Loader};
 use crate::campaign::plan::Piece;
 use crate::campaign::record::{BLOCK, Record, captured_with_rates};
@@ -12,6 +11,7 @@ use crate::campaign::recorder::Recorder;
 use crate::campaign::samples::Samples;
 use crate::campaign::signal::Track;
 use crate::diagnostic::Span;
+use crate::document::entries::{Quantity, Reader};
 use crate::model::{InputDeclaration, Model};
 
 /// The record of a planned run; `None` after a fault.

@@ -2,7 +2,6 @@
 
 use crate::campaign::columns::reading_columns;
 use crate::campaign::declared::RunEntry;
-use crate::campaign::entries::Named;
 use crate::campaign::loaded::LeftOut;
 use crate::campaign::loader::Loader;
 use crate::campaign::samples::Samples;
@@ -10,6 +9,7 @@ use crate::campaign::signal::Track;
 use crate::campaign::spline::Spline;
 use crate::campaign::table::Table;
 use crate::diagnostic::{Diagnostic, decimals};
+use crate::document::entries::Named;
 use crate::graph::MeasurandKind;
 
 /// A quaternion whose norm is further from 1 is not one.

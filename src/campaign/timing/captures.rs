@@ -6,13 +6,13 @@
 
 use crate::campaign::captured::{columns_of, moved};
 use crate::campaign::declared::RunEntry;
-use crate::campaign::entries::Named;
 use crate::campaign::header::TIME;
 use crate::campaign::loader::Loader;
 use crate::campaign::table::Table;
 use crate::campaign::timing::replies::{Moved, RequestToReply};
 use crate::campaign::timing::{Method, REPLY, Timing};
 use crate::diagnostic::{Diagnostic, Place, decimals};
+use crate::document::entries::Named;
 
 /// Resolution (s) of captures that do not state one, at worst.
 const COARSE: f64 = 1e-6;

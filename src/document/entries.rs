@@ -4,8 +4,9 @@
 
 use toml::de::{DeTable, DeValue};
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span, nearest};
-use crate::document::MAXIMUM_FAULTS;
+use super::faults::{Faults, known_here};
+use super::parsed;
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span};
 use crate::units::{Unit, parse_quantity};
 
 /// A value and where it stands.
@@ -100,9 +101,7 @@ impl Item {
 pub struct Reader {
     /// The file.
     pub source: Source,
-    /// The first faults, and how many were reported.
-    faults: Vec<Diagnostic>,
-    count: usize,
+    faults: Faults,
 }
 
 impl Reader {
@@ -111,41 +110,28 @@ impl Reader {
     /// # Errors
     /// It is not TOML.
     pub fn parse(source: Source) -> Result<(Self, Vec<Entry>), Diagnostics> {
-        match DeTable::parse(&source.text) {
-            Ok(table) => {
-                let entries = entries(table.get_ref());
-                Ok((Self::new(source), entries))
-            }
-            Err(error) => {
-                let span = error.span().unwrap_or_default();
-                let place = source.place(Span::new(span.start, span.end));
-                let message = error.message().lines().collect::<Vec<_>>().join("; ");
-                Err(Diagnostic::error(message).at(place).into())
-            }
-        }
+        let entries = entries(parsed(&source, in_a_row)?.get_ref());
+        Ok((Self::new(source), entries))
     }
 
     /// A reader of a file in which nothing was found yet.
     pub fn new(source: Source) -> Self {
-        Self { source, faults: Vec::new(), count: 0 }
+        Self { source, faults: Faults::default() }
     }
 
     /// Records a fault; of many the first are kept.
     pub fn report(&mut self, fault: Diagnostic) {
-        self.count += 1;
-        if self.faults.len() < MAXIMUM_FAULTS {
-            self.faults.push(fault);
-        }
+        self.faults.report(fault);
     }
 
     /// How many faults were reported so far.
     pub fn count(&self) -> usize {
-        self.count
+        self.faults.count()
     }
 
     /// The faults so far, of many the first.
     pub fn faults(&self) -> &[Diagnostic] {
-        &self.faults
+        self.faults.first()
     }
 
     /// Nothing, if there was no fault.
@@ -153,17 +139,7 @@ impl Reader {
     /// # Errors
     /// The faults, of many the first.
     pub fn result(&self) -> Result<(), Diagnostics> {
-        let mut faults = self.faults.clone();
-        if self.count > faults.len() {
-            let more = self.count - faults.len();
-            faults.push(Diagnostic::error(format!("there are {more} more faults than these")));
-        }
-        Diagnostics(faults).into_result(())
-    }
-
-    /// Whether a fault would not be kept: messages for it need not be made.
-    fn is_full(&self) -> bool {
-        self.faults.len() >= MAXIMUM_FAULTS
+        self.faults.clone().all().into_result(())
     }
 
     /// The place of a span.
@@ -180,11 +156,7 @@ impl Reader {
 
     /// A fault for a name that is not known here, with the nearest known one.
     pub fn unknown(&mut self, span: Span, what: &str, name: &str, known: &[&str]) {
-        let help = match nearest(name, known.iter().copied().filter(|_| !self.is_full())) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if known.is_empty() => String::new(),
-            None => format!("known here: {}", known.join(", ")),
-        };
+        let help = if self.faults.is_full() { String::new() } else { known_here(name, known) };
         self.fault(span, format!("unknown {what} `{name}`"), help);
     }
 
@@ -358,6 +330,11 @@ impl Reader {
         let help = if example.is_empty() { String::new() } else { format!("as in {example}") };
         self.fault(item.span, message, help);
     }
+}
+
+/// The lines of a message in one.
+fn in_a_row(message: &str) -> String {
+    message.lines().collect::<Vec<_>>().join("; ")
 }
 
 /// The value of a key.
