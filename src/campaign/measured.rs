@@ -19,7 +19,8 @@ use crate::document::OUTSIDE;
 use crate::document::entries::Named;
 use crate::graph::MeasurandKind;
 use crate::units::Unit;
-/// The most rows of a stream, which is held in memory as a whole.
+
+/// The most rows of a stream: it is held in memory as a whole.
 const MOST_STREAMED: usize = 20_000_000;
 /// Unused columns that a message names.
 const MOST_NAMES: usize = 8;

@@ -65,6 +65,8 @@ fn simulated_values_that_are_not_finite_are_counted() {
         x = { value = 'c / (q - 2)', unit = \"1\" }\ny = { value = 'c * sqrt(4.5 - q)', unit = \"1\" }\n\
         z = { value = 'q + c', unit = \"1\" }\n";
     let campaign = "model = \"m.toml\"\n[parameters]\nc = { value = \"1\", fixed = true }\n\
+        x.delay = { value = \"0 s\", fixed = true }\ny.delay = { value = \"0 s\", fixed = true }\n\
+        z.delay = { value = \"0 s\", fixed = true }\n\
         [measurands]\nx = { sigma = \"1e-3\" }\ny = { sigma = \"1e-3\" }\nz = { sigma = \"1e-3\" }\n\
         [[runs]]\nname = \"planned\"\n\
         plan = { trigger = \"1 Hz\", duration = \"8 s\", q = { start = \"0\", rate = \"1 1/s\" } }\n";

@@ -190,19 +190,19 @@ fn no_message_quotes_a_long_text_whole() {
         "timing = { method = 'serial', baud = 'LONG', bits = 'LONG', LONG = 1 }",
         "specification = { LONG = 1, rates = { LONG = 'LONG' } }",
     ] {
-        let text = format!("{}\n{CAMPAIGN}", line.replace("LONG", &long));
+        let text = format!("{}\n{CAMPAIGN}", line.replace("LONG", &long[..100_000]));
         told.push(read(text.as_bytes(), b"q [m],x [m]\n1,1\n").unwrap_err());
     }
     for entry in [
-        "name = 'LONG'",
         "role = 'LONG'",
         "signals = ['LONG']",
         "columns = { LONG = 'q', q = 'LONG [m]', x = 'y [LONG]' }",
         "inputs = { LONG = '1 m', q = 'LONG' }",
         "plan = { trigger = 'LONG', LONG = { LONG = 1 } }",
         "timing = { captures = 'LONG', LONG = 1 }",
+        "LONG = 1",
     ] {
-        let run = format!("[[runs]]\n{}\ndata = 'LONG'\n", entry);
+        let run = format!("[[runs]]\nname = 'LONG'\n{entry}\ndata = 'LONG'\n");
         let text = format!("{CAMPAIGN}{}", run.replace("LONG", &long[..100_000]));
         told.push(read(text.as_bytes(), b"q [m],x [m]\n1,1\n").unwrap_err());
     }
