@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 const MODEL: &str = "name = \"line\"\ntitle = \"line\"\n[inputs]\nq = { unit = \"m\", signal = true }\n\
     [parameters]\nc = { unit = \"m\", scope = \"rig\" }\n[measurands]\nx = { value = 'q + c', unit = \"m\" }\n";
-const EFFECT: &str = "name = \"stretch\"\ntitle = \"stretch\"\nacts = \"reading\"\n\
+const EFFECT: &str = "name = \"stretch\"\ntitle = \"stretch\"\nacts = \"instrument\"\n\
     [parameters]\nby = { unit = \"1\", typical = \"1e-3\" }\n[patch]\nx = 'x * (1 + by)'\n";
 /// Every kind of file that a campaign names.
 const CAMPAIGN: &str = r#"model = "line.toml"
@@ -272,7 +272,11 @@ fn files_outside_are_read_unless_they_are_refused() {
         assert!(opened(&folder, false).is_ok(), "{name}");
         assert!(opened(&folder, true).unwrap_err().contains("--confined"), "{name}");
     }
-    // The same words whether there is such a file or not.
+}
+
+#[test]
+fn whether_a_file_outside_exists_is_not_seen_where_it_is_refused() {
+    let (_root, folder) = folder();
     let text = CAMPAIGN.replace("\"logged.csv\"", "\"../none.csv\"");
     fs::write(folder.join("campaign.toml"), text).unwrap();
     assert!(opened(&folder, true).unwrap_err().contains("--confined"));

