@@ -2,45 +2,63 @@
 //!
 //! | file | answers |
 //! |---|---|
-//! | [`mod@file`] | what campaign.toml says, with the place of everything |
-//! | [`load`] | a campaign file read against its model |
-//! | `logged` | a logged stream made into a signal: turns taken out, glitches told |
-//! | `overlap` | runs of one setup that seem to be recorded at the same time |
-//! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
-//! | `row`, `lines` | a line of it as numbers; its lines, one after the other |
-//! | `undecided` | which of two rows is bad where time runs backwards |
-//! | [`signal`] | a moving input: local Taylor series or smoothing spline |
-//! | [`run`] | one run; the samples of a stretch of it: times, inputs, readings |
-//! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
-//! | `spill`, `spilled` | numbers in a temporary file; them as samples |
-//! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
-//! | [`timing`] | when a reading was asked for: captures made into reference times |
-//! | [`calibration`] | an input's certificate: corrections, and what they leave open |
 //! | [`statement`] | how well a value is known, as a certificate states it |
-//! | [`plan`] | a run that is not measured yet |
 //! | [`specification`] | what the maker of the instrument promises to follow |
+//! | [`overrides`] | what a campaign states of parameters |
+//! | [`plan`] | how a run will be measured |
+//! | [`timing`] | when a reading was asked for: captures made into reference times |
+//! | [`declared`], [`mod@file`] | inputs, measurands, runs as declared; what campaign.toml says, with the place of everything |
+//! | `origin` | where a table's cells are from, for messages |
+//! | `lines`, [`header`], `row` | a file's lines; what its columns are; a line of it as numbers |
+//! | `undecided` | which of two rows is bad where time runs backwards |
+//! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
+//! | `points`, `smoothing`, [`spline`] | a stream gathered into knots; how much to smooth it; the curve |
+//! | [`signal`] | a moving input: local Taylor series or smoothing spline |
+//! | `columns`, `captured` | the columns of a model's runs; an input recorded with each sample |
+//! | [`samples`] | the samples of a run or a stretch of it: times, inputs, readings |
+//! | `spill`, `spilled` | numbers in a temporary file; them as samples |
+//! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
+//! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
+//! | [`run`] | one run |
+//! | [`calibration`] | what is known of an input's values, and corrections of them |
+//! | [`loaded`] | a campaign that is read, and how to read it |
+//! | `loader` | what the readers of runs share |
+//! | `certificate`, `readings`, `logged` | an input's certificate; the readings of a run; a logged stream made into a signal |
+//! | `measured`, `planned` | one measured run; one planned run |
+//! | `overlap` | runs of one setup that seem to be recorded at the same time |
+//! | [`load`] | a campaign file read against its model |
 //! | [`whole`] | a file that is whole or not there |
 //! | [`mod@write`], [`write_run`] | a campaign of the same form |
+//!
+//! No files import each other in a circle.
 
 pub mod calibration;
 mod captured;
-pub mod entries;
+mod certificate;
+mod columns;
+pub mod declared;
 pub mod file;
 pub mod header;
 mod lines;
 pub mod load;
+pub mod loaded;
+mod loader;
 mod logged;
+mod measured;
+mod origin;
 mod overlap;
 pub mod overrides;
 #[cfg(feature = "parquet")]
 mod parquet;
 pub mod plan;
+mod planned;
+mod points;
 mod readings;
 pub mod record;
 pub mod recorder;
 mod row;
 pub mod run;
-mod samples;
+pub mod samples;
 pub mod signal;
 mod smoothing;
 pub mod specification;
@@ -56,5 +74,6 @@ pub mod write;
 pub mod write_run;
 
 pub use record::{Record, Sample, Stretch};
-pub use run::{Role, Run, Samples};
+pub use run::{Role, Run};
+pub use samples::Samples;
 pub use signal::Track;

@@ -3,87 +3,13 @@
 //! A [`Diagnostic`] is a value; how it is drawn is the faces' business.
 
 use std::fmt;
-use std::sync::Arc;
 
-/// A range of bytes in a text.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Span {
-    /// First byte.
-    pub start: usize,
-    /// One past the last byte.
-    pub end: usize,
-}
+mod quoted;
+mod source;
 
-impl Span {
-    /// The bytes `start..end`.
-    pub fn new(start: usize, end: usize) -> Self {
-        Self { start, end }
-    }
-
-    /// The smallest span that holds both.
-    pub fn to(self, other: Self) -> Self {
-        Self { start: self.start.min(other.start), end: self.end.max(other.end) }
-    }
-
-    /// The same span `offset` bytes further on.
-    pub fn shifted(self, offset: usize) -> Self {
-        Self { start: self.start + offset, end: self.end + offset }
-    }
-}
-
-/// A text with the name of the file it came from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Source {
-    /// File name as the user knows it.
-    pub file: Arc<str>,
-    /// The whole text.
-    pub text: Arc<str>,
-}
-
-impl Source {
-    /// A text and where it came from.
-    pub fn new(file: impl Into<Arc<str>>, text: impl Into<Arc<str>>) -> Self {
-        Self { file: file.into(), text: text.into() }
-    }
-
-    /// The place of a span: line, column (in characters, from 1) and the line's text.
-    pub fn place(&self, span: Span) -> Place {
-        let floor = |mut at: usize| {
-            at = at.min(self.text.len());
-            while !self.text.is_char_boundary(at) {
-                at -= 1;
-            }
-            at
-        };
-        let (start, end) = (floor(span.start), floor(span.end.max(span.start)));
-        let line_start = self.text[..start].rfind('\n').map_or(0, |at| at + 1);
-        let line_end = self.text[start..].find('\n').map_or(self.text.len(), |at| start + at);
-        let line = self.text[line_start..line_end].trim_end_matches('\r');
-        let shown = self.text[start..end.min(line_end).max(start)].chars().count();
-        Place {
-            file: self.file.clone(),
-            line: self.text[..start].matches('\n').count() + 1,
-            column: self.text[line_start..start].chars().count() + 1,
-            length: shown.max(1),
-            excerpt: line.to_owned(),
-        }
-    }
-}
-
-/// A place in a file, with the line it is on.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
-    /// File name as the user knows it.
-    pub file: Arc<str>,
-    /// Line, from 1.
-    pub line: usize,
-    /// Column in characters, from 1.
-    pub column: usize,
-    /// How many characters are meant.
-    pub length: usize,
-    /// The text of the line.
-    pub excerpt: String,
-}
+use quoted::short_quotes;
+pub use quoted::{decimals, number, shortened};
+pub use source::{Place, Source, Span};
 
 /// How grave it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,7 +40,7 @@ impl Diagnostic {
     pub fn error(message: impl Into<String>) -> Self {
         Self {
             severity: Severity::Error,
-            message: message.into(),
+            message: short_quotes(message.into()),
             place: None,
             label: String::new(),
             help: Vec::new(),
@@ -146,7 +72,7 @@ impl Diagnostic {
 
     /// The same, with one more sentence of help.
     pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help.push(help.into());
+        self.help.push(short_quotes(help.into()));
         self
     }
 }
@@ -210,10 +136,14 @@ impl std::error::Error for Diagnostics {}
 
 /// The known name nearest to a misspelt one, if one is near enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let count = name.chars().count();
+    let most = |candidate: &str| 1 + candidate.chars().count() / 4;
     known
         .into_iter()
+        // Names are at least as far apart as their lengths; a long one need not be compared.
+        .filter(|candidate| candidate.chars().count().abs_diff(count) <= most(candidate))
         .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
-        .filter(|(distance, candidate)| *distance <= 1 + candidate.chars().count() / 4)
+        .filter(|(distance, candidate)| *distance <= most(candidate))
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
 }

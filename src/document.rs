@@ -13,36 +13,37 @@
 //! reader.into_result(title)
 //! ```
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span, nearest};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
 
+pub mod entries;
+mod faults;
 mod file;
+pub mod files;
 mod item;
 
+use faults::{Faults, known_here};
+pub(crate) use file::{COPY_INTO_FOLDER, OUTSIDE, text, withhold};
 pub use item::Item;
 
 /// Largest text that is read, in bytes; the files written by people are below 20 kB.
 pub const MAXIMUM_LENGTH: usize = 256 * 1024;
 
-/// After so many faults the rest are not told.
-const MAXIMUM_FAULTS: usize = 50;
-
 /// One text being read, and the faults found in it so far.
 #[derive(Debug)]
 pub struct Reader<'a> {
     source: &'a Source,
-    faults: RefCell<Vec<Diagnostic>>,
-    more: Cell<bool>,
+    faults: RefCell<Faults>,
 }
 
 impl<'a> Reader<'a> {
     /// Starts reading a text.
     pub fn new(source: &'a Source) -> Self {
-        Self { source, faults: RefCell::default(), more: Cell::new(false) }
+        Self { source, faults: RefCell::default() }
     }
 
     /// The text.
@@ -63,12 +64,7 @@ impl<'a> Reader<'a> {
             );
             return Err(Diagnostic::error(message).into());
         }
-        DeTable::parse(&self.source.text).map_err(|error| {
-            let span = error.span().unwrap_or(0..0);
-            Diagnostic::error(format!("not TOML: {}", error.message()))
-                .at(self.source.place(Span::new(span.start, span.end)))
-                .into()
-        })
+        parsed(self.source, |message| format!("not TOML: {message}"))
     }
 
     /// The outermost table; `what` names it in messages ("a model").
@@ -88,23 +84,18 @@ impl<'a> Reader<'a> {
 
     /// Records a fault.
     pub fn report(&self, fault: Diagnostic) {
-        let mut faults = self.faults.borrow_mut();
-        if faults.len() < MAXIMUM_FAULTS { faults.push(fault) } else { self.more.set(true) }
+        self.faults.borrow_mut().report(fault);
     }
 
     /// Records an error at a place; `help` may be empty.
     pub fn error(&self, span: Span, message: impl Into<String>, help: &str) {
-        if self.faults.borrow().len() >= MAXIMUM_FAULTS {
-            self.more.set(true);
-            return;
-        }
         let error = Diagnostic::error(message).at(self.source.place(span));
         self.report(if help.is_empty() { error } else { error.help(help) });
     }
 
     /// Whether a fault was found.
     pub fn has_faults(&self) -> bool {
-        !self.faults.borrow().is_empty()
+        self.faults.borrow().count() > 0
     }
 
     /// The value, if there was no fault and it is there.
@@ -112,17 +103,13 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// Every fault found, in the order of the text.
     pub fn into_result<T>(self, value: Option<T>) -> Result<T, Diagnostics> {
-        let mut faults = self.faults.into_inner();
-        faults.sort_by_key(|fault| fault.place.as_ref().map(|place| (place.line, place.column)));
-        if self.more.get() {
-            faults.push(Diagnostic::error("there are more faults than these"));
-        }
+        let faults = self.faults.into_inner().in_order().all();
         match value {
-            Some(value) if faults.is_empty() => Ok(value),
-            _ if faults.is_empty() => {
+            Some(value) if faults.0.is_empty() => Ok(value),
+            _ if faults.0.is_empty() => {
                 Err(Diagnostic::error(format!("`{}` could not be read", self.source.file)).into())
             }
-            _ => Err(Diagnostics(faults)),
+            _ => Err(faults),
         }
     }
 }
@@ -177,14 +164,24 @@ impl<'r> Section<'r> {
     pub fn finish(&self) {
         let asked = self.asked.borrow();
         for item in self.entries().filter(|item| !asked.contains(&item.key())) {
-            let help = match nearest(item.key(), asked.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("known here: {}", asked.join(", ")),
-            };
+            let help = known_here(item.key(), &asked);
             let message = format!("`{}` is not a key of {}", item.key(), self.what);
             self.reader.error(item.key_span(), message, &help);
         }
     }
+}
+
+/// The TOML of a text; `words` makes the message of its first fault.
+fn parsed(
+    source: &Source,
+    words: impl Fn(&str) -> String,
+) -> Result<Spanned<DeTable<'_>>, Diagnostics> {
+    DeTable::parse(&source.text).map_err(|error| {
+        let span = error.span().unwrap_or_default();
+        Diagnostic::error(words(error.message()))
+            .at(source.place(Span::new(span.start, span.end)))
+            .into()
+    })
 }
 
 /// How a value of the wrong type is called in messages.

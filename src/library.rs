@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, nearest};
+use crate::document::files::Files;
+use crate::document::{MAXIMUM_LENGTH, withhold};
 use crate::effect::Effect;
 use crate::model::parameter::component_count;
 use crate::model::{Model, Override};
@@ -31,6 +33,8 @@ const MAXIMUM_FILES: usize = 1000;
 #[derive(Clone, Debug, Default)]
 pub struct Library {
     effects: BTreeMap<String, Arc<Effect>>,
+    /// Files outside the folder that they are read for are refused.
+    confined: bool,
 }
 
 impl Library {
@@ -50,32 +54,30 @@ impl Library {
         Diagnostics(faults).into_result(library)
     }
 
+    /// The same; if `confined`, files outside the folder for which models and effects are read are
+    /// refused from then on.
+    #[must_use]
+    pub fn confined(self, confined: bool) -> Self {
+        Self { confined, ..self }
+    }
+
     /// The same with every effect of a folder (`*.toml`).
     ///
     /// # Errors
     /// A folder that cannot be read, every fault of its files, a name that is taken.
-    pub fn with_effects_dir(mut self, folder: &Path) -> Result<Self, Diagnostics> {
-        let failed = |error: std::io::Error| {
-            Diagnostics::from(Diagnostic::error(format!(
-                "cannot read the folder `{}`: {error}",
-                folder.display()
-            )))
-        };
-        let mut files = Vec::new();
-        for entry in std::fs::read_dir(folder).map_err(failed)? {
-            let path = entry.map_err(failed)?.path();
-            if path.extension().is_some_and(|extension| extension == "toml") {
-                files.push(path);
-            }
-        }
-        if files.len() > MAXIMUM_FILES {
-            let message = format!("`{}` holds more than {MAXIMUM_FILES} files", folder.display());
-            return Err(Diagnostic::error(message).into());
-        }
-        files.sort();
+    pub fn with_effects_dir(self, folder: &Path) -> Result<Self, Diagnostics> {
+        self.with_effects(folder, Files::of(folder))
+    }
+
+    fn with_effects(mut self, folder: &Path, mut belonging: Files) -> Result<Self, Diagnostics> {
+        belonging.confine(self.confined);
         let mut faults = Vec::new();
-        for file in files {
-            let added = Source::read(&file).and_then(|source| self.add(source));
+        for file in effect_files(folder)? {
+            let source = Source::read_of(&mut belonging, &file, MAXIMUM_LENGTH);
+            let added = source.and_then(|source| {
+                let added = self.add(source.clone());
+                added.map_err(|faults| withhold(&source, faults, &check_alone(&file)))
+            });
             if let Err(fault) = added {
                 faults.extend(fault.0);
             }
@@ -89,7 +91,7 @@ impl Library {
     /// As [`Self::with_effects_dir`].
     pub fn with_effects_beside(self, base: &Path) -> Result<Self, Diagnostics> {
         let folder = base.join("effects");
-        if folder.is_dir() { self.with_effects_dir(&folder) } else { Ok(self) }
+        if folder.is_dir() { self.with_effects(&folder, Files::of(base)) } else { Ok(self) }
     }
 
     /// The same with one more effect.
@@ -169,7 +171,11 @@ impl Library {
     /// No such model, or every fault of its file.
     pub fn model(&self, name: &str, base: &Path) -> Result<Model, Diagnostics> {
         if let Some(file) = model_file(name, base) {
-            return Model::parse(Source::read(&file)?);
+            let mut files = Files::of(base);
+            files.confine(self.confined);
+            let source = Source::read_of(&mut files, &file, MAXIMUM_LENGTH)?;
+            let model = Model::parse(source.clone());
+            return model.map_err(|faults| withhold(&source, faults, &check_alone(&file)));
         }
         if let Some((_, text)) = embedded::MODELS.iter().find(|(known, _)| *known == name) {
             return Model::parse(Source::new(format!("models/{name}.toml"), *text));
@@ -220,6 +226,35 @@ impl Library {
         let error = Diagnostic::error(message).at_maybe(said.place.as_ref());
         Some(if help.is_empty() { error } else { error.help(help) })
     }
+}
+
+/// How to see what is wrong with a file of which messages show nothing.
+fn check_alone(file: &Path) -> String {
+    format!("check it by itself, which shows it: homepoint check {}", file.display())
+}
+
+/// The files of a folder that are effects by their names (`*.toml`), sorted.
+///
+/// # Errors
+/// A folder that cannot be read, or holds more than [`MAXIMUM_FILES`].
+pub(crate) fn effect_files(folder: &Path) -> Result<Vec<PathBuf>, Diagnostics> {
+    let failed = |error: std::io::Error| {
+        let message = format!("cannot read the folder `{}`: {error}", folder.display());
+        Diagnostics::from(Diagnostic::error(message))
+    };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            files.push(path);
+        }
+    }
+    if files.len() > MAXIMUM_FILES {
+        let message = format!("`{}` holds more than {MAXIMUM_FILES} files", folder.display());
+        return Err(Diagnostic::error(message).into());
+    }
+    files.sort();
+    Ok(files)
 }
 
 /// Whether a campaign says a path, not a name.

@@ -1,12 +1,18 @@
 //! An input recorded with each sample, taken from its table block by block: jumps by whole periods
 //! are taken out, samples that lack it are told.
 
+use crate::campaign::header::TIME;
 use crate::campaign::signal::{Track, Unwrapper};
-use crate::campaign::table::{TIME, Table};
+use crate::campaign::table::Table;
 
 /// What a table calls the value, the rate and the acceleration of an input.
 pub(crate) fn columns_of(input: &str) -> [String; 3] {
     ["", "_rate", "_acceleration"].map(|suffix| format!("{input}{suffix}"))
+}
+
+/// Value and rate a while later, at constant acceleration.
+pub(crate) fn moved(value: f64, rate: f64, acceleration: f64, by: f64) -> (f64, f64) {
+    (value + by * (rate + 0.5 * by * acceleration), rate + by * acceleration)
 }
 
 /// What is known of an input from the blocks before.

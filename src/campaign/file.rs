@@ -7,19 +7,23 @@ use std::path::{Path, PathBuf};
 
 use indexmap::{IndexMap, IndexSet};
 
-use crate::campaign::entries::{Entry, Item, Quantity, Reader, Value, get};
+use crate::campaign::declared::{ColumnWord, InputOverride, MeasurandOverride, RunEntry};
 use crate::campaign::overrides;
-use crate::campaign::plan::{self, Leg};
+use crate::campaign::plan;
 use crate::campaign::run::Role;
 use crate::campaign::specification::Specification;
 use crate::campaign::statement;
-use crate::campaign::timing::{self, RunTiming, Timing};
+use crate::campaign::timing::{self, Timing};
 use crate::campaign::{header, lines};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
+use crate::document::entries::{Entry, Item, Named, Reader, Value, get};
+use crate::document::files::{Files, Input, reason};
+use crate::document::{text, withhold};
 use crate::model::Override;
 use crate::units::Unit;
 
-pub use crate::campaign::load::{Campaign, LeftOut, LoadOptions};
+/// Largest campaign.toml that is read, in bytes, unpacked if it is packed.
+pub const MOST_BYTES: usize = 1 << 20;
 
 const KEYS: [&str; 15] = [
     "title",
@@ -40,79 +44,6 @@ const KEYS: [&str; 15] = [
 ];
 const RUN_KEYS: [&str; 9] =
     ["name", "setup", "role", "data", "signals", "columns", "inputs", "plan", "timing"];
-
-/// Something named in a file, and where.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Named {
-    /// The text.
-    pub text: String,
-    /// Its bytes in the file.
-    pub span: Span,
-    /// Its place.
-    pub place: Place,
-}
-
-/// What a campaign says of an input: over what the model says.
-#[derive(Clone, Debug)]
-pub struct InputOverride {
-    /// The input's name.
-    pub name: Named,
-    /// Standard uncertainty of one value, new in every sample.
-    pub sigma: Option<Item>,
-    /// Resolution.
-    pub resolution: Option<Item>,
-    /// Its calibration.
-    pub calibration: Option<Item>,
-    /// Time constant of the smoothing of its stream.
-    pub smooth: Option<Item>,
-    /// Period by which recorded values jump.
-    pub period: Option<Item>,
-}
-
-/// What a campaign says of a measurand.
-#[derive(Clone, Debug)]
-pub struct MeasurandOverride {
-    /// The measurand's name.
-    pub name: Named,
-    /// Standard uncertainty of one reading, see [`crate::campaign::statement`].
-    pub said: Vec<Entry>,
-}
-
-/// One entry of `columns`: the model's name, and what the file calls it.
-#[derive(Clone, Debug)]
-pub struct ColumnWord {
-    /// The model's name.
-    pub name: Named,
-    /// As written: `tool_x [m]`.
-    pub written: String,
-    /// Name in the file.
-    pub header: String,
-    /// Unit, if it says one.
-    pub unit: Option<Unit>,
-}
-
-/// One `[[runs]]` entry.
-#[derive(Clone, Debug)]
-pub struct RunEntry {
-    /// Its name.
-    pub name: Named,
-    /// Its setup.
-    pub setup: String,
-    /// What it is for.
-    pub role: Role,
-    /// Its data file.
-    pub data: Option<Named>,
-    /// Its streams.
-    pub signals: Vec<Named>,
-    /// What files call inputs and measurands.
-    pub columns: Vec<ColumnWord>,
-    /// Constants of the run.
-    pub inputs: Vec<(Named, Quantity)>,
-    /// How it will be measured; empty for a run with data.
-    pub plan: Vec<Leg>,
-    /// What it says of its captures.
-    pub timing: RunTiming,
-}
 
 /// A campaign file, read and checked for form.
 #[derive(Clone, Debug)]
@@ -148,6 +79,8 @@ pub struct CampaignFile {
     /// `[[runs]]`.
     pub runs: Vec<RunEntry>,
     pub(crate) reader: Reader,
+    /// Its files: those read so far.
+    pub(crate) files: Files,
 }
 
 /// Whether a file is called as the tables of runs are.
@@ -170,14 +103,16 @@ impl CampaignFile {
             return Err(Diagnostic::error(message).help(help).into());
         }
         let path = if path.is_dir() { path.join("campaign.toml") } else { path.to_owned() };
-        let text = lines::read_bytes(&path)
-            .and_then(|bytes| {
-                String::from_utf8(bytes).map_err(|_| format!("`{}` is not UTF-8", path.display()))
-            })
-            .map_err(|message| {
-                Diagnostic::error(message).help("name a campaign's folder, or its campaign.toml")
-            })?;
-        Self::parse(&path, &text)
+        let mut files = Files::of(path.parent().unwrap_or(Path::new("")));
+        let failed = |error: std::io::Error| {
+            let help = "name a campaign's folder, or its campaign.toml";
+            Diagnostics::from(Diagnostic::error(reason(&path, &error)).help(help))
+        };
+        let Input { file, is_outside, .. } = files.open(&path).map_err(failed)?;
+        let bytes = lines::read_bytes(file, MOST_BYTES).map_err(failed)?;
+        let source = text(&path, bytes, is_outside, MOST_BYTES)?;
+        let help = "name the file itself, not a link to it: then it is shown";
+        Self::of(&path, source.clone(), files).map_err(|faults| withhold(&source, faults, help))
     }
 
     /// Reads the text of a campaign file that stands (or will stand) at `path`.
@@ -186,6 +121,10 @@ impl CampaignFile {
     /// As for [`CampaignFile::read`].
     pub fn parse(path: &Path, text: &str) -> Result<Self, Diagnostics> {
         let source = Source::new(path.display().to_string(), text);
+        Self::of(path, source, Files::of(path.parent().unwrap_or(Path::new(""))))
+    }
+
+    fn of(path: &Path, source: Source, files: Files) -> Result<Self, Diagnostics> {
         let (mut reader, entries) = Reader::parse(source)?;
         for (key, what) in [("quantities", "a model"), ("patch", "an effect")] {
             if let (Some(item), None) = (get(&entries, key), get(&entries, "model")) {
@@ -255,12 +194,11 @@ impl CampaignFile {
             delay_range,
             timing,
             runs,
-            reader: reader.clone(),
+            reader: Reader::new(reader.source.clone()),
+            files,
         };
-        Diagnostics(reader.faults).into_result(Self {
-            reader: Reader { source: reader.source, faults: Vec::new() },
-            ..this
-        })
+        reader.result()?;
+        Ok(this)
     }
 }
 
@@ -414,7 +352,7 @@ fn run_timing(item: &Item) -> Option<&Item> {
 }
 
 fn columns(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
-    let mut found = Vec::new();
+    let mut found: Vec<ColumnWord> = Vec::new();
     for entry in reader.table(item, "columns = { hand_x = \"tool_x [m]\" }") {
         let Some(written) = reader.text(&entry.item, "hand_x = \"tool_x [m]\"") else {
             continue;
@@ -428,6 +366,15 @@ fn columns(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
             }
         };
         let (header, name) = (header.to_owned(), key(reader, entry));
+        if let Some(other) = found.iter().find(|other| other.header == header) {
+            let message = format!(
+                "`{}` and `{}` name the same column, `{header}`",
+                other.name.text, name.text
+            );
+            let help = "a column is one input or one measurand: keep the entry that it is";
+            reader.fault(entry.span, message, help);
+            continue;
+        }
         found.push(ColumnWord { name, written, header, unit });
     }
     found

@@ -1,12 +1,13 @@
 //! The header of a table: `name [unit]`, a column each, and how a line falls into cells.
 
-use std::sync::Arc;
+use std::collections::HashSet;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::campaign::origin::Origin;
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::units::Unit;
 
-/// The longest line shown with a message.
-const LONGEST_EXCERPT: usize = 4000;
+/// The column that must be there in every row and must not run backwards.
+pub const TIME: &str = "time";
 
 /// A column that somebody needs.
 #[derive(Clone, Debug)]
@@ -48,39 +49,45 @@ pub fn split(cell: &str) -> (&str, Option<(&str, usize)>) {
     }
 }
 
+/// How many faults of a header are reported.
+const MOST_FAULTS: usize = 20;
+
 /// Reads a header.
 pub(crate) fn read(
-    file: &Arc<str>,
+    origin: &Origin,
     line: usize,
     text: &str,
     wanted: &[Wanted],
 ) -> Result<Vec<Column>, Diagnostics> {
     let mut faults = Vec::new();
     let all: Vec<(&str, (usize, usize))> = cells(text).collect();
-    let names: Vec<&str> = all.iter().map(|(cell, _)| split(cell).0).collect();
+    let names: HashSet<&str> = all.iter().map(|(cell, _)| split(cell).0).collect();
+    let at = |span| origin.place(line, text, span);
     if all.len() == 1 && text.contains([';', '\t']) {
         return Err(Diagnostic::error("columns are separated by commas")
-            .at(place(file, line, text, (0, text.len())))
+            .at(at((0, text.len())))
             .help("write `time [s],distance [m]`, and numbers with a decimal point")
             .into());
     }
     if names.iter().any(|name| name.parse::<f64>().is_ok()) {
         return Err(Diagnostic::error("the file has no header row")
-            .at(place(file, line, text, (0, text.len())))
+            .at(at((0, text.len())))
             .help("the first row names the columns, each with its unit: `time [s],distance [m]`")
             .into());
     }
     let mut columns = Vec::with_capacity(all.len());
+    let mut before = HashSet::with_capacity(all.len());
     for (index, (cell, span)) in all.iter().enumerate() {
+        if faults.len() == MOST_FAULTS {
+            break;
+        }
         let (name, unit) = split(cell);
-        let at = |span| place(file, line, text, span);
         if name.is_empty() {
             faults
                 .push(Diagnostic::error(format!("column {} has no name", index + 1)).at(at(*span)));
-        } else if names[..index].contains(&name) {
-            faults.push(
-                Diagnostic::error(format!("the column `{name}` is here twice")).at(at(*span)),
-            );
+        } else if !before.insert(name) {
+            let message = format!("the column `{}` is here twice", origin.word(name));
+            faults.push(Diagnostic::error(message).at(at(*span)));
         }
         let mut column = Column {
             name: name.to_owned(),
@@ -93,7 +100,7 @@ pub(crate) fn read(
         };
         if let Some(want) = find(name, &names, wanted) {
             column.wanted = Some(want.name.clone());
-            match read_unit(want, name, unit) {
+            match read_unit(origin, want, name, unit) {
                 Ok(unit) => column.unit = unit,
                 Err(fault) => {
                     let (diagnostic, inside) = *fault;
@@ -108,12 +115,12 @@ pub(crate) fn read(
 }
 
 /// The wanted column that a name of the header stands for: by the campaign's word first.
-fn find<'a>(name: &str, names: &[&str], wanted: &'a [Wanted]) -> Option<&'a Wanted> {
+fn find<'a>(name: &str, names: &HashSet<&str>, wanted: &'a [Wanted]) -> Option<&'a Wanted> {
     let by_word = |want: &&Wanted| want.header.as_ref().is_some_and(|(header, _)| header == name);
     wanted.iter().find(by_word).or_else(|| {
         wanted.iter().find(|want| {
             let renamed =
-                want.header.as_ref().is_some_and(|(header, _)| names.contains(&&**header));
+                want.header.as_ref().is_some_and(|(header, _)| names.contains(header.as_str()));
             want.name == name && !renamed
         })
     })
@@ -122,6 +129,7 @@ fn find<'a>(name: &str, names: &[&str], wanted: &'a [Wanted]) -> Option<&'a Want
 type UnitFault = (Diagnostic, Option<(usize, usize)>);
 
 fn read_unit(
+    origin: &Origin,
     want: &Wanted,
     name: &str,
     found: Option<(&str, usize)>,
@@ -146,8 +154,11 @@ fn read_unit(
         return if is_right { Ok(stated) } else { Err(Box::new((wrong(&stated), None))) };
     };
     let unit = Unit::parse(text).map_err(|error| {
-        let mut diagnostic = Diagnostic::error(error.message);
-        diagnostic.help.extend(error.help);
+        let mut diagnostic = match origin.is_outside {
+            true => Diagnostic::error(format!("the unit of the column `{name}` is none")),
+            false => Diagnostic::error(error.message),
+        };
+        diagnostic.help.extend(error.help.filter(|_| !origin.is_outside));
         Box::new((diagnostic, Some((start + error.start, start + error.end))))
     })?;
     let whole = Some((start, start + text.len()));
@@ -192,26 +203,4 @@ pub(crate) fn cells(line: &str) -> impl Iterator<Item = (&str, (usize, usize))> 
             None => (cell, (begin, begin + cell.len())),
         })
     })
-}
-
-/// The place of a part of a line.
-pub(crate) fn place(file: &Arc<str>, line: usize, text: &str, span: (usize, usize)) -> Place {
-    let before = text.get(..span.0).unwrap_or(text);
-    let inside = text.get(span.0..span.1).unwrap_or("");
-    let short = text.len() <= LONGEST_EXCERPT;
-    Place {
-        file: file.clone(),
-        line,
-        column: before.chars().count() + 1,
-        length: inside.chars().count().max(1),
-        excerpt: if short { text.to_owned() } else { String::new() },
-    }
-}
-
-/// A line that is not UTF-8: the fault, at the first byte that is none.
-pub(crate) fn not_utf8(file: &Arc<str>, number: usize, line: &[u8]) -> Diagnostic {
-    let valid = std::str::from_utf8(line).err().map_or(0, |error| error.valid_up_to());
-    let text = String::from_utf8_lossy(line);
-    let place = place(file, number, &text, (valid, valid));
-    Diagnostic::error("the file is not UTF-8 here").at(place).help("save the file as UTF-8")
 }

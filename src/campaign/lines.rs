@@ -4,31 +4,25 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use flate2::read::MultiGzDecoder;
 use memchr::memchr;
 
-/// The most bytes of a file that is taken as a whole, unpacked.
-const MOST_BYTES: u64 = 1 << 30;
 /// The most bytes of one line.
 const MOST_LINE: usize = 1 << 24;
 /// Bytes read at a time.
 const BUFFER: usize = 1 << 18;
 
-/// All bytes of a file, unpacked if it is gzip (by its first bytes).
+/// The bytes of a file, unpacked if it is gzip (by its first bytes): at most so many, and one more
+/// if there are more.
 ///
 /// # Errors
-/// In words: missing, unreadable, not a gzip file after all, or too long.
-pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
+/// Unreadable, or not a gzip file after all.
+pub(crate) fn read_bytes(file: File, most: usize) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let source = open(path, &Arc::default()).map_err(|error| reason(path, &error))?;
-    source.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(|error| reason(path, &error))?;
-    if bytes.len() as u64 > MOST_BYTES {
-        return Err(format!("`{}` is too long", path.display()));
-    }
+    open(file, &Arc::default())?.take(most as u64 + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -47,8 +41,8 @@ impl Read for Counted {
 }
 
 /// A file's bytes, unpacked if it is gzip; `count` grows with the bytes read, packed.
-fn open(path: &Path, count: &Arc<AtomicU64>) -> io::Result<Box<dyn Read + Send>> {
-    let mut file = Counted { file: File::open(path)?, count: count.clone() };
+fn open(file: File, count: &Arc<AtomicU64>) -> io::Result<Box<dyn Read + Send>> {
+    let mut file = Counted { file, count: count.clone() };
     let mut start = Vec::new();
     (&mut file).take(2).read_to_end(&mut start)?;
     let is_packed = start == [0x1f, 0x8b];
@@ -58,19 +52,6 @@ fn open(path: &Path, count: &Arc<AtomicU64>) -> io::Result<Box<dyn Read + Send>>
     } else {
         Box::new(whole)
     })
-}
-
-/// Why a file cannot be read, in words.
-pub(crate) fn reason(path: &Path, error: &io::Error) -> String {
-    let path = path.display();
-    match error.kind() {
-        io::ErrorKind::NotFound => format!("the file `{path}` does not exist"),
-        // What the decoder says of its input.
-        io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput | io::ErrorKind::UnexpectedEof => {
-            format!("`{path}` cannot be unpacked: {error}")
-        }
-        _ => format!("the file `{path}` cannot be read: {error}"),
-    }
 }
 
 /// The lines that hold something: their number from 1 and their bytes without the line's end. A
@@ -98,10 +79,10 @@ impl Lines {
     /// The lines of a file.
     ///
     /// # Errors
-    /// It cannot be opened.
-    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+    /// It cannot be read.
+    pub(crate) fn of(file: File) -> io::Result<Self> {
         let count = Arc::default();
-        let mut lines = Self::new(open(path, &count)?, BUFFER);
+        let mut lines = Self::new(open(file, &count)?, BUFFER);
         lines.count = count;
         while lines.end < 3 && !lines.ended {
             lines.fill()?;

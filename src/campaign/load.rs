@@ -1,129 +1,29 @@
 //! A campaign read against its model: units settled, signals ready, every sigma known.
 
 use std::collections::HashSet;
-use std::path::PathBuf;
 
 use crate::campaign::calibration::InputSpread;
-use crate::campaign::entries::{Item, get};
-use crate::campaign::file::{CampaignFile, InputOverride, Named, RunEntry};
+use crate::campaign::columns::reading_columns;
+use crate::campaign::file::CampaignFile;
+use crate::campaign::loader::{InputSetting, Loader};
 use crate::campaign::overlap::overlap;
-use crate::campaign::plan::Planned;
-use crate::campaign::record::{BLOCK, Record};
-use crate::campaign::recorder::{Recorder, Store};
-use crate::campaign::run::{Run, Samples};
-use crate::campaign::samples::{InputSetting, Loader, column_count, missing, reading_columns};
-use crate::campaign::signal::Track;
-use crate::campaign::specification::Specification;
+use crate::campaign::planned::planned;
+use crate::campaign::record::Record;
+use crate::campaign::recorder::Store;
+use crate::campaign::run::Run;
+use crate::campaign::samples::Samples;
 use crate::campaign::spline::Smoothing;
 use crate::campaign::statement;
-use crate::campaign::table::Skipped;
-use crate::campaign::timing::Timing;
-use crate::campaign::timing::replies::RequestToReply;
-use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
+use crate::diagnostic::{Diagnostic, Diagnostics, Span};
+use crate::document::COPY_INTO_FOLDER;
+use crate::document::entries::{Item, Named, get};
+use crate::document::files::Refused;
 use crate::formula::{Expression, ExpressionKind};
-use crate::model::{Model, Override};
-use crate::progress::Progress;
+use crate::library::{effect_files, model_file};
+use crate::model::Model;
 use crate::units::Unit;
 
-/// The margin kept to the ends of a stream (s), unless stated.
-pub const DELAY_RANGE: f64 = 0.5;
-
-/// How to read the data.
-#[derive(Clone, Debug)]
-pub struct LoadOptions {
-    /// Leave bad rows out, count and list them.
-    pub skip_bad_rows: bool,
-    /// Margin to the ends of streams (s), over what the campaign says.
-    pub delay_range: Option<f64>,
-    /// Bytes of memory for the samples of all runs; those that go beyond wait in a temporary file.
-    pub memory: u64,
-    /// Who is told how far reading has come.
-    pub progress: Progress,
-}
-
-/// Memory for samples (bytes), unless stated.
-pub const MEMORY: u64 = 1_000_000_000;
-
-impl Default for LoadOptions {
-    fn default() -> Self {
-        Self {
-            skip_bad_rows: false,
-            delay_range: None,
-            memory: MEMORY,
-            progress: Progress::default(),
-        }
-    }
-}
-
-/// Samples of a run whose readings are not used.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LeftOut {
-    /// The run.
-    pub run: String,
-    /// How many samples.
-    pub samples: usize,
-    /// Why.
-    pub why: String,
-}
-
-/// A campaign, ready to be explained by its model.
-#[derive(Clone, Debug)]
-pub struct Campaign {
-    /// `title`, else the folder's name.
-    pub title: String,
-    /// Name of its folder: how it is called where several are used together.
-    pub name: String,
-    /// Its folder.
-    pub folder: PathBuf,
-    /// Its campaign.toml.
-    pub source: Source,
-    /// Name of the model, as written.
-    pub model: Named,
-    /// Name of the instrument: campaigns of the same one share its parameters.
-    pub instrument: Option<String>,
-    /// Name of the rig.
-    pub rig: Option<String>,
-    /// Effects that are part of the nominal model.
-    pub effects: Vec<Named>,
-    /// Free data, carried into every result (an object).
-    pub metadata: serde_json::Value,
-    /// Names of the setups, in order of appearance.
-    pub setups: Vec<String>,
-    /// Runs, in the order written.
-    pub runs: Vec<Run>,
-    /// What was written of each run, in the same order.
-    pub entries: Vec<RunEntry>,
-    /// Parameters as overridden; to be applied by name once effects are known.
-    pub parameters: Vec<Override>,
-    /// What was written of inputs.
-    pub inputs: Vec<InputOverride>,
-    /// Standard uncertainty (SI) of each input of the model as it scatters from sample to sample,
-    /// if known.
-    pub input_sigma: Vec<Option<f64>>,
-    /// What it is made of, and what calibration leaves open.
-    pub input_spread: Vec<InputSpread>,
-    /// Standard uncertainty (SI) of one reading of each measurand of the model; 1 for one that the
-    /// campaign neither states nor reads.
-    pub measurand_sigma: Vec<f64>,
-    /// What the maker of the instrument promises to follow.
-    pub specification: Specification,
-    /// Degrees of freedom on which that rests, if few.
-    pub measurand_degrees_of_freedom: Vec<Option<f64>>,
-    /// Margin kept to the ends of streams (s).
-    pub delay_range: f64,
-    /// How reference times were captured, if the campaign says so.
-    pub timing: Option<Timing>,
-    /// The time from request to reply in each run that captured it.
-    pub request_to_reply: Vec<RequestToReply>,
-    /// What the user should look at.
-    pub warnings: Vec<Diagnostic>,
-    /// Rows left out, of each file the first [`MOST_LISTED`](super::table::MOST_LISTED).
-    pub skipped: Vec<Skipped>,
-    /// How many in all.
-    pub skipped_count: usize,
-    /// Samples whose readings are not used.
-    pub left_out: Vec<LeftOut>,
-}
+pub use crate::campaign::loaded::{Campaign, DELAY_RANGE, LeftOut, LoadOptions, MEMORY};
 
 impl CampaignFile {
     /// Reads the data of all runs against a model.
@@ -140,15 +40,17 @@ impl CampaignFile {
     /// # Errors
     /// As for [`CampaignFile::load`].
     pub fn load_into(
-        self,
+        mut self,
         store: &mut Store,
         model: &Model,
         options: &LoadOptions,
     ) -> Result<Campaign, Diagnostics> {
+        self.declare_files(options.confined)?;
         let mut loader = Loader {
             model,
             folder: self.folder.clone(),
             reader: self.reader.clone(),
+            files: self.files.clone(),
             inputs: Vec::new(),
             delay_range: options.delay_range.or(self.delay_range).unwrap_or(DELAY_RANGE),
             skip_bad_rows: options.skip_bad_rows,
@@ -172,7 +74,7 @@ impl CampaignFile {
         setup_times(&mut runs);
         loader.warnings.extend(overlap(&self.runs, &runs));
         self.need_sigmas(model, &mut loader, &runs, &mut measurand_sigma);
-        Diagnostics(std::mem::take(&mut loader.reader.faults)).into_result(())?;
+        loader.reader.result()?;
         let name = std::path::absolute(&self.folder)
             .ok()
             .and_then(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))
@@ -204,7 +106,25 @@ impl CampaignFile {
             skipped: loader.skipped,
             skipped_count: loader.skipped_count,
             left_out: loader.left_out,
+            files: loader.files,
         })
+    }
+
+    /// Takes the files of the model and of effects, which others read, for files of the campaign.
+    ///
+    /// # Errors
+    /// The campaign's own file lies outside its folder, and that is not allowed.
+    fn declare_files(&mut self, confined: bool) -> Result<(), Diagnostics> {
+        self.files.confine(confined);
+        if confined && self.files.is_outside(&self.path) {
+            let message = format!("`{}` {}", self.path.display(), Refused::Outside);
+            return Err(Diagnostic::error(message).help(COPY_INTO_FOLDER).into());
+        }
+        let effects = effect_files(&self.folder.join("effects")).unwrap_or_default();
+        for file in model_file(&self.model.text, &self.folder).iter().chain(&effects) {
+            self.files.note(file);
+        }
+        Ok(())
     }
 
     /// Bytes of all data files, as far as they are there.
@@ -395,48 +315,6 @@ fn reads(record: &Record) -> bool {
         if readings.any(|reading| !reading.is_nan()) { Err(()) } else { Ok(()) }
     });
     walked.is_err()
-}
-
-fn planned(model: &Model, loader: &mut Loader<'_>, entry: &RunEntry, begin: f64) -> Option<Record> {
-    let before = loader.reader.faults.len();
-    let plan = Planned::new(&mut loader.reader, entry, model, begin);
-    let mut tracks = plan.tracks();
-    for (input, track) in model.inputs.iter().zip(&mut tracks) {
-        let Some((name, quantity)) = entry.inputs.iter().find(|(name, _)| name.text == input.name)
-        else {
-            continue;
-        };
-        if !matches!(track, Track::Absent) {
-            loader.reader.fault(
-                name.span,
-                format!("run `{}` has `{}` twice", entry.name.text, input.name),
-                "",
-            );
-        }
-        loader.reader.accept(quantity, &format!("`{}`", input.name), &input.unit);
-        *track = Track::Constant(quantity.value);
-    }
-    for name in missing(&model.inputs, &tracks, &loader.inputs) {
-        let message = format!("the plan of run `{}` does not say `{name}`", entry.name.text);
-        loader.reader.fault(
-            entry.name.span,
-            message,
-            "add it to the plan, or to `inputs` where it stands still",
-        );
-    }
-    if loader.reader.faults.len() > before {
-        return None;
-    }
-    let mut recorder = Recorder::new(&tracks, column_count(model));
-    let mut keep = || {
-        for begin in (0..plan.len()).step_by(BLOCK) {
-            let samples = plan.samples(begin..plan.len().min(begin + BLOCK));
-            recorder.push(loader.store, &samples)?;
-        }
-        Ok(())
-    };
-    let kept = keep().and_then(|()| recorder.finish(loader.store));
-    kept.map_err(|error| loader.cannot_keep(entry, &error)).ok()
 }
 
 /// When the sample after a run's last one would come.

@@ -6,12 +6,13 @@
 
 use std::sync::Arc;
 
-use crate::campaign::file::RunEntry;
-use crate::campaign::samples::Loader;
+use crate::campaign::declared::RunEntry;
+use crate::campaign::header::TIME;
+use crate::campaign::loader::Loader;
 use crate::campaign::signal::{Track, unwrap};
 use crate::campaign::spline::{Spline, is_pause, mean_spacing};
-use crate::campaign::table::{TIME, Table};
-use crate::diagnostic::Diagnostic;
+use crate::campaign::table::Table;
+use crate::diagnostic::{Diagnostic, decimals};
 use crate::model::InputDeclaration;
 
 /// A stream that goes over so many periods counts turns by itself.
@@ -122,8 +123,9 @@ fn turns(input: &InputDeclaration, times: &[f64], values: &[f64]) -> Option<Diag
     }
     let at = steps().position(|step| step > 0.5 * turn)?;
     let message = format!(
-        "the stream of `{}` jumps by more than half a turn at {:.3} s",
-        input.name, times[at]
+        "the stream of `{}` jumps by more than half a turn at {} s",
+        input.name,
+        decimals(times[at], 3)
     );
     let help = format!(
         "the jump is taken for a motion; where the encoder begins anew with each turn, say so: `[inputs] {} = {{ period = \"360 deg\" }}`",
@@ -187,7 +189,7 @@ fn glitches(input: &InputDeclaration, times: &[f64], values: &[f64]) -> Option<D
     };
     let found: Vec<usize> = (0..off.len()).filter(is_glitch).collect();
     let at: Vec<String> =
-        found.iter().take(TOLD).map(|i| format!("{:.3} s", times[i + 1])).collect();
+        found.iter().take(TOLD).map(|i| format!("{} s", decimals(times[i + 1], 3))).collect();
     let more = if found.len() > TOLD {
         format!(" and {} more", found.len() - TOLD)
     } else {

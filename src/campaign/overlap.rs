@@ -5,7 +5,7 @@
 //! wrong times.
 
 use crate::campaign::Run;
-use crate::campaign::file::RunEntry;
+use crate::campaign::declared::RunEntry;
 use crate::diagnostic::Diagnostic;
 
 /// What to say of runs that overlap; `None` where none do.

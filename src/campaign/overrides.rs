@@ -3,9 +3,11 @@
 //! The parameter may belong to an effect that only the caller knows, so an override is read here
 //! and applied later, by name.
 
-use crate::campaign::entries::{Entry, Item, Reader, Value};
+use std::collections::HashSet;
+
 use crate::campaign::statement;
 use crate::diagnostic::Diagnostic;
+use crate::document::entries::{Entry, Item, Reader, Value};
 use crate::graph::Scope;
 use crate::model::Override;
 use crate::model::parameter::SCOPES;
@@ -28,11 +30,11 @@ const KEYS: [&str; 12] = [
 
 /// Reads `[parameters]`. A name with a dot may be quoted or not: `horizontal.delay = { ... }`.
 pub(crate) fn read(reader: &mut Reader, entries: &[Entry]) -> Vec<Override> {
-    let mut found = Vec::new();
+    let mut found = Found::default();
     for entry in entries {
         read_one(reader, entry, &entry.key, &mut found);
     }
-    found
+    found.overrides
 }
 
 /// Reads `[setups.NAME]`: what holds in a setup alone, of parameters that have a value in each. A
@@ -48,7 +50,7 @@ pub(crate) fn of_setups(reader: &mut Reader, entries: &[Entry], setups: &[&str])
         for one in own.iter().filter(|one| one.scope.is_some() || one.sum_zero.is_some()) {
             let message = format!("`scope` and `sum` of `{}` hold for all setups", one.name);
             let fault = Diagnostic::error(message).help("state them in [parameters]");
-            reader.faults.push(fault.at_maybe(one.place.as_ref()));
+            reader.report(fault.at_maybe(one.place.as_ref()));
         }
         found.extend(own.into_iter().map(|one| Override { setup: Some(setup.key.clone()), ..one }));
     }
@@ -58,14 +60,16 @@ pub(crate) fn of_setups(reader: &mut Reader, entries: &[Entry], setups: &[&str])
 /// What `[parameters]` say of how values are known that every setup states for itself is said of
 /// those: nobody states another.
 pub(crate) fn hand_on(parameters: &mut [Override], setups: &[&str]) {
+    let stated_own = |one: &Override| {
+        one.value.as_ref()?;
+        Some((one.name.clone(), one.setup.clone()?))
+    };
+    let own: HashSet<(String, String)> = parameters.iter().filter_map(stated_own).collect();
     for index in 0..parameters.len() {
         let general = &parameters[index];
         let (fixed, sigma) = (general.fixed, general.sigma.clone());
         let (degrees, name) = (general.degrees_of_freedom, general.name.clone());
-        let is_own = |one: &Override, setup: &str| {
-            one.name == name && one.setup.as_deref() == Some(setup) && one.value.is_some()
-        };
-        let stated = |setup: &&str| parameters.iter().any(|one| is_own(one, setup));
+        let stated = |setup: &&str| own.contains(&(name.clone(), (*setup).to_owned()));
         let is_handed_on = general.setup.is_none()
             && general.value.is_none()
             && (fixed.is_some() || sigma.is_some())
@@ -84,7 +88,14 @@ pub(crate) fn hand_on(parameters: &mut [Override], setups: &[&str]) {
     }
 }
 
-fn read_one(reader: &mut Reader, entry: &Entry, name: &str, found: &mut Vec<Override>) {
+/// What was read so far, and the names in it.
+#[derive(Default)]
+struct Found {
+    overrides: Vec<Override>,
+    names: HashSet<String>,
+}
+
+fn read_one(reader: &mut Reader, entry: &Entry, name: &str, found: &mut Found) {
     let entries = reader.table(&entry.item, "radius = { value = \"1.146 m\", sigma = \"20 um\" }");
     let mut this = Override {
         name: name.to_owned(),
@@ -142,10 +153,10 @@ fn read_one(reader: &mut Reader, entry: &Entry, name: &str, found: &mut Vec<Over
                 "leave out `fixed` to use `sigma` as prior knowledge",
             );
         }
-        if found.iter().any(|other| other.name == this.name) {
+        if !found.names.insert(this.name.clone()) {
             reader.fault(entry.span, format!("the parameter `{name}` is here twice"), "");
         }
-        found.push(this);
+        found.overrides.push(this);
     }
 }
 

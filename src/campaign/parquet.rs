@@ -41,12 +41,11 @@ impl std::fmt::Debug for Rows {
 }
 
 impl Rows {
-    /// Opens a file.
+    /// The rows of a file that is open; `path` names it in messages.
     ///
     /// # Errors
-    /// In words: missing, unreadable, or not a Parquet file.
-    pub(crate) fn open(path: &Path) -> Result<Self, String> {
-        let file = File::open(path).map_err(|error| super::lines::reason(path, &error))?;
+    /// In words: unreadable, or not a Parquet file.
+    pub(crate) fn of(path: &Path, file: File) -> Result<Self, String> {
         let file = SerializedFileReader::new(file)
             .map_err(|error| format!("`{}` is not a Parquet file: {error}", path.display()))?;
         Ok(Self {

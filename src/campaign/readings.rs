@@ -1,12 +1,15 @@
 //! The readings of one measured run: which are there, and which may be used.
 
-use crate::campaign::file::{LeftOut, Named, RunEntry};
-use crate::campaign::run::Samples;
-use crate::campaign::samples::{Loader, reading_columns};
+use crate::campaign::columns::reading_columns;
+use crate::campaign::declared::RunEntry;
+use crate::campaign::loaded::LeftOut;
+use crate::campaign::loader::Loader;
+use crate::campaign::samples::Samples;
 use crate::campaign::signal::Track;
 use crate::campaign::spline::Spline;
 use crate::campaign::table::Table;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, decimals};
+use crate::document::entries::Named;
 use crate::graph::MeasurandKind;
 
 /// A quaternion whose norm is further from 1 is not one.
@@ -107,12 +110,14 @@ impl Loader<'_> {
             for row in 0..samples.time.len() {
                 let norm = own.iter().map(|column| column[row] * column[row]).sum::<f64>().sqrt();
                 if (norm - 1.0).abs() > NORM_TOLERANCE {
-                    let mut fault =
-                        Diagnostic::error(format!("this quaternion has norm {norm:.4}, not 1"));
+                    let mut fault = Diagnostic::error(format!(
+                        "this quaternion has norm {}, not 1",
+                        decimals(norm, 4)
+                    ));
                     if let Some(column) = table.column(&columns[first].1) {
                         fault = fault.at(table.cell_place(row, column));
                     }
-                    self.reader.faults.push(fault);
+                    self.reader.report(fault);
                     known.faulty.push(index);
                     break;
                 }
@@ -195,7 +200,9 @@ impl Loader<'_> {
                 "{outside} of {all} samples of run `{run}` lie outside its streams, or in gaps of them"
             );
             let help = format!(
-                "the samples go from {first:.3} s to {last:.3} s, the streams hold {}; a margin of delay_range = \"{} s\" is kept{even}",
+                "the samples go from {} s to {} s, the streams hold {}; a margin of delay_range = \"{} s\" is kept{even}",
+                decimals(first, 3),
+                decimals(last, 3),
                 spans.join(", "),
                 self.delay_range
             );
@@ -208,10 +215,11 @@ impl Loader<'_> {
 /// What a stream holds of an input, in words.
 fn held(name: &str, spline: &Spline) -> String {
     let ((from, to), (gaps, longest)) = (spline.span(), spline.gaps());
+    let [from, to, longest] = [from, to, longest].map(|time| decimals(time, 3));
     let gaps = match gaps {
         0 => String::new(),
-        1 => format!(" with a gap of {longest:.3} s"),
-        _ => format!(" with {gaps} gaps of up to {longest:.3} s"),
+        1 => format!(" with a gap of {longest} s"),
+        _ => format!(" with {gaps} gaps of up to {longest} s"),
     };
-    format!("`{name}` from {from:.3} s to {to:.3} s{gaps}")
+    format!("`{name}` from {from} s to {to} s{gaps}")
 }

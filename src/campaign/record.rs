@@ -16,9 +16,9 @@ use std::sync::{Arc, OnceLock};
 
 pub use crate::campaign::spill::BLOCK;
 
-use crate::campaign::run::{Samples, Starts};
+use crate::campaign::samples::{Samples, Starts, shape};
 use crate::campaign::signal::Track;
-use crate::campaign::spilled::{Spilled, shape};
+use crate::campaign::spilled::Spilled;
 
 /// The samples of a run.
 #[derive(Clone, Debug)]

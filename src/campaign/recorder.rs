@@ -8,10 +8,10 @@ use std::io;
 use std::sync::OnceLock;
 
 use crate::campaign::record::Record;
-use crate::campaign::run::Samples;
+use crate::campaign::samples::{Line, Samples, shape};
 use crate::campaign::signal::Track;
 use crate::campaign::spill::{BLOCK, Spill, Table};
-use crate::campaign::spilled::{Line, Spilled, shape};
+use crate::campaign::spilled::Spilled;
 
 /// Memory and, where that does not suffice, disk for the records of several runs.
 #[derive(Debug)]

@@ -3,11 +3,9 @@
 //! A line without quotes is cut at its commas and its cells are parsed where they stand. Only what
 //! that way does not take goes the slow way, which knows quotes and finds the words for faults.
 
-use std::sync::Arc;
-
-use crate::campaign::header::{self, Column};
-use crate::campaign::table::TIME;
-use crate::diagnostic::Diagnostic;
+use crate::campaign::header::{self, Column, TIME};
+use crate::campaign::origin::Origin;
+use crate::diagnostic::{self, Diagnostic};
 
 const NO_TIME: &str = "the row has no time";
 
@@ -18,8 +16,18 @@ fn not_finite(cell: &str, value: f64, column: &Column) -> Diagnostic {
 }
 
 /// A row before the one that came last: either may have the wrong time.
-fn backwards(time: f64, last: f64) -> Diagnostic {
-    Diagnostic::error(format!("time runs backwards here: {time} s comes after {last} s")).help(
+fn backwards(origin: &Origin, time: f64, last: f64) -> Diagnostic {
+    let message = match origin.is_outside {
+        true => "time runs backwards here".to_owned(),
+        false => {
+            format!(
+                "time runs backwards here: {} s comes after {} s",
+                diagnostic::number(time),
+                diagnostic::number(last)
+            )
+        }
+    };
+    Diagnostic::error(message).help(
         "the rows of a file are in the order of time; the row before may be the one that is off",
     )
 }
@@ -27,7 +35,7 @@ fn backwards(time: f64, last: f64) -> Diagnostic {
 /// Reads the rows of one table in their order.
 #[derive(Debug)]
 pub(crate) struct Reader {
-    file: Arc<str>,
+    origin: Origin,
     /// The column of times.
     time: Option<usize>,
     last_time: f64,
@@ -38,10 +46,10 @@ pub(crate) struct Reader {
 }
 
 impl Reader {
-    pub(crate) fn new(file: Arc<str>, columns: &[Column]) -> Self {
+    pub(crate) fn new(origin: Origin, columns: &[Column]) -> Self {
         let time = columns.iter().position(|column| column.wanted.as_deref() == Some(TIME));
         let row = vec![f64::NAN; columns.len()];
-        Self { file, time, last_time: f64::NEG_INFINITY, is_late: false, row }
+        Self { origin, time, last_time: f64::NEG_INFINITY, is_late: false, row }
     }
 
     /// Reads a line; not empty on failure.
@@ -88,17 +96,21 @@ impl Reader {
         self.is_late = false;
         let mut faults = Vec::new();
         let wanted = columns.iter().filter(|column| column.wanted.is_some());
-        for (column, cell) in wanted.zip(cells) {
+        for (column, cell) in wanted.zip(cells.iter().copied()) {
             let value = cell.map_or(f64::NAN, |cell| column.unit.to_si(cell));
             self.row[column.index] = value;
             let is_time = Some(column.index) == self.time;
             let fault = match cell {
-                Some(cell) if !value.is_finite() => not_finite(&cell.to_string(), *cell, column),
+                Some(cell) if !value.is_finite() => {
+                    not_finite(&self.origin.word(&diagnostic::number(cell)), cell, column)
+                }
                 None if is_time => Diagnostic::error(NO_TIME),
-                Some(_) if is_time && value < self.last_time => backwards(value, self.last_time),
+                Some(_) if is_time && value < self.last_time => {
+                    backwards(&self.origin, value, self.last_time)
+                }
                 _ => continue,
             };
-            let mut place = header::place(&self.file, number, "", (0, 0));
+            let mut place = self.origin.place(number, "", (0, 0));
             place.column = column.index + 1;
             faults.push(fault.at(place));
         }
@@ -146,10 +158,10 @@ impl Reader {
         columns: &[Column],
     ) -> Result<(), Vec<Diagnostic>> {
         let Ok(text) = std::str::from_utf8(line) else {
-            return Err(vec![header::not_utf8(&self.file, number, line)]);
+            return Err(vec![self.origin.not_utf8(number, line)]);
         };
         let fault = |message: String, cell: (usize, usize)| {
-            Diagnostic::error(message).at(header::place(&self.file, number, text, cell))
+            Diagnostic::error(message).at(self.origin.place(number, text, cell))
         };
         let mut faults = Vec::new();
         let mut found = 0;
@@ -173,19 +185,22 @@ impl Reader {
                     self.row[index] = column.unit.to_si(value);
                 }
                 Ok(value) => {
-                    let at = header::place(&self.file, number, text, span);
-                    faults.push(not_finite(cell, value, column).at(at));
+                    let at = self.origin.place(number, text, span);
+                    faults.push(not_finite(&self.origin.word(cell), value, column).at(at));
                 }
                 Err(_) => {
-                    let shown: String = cell.chars().take(40).collect();
-                    let message =
-                        format!("expected a number in column `{}`, found `{shown}`", column.name);
+                    let message = format!(
+                        "expected a number in column `{}`, found `{}`",
+                        column.name,
+                        self.origin.word(cell)
+                    );
                     faults.push(fault(message, span));
                 }
             }
             if Some(index) == self.time && self.is_before() {
-                let at = header::place(&self.file, number, text, span);
-                faults.push(backwards(self.row[index], self.last_time).at(at));
+                let at = self.origin.place(number, text, span);
+                let fault = backwards(&self.origin, self.row[index], self.last_time);
+                faults.push(fault.at(at));
             }
         }
         if found != columns.len() {

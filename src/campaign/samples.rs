@@ -1,399 +1,140 @@
-//! One measured run: its data file and its streams made into samples.
+//! The samples of a run, or of a stretch of it: times, inputs, readings, clocks.
 
-use std::collections::HashSet;
-use std::path::PathBuf;
-
-use crate::campaign::calibration::Corrections;
-use crate::campaign::captured::{Captured, columns_of};
-use crate::campaign::entries::Reader;
-use crate::campaign::file::{LeftOut, Named, RunEntry};
-use crate::campaign::header::Wanted;
-use crate::campaign::readings::Readings;
-use crate::campaign::record::{BLOCK, Record};
-use crate::campaign::recorder::{Recorder, Store};
-use crate::campaign::run::Samples;
 use crate::campaign::signal::Track;
-use crate::campaign::spilled::shape;
-use crate::campaign::spline::Smoothing;
-use crate::campaign::table::{Skipped, TIME, Table, TableError};
-use crate::campaign::timing::captures::Captures;
-use crate::campaign::timing::replies::RequestToReply;
-use crate::campaign::timing::{COLUMNS, Timing};
-use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
-use crate::graph::MeasurandKind;
-use crate::model::{InputDeclaration, Model};
-use crate::progress::{Progress, Task};
-use crate::units::{Dimension, Unit};
 
-/// Number of reading columns of a model.
-pub(crate) fn column_count(model: &Model) -> usize {
-    reading_columns(model).len()
+/// The samples of a run, or of a stretch of it. All in SI; a reading that is not there is NaN.
+#[derive(Clone, Debug, Default)]
+pub struct Samples {
+    /// Reference time (s), one a sample.
+    pub time: Vec<f64>,
+    /// Time since the first sample of all campaigns that are used together (s): what formulas call
+    /// `time`.
+    pub elapsed_time: Vec<f64>,
+    /// Time since the start of the run (s).
+    pub run_time: Vec<f64>,
+    /// Time since the start of the setup (s).
+    pub setup_time: Vec<f64>,
+    /// Straight line through `run_time` over the sample number (s).
+    pub uniform_time: Vec<f64>,
+    /// One for each input of the model, in its order.
+    pub inputs: Vec<Track>,
+    /// One column for each component of each measurand of the model, in their order (a rotation has
+    /// four: w, x, y, z); NaN where missing.
+    pub readings: Vec<Vec<f64>>,
+    /// Row of the data file (line number, from 1) of each sample.
+    pub rows: Vec<usize>,
 }
 
-/// The reading columns of a model in their order: index of the measurand, name.
-pub(crate) fn reading_columns(model: &Model) -> Vec<(usize, String)> {
-    let mut columns = Vec::new();
-    for (index, measurand) in model.measurands.iter().enumerate() {
-        match measurand.kind {
-            MeasurandKind::Rotation => {
-                columns.extend(
-                    ["w", "x", "y", "z"].map(|c| (index, format!("{}_{c}", measurand.name))),
-                );
-            }
-            _ => columns.push((index, measurand.name.clone())),
-        }
-    }
-    columns
-}
-
-/// The unit of the rate (order 1) or acceleration (order 2) of what has a unit.
-pub(crate) fn derived(unit: &Unit, order: u8) -> Unit {
-    let base = if unit.offset != 0.0 { "K".to_owned() } else { unit.symbol.clone() };
-    let plain = base.chars().all(char::is_alphabetic);
-    let base = if plain || base == "1" { base } else { format!("({base})") };
-    let symbol = match order {
-        0 => unit.symbol.clone(),
-        1 => format!("{base}/s"),
-        _ => format!("{base}/s^2"),
-    };
-    let per = (0..order).fold(unit.dimension, |dimension, _| dimension / Dimension::TIME);
-    Unit::parse(&symbol).unwrap_or_else(|_| Unit::coherent(per))
-}
-
-/// What is settled of an input for the whole campaign.
-#[derive(Clone, Debug)]
-pub(crate) struct InputSetting {
-    pub(crate) smoothing: Smoothing,
-    pub(crate) period: Option<f64>,
-    /// Some formula of the model needs it.
-    pub(crate) needed: bool,
-    /// From its calibration.
-    pub(crate) corrections: Option<Corrections>,
-}
-
-/// Reads runs against a model and collects what was found on the way.
-pub(crate) struct Loader<'a> {
-    pub(crate) model: &'a Model,
-    pub(crate) folder: PathBuf,
-    pub(crate) reader: Reader,
-    pub(crate) inputs: Vec<InputSetting>,
-    pub(crate) delay_range: f64,
-    pub(crate) skip_bad_rows: bool,
-    pub(crate) warnings: Vec<Diagnostic>,
-    pub(crate) warned: HashSet<String>,
-    pub(crate) skipped: Vec<Skipped>,
-    pub(crate) skipped_count: usize,
-    pub(crate) left_out: Vec<LeftOut>,
-    pub(crate) store: &'a mut Store,
-    pub(crate) progress: Progress,
-    /// Bytes of data files read so far, and of all.
-    pub(crate) bytes: (u64, u64),
-    pub(crate) timing: Option<Timing>,
-    pub(crate) request_to_reply: Vec<RequestToReply>,
-}
-
-impl Loader<'_> {
-    /// Tells that the disk does not take a run.
-    pub(crate) fn cannot_keep(&mut self, entry: &RunEntry, error: &std::io::Error) {
-        let folder = std::env::temp_dir();
-        let message = format!(
-            "run `{}` is larger than the memory for it, and cannot be put into a temporary file in {}: {error}",
-            entry.name.text,
-            folder.display()
-        );
-        let help = "say with TMPDIR where there is room, or allow more memory with `--memory 8GB`";
-        self.reader.fault(entry.name.span, message, help);
+impl Samples {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.time.len()
     }
 
-    /// The record of a run with data; `None` after a fault.
-    pub(crate) fn run(&mut self, entry: &RunEntry) -> Option<Record> {
-        let data = entry.data.as_ref()?;
-        let (every, streamed) = (self.wanted(entry, true), self.wanted(entry, false));
-        let beside = entry.timing.captures.as_ref();
-        let table = match beside {
-            // Times are the captures' business then.
-            Some(_) => self.table(data, &without_times(&every)),
-            None => self.table(data, &every),
-        };
-        let captures = beside.map(|name| self.table(name, &every));
-        let streams: Vec<_> = entry
-            .signals
-            .iter()
-            .map(|name| {
-                let mut stream = self.table(name, &streamed)?;
-                self.more(name, &mut stream, usize::MAX)?;
-                self.note_skipped(&mut stream);
-                Some(stream)
-            })
-            .collect();
-        let mut table = table?;
-        let captures = captures.map_or(Some(None), |captures| captures.map(Some))?;
-        let streams: Vec<Table> = streams.into_iter().collect::<Option<_>>()?;
-        let tables: Vec<&Table> = [&table].into_iter().chain(&captures).chain(&streams).collect();
-        self.check_columns(entry, &every, &tables);
-        let mut captures = match self.timing.clone() {
-            Some(timing) => Captures::begin(self, timing, entry, &mut table, captures)?,
-            None => None,
-        };
-        let before = self.reader.faults.len();
-        let inputs: Vec<Track> = (0..self.model.inputs.len())
-            .map(|index| self.track(index, entry, &table, &streams))
-            .collect();
-        drop(streams);
-        if table.column(TIME).is_none() && inputs.iter().any(Track::moves) {
-            let message = format!("`{}` has no column `time [s]`", data.text);
-            let help = format!("inputs move in this run; columns found: {}", table.names());
-            self.reader.fault(data.span, message, help);
-        }
-        self.check_readings(data, &table);
-        let record = self.rows(entry, data, &mut table, captures.as_mut(), &inputs);
-        self.note_skipped(&mut table);
-        record.filter(|_| self.reader.faults.len() == before)
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
     }
 
-    /// Takes the rows of a data file block by block.
-    fn rows(
-        &mut self,
-        entry: &RunEntry,
-        data: &Named,
-        table: &mut Table,
-        mut captures: Option<&mut Captures>,
-        inputs: &[Track],
-    ) -> Option<Record> {
-        let mut recorder = Recorder::new(inputs, column_count(self.model));
-        let mut captured: Vec<Captured> = (0..inputs.len())
-            .map(|index| Captured::new(&self.model.inputs[index].name, self.inputs[index].period))
-            .collect();
-        let mut readings = Readings::default();
-        let mut samples = Samples::default();
-        shape(&mut samples, inputs, column_count(self.model));
-        // The tracks without columns, too, for they say where they have values.
-        samples.inputs = inputs.to_vec();
-        let is_timed = table.column(TIME).is_some();
-        while self.more(data, table, BLOCK)? {
-            if let Some(captures) = &mut captures {
-                captures.refer(self, table)?;
-            }
-            let count = table.lines.len();
-            samples.rows.clone_from(&table.lines);
-            if !table.copy(TIME, &mut samples.time) {
-                samples.time.resize(count, 0.0);
-            }
-            let mut usable = vec![true; count];
-            let tracks = samples.inputs.iter_mut().zip(&self.inputs);
-            for (captured, (track, setting)) in captured.iter_mut().zip(tracks) {
-                captured.take(table, &samples.time, track, &mut usable);
-                if let (Some(corrections), Track::Captured { .. }) = (&setting.corrections, &track)
-                {
-                    corrections.correct_track(track);
-                }
-            }
-            self.take_readings(table, &mut samples, &mut readings);
-            if is_timed {
-                readings.count_repeated(&samples);
-            }
-            self.leave_out(&mut samples, &usable, &mut readings);
-            if let Err(error) = recorder.push(self.store, &samples) {
-                self.cannot_keep(entry, &error);
-                return None;
-            }
-        }
-        if let Some(captures) = captures {
-            let replied = captures.end(self, table)?;
-            self.request_to_reply.extend(replied);
-        }
-        for name in captured.iter().flat_map(|input| input.without_value(table)) {
-            let message = format!("run `{}` has no value in column `{name}`", entry.name.text);
-            self.reader.fault(entry.name.span, message, "");
-        }
-        self.tell_left_out(entry, inputs, &readings);
-        match recorder.finish(self.store) {
-            Ok(record) => Some(record),
-            Err(error) => {
-                self.cannot_keep(entry, &error);
-                None
-            }
-        }
+    /// Columns of times, captured inputs and readings, in this order.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = &[f64]> {
+        let captured = self.inputs.iter().flat_map(Track::columns);
+        std::iter::once(&self.time).chain(captured).chain(&self.readings).map(Vec::as_slice)
     }
 
-    /// The columns a file may hold: all for the data file, else time and inputs.
-    fn wanted(&self, entry: &RunEntry, readings: bool) -> Vec<Wanted> {
-        let want = |name: String, unit: Unit| {
-            let word = entry.columns.iter().find(|word| word.name.text == name);
-            let header = word.map(|word| (word.header.clone(), word.unit.clone()));
-            Wanted { name, header, unit }
-        };
-        let times = if readings && self.timing.is_some() { &COLUMNS[..] } else { &[TIME][..] };
-        let time = |name: &&str| want((*name).into(), Unit::second());
-        let mut found: Vec<Wanted> = times.iter().map(time).collect();
-        for input in &self.model.inputs {
-            for (order, suffix) in ["", "_rate", "_acceleration"].iter().enumerate() {
-                if order == 0 || readings {
-                    let unit = derived(&input.unit, order as u8);
-                    found.push(want(format!("{}{suffix}", input.name), unit));
-                }
-            }
-        }
-        if readings {
-            for (index, name) in reading_columns(self.model) {
-                let measurand = &self.model.measurands[index];
-                let unit = match measurand.kind {
-                    MeasurandKind::Rotation => Unit::one(),
-                    _ => measurand.unit.clone(),
-                };
-                found.push(want(name, unit));
-            }
-        }
-        found
+    /// The same, to be changed.
+    pub(crate) fn columns_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        let captured = self.inputs.iter_mut().flat_map(Track::columns_mut);
+        std::iter::once(&mut self.time).chain(captured).chain(&mut self.readings)
     }
 
-    fn note_skipped(&mut self, table: &mut Table) {
-        self.skipped.append(&mut table.skipped);
-        self.skipped_count += table.skipped_count;
+    /// Puts more samples of the same run behind these.
+    pub(crate) fn append(&mut self, mut more: Self) {
+        if self.is_empty() {
+            *self = more;
+            return;
+        }
+        for (own, more) in self.columns_mut().zip(more.columns_mut()) {
+            own.append(more);
+        }
+        self.elapsed_time.append(&mut more.elapsed_time);
+        self.run_time.append(&mut more.run_time);
+        self.setup_time.append(&mut more.setup_time);
+        self.uniform_time.append(&mut more.uniform_time);
+        self.rows.append(&mut more.rows);
     }
 
-    /// Opens a table.
-    pub(crate) fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
-        let table = Table::open(&self.folder.join(&name.text), wanted, self.skip_bad_rows);
-        self.told(name, table)
+    /// Bytes of memory for as many samples, all clocks counted.
+    pub(crate) fn bytes(&self) -> u64 {
+        8 * (self.columns().count() as u64 + 5) * self.len() as u64
     }
 
-    /// Reads on in a table; `None` after a fault.
-    pub(crate) fn more(&mut self, name: &Named, table: &mut Table, most: usize) -> Option<bool> {
-        let before = table.bytes_read();
-        let more = table.more(most);
-        self.bytes.0 += table.bytes_read() - before;
-        self.progress.tell(Task::Reading, self.bytes.0, self.bytes.1);
-        self.told(name, more)
-    }
-
-    fn told<T>(&mut self, name: &Named, result: Result<T, TableError>) -> Option<T> {
-        match result {
-            Ok(value) => return Some(value),
-            Err(TableError::Unreadable(message)) => {
-                self.reader.fault(name.span, message, "paths count from the campaign's folder");
-            }
-            Err(TableError::Content(Diagnostics(faults))) => self.reader.faults.extend(faults),
-        }
-        None
-    }
-
-    /// Faults names of `columns` that mean nothing and warns of columns that nothing declares.
-    fn check_columns(&mut self, entry: &RunEntry, all: &[Wanted], tables: &[&Table]) {
-        let tables = || tables.iter().copied();
-        let known: Vec<&str> = all.iter().map(|want| want.name.as_str()).collect();
-        for word in &entry.columns {
-            if !known.contains(&word.name.text.as_str()) {
-                self.reader.unknown(word.name.span, "input or measurand", &word.name.text, &known);
-            } else if !tables().any(|t| t.columns.iter().any(|c| c.name == word.header)) {
-                let message =
-                    format!("no file of run `{}` has a column `{}`", entry.name.text, word.header);
-                let help = format!(
-                    "columns found: {}",
-                    tables().map(Table::names).collect::<Vec<_>>().join("; ")
-                );
-                self.reader.fault(word.name.span, message, help);
-            }
-        }
-        let missing: Vec<&str> =
-            known.into_iter().filter(|name| tables().all(|t| t.column(name).is_none())).collect();
-        for table in tables() {
-            for column in table.columns.iter().filter(|column| column.wanted.is_none()) {
-                if !self.warned.insert(column.name.clone()) {
-                    continue;
-                }
-                let mut warning = Diagnostic::warning(format!(
-                    "the column `{}` is not used: model `{}` does not declare it",
-                    column.name, self.model.name
-                ))
-                .at(table.header_place(column));
-                if let Some(near) = nearest(&column.name, missing.iter().copied()) {
-                    warning = warning.help(format!("did you mean `{near}`?"));
-                }
-                self.warnings.push(warning);
-            }
-        }
-    }
-
-    /// Where an input comes from in this run.
-    fn track(&mut self, index: usize, entry: &RunEntry, data: &Table, streams: &[Table]) -> Track {
-        let model = self.model;
-        let input = &model.inputs[index];
-        let constant = entry.inputs.iter().find(|(name, _)| name.text == input.name);
-        let streams: Vec<_> = streams.iter().filter(|t| t.column(&input.name).is_some()).collect();
-        let captured = data.values(&input.name).is_some();
-        if usize::from(constant.is_some()) + usize::from(captured) + streams.len() > 1 {
-            let message = format!("run `{}` has `{}` twice", entry.name.text, input.name);
-            let help =
-                "it is a column of the data, of one stream, or a constant of the run: keep one";
-            self.reader.fault(entry.name.span, message, help);
-            return Track::Absent;
-        }
-        if let Some((_, quantity)) = constant {
-            self.reader.accept(quantity, &format!("`{}`", input.name), &input.unit);
-            let mut constant = Track::Constant(quantity.value);
-            if let Some(corrections) = &self.inputs[index].corrections {
-                corrections.correct_track(&mut constant);
-            }
-            return constant;
-        }
-        if captured {
-            return self.captured(index, data);
-        }
-        match streams.first() {
-            Some(stream) => self.logged(index, entry, stream),
-            None => {
-                if self.inputs[index].needed {
-                    let message =
-                        format!("run `{}` has no column `{}`", entry.name.text, input.name);
-                    let symbol = &input.unit.symbol;
-                    let help = format!(
-                        "write it as `{} [{symbol}]`, as a stream in `signals`, or as a constant in `inputs`; columns found: {}",
-                        input.name,
-                        data.names()
-                    );
-                    self.reader.fault(entry.name.span, message, help);
-                }
-                Track::Absent
-            }
-        }
-    }
-
-    /// An input recorded with each sample: which columns it has.
-    fn captured(&mut self, index: usize, data: &Table) -> Track {
-        let input = &self.model.inputs[index];
-        let [_, rate, acceleration] = columns_of(&input.name);
-        if let (None, Some(column)) = (data.column(&rate), data.column(&acceleration)) {
-            self.reader.faults.push(
-                Diagnostic::error(format!("`{acceleration}` needs `{rate}` beside it"))
-                    .at(data.header_place(column)),
-            );
-        }
-        let empty = |name: &str| data.column(name).map(|_| Vec::new());
-        Track::Captured {
-            value: Vec::new(),
-            rate: empty(&rate),
-            acceleration: empty(&acceleration),
-        }
+    /// Fills `run_time`, `uniform_time` and, for a setup and campaign that begin with this run,
+    /// `setup_time` and `elapsed_time` from `time`.
+    pub(crate) fn set_clocks(&mut self) {
+        let first = self.time.first().copied().unwrap_or(0.0);
+        self.run_time = self.time.iter().map(|time| time - first).collect();
+        self.setup_time.clone_from(&self.run_time);
+        self.elapsed_time.clone_from(&self.run_time);
+        let times = &self.run_time;
+        let line = Line::through(times.len(), |visit| times.iter().for_each(|time| visit(*time)));
+        self.uniform_time = (0..times.len()).map(|sample| line.at(sample)).collect();
     }
 }
 
-/// The same columns but for times.
-fn without_times(wanted: &[Wanted]) -> Vec<Wanted> {
-    wanted.iter().filter(|want| !COLUMNS.contains(&want.name.as_str())).cloned().collect()
+/// From when a run's clocks count (s).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Starts {
+    /// The first sample of its setup.
+    pub(crate) setup: f64,
+    /// The first sample of all.
+    pub(crate) all: f64,
 }
 
-/// The inputs of a plan or run whose track is missing although the model needs it.
-pub(crate) fn missing<'a>(
-    inputs: &'a [InputDeclaration],
-    tracks: &[Track],
-    settings: &[InputSetting],
-) -> Vec<&'a str> {
-    inputs
-        .iter()
-        .zip(tracks)
-        .zip(settings)
-        .filter(|((_, track), setting)| setting.needed && matches!(track, Track::Absent))
-        .map(|((input, _), _)| input.name.as_str())
-        .collect()
+impl Starts {
+    pub(crate) fn at(time: f64) -> Self {
+        Self { setup: time, all: time }
+    }
+}
+
+/// A straight line over the sample number.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Line {
+    middle: f64,
+    mean: f64,
+    slope: f64,
+}
+
+impl Line {
+    /// The straight line through `len` values, which `each` shows in their order, twice.
+    pub(crate) fn through(len: usize, mut each: impl FnMut(&mut dyn FnMut(f64))) -> Self {
+        let middle = (len as f64 - 1.0) / 2.0;
+        let mut sum = 0.0;
+        each(&mut |value| sum += value);
+        let mean = sum / len as f64;
+        let (mut x, mut along, mut square) = (-middle, 0.0, 0.0);
+        each(&mut |value| {
+            along += x * (value - mean);
+            square += x * x;
+            x += 1.0;
+        });
+        let slope = if square > 0.0 { along / square } else { 0.0 };
+        Self { middle, mean, slope }
+    }
+
+    /// Its value at a sample.
+    pub(crate) fn at(&self, sample: usize) -> f64 {
+        self.mean + self.slope * (sample as f64 - self.middle)
+    }
+}
+
+/// Gives samples the columns of others; what is in those of the same shape may stay.
+pub(crate) fn shape(samples: &mut Samples, inputs: &[Track], readings: usize) {
+    samples.inputs.resize_with(inputs.len(), || Track::Absent);
+    for (to, from) in samples.inputs.iter_mut().zip(inputs) {
+        if !to.has_columns_of(from) {
+            *to = from.without_values();
+        }
+    }
+    samples.readings.resize_with(readings, Vec::new);
 }

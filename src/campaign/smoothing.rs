@@ -14,7 +14,7 @@
 //! between a hundredth and 300 of the mean spacing (at most the length of the stream): the
 //! equations lose digits as the fourth power of it.
 
-use crate::campaign::spline::Points;
+use crate::campaign::points::Points;
 
 /// Values and second derivatives at the knots.
 #[derive(Clone, Debug)]

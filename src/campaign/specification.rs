@@ -10,8 +10,7 @@
 //! ```
 //! `target_speed` is the target's whole speed, `radial_speed` that along the line of sight.
 
-use crate::campaign::entries::{Entry, Quantity, Reader, get};
-use crate::campaign::file::Named;
+use crate::document::entries::{Entry, Named, Quantity, Reader, get};
 use crate::units::{Dimension, Unit};
 
 /// The keys of the target's speeds.

@@ -6,40 +6,9 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use crate::campaign::run::{Samples, Starts};
+use crate::campaign::samples::{Line, Samples, Starts, shape};
 use crate::campaign::signal::Track;
 use crate::campaign::spill::{self, BLOCK};
-
-/// A straight line over the sample number.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Line {
-    middle: f64,
-    mean: f64,
-    slope: f64,
-}
-
-impl Line {
-    /// The straight line through `len` values, which `each` shows in their order, twice.
-    pub(crate) fn through(len: usize, mut each: impl FnMut(&mut dyn FnMut(f64))) -> Self {
-        let middle = (len as f64 - 1.0) / 2.0;
-        let mut sum = 0.0;
-        each(&mut |value| sum += value);
-        let mean = sum / len as f64;
-        let (mut x, mut along, mut square) = (-middle, 0.0, 0.0);
-        each(&mut |value| {
-            along += x * (value - mean);
-            square += x * x;
-            x += 1.0;
-        });
-        let slope = if square > 0.0 { along / square } else { 0.0 };
-        Self { middle, mean, slope }
-    }
-
-    /// Its value at a sample.
-    pub(crate) fn at(&self, sample: usize) -> f64 {
-        self.mean + self.slope * (sample as f64 - self.middle)
-    }
-}
 
 /// A spilled record's columns: times, captured inputs, readings, rows.
 #[derive(Debug)]
@@ -111,15 +80,4 @@ impl Spilled {
 fn replace<T>(column: &mut Vec<T>, values: impl Iterator<Item = T>) {
     column.clear();
     column.extend(values);
-}
-
-/// Gives samples the columns of others; what is in those of the same shape may stay.
-pub(crate) fn shape(samples: &mut Samples, inputs: &[Track], readings: usize) {
-    samples.inputs.resize_with(inputs.len(), || Track::Absent);
-    for (to, from) in samples.inputs.iter_mut().zip(inputs) {
-        if !to.has_columns_of(from) {
-            *to = from.without_values();
-        }
-    }
-    samples.readings.resize_with(readings, Vec::new);
 }

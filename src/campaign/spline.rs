@@ -7,6 +7,7 @@
 //! An interpolating curve is useless for derivatives: the second derivative of interpolated noise
 //! exceeds the true acceleration of a real encoder stream many times over.
 
+use crate::campaign::points::merge;
 use crate::campaign::smoothing::{self, Curve};
 use crate::number::Number;
 
@@ -266,17 +267,6 @@ pub(crate) fn is_pause(length: f64, spacing: f64) -> bool {
     length > PAUSE * spacing
 }
 
-/// Knots with their values and how many raw values each stands for.
-#[derive(Clone, Debug)]
-pub(crate) struct Points {
-    /// Times (s) since the first, strictly increasing.
-    pub(crate) x: Vec<f64>,
-    /// Averaged values.
-    pub(crate) y: Vec<f64>,
-    /// Number of raw values.
-    pub(crate) count: Vec<f64>,
-}
-
 fn check(times: &[f64], values: &[f64], smoothing: Smoothing) -> Result<(), SplineError> {
     if times.len() != values.len() {
         return Err(SplineError::Lengths { times: times.len(), values: values.len() });
@@ -298,23 +288,4 @@ fn check(times: &[f64], values: &[f64], smoothing: Smoothing) -> Result<(), Spli
         }
         _ => Ok(()),
     }
-}
-
-/// Averages times and values over stretches no longer than `near` (s).
-fn merge(times: &[f64], values: &[f64], near: f64) -> Points {
-    let origin = times[0];
-    let mut points = Points { x: Vec::new(), y: Vec::new(), count: Vec::new() };
-    let mut start = 0;
-    while start < times.len() {
-        let mut end = start + 1;
-        while end < times.len() && times[end] - times[start] <= near {
-            end += 1;
-        }
-        let count = (end - start) as f64;
-        points.x.push(times[start..end].iter().map(|t| t - origin).sum::<f64>() / count);
-        points.y.push(values[start..end].iter().sum::<f64>() / count);
-        points.count.push(count);
-        start = end;
-    }
-    points
 }

@@ -4,7 +4,7 @@
 //! `u = U / k`. Either may say on how many degrees of freedom it rests; unless it does they are
 //! infinite. No coverage factor is assumed: a `U` without its `k` is refused.
 
-use crate::campaign::entries::{Entry, Reader, get};
+use crate::document::entries::{Entry, Reader, get};
 use crate::units::Unit;
 
 /// The keys with which a spread is stated.

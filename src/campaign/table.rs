@@ -5,24 +5,24 @@
 //! units, not models: the caller says which columns it wants; others are listed but not read. It
 //! holds the rows at hand, not those before them, so a file may be larger than memory.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::campaign::header::{self, Column, Wanted};
-use crate::campaign::lines::{self, Lines};
+use crate::campaign::lines::Lines;
+use crate::campaign::origin::Origin;
 #[cfg(feature = "parquet")]
 use crate::campaign::parquet::Rows;
 use crate::campaign::row::Reader;
 use crate::campaign::undecided::{Decided, Row, Undecided};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::document::files::{Files, Input, Refused, open_regular, reason, refused};
 
 /// How many rows that are left out of a file are listed; the rest is counted.
 pub const MOST_LISTED: usize = 10_000;
 /// How many faults are reported before reading stops.
 const MOST_FAULTS: usize = 20;
-
-/// The column that must be there in every row and must not run backwards.
-pub const TIME: &str = "time";
 
 /// A row that was left out.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,6 +51,7 @@ pub struct Table {
     /// See [`Table::skipped`].
     pub skipped_count: usize,
     source: Source,
+    origin: Origin,
     reader: Reader,
     /// Columns of the file; those behind were added to it.
     width: usize,
@@ -77,6 +78,8 @@ pub enum TableError {
     /// The file is missing or cannot be read; the place is where it was named, which the caller
     /// knows.
     Unreadable(String),
+    /// It lies outside the campaign's folder, which is not allowed.
+    Refused(String),
     /// Its content is at fault.
     Content(Diagnostics),
 }
@@ -106,30 +109,48 @@ impl Table {
     /// # Errors
     /// The file cannot be read, or the header is at fault.
     pub fn open(path: &Path, wanted: &[Wanted], skip_bad_rows: bool) -> Result<Self, TableError> {
-        let file: Arc<str> = path.display().to_string().into();
+        Self::open_of(&mut Files::default(), path, wanted, skip_bad_rows)
+    }
+
+    /// The same of a file that is one of others: messages show nothing of one outside their folder.
+    ///
+    /// # Errors
+    /// As for [`Table::open`]; a file outside the folder where none is allowed.
+    pub fn open_of(
+        files: &mut Files,
+        path: &Path,
+        wanted: &[Wanted],
+        skip_bad_rows: bool,
+    ) -> Result<Self, TableError> {
+        let unreadable = |error: std::io::Error| match refused(&error) {
+            Some(Refused::Outside) => TableError::Refused(reason(path, &error)),
+            _ => TableError::Unreadable(reason(path, &error)),
+        };
+        let Input { file, is_outside, .. } = files.open(path).map_err(unreadable)?;
+        let origin = Origin { file: path.display().to_string().into(), is_outside };
         if is_parquet(path) {
-            return Self::open_parquet(path, file, wanted, skip_bad_rows);
+            return Self::open_parquet(path, file, origin, wanted, skip_bad_rows);
         }
-        let unreadable =
-            |error: std::io::Error| TableError::Unreadable(lines::reason(path, &error));
-        let mut source = Lines::open(path).map_err(unreadable)?;
+        let content = |faults| TableError::Content(origin.faults(faults));
+        let mut source = Lines::of(file).map_err(unreadable)?;
         let Some((number, line)) = source.next().map_err(unreadable)? else {
-            let fault =
-                Diagnostic::error("the file has no header row").at(whole_line(&file, 1, "")).help(
+            let fault = Diagnostic::error("the file has no header row")
+                .at(whole_line(&origin, 1, ""))
+                .help(
                     "start the file with a row of column names, `name [unit]`, separated by commas",
                 );
-            return Err(TableError::Content(fault.into()));
+            return Err(content(fault.into()));
         };
-        let header = std::str::from_utf8(line)
-            .map_err(|_| TableError::Content(header::not_utf8(&file, number, line).into()))?;
-        let columns = header::read(&file, number, header, wanted).map_err(TableError::Content)?;
+        let header =
+            std::str::from_utf8(line).map_err(|_| content(origin.not_utf8(number, line).into()))?;
+        let columns = header::read(&origin, number, header, wanted).map_err(content)?;
         let header = (number, header.to_owned());
-        Ok(Self::new(path, file, columns, header, Source::Text(source), skip_bad_rows))
+        Ok(Self::new(path, origin, columns, header, Source::Text(source), skip_bad_rows))
     }
 
     fn new(
         path: &Path,
-        file: Arc<str>,
+        origin: Origin,
         columns: Vec<Column>,
         header: (usize, String),
         source: Source,
@@ -137,8 +158,9 @@ impl Table {
     ) -> Self {
         Self {
             path: path.to_owned(),
-            reader: Reader::new(file.clone(), &columns),
-            file,
+            reader: Reader::new(origin.clone(), &columns),
+            file: origin.file.clone(),
+            origin,
             width: columns.len(),
             columns,
             lines: Vec::new(),
@@ -153,7 +175,13 @@ impl Table {
     }
 
     #[cfg(not(feature = "parquet"))]
-    fn open_parquet(path: &Path, _: Arc<str>, _: &[Wanted], _: bool) -> Result<Self, TableError> {
+    fn open_parquet(
+        path: &Path,
+        _: File,
+        _: Origin,
+        _: &[Wanted],
+        _: bool,
+    ) -> Result<Self, TableError> {
         Err(TableError::Unreadable(format!(
             "`{}` cannot be read: this program was built without the feature `parquet` (build it with `--features parquet`, or write the table as CSV, plain or .gz)",
             path.display()
@@ -164,21 +192,23 @@ impl Table {
     #[cfg(feature = "parquet")]
     fn open_parquet(
         path: &Path,
-        file: Arc<str>,
+        file: File,
+        origin: Origin,
         wanted: &[Wanted],
         skip: bool,
     ) -> Result<Self, TableError> {
-        let mut rows = Rows::open(path).map_err(TableError::Unreadable)?;
+        let content = |faults| TableError::Content(origin.faults(faults));
+        let mut rows = Rows::of(path, file).map_err(TableError::Unreadable)?;
         let header = quoted(&rows.names());
-        let columns = header::read(&file, 1, &header, wanted).map_err(TableError::Content)?;
+        let columns = header::read(&origin, 1, &header, wanted).map_err(content)?;
         let read = columns.iter().filter(|column| column.wanted.is_some());
         rows.want(read.map(|column| column.index).collect()).map_err(|(column, found)| {
             let message = format!("the column `{}` holds {found}", columns[column].name);
-            let place = place_in(&file, 1, &header, column);
+            let place = place_in(&origin, 1, &header, column);
             let fault = Diagnostic::error(message).at(place).help("write it as numbers");
-            TableError::Content(fault.into())
+            content(fault.into())
         })?;
-        Ok(Self::new(path, file, columns, (1, header), Source::Parquet(Box::new(rows)), skip))
+        Ok(Self::new(path, origin, columns, (1, header), Source::Parquet(Box::new(rows)), skip))
     }
 
     /// Puts the next rows in the place of those at hand, at most so many; whether there are any.
@@ -194,7 +224,7 @@ impl Table {
         while self.lines.len() < most {
             let (number, read) = match &mut self.source {
                 Source::Text(lines) => {
-                    let next = lines.next().map_err(|error| lines::reason(&self.path, &error));
+                    let next = lines.next().map_err(|error| reason(&self.path, &error));
                     let Some((number, line)) = next.map_err(TableError::Unreadable)? else {
                         return self.end();
                     };
@@ -286,10 +316,11 @@ impl Table {
                     "mend them, or leave the run out",
                 ),
             };
-            let place = whole_line(&self.file, self.header.0, &self.header.1);
+            let place = whole_line(&self.origin, self.header.0, &self.header.1);
             faults.push(Diagnostic::error(message).at(place).help(help));
         }
-        Diagnostics(faults).into_result(!self.lines.is_empty()).map_err(TableError::Content)
+        let found = Diagnostics(faults).into_result(!self.lines.is_empty());
+        found.map_err(|faults| TableError::Content(self.origin.faults(faults)))
     }
 
     /// Bytes of the file, packed as it is, read so far.
@@ -332,17 +363,20 @@ impl Table {
         self.columns.iter_mut().find(is_it).map(|column| &mut column.values)
     }
 
-    /// Names of all columns, for messages.
+    /// Names of the columns, for messages: of many the first.
     pub fn names(&self) -> String {
-        let names: Vec<_> =
-            self.columns[..self.width].iter().map(|column| column.name.as_str()).collect();
-        names.join(", ")
+        self.origin.names(self.columns[..self.width].iter().map(|column| column.name.as_str()))
+    }
+
+    /// Whether messages show nothing of the file.
+    pub(crate) fn is_outside(&self) -> bool {
+        self.origin.is_outside
     }
 
     /// The place of a header cell.
     pub fn header_place(&self, column: &Column) -> Place {
         let (number, text) = &self.header;
-        place_in(&self.file, *number, text, column.index)
+        place_in(&self.origin, *number, text, column.index)
     }
 
     /// The place of a cell by its row (index into [`Table::lines`]) and column. The file is read
@@ -351,11 +385,11 @@ impl Table {
         let wanted = self.lines.get(row).copied().unwrap_or(1);
         let mut text = String::new();
         if is_parquet(&self.path) {
-            let mut place = header::place(&self.file, wanted, "", (0, 0));
+            let mut place = self.origin.place(wanted, "", (0, 0));
             place.column = column.index + 1;
             return place;
         }
-        if let Ok(mut lines) = Lines::open(&self.path) {
+        if let Ok(mut lines) = open_regular(&self.path).and_then(Lines::of) {
             while let Ok(Some((number, line))) = lines.next() {
                 if number >= wanted {
                     text = String::from_utf8_lossy(line).into_owned();
@@ -363,7 +397,7 @@ impl Table {
                 }
             }
         }
-        place_in(&self.file, wanted, &text, column.index)
+        place_in(&self.origin, wanted, &text, column.index)
     }
 }
 
@@ -386,11 +420,11 @@ fn quoted(names: &[String]) -> String {
 }
 
 /// The place of a cell by its column.
-fn place_in(file: &Arc<str>, number: usize, text: &str, index: usize) -> Place {
+fn place_in(origin: &Origin, number: usize, text: &str, index: usize) -> Place {
     let span = header::cells(text).nth(index).map_or((0, 0), |(_, span)| span);
-    header::place(file, number, text, span)
+    origin.place(number, text, span)
 }
 
-fn whole_line(file: &Arc<str>, number: usize, text: &str) -> Place {
-    header::place(file, number, text, (0, text.len()))
+fn whole_line(origin: &Origin, number: usize, text: &str) -> Place {
+    origin.place(number, text, (0, text.len()))
 }

@@ -25,10 +25,10 @@
 
 use serde_json::Value;
 
-use crate::campaign::file::Named;
+use crate::campaign::header::TIME;
 use crate::campaign::statement::Spread;
-use crate::campaign::table::TIME;
 use crate::diagnostic::Place;
+use crate::document::entries::Named;
 
 pub mod captures;
 pub(crate) mod capturing;

@@ -5,13 +5,18 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use crate::campaign::file::{Campaign, RunEntry};
+use crate::campaign::declared::RunEntry;
+use crate::campaign::loaded::Campaign;
 use crate::campaign::run::{Role, Run};
 use crate::campaign::table::names_in;
-use crate::campaign::whole::write_whole;
+use crate::campaign::whole::{WholeFile, write_whole};
 use crate::campaign::write_run::RunTable;
-use crate::library::{is_model_path, model_file};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source};
+use crate::document::files::open_regular;
+use crate::effect::Effect;
+use crate::library::{effect_files, is_model_path, model_file};
 use crate::model::parameter::SCOPES;
 use crate::model::{Model, Override};
 use crate::units::Unit;
@@ -19,16 +24,16 @@ use crate::units::Unit;
 /// Writes a campaign with other runs (simulated ones) into a folder, which is made if need be.
 ///
 /// `runs` are in the order of the campaign's own; constants of runs stay in campaign.toml, streams
-/// are copied beside it.
+/// are copied beside it. What the user should look at is returned.
 ///
 /// # Errors
-/// The disk's.
+/// The disk's; those of [`check_targets`].
 pub fn write_campaign(
     folder: &Path,
     campaign: &Campaign,
     model: &Model,
     runs: &[Run],
-) -> io::Result<()> {
+) -> io::Result<Vec<Diagnostic>> {
     write_campaign_with(folder, campaign, model, runs, &mut |run, table| {
         runs[run].record.try_walk(|stretch| table.write(stretch, None))
     })
@@ -37,42 +42,99 @@ pub fn write_campaign(
 /// The same with other readings: `fill` writes the table of each run, by its index.
 ///
 /// # Errors
-/// The disk's.
+/// As for [`write_campaign`].
 pub fn write_campaign_with(
     folder: &Path,
     campaign: &Campaign,
     model: &Model,
     runs: &[Run],
     fill: &mut dyn FnMut(usize, &mut RunTable) -> io::Result<()>,
-) -> io::Result<()> {
+) -> io::Result<Vec<Diagnostic>> {
+    let targets = Targets::of(folder, campaign, runs).map_err(io::Error::other)?;
     fs::create_dir_all(folder)?;
-    copy_declarations(folder, campaign)?;
-    let files = file_names(runs);
-    for (index, (run, file)) in runs.iter().zip(&files).enumerate() {
+    for (place, text) in &targets.declarations {
+        let place = folder.join(place);
+        place.parent().map_or(Ok(()), fs::create_dir_all)?;
+        write_whole(&place, text.as_bytes())?;
+    }
+    let mut warnings = Vec::new();
+    for (index, (run, file)) in runs.iter().zip(&targets.tables).enumerate() {
         let timing = campaign.timing.as_ref().zip(campaign.entries.get(index));
         let replies = campaign.request_to_reply.iter().find(|one| one.run == run.name);
         let capturing = timing.map(|(timing, entry)| timing.capturing(&entry.timing, replies));
         let path = folder.join(file);
         let mut table = RunTable::create_captured(&path, model, &run.record, capturing)?;
         fill(index, &mut table)?;
-        table.finish()?;
+        warnings.extend(table.finish()?.into_iter().map(|gap| gap.warning(&run.name)));
     }
-    let mut copies: Vec<(String, String)> = Vec::new();
-    for stream in campaign.entries.iter().flat_map(|entry| &entry.signals) {
-        if copies.iter().any(|(from, _)| *from == stream.text) {
-            continue;
+    for (stream, name) in &targets.streams {
+        let mut file = WholeFile::create(&folder.join(name))?;
+        io::copy(&mut open_regular(&campaign.folder.join(stream))?, &mut file)?;
+        file.finish()?;
+    }
+    let Targets { tables, streams, .. } = &targets;
+    write_campaign_toml(&folder.join(CAMPAIGN), campaign, model, runs, tables, streams)?;
+    Ok(warnings)
+}
+
+/// Whether a campaign can be written into a folder.
+///
+/// # Errors
+/// A file that the campaign reads would be replaced; a file that would be copied is a link that
+/// leads out of the campaign's folder.
+pub fn check_targets(folder: &Path, campaign: &Campaign, runs: &[Run]) -> Result<(), Diagnostics> {
+    Targets::of(folder, campaign, runs).map(drop)
+}
+
+const CAMPAIGN: &str = "campaign.toml";
+
+/// The files of a written campaign, by their places in its folder.
+struct Targets {
+    /// The table of each run.
+    tables: Vec<String>,
+    /// Streams as the campaign names them, with their names there.
+    streams: Vec<(String, String)>,
+    /// The campaign's own model and the effects beside it, with their texts.
+    declarations: Vec<(PathBuf, Arc<str>)>,
+}
+
+impl Targets {
+    fn of(folder: &Path, campaign: &Campaign, runs: &[Run]) -> Result<Self, Diagnostics> {
+        let tables = file_names(runs);
+        let mut streams: Vec<(String, String)> = Vec::new();
+        for stream in campaign.entries.iter().flat_map(|entry| &entry.signals) {
+            if streams.iter().any(|(from, _)| *from == stream.text) {
+                continue;
+            }
+            let base = Path::new(&stream.text)
+                .file_name()
+                .map_or("stream.csv".into(), |n| n.to_string_lossy());
+            let taken = |name: &str| {
+                tables.iter().any(|f| f == name) || streams.iter().any(|(_, to)| to == name)
+            };
+            let name = free_name(&base, taken);
+            refuse_link(campaign, &campaign.folder.join(&stream.text))?;
+            streams.push((stream.text.clone(), name));
         }
-        let base = Path::new(&stream.text)
-            .file_name()
-            .map_or("stream.csv".into(), |n| n.to_string_lossy());
-        let taken =
-            |name: &str| files.iter().any(|f| f == name) || copies.iter().any(|(_, to)| to == name);
-        let name = free_name(&base, taken);
-        let bytes = fs::read(campaign.folder.join(&stream.text))?;
-        write_whole(&folder.join(&name), &bytes)?;
-        copies.push((stream.text.clone(), name));
+        let declarations = declarations(campaign)?;
+        let places = declarations.iter().map(|(place, _)| folder.join(place));
+        let names = tables.iter().chain(streams.iter().map(|(_, name)| name));
+        let all = places.chain(names.map(|name| folder.join(name)));
+        for target in all.chain([folder.join(CAMPAIGN)]) {
+            campaign.files.refuse_replacing(&target)?;
+        }
+        Ok(Self { tables, streams, declarations })
     }
-    write_campaign_toml(&folder.join("campaign.toml"), campaign, model, runs, &files, &copies)
+}
+
+/// Refuses to copy what a link shows of a place outside the campaign's folder.
+fn refuse_link(campaign: &Campaign, path: &Path) -> Result<(), Diagnostic> {
+    if !campaign.files.is_linked_outside(path) {
+        return Ok(());
+    }
+    let message = format!("`{}` is a link that leads out of the campaign's folder", path.display());
+    Err(Diagnostic::error(message)
+        .help("no such file is copied: put the file itself in the place of the link"))
 }
 
 /// Writes campaign.toml for runs that stand in `files`; `copies` says where streams went.
@@ -243,26 +305,30 @@ fn model_reference(campaign: &Campaign) -> (String, Option<PathBuf>) {
     }
 }
 
-/// Copies a model of the campaign's own and the effects beside it.
-fn copy_declarations(folder: &Path, campaign: &Campaign) -> io::Result<()> {
+/// The model of the campaign's own and the effects beside it: their places in a written campaign,
+/// and their texts. Of what stands beside effects nothing else is copied.
+fn declarations(campaign: &Campaign) -> Result<Vec<(PathBuf, Arc<str>)>, Diagnostics> {
+    let read = |path: &Path| {
+        refuse_link(campaign, path)?;
+        Source::read(path)
+    };
+    let mut found = Vec::new();
     if let (Some(path), (_, Some(place))) =
         (model_file(&campaign.model.text, &campaign.folder), model_reference(campaign))
     {
-        let place = folder.join(place);
-        place.parent().map_or(Ok(()), fs::create_dir_all)?;
-        write_whole(&place, &fs::read(path)?)?;
+        found.push((place, read(&path)?.text));
     }
     let effects = campaign.folder.join("effects");
     if effects.is_dir() {
-        fs::create_dir_all(folder.join("effects"))?;
-        for entry in fs::read_dir(effects)? {
-            let path = entry?.path();
-            if let (Some(name), true) = (path.file_name(), path.is_file()) {
-                write_whole(&folder.join("effects").join(name), &fs::read(&path)?)?;
-            }
+        for path in effect_files(&effects)? {
+            let source = read(&path)?;
+            let text = source.text.clone();
+            Effect::parse(source)?;
+            let name = path.file_name().unwrap_or_default();
+            found.push((Path::new("effects").join(name), text));
         }
     }
-    Ok(())
+    Ok(found)
 }
 
 fn parameter_line(parameter: &Override) -> String {

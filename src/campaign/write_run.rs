@@ -7,12 +7,13 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use crate::campaign::columns::{derived, reading_columns};
+use crate::campaign::header::{self, TIME};
 use crate::campaign::record::{Record, Stretch};
-use crate::campaign::samples::{derived, reading_columns};
 use crate::campaign::signal::Track;
-use crate::campaign::table::TIME;
 use crate::campaign::timing::capturing::Capturing;
 use crate::campaign::whole::WholeFile;
+use crate::diagnostic::Diagnostic;
 use crate::graph::MeasurandKind;
 use crate::model::Model;
 use crate::units::Unit;
@@ -30,6 +31,34 @@ pub struct RunTable {
     readings: Vec<Unit>,
     /// The text of the rows at hand.
     text: Vec<u8>,
+    /// Whether every reading is written, also those that the record lacks.
+    complete: bool,
+    /// Rows written so far, and the cells without a value by column.
+    rows: usize,
+    gaps: Vec<Gap>,
+}
+
+/// A column of a table in which values are missing that should be there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Gap {
+    /// The column.
+    pub column: String,
+    /// How many of its cells are empty because their values are infinite or no numbers.
+    pub count: usize,
+    /// How many rows the table has.
+    pub rows: usize,
+}
+
+impl Gap {
+    /// What to say of it.
+    pub(crate) fn warning(&self, run: &str) -> Diagnostic {
+        let Self { column, count, rows } = self;
+        let message = format!(
+            "run `{run}`: {count} of {rows} values of `{column}` are infinite or undefined: their cells are empty"
+        );
+        Diagnostic::warning(message)
+            .help("the model has no value there at these inputs and parameters")
+    }
 }
 
 impl RunTable {
@@ -79,7 +108,11 @@ impl RunTable {
         }
         let mut file = WholeFile::create(path)?;
         writeln!(file, "{}", header.join(","))?;
-        Ok(Self { file, capturing, timed, captured, readings, text: Vec::new() })
+        let name = |header: &String| header::split(header).0.to_owned();
+        let gap = |header| Gap { column: name(header), count: 0, rows: 0 };
+        let gaps = header.iter().map(gap).collect();
+        let (text, complete, rows) = (Vec::new(), false, 0);
+        Ok(Self { file, capturing, timed, captured, readings, text, complete, rows, gaps })
     }
 
     /// Draws what is captured beside the readings from a seed; `run` is the run's number.
@@ -87,6 +120,11 @@ impl RunTable {
         if let Some(capturing) = &mut self.capturing {
             capturing.seed(seed, run);
         }
+    }
+
+    /// Whether readings that the record lacks are written, too: those of a planned run.
+    pub fn expect_all(&mut self, complete: bool) {
+        self.complete = complete;
     }
 
     /// Adds the samples of a stretch, with these columns of readings instead of its own, if any.
@@ -100,6 +138,7 @@ impl RunTable {
             None => stretch,
         };
         let (range, samples) = (stretch.range(), stretch.samples);
+        let readings_of = &samples.readings;
         let (readings, read) = match other {
             Some(readings) => (readings, 0..stretch.len),
             None => (samples.readings.as_slice(), range.clone()),
@@ -121,20 +160,30 @@ impl RunTable {
                 if number > 0 {
                     self.text.push(b',');
                 }
-                if !values[row].is_nan() {
-                    write!(self.text, "{:?}", unit.from_si(values[row]))?;
+                let value = unit.from_si(values[row]);
+                if value.is_finite() {
+                    write!(self.text, "{value:?}")?;
+                    continue;
                 }
+                let reading = number.checked_sub(columns.len() - readings_of.len());
+                let recorded = reading.map_or(f64::NAN, |k| readings_of[k][range.start + row]);
+                let is_expected = reading.is_some() && (self.complete || !recorded.is_nan());
+                self.gaps[number].count += usize::from(is_expected || !values[row].is_nan());
             }
             self.text.push(b'\n');
         }
+        self.rows += stretch.len;
         self.file.write_all(&self.text)
     }
 
-    /// Puts the file in its place.
+    /// Puts the file in its place; returns the columns that have gaps.
     ///
     /// # Errors
     /// The disk's.
-    pub fn finish(self) -> io::Result<()> {
-        self.file.finish()
+    pub fn finish(self) -> io::Result<Vec<Gap>> {
+        self.file.finish()?;
+        let rows = self.rows;
+        let gaps = self.gaps.into_iter().filter(|gap| gap.count > 0);
+        Ok(gaps.map(|gap| Gap { rows, ..gap }).collect())
     }
 }

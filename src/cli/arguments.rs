@@ -112,6 +112,9 @@ pub(super) struct CampaignArguments {
     /// Leave bad rows of data files out, count and list them
     #[arg(long)]
     pub(super) skip_bad_rows: bool,
+    /// Read no file outside a campaign's folder: for campaigns of strangers
+    #[arg(long)]
+    pub(super) confined: bool,
     /// How the result is written
     #[arg(long, value_enum, default_value_t)]
     pub(super) format: Format,

@@ -11,6 +11,10 @@ use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::report;
 
+/// The tables that `--out` asks for.
+const PARAMETERS: &str = "parameters.csv";
+const RESIDUALS: &str = "residuals.csv";
+
 #[derive(Debug, Args)]
 pub(super) struct CalibrateCommand {
     #[command(flatten)]
@@ -20,6 +24,7 @@ pub(super) struct CalibrateCommand {
 impl CalibrateCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
+        loaded.keep_files(self.common.out.as_ref(), [PARAMETERS, RESIDUALS])?;
         load::refuse_correlated(&loaded.problem)?;
         load::tell_not_put_in(&loaded, false);
         let result = estimate(loaded.problem)?;
@@ -33,8 +38,9 @@ impl CalibrateCommand {
             Format::Text => output::text(&report::text::calibration(&loaded.title, &result))?,
         }
         if let Some(folder) = &self.common.out {
-            output::file(&folder.join("parameters.csv"), &report::table::parameters(&result))?;
-            output::written(&folder.join("residuals.csv"), |file| {
+            let parameters = report::table::parameters(&result);
+            output::file(&folder.join(PARAMETERS), &parameters, &loaded.files)?;
+            output::written(&folder.join(RESIDUALS), &loaded.files, |file| {
                 report::table::residuals(&result, file)?;
                 load::read_back(&result.problem)
             })?;

@@ -7,7 +7,9 @@ use clap::Args;
 
 use super::arguments::Memory;
 use super::{Failure, output, progress, render};
+use crate::campaign::file::MOST_BYTES;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
+use crate::document::files::Files;
 use crate::effect::Effect;
 use crate::engine::open::{Recipe, Request, open};
 use crate::engine::switched_off::remains_alone;
@@ -25,13 +27,16 @@ pub(super) struct Check {
     /// Look for effects in this folder, too (repeat for more)
     #[arg(long = "effects", value_name = "DIR")]
     effects: Vec<PathBuf>,
+    /// Read no file outside a campaign's folder: for campaigns of strangers
+    #[arg(long)]
+    confined: bool,
     #[command(flatten)]
     memory: Memory,
 }
 
 impl Check {
     pub(super) fn run(&self) -> Result<(), Failure> {
-        let mut library = Library::builtin()?;
+        let mut library = Library::builtin()?.confined(self.confined);
         for folder in &self.effects {
             library = library.with_effects_dir(folder)?;
         }
@@ -66,7 +71,7 @@ impl Check {
             return self.campaign(path);
         }
         if path.extension().is_some_and(|extension| extension == "toml") {
-            let source = Source::read(path)?;
+            let source = Source::read_of(&mut Files::default(), path, MOST_BYTES)?;
             return if is_campaign(&source) {
                 self.campaign(path)
             } else if is_effect(&source) {
@@ -87,6 +92,7 @@ impl Check {
     fn campaign(&self, path: &Path) -> Result<String, Diagnostics> {
         let mut request = Request::new([path]);
         request.effects.clone_from(&self.effects);
+        request.confined = self.confined;
         request.progress = progress::shown(false);
         request.memory = Some(self.memory.for_samples());
         let opened = open(&request)?;

@@ -38,6 +38,8 @@ pub(super) struct DelaysCommand {
 impl DelaysCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
+        let tables = loaded.tables("delays").chain(loaded.tables("replies"));
+        loaded.keep_files(self.common.out.as_ref(), tables)?;
         load::refuse_correlated(&loaded.problem)?;
         load::tell_not_put_in(&loaded, false);
         let mut whole = loaded.head.clone();
@@ -60,7 +62,7 @@ impl DelaysCommand {
                 Some(folder) => {
                     let name = load::table_name("delays", &loaded.labels, part);
                     let data = &given.problem.parts[part];
-                    output::written(&folder.join(name), |file| {
+                    output::written(&folder.join(name), &loaded.files, |file| {
                         file.write_all(table::DELAYS.as_bytes())?;
                         let mut arm = ArmAngle::of(data);
                         let row = &mut |reading: &ReadingDelay| {
@@ -76,7 +78,7 @@ impl DelaysCommand {
                 let replies = report::timing::replies(campaign, &loaded.models[part]);
                 if !replies.is_empty() {
                     let name = load::table_name("replies", &loaded.labels, part);
-                    output::file(&folder.join(name), &replies)?;
+                    output::file(&folder.join(name), &replies, &loaded.files)?;
                 }
             }
             load::trust(&given.problem)?;

@@ -22,6 +22,7 @@ pub(super) struct DeviationsCommand {
 impl DeviationsCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
+        loaded.keep_files(self.common.out.as_ref(), loaded.tables("deviations"))?;
         load::refuse_correlated(&loaded.problem)?;
         let mut whole = loaded.head.clone();
         let mut told = String::new();
@@ -43,7 +44,7 @@ impl DeviationsCommand {
             load::put(&mut whole, &loaded.labels[part], loaded.labels.len(), value);
             if let Some(folder) = &self.common.out {
                 let name = load::table_name("deviations", &loaded.labels, part);
-                output::file(&folder.join(name), &table(shown))?;
+                output::file(&folder.join(name), &table(shown), &loaded.files)?;
             }
         }
         match self.common.format {

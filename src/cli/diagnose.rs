@@ -162,9 +162,12 @@ fn apart(one: &Instance, other: &Instance) -> Option<String> {
     })
 }
 
+/// The table that `--out` asks for.
+const CANDIDATES: &str = "candidates.csv";
+
 impl Diagnose {
     pub(super) fn run(&self) -> Result<(), Failure> {
-        let loaded = load::load(&self.common)?;
+        let mut loaded = load::load(&self.common)?;
         load::refuse_correlated(&loaded.problem)?;
         load::tell_not_put_in(&loaded, true);
         load::refuse_empty(&loaded.problem)?;
@@ -172,12 +175,14 @@ impl Diagnose {
         wanted.prior = prior::read(&self.prior, &loaded.recipes, &wanted)?;
         let held_out = self.holdout.as_ref().map(|path| self.opened(path)).transpose()?;
         if let Some(other) = &held_out {
+            other.campaigns.iter().for_each(|campaign| loaded.files.extend(&campaign.files));
             same_models(&loaded.recipes, other)?;
             other_readings(&loaded.problem, other)?;
             if !self.common.quiet {
                 render::all(&other_owners(&loaded.problem, other));
             }
         }
+        loaded.keep_files(self.common.out.as_ref(), [CANDIDATES])?;
         let recipes = loaded.recipes.clone();
         let mut found = diagnose(loaded.problem, recipes, &wanted, &Options::default())
             .map_err(|error| Failure::Could(error.to_string()))?;
@@ -191,7 +196,7 @@ impl Diagnose {
         }
         if let Some(folder) = &self.common.out {
             let table = report::diagnosis::table(&found);
-            output::file(&folder.join("candidates.csv"), &table)?;
+            output::file(&folder.join(CANDIDATES), &table, &loaded.files)?;
         }
         match self.common.format {
             Format::Json => {

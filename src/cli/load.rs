@@ -1,7 +1,7 @@
 //! What a command works on: campaigns read, warnings told, names for the result.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
@@ -9,9 +9,11 @@ use super::arguments::CampaignArguments;
 use super::{Failure, progress, render};
 use crate::campaign::load::Campaign;
 use crate::diagnostic::Diagnostic;
+use crate::document::files::Files;
 use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe, Request, correlated, open};
 use crate::estimate::checks;
+use crate::library::effect_files;
 use crate::model::Model;
 use crate::report;
 
@@ -36,6 +38,28 @@ pub(super) struct Loaded {
     pub(super) head: Value,
     /// Whether warnings are to be left out.
     pub(super) quiet: bool,
+    /// All files that were read.
+    pub(super) files: Files,
+}
+
+impl Loaded {
+    /// Refuses, before anything is computed, to write tables over files that were read.
+    pub(super) fn keep_files<T: AsRef<Path>>(
+        &self,
+        out: Option<&PathBuf>,
+        tables: impl IntoIterator<Item = T>,
+    ) -> Result<(), Failure> {
+        let Some(folder) = out else { return Ok(()) };
+        for table in tables {
+            self.files.refuse_replacing(&folder.join(table))?;
+        }
+        Ok(())
+    }
+
+    /// The names of the tables of all campaigns.
+    pub(super) fn tables(&self, what: &str) -> impl Iterator<Item = String> {
+        (0..self.labels.len()).map(move |part| table_name(what, &self.labels, part))
+    }
 }
 
 /// Reads campaigns as the arguments say, and tells warnings.
@@ -48,6 +72,7 @@ pub(super) fn read(
     request.effects.clone_from(&arguments.effects);
     request.set.clone_from(&arguments.set);
     request.skip_bad_rows = arguments.skip_bad_rows;
+    request.confined = arguments.confined;
     request.progress = progress::shown(arguments.quiet);
     request.memory = Some(arguments.memory.for_samples());
     let mut opened = open(&request)?;
@@ -73,6 +98,11 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         .zip(&opened.campaigns)
         .map(|(part, campaign)| part.label.clone().unwrap_or_else(|| campaign.name.clone()))
         .collect();
+    let mut files = Files::default();
+    opened.campaigns.iter().for_each(|campaign| files.extend(&campaign.files));
+    for folder in &arguments.effects {
+        effect_files(folder)?.iter().for_each(|file| files.note(file));
+    }
     let titles: Vec<String> =
         opened.campaigns.iter().map(|campaign| campaign.title.clone()).collect();
     let warnings: Vec<String> = opened.warnings.into_iter().map(|one| one.message).collect();
@@ -106,6 +136,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         stated: opened.stated,
         recipes: opened.recipes,
         quiet: arguments.quiet,
+        files,
     })
 }
 

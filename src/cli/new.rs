@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::{Failure, output};
 use crate::diagnostic::Diagnostic;
+use crate::document::files::Files;
 use crate::library;
 
 #[derive(Debug, Args)]
@@ -32,7 +33,7 @@ impl New {
         } else {
             "instrument".to_owned()
         };
-        output::file(&self.file, &library::template(&name))?;
+        output::file(&self.file, &library::template(&name), &Files::default())?;
         output::text(&format!(
             "wrote {0}\nnext: `homepoint check {0}`, then `homepoint show {0}`\n",
             self.file.display()

@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::Failure;
 use crate::campaign::whole::WholeFile;
+use crate::document::files::Files;
 
 /// Writes text to standard output.
 pub(super) fn text(text: &str) -> Result<(), Failure> {
@@ -23,16 +24,18 @@ pub(super) fn json(value: &Value) -> Result<(), Failure> {
     text(&whole)
 }
 
-/// Writes a file whole or not at all.
-pub(super) fn file(path: &Path, content: &str) -> Result<(), Failure> {
-    written(path, |file| file.write_all(content.as_bytes()))
+/// Writes a file whole or not at all, and over none that was read.
+pub(super) fn file(path: &Path, content: &str, read: &Files) -> Result<(), Failure> {
+    written(path, read, |file| file.write_all(content.as_bytes()))
 }
 
 /// The same for one that may be larger than memory.
 pub(super) fn written<T>(
     path: &Path,
+    read: &Files,
     fill: impl FnOnce(&mut WholeFile) -> io::Result<T>,
 ) -> Result<T, Failure> {
+    read.refuse_replacing(path)?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let write = || {
         folder.map_or(Ok(()), std::fs::create_dir_all)?;

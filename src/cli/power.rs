@@ -24,9 +24,13 @@ pub(super) struct PowerCommand {
     library: WantedArguments,
 }
 
+/// The table that `--out` asks for.
+const EFFECTS: &str = "effects.csv";
+
 impl PowerCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
+        loaded.keep_files(self.common.out.as_ref(), [EFFECTS])?;
         load::refuse_correlated(&loaded.problem)?;
         load::tell_not_put_in(&loaded, true);
         let wanted = self.library.wanted(&loaded.recipes)?;
@@ -34,7 +38,7 @@ impl PowerCommand {
         let found = power(loaded.problem, loaded.recipes, point, &wanted)
             .map_err(|error| Failure::Could(error.to_string()))?;
         if let Some(folder) = &self.common.out {
-            output::file(&folder.join("effects.csv"), &report::power::table(&found))?;
+            output::file(&folder.join(EFFECTS), &report::power::table(&found), &loaded.files)?;
         }
         match self.common.format {
             Format::Json => {

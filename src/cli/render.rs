@@ -30,7 +30,7 @@ fn drawn(diagnostic: &Diagnostic) -> String {
     let title = level.primary_title(diagnostic.message.as_str());
     let mut group;
     if let Some(place) = &diagnostic.place {
-        let (excerpt, start) = cut(&place.excerpt, place.column.saturating_sub(1));
+        let (excerpt, start) = cut(place.excerpt(), place.column.saturating_sub(1));
         let from = excerpt.char_indices().nth(start).map_or(excerpt.len(), |(at, _)| at);
         let to = excerpt
             .char_indices()
@@ -41,7 +41,7 @@ fn drawn(diagnostic: &Diagnostic) -> String {
             annotation = annotation.label(diagnostic.label.as_str());
         }
         // A shortened line would show a wrong column: the place is then said in the path.
-        let whole = excerpt == place.excerpt;
+        let whole = excerpt == place.excerpt();
         let path = if whole {
             place.file.to_string()
         } else {

@@ -1,14 +1,12 @@
 //! `homepoint simulate`: a campaign's readings drawn from its model.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use serde_json::{Map, Value, json};
 
 use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate_measured, verdict};
-use super::{Failure, load, output};
-use crate::campaign::write::write_campaign_with;
+use super::{Failure, load, output, render};
+use crate::campaign::write::{check_targets, write_campaign_with};
 use crate::campaign::write_run::RunTable;
 use crate::diagnostic::Diagnostic;
 use crate::engine::point::from_components;
@@ -49,6 +47,9 @@ impl Simulate {
             let help = "name another folder: its recordings would be lost";
             return Err(Diagnostic::error(message).help(help).into());
         }
+        let truth_file = folder.join("truth.json");
+        check_targets(folder, &loaded.campaigns[0], &loaded.problem.parts[0].runs)?;
+        loaded.files.refuse_replacing(&truth_file)?;
         load::tell_not_put_in(&loaded, false);
         let mut problem = loaded.problem;
         let point = truth(&mut problem, &loaded.stated)?;
@@ -64,21 +65,25 @@ impl Simulate {
         let draw = &mut |run: usize, table: &mut RunTable| {
             table.seed(self.seed, run);
             let planned = problem.parts[0].present_in(run).iter().all(|count| *count == 0);
+            table.expect_all(planned);
             draw_run(&problem, (0, run), &point, self.seed, planned, &mut |stretch, drawn| {
                 table.write(stretch, Some(drawn))
             })?;
             load::read_back(&problem)
         };
-        write_campaign_with(folder, campaign, model, &problem.parts[0].runs, draw).map_err(
-            |error| Failure::Could(format!("cannot write into {}: {error}", folder.display())),
-        )?;
+        let written = write_campaign_with(folder, campaign, model, &problem.parts[0].runs, draw)
+            .map_err(|error| {
+                Failure::Could(format!("cannot write into {}: {error}", folder.display()))
+            })?;
+        if !self.common.quiet {
+            render::all(&written);
+        }
         let truth = truth_of(&problem, &point, self.seed, &self.common);
         let text =
             serde_json::to_string_pretty(&truth).map_err(|e| Failure::Could(e.to_string()))?;
-        let path: PathBuf = folder.join("truth.json");
-        output::file(&path, &(text + "\n"))?;
+        output::file(&truth_file, &(text + "\n"), &loaded.files)?;
         match self.common.format {
-            Format::Json => output::json(&json!({ "campaign": folder, "truth": path })),
+            Format::Json => output::json(&json!({ "campaign": folder, "truth": truth_file })),
             Format::Text => {
                 output::text(&format!("wrote {} with its truth beside it\n", folder.display()))
             }

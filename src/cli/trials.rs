@@ -79,6 +79,7 @@ impl Trials {
                 .into());
         }
         let loaded = load::load(&self.common)?;
+        loaded.keep_files(self.common.out.as_ref(), [LEDGER])?;
         load::refuse_correlated(&loaded.problem)?;
         let opened = Opened {
             problem: loaded.problem,

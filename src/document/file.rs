@@ -1,10 +1,10 @@
 //! A small text file from disk, with faults a user can mend.
 
-use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use super::MAXIMUM_LENGTH;
+use super::files::{Files, Input, Refused, refused};
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span, nearest};
 
 impl Source {
@@ -13,35 +13,77 @@ impl Source {
     /// # Errors
     /// A missing or unreadable file, one that is too long or is not text.
     pub fn read(path: &Path) -> Result<Self, Diagnostics> {
+        Self::read_of(&mut Files::default(), path, MAXIMUM_LENGTH)
+    }
+
+    /// The same of a file that is one of others, with another bound (bytes). Places in a file
+    /// outside their folder show none of it.
+    ///
+    /// # Errors
+    /// As for [`Source::read`]; a file outside the folder where none is allowed.
+    pub fn read_of(files: &mut Files, path: &Path, most: usize) -> Result<Self, Diagnostics> {
         let shown = path.display();
-        let failed = |error: std::io::Error| match error.kind() {
-            ErrorKind::NotFound => not_there(path),
+        let failed = |error: std::io::Error| match (refused(&error), error.kind()) {
+            (Some(why @ Refused::NotAFile), _) => Diagnostic::error(format!("`{shown}` {why}")),
+            (Some(why @ Refused::Outside), _) => {
+                Diagnostic::error(format!("`{shown}` {why}")).help(COPY_INTO_FOLDER)
+            }
+            (None, ErrorKind::NotFound) => not_there(path),
             _ => Diagnostic::error(format!("cannot read `{shown}`: {error}")),
         };
-        let metadata = path.metadata().map_err(failed)?;
-        if !metadata.is_file() {
-            return Err(Diagnostic::error(format!("`{shown}` is not a file")).into());
-        }
+        let Input { file, is_outside, .. } = files.open(path).map_err(failed)?;
         let mut bytes = Vec::new();
-        let limit = MAXIMUM_LENGTH as u64 + 1;
-        File::open(path).map_err(failed)?.take(limit).read_to_end(&mut bytes).map_err(failed)?;
-        if bytes.len() > MAXIMUM_LENGTH {
-            let message = format!("`{shown}` is longer than {MAXIMUM_LENGTH} bytes");
-            return Err(Diagnostic::error(message).help("is it the right file?").into());
-        }
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let valid = error.utf8_error().valid_up_to();
-            let lossy = String::from_utf8_lossy(error.as_bytes());
-            let place =
-                Source::new(shown.to_string(), lossy.as_ref()).place(Span::new(valid, valid + 1));
-            Diagnostics::from(
-                Diagnostic::error("not UTF-8 text").at(place).help("save the file as UTF-8"),
-            )
-        })?;
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-        Ok(Self::new(shown.to_string(), text))
+        file.take(most as u64 + 1).read_to_end(&mut bytes).map_err(failed)?;
+        text(path, bytes, is_outside, most)
     }
 }
+
+/// What to do about a file that is refused for its place.
+pub(crate) const COPY_INTO_FOLDER: &str =
+    "copy it into the campaign's folder, or leave `--confined` out for a campaign that you trust";
+
+/// The bytes of a file as text of at most `most` bytes; a byte order mark is left out.
+///
+/// # Errors
+/// It is longer, or not UTF-8.
+pub(crate) fn text(
+    path: &Path,
+    bytes: Vec<u8>,
+    is_outside: bool,
+    most: usize,
+) -> Result<Source, Diagnostics> {
+    let shown = path.display().to_string();
+    let source = |text: &str| match is_outside {
+        true => Source::new(shown.clone(), text).withheld(),
+        false => Source::new(shown.clone(), text),
+    };
+    if bytes.len() > most {
+        let message = format!("`{shown}` is longer than {most} bytes");
+        return Err(Diagnostic::error(message).help("is it the right file?").into());
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let lossy = String::from_utf8_lossy(error.as_bytes());
+        let place = source(&lossy).place(Span::new(valid, valid + 1));
+        Diagnostics::from(
+            Diagnostic::error("not UTF-8 text").at(place).help("save the file as UTF-8"),
+        )
+    })?;
+    Ok(source(text.strip_prefix('\u{feff}').unwrap_or(&text)))
+}
+
+/// The faults of a text that messages may not show: the place of the first, and nothing of it.
+pub(crate) fn withhold(source: &Source, faults: Diagnostics, help: &str) -> Diagnostics {
+    if !source.is_withheld() {
+        return faults;
+    }
+    let message = format!("`{}` is at fault, but its content is not shown: {OUTSIDE}", source.file);
+    let place = faults.0.into_iter().find_map(|fault| fault.place);
+    Diagnostic::error(message).at_maybe(place.as_ref()).help(help).into()
+}
+
+/// Why messages show nothing of a file.
+pub(crate) const OUTSIDE: &str = "it lies outside the campaign's folder";
 
 /// A file that does not exist, with the one beside it whose name is nearest.
 fn not_there(path: &Path) -> Diagnostic {

@@ -36,6 +36,8 @@ pub struct Request {
     pub skip_bad_rows: bool,
     /// Bytes of memory for the samples of all campaigns, see [`LoadOptions::memory`].
     pub memory: Option<u64>,
+    /// Refuse files outside a campaign's folder, see [`LoadOptions::confined`].
+    pub confined: bool,
     /// Who is told how far reading and estimates have come.
     pub progress: Progress,
 }
@@ -158,7 +160,8 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
     in_setups(&set, &files)?;
     for (number, (path, file)) in request.campaigns.iter().zip(files).enumerate() {
         warnings.extend(given_before(path, &request.campaigns[..number], &file));
-        let mut library = Library::builtin()?.with_effects_beside(&file.folder)?;
+        let mut library =
+            Library::builtin()?.confined(request.confined).with_effects_beside(&file.folder)?;
         for folder in &request.effects {
             library = library.with_effects_dir(folder)?;
         }
@@ -195,6 +198,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         let selected = select(&library, &file, &request.with)?;
         let options = LoadOptions {
             skip_bad_rows: request.skip_bad_rows,
+            confined: request.confined,
             progress: request.progress.clone(),
             ..LoadOptions::default()
         };

@@ -10,3 +10,4 @@ mod examples_again;
 mod json_keys;
 mod sessions;
 mod spilled_campaigns;
+mod written_over;

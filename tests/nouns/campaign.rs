@@ -4,7 +4,8 @@ use std::fs;
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use homepoint::campaign::file::{Campaign, CampaignFile, LoadOptions};
+use homepoint::campaign::file::CampaignFile;
+use homepoint::campaign::load::{Campaign, LoadOptions};
 use homepoint::campaign::{Role, Track, write};
 use homepoint::diagnostic::{Diagnostics, Source};
 use homepoint::model::Model;
@@ -188,10 +189,11 @@ inputs = { temperature = "20.1 degC" }
     assert!((campaign.input_sigma[0].unwrap() - 0.2 * DEGREE / 3600.0).abs() < 1e-18);
     assert_eq!(campaign.input_sigma[1], None);
     let warnings: Vec<_> = campaign.warnings.iter().map(ToString::to_string).collect();
-    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(
-        warnings[1].contains(":1:103: warning")
-            && warnings[1].contains("did you mean `horizontal`?"),
+        warnings[0]
+            .contains(":1:103: warning: the columns `encoder_rate`, `hoizontal` are not used")
+            && warnings[0].contains("`hoizontal`: did you mean `horizontal`?"),
         "{warnings:?}"
     );
 }
@@ -299,6 +301,14 @@ fn faults_of_the_campaign_file() {
         "has a column `x`",
         at(9, 13),
         "columns found: time, arm_angle",
+    );
+    assert_fault(
+        "f16b",
+        &format!("{CAMPAIGN}columns = {{ arm_angle = \"q [deg]\", distance = \"q\" }}\n"),
+        SLOW,
+        "`arm_angle` and `distance` name the same column, `q`",
+        at(9, 36),
+        "keep the entry that it is",
     );
     assert_fault(
         "f17",

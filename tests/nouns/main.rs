@@ -4,7 +4,9 @@
 mod campaign;
 mod every_effect;
 mod faults;
+mod files;
 mod larger_than_memory;
+mod limits;
 mod models;
 mod parquet;
 mod recorded;

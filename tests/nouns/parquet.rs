@@ -3,7 +3,8 @@
 
 use std::path::PathBuf;
 
-use homepoint::campaign::file::{Campaign, CampaignFile, LoadOptions};
+use homepoint::campaign::file::CampaignFile;
+use homepoint::campaign::load::{Campaign, LoadOptions};
 use homepoint::diagnostic::{Diagnostics, Source};
 use homepoint::model::Model;
 

@@ -4,7 +4,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use homepoint::campaign::file::{Campaign, CampaignFile, LoadOptions};
+use homepoint::campaign::file::CampaignFile;
+use homepoint::campaign::load::{Campaign, LoadOptions};
 use homepoint::campaign::spline::{Smoothing, Spline};
 use homepoint::campaign::{Role, Track};
 use homepoint::diagnostic::Source;

@@ -4,12 +4,15 @@
 //! edges in order, each reply after its request and before the next one, a capture for each
 //! reading.
 
-use crate::campaign::file::{Named, RunEntry};
-use crate::campaign::samples::Loader;
-use crate::campaign::table::{TIME, Table};
+use crate::campaign::captured::{columns_of, moved};
+use crate::campaign::declared::RunEntry;
+use crate::campaign::header::TIME;
+use crate::campaign::loader::Loader;
+use crate::campaign::table::Table;
 use crate::campaign::timing::replies::{Moved, RequestToReply};
 use crate::campaign::timing::{Method, REPLY, Timing};
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{Diagnostic, Place, decimals};
+use crate::document::entries::Named;
 
 /// Resolution (s) of captures that do not state one, at worst.
 const COARSE: f64 = 1e-6;
@@ -86,7 +89,7 @@ impl Captures {
             }
         }
         if !faults.is_empty() {
-            loader.reader.faults.extend(faults);
+            faults.into_iter().for_each(|fault| loader.reader.report(fault));
             return None;
         }
         let mut shared = Vec::new();
@@ -123,7 +126,7 @@ impl Captures {
                 let place = first_cell(data, row);
                 let fault =
                     Diagnostic::error("this reading has no capture").at_maybe(place.as_ref());
-                loader.reader.faults.push(fault.help(pairing(captures, data)));
+                loader.reader.report(fault.help(pairing(captures, data)));
                 return None;
             }
         }
@@ -133,7 +136,7 @@ impl Captures {
         if let Some((row, column, message, help)) = self.fault(&edges, replies.as_deref()) {
             let place = from.column(column).map(|column| from.cell_place(row, column));
             let fault = Diagnostic::error(message).at_maybe(place.as_ref()).help(help);
-            loader.reader.faults.push(fault);
+            loader.reader.report(fault);
             return None;
         }
         self.last.0 = edges.last().copied().unwrap_or(self.last.0);
@@ -175,7 +178,7 @@ impl Captures {
                 let place = first_cell(captures, 0);
                 let fault =
                     Diagnostic::error("this capture has no reading").at_maybe(place.as_ref());
-                loader.reader.faults.push(fault.help(pairing(captures, data)));
+                loader.reader.report(fault.help(pairing(captures, data)));
                 return None;
             }
         }
@@ -193,8 +196,9 @@ impl Captures {
             } else if edge.abs() > self.largest {
                 let spacing = edge.abs() * f64::EPSILON;
                 let message = format!(
-                    "{edge:.0} s is so large a number that its neighbours are {:.0} ns apart",
-                    1e9 * spacing
+                    "{} s is so large a number that its neighbours are {} ns apart",
+                    decimals(*edge, 0),
+                    decimals(1e9 * spacing, 0)
                 );
                 (self.edge, message, "count from a later zero, say the start of the day")
             } else if *edge <= last.0 {
@@ -209,9 +213,9 @@ impl Captures {
                 (REPLY, message, "are the two columns exchanged?")
             } else if reply < edge + self.length {
                 let message = format!(
-                    "the reply comes {:.2} µs after its request began, which is {:.2} µs long",
-                    1e6 * (reply - edge),
-                    1e6 * self.length
+                    "the reply comes {} µs after its request began, which is {} µs long",
+                    decimals(1e6 * (reply - edge), 2),
+                    decimals(1e6 * self.length, 2)
                 );
                 let help =
                     "check `baud` and `bits`: nothing can reply before the request is complete";
@@ -233,10 +237,10 @@ fn skipped(loader: &mut Loader<'_>, table: &Table) {
             "row {} of `{}` is bad, and captures belong to readings row by row",
             row.row, table.file
         );
-        let known = loader.reader.faults.iter().any(|fault| fault.message == message);
+        let known = loader.reader.faults().iter().any(|fault| fault.message == message);
         if !known {
             let help = "mend the row: leaving it out would shift all that follow; a reading that is not there is an empty cell";
-            loader.reader.faults.push(Diagnostic::error(message).help(help));
+            loader.reader.report(Diagnostic::error(message).help(help));
         }
     }
 }
@@ -252,14 +256,9 @@ fn first_cell(table: &Table, row: usize) -> Option<Place> {
     table.columns.first().map(|column| table.cell_place(row, column))
 }
 
-/// Value and rate a while later, at constant acceleration.
-pub(super) fn moved(value: f64, rate: f64, acceleration: f64, by: f64) -> (f64, f64) {
-    (value + by * (rate + 0.5 * by * acceleration), rate + by * acceleration)
-}
-
 /// Moves a captured input along its rate. Without a rate it stands still.
 fn move_columns(table: &mut Table, input: &str, by: f64) {
-    let [name, rate, acceleration] = crate::campaign::captured::columns_of(input);
+    let [name, rate, acceleration] = columns_of(input);
     let Some(mut rates) = table.values(&rate).map(<[f64]>::to_vec) else { return };
     let accelerations = table.values(&acceleration).map(<[f64]>::to_vec);
     let Some(values) = table.values_mut(&name) else { return };

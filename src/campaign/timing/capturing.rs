@@ -10,10 +10,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use crate::campaign::captured::moved;
 use crate::campaign::record::Stretch;
-use crate::campaign::run::Samples;
+use crate::campaign::samples::Samples;
 use crate::campaign::signal::Track;
-use crate::campaign::timing::captures::moved;
 use crate::campaign::timing::replies::RequestToReply;
 use crate::campaign::timing::{Method, REPLY, Reply, RunTiming, Timing};
 

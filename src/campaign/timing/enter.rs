@@ -4,8 +4,6 @@
 //! the chain's common uncertainty, and so a common part of every delay; the error is random, new in
 //! every sample and shared by its readings through the derivatives, as an input's error is.
 
-use std::sync::Arc;
-
 use crate::campaign::timing::RunTiming;
 use crate::campaign::timing::Timing;
 use crate::campaign::timing::chain::part;
@@ -35,7 +33,7 @@ error  = {{ unit = "s", typical = "10 ns", scope = "sample", shape = "{shape}" }
 t = 't + offset + error'
 "#
         );
-        Source { file: Arc::from("[timing]"), text: text.into() }
+        Source::new("[timing]", text)
     }
 
     /// What the chain says of the effect's parameters.

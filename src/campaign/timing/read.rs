@@ -1,9 +1,8 @@
 //! `[timing]` and a run's `timing`: what they say, every fault at its place.
 
-use crate::campaign::entries::{Entry, Item, Reader, Value, get};
-use crate::campaign::file::Named;
 use crate::campaign::statement::{self, Spread};
 use crate::campaign::timing::{Gate, Line, Method, Reference, Reply, RunTiming, Timing};
+use crate::document::entries::{Entry, Item, Named, Reader, Value, get};
 use crate::units::{Dimension, Unit};
 
 const COMMON: [&str; 6] =

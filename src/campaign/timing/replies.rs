@@ -5,9 +5,8 @@
 //! 2009, section 2.3): the inputs captured with the request, moved along their rates. All replies
 //! count in the summary; the first [`KEPT`] of a run are kept one by one.
 
-use crate::campaign::captured::columns_of;
+use crate::campaign::captured::{columns_of, moved};
 use crate::campaign::table::Table;
-use crate::campaign::timing::captures::moved;
 
 /// Replies of a run that are kept one by one.
 pub const KEPT: usize = 1 << 17;

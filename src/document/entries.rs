@@ -4,7 +4,9 @@
 
 use toml::de::{DeTable, DeValue};
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span, nearest};
+use super::faults::{Faults, known_here};
+use super::parsed;
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span};
 use crate::units::{Unit, parse_quantity};
 
 /// A value and where it stands.
@@ -55,6 +57,17 @@ pub struct Quantity {
     pub place: Place,
 }
 
+/// Something named in a file, and where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Named {
+    /// The text.
+    pub text: String,
+    /// Its bytes in the file.
+    pub span: Span,
+    /// Its place.
+    pub place: Place,
+}
+
 impl Item {
     /// What it is, in words.
     fn kind(&self) -> &'static str {
@@ -88,8 +101,7 @@ impl Item {
 pub struct Reader {
     /// The file.
     pub source: Source,
-    /// Faults.
-    pub faults: Vec<Diagnostic>,
+    faults: Faults,
 }
 
 impl Reader {
@@ -98,18 +110,36 @@ impl Reader {
     /// # Errors
     /// It is not TOML.
     pub fn parse(source: Source) -> Result<(Self, Vec<Entry>), Diagnostics> {
-        match DeTable::parse(&source.text) {
-            Ok(table) => {
-                let entries = entries(table.get_ref());
-                Ok((Self { source, faults: Vec::new() }, entries))
-            }
-            Err(error) => {
-                let span = error.span().unwrap_or_default();
-                let place = source.place(Span::new(span.start, span.end));
-                let message = error.message().lines().collect::<Vec<_>>().join("; ");
-                Err(Diagnostic::error(message).at(place).into())
-            }
-        }
+        let entries = entries(parsed(&source, in_a_row)?.get_ref());
+        Ok((Self::new(source), entries))
+    }
+
+    /// A reader of a file in which nothing was found yet.
+    pub fn new(source: Source) -> Self {
+        Self { source, faults: Faults::default() }
+    }
+
+    /// Records a fault; of many the first are kept.
+    pub fn report(&mut self, fault: Diagnostic) {
+        self.faults.report(fault);
+    }
+
+    /// How many faults were reported so far.
+    pub fn count(&self) -> usize {
+        self.faults.count()
+    }
+
+    /// The faults so far, of many the first.
+    pub fn faults(&self) -> &[Diagnostic] {
+        self.faults.first()
+    }
+
+    /// Nothing, if there was no fault.
+    ///
+    /// # Errors
+    /// The faults, of many the first.
+    pub fn result(&self) -> Result<(), Diagnostics> {
+        self.faults.clone().all().into_result(())
     }
 
     /// The place of a span.
@@ -119,22 +149,14 @@ impl Reader {
 
     /// Notes a fault.
     pub fn fault(&mut self, span: Span, message: impl Into<String>, help: impl Into<String>) {
-        let place = self.place(span);
-        let mut diagnostic = Diagnostic::error(message).at(place);
+        let fault = Diagnostic::error(message).at(self.place(span));
         let help = help.into();
-        if !help.is_empty() {
-            diagnostic.help.push(help);
-        }
-        self.faults.push(diagnostic);
+        self.report(if help.is_empty() { fault } else { fault.help(help) });
     }
 
     /// A fault for a name that is not known here, with the nearest known one.
     pub fn unknown(&mut self, span: Span, what: &str, name: &str, known: &[&str]) {
-        let help = match nearest(name, known.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if known.is_empty() => String::new(),
-            None => format!("known here: {}", known.join(", ")),
-        };
+        let help = if self.faults.is_full() { String::new() } else { known_here(name, known) };
         self.fault(span, format!("unknown {what} `{name}`"), help);
     }
 
@@ -271,7 +293,7 @@ impl Reader {
             "1" => "expected a plain number".to_owned(),
             symbol => format!("expected a unit such as `{symbol}`"),
         };
-        self.faults.push(Diagnostic::error(message).at(quantity.place.clone()).help(help));
+        self.report(Diagnostic::error(message).at(quantity.place.clone()).help(help));
         false
     }
 
@@ -308,6 +330,11 @@ impl Reader {
         let help = if example.is_empty() { String::new() } else { format!("as in {example}") };
         self.fault(item.span, message, help);
     }
+}
+
+/// The lines of a message in one.
+fn in_a_row(message: &str) -> String {
+    message.lines().collect::<Vec<_>>().join("; ")
 }
 
 /// The value of a key.

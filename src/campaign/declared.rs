@@ -1,0 +1,69 @@
+//! What campaign.toml declares of inputs, measurands and runs, before any model is known.
+
+use crate::campaign::plan::Leg;
+use crate::campaign::run::Role;
+use crate::campaign::timing::RunTiming;
+use crate::document::entries::{Entry, Item, Named, Quantity};
+use crate::units::Unit;
+
+/// What a campaign says of an input: over what the model says.
+#[derive(Clone, Debug)]
+pub struct InputOverride {
+    /// The input's name.
+    pub name: Named,
+    /// Standard uncertainty of one value, new in every sample.
+    pub sigma: Option<Item>,
+    /// Resolution.
+    pub resolution: Option<Item>,
+    /// Its calibration.
+    pub calibration: Option<Item>,
+    /// Time constant of the smoothing of its stream.
+    pub smooth: Option<Item>,
+    /// Period by which recorded values jump.
+    pub period: Option<Item>,
+}
+
+/// What a campaign says of a measurand.
+#[derive(Clone, Debug)]
+pub struct MeasurandOverride {
+    /// The measurand's name.
+    pub name: Named,
+    /// Standard uncertainty of one reading, see [`crate::campaign::statement`].
+    pub said: Vec<Entry>,
+}
+
+/// One entry of `columns`: the model's name, and what the file calls it.
+#[derive(Clone, Debug)]
+pub struct ColumnWord {
+    /// The model's name.
+    pub name: Named,
+    /// As written: `tool_x [m]`.
+    pub written: String,
+    /// Name in the file.
+    pub header: String,
+    /// Unit, if it says one.
+    pub unit: Option<Unit>,
+}
+
+/// One `[[runs]]` entry.
+#[derive(Clone, Debug)]
+pub struct RunEntry {
+    /// Its name.
+    pub name: Named,
+    /// Its setup.
+    pub setup: String,
+    /// What it is for.
+    pub role: Role,
+    /// Its data file.
+    pub data: Option<Named>,
+    /// Its streams.
+    pub signals: Vec<Named>,
+    /// What files call inputs and measurands.
+    pub columns: Vec<ColumnWord>,
+    /// Constants of the run.
+    pub inputs: Vec<(Named, Quantity)>,
+    /// How it will be measured; empty for a run with data.
+    pub plan: Vec<Leg>,
+    /// What it says of its captures.
+    pub timing: RunTiming,
+}

@@ -1,0 +1,119 @@
+//! What the readers of runs share: the model, settled inputs, what was found on the way, and tables
+//! opened and read on.
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+
+use crate::campaign::calibration::Corrections;
+use crate::campaign::declared::RunEntry;
+use crate::campaign::header::Wanted;
+use crate::campaign::loaded::LeftOut;
+use crate::campaign::recorder::Store;
+use crate::campaign::spline::Smoothing;
+use crate::campaign::table::{Skipped, Table, TableError};
+use crate::campaign::timing::Timing;
+use crate::campaign::timing::replies::RequestToReply;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::document::COPY_INTO_FOLDER;
+use crate::document::entries::{Named, Reader};
+use crate::document::files::Files;
+use crate::model::Model;
+use crate::progress::{Progress, Task};
+
+/// What is settled of an input for the whole campaign.
+#[derive(Clone, Debug)]
+pub(crate) struct InputSetting {
+    pub(crate) smoothing: Smoothing,
+    pub(crate) period: Option<f64>,
+    /// Some formula of the model needs it.
+    pub(crate) needed: bool,
+    /// From its calibration.
+    pub(crate) corrections: Option<Corrections>,
+}
+
+/// Reads runs against a model and collects what was found on the way.
+pub(crate) struct Loader<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) folder: PathBuf,
+    pub(crate) reader: Reader,
+    pub(crate) files: Files,
+    pub(crate) inputs: Vec<InputSetting>,
+    pub(crate) delay_range: f64,
+    pub(crate) skip_bad_rows: bool,
+    pub(crate) warnings: Vec<Diagnostic>,
+    pub(crate) warned: HashSet<String>,
+    pub(crate) skipped: Vec<Skipped>,
+    pub(crate) skipped_count: usize,
+    pub(crate) left_out: Vec<LeftOut>,
+    pub(crate) store: &'a mut Store,
+    pub(crate) progress: Progress,
+    /// Bytes of data files read so far, and of all.
+    pub(crate) bytes: (u64, u64),
+    pub(crate) timing: Option<Timing>,
+    pub(crate) request_to_reply: Vec<RequestToReply>,
+}
+
+impl Loader<'_> {
+    /// Tells that the disk does not take a run.
+    pub(crate) fn cannot_keep(&mut self, entry: &RunEntry, error: &std::io::Error) {
+        let folder = std::env::temp_dir();
+        let message = format!(
+            "run `{}` is larger than the memory for it, and cannot be put into a temporary file in {}: {error}",
+            entry.name.text,
+            folder.display()
+        );
+        let help = "say with TMPDIR where there is room, or allow more memory with `--memory 8GB`";
+        self.reader.fault(entry.name.span, message, help);
+    }
+
+    /// Takes over what a table left out.
+    pub(crate) fn note_skipped(&mut self, table: &mut Table) {
+        self.skipped.append(&mut table.skipped);
+        self.skipped_count += table.skipped_count;
+    }
+
+    /// Opens a table.
+    pub(crate) fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
+        let path = self.folder.join(&name.text);
+        let table = Table::open_of(&mut self.files, &path, wanted, self.skip_bad_rows);
+        self.told(name, table)
+    }
+
+    /// Reads a table of at most so many rows whole, for it stays in memory; `None` after a fault.
+    pub(crate) fn whole(&mut self, name: &Named, table: &mut Table, most: usize) -> Option<()> {
+        self.more(name, table, most + 1)?;
+        if table.lines.len() <= most {
+            return Some(());
+        }
+        let message = format!("`{}` has more than {most} rows", name.text);
+        let help =
+            "it is held in memory as a whole: leave out what no sample needs, or log it less often";
+        self.reader.fault(name.span, message, help);
+        None
+    }
+
+    /// Reads on in a table; `None` after a fault.
+    pub(crate) fn more(&mut self, name: &Named, table: &mut Table, most: usize) -> Option<bool> {
+        let before = table.bytes_read();
+        let more = table.more(most);
+        self.bytes.0 += table.bytes_read() - before;
+        self.progress.tell(Task::Reading, self.bytes.0, self.bytes.1);
+        self.told(name, more)
+    }
+
+    fn told<T>(&mut self, name: &Named, result: Result<T, TableError>) -> Option<T> {
+        match result {
+            Ok(value) => return Some(value),
+            Err(TableError::Unreadable(message)) => {
+                self.reader.fault(name.span, message, "paths count from the campaign's folder");
+            }
+            Err(TableError::Refused(message)) => {
+                self.reader.fault(name.span, message, COPY_INTO_FOLDER);
+            }
+            Err(TableError::Content(Diagnostics(faults))) => {
+                faults.into_iter().for_each(|fault| self.reader.report(fault));
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,298 @@
+//! One measured run: its data file and its streams made into samples.
+
+use crate::campaign::captured::{Captured, columns_of};
+use crate::campaign::columns::{column_count, derived, reading_columns};
+use crate::campaign::declared::RunEntry;
+use crate::campaign::header::{Column, TIME, Wanted};
+use crate::campaign::loader::Loader;
+use crate::campaign::origin::listed;
+use crate::campaign::readings::Readings;
+use crate::campaign::record::{BLOCK, Record};
+use crate::campaign::recorder::Recorder;
+use crate::campaign::samples::{Samples, shape};
+use crate::campaign::signal::Track;
+use crate::campaign::table::Table;
+use crate::campaign::timing::COLUMNS;
+use crate::campaign::timing::captures::Captures;
+use crate::diagnostic::{Diagnostic, nearest, shortened};
+use crate::document::OUTSIDE;
+use crate::document::entries::Named;
+use crate::graph::MeasurandKind;
+use crate::units::Unit;
+
+/// The most rows of a stream: it is held in memory as a whole.
+const MOST_STREAMED: usize = 20_000_000;
+/// Unused columns that a message names.
+const MOST_NAMES: usize = 8;
+
+impl Loader<'_> {
+    /// The record of a run with data; `None` after a fault.
+    pub(crate) fn run(&mut self, entry: &RunEntry) -> Option<Record> {
+        let data = entry.data.as_ref()?;
+        let (every, streamed) = (self.wanted(entry, true), self.wanted(entry, false));
+        let beside = entry.timing.captures.as_ref();
+        let table = match beside {
+            // Times are the captures' business then.
+            Some(_) => self.table(data, &without_times(&every)),
+            None => self.table(data, &every),
+        };
+        let captures = beside.map(|name| self.table(name, &every));
+        let streams: Vec<_> = entry
+            .signals
+            .iter()
+            .map(|name| {
+                let mut stream = self.table(name, &streamed)?;
+                self.whole(name, &mut stream, MOST_STREAMED)?;
+                self.note_skipped(&mut stream);
+                Some(stream)
+            })
+            .collect();
+        let mut table = table?;
+        let captures = captures.map_or(Some(None), |captures| captures.map(Some))?;
+        let streams: Vec<Table> = streams.into_iter().collect::<Option<_>>()?;
+        let tables: Vec<&Table> = [&table].into_iter().chain(&captures).chain(&streams).collect();
+        self.check_columns(entry, &every, &tables);
+        let mut captures = match self.timing.clone() {
+            Some(timing) => Captures::begin(self, timing, entry, &mut table, captures)?,
+            None => None,
+        };
+        let before = self.reader.count();
+        let inputs: Vec<Track> = (0..self.model.inputs.len())
+            .map(|index| self.track(index, entry, &table, &streams))
+            .collect();
+        drop(streams);
+        if table.column(TIME).is_none() && inputs.iter().any(Track::moves) {
+            let message = format!("`{}` has no column `time [s]`", data.text);
+            let help = format!("inputs move in this run; columns found: {}", table.names());
+            self.reader.fault(data.span, message, help);
+        }
+        self.check_readings(data, &table);
+        let record = self.rows(entry, data, &mut table, captures.as_mut(), &inputs);
+        self.note_skipped(&mut table);
+        record.filter(|_| self.reader.count() == before)
+    }
+
+    /// Takes the rows of a data file block by block.
+    fn rows(
+        &mut self,
+        entry: &RunEntry,
+        data: &Named,
+        table: &mut Table,
+        mut captures: Option<&mut Captures>,
+        inputs: &[Track],
+    ) -> Option<Record> {
+        let mut recorder = Recorder::new(inputs, column_count(self.model));
+        let mut captured: Vec<Captured> = (0..inputs.len())
+            .map(|index| Captured::new(&self.model.inputs[index].name, self.inputs[index].period))
+            .collect();
+        let mut readings = Readings::default();
+        let mut samples = Samples::default();
+        shape(&mut samples, inputs, column_count(self.model));
+        // The tracks without columns, too, for they say where they have values.
+        samples.inputs = inputs.to_vec();
+        let is_timed = table.column(TIME).is_some();
+        while self.more(data, table, BLOCK)? {
+            if let Some(captures) = &mut captures {
+                captures.refer(self, table)?;
+            }
+            let count = table.lines.len();
+            samples.rows.clone_from(&table.lines);
+            if !table.copy(TIME, &mut samples.time) {
+                samples.time.resize(count, 0.0);
+            }
+            let mut usable = vec![true; count];
+            let tracks = samples.inputs.iter_mut().zip(&self.inputs);
+            for (captured, (track, setting)) in captured.iter_mut().zip(tracks) {
+                captured.take(table, &samples.time, track, &mut usable);
+                if let (Some(corrections), Track::Captured { .. }) = (&setting.corrections, &track)
+                {
+                    corrections.correct_track(track);
+                }
+            }
+            self.take_readings(table, &mut samples, &mut readings);
+            if is_timed {
+                readings.count_repeated(&samples);
+            }
+            self.leave_out(&mut samples, &usable, &mut readings);
+            if let Err(error) = recorder.push(self.store, &samples) {
+                self.cannot_keep(entry, &error);
+                return None;
+            }
+        }
+        if let Some(captures) = captures {
+            let replied = captures.end(self, table)?;
+            self.request_to_reply.extend(replied);
+        }
+        for name in captured.iter().flat_map(|input| input.without_value(table)) {
+            let message = format!("run `{}` has no value in column `{name}`", entry.name.text);
+            self.reader.fault(entry.name.span, message, "");
+        }
+        self.tell_left_out(entry, inputs, &readings);
+        match recorder.finish(self.store) {
+            Ok(record) => Some(record),
+            Err(error) => {
+                self.cannot_keep(entry, &error);
+                None
+            }
+        }
+    }
+
+    /// The columns a file may hold: all for the data file, else time and inputs.
+    fn wanted(&self, entry: &RunEntry, readings: bool) -> Vec<Wanted> {
+        let want = |name: String, unit: Unit| {
+            let word = entry.columns.iter().find(|word| word.name.text == name);
+            let header = word.map(|word| (word.header.clone(), word.unit.clone()));
+            Wanted { name, header, unit }
+        };
+        let times = if readings && self.timing.is_some() { &COLUMNS[..] } else { &[TIME][..] };
+        let time = |name: &&str| want((*name).into(), Unit::second());
+        let mut found: Vec<Wanted> = times.iter().map(time).collect();
+        for input in &self.model.inputs {
+            for (order, suffix) in ["", "_rate", "_acceleration"].iter().enumerate() {
+                if order == 0 || readings {
+                    let unit = derived(&input.unit, order as u8);
+                    found.push(want(format!("{}{suffix}", input.name), unit));
+                }
+            }
+        }
+        if readings {
+            for (index, name) in reading_columns(self.model) {
+                let measurand = &self.model.measurands[index];
+                let unit = match measurand.kind {
+                    MeasurandKind::Rotation => Unit::one(),
+                    _ => measurand.unit.clone(),
+                };
+                found.push(want(name, unit));
+            }
+        }
+        found
+    }
+
+    /// Faults names of `columns` that mean nothing and warns of columns that nothing declares.
+    fn check_columns(&mut self, entry: &RunEntry, all: &[Wanted], tables: &[&Table]) {
+        let tables = || tables.iter().copied();
+        let known: Vec<&str> = all.iter().map(|want| want.name.as_str()).collect();
+        for word in &entry.columns {
+            if !known.contains(&word.name.text.as_str()) {
+                self.reader.unknown(word.name.span, "input or measurand", &word.name.text, &known);
+            } else if !tables().any(|t| t.columns.iter().any(|c| c.name == word.header)) {
+                let message =
+                    format!("no file of run `{}` has a column `{}`", entry.name.text, word.header);
+                let help = format!(
+                    "columns found: {}",
+                    tables().map(Table::names).collect::<Vec<_>>().join("; ")
+                );
+                self.reader.fault(word.name.span, message, help);
+            }
+        }
+        let missing: Vec<&str> =
+            known.into_iter().filter(|name| tables().all(|t| t.column(name).is_none())).collect();
+        for table in tables() {
+            self.tell_unused(table, &missing);
+        }
+    }
+
+    /// Warns of columns that nothing declares, each once; `missing` are names that no column has.
+    fn tell_unused(&mut self, table: &Table, missing: &[&str]) {
+        let unused = table.columns.iter().filter(|column| column.wanted.is_none());
+        let unused: Vec<_> =
+            unused.filter(|column| self.warned.insert(column.name.clone())).collect();
+        let Some(first) = unused.first() else { return };
+        let names = unused.iter().map(|column| column.name.as_str());
+        let (is_one, model) = (unused.len() == 1, &self.model.name);
+        let columns = match (table.is_outside(), is_one) {
+            (true, true) => "a column is".to_owned(),
+            (true, false) => format!("{} columns are", unused.len()),
+            (false, true) => format!("the column `{}` is", shortened(&first.name)),
+            (false, false) => format!("the columns {} are", listed(names, MOST_NAMES, "`")),
+        };
+        let does = if is_one { "does not declare it" } else { "does not declare them" };
+        let near = |column: &&&Column| nearest(&column.name, missing.iter().copied());
+        let place = if table.is_outside() {
+            *first
+        } else {
+            unused.iter().find(|column| near(column).is_some()).unwrap_or(first)
+        };
+        let warning = Diagnostic::warning(format!("{columns} not used: model `{model}` {does}"));
+        let mut warning = warning.at(table.header_place(place));
+        if table.is_outside() {
+            self.warnings.push(warning.help(format!("their names are not shown, for {OUTSIDE}")));
+            return;
+        }
+        for column in unused.iter().take(MOST_NAMES) {
+            warning = match near(&column) {
+                Some(near) if is_one => warning.help(format!("did you mean `{near}`?")),
+                Some(near) => warning.help(format!("`{}`: did you mean `{near}`?", column.name)),
+                None => warning,
+            };
+        }
+        self.warnings.push(warning);
+    }
+
+    /// Where an input comes from in this run.
+    fn track(&mut self, index: usize, entry: &RunEntry, data: &Table, streams: &[Table]) -> Track {
+        let model = self.model;
+        let input = &model.inputs[index];
+        let constant = entry.inputs.iter().find(|(name, _)| name.text == input.name);
+        let streams: Vec<_> = streams.iter().filter(|t| t.column(&input.name).is_some()).collect();
+        let captured = data.values(&input.name).is_some();
+        if usize::from(constant.is_some()) + usize::from(captured) + streams.len() > 1 {
+            let message = format!("run `{}` has `{}` twice", entry.name.text, input.name);
+            let help =
+                "it is a column of the data, of one stream, or a constant of the run: keep one";
+            self.reader.fault(entry.name.span, message, help);
+            return Track::Absent;
+        }
+        if let Some((_, quantity)) = constant {
+            self.reader.accept(quantity, &format!("`{}`", input.name), &input.unit);
+            let mut constant = Track::Constant(quantity.value);
+            if let Some(corrections) = &self.inputs[index].corrections {
+                corrections.correct_track(&mut constant);
+            }
+            return constant;
+        }
+        if captured {
+            return self.captured(index, data);
+        }
+        match streams.first() {
+            Some(stream) => self.logged(index, entry, stream),
+            None => {
+                if self.inputs[index].needed {
+                    let message =
+                        format!("run `{}` has no column `{}`", entry.name.text, input.name);
+                    let symbol = &input.unit.symbol;
+                    let help = format!(
+                        "write it as `{} [{symbol}]`, as a stream in `signals`, or as a constant in `inputs`; columns found: {}",
+                        input.name,
+                        data.names()
+                    );
+                    self.reader.fault(entry.name.span, message, help);
+                }
+                Track::Absent
+            }
+        }
+    }
+
+    /// An input recorded with each sample: which columns it has.
+    fn captured(&mut self, index: usize, data: &Table) -> Track {
+        let input = &self.model.inputs[index];
+        let [_, rate, acceleration] = columns_of(&input.name);
+        if let (None, Some(column)) = (data.column(&rate), data.column(&acceleration)) {
+            self.reader.report(
+                Diagnostic::error(format!("`{acceleration}` needs `{rate}` beside it"))
+                    .at(data.header_place(column)),
+            );
+        }
+        let empty = |name: &str| data.column(name).map(|_| Vec::new());
+        Track::Captured {
+            value: Vec::new(),
+            rate: empty(&rate),
+            acceleration: empty(&acceleration),
+        }
+    }
+}
+
+/// The same columns but for times.
+fn without_times(wanted: &[Wanted]) -> Vec<Wanted> {
+    wanted.iter().filter(|want| !COLUMNS.contains(&want.name.as_str())).cloned().collect()
+}
