@@ -16,6 +16,7 @@
 //! | [`calibrate`] | all of these together |
 //! | [`newton`] | each reading's own delay |
 //! | [`delays`] | their means |
+//! | `nearby` | the samples of readings, wherever they are |
 //! | [`median`] | the median of numbers however many |
 //! | [`transformation`] | where delays take their transformation from |
 //! | [`deviations`] | planar, radial and tangential deviations of each run |
@@ -54,6 +55,7 @@ pub mod differences;
 pub mod head;
 pub mod intersection;
 pub mod median;
+mod nearby;
 pub mod newton;
 pub mod observability;
 pub mod repeatability;

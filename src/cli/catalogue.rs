@@ -13,7 +13,7 @@ use crate::effect::Effect;
 use crate::engine::switched_off::remains_alone;
 use crate::library::Library;
 use crate::model::Model;
-use crate::report::text::{drawn, table};
+use crate::report::layout::{drawn, table};
 use crate::system::candidates;
 
 #[derive(Debug, Args)]

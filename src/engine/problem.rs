@@ -11,11 +11,12 @@ use crate::campaign::record::BLOCK;
 use crate::campaign::run::Samples;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share, qualified};
+use crate::engine::noise::negative_factor;
 use crate::engine::part::{Part, SampleLeaves};
 use crate::engine::point::{Point, seeded};
 use crate::engine::programs::Programs;
 use crate::engine::rows::{Direction, Sweep};
-use crate::engine::whitening::Whitening;
+use crate::engine::whitening::{RunPrograms, Whitening};
 use crate::number::{Gradient, Number};
 use crate::progress::Progress;
 
@@ -168,6 +169,44 @@ impl Problem {
                 seeded(kind, point.values[instance], [seed(0), seed(1), seed(2)])
             })
             .collect()
+    }
+
+    /// A run with what its samples are evaluated.
+    pub(crate) fn run_programs(&self, part: usize, run: usize) -> RunPrograms<'_> {
+        RunPrograms { part: &self.parts[part], programs: &self.programs[part], set: self.set, run }
+    }
+
+    /// Lets the weights follow a point.
+    pub fn refresh_weights(&mut self, point: &Point) {
+        // Those before are not wanted any more: they make room.
+        self.whitening = Arc::default();
+        self.whitening = (0..self.parts.len())
+            .map(|part| {
+                (0..self.parts[part].runs.len())
+                    .map(|run| {
+                        let parameters = || self.parameters(part, run, point);
+                        Whitening::new(self.run_programs(part, run), parameters)
+                    })
+                    .collect()
+            })
+            .collect();
+    }
+
+    /// Whether a part of the noise of any row is autocorrelated.
+    pub fn has_memory(&self) -> bool {
+        self.parts.iter().any(|part| part.gauss_markov.iter().any(Option::is_some))
+    }
+
+    /// A measurand whose standard uncertainty an effect would make negative at a point, with the
+    /// factor on it there.
+    pub fn negative_noise(&self, point: &Point) -> Option<(&str, f64)> {
+        self.parts.iter().enumerate().find_map(|(p, part)| {
+            let patched = part.slots().iter().any(|slot| slot.sigma_factor.is_some());
+            let mut runs = (0..part.runs.len()).filter(|_| patched);
+            let (measurand, factor) =
+                runs.find_map(|run| negative_factor(part, run, &self.parameters(p, run, point)))?;
+            Some((part.system.assembly.names.measurands[measurand].name.as_str(), factor))
+        })
     }
 
     /// The names of all runs, with the labels of their campaigns where there are several.

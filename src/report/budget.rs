@@ -5,6 +5,8 @@ use serde_json::{Value, json};
 use crate::estimate::blind::BlindRange;
 use crate::estimate::budget::{Budget, Contribution};
 use crate::estimate::coverage::{Combined, LEVEL};
+#[cfg(feature = "cli")]
+use crate::report::layout;
 
 /// What programs read of a budget.
 pub fn json(budget: &Budget) -> Value {
@@ -85,7 +87,7 @@ pub fn text(budgets: &[Budget]) -> String {
             budget.measurand
         ));
         let header = ["contribution", "part", "one reading [µs]", "%", "mean [µs]", "%", "d.o.f."];
-        let mut rows = super::text::table(&header);
+        let mut rows = layout::table(&header);
         let micro = |seconds: f64| format!("{:.4}", 1e6 * seconds);
         let share = |part, whole| format!("{:.1}", percent(part, whole));
         for one in &budget.contributions {
@@ -112,8 +114,8 @@ pub fn text(budgets: &[Budget]) -> String {
             let (reading, mean) = (of(&budget.reading), of(&budget.mean));
             rows.add_row([name, "", &reading, "", &mean, "", ""]);
         }
-        super::text::align_right(&mut rows, &[2, 3, 4, 5, 6]);
-        text.push_str(&super::text::drawn(&rows));
+        layout::align_right(&mut rows, &[2, 3, 4, 5, 6]);
+        text.push_str(&layout::drawn(&rows));
         if let Some(one) = budget.differences {
             text.push_str(&format!(
                 "U (k=2) of one reading by differences over 1 ms: median {} µs, smallest {} µs; exactly {} and {}; at most {:.2} times apart\n",

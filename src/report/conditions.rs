@@ -130,7 +130,8 @@ mod words {
     use super::*;
     use crate::estimate::transformation::From;
     use crate::report::figure::{measured, uncertainty};
-    use crate::report::text::{align_right, drawn, residual_unit, table};
+    use crate::report::layout::{align_right, drawn, table};
+    use crate::report::text::residual_unit;
     use crate::units::Unit;
 
     /// Rows of contrasts that are shown; the rest is in the JSON.

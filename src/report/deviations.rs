@@ -244,7 +244,8 @@ pub fn table(whole: Whole<'_>) -> String {
 /// The result for people.
 #[cfg(feature = "cli")]
 pub fn text(title: &str, from: crate::estimate::transformation::From, whole: Whole<'_>) -> String {
-    use crate::report::text::{align_right, drawn, from_words, table};
+    use crate::report::layout::{align_right, drawn, table};
+    use crate::report::text::from_words;
     let mut text = format!("{title}\ntransformation from {}\n\n", from_words(from));
     let mut rows = table(&["run", "arm", "frame", "deviation", "mean", "deviation", "from", "to"]);
     for (run, shown) in whole.runs.iter().enumerate() {

@@ -13,8 +13,9 @@ use crate::report::diagnosis::{
     estimates_of, is_of_one_cause, last_stage, members_of, stated_prior, times_usual,
 };
 use crate::report::figure;
+use crate::report::layout::{drawn, table};
 use crate::report::noise_text::{alike, noise};
-use crate::report::text::{drawn, residual_unit, stated, table, trouble, unit_of};
+use crate::report::text::{residual_unit, stated, trouble, unit_of};
 use crate::report::verdict_text::sentence;
 use crate::units::{Dimension, Unit};
 

@@ -10,7 +10,8 @@ use crate::graph::names::MeasurandKind;
 use crate::model::Shape;
 use crate::report::diagnosis::{last_noise, last_stage, noise_in_use};
 use crate::report::figure;
-use crate::report::text::{drawn, table, unit_of};
+use crate::report::layout::{drawn, table};
+use crate::report::text::unit_of;
 use crate::units::{Dimension, Unit};
 
 /// Readings left out that are shown.

@@ -4,7 +4,8 @@ use crate::diagnose::evidence::thresholds::FALSE_ALARMS;
 use crate::diagnose::power::sight::CAUGHT;
 use crate::diagnose::power::{Power, Row, State};
 use crate::report::figure;
-use crate::report::text::{align_right, drawn, table, trouble};
+use crate::report::layout::{align_right, drawn, table};
+use crate::report::text::trouble;
 use crate::units::{Dimension, Unit};
 
 /// The result of `power`.

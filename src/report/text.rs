@@ -1,7 +1,5 @@
 //! Tables and sentences for the terminal.
 
-use comfy_table::{CellAlignment, Table, presets};
-
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::compare::Comparison;
@@ -11,34 +9,11 @@ use crate::estimate::transformation::From;
 use crate::report::budget;
 use crate::report::figure;
 use crate::report::json::scope_word;
+use crate::report::layout::{align_right, drawn, table};
 use crate::units::{Dimension, Unit};
 
 /// Most rows of setup and run parameters that are shown; the rest is in the tables.
 const MOST_ROWS: usize = 60;
-
-/// An empty table without lines.
-pub(crate) fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header(header.iter().copied());
-    for column in table.column_iter_mut() {
-        column.set_padding((0, 2));
-    }
-    table
-}
-
-pub(crate) fn align_right(table: &mut Table, columns: &[usize]) {
-    for index in columns {
-        if let Some(column) = table.column_mut(*index) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-}
-
-/// The table without blanks at the ends of its lines.
-pub(crate) fn drawn(table: &Table) -> String {
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
-    lines.join("\n") + "\n"
-}
 
 /// A variance factor beyond this is no matter of stated uncertainties that are a little too small.
 pub const DOUBTFUL: f64 = 2.0;
