@@ -9,7 +9,7 @@ use crate::campaign::recorder::Store;
 use crate::campaign::timing::enter::EFFECT;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::engine::part::Part;
-use crate::engine::problem::Problem;
+use crate::engine::problem::{Problem, layout_of};
 use crate::engine::switched_off::remains;
 use crate::library::Library;
 use crate::model::{Model, Override, Process};
@@ -234,6 +234,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
     }
     let everywhere = set.into_iter().filter(|said| said.setup.is_none());
     let stated = everywhere.map(|said| said.name).collect();
+    Diagnostics(layout_of(&parts).conflicts).into_result(())?;
     let mut problem = Problem::new(parts);
     problem.progress = request.progress.clone();
     Ok(Opened { problem, campaigns, models, warnings, stated, recipes })

@@ -6,13 +6,10 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::campaign::Sample;
-use crate::campaign::record::BLOCK;
-use crate::campaign::run::Samples;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share, qualified};
 use crate::engine::noise::negative_factor;
-use crate::engine::part::{Part, SampleLeaves};
+use crate::engine::part::Part;
 use crate::engine::point::{Point, seeded};
 use crate::engine::programs::Programs;
 use crate::engine::rows::{Direction, Sweep};
@@ -42,23 +39,7 @@ pub struct Problem {
 impl Problem {
     /// Puts campaigns together; the weights are those at the starting point.
     pub fn new(parts: Vec<Part>) -> Self {
-        let runs: Vec<Vec<(String, usize)>> = parts
-            .iter()
-            .map(|part| part.runs.iter().map(|run| (run.name.clone(), run.setup)).collect())
-            .collect();
-        let shares: Vec<Share<'_>> = parts
-            .iter()
-            .zip(&runs)
-            .map(|(part, runs)| Share {
-                system: &part.system,
-                instrument: part.instrument.as_deref(),
-                rig: part.rig.as_deref(),
-                setups: &part.setups,
-                runs,
-                label: part.label.as_deref(),
-            })
-            .collect();
-        let layout = Layout::new(&shares);
+        let layout = layout_of(&parts);
         let mut problem = Self {
             parts,
             layout,
@@ -222,34 +203,25 @@ impl Problem {
         let runs = self.parts.iter().flat_map(|part| (0..part.runs.len()).map(move |r| (part, r)));
         runs.flat_map(|(part, run)| part.present_in(run)).sum()
     }
+}
 
-    /// The first reading whose prediction is undefined at a point: campaign, run, sample,
-    /// measurand.
-    pub fn first_undefined(&self, point: &Point) -> Option<(usize, usize, usize, usize)> {
-        let (mut workspace, mut scratch) = (Vec::new(), Samples::default());
-        for (p, part) in self.parts.iter().enumerate() {
-            let randoms = vec![0.0; part.random_sigma.len()];
-            for (r, run) in part.runs.iter().enumerate() {
-                let parameters = self.parameters::<f64>(p, r, point);
-                let undefined = |sample: Sample<'_>, workspace: &mut Vec<f64>| {
-                    let (parameters, randoms) = (&parameters[..], &randoms[..]);
-                    let columns = part.columns();
-                    let leaves = SampleLeaves { parameters, randoms, columns, sample };
-                    let outputs = part.evaluate(&leaves, workspace);
-                    part.slots().iter().position(|slot| {
-                        part.is_present(sample, slot)
-                            && !part.residual(sample, slot, outputs).iter().all(|v| v.is_finite())
-                    })
-                };
-                for range in run.record.ranges(BLOCK) {
-                    for sample in run.record.stretch(range, &mut scratch).each() {
-                        if let Some(m) = undefined(sample, &mut workspace) {
-                            return Some((p, r, sample.number, m));
-                        }
-                    }
-                }
-            }
-        }
-        None
-    }
+/// The unknowns of campaigns together.
+pub(crate) fn layout_of(parts: &[Part]) -> Layout {
+    let runs: Vec<Vec<(String, usize)>> = parts
+        .iter()
+        .map(|part| part.runs.iter().map(|run| (run.name.clone(), run.setup)).collect())
+        .collect();
+    let shares: Vec<Share<'_>> = parts
+        .iter()
+        .zip(&runs)
+        .map(|(part, runs)| Share {
+            system: &part.system,
+            instrument: part.instrument.as_deref(),
+            rig: part.rig.as_deref(),
+            setups: &part.setups,
+            runs,
+            label: part.label.as_deref(),
+        })
+        .collect();
+    Layout::new(&shares)
 }
