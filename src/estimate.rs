@@ -3,6 +3,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`align`] | Horn's closed form: the transformation between two sets of points |
+//! | [`eigen`] | eigenvalues and singular values, for numbers of any size |
 //! | [`circle`] | the circle in space nearest to some points |
 //! | [`start`] | where a joint estimate begins |
 //! | [`checks`] | whether the set-up can be as stated |
@@ -52,6 +53,7 @@ pub mod coverage;
 pub mod delays;
 pub mod deviations;
 pub mod differences;
+pub mod eigen;
 pub mod head;
 pub mod intersection;
 pub mod median;
