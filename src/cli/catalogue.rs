@@ -20,7 +20,7 @@ use crate::system::candidates;
 pub(super) struct Models {
     /// How the list is written
     #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    pub(super) format: Format,
 }
 
 #[derive(Debug, Args)]
@@ -33,7 +33,7 @@ pub(super) struct Effects {
     effects: Vec<PathBuf>,
     /// How the list is written
     #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    pub(super) format: Format,
 }
 
 impl Models {

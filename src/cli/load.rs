@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::arguments::CampaignArguments;
-use super::{Failure, progress, render};
+use super::{Failure, clean, progress, render};
 use crate::campaign::load::Campaign;
 use crate::diagnostic::Diagnostic;
 use crate::engine::Problem;
@@ -60,7 +60,6 @@ pub(super) fn read(
 
 /// Reads everything and tells warnings.
 pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
-    arguments.apply_threads();
     if let Some(out) = arguments.out.as_ref().filter(|out| out.is_file()) {
         let message = format!("`--out {}` is a file", out.display());
         return Err(Diagnostic::error(message).help("name a folder for the tables").into());
@@ -74,7 +73,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         .map(|(part, campaign)| part.label.clone().unwrap_or_else(|| campaign.name.clone()))
         .collect();
     let titles: Vec<String> =
-        opened.campaigns.iter().map(|campaign| campaign.title.clone()).collect();
+        opened.campaigns.iter().map(|campaign| clean::line(&campaign.title)).collect();
     let warnings: Vec<String> = opened.warnings.into_iter().map(|one| one.message).collect();
     let about: Value = labels
         .iter()

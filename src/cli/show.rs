@@ -119,9 +119,10 @@ fn plain(model: &Model, system: &System) -> String {
 fn patches(effect: &EffectInstance) -> Vec<(String, String)> {
     let mut rows = Vec::new();
     for parameter in &effect.effect.parameters {
-        let typical = parameter.setting.typical.map_or_else(String::new, |size| {
-            crate::report::figure::uncertainty(size, &parameter.unit)
-        });
+        let typical = parameter
+            .setting
+            .typical
+            .map_or_else(String::new, |size| crate::report::figure::size(size, &parameter.unit));
         let scope = match parameter.setting.scope {
             crate::graph::Scope::Sample => "random".to_owned(),
             other => format!("one for each {}", scope_word(other)),
