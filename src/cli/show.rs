@@ -162,8 +162,14 @@ fn latex(model: &Model, system: &System) -> String {
     for measurand in &model.measurands {
         line(&latex_name(&measurand.name), "=", &measurand.formula.to_latex());
     }
-    for effect in &system.effects {
-        for patch in &effect.effect.patches {
+    // At each of several heads an effect has the same patches.
+    let mut shown = Vec::new();
+    for effect in system.effects.iter().map(|placed| &placed.effect) {
+        if shown.contains(&&effect.name) {
+            continue;
+        }
+        shown.push(&effect.name);
+        for patch in &effect.patches {
             line(&latex_name(&patch.name), "\\leftarrow", &patch.formula.to_latex());
         }
     }
