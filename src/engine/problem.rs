@@ -16,6 +16,7 @@ use crate::engine::rows::{Direction, Sweep};
 use crate::engine::whitening::{RunPrograms, Whitening};
 use crate::number::{Gradient, Number};
 use crate::progress::Progress;
+use crate::system::System;
 
 /// Campaigns together with the layout of their unknowns.
 #[derive(Clone, Debug)]
@@ -206,7 +207,15 @@ impl Problem {
 }
 
 /// The unknowns of campaigns together.
-pub(crate) fn layout_of(parts: &[Part]) -> Layout {
+fn layout_of(parts: &[Part]) -> Layout {
+    layout_with(parts, parts.iter().map(|part| &part.system))
+}
+
+/// The unknowns of campaigns together, were these their models with effects.
+pub(crate) fn layout_with<'a>(
+    parts: &'a [Part],
+    systems: impl Iterator<Item = &'a System>,
+) -> Layout {
     let runs: Vec<Vec<(String, usize)>> = parts
         .iter()
         .map(|part| part.runs.iter().map(|run| (run.name.clone(), run.setup)).collect())
@@ -214,8 +223,9 @@ pub(crate) fn layout_of(parts: &[Part]) -> Layout {
     let shares: Vec<Share<'_>> = parts
         .iter()
         .zip(&runs)
-        .map(|(part, runs)| Share {
-            system: &part.system,
+        .zip(systems)
+        .map(|((part, runs), system)| Share {
+            system,
             instrument: part.instrument.as_deref(),
             rig: part.rig.as_deref(),
             setups: &part.setups,
