@@ -34,9 +34,10 @@ impl Point {
     /// contrasts are not bounds of a column, and do not count.
     pub fn enter_bounds(&mut self, layout: &Layout) {
         for (index, value) in self.values.iter_mut().enumerate() {
-            for component in 0..layout.range_of(index).len() {
+            let free = layout.range_of(index).len();
+            for (component, value) in value.iter_mut().take(free).enumerate() {
                 let (lower, upper) = layout.bounds_of(index, component);
-                value[component] = value[component].max(lower).min(upper);
+                *value = value.max(lower).min(upper);
             }
         }
     }

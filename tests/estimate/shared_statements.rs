@@ -88,7 +88,7 @@ fn a_stated_value_counts_in_whichever_campaign_it_stands() {
 #[test]
 fn the_same_statement_in_several_campaigns_is_one() {
     let one = r#"a = { value = "1 m", sigma = "0.5 m" }"#;
-    let other = r#"a = { value = "1000 mm", sigma = "50 cm" }"#;
+    let other = r#"a = { value = "1000 mm", sigma = "500 mm" }"#;
     let (_, sigma) = shared(&[one, other], &READ[..2]).unwrap();
     assert!((sigma - (1.0_f64 / 8.0).sqrt()).abs() < 1e-12, "{sigma}");
     assert_eq!(shared(&[one, other, ""], &READ), shared(&[one, "", ""], &READ));

@@ -47,7 +47,7 @@ fn hostile(bytes: &[u8]) -> Option<String> {
 
 /// A campaign whose every name and title is hostile.
 fn hostile_campaign(scales: &Scales) -> PathBuf {
-    let model = SCALE.replace("A scale", HOSTILE).replace("title = \"", "title = \"").replace(
+    let model = SCALE.replace("A scale", HOSTILE).replace(
         "scope = \"instrument\"",
         &format!("scope = \"instrument\", about = \"{HOSTILE}\""),
     );
@@ -126,7 +126,7 @@ fn a_failure_is_one_json_object_too() {
     let out = scales.path().join("out");
     let commands =
         ["calibrate", "delays", "compare", "deviations", "diagnose", "power", "simulate"];
-    for (folder, must_fail) in [(&unsound, true), (&undefined, true), (&huge, true)] {
+    for folder in [&unsound, &undefined, &huge] {
         for command in commands {
             let mut arguments = vec![command, text(folder), "--format", "json", "--quiet"];
             if command == "simulate" {
@@ -139,7 +139,7 @@ fn a_failure_is_one_json_object_too() {
                 let value: Result<Value, _> = serde_json::from_slice(&output.stdout);
                 assert!(value.is_ok_and(|one| one.is_object()), "{arguments:?}: {output:?}");
             }
-            if must_fail && command == "calibrate" {
+            if command == "calibrate" {
                 assert_eq!(code, Some(1), "{arguments:?}: {output:?}");
             }
         }
