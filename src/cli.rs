@@ -8,6 +8,7 @@ mod arguments;
 mod calibrate;
 mod catalogue;
 mod check;
+mod clean;
 mod compare;
 mod completions;
 mod delays;
@@ -23,13 +24,18 @@ mod progress;
 mod render;
 mod show;
 mod simulate;
+mod threads;
 mod trials;
 mod wanted;
 
+use std::borrow::Cow;
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use serde_json::{Value, json};
 
+use self::arguments::{CampaignArguments, Format};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 
 /// Calibrates instruments in motion and finds out why simulation and reality differ.
@@ -75,6 +81,37 @@ enum Command {
     Completions(completions::Completions),
 }
 
+impl Command {
+    /// The arguments that it shares with others.
+    fn common(&self) -> Option<&CampaignArguments> {
+        match self {
+            Self::Simulate(command) => Some(&command.common),
+            Self::Delays(command) => Some(&command.common),
+            Self::Calibrate(command) => Some(&command.common),
+            Self::Diagnose(command) => Some(&command.common),
+            Self::Trials(command) => Some(&command.common),
+            Self::Power(command) => Some(&command.common),
+            Self::Compare(command) => Some(&command.common),
+            Self::Deviations(command) => Some(&command.common),
+            Self::New(_)
+            | Self::Check(_)
+            | Self::Show(_)
+            | Self::Models(_)
+            | Self::Effects(_)
+            | Self::Completions(_) => None,
+        }
+    }
+
+    /// How its result is written.
+    fn format(&self) -> Format {
+        match self {
+            Self::Models(command) => command.format,
+            Self::Effects(command) => command.format,
+            other => other.common().map_or(Format::Text, |common| common.format),
+        }
+    }
+}
+
 /// Why a command did not end well.
 #[derive(Debug)]
 enum Failure {
@@ -82,6 +119,8 @@ enum Failure {
     Input(Diagnostics),
     /// It could not be done: exit status 1.
     Could(String),
+    /// The same, with what programs are to know of it.
+    NoAnswer(String, Value),
     /// Said already, in the result itself: exit status 1.
     Told,
 }
@@ -105,10 +144,52 @@ pub fn run() -> ExitCode {
         Err(error) => {
             // Help and version are not errors; the rest is usage, status 2.
             let code = u8::try_from(error.exit_code()).unwrap_or(2);
-            return if error.print().is_ok() { ExitCode::from(code) } else { ExitCode::from(1) };
+            return if usage(&error).is_ok() { ExitCode::from(code) } else { ExitCode::from(1) };
         }
     };
-    let done = match cli.command {
+    let common = cli.command.common();
+    let format = cli.command.format();
+    let (asked, quiet) = common.map_or((None, false), |common| (common.threads, common.quiet));
+    match threads::Threads::start(asked, quiet).run(|| execute(cli.command)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => ExitCode::from(failed(failure, format)),
+    }
+}
+
+/// Prints help, or what is wrong with the arguments: as it is drawn, but for arguments that would
+/// act on the terminal.
+fn usage(error: &clap::Error) -> std::io::Result<()> {
+    let plain = error.render().to_string();
+    match clean::text(&plain) {
+        Cow::Borrowed(_) => error.print(),
+        Cow::Owned(text) => writeln!(anstream::stderr(), "{text}"),
+    }
+}
+
+/// Says why a command did not end well, to people on standard error and to programs that asked for
+/// JSON as the one object on standard output; the exit status.
+fn failed(failure: Failure, format: Format) -> u8 {
+    let (why, result) = match failure {
+        Failure::Input(diagnostics) => {
+            render::all(&diagnostics.0);
+            return 2;
+        }
+        Failure::Could(why) => (why, json!({})),
+        Failure::NoAnswer(why, result) => (why, result),
+        Failure::Told => return 1,
+    };
+    if format == Format::Json && !output::has_result() {
+        let mut object = result;
+        load::merge(&mut object, json!({ "error": why }));
+        // A closed pipe is no reason to say less to people.
+        let _ = output::json(&object);
+    }
+    render::one(&Diagnostic::error(why));
+    1
+}
+
+fn execute(command: Command) -> Result<(), Failure> {
+    match command {
         Command::New(command) => command.run(),
         Command::Check(command) => command.run(),
         Command::Show(command) => command.run(),
@@ -123,17 +204,5 @@ pub fn run() -> ExitCode {
         Command::Compare(command) => command.run(),
         Command::Deviations(command) => command.run(),
         Command::Completions(command) => command.run(Cli::command()),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(Failure::Input(diagnostics)) => {
-            render::all(&diagnostics.0);
-            ExitCode::from(2)
-        }
-        Err(Failure::Could(why)) => {
-            render::one(&Diagnostic::error(why));
-            ExitCode::from(1)
-        }
-        Err(Failure::Told) => ExitCode::from(1),
     }
 }

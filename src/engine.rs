@@ -5,6 +5,7 @@
 //! | [`pointwise`] | the graph at one sample, over any number: the referee |
 //! | [`lanes`] | the graph over chunks of samples: the same, in bulk |
 //! | [`layout`] | which unknowns there are, and their columns |
+//! | `shared` | one parameter from what several campaigns state of it |
 //! | [`point`] | the unknowns' values; how a step moves them; prior rows |
 //! | [`moving`] | rates of what the graph holds, while time runs on from a sample |
 //! | [`part`] | one campaign with its model; predictions and residuals of one sample |
@@ -17,6 +18,7 @@
 //! | [`lanes`] | the same graph over chunks of samples, vectorised |
 //! | [`switched_off`] | whether an effect is absent where its parameters are zero |
 //! | [`passes`] | sums for the same signatures again and again, with other constants |
+//! | [`undefined`] | which reading keeps a model from being computed |
 //! | [`stretches`] | what a step leaves of the readings, and its scores stretch by stretch |
 //! | [`simulate`] | readings drawn from a model |
 
@@ -39,10 +41,12 @@ pub mod problem;
 pub mod programs;
 pub mod referee;
 pub mod rows;
+mod shared;
 pub mod signatures;
 pub mod simulate;
 pub mod stretches;
 pub mod switched_off;
+pub mod undefined;
 pub mod visits;
 pub mod whitening;
 

@@ -3,6 +3,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`align`] | Horn's closed form: the transformation between two sets of points |
+//! | [`eigen`] | eigenvalues and singular values, for numbers of any size |
 //! | [`circle`] | the circle in space nearest to some points |
 //! | [`start`] | where a joint estimate begins |
 //! | [`checks`] | whether the set-up can be as stated |
@@ -16,6 +17,7 @@
 //! | [`calibrate`] | all of these together |
 //! | [`newton`] | each reading's own delay |
 //! | [`delays`] | their means |
+//! | `nearby` | the samples of readings, wherever they are |
 //! | [`median`] | the median of numbers however many |
 //! | [`transformation`] | where delays take their transformation from |
 //! | [`deviations`] | planar, radial and tangential deviations of each run |
@@ -51,9 +53,11 @@ pub mod coverage;
 pub mod delays;
 pub mod deviations;
 pub mod differences;
+pub mod eigen;
 pub mod head;
 pub mod intersection;
 pub mod median;
+mod nearby;
 pub mod newton;
 pub mod observability;
 pub mod repeatability;

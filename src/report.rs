@@ -7,6 +7,7 @@
 //! | [`budget`] | uncertainty budgets of delays |
 //! | [`figure`] | a value with its standard uncertainty as people write it |
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
+//! | `layout` | tables as the terminal shows them |
 //! | [`text`] | tables and sentences for the terminal |
 //! | [`diagnosis`], `diagnosis_text`, `verdict_text`, `noise_text` | why simulation and reality differ, for programs and for people |
 //! | [`trials`], `trials_text` | how well a diagnosis does on campaigns whose truth is known |
@@ -22,6 +23,8 @@ pub mod diagnosis;
 pub mod diagnosis_text;
 pub mod figure;
 pub mod json;
+#[cfg(feature = "cli")]
+pub(crate) mod layout;
 #[cfg(feature = "cli")]
 mod noise_text;
 pub mod power;

@@ -19,6 +19,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::diagnostic::Place;
 use crate::effect::Effect;
 use crate::graph::{Assembly, Scope};
 use crate::model::{Process, Setting, Shape};
@@ -99,6 +100,9 @@ pub struct Declared {
     pub measurand: Option<usize>,
     /// In words.
     pub about: String,
+    /// The keys (`value`, `sigma`, ...) that a campaign or the command line states of it, over its
+    /// declaration, each with its place if that is a file.
+    pub stated: BTreeMap<&'static str, Option<Place>>,
 }
 
 /// What is known of a random quantity. Its mean is zero; estimated is its standard deviation.

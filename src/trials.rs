@@ -65,7 +65,8 @@ pub fn run(
     let shared = Mutex::new((ledger, Vec::new(), Ok(())));
     let work = || {
         // A trial is too small to be shared: each worker keeps to its own thread.
-        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().ok();
+        let alone = || rayon::ThreadPoolBuilder::new().num_threads(1);
+        let alone = alone().use_current_thread().build().or_else(|_| alone().build()).ok();
         loop {
             let trial = next.fetch_add(1, Ordering::Relaxed);
             if trial >= plan.trials {
@@ -90,7 +91,10 @@ pub fn run(
     };
     std::thread::scope(|scope| {
         for _ in 1..threads.min(open) {
-            scope.spawn(work);
+            // Where no more threads can be started, those that there are do the work.
+            if std::thread::Builder::new().spawn_scoped(scope, work).is_err() {
+                break;
+            }
         }
         work();
     });

@@ -72,6 +72,11 @@ impl Unit {
         self.dimension == stated.dimension && self.has_angle() && !stated.has_angle()
     }
 
+    /// The unit of differences of values in this one: K for degC, else itself.
+    pub fn of_differences(&self) -> Self {
+        if self.offset == 0.0 { self.clone() } else { Self::coherent(self.dimension) }
+    }
+
     /// A value in this unit, in SI.
     pub fn to_si(&self, value: f64) -> f64 {
         value * self.factor + self.offset
@@ -80,6 +85,20 @@ impl Unit {
     /// An SI value, in this unit.
     pub fn from_si(&self, value: f64) -> f64 {
         (value - self.offset) / self.factor
+    }
+}
+
+/// Numbers from here on are written with a power of ten.
+pub const LONG: f64 = 1e15;
+
+/// A number to so many decimals; a very large one with a power of ten, and `-` for none.
+pub fn decimal(number: f64, decimals: usize) -> String {
+    if number.abs() < LONG {
+        format!("{number:.decimals$}")
+    } else if number.is_finite() {
+        format!("{number:.3e}")
+    } else {
+        "-".to_owned()
     }
 }
 

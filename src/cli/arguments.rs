@@ -124,21 +124,11 @@ pub(super) struct CampaignArguments {
     /// No warnings, no progress
     #[arg(long)]
     pub(super) quiet: bool,
-    /// Threads to use; the result is the same at any number
+    /// Threads to use, at most four for each processor; the result is the same at any number
     #[arg(long, value_name = "N", value_parser = count)]
     pub(super) threads: Option<NonZeroUsize>,
     #[command(flatten)]
     pub(super) memory: Memory,
-}
-
-impl CampaignArguments {
-    /// Lets the number of threads count.
-    pub(super) fn apply_threads(&self) {
-        if let Some(threads) = self.threads {
-            // Only the first call can set it; one process runs one command.
-            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
-        }
-    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use super::arguments::{CampaignArguments, Format};
 use super::{Failure, doubts, load, output};
 use crate::diagnose::fitted::planned;
+use crate::engine::undefined::Farthest;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, calibrate};
@@ -18,7 +19,7 @@ const RESIDUALS: &str = "residuals.csv";
 #[derive(Debug, Args)]
 pub(super) struct CalibrateCommand {
     #[command(flatten)]
-    common: CampaignArguments,
+    pub(super) common: CampaignArguments,
 }
 
 impl CalibrateCommand {
@@ -58,19 +59,33 @@ pub(super) fn estimate(problem: Problem) -> Result<Calibration, Failure> {
     if result.fit.outcome != Outcome::NotFinite {
         return Ok(result);
     }
-    let undefined = result.problem.first_undefined(&result.fit.point);
-    Err(Failure::Could(match undefined {
-        Some((p, r, sample, m)) => {
-            let part = &result.problem.parts[p];
-            format!(
-                "the model has no value for `{}` in run `{}`, row {}: the measurand is undefined at the starting point; state a better `start`, or leave the reading out",
-                part.system.assembly.names.measurands[m].name,
-                part.runs[r].name,
-                part.runs[r].record.row(sample),
-            )
-        }
-        None => "the model is undefined near the starting point".to_owned(),
-    }))
+    Err(Failure::Could(not_finite(&result)))
+}
+
+/// Which reading makes a fit impossible.
+fn not_finite(result: &Calibration) -> String {
+    let (problem, point) = (&result.problem, &result.fit.point);
+    let reading = |(p, r, sample, m): (usize, usize, usize, usize)| {
+        let part = &problem.parts[p];
+        let measurand = &part.system.assembly.names.measurands[m].name;
+        let (run, row) = (&part.runs[r].name, part.runs[r].record.row(sample));
+        format!("`{measurand}` in run `{run}`, row {row}")
+    };
+    if let Some(place) = problem.first_undefined(point) {
+        return format!(
+            "the model has no value for {}: the measurand is undefined at the starting point; state a better `start`, or leave the reading out",
+            reading(place)
+        );
+    }
+    let Some(Farthest { place, residual }) = problem.farthest(point) else {
+        return "the model is undefined near the starting point".to_owned();
+    };
+    let slot = &problem.parts[place.0].system.assembly.names.measurands[place.3];
+    let residual = report::figure::size(residual, &slot.unit);
+    format!(
+        "the model is undefined near the starting point, or its numbers are too large to compute with: {} is farthest from it, by {residual}; check that reading, its unit and its sigma, or state a better `start`",
+        reading(place)
+    )
 }
 
 /// A fit of the runs that have readings, where planned ones may stand beside them.

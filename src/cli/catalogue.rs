@@ -13,14 +13,14 @@ use crate::effect::Effect;
 use crate::engine::switched_off::remains_alone;
 use crate::library::Library;
 use crate::model::Model;
-use crate::report::text::{drawn, table};
+use crate::report::layout::{drawn, table};
 use crate::system::candidates;
 
 #[derive(Debug, Args)]
 pub(super) struct Models {
     /// How the list is written
     #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    pub(super) format: Format,
 }
 
 #[derive(Debug, Args)]
@@ -33,7 +33,7 @@ pub(super) struct Effects {
     effects: Vec<PathBuf>,
     /// How the list is written
     #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    pub(super) format: Format,
 }
 
 impl Models {

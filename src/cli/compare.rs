@@ -12,7 +12,7 @@ use crate::report;
 #[derive(Debug, Args)]
 pub(super) struct CompareCommand {
     #[command(flatten)]
-    common: CampaignArguments,
+    pub(super) common: CampaignArguments,
 }
 
 impl CompareCommand {

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use std::io::Write;
 
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format, TransformationChoice};
 use super::calibrate::{estimate, unsound};
@@ -26,7 +26,7 @@ use crate::report::{self, table};
 #[derive(Debug, Args)]
 pub(super) struct DelaysCommand {
     #[command(flatten)]
-    common: CampaignArguments,
+    pub(super) common: CampaignArguments,
     /// Where the transformation is from
     #[arg(long, value_enum, default_value_t)]
     transformation: TransformationChoice,
@@ -141,22 +141,17 @@ pub(super) fn given_transformation(
     (0..loaded.problem.parts.len())
         .map(|part| {
             let found = transformation(&loaded.problem, Some(&joint), part, choice);
-            found.map_err(|why| not_there(&why, loaded, format))
+            found.map_err(|why| not_there(&why, loaded))
         })
         .collect()
 }
 
-/// Tells programs, too, why there is no transformation.
-fn not_there(why: &NoTransformation, loaded: &Loaded, format: Format) -> Failure {
-    if format == Format::Json {
-        let told: Value = json!({
-            "campaigns": loaded.about,
-            "measurands": {},
-            "unobservable": [{ "words": why.to_string(), "direction": {}, "remedy": "choose another --transformation" }],
-        });
-        if let Err(failure) = output::json(&told) {
-            return failure;
-        }
-    }
-    Failure::Could(why.to_string())
+/// Why there is no transformation, for programs, too.
+fn not_there(why: &NoTransformation, loaded: &Loaded) -> Failure {
+    let result = json!({
+        "campaigns": loaded.about,
+        "measurands": {},
+        "unobservable": [{ "words": why.to_string(), "direction": {}, "remedy": "choose another --transformation" }],
+    });
+    Failure::NoAnswer(why.to_string(), result)
 }

@@ -13,7 +13,7 @@ use crate::report::deviations::{Shown, Whole, json as result, table, text};
 #[derive(Debug, Args)]
 pub(super) struct DeviationsCommand {
     #[command(flatten)]
-    common: CampaignArguments,
+    pub(super) common: CampaignArguments,
     /// Where the transformation is from
     #[arg(long, value_enum, default_value_t)]
     transformation: TransformationChoice,

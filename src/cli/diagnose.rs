@@ -23,7 +23,7 @@ use super::{Failure, doubts, load, output, prior, render};
 #[derive(Debug, Args)]
 pub(super) struct Diagnose {
     #[command(flatten)]
-    common: CampaignArguments,
+    pub(super) common: CampaignArguments,
     #[command(flatten)]
     library: WantedArguments,
     /// State how probable a cause is before the readings: nothing=0.3, library=0.5, unknown=0.2

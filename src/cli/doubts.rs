@@ -6,6 +6,7 @@ use crate::diagnostic::Diagnostic;
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::unrecorded::{Unrecorded, unrecorded};
 use crate::report::text::DOUBTFUL;
+use crate::units::decimal;
 
 /// Residuals larger than stated by so much are no matter of uncertainties.
 const SPOILT: f64 = 10.0;
@@ -35,7 +36,8 @@ pub(super) fn tell_beside_delays(fit: &Calibration, quiet: bool) {
     if !quiet && fit.is_sound() && factor > DOUBTFUL && factor.sqrt() <= SPOILT {
         let times = factor.sqrt();
         let message = format!(
-            "the residuals of the joint fit are {times:.1} times as large as stated: the uncertainties do not hold"
+            "the residuals of the joint fit are {} times as large as stated: the uncertainties do not hold",
+            decimal(times, 1)
         );
         let help =
             "delays may be off by many times theirs: `homepoint diagnose` looks for the cause";
@@ -48,7 +50,8 @@ fn spoilt(fit: &Calibration) -> Option<Diagnostic> {
     let times = fit.variance_factor().map_or(0.0, f64::sqrt);
     (fit.is_sound() && times > SPOILT).then(|| {
         let message = format!(
-            "the residuals of the joint fit are {times:.0} times as large as stated: readings or the model are wrong"
+            "the residuals of the joint fit are {} times as large as stated: readings or the model are wrong",
+            decimal(times, 0)
         );
         let help = "these numbers may be, too: `homepoint diagnose` looks for the cause";
         Diagnostic::warning(message).help(help)
@@ -60,8 +63,9 @@ fn accelerations(missed: &Unrecorded) -> Diagnostic {
     let names = inputs.join("`, `");
     let verb = if inputs.len() == 1 { "accelerates" } else { "accelerate" };
     let message = format!(
-        "`{names}` {verb}, but no column says how: until a delayed reading a constant rate is assumed, which shifts `{measurand}` by {} of its standard uncertainty in run `{run}` (rms), {lambda:.0} times the noise over all readings",
-        if *most < 0.01 { format!("{most:.1e}") } else { format!("{most:.2}") }
+        "`{names}` {verb}, but no column says how: until a delayed reading a constant rate is assumed, which shifts `{measurand}` by {} of its standard uncertainty in run `{run}` (rms), {} times the noise over all readings",
+        if *most < 0.01 { format!("{most:.1e}") } else { decimal(*most, 2) },
+        decimal(*lambda, 0)
     );
     let columns = inputs.iter().map(|input| format!("`{input}_acceleration`"));
     let columns = columns.collect::<Vec<_>>().join(", ");

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::arguments::CampaignArguments;
-use super::{Failure, progress, render};
+use super::{Failure, clean, progress, render};
 use crate::campaign::load::Campaign;
 use crate::diagnostic::Diagnostic;
 use crate::document::files::Files;
@@ -85,7 +85,6 @@ pub(super) fn read(
 
 /// Reads everything and tells warnings.
 pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
-    arguments.apply_threads();
     if let Some(out) = arguments.out.as_ref().filter(|out| out.is_file()) {
         let message = format!("`--out {}` is a file", out.display());
         return Err(Diagnostic::error(message).help("name a folder for the tables").into());
@@ -104,7 +103,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         effect_files(folder)?.iter().for_each(|file| files.note(file));
     }
     let titles: Vec<String> =
-        opened.campaigns.iter().map(|campaign| campaign.title.clone()).collect();
+        opened.campaigns.iter().map(|campaign| clean::line(&campaign.title)).collect();
     let warnings: Vec<String> = opened.warnings.into_iter().map(|one| one.message).collect();
     let about: Value = labels
         .iter()

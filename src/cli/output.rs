@@ -2,16 +2,30 @@
 
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::Value;
 
-use super::Failure;
+use super::{Failure, clean};
 use crate::campaign::whole::WholeFile;
 use crate::document::files::Files;
 
+/// Whether standard output has a result.
+static HAS_RESULT: AtomicBool = AtomicBool::new(false);
+
+/// Whether a result was written to standard output.
+pub(super) fn has_result() -> bool {
+    HAS_RESULT.load(Ordering::Relaxed)
+}
+
 /// Writes text to standard output.
 pub(super) fn text(text: &str) -> Result<(), Failure> {
+    raw(&clean::text(text))
+}
+
+fn raw(text: &str) -> Result<(), Failure> {
     super::progress::clear();
+    HAS_RESULT.store(true, Ordering::Relaxed);
     let mut out = anstream::stdout();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(broken)
 }
@@ -21,7 +35,7 @@ pub(super) fn json(value: &Value) -> Result<(), Failure> {
     let mut whole = serde_json::to_string_pretty(value)
         .map_err(|error| Failure::Could(format!("cannot write the result as JSON: {error}")))?;
     whole.push('\n');
-    text(&whole)
+    raw(&clean::json(&whole))
 }
 
 /// Writes a file whole or not at all, and over none that was read.

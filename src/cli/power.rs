@@ -19,7 +19,7 @@ const NARROWED: &str = "\nEffects that `--only` or `--without` leave out were no
 #[derive(Debug, Args)]
 pub(super) struct PowerCommand {
     #[command(flatten)]
-    common: CampaignArguments,
+    pub(super) common: CampaignArguments,
     #[command(flatten)]
     library: WantedArguments,
 }

@@ -2,7 +2,8 @@
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
-use crate::diagnostic::{Diagnostic, Severity};
+use super::clean;
+use crate::diagnostic::{Diagnostic, Place, Severity};
 
 /// Longest piece of a line that is shown; data files may have lines without end.
 const WIDTH: usize = 20_000;
@@ -23,6 +24,7 @@ pub(super) fn one(diagnostic: &Diagnostic) {
 }
 
 fn drawn(diagnostic: &Diagnostic) -> String {
+    let diagnostic = &cleaned(diagnostic);
     let level = match diagnostic.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
@@ -57,6 +59,21 @@ fn drawn(diagnostic: &Diagnostic) -> String {
         group = group.element(Level::HELP.message(help.as_str()));
     }
     Renderer::styled().render(&[group])
+}
+
+/// The same without characters that act on a terminal.
+fn cleaned(diagnostic: &Diagnostic) -> Diagnostic {
+    let Diagnostic { severity, message, place, label, help } = diagnostic;
+    Diagnostic {
+        severity: *severity,
+        message: clean::text(message).into_owned(),
+        place: place.as_ref().map(|place| {
+            let (file, excerpt) = (clean::line(&place.file), clean::line(place.excerpt()));
+            Place::new(file.into(), place.line, place.column, place.length, &excerpt)
+        }),
+        label: clean::text(label).into_owned(),
+        help: help.iter().map(|help| clean::text(help).into_owned()).collect(),
+    }
 }
 
 /// The part of a line around a column (in characters), and the column in it.

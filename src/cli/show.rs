@@ -119,9 +119,10 @@ fn plain(model: &Model, system: &System) -> String {
 fn patches(effect: &EffectInstance) -> Vec<(String, String)> {
     let mut rows = Vec::new();
     for parameter in &effect.effect.parameters {
-        let typical = parameter.setting.typical.map_or_else(String::new, |size| {
-            crate::report::figure::uncertainty(size, &parameter.unit)
-        });
+        let typical = parameter
+            .setting
+            .typical
+            .map_or_else(String::new, |size| crate::report::figure::size(size, &parameter.unit));
         let scope = match parameter.setting.scope {
             crate::graph::Scope::Sample => "random".to_owned(),
             other => format!("one for each {}", scope_word(other)),
@@ -161,8 +162,14 @@ fn latex(model: &Model, system: &System) -> String {
     for measurand in &model.measurands {
         line(&latex_name(&measurand.name), "=", &measurand.formula.to_latex());
     }
-    for effect in &system.effects {
-        for patch in &effect.effect.patches {
+    // At each of several heads an effect has the same patches.
+    let mut shown = Vec::new();
+    for effect in system.effects.iter().map(|placed| &placed.effect) {
+        if shown.contains(&&effect.name) {
+            continue;
+        }
+        shown.push(&effect.name);
+        for patch in &effect.patches {
             line(&latex_name(&patch.name), "\\leftarrow", &patch.formula.to_latex());
         }
     }

@@ -4,7 +4,7 @@ use clap::Args;
 use serde_json::{Map, Value, json};
 
 use super::arguments::{CampaignArguments, Format};
-use super::calibrate::{estimate_measured, verdict};
+use super::calibrate::{estimate_measured, unsound};
 use super::{Failure, load, output, render};
 use crate::campaign::write::{check_targets, write_campaign_with};
 use crate::campaign::write_run::RunTable;
@@ -12,13 +12,12 @@ use crate::diagnostic::Diagnostic;
 use crate::engine::point::from_components;
 use crate::engine::simulate::draw_run;
 use crate::engine::{Point, Problem};
-use crate::report;
 use crate::system::Declared;
 
 #[derive(Debug, Args)]
 pub(super) struct Simulate {
     #[command(flatten)]
-    common: CampaignArguments,
+    pub(super) common: CampaignArguments,
     /// Seed of the random numbers; the same seed gives the same readings
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -52,7 +51,7 @@ impl Simulate {
         loaded.files.refuse_replacing(&truth_file)?;
         load::tell_not_put_in(&loaded, false);
         let mut problem = loaded.problem;
-        let point = truth(&mut problem, &loaded.stated)?;
+        let point = truth(&mut problem, &loaded.stated, &loaded.about, self.common.format)?;
         if let Some((measurand, factor)) = problem.negative_noise(&point) {
             let message = format!(
                 "the standard uncertainty of `{measurand}` would be {factor:.3} times what is stated"
@@ -94,7 +93,12 @@ impl Simulate {
 /// Parameter values: as stated. What is not stated comes from a fit of the campaign's own readings
 /// without the effects that are to be put in, or stays where iteration would start; effects act at
 /// their typical size. What sums to zero over its scope alternates in sign.
-fn truth(problem: &mut Problem, set: &[String]) -> Result<Point, Failure> {
+fn truth(
+    problem: &mut Problem,
+    set: &[String],
+    about: &Value,
+    format: Format,
+) -> Result<Point, Failure> {
     let stated = Point::stated(&problem.layout);
     let effects = effect_parameters(problem);
     let known = |index: usize| {
@@ -109,8 +113,7 @@ fn truth(problem: &mut Problem, set: &[String]) -> Result<Point, Failure> {
     if problem.reading_count() > 0 && (0..stated.values.len()).any(open) {
         let measured = estimate_measured(&without_effects(problem))?;
         if !measured.fit.is_sound() {
-            output::text(&report::text::trouble(&measured.fit))?;
-            verdict(&measured.fit)?;
+            unsound(&measured.fit, about, format)?;
         }
         if !measured.unplaced.is_empty() {
             let message = format!("nobody says where {} stand", measured.unplaced.join(", "));

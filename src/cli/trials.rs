@@ -1,6 +1,5 @@
 //! `homepoint trials`: how well a diagnosis does on this campaign, by trials whose truth is known.
 
-use std::num::NonZero;
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
@@ -21,7 +20,7 @@ const LEDGER: &str = "trials.jsonl";
 #[derive(Debug, Args)]
 pub(super) struct Trials {
     #[command(flatten)]
-    common: CampaignArguments,
+    pub(super) common: CampaignArguments,
     /// Simulate and diagnose this many campaigns
     #[arg(long, value_name = "N", default_value_t = 200)]
     trials: usize,
@@ -104,8 +103,7 @@ impl Trials {
             let help = "the trials that stood there are made again";
             render::all(&[Diagnostic::warning(message).help(help)]);
         }
-        let all = || std::thread::available_parallelism().ok();
-        let threads = self.common.threads.or_else(all).map_or(1, NonZero::get);
+        let threads = rayon::current_num_threads();
         let told = progress::shown(self.common.quiet);
         let outcomes = run(&design, &plan, ledger.as_mut(), threads, &told)
             .map_err(|error| Failure::Could(format!("cannot write {LEDGER}: {error}")))?;

@@ -12,6 +12,7 @@ use crate::engine::gauss_markov::NoiseClock;
 use crate::engine::layout::qualified;
 use crate::engine::stretches::Left;
 use crate::engine::{Point, Problem};
+use crate::estimate::median::upper_median;
 
 use super::evidence::tail::ln_normal;
 
@@ -100,7 +101,7 @@ impl Sequence {
     /// Their robust standard deviation: from the median of their sizes; `None` of none.
     pub(super) fn deviation(&self) -> Option<f64> {
         let mut sizes: Vec<f64> = self.present().map(f64::abs).collect();
-        median(&mut sizes).map(|median| NORMAL * median)
+        upper_median(&mut sizes).map(|median| NORMAL * median)
     }
 
     /// Their mean square.
@@ -124,7 +125,7 @@ impl Sequence {
     /// The median time between samples (s).
     pub(super) fn interval(&self, clock: NoiseClock) -> Option<f64> {
         let pairs = self.times(clock).iter().flat_map(|times| times.windows(2));
-        median(&mut pairs.map(|pair| pair[1] - pair[0]).collect::<Vec<f64>>())
+        upper_median(&mut pairs.map(|pair| pair[1] - pair[0]).collect::<Vec<f64>>())
             .filter(|interval| *interval > 0.0)
     }
 }
@@ -197,14 +198,4 @@ pub(super) fn seen_from(problem: &Problem, point: &Point) -> Vec<Sequence> {
         }
     }
     sequences(problem, &left)
-}
-
-/// The median of some numbers, which change their order.
-pub(super) fn median(numbers: &mut [f64]) -> Option<f64> {
-    let middle = numbers.len() / 2;
-    if numbers.is_empty() {
-        return None;
-    }
-    let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*median)
 }

@@ -259,7 +259,7 @@ impl Problem {
         workspace.hold_still(code, &ParameterLeaves(&plan.parameters));
         let stretch = part.runs[block.run].record.stretch(block.start..block.end, samples);
         let whitening = &self.whitening[block.part][block.run];
-        let whitened = whitening.of(self, block.part, block.run, stretch);
+        let whitened = whitening.of(self.run_programs(block.part, block.run), stretch);
         let mut readings = 0;
         for (number, chunk) in Chunk::all(stretch, part.columns()).enumerate() {
             let there = self.present(block.part, &chunk, weights);

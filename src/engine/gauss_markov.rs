@@ -15,7 +15,6 @@
 
 use crate::campaign::Samples;
 use crate::engine::lanes::{Chunk, LANES, Lanes};
-use crate::engine::problem::Problem;
 
 /// A part of the noise of a row that is like itself for a while.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,13 +100,6 @@ impl Filter {
         let gain = self.spread / whole;
         self.spread *= 1.0 - gain;
         Gains { decay, gain, weight: whole.sqrt().recip() }
-    }
-}
-
-impl Problem {
-    /// Whether a part of the noise of any row is like itself for a while.
-    pub fn has_memory(&self) -> bool {
-        self.parts.iter().any(|part| part.gauss_markov.iter().any(Option::is_some))
     }
 }
 

@@ -8,7 +8,10 @@
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
-use crate::engine::gram::Columns;
+use crate::campaign::timing::enter::EFFECT;
+use crate::diagnostic::Diagnostic;
+use crate::engine::gram::{Columns, UNBOUNDED};
+use crate::engine::shared::{Combined, Statement, combined};
 use crate::graph::{Kind, Leaf, Node, NodeId, Scope};
 use crate::model::Setting;
 use crate::system::System;
@@ -92,12 +95,18 @@ pub struct Layout {
     pub used: Vec<Vec<Vec<usize>>>,
     /// `[campaign]`: index of its first run in `columns.runs`.
     pub first_run: Vec<usize>,
+    /// What campaigns that share a rig or an instrument state of its parameters and does not fit
+    /// together, in the order of their names.
+    pub conflicts: Vec<Diagnostic>,
 }
 
 /// What makes two instances the same one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Holder {
     Named(Scope, String),
+    /// Of a rig with this name, the offset of reference times of timing chains whose standard
+    /// uncertainty has these bits, if it is not zero.
+    Chain(Scope, String, Option<u64>),
     Campaign(Scope, usize),
     Setup(usize, usize),
     Run(usize, usize),
@@ -109,6 +118,8 @@ impl Layout {
         let mut layout = Self::default();
         let mut known: HashMap<(String, Holder), usize> = HashMap::new();
         let mut blocks: Vec<Block> = Vec::new();
+        // What each campaign states of each instance that several may share.
+        let mut statements: Vec<Vec<Statement<'_>>> = Vec::new();
         let mut first_setup = 0;
         let mut first_run = 0;
         for (number, share) in shares.iter().enumerate() {
@@ -130,6 +141,11 @@ impl Layout {
                                 share.instrument
                             };
                             let holder = match name {
+                                Some(name) if is_chain(share.system, index) => Holder::Chain(
+                                    setting.scope,
+                                    name.to_owned(),
+                                    setting.sigma.as_ref().map(|sigma| sigma[0].to_bits()),
+                                ),
                                 Some(name) => Holder::Named(setting.scope, name.to_owned()),
                                 None => Holder::Campaign(setting.scope, number),
                             };
@@ -149,8 +165,13 @@ impl Layout {
                         ),
                     };
                     let owner = match &holder {
-                        Holder::Named(_, name) => Some(name.clone()),
+                        Holder::Named(_, name) | Holder::Chain(_, name, _) => Some(name.clone()),
                         _ => None,
+                    };
+                    let statement = Statement {
+                        label: share.label.unwrap_or_default(),
+                        system: share.system,
+                        parameter: index,
                     };
                     let index =
                         *known.entry((parameter.name.clone(), holder)).or_insert_with(|| {
@@ -165,8 +186,16 @@ impl Layout {
                                 noise_only: *noise_only,
                             });
                             blocks.push(block);
+                            statements.push(Vec::new());
                             layout.instances.len() - 1
                         });
+                    let stated = &mut statements[index];
+                    if layout.instances[index].owner.is_some()
+                        && stated.last().is_none_or(|last| !std::ptr::eq(last.system, share.system))
+                    {
+                        stated.push(statement);
+                        layout.instances[index].noise_only &= *noise_only;
+                    }
                     row.push(index);
                 }
                 used.push(row);
@@ -179,10 +208,42 @@ impl Layout {
             first_setup += share.setups.len();
             first_run += share.runs.len();
         }
+        layout.combine(&statements);
         layout.name_owners();
+        layout.name_chains(&statements);
         layout.columns.setups = vec![0; first_setup];
         layout.assign(&blocks);
         layout
+    }
+
+    /// Gives each instance that several campaigns share the setting that all of them state.
+    fn combine(&mut self, statements: &[Vec<Statement<'_>>]) {
+        let shared = self.instances.iter_mut().zip(statements).filter(|(_, list)| list.len() > 1);
+        for (instance, list) in shared {
+            let word = if instance.setting.scope == Scope::Rig { "rig" } else { "instrument" };
+            let owner = format!("{word} `{}`", instance.owner.as_deref().unwrap_or_default());
+            let Combined { kind, unit, setting, conflicts } =
+                combined(&instance.name, &owner, list);
+            (instance.kind, instance.unit, instance.setting) = (kind, unit, setting);
+            self.conflicts.extend(conflicts);
+        }
+        self.conflicts.sort_by(|a, b| a.message.cmp(&b.message));
+        self.conflicts.dedup();
+    }
+
+    /// Lets the offsets of different timing chains of a rig say whose they are.
+    fn name_chains(&mut self, statements: &[Vec<Statement<'_>>]) {
+        let alike = |a: &Instance, b: &Instance| a.name == b.name && a.owner == b.owner;
+        let is_several = |one: &Instance| {
+            one.owner.is_some()
+                && self.instances.iter().filter(|other| alike(one, other)).count() > 1
+        };
+        let several: Vec<bool> = self.instances.iter().map(is_several).collect();
+        for index in (0..several.len()).filter(|index| several[*index]) {
+            let mut labels: Vec<&str> = statements[index].iter().map(|one| one.label).collect();
+            labels.sort_unstable();
+            self.instances[index].of = Some(labels.join(" + "));
+        }
     }
 
     /// Lets parameters of several rigs or instruments say whose they are.
@@ -288,6 +349,16 @@ impl Layout {
         }
     }
 
+    /// The bounds of a component of a plain free instance (SI); infinite where there are none.
+    pub fn bounds_of(&self, instance: usize, component: usize) -> (f64, f64) {
+        let Instance { kind, setting, .. } = &self.instances[instance];
+        let at = |side: &Option<Vec<f64>>| side.as_ref()?.get(component).copied();
+        if *kind == Kind::Rotation || self.range_of(instance).is_empty() {
+            return UNBOUNDED;
+        }
+        (at(&setting.lower).unwrap_or(UNBOUNDED.0), at(&setting.upper).unwrap_or(UNBOUNDED.1))
+    }
+
     /// The columns of one plain free instance, as a range; empty if fixed or a contrast.
     pub fn range_of(&self, instance: usize) -> Range<usize> {
         match self.instances[instance].tangent {
@@ -295,6 +366,13 @@ impl Layout {
             Tangent::Fixed | Tangent::Contrast { .. } => 0..0,
         }
     }
+}
+
+/// Whether a parameter is the offset of reference times that `[timing]` of a campaign states. It
+/// belongs to a timing chain: campaigns of one rig share it where their chains are equally good.
+fn is_chain(system: &System, parameter: usize) -> bool {
+    let effect = system.declared[parameter].effect;
+    effect.is_some_and(|effect| system.effects[effect].effect.name == EFFECT)
 }
 
 /// For each parameter, whether it reaches a noise factor but no prediction.

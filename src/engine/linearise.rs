@@ -12,7 +12,6 @@ use crate::engine::lanes::products::Products;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::engine::programs::RowsProgram;
-use crate::graph::Kind;
 
 /// Rows and columns of a tile of a matrix.
 const TILE: usize = 16;
@@ -201,21 +200,11 @@ impl LeastSquares for Problem {
 
     fn step_bounds(&self, point: &Point) -> Vec<(f64, f64)> {
         let mut bounds = vec![UNBOUNDED; self.layout.columns.len()];
-        for (index, instance) in self.layout.instances.iter().enumerate() {
-            // Bounds of a rotation vector or of contrasts are not bounds of a column.
-            if instance.kind == Kind::Rotation {
-                continue;
-            }
+        for index in 0..self.layout.instances.len() {
             for (component, column) in self.layout.range_of(index).enumerate() {
                 let value = point.values[index][component];
-                let at =
-                    |side: &Option<Vec<f64>>| side.as_ref().and_then(|b| b.get(component).copied());
-                if let Some(lower) = at(&instance.setting.lower) {
-                    bounds[column].0 = lower - value;
-                }
-                if let Some(upper) = at(&instance.setting.upper) {
-                    bounds[column].1 = upper - value;
-                }
+                let (lower, upper) = self.layout.bounds_of(index, component);
+                bounds[column] = (lower - value, upper - value);
             }
         }
         bounds

@@ -12,8 +12,6 @@ use nalgebra::DMatrix;
 
 use crate::campaign::Sample;
 use crate::engine::part::{Part, SampleLeaves};
-use crate::engine::point::Point;
-use crate::engine::problem::Problem;
 use crate::model::Process;
 use crate::number::{Gradient, Number, partial, partials};
 
@@ -96,41 +94,28 @@ pub fn covariance_of(
     SampleCovariance { covariance, sensitivities }
 }
 
-impl Problem {
-    /// A measurand whose standard uncertainty an effect would make negative at a point, with the
-    /// factor on it there.
-    pub fn negative_noise(&self, point: &Point) -> Option<(&str, f64)> {
-        self.parts.iter().enumerate().find_map(|(p, part)| {
-            let patched = part.slots().iter().any(|slot| slot.sigma_factor.is_some());
-            let mut runs = (0..part.runs.len()).filter(|_| patched);
-            let (measurand, factor) = runs.find_map(|run| self.negative_in(p, run, point))?;
-            Some((part.system.assembly.names.measurands[measurand].name.as_str(), factor))
-        })
-    }
-
-    fn negative_in(&self, p: usize, run: usize, point: &Point) -> Option<(usize, f64)> {
-        let part = &self.parts[p];
-        let parameters = self.parameters::<f64>(p, run, point);
-        let randoms = vec![0.0; part.random_sigma.len()];
-        let (mut workspace, mut found) = (Vec::new(), None);
-        part.runs[run].record.walk(|stretch| {
-            for sample in stretch.each() {
-                if found.is_some() {
-                    return;
-                }
-                let leaves = SampleLeaves {
-                    parameters: &parameters,
-                    randoms: &randoms,
-                    columns: part.columns(),
-                    sample,
-                };
-                let outputs = part.evaluate(&leaves, &mut workspace);
-                let factors = part.slots().iter().map(|slot| slot.sigma_factor).enumerate();
-                found = factors
-                    .filter_map(|(measurand, output)| Some((measurand, outputs[output?])))
-                    .find(|(_, factor)| *factor < 0.0);
+/// The first measurand whose standard uncertainty an effect makes negative in a run, with the
+/// factor on it there.
+pub(super) fn negative_factor(
+    part: &Part,
+    run: usize,
+    parameters: &[[f64; 4]],
+) -> Option<(usize, f64)> {
+    let randoms = vec![0.0; part.random_sigma.len()];
+    let (mut workspace, mut found) = (Vec::new(), None);
+    part.runs[run].record.walk(|stretch| {
+        for sample in stretch.each() {
+            if found.is_some() {
+                return;
             }
-        });
-        found
-    }
+            let leaves =
+                SampleLeaves { parameters, randoms: &randoms, columns: part.columns(), sample };
+            let outputs = part.evaluate(&leaves, &mut workspace);
+            let factors = part.slots().iter().map(|slot| slot.sigma_factor).enumerate();
+            found = factors
+                .filter_map(|(measurand, output)| Some((measurand, outputs[output?])))
+                .find(|(_, factor)| *factor < 0.0);
+        }
+    });
+    found
 }

@@ -26,7 +26,20 @@ impl Point {
             (start, value) => value.as_ref().or(start.as_ref()),
         });
         point.balance(layout);
+        point.enter_bounds(layout);
         point
+    }
+
+    /// Moves what lies outside its bounds to the nearer one. Bounds of a rotation vector or of
+    /// contrasts are not bounds of a column, and do not count.
+    pub fn enter_bounds(&mut self, layout: &Layout) {
+        for (index, value) in self.values.iter_mut().enumerate() {
+            let free = layout.range_of(index).len();
+            for (component, value) in value.iter_mut().take(free).enumerate() {
+                let (lower, upper) = layout.bounds_of(index, component);
+                *value = value.max(lower).min(upper);
+            }
+        }
     }
 
     /// Takes the mean off values that sum to zero over their scope: a fit moves them along

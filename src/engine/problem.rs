@@ -6,18 +6,17 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::campaign::Sample;
-use crate::campaign::record::BLOCK;
-use crate::campaign::run::Samples;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share, qualified};
-use crate::engine::part::{Part, SampleLeaves};
+use crate::engine::noise::negative_factor;
+use crate::engine::part::Part;
 use crate::engine::point::{Point, seeded};
 use crate::engine::programs::Programs;
 use crate::engine::rows::{Direction, Sweep};
-use crate::engine::whitening::Whitening;
+use crate::engine::whitening::{RunPrograms, Whitening};
 use crate::number::{Gradient, Number};
 use crate::progress::Progress;
+use crate::system::System;
 
 /// Campaigns together with the layout of their unknowns.
 #[derive(Clone, Debug)]
@@ -41,23 +40,7 @@ pub struct Problem {
 impl Problem {
     /// Puts campaigns together; the weights are those at the starting point.
     pub fn new(parts: Vec<Part>) -> Self {
-        let runs: Vec<Vec<(String, usize)>> = parts
-            .iter()
-            .map(|part| part.runs.iter().map(|run| (run.name.clone(), run.setup)).collect())
-            .collect();
-        let shares: Vec<Share<'_>> = parts
-            .iter()
-            .zip(&runs)
-            .map(|(part, runs)| Share {
-                system: &part.system,
-                instrument: part.instrument.as_deref(),
-                rig: part.rig.as_deref(),
-                setups: &part.setups,
-                runs,
-                label: part.label.as_deref(),
-            })
-            .collect();
-        let layout = Layout::new(&shares);
+        let layout = layout_of(&parts);
         let mut problem = Self {
             parts,
             layout,
@@ -170,6 +153,44 @@ impl Problem {
             .collect()
     }
 
+    /// A run with what its samples are evaluated.
+    pub(crate) fn run_programs(&self, part: usize, run: usize) -> RunPrograms<'_> {
+        RunPrograms { part: &self.parts[part], programs: &self.programs[part], set: self.set, run }
+    }
+
+    /// Lets the weights follow a point.
+    pub fn refresh_weights(&mut self, point: &Point) {
+        // Those before are not wanted any more: they make room.
+        self.whitening = Arc::default();
+        self.whitening = (0..self.parts.len())
+            .map(|part| {
+                (0..self.parts[part].runs.len())
+                    .map(|run| {
+                        let parameters = || self.parameters(part, run, point);
+                        Whitening::new(self.run_programs(part, run), parameters)
+                    })
+                    .collect()
+            })
+            .collect();
+    }
+
+    /// Whether a part of the noise of any row is autocorrelated.
+    pub fn has_memory(&self) -> bool {
+        self.parts.iter().any(|part| part.gauss_markov.iter().any(Option::is_some))
+    }
+
+    /// A measurand whose standard uncertainty an effect would make negative at a point, with the
+    /// factor on it there.
+    pub fn negative_noise(&self, point: &Point) -> Option<(&str, f64)> {
+        self.parts.iter().enumerate().find_map(|(p, part)| {
+            let patched = part.slots().iter().any(|slot| slot.sigma_factor.is_some());
+            let mut runs = (0..part.runs.len()).filter(|_| patched);
+            let (measurand, factor) =
+                runs.find_map(|run| negative_factor(part, run, &self.parameters(p, run, point)))?;
+            Some((part.system.assembly.names.measurands[measurand].name.as_str(), factor))
+        })
+    }
+
     /// The names of all runs, with the labels of their campaigns where there are several.
     pub fn run_names(&self) -> Vec<String> {
         let of = |part: &Part| -> Vec<String> {
@@ -183,34 +204,34 @@ impl Problem {
         let runs = self.parts.iter().flat_map(|part| (0..part.runs.len()).map(move |r| (part, r)));
         runs.flat_map(|(part, run)| part.present_in(run)).sum()
     }
+}
 
-    /// The first reading whose prediction is undefined at a point: campaign, run, sample,
-    /// measurand.
-    pub fn first_undefined(&self, point: &Point) -> Option<(usize, usize, usize, usize)> {
-        let (mut workspace, mut scratch) = (Vec::new(), Samples::default());
-        for (p, part) in self.parts.iter().enumerate() {
-            let randoms = vec![0.0; part.random_sigma.len()];
-            for (r, run) in part.runs.iter().enumerate() {
-                let parameters = self.parameters::<f64>(p, r, point);
-                let undefined = |sample: Sample<'_>, workspace: &mut Vec<f64>| {
-                    let (parameters, randoms) = (&parameters[..], &randoms[..]);
-                    let columns = part.columns();
-                    let leaves = SampleLeaves { parameters, randoms, columns, sample };
-                    let outputs = part.evaluate(&leaves, workspace);
-                    part.slots().iter().position(|slot| {
-                        part.is_present(sample, slot)
-                            && !part.residual(sample, slot, outputs).iter().all(|v| v.is_finite())
-                    })
-                };
-                for range in run.record.ranges(BLOCK) {
-                    for sample in run.record.stretch(range, &mut scratch).each() {
-                        if let Some(m) = undefined(sample, &mut workspace) {
-                            return Some((p, r, sample.number, m));
-                        }
-                    }
-                }
-            }
-        }
-        None
-    }
+/// The unknowns of campaigns together.
+fn layout_of(parts: &[Part]) -> Layout {
+    layout_with(parts, parts.iter().map(|part| &part.system))
+}
+
+/// The unknowns of campaigns together, were these their models with effects.
+pub(crate) fn layout_with<'a>(
+    parts: &'a [Part],
+    systems: impl Iterator<Item = &'a System>,
+) -> Layout {
+    let runs: Vec<Vec<(String, usize)>> = parts
+        .iter()
+        .map(|part| part.runs.iter().map(|run| (run.name.clone(), run.setup)).collect())
+        .collect();
+    let shares: Vec<Share<'_>> = parts
+        .iter()
+        .zip(&runs)
+        .zip(systems)
+        .map(|((part, runs), system)| Share {
+            system,
+            instrument: part.instrument.as_deref(),
+            rig: part.rig.as_deref(),
+            setups: &part.setups,
+            runs,
+            label: part.label.as_deref(),
+        })
+        .collect();
+    Layout::new(&shares)
 }

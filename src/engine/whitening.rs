@@ -6,16 +6,13 @@
 //! of `L⁻¹`.
 
 use std::borrow::Cow;
-use std::sync::Arc;
 
 use crate::campaign::record::Stretch;
 use crate::engine::lanes::arithmetic::{LANES, Lanes};
-use crate::engine::lanes::{Chunk, Workspace};
+use crate::engine::lanes::{Chunk, InstructionSet, Workspace};
 use crate::engine::noise::active_randoms;
 use crate::engine::part::{ParameterLeaves, Part, Slot};
-use crate::engine::point::Point;
-use crate::engine::problem::Problem;
-use crate::engine::programs::NoiseProgram;
+use crate::engine::programs::{NoiseProgram, Programs};
 
 /// Whitening of one run.
 #[derive(Clone, Debug)]
@@ -36,6 +33,19 @@ enum Form {
     Anew { parameters: Vec<[f64; 4]>, correlated: bool },
 }
 
+/// A run of a campaign, with what its samples are evaluated.
+#[derive(Clone, Copy, Debug)]
+pub struct RunPrograms<'a> {
+    /// The campaign.
+    pub part: &'a Part,
+    /// The lane programs of its model.
+    pub programs: &'a Programs,
+    /// With what the lanes are computed.
+    pub set: InstructionSet,
+    /// The run's index in the campaign.
+    pub run: usize,
+}
+
 /// The whitening of some chunks of a run.
 #[derive(Debug)]
 pub struct Whitened<'a> {
@@ -45,6 +55,32 @@ pub struct Whitened<'a> {
 }
 
 impl Whitening {
+    /// The whitening of a run whose parameters, four numbers each, are frozen.
+    pub fn new(of: RunPrograms<'_>, parameters: impl FnOnce() -> Vec<[f64; 4]>) -> Self {
+        let RunPrograms { part, programs, run, .. } = of;
+        let active = active_randoms(part);
+        let program = programs.noise(&part.system);
+        let correlated = program.sensitivities.iter().any(|(_, random, _)| active.contains(random));
+        let scaled = program.factors.iter().any(Option::is_some);
+        if !correlated && !scaled {
+            let weight = |measurand| 1.0 / part.sigma_in(run, measurand);
+            let weights = (0..part.sigma.len()).map(weight).collect();
+            return Self { form: Form::Constant(weights) };
+        }
+        let parameters = parameters();
+        let record = &part.runs[run].record;
+        if record.is_spilled() {
+            return Self { form: Form::Anew { parameters, correlated } };
+        }
+        let mut maker = Maker::new(of, &parameters, correlated);
+        let mut all = Vec::new();
+        record.walk(|stretch| {
+            Chunk::all(stretch, part.columns()).for_each(|chunk| maker.chunk(&chunk, &mut all));
+        });
+        all.shrink_to_fit();
+        Self { form: form(all, correlated) }
+    }
+
     /// Whether it is the same at every point.
     pub fn is_constant(&self) -> bool {
         matches!(self.form, Form::Constant(_))
@@ -55,20 +91,14 @@ impl Whitening {
         matches!(self.form, Form::Triangles(_) | Form::Anew { correlated: true, .. })
     }
 
-    /// The whitening of a stretch of the run; it begins with a chunk.
-    pub fn of(
-        &self,
-        problem: &Problem,
-        p: usize,
-        run: usize,
-        stretch: Stretch<'_>,
-    ) -> Whitened<'_> {
+    /// The whitening of a stretch of its run; the stretch begins with a chunk.
+    pub fn of(&self, run: RunPrograms<'_>, stretch: Stretch<'_>) -> Whitened<'_> {
         let Form::Anew { parameters, correlated } = &self.form else {
             return Whitened { form: Cow::Borrowed(&self.form), first: stretch.first / LANES };
         };
-        let mut maker = Maker::new(problem, p, run, parameters, *correlated);
+        let mut maker = Maker::new(run, parameters, *correlated);
         let mut all = Vec::new();
-        for chunk in Chunk::all(stretch, problem.parts[p].columns()) {
+        for chunk in Chunk::all(stretch, run.part.columns()) {
             maker.chunk(&chunk, &mut all);
         }
         Whitened { form: Cow::Owned(form(all, *correlated)), first: 0 }
@@ -112,47 +142,6 @@ fn form(all: Vec<Lanes>, correlated: bool) -> Form {
     if correlated { Form::Triangles(all) } else { Form::Weights(all) }
 }
 
-impl Problem {
-    /// Lets the weights follow a point.
-    pub fn refresh_weights(&mut self, point: &Point) {
-        // Those before are not wanted any more: they make room.
-        self.whitening = Arc::default();
-        self.whitening = (0..self.parts.len())
-            .map(|part| {
-                (0..self.parts[part].runs.len())
-                    .map(|run| self.whitening_of(part, run, point))
-                    .collect()
-            })
-            .collect();
-    }
-
-    /// The whitening of one run at a point.
-    pub fn whitening_of(&self, p: usize, run: usize, point: &Point) -> Whitening {
-        let part = &self.parts[p];
-        let active = active_randoms(part);
-        let program = self.programs[p].noise(&part.system);
-        let correlated = program.sensitivities.iter().any(|(_, random, _)| active.contains(random));
-        let scaled = program.factors.iter().any(Option::is_some);
-        if !correlated && !scaled {
-            let weight = |measurand| 1.0 / part.sigma_in(run, measurand);
-            let weights = (0..part.sigma.len()).map(weight).collect();
-            return Whitening { form: Form::Constant(weights) };
-        }
-        let parameters = self.parameters(p, run, point);
-        let record = &part.runs[run].record;
-        if record.is_spilled() {
-            return Whitening { form: Form::Anew { parameters, correlated } };
-        }
-        let mut maker = Maker::new(self, p, run, &parameters, correlated);
-        let mut all = Vec::new();
-        record.walk(|stretch| {
-            Chunk::all(stretch, part.columns()).for_each(|chunk| maker.chunk(&chunk, &mut all));
-        });
-        all.shrink_to_fit();
-        Whitening { form: form(all, correlated) }
-    }
-}
-
 /// Makes the whitening of one run chunk by chunk.
 struct Maker<'a> {
     part: &'a Part,
@@ -165,20 +154,14 @@ struct Maker<'a> {
 }
 
 impl<'a> Maker<'a> {
-    fn new(
-        problem: &'a Problem,
-        p: usize,
-        run: usize,
-        parameters: &[[f64; 4]],
-        correlated: bool,
-    ) -> Self {
-        let part = &problem.parts[p];
-        let program = problem.programs[p].noise(&part.system);
+    fn new(of: RunPrograms<'a>, parameters: &[[f64; 4]], correlated: bool) -> Self {
+        let RunPrograms { part, programs, set, run } = of;
+        let program = programs.noise(&part.system);
         let active = active_randoms(part);
         let deviations = (0..part.random_sigma.len())
             .map(|k| if active.contains(&k) { part.random_sigma_in(run, k) } else { 0.0 })
             .collect();
-        let mut workspace = Workspace::new(&program.code, problem.set);
+        let mut workspace = Workspace::new(&program.code, set);
         workspace.hold_still(&program.code, &ParameterLeaves(parameters));
         Self { part, run, program, workspace, correlated, deviations }
     }

@@ -6,8 +6,9 @@
 //! exact source points. Gives start values: it weighs points, not coordinates, and has no
 //! uncertainties. Points on a line are refused in words.
 
-use nalgebra::{Matrix3, Matrix4, SymmetricEigen, Vector3};
+use nalgebra::{Matrix3, Matrix4, Vector3};
 
+use crate::estimate::eigen;
 use crate::quaternion::Quaternion;
 
 /// Points count as lying on a line if their spread across it is below this part of that along it.
@@ -48,6 +49,9 @@ pub enum Degenerate {
     /// A coordinate or weight is not a number, or a weight is negative.
     #[error("point {0} has a coordinate or weight that is not finite, or a negative weight")]
     NotFinite(usize),
+    /// So far apart that squares of their distances are not finite.
+    #[error("the points are too far apart to compute with: check their unit")]
+    TooFar,
     /// All at one place.
     #[error("all points lie at one place: the rotation is open")]
     Coincident,
@@ -114,7 +118,7 @@ pub fn align(pairs: &[Pair], with_scale: bool) -> Result<Alignment, Degenerate> 
 
 /// Whether points with this scatter span a plane at least.
 fn check_spread(scatter: &Matrix3<f64>) -> Result<(), Degenerate> {
-    let mut spread = SymmetricEigen::new(*scatter).eigenvalues;
+    let mut spread = eigen::symmetric(*scatter).ok_or(Degenerate::TooFar)?.eigenvalues;
     spread.as_mut_slice().sort_by(|a, b| b.total_cmp(a));
     if spread[0] <= 0.0 || spread[0].is_nan() {
         return Err(Degenerate::Coincident);
@@ -134,7 +138,7 @@ fn best_rotation(s: &Matrix3<f64>) -> Result<Quaternion<f64>, Degenerate> {
         b, d, yy - xx - zz, f,
         c, e, f, zz - xx - yy,
     );
-    let eigen = SymmetricEigen::new(n);
+    let eigen = eigen::symmetric(n).ok_or(Degenerate::TooFar)?;
     let best = eigen.eigenvalues.imax();
     let value = eigen.eigenvalues[best];
     let second =

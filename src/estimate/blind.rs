@@ -10,8 +10,8 @@ use std::f64::consts::TAU;
 
 use crate::campaign::{Run, Samples};
 use crate::engine::part::Part;
+use crate::estimate::nearby::Nearby;
 use crate::estimate::newton::{ReadingDelay, State};
-use crate::estimate::systematic::Nearby;
 
 /// The input that is the arm's angle, in every model that has one.
 const ARM_ANGLE: &str = "arm_angle";

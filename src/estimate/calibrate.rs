@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::engine::{Point, Problem};
 use crate::estimate::align::Alignment;
+use crate::estimate::arrow::normal_matrix;
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
 use crate::estimate::start::{Aligned, start};
 use crate::estimate::words::{Unobservable, describe};
@@ -12,6 +13,25 @@ use crate::graph::Scope;
 
 /// Rounds of estimating noise levels and fitting again.
 const NOISE_ROUNDS: usize = 12;
+
+/// Which bound holds an estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bound {
+    /// `lower`.
+    Lower,
+    /// `upper`.
+    Upper,
+}
+
+impl Bound {
+    /// Its key.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Lower => "lower",
+            Self::Upper => "upper",
+        }
+    }
+}
 
 /// One component of one parameter as a person reads it, SI.
 #[derive(Clone, Debug)]
@@ -25,8 +45,11 @@ pub struct Estimate {
     /// Estimate; `None` where the data do not determine it.
     pub value: Option<f64>,
     /// Standard uncertainty (k = 1), not scaled by the variance factor; 0 if fixed, `None` where
-    /// the data do not determine it.
+    /// the data do not determine it or a bound holds the value.
     pub sigma: Option<f64>,
+    /// The bound that holds the value: the readings pull it beyond. Uncertainties of other
+    /// parameters are those without the bound.
+    pub bound: Option<Bound>,
     /// Unit of the coherent SI value.
     pub unit: String,
     /// Symbol of the unit the model declares it in, for people.
@@ -50,6 +73,8 @@ pub struct Calibration {
     pub covariance: DMatrix<f64>,
     /// What cannot be determined.
     pub unobservable: Vec<Unobservable>,
+    /// For each instance and component the bound that holds it.
+    pub bounds: Vec<Vec<Option<Bound>>>,
     /// Levels of random quantities and noise factors estimated beside.
     pub levels: Vec<variance::Level>,
     /// Readings and priors.
@@ -93,6 +118,7 @@ impl Calibration {
                 of: level.of.clone(),
                 value: Some(level.value),
                 sigma: level.sigma,
+                bound: None,
                 unit: level.unit.si_symbol(),
                 declared: level.unit.clone(),
                 fixed: false,
@@ -121,8 +147,10 @@ impl Calibration {
             .into_iter()
             .zip(values)
             .zip(jacobian)
-            .map(|((name, value), row)| {
+            .enumerate()
+            .map(|(component, ((name, value), row))| {
                 let mut sensitivity: Vec<(usize, f64)> = Vec::new();
+                let bound = self.bounds[index].get(component).copied().flatten();
                 for (component, derivative) in row.iter().enumerate() {
                     for (column, coefficient) in layout.columns_of(index, component) {
                         sensitivity.push((column, derivative * coefficient));
@@ -139,7 +167,8 @@ impl Calibration {
                     scope: instance.setting.scope,
                     of: instance.of.clone(),
                     value: determined.then_some(value),
-                    sigma: determined.then(|| variance.max(0.0).sqrt()),
+                    sigma: (determined && bound.is_none()).then(|| variance.max(0.0).sqrt()),
+                    bound,
                     unit: instance.unit.si_symbol(),
                     declared: instance.unit.clone(),
                     fixed: sensitivity.is_empty(),
@@ -176,7 +205,13 @@ fn fit_with_levels(
     let mut iterations = best.iterations;
     let mut levels = Vec::new();
     for _ in 0..NOISE_ROUNDS {
-        let (found, change) = variance::estimate(problem, &mut best.point, &unknown);
+        if best.outcome == Outcome::NotFinite {
+            break;
+        }
+        let Some((found, change)) = variance::estimate(problem, &mut best.point, &unknown) else {
+            best.outcome = Outcome::NotFinite;
+            break;
+        };
         levels = found;
         best = fit(problem, best.point.clone(), options)?;
         iterations += best.iterations;
@@ -208,13 +243,48 @@ pub fn finish(
         .iter()
         .map(|direction| describe(&problem, &fit.point, &fit.normal, direction))
         .collect();
+    let bounds = holding_bounds(&problem, &fit);
     let readings = count(&problem) + fit.normal.priors.len();
     let rms = rms(&problem, &fit.point);
     let aligned = aligned
         .into_iter()
         .map(|one| (one.of, one.result.map_err(|error| error.to_string())))
         .collect();
-    Ok(Calibration { problem, aligned, fit, covariance, unobservable, levels, readings, rms })
+    Ok(Calibration {
+        problem,
+        aligned,
+        fit,
+        covariance,
+        unobservable,
+        bounds,
+        levels,
+        readings,
+        rms,
+    })
+}
+
+/// A value counts as on its bound within this part of it.
+const ON_BOUND: f64 = 1e-12;
+
+/// For each instance and component the bound on which it lies although the readings pull it beyond.
+fn holding_bounds(problem: &Problem, fit: &Fit<Point>) -> Vec<Vec<Option<Bound>>> {
+    let layout = &problem.layout;
+    let pull = normal_matrix(&fit.normal).map(|(_, gradient)| gradient).ok();
+    let held = |index: usize, component: usize| {
+        let column = layout.range_of(index).nth(component)?;
+        let pull = *pull.as_ref()?.get(column)?;
+        let value = fit.point.values[index][component];
+        let is_on = |bound: f64| (value - bound).abs() <= ON_BOUND * bound.abs();
+        let (lower, upper) = layout.bounds_of(index, component);
+        match pull {
+            _ if is_on(lower) && pull < 0.0 => Some(Bound::Lower),
+            _ if is_on(upper) && pull > 0.0 => Some(Bound::Upper),
+            _ => None,
+        }
+    };
+    let components = |index: usize| 0..layout.instances[index].dimension();
+    let each = |index| components(index).map(|component| held(index, component)).collect();
+    (0..layout.instances.len()).map(each).collect()
 }
 
 /// Scalar readings: a rotation counts as three.

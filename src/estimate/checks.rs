@@ -12,6 +12,7 @@ use crate::campaign::Run;
 use crate::diagnostic::Diagnostic;
 use crate::engine::{Part, Point, Problem};
 use crate::graph::MeasurandKind;
+use crate::units::decimal;
 
 /// Samples of a run that are looked at.
 const LOOK: usize = 400;
@@ -114,8 +115,10 @@ fn angles(part: &Part) -> Vec<Diagnostic> {
             let Some(reading) = reading else { continue };
             found.push(
                 Diagnostic::warning(format!(
-                    "run `{}`: `{}` reads {:.3} rad, more than two turns",
-                    run.name, measurand.name, reading
+                    "run `{}`: `{}` reads {} rad, more than two turns",
+                    run.name,
+                    measurand.name,
+                    decimal(reading, 3)
                 ))
                 .help(
                     "check the unit in the column's header: deg, gon and rad are easily confused",

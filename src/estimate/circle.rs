@@ -7,7 +7,9 @@
 //! the covariance `A⁻¹ (s_p² J_pᵀ J_p + s_r² J_rᵀ J_r) A⁻¹` with `A = J_pᵀ J_p + J_rᵀ J_r` takes
 //! each for white: where deviations follow the arm angle it is too small.
 
-use nalgebra::{Matrix2x3, Matrix3, Matrix3x2, Matrix6, SMatrix, SymmetricEigen, Vector3, Vector6};
+use nalgebra::{Matrix2x3, Matrix3, Matrix3x2, Matrix6, SMatrix, Vector3, Vector6};
+
+use crate::estimate::eigen;
 
 /// Points count as lying on a line if their spread across it is below this part of that along it.
 const LINE: f64 = 1e-6;
@@ -59,6 +61,9 @@ pub enum NoCircle {
     /// On a straight line, or all at one place.
     #[error("the points lie on a straight line, or at one place")]
     Line,
+    /// So far apart that squares of their distances are not finite.
+    #[error("the points are too far apart to compute with: check their unit")]
+    TooFar,
     /// The arc is too short or too rough.
     #[error("no circle fits: the points show too little of their arc")]
     NotConverged,
@@ -141,7 +146,7 @@ impl Circle {
             let from_middle = Vector3::from(*point) - middle;
             scatter += from_middle * from_middle.transpose() / count;
         }
-        let eigen = SymmetricEigen::new(scatter);
+        let eigen = eigen::symmetric(scatter).ok_or(NoCircle::TooFar)?;
         let mut order = [0, 1, 2];
         order.sort_by(|i, j| eigen.eigenvalues[*j].total_cmp(&eigen.eigenvalues[*i]));
         let spread = order.map(|i| eigen.eigenvalues[i]);

@@ -5,10 +5,11 @@
 //! the test of Baarda (1968) for a gross error, of a stated value. It does not say whether the
 //! value is wrong or the model of the readings.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
 use crate::engine::layout::Instance;
 use crate::estimate::calibrate::{Calibration, Estimate};
+use crate::estimate::eigen;
 
 /// Standard deviations between what is stated and what the readings say from which on they
 /// contradict each other.
@@ -34,6 +35,8 @@ pub struct Contradicted {
     /// What the sum of squares loses without the stated value, all its components: chi squared of
     /// as many degrees where it is right.
     pub gain: f64,
+    /// How many components of it the readings determine.
+    pub components: usize,
 }
 
 impl Contradicted {
@@ -44,22 +47,54 @@ impl Contradicted {
 }
 
 /// The stated values that the readings contradict, farthest first; none of a fit that is not sound.
-/// Where residuals are larger than stated the bar is higher by as much.
+///
+/// Where residuals are larger than stated the bar is higher by as much: by the variance factor of
+/// what remains without the value that is judged, and without those that are contradicted anyway.
+/// Otherwise a value that is far enough off would raise the bar beyond itself.
 pub fn contradicted(result: &Calibration) -> Vec<Contradicted> {
     if !result.is_sound() {
         return Vec::new();
     }
-    let bar = APART * result.variance_factor().unwrap_or(1.0).max(1.0).sqrt();
     let count = result.problem.layout.instances.len();
-    let mut found: Vec<Contradicted> =
-        (0..count).filter_map(|index| judged(result, index, bar)).collect();
+    let mut open: Vec<Contradicted> =
+        (0..count).filter_map(|index| judged(result, index)).collect();
+    open.sort_by(|a, b| b.deviations.total_cmp(&a.deviations));
+    let mut rest = Rest { cost: result.fit.cost, degrees: result.degrees_of_freedom() };
+    let mut found: Vec<Contradicted> = Vec::new();
+    while let Some(next) = open.iter().position(|one| one.deviations > rest.without(one).bar()) {
+        let next = open.remove(next);
+        rest = rest.without(&next);
+        found.push(next);
+    }
     found.sort_by(|a, b| b.deviations.total_cmp(&a.deviations));
     found
 }
 
-/// The component of a stated value that is farthest from what the readings say, if it is beyond the
-/// bar.
-fn judged(result: &Calibration, index: usize, bar: f64) -> Option<Contradicted> {
+/// The observations that are not contradicted.
+#[derive(Clone, Copy, Debug)]
+struct Rest {
+    /// Their sum of squares.
+    cost: f64,
+    /// How many there are beyond the unknowns.
+    degrees: i64,
+}
+
+impl Rest {
+    fn without(self, one: &Contradicted) -> Self {
+        let cost = (self.cost - one.gain).max(0.0);
+        Self { cost, degrees: self.degrees - one.components as i64 }
+    }
+
+    /// Standard deviations beyond which a stated value is contradicted.
+    fn bar(self) -> f64 {
+        let factor = if self.degrees > 0 { self.cost / self.degrees as f64 } else { 1.0 };
+        APART * factor.max(1.0).sqrt()
+    }
+}
+
+/// The component of a stated value that is farthest from what the readings say, if the readings say
+/// anything.
+fn judged(result: &Calibration, index: usize) -> Option<Contradicted> {
     let layout = &result.problem.layout;
     let setting = &layout.instances[index].setting;
     let (value, sigma) = (setting.value.as_ref()?, setting.sigma.as_ref()?);
@@ -77,11 +112,13 @@ fn judged(result: &Calibration, index: usize, bar: f64) -> Option<Contradicted> 
         if free > SILENT { left[row].abs() / free.sqrt() } else { 0.0 }
     };
     let worst = (0..count).max_by(|a, b| deviations(*a).total_cmp(&deviations(*b)))?;
-    if deviations(worst) <= bar {
+    let apart = deviations(worst);
+    if apart.is_nan() || apart <= 0.0 {
         return None;
     }
     let free = redundancy[(worst, worst)].max(SILENT);
     let estimate = result.estimates_of(index).into_iter().nth(worst)?;
+    let (gain, components) = gain(redundancy, &left);
     let stated = *value.get(worst)?;
     Some(Contradicted {
         parameter: layout.instances[index].name.clone(),
@@ -89,8 +126,9 @@ fn judged(result: &Calibration, index: usize, bar: f64) -> Option<Contradicted> 
         estimate,
         stated,
         sigma: *sigma.get(worst)?,
-        deviations: deviations(worst),
-        gain: gain(redundancy, &left),
+        deviations: apart,
+        gain,
+        components,
     })
 }
 
@@ -126,16 +164,18 @@ pub fn against(stated: &Calibration, free: &Calibration, name: &str) -> Option<C
                 alone,
                 deviations,
                 gain: stated.fit.cost - free.fit.cost,
+                components: 1,
             });
         }
     }
     farthest
 }
 
-/// `rᵀ R⁻¹ r` over what is free.
-fn gain(redundancy: DMatrix<f64>, left: &DVector<f64>) -> f64 {
-    let eigen = SymmetricEigen::new(redundancy);
+/// `rᵀ R⁻¹ r` over what is free, and in how many directions that is.
+fn gain(redundancy: DMatrix<f64>, left: &DVector<f64>) -> (f64, usize) {
+    let Some(eigen) = eigen::symmetric(redundancy) else { return (0.0, 0) };
     let free = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
     let free = free.filter(|(value, _)| **value > SILENT);
-    free.map(|(value, vector)| vector.dot(left).powi(2) / value).sum()
+    let gains = free.map(|(value, vector)| vector.dot(left).powi(2) / value);
+    gains.fold((0.0, 0), |(sum, count), gain| (sum + gain, count + 1))
 }

@@ -1,9 +1,10 @@
 //! The covariance of an estimate: of the problem at a point, without damping or column scaling.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
 use crate::engine::gram::Normal;
 use crate::estimate::arrow::{covariance, normal_matrix};
+use crate::estimate::eigen;
 use crate::estimate::observability::{Direction, Kind};
 
 /// Covariance of all columns; where directions are not determined at all, that of what is left when
@@ -31,7 +32,7 @@ fn held(normal: &Normal, directions: &[Direction]) -> Option<DMatrix<f64>> {
         if square > 0.0 { square.sqrt() } else { 1.0 }
     });
     let scaled = DMatrix::from_fn(n, n, |i, j| hessian[(i, j)] / (length[i] * length[j]));
-    let eigen = SymmetricEigen::new(scaled);
+    let eigen = eigen::symmetric(scaled)?;
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
     let exact = directions.iter().filter(|direction| direction.kind == Kind::Exact).count();

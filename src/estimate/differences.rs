@@ -15,8 +15,8 @@ use crate::engine::part::{SampleLeaves, wrapped};
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::estimate::calibrate::Calibration;
+use crate::estimate::nearby::Nearby;
 use crate::estimate::newton::ReadingDelay;
-use crate::estimate::systematic::Nearby;
 use crate::graph::MeasurandKind;
 
 /// The step of the table (s).

@@ -1,5 +1,6 @@
-//! The median of positive numbers, however many: exact up to `ENOUGH`, else from a histogram whose
-//! classes are `WIDTH` wide on the scale of logarithms.
+//! Medians: of numbers at hand, with either convention for an even number of them, and of positive
+//! numbers, however many: exact up to `ENOUGH`, else from a histogram whose classes are `WIDTH` wide
+//! on the scale of logarithms.
 //!
 //! The histogram's median is that of the numbers to half a class, 5 parts in 100,000, and its
 //! memory does not grow with their count.
@@ -52,15 +53,31 @@ impl Median {
             classify(&mut classes, &self.few);
             return of_classes(&classes);
         }
-        let mut values = self.few.clone();
-        values.sort_by(f64::total_cmp);
-        let middle = values.len() / 2;
-        match values.len() {
-            0 => None,
-            n if n % 2 == 1 => Some(values[middle]),
-            _ => Some(0.5 * (values[middle - 1] + values[middle])),
-        }
+        median(&mut self.few.clone())
     }
+}
+
+/// The median of some numbers, which change their order: of an even number of them the mean of the
+/// middle two.
+pub fn median(numbers: &mut [f64]) -> Option<f64> {
+    numbers.sort_by(f64::total_cmp);
+    let middle = numbers.len() / 2;
+    match numbers.len() {
+        0 => None,
+        n if n % 2 == 1 => Some(numbers[middle]),
+        _ => Some(0.5 * (numbers[middle - 1] + numbers[middle])),
+    }
+}
+
+/// The median of some numbers, which change their order: of an even number of them the upper of the
+/// middle two. Thresholds of the diagnosis and scores of trials are made with it; it takes one pass.
+pub fn upper_median(numbers: &mut [f64]) -> Option<f64> {
+    let middle = numbers.len() / 2;
+    if numbers.is_empty() {
+        return None;
+    }
+    let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median)
 }
 
 /// Counts numbers in their classes.
@@ -104,6 +121,20 @@ fn of_classes(classes: &Classes) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_even_number_of_numbers_has_two_medians() {
+        for (numbers, mean, upper) in [
+            (vec![], None, None),
+            (vec![3.0], Some(3.0), Some(3.0)),
+            (vec![4.0, 1.0], Some(2.5), Some(4.0)),
+            (vec![9.0, 1.0, 2.0], Some(2.0), Some(2.0)),
+            (vec![9.0, 1.0, 4.0, 2.0], Some(3.0), Some(4.0)),
+        ] {
+            assert_eq!(super::median(&mut numbers.clone()), mean);
+            assert_eq!(upper_median(&mut numbers.clone()), upper);
+        }
+    }
 
     #[test]
     fn few_give_the_exact_median_and_many_the_same_to_half_a_class() {

@@ -14,6 +14,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::arrow::{LinearError, normal_matrix};
+use super::eigen;
 use crate::engine::gram::Normal;
 
 /// A scaled singular value below this part of the largest is unobservable.
@@ -80,7 +81,9 @@ pub fn examine(normal: &Normal, plausible: &[Option<f64>]) -> Result<Vec<Directi
     if active.is_empty() {
         return Ok(found);
     }
-    let view = Scaled::new(&hessian, &length, active);
+    let first = active[0];
+    let view =
+        Scaled::new(&hessian, &length, active).ok_or(LinearError::Singular { column: first })?;
     let exact = view.basis(|ratio| ratio < EXACT);
     let mut hidden = view.basis(|ratio| (EXACT..UNOBSERVABLE).contains(&ratio));
     let exact = echelon(exact);
@@ -103,15 +106,15 @@ struct Scaled {
 }
 
 impl Scaled {
-    fn new(hessian: &DMatrix<f64>, length: &DVector<f64>, active: Vec<usize>) -> Self {
+    fn new(hessian: &DMatrix<f64>, length: &DVector<f64>, active: Vec<usize>) -> Option<Self> {
         let length: Vec<f64> = active.iter().map(|&i| length[i]).collect();
         let n = active.len();
         let matrix = DMatrix::from_fn(n, n, |i, j| {
             hessian[(active[i], active[j])] / (length[i] * length[j])
         });
-        let eigen = SymmetricEigen::new(matrix.clone());
+        let eigen = eigen::symmetric(matrix.clone())?;
         let largest = eigen.eigenvalues.max().max(0.0).sqrt();
-        Self { active, length, matrix, eigen, largest }
+        Some(Self { active, length, matrix, eigen, largest })
     }
 
     /// Singular value of each eigenvector over the largest.

@@ -96,6 +96,7 @@ pub fn start(problem: &Problem) -> (Point, Vec<Aligned>) {
             report.push(Aligned { of: problem.layout.instances[rotation].of.clone(), result });
         }
     }
+    point.enter_bounds(&problem.layout);
     (point, report)
 }
 

@@ -7,47 +7,17 @@
 //! m'. The bound holds for any error of that size. That the transformation was fitted at arm
 //! positions with the same errors, which takes some of them up, is not counted.
 
-use crate::campaign::record::{BLOCK, Sample};
-use crate::campaign::run::Samples;
-use crate::engine::part::{Part, SampleLeaves};
+use crate::engine::part::SampleLeaves;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::estimate::delays::Delays;
 use crate::estimate::median::Median;
+use crate::estimate::nearby::Nearby;
 use crate::estimate::newton::{ReadingDelay, State};
 use crate::number::{Gradient, Number, partial, partials};
 
 /// Random quantities handled in one pass.
 const CHUNK: usize = 4;
-
-/// One sample of a run after another, wherever they are kept.
-#[derive(Debug, Default)]
-pub(crate) struct Nearby {
-    scratch: Samples,
-    /// Run, first sample and number of samples in the scratch.
-    held: Option<(usize, usize, usize)>,
-}
-
-impl Nearby {
-    pub(crate) fn sample<'a>(&'a mut self, part: &'a Part, reading: &ReadingDelay) -> Sample<'a> {
-        let ReadingDelay { run, sample: number, .. } = *reading;
-        let record = &part.runs[run].record;
-        if !record.is_spilled() {
-            self.held = None;
-            return record.sample(number, &mut self.scratch);
-        }
-        let is_held = |(of, first, len): (usize, usize, usize)| {
-            of == run && (first..first + len).contains(&number)
-        };
-        if !self.held.is_some_and(is_held) {
-            let first = number / BLOCK * BLOCK;
-            let len = record.stretch(first..first + BLOCK, &mut self.scratch).len;
-            self.held = Some((run, first, len));
-        }
-        let first = self.held.map_or(0, |(_, first, _)| first);
-        Sample { samples: &self.scratch, at: number - first, number }
-    }
-}
 
 /// Derivatives of readings by what is random in their samples, each at its own delay.
 pub(crate) struct Sensitivities<'a> {

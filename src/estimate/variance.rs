@@ -6,6 +6,8 @@
 //! makes up for the `u` unknowns fitted to the residuals. Quantities that are correlated from
 //! sample to sample are not estimated here. Of long runs [`ENOUGH`] samples are looked at, spread
 //! evenly: they give a level to half a percent, and that is what its standard uncertainty says.
+//!
+//! A level holds in every campaign that leaves it free; where a campaign fixes it, its own counts.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -16,6 +18,7 @@ use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::graph::Scope;
 use crate::model::Process;
+use crate::system::RandomSetting;
 use crate::units::Unit;
 
 /// Samples that are enough for the levels.
@@ -43,7 +46,8 @@ pub struct Level {
 /// A level to be estimated.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Unknown {
-    /// Standard deviation of the random quantity of this name, in every campaign that has it.
+    /// Standard deviation of the random quantity of this name, in every campaign that leaves it
+    /// free.
     Random(String),
     /// An instance that acts on noise alone.
     Instance(usize),
@@ -71,14 +75,16 @@ pub fn unknown_levels(problem: &Problem) -> Vec<Unknown> {
     unknown
 }
 
-/// Sets every unknown random level to its typical size.
+/// Sets every unknown random level to its stated or typical size, the largest of all campaigns.
 pub fn start_levels(problem: &mut Problem, unknown: &[Unknown]) {
-    for part in &mut problem.parts {
-        for (k, random) in part.system.randoms.iter().enumerate() {
-            if unknown.contains(&Unknown::Random(random.name.clone())) {
-                part.random_sigma[k] = random.sigma.or(random.typical).unwrap_or(1e-6);
-            }
-        }
+    for one in unknown {
+        let Unknown::Random(name) = one else { continue };
+        let own = |part: &Part| {
+            let random = &part.system.randoms[index_of(part, name)?];
+            Some(random.sigma.or(random.typical).unwrap_or(1e-6))
+        };
+        let largest = problem.parts.iter().filter_map(own).fold(0.0, f64::max);
+        set_random(problem, name, largest);
     }
 }
 
@@ -97,12 +103,13 @@ struct Sample {
 }
 
 /// Estimates the unknown levels from the residuals at a point; writes them into the problem and the
-/// point. Returns them and the largest relative change.
+/// point. Returns them and the largest relative change; `None`, and nothing is written, where
+/// residuals are too large for their squares to be finite.
 pub fn estimate(
     problem: &mut Problem,
     point: &mut Point,
     unknown: &[Unknown],
-) -> (Vec<Level>, f64) {
+) -> Option<(Vec<Level>, f64)> {
     let old: Vec<f64> = unknown.iter().map(|one| current(problem, point, one)).collect();
     let all = problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len());
     let all = all.sum::<usize>().max(1) as f64;
@@ -124,10 +131,16 @@ pub fn estimate(
     let mut fisher = DMatrix::identity(unknown.len(), unknown.len());
     for _ in 0..MAXIMUM_STEPS {
         let (gradient, information) = score(&samples, unknown, &theta, &origin, correction);
+        if !gradient.iter().chain(information.iter()).all(|value| value.is_finite()) {
+            return None;
+        }
         fisher = information;
         let Some(step) = fisher.clone().cholesky().map(|factor| factor.solve(&gradient)) else {
             break;
         };
+        if !step.iter().all(|value| value.is_finite()) {
+            return None;
+        }
         let mut largest: f64 = 0.0;
         for (i, one) in unknown.iter().enumerate() {
             let next = match one {
@@ -144,6 +157,9 @@ pub fn estimate(
         if largest < 1e-9 {
             break;
         }
+    }
+    if !theta.iter().all(|value| value.is_finite()) {
+        return None;
     }
     let covariance = fisher.try_inverse();
     let mut change: f64 = 0.0;
@@ -166,7 +182,7 @@ pub fn estimate(
         levels.push(level(problem, one, value, sigma));
     }
     problem.refresh_weights(point);
-    (levels, change)
+    Some((levels, change))
 }
 
 fn current(problem: &Problem, point: &Point, unknown: &Unknown) -> f64 {
@@ -180,20 +196,29 @@ fn current(problem: &Problem, point: &Point, unknown: &Unknown) -> f64 {
     }
 }
 
+/// The random quantity of a campaign that has this level, if the campaign leaves it free.
 fn index_of(part: &Part, name: &str) -> Option<usize> {
-    part.system.randoms.iter().position(|random| random.name == name)
+    part.system.randoms.iter().position(|random| random.name == name && !random.fixed)
+}
+
+/// The unknown that is the level of a random quantity.
+fn level_of(random: &RandomSetting, unknown: &[Unknown]) -> Option<usize> {
+    let is_it = |one: &Unknown| matches!(one, Unknown::Random(name) if *name == random.name);
+    unknown.iter().position(is_it).filter(|_| !random.fixed)
 }
 
 fn store(problem: &mut Problem, point: &mut Point, unknown: &Unknown, value: f64) {
     match unknown {
-        Unknown::Random(name) => {
-            for part in &mut problem.parts {
-                if let Some(k) = index_of(part, name) {
-                    part.random_sigma[k] = value;
-                }
-            }
-        }
+        Unknown::Random(name) => set_random(problem, name, value),
         Unknown::Instance(index) => point.values[*index][0] = value,
+    }
+}
+
+fn set_random(problem: &mut Problem, name: &str, value: f64) {
+    for part in &mut problem.parts {
+        if let Some(k) = index_of(part, name) {
+            part.random_sigma[k] = value;
+        }
     }
 }
 
@@ -227,7 +252,7 @@ fn gather(problem: &Problem, point: &Point, unknown: &[Unknown], share: f64) -> 
         // Unknown levels that stand at zero must stay visible to the score.
         let mut visible = part.clone();
         for (k, random) in part.system.randoms.iter().enumerate() {
-            if unknown.contains(&Unknown::Random(random.name.clone())) {
+            if level_of(random, unknown).is_some() {
                 visible.random_sigma[k] = visible.random_sigma[k].max(f64::MIN_POSITIVE.sqrt());
             }
         }
@@ -236,9 +261,7 @@ fn gather(problem: &Problem, point: &Point, unknown: &[Unknown], share: f64) -> 
             let source: Vec<Result<usize, f64>> = active
                 .iter()
                 .map(|k| {
-                    let name = &part.system.randoms[*k].name;
-                    let found =
-                        unknown.iter().position(|one| *one == Unknown::Random(name.clone()));
+                    let found = level_of(&part.system.randoms[*k], unknown);
                     found.ok_or(part.random_sigma_in(r, *k).powi(2))
                 })
                 .collect();

@@ -8,6 +8,7 @@ use crate::campaign::record::Change;
 use crate::engine::gram::Normal;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
+use crate::estimate::eigen::least_squares;
 use crate::estimate::observability::{Direction, Kind as Exactness};
 use crate::graph::Kind;
 
@@ -332,8 +333,9 @@ fn candidate_response(
         0 => 0.0,
         _ => {
             let least = RANK * among.norm();
-            among.svd(true, true).solve(&along, least).map_or(0.0, |values| along.dot(&values))
+            least_squares(among, &along, least).map_or(0.0, |values| along.dot(&values))
         }
     };
-    Some((sum - followed).max(0.0))
+    // Numbers too large to be squared say nothing of the run.
+    Some(sum - followed).filter(|gain| gain.is_finite()).map(|gain| gain.max(0.0))
 }

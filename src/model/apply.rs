@@ -39,6 +39,22 @@ impl Override {
         setting.sum_zero = self.sum_zero.unwrap_or(setting.sum_zero);
     }
 
+    /// The keys of a setting that this states.
+    pub fn keys(&self) -> impl Iterator<Item = &'static str> {
+        let keys = [
+            ("value", self.value.is_some()),
+            ("sigma", self.sigma.is_some()),
+            ("lower", self.lower.is_some()),
+            ("upper", self.upper.is_some()),
+            ("start", self.start.is_some()),
+            ("plausible", self.plausible.is_some()),
+            ("fixed", self.fixed.is_some()),
+            ("scope", self.scope.is_some()),
+            ("sum", self.sum_zero.is_some()),
+        ];
+        keys.into_iter().filter(|(_, is_stated)| *is_stated).map(|(key, _)| key)
+    }
+
     /// What is wrong with this for a parameter of `count` components and unit `unit`: message,
     /// help.
     pub fn check(&self, count: usize, unit: &Unit) -> Option<(String, String)> {

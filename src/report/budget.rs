@@ -5,6 +5,10 @@ use serde_json::{Value, json};
 use crate::estimate::blind::BlindRange;
 use crate::estimate::budget::{Budget, Contribution};
 use crate::estimate::coverage::{Combined, LEVEL};
+#[cfg(feature = "cli")]
+use crate::report::layout;
+#[cfg(feature = "cli")]
+use crate::units::decimal;
 
 /// What programs read of a budget.
 pub fn json(budget: &Budget) -> Value {
@@ -85,9 +89,9 @@ pub fn text(budgets: &[Budget]) -> String {
             budget.measurand
         ));
         let header = ["contribution", "part", "one reading [µs]", "%", "mean [µs]", "%", "d.o.f."];
-        let mut rows = super::text::table(&header);
-        let micro = |seconds: f64| format!("{:.4}", 1e6 * seconds);
-        let share = |part, whole| format!("{:.1}", percent(part, whole));
+        let mut rows = layout::table(&header);
+        let micro = |seconds: f64| decimal(1e6 * seconds, 4);
+        let share = |part, whole| decimal(percent(part, whole), 1);
         for one in &budget.contributions {
             rows.add_row([
                 one.name.clone(),
@@ -100,28 +104,28 @@ pub fn text(budgets: &[Budget]) -> String {
             ]);
         }
         let lines: [Line; 4] = [
-            ("combined", |one| format!("{:.4}", 1e6 * one.sigma)),
+            ("combined", |one| decimal(1e6 * one.sigma, 4)),
             ("effective degrees of freedom", |one| match one.degrees_of_freedom {
                 degrees if degrees > 1e4 => "∞".to_owned(),
-                degrees => format!("{degrees:.1}"),
+                degrees => decimal(degrees, 1),
             }),
-            ("coverage factor k (95.45 %)", |one| format!("{:.3}", one.coverage_factor)),
-            ("expanded, U", |one| format!("{:.4}", 1e6 * one.expanded())),
+            ("coverage factor k (95.45 %)", |one| decimal(one.coverage_factor, 3)),
+            ("expanded, U", |one| decimal(1e6 * one.expanded(), 4)),
         ];
         for (name, of) in lines {
             let (reading, mean) = (of(&budget.reading), of(&budget.mean));
             rows.add_row([name, "", &reading, "", &mean, "", ""]);
         }
-        super::text::align_right(&mut rows, &[2, 3, 4, 5, 6]);
-        text.push_str(&super::text::drawn(&rows));
+        layout::align_right(&mut rows, &[2, 3, 4, 5, 6]);
+        text.push_str(&layout::drawn(&rows));
         if let Some(one) = budget.differences {
             text.push_str(&format!(
-                "U (k=2) of one reading by differences over 1 ms: median {} µs, smallest {} µs; exactly {} and {}; at most {:.2} times apart\n",
+                "U (k=2) of one reading by differences over 1 ms: median {} µs, smallest {} µs; exactly {} and {}; at most {} times apart\n",
                 micro(one.median),
                 micro(one.smallest),
                 micro(one.exact_median),
                 micro(one.exact_smallest),
-                one.worst_ratio
+                decimal(one.worst_ratio, 2)
             ));
         }
     }

@@ -129,9 +129,10 @@ pub fn repeatability_json(labels: &[String], list: &[(String, Repeatability)]) -
 mod words {
     use super::*;
     use crate::estimate::transformation::From;
-    use crate::report::figure::{measured, uncertainty};
-    use crate::report::text::{align_right, drawn, residual_unit, table};
-    use crate::units::Unit;
+    use crate::report::figure::{measured, size};
+    use crate::report::layout::{align_right, drawn, table};
+    use crate::report::text::residual_unit;
+    use crate::units::{Unit, decimal};
 
     /// Rows of contrasts that are shown; the rest is in the JSON.
     const MOST_ROWS: usize = 40;
@@ -149,9 +150,7 @@ mod words {
         let words: Vec<String> = given
             .residuals
             .iter()
-            .map(|(name, one)| {
-                format!("{name} {}", uncertainty(*one, &residual_unit(*one, &unit(name))))
-            })
+            .map(|(name, one)| format!("{name} {}", size(*one, &residual_unit(*one, &unit(name)))))
             .collect();
         let mut text = format!("standard uncertainty from residuals: {}\n", words.join(", "));
         if given.from == From::Iterated {
@@ -248,8 +247,8 @@ mod words {
             rows.add_row([
                 name.clone(),
                 measured(one.mean, one.sigma, &Unit::second()),
-                format!("{:.2} µs", one.between * 1e6),
-                format!("{:.2} / {}", one.chi_squared, one.degrees_of_freedom),
+                format!("{} µs", decimal(one.between * 1e6, 2)),
+                format!("{} / {}", decimal(one.chi_squared, 2), one.degrees_of_freedom),
                 drift.map_or_else(|| "-".to_owned(), |(d, u)| measured(d, u, &Unit::second())),
             ]);
             for pair in &one.pairs {

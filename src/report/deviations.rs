@@ -10,6 +10,8 @@ use crate::estimate::head::{AngleMotion, Head, Largest};
 use crate::estimate::intersection::Intersection;
 use crate::report::json::number;
 use crate::report::table::quoted;
+#[cfg(feature = "cli")]
+use crate::units::decimal;
 
 /// Names of the three deviations.
 const CHANNELS: [&str; 3] = ["planar", "radial", "tangential"];
@@ -244,7 +246,8 @@ pub fn table(whole: Whole<'_>) -> String {
 /// The result for people.
 #[cfg(feature = "cli")]
 pub fn text(title: &str, from: crate::estimate::transformation::From, whole: Whole<'_>) -> String {
-    use crate::report::text::{align_right, drawn, from_words, table};
+    use crate::report::layout::{align_right, drawn, table};
+    use crate::report::text::from_words;
     let mut text = format!("{title}\ntransformation from {}\n\n", from_words(from));
     let mut rows = table(&["run", "arm", "frame", "deviation", "mean", "deviation", "from", "to"]);
     for (run, shown) in whole.runs.iter().enumerate() {
@@ -281,7 +284,7 @@ pub fn text(title: &str, from: crate::estimate::transformation::From, whole: Who
 #[cfg(feature = "cli")]
 fn micrometres(metres: f64) -> String {
     // Adding zero takes the sign of what rounds to none.
-    format!("{:.1} µm", (metres * 1e7).round() / 10.0 + 0.0)
+    format!("{} µm", decimal((metres * 1e7).round() / 10.0 + 0.0, 1))
 }
 
 /// A run's circle, head and target in sentences.
@@ -308,7 +311,10 @@ fn run_text(whole: Whole<'_>, run: usize, Shown { head, found, gap }: &Shown) ->
             if let Some(delay) = found.delay() {
                 let mean = micrometres(found.in_arm_frame[2].mean);
                 let delay = delay * 1e6;
-                text.push_str(&format!("  mean tangential {mean}: as a delay of {delay:.1} µs\n"));
+                text.push_str(&format!(
+                    "  mean tangential {mean}: as a delay of {} µs\n",
+                    decimal(delay, 1)
+                ));
             }
             if let Some(gap) = gap {
                 let [read, out] = gap.spreads.map(|one| {
@@ -335,7 +341,10 @@ fn run_text(whole: Whole<'_>, run: usize, Shown { head, found, gap }: &Shown) ->
         if let Some(largest) = angle.largest {
             let limit = whole.specification.rate(name);
             let said = against(largest.value, limit, "rad/s");
-            text.push_str(&format!("  `{name}` turns at {:.4} rad/s at most{said}", largest.value));
+            text.push_str(&format!(
+                "  `{name}` turns at {} rad/s at most{said}",
+                decimal(largest.value, 4)
+            ));
         }
         if let Some(reversals) = angle.reversals.as_ref().filter(|list| !list.is_empty()) {
             let places: Vec<String> =
@@ -350,7 +359,7 @@ fn run_text(whole: Whole<'_>, run: usize, Shown { head, found, gap }: &Shown) ->
     {
         if let Some(largest) = largest {
             let said = against(largest.value, limit.as_ref().map(|one| one.value), "m/s");
-            text.push_str(&format!("  {word}: {:.4} m/s at most{said}\n", largest.value));
+            text.push_str(&format!("  {word}: {} m/s at most{said}\n", decimal(largest.value, 4)));
         }
     }
     text

@@ -13,10 +13,11 @@ use crate::report::diagnosis::{
     estimates_of, is_of_one_cause, last_stage, members_of, stated_prior, times_usual,
 };
 use crate::report::figure;
+use crate::report::layout::{drawn, table};
 use crate::report::noise_text::{alike, noise};
-use crate::report::text::{drawn, residual_unit, stated, table, trouble, unit_of};
+use crate::report::text::{residual_unit, stated, trouble, unit_of};
 use crate::report::verdict_text::sentence;
-use crate::units::{Dimension, Unit};
+use crate::units::{Dimension, Unit, decimal};
 
 /// Candidates shown unless another number is asked for.
 const TOP: usize = 8;
@@ -118,12 +119,19 @@ fn effects(diagnosis: &Diagnosis) -> String {
                 text.push_str(&format!("  {name}{of} is not determined by these readings\n"));
                 continue;
             };
-            let figure = figure::measured(value, estimate.sigma.unwrap_or(0.0), &estimate.declared);
+            let figure = match (estimate.sigma, estimate.bound) {
+                (None, Some(bound)) => {
+                    let value = figure::value(value, None, &estimate.declared);
+                    format!("{value} (at its {} bound)", bound.word())
+                }
+                (sigma, _) => figure::measured(value, sigma.unwrap_or(0.0), &estimate.declared),
+            };
             text.push_str(&format!("  {}{of} = {figure}\n", estimate.name));
         }
         if let Some(times) = times_usual(diagnosis, one).filter(|times| is_implausible(*times)) {
             text.push_str(&format!(
-                "  That is {times:.0} times its usual size, which is implausible: look at units, signs and setups.\n"
+                "  That is {} times its usual size, which is implausible: look at units, signs and setups.\n",
+                decimal(times, 0)
             ));
         }
         text.push_str(&alike(&one.aliases));
@@ -185,7 +193,8 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
     }
     if let (Some(times), None) = (gap.missed(), gap.is_borne_out()) {
         text.push_str(&format!(
-            "Every measurand is off there by {times:.0} times its noise and more, with it and without: the values that are held for rig and instrument do not fit that campaign, so it neither confirms nor refutes this.\n"
+            "Every measurand is off there by {} times its noise and more, with it and without: the values that are held for rig and instrument do not fit that campaign, so it neither confirms nor refutes this.\n",
+            decimal(times, 0)
         ));
     }
     text.push_str(&remains(diagnosis, gap));
@@ -200,7 +209,7 @@ fn gap(diagnosis: &Diagnosis, gap: &Gap) -> String {
     let shown = |list: &[(String, f64)], name: &str| {
         let value = list.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
         value.map_or_else(String::new, |value| {
-            figure::uncertainty(value, &residual_unit(value, &unit_of(&diagnosis.nominal, name)))
+            figure::size(value, &residual_unit(value, &unit_of(&diagnosis.nominal, name)))
         })
     };
     for (name, _) in &gap.before {
@@ -226,7 +235,9 @@ fn remains(diagnosis: &Diagnosis, gap: &Gap) -> String {
             let own = stage.filter(|_| !left.is_empty()).map(most_told);
             let of_ringing = if gap.held_out.is_none() { gap.leftover } else { 0.0 };
             let length = match own.unwrap_or(of_ringing).sqrt() {
-                length if length >= 0.5 => format!(", {length:.0} units of the noise long"),
+                length if length >= 0.5 => {
+                    format!(", {} units of the noise long", decimal(length, 0))
+                }
                 _ => String::new(),
             };
             format!("What is left looks like {}{length}.\n", first.place.words)
@@ -262,8 +273,8 @@ fn unexplained(diagnosis: &Diagnosis) -> String {
         let noise = noise.iter().find(|(other, _)| other == name);
         rows.add_row([
             name.clone(),
-            figure::uncertainty(*rms, &unit),
-            noise.map_or_else(String::new, |(_, noise)| figure::uncertainty(*noise, &unit)),
+            figure::size(*rms, &unit),
+            noise.map_or_else(String::new, |(_, noise)| figure::size(*noise, &unit)),
         ]);
     }
     text + &drawn(&rows)

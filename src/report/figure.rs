@@ -1,7 +1,11 @@
 //! A value with its standard uncertainty as people write it: the uncertainty to two significant
 //! digits, the value to the same place, each in a unit in which it is easy to read.
+//!
+//! A value and a difference are not the same where a unit has an offset: a temperature of 293.15 K
+//! is 20 degC, its uncertainty of 0.5 K is no temperature at all. [`value`], [`exact`] and
+//! [`measured`] take values; [`size`] and [`uncertainty`] take differences, in K.
 
-use crate::units::{Dimension, Unit};
+use crate::units::{Dimension, LONG, Unit, decimal};
 
 /// Significant digits of an uncertainty.
 const DIGITS: i32 = 2;
@@ -22,18 +26,22 @@ fn ladder(dimension: Dimension) -> &'static [(&'static str, f64)] {
 
 /// The unit of a ladder in which a size lies between 1 and 1000 (or the smallest); of quotients and
 /// powers, and without a ladder, the one of [`unit_for`].
-fn readable(size: f64, declared: &Unit) -> (String, f64) {
+fn readable(size: f64, declared: &Unit) -> Unit {
     let is_plain = !declared.symbol.contains(['/', '*', '^', ' ', '·']);
     let steps = if is_plain { ladder(declared.dimension) } else { &[] };
     if steps.is_empty() {
-        let unit = unit_for(size, declared);
-        return (unit.symbol, unit.factor);
+        return unit_for(size, declared);
     }
-    steps
-        .iter()
-        .find(|(_, factor)| size.abs() >= *factor)
-        .or(steps.last())
-        .map_or_else(|| (declared.symbol.clone(), declared.factor), |(s, f)| ((*s).to_owned(), *f))
+    let step = steps.iter().find(|(_, factor)| size.abs() >= *factor).or(steps.last());
+    step.map_or_else(
+        || declared.clone(),
+        |(symbol, factor)| Unit {
+            symbol: (*symbol).into(),
+            factor: *factor,
+            offset: 0.0,
+            dimension: declared.dimension,
+        },
+    )
 }
 
 /// The value in its own readable unit, to the place of its uncertainty (or 6 digits without one).
@@ -42,38 +50,51 @@ pub fn value(value: f64, sigma: Option<f64>, declared: &Unit) -> String {
         return "not determined".to_owned();
     }
     let size = value.abs().max(sigma.unwrap_or(0.0));
-    let (symbol, factor) = readable(if size == 0.0 { 1.0 } else { size }, declared);
-    let scaled = value / factor;
+    let unit = readable(if size == 0.0 { 1.0 } else { size }, declared);
+    let scaled = unit.from_si(value);
     let decimals = match sigma {
-        Some(sigma) if sigma > 0.0 && sigma.is_finite() => decimals(sigma / factor),
+        Some(sigma) if sigma > 0.0 && sigma.is_finite() => decimals(sigma / unit.factor),
         _ => (6 - magnitude(scaled)).clamp(0, 12) as usize,
     };
-    with_symbol(format!("{scaled:.decimals$}"), &symbol)
+    with_symbol(decimal(scaled, decimals), &unit.symbol)
 }
 
 /// A number that has no uncertainty, as it is declared, to nine digits without trailing zeros.
 pub fn exact(value: f64, declared: &Unit) -> String {
-    let scaled = value / declared.factor;
-    let text = format!("{scaled:.8e}").parse().unwrap_or(scaled).to_string();
+    let scaled = declared.from_si(value);
+    let text = if scaled == 0.0 || (1.0 / LONG..LONG).contains(&scaled.abs()) {
+        format!("{scaled:.8e}").parse().unwrap_or(scaled).to_string()
+    } else if scaled.is_finite() {
+        format!("{scaled:.3e}")
+    } else {
+        "-".to_owned()
+    };
     with_symbol(text, &declared.symbol)
 }
 
 /// An uncertainty in its own readable unit, to two digits.
 pub fn uncertainty(sigma: f64, declared: &Unit) -> String {
-    if sigma == 0.0 {
-        return "fixed".to_owned();
-    }
-    if !sigma.is_finite() {
+    if sigma == 0.0 { "fixed".to_owned() } else { size(sigma, declared) }
+}
+
+/// How large a difference is (a root mean square, a scatter), in its own readable unit, to two
+/// digits.
+pub fn size(size: f64, declared: &Unit) -> String {
+    if !size.is_finite() {
         return "not determined".to_owned();
     }
-    let (symbol, factor) = readable(sigma, declared);
-    let scaled = sigma / factor;
+    let declared = declared.of_differences();
+    if size == 0.0 {
+        return with_symbol("0".to_owned(), &declared.symbol);
+    }
+    let unit = readable(size, &declared);
+    let scaled = size / unit.factor;
     let text = if (1e-4..1e6).contains(&scaled) {
         format!("{scaled:.*}", decimals(scaled))
     } else {
         format!("{scaled:.1e}")
     };
-    with_symbol(text, &symbol)
+    with_symbol(text, &unit.symbol)
 }
 
 /// `value ± uncertainty` in one unit.
@@ -81,10 +102,17 @@ pub fn measured(amount: f64, sigma: f64, declared: &Unit) -> String {
     if sigma == 0.0 {
         return format!("{} (fixed)", value(amount, None, declared));
     }
-    let (symbol, factor) = readable(amount.abs().max(sigma), declared);
-    let places = decimals(sigma / factor);
-    let pair = format!("{:.places$} ± {:.places$}", amount / factor, sigma / factor);
-    with_symbol(pair, &symbol)
+    if !amount.is_finite() {
+        return "not determined".to_owned();
+    }
+    if !sigma.is_finite() {
+        return format!("{} (uncertainty not determined)", value(amount, None, declared));
+    }
+    let unit = readable(amount.abs().max(sigma), declared);
+    let places = decimals(sigma / unit.factor);
+    let (amount, sigma) = (unit.from_si(amount), sigma / unit.factor);
+    let pair = format!("{} ± {}", decimal(amount, places), decimal(sigma, places));
+    with_symbol(pair, &unit.symbol)
 }
 
 /// The unit in which a size is read: a small one in µrad for rad, µm/h for m/s and µrad/m/h for
@@ -155,9 +183,47 @@ mod tests {
         assert_eq!(exact(-std::f64::consts::PI / 180.0, &Unit::parse("deg").unwrap()), "-1 deg");
         assert_eq!(uncertainty(1.2e-5, &metre), "12 µm");
         assert_eq!(uncertainty(0.0, &metre), "fixed");
+        assert_eq!(size(0.0, &Unit::parse("mm").unwrap()), "0 mm");
+        assert_eq!(size(f64::INFINITY, &metre), "not determined");
+        assert_eq!(measured(1.1, f64::NAN, &metre), "1.10000 m (uncertainty not determined)");
+        assert_eq!(measured(f64::NAN, 1.0, &metre), "not determined");
         assert_eq!(value(0.0, None, &metre), "0.000000 m");
         assert_eq!(value(f64::NAN, None, &metre), "not determined");
         assert_eq!(value(0.123456, Some(0.00012), &Unit::one()), "0.12346");
+    }
+
+    #[test]
+    fn temperatures_are_values_and_their_uncertainties_are_differences() {
+        let celsius = Unit::parse("degC").unwrap();
+        assert_eq!(value(293.15, Some(0.5), &celsius), "20.00 degC");
+        assert_eq!(value(293.15, None, &celsius), "20.0000 degC");
+        assert_eq!(measured(293.15, 0.5, &celsius), "20.00 ± 0.50 degC");
+        assert_eq!(measured(293.15, 0.0, &celsius), "20.0000 degC (fixed)");
+        assert_eq!(exact(273.15, &celsius), "0 degC");
+        assert_eq!(uncertainty(0.5, &celsius), "0.50 K");
+        assert_eq!(size(0.5, &celsius), "0.50 K");
+    }
+
+    #[test]
+    fn no_figure_is_longer_than_people_read() {
+        let metre = Unit::coherent(Dimension::LENGTH);
+        for huge in [1e15, 1e150, -1e300, f64::MAX, f64::MIN_POSITIVE, 1e-300] {
+            for sigma in [huge.abs(), 1.0, f64::MIN_POSITIVE] {
+                for unit in [&metre, &Unit::one(), &Unit::parse("ns").unwrap()] {
+                    let all = [
+                        value(huge, Some(sigma), unit),
+                        value(huge, None, unit),
+                        exact(huge, unit),
+                        measured(huge, sigma, unit),
+                        size(sigma, unit),
+                    ];
+                    for text in all {
+                        assert!(text.len() < 60, "{text}");
+                        assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -28,14 +28,18 @@ pub(crate) fn number(value: Option<f64>) -> Value {
 
 /// One component of a parameter.
 pub(crate) fn estimate(one: &Estimate) -> Value {
-    json!({
+    let mut value = json!({
         "name": one.name,
         "scope": scope_word(one.scope),
         "of": one.of,
         "value": number(one.value),
         "sigma": number(one.sigma),
         "unit": one.unit,
-    })
+    });
+    if let Some(bound) = one.bound {
+        value["bound"] = json!(bound.word());
+    }
+    value
 }
 
 /// The result of `calibrate`.

@@ -10,8 +10,9 @@ use crate::graph::names::MeasurandKind;
 use crate::model::Shape;
 use crate::report::diagnosis::{last_noise, last_stage, noise_in_use};
 use crate::report::figure;
-use crate::report::text::{drawn, table, unit_of};
-use crate::units::{Dimension, Unit};
+use crate::report::layout::{drawn, table};
+use crate::report::text::unit_of;
+use crate::units::{Dimension, Unit, decimal};
 
 /// Readings left out that are shown.
 const SHOWN: usize = 5;
@@ -41,12 +42,12 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
         }
         if let Some(memory) = one.memory {
             let second = Unit::coherent(Dimension::TIME);
-            let memory = figure::uncertainty(memory, &second);
+            let memory = figure::size(memory, &second);
             text.push_str(&format!(", with a memory of {memory}; the weights take account of it"));
         }
         text.push('\n');
         if is_rectangular(one) {
-            let width = figure::uncertainty(12.0_f64.sqrt() * one.value, &one.unit);
+            let width = figure::size(12.0_f64.sqrt() * one.value, &one.unit);
             text.push_str(&format!(
                 "  That is a standard deviation: steps of {width} scatter so.\n"
             ));
@@ -59,7 +60,7 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
             continue;
         }
         let hint = if (0.1..10.0).contains(factor) { "" } else { " Is its unit right?" };
-        let factor = if *factor < 0.1 { format!("{factor:.1e}") } else { format!("{factor:.2}") };
+        let factor = if *factor < 0.1 { format!("{factor:.1e}") } else { decimal(*factor, 2) };
         text.push_str(&format!(
             "`{measurand}`{} scatters {factor} times as much as stated; the fit uses what it finds.{hint}\n",
             in_campaign(of.as_deref())
@@ -67,7 +68,8 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     }
     for (measurand, run, factor) in &found.run_levels {
         text.push_str(&format!(
-            "`{measurand}` scatters {factor:.2} times as much in run `{run}` as in most; the fit uses that.\n"
+            "`{measurand}` scatters {} times as much in run `{run}` as in most; the fit uses that.\n",
+            decimal(*factor, 2)
         ));
     }
     let is_named = |measurand: &str, of: &Option<String>| {
@@ -77,7 +79,7 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     };
     for (measurand, of, memory) in found.memories.iter().filter(|(name, of, _)| !is_named(name, of))
     {
-        let time = figure::uncertainty(memory.time, &Unit::coherent(Dimension::TIME));
+        let time = figure::size(memory.time, &Unit::coherent(Dimension::TIME));
         let share = 100.0 * memory.share;
         if share < 0.5 {
             continue;
@@ -125,7 +127,7 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
         for one in &wild[..shown] {
             let Reading { run, row, measurand, deviations, .. } = one;
             let deviations = match deviations.abs() < 1e6 {
-                true => format!("{deviations:.0}"),
+                true => decimal(*deviations, 0),
                 false => format!("{deviations:.1e}"),
             };
             text.push_str(&format!(

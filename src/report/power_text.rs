@@ -4,7 +4,8 @@ use crate::diagnose::evidence::thresholds::FALSE_ALARMS;
 use crate::diagnose::power::sight::CAUGHT;
 use crate::diagnose::power::{Power, Row, State};
 use crate::report::figure;
-use crate::report::text::{align_right, drawn, table, trouble};
+use crate::report::layout::{align_right, drawn, table};
+use crate::report::text::trouble;
 use crate::units::{Dimension, Unit};
 
 /// The result of `power`.
@@ -52,13 +53,13 @@ fn sizes(power: &Power, state: State, line: &str) -> String {
     for row in &of_state {
         let unit = figure::unit_for(row.typical.unwrap_or(1.0), &row.unit);
         let size = |size: Option<f64>| {
-            let shown = |size| figure::uncertainty(size, &unit);
+            let shown = |size| figure::size(size, &unit);
             size.map_or_else(|| "-".to_owned(), shown)
         };
         let worst = row.shifts.iter().max_by(|a, b| a.1.total_cmp(&b.1));
         let shift = worst.map_or_else(
             || "-".to_owned(),
-            |(delay, shift)| format!("{} ({delay})", figure::uncertainty(*shift, &second)),
+            |(delay, shift)| format!("{} ({delay})", figure::size(*shift, &second)),
         );
         let (seen, named) = (size(row.detectable), size(row.identifiable));
         rows.add_row([row.name.clone(), size(row.typical), seen, named, shift]);

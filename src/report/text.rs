@@ -1,7 +1,5 @@
 //! Tables and sentences for the terminal.
 
-use comfy_table::{CellAlignment, Table, presets};
-
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::compare::Comparison;
@@ -11,34 +9,11 @@ use crate::estimate::transformation::From;
 use crate::report::budget;
 use crate::report::figure;
 use crate::report::json::scope_word;
-use crate::units::{Dimension, Unit};
+use crate::report::layout::{align_right, drawn, table};
+use crate::units::{Dimension, Unit, decimal};
 
 /// Most rows of setup and run parameters that are shown; the rest is in the tables.
 const MOST_ROWS: usize = 60;
-
-/// An empty table without lines.
-pub(crate) fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_header(header.iter().copied());
-    for column in table.column_iter_mut() {
-        column.set_padding((0, 2));
-    }
-    table
-}
-
-pub(crate) fn align_right(table: &mut Table, columns: &[usize]) {
-    for index in columns {
-        if let Some(column) = table.column_mut(*index) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-}
-
-/// The table without blanks at the ends of its lines.
-pub(crate) fn drawn(table: &Table) -> String {
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
-    lines.join("\n") + "\n"
-}
 
 /// A variance factor beyond this is no matter of stated uncertainties that are a little too small.
 pub const DOUBTFUL: f64 = 2.0;
@@ -76,8 +51,11 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
         let of = one.of.clone().unwrap_or_else(|| scope_word(one.scope).to_owned());
         let mut row = vec![one.name.clone(), of, value];
         if has_settled {
-            let sigma = one.sigma.map(|sigma| figure::uncertainty(sigma, &one.declared));
-            row.push(sigma.unwrap_or_default());
+            row.push(match (one.sigma, one.bound) {
+                (_, Some(bound)) => format!("at its {} bound", bound.word()),
+                (Some(sigma), None) => figure::uncertainty(sigma, &one.declared),
+                (None, None) => String::new(),
+            });
         }
         rows.add_row(row);
     }
@@ -94,7 +72,7 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
 fn fit(result: &Calibration) -> String {
     let factor = result.variance_factor().map_or_else(
         || "without degrees of freedom".to_owned(),
-        |value| format!("variance factor {value:.3}"),
+        |value| format!("variance factor {}", decimal(value, 3)),
     );
     let stated = result.fit.normal.priors.len();
     let stated = match stated {
@@ -114,7 +92,7 @@ fn fit(result: &Calibration) -> String {
         .map(|(name, value)| {
             format!(
                 "{name} {}",
-                figure::uncertainty(*value, &residual_unit(*value, &unit_of(result, name)))
+                figure::size(*value, &residual_unit(*value, &unit_of(result, name)))
             )
         })
         .collect();
@@ -163,8 +141,8 @@ pub(crate) fn stated(contradicted: &[Contradicted]) -> String {
         let stated = figure::measured(one.stated, one.sigma, declared);
         let alone = figure::value(one.alone, Some(one.sigma), declared);
         text.push_str(&format!(
-            "`{name}`{of} is stated as {stated}, but the readings say {alone}: {:.0} standard deviations apart.\n",
-            one.deviations
+            "`{name}`{of} is stated as {stated}, but the readings say {alone}: {} standard deviations apart.\n",
+            decimal(one.deviations, 0)
         ));
     }
     if text.is_empty() { text } else { format!("\n{text}") }
@@ -228,8 +206,7 @@ pub fn comparison(title: &str, from: &From, list: &[Comparison]) -> String {
     let spread =
         |sigma: Option<f64>| sigma.map_or_else(String::new, |u| figure::uncertainty(u, &second));
     for one in list {
-        let normalised =
-            one.normalised().map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+        let normalised = one.normalised().map_or_else(|| "-".to_owned(), |value| decimal(value, 2));
         rows.add_row([
             one.measurand.clone(),
             cell(one.newton, one.newton_sigma),

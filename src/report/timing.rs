@@ -125,6 +125,7 @@ pub fn text(campaign: &Campaign, model: &Model) -> String {
         ));
         for (input, by) in moved {
             let unit = unit_for_people(model, input);
+            let unit = unit.of_differences();
             let told = |value: f64| figure::value(value, Some(by.standard_deviation), &unit);
             text.push_str(&format!(
                 "  `{input}` moved by {} meanwhile, from {} to {}\n",

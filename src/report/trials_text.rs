@@ -1,6 +1,6 @@
 //! The score of trials for people: rates with the bound that they exceed at 95 %.
 
-use crate::report::text::{drawn, table};
+use crate::report::layout::{drawn, table};
 use crate::trials::bound::Count;
 use crate::trials::tally::{Cell, Tally};
 

@@ -73,7 +73,7 @@ impl Builder<'_> {
             setting.fixed = true;
             setting.sigma = Some(vec![sigma]);
             let name = format!("{}.error", input.name);
-            let width = difference_unit(&input.unit);
+            let width = input.unit.of_differences();
             self.unknowns.push(Unknown::implied(name, width, setting, Origin::InputError));
         }
         for parameter in &model.parameters {
@@ -147,13 +147,14 @@ impl Builder<'_> {
     fn override_all(&mut self, overrides: &[Override]) -> Result<(), Diagnostics> {
         let mut faults = Vec::new();
         let (mut general, mut special) = (Vec::new(), Vec::new());
-        for said in self.model.overrides.iter().chain(overrides) {
+        let own = self.model.overrides.iter().map(|said| (said, false));
+        for (said, is_stated) in own.chain(overrides.iter().map(|said| (said, true))) {
             let exact = self.unknowns.iter().any(|unknown| unknown.name == said.name);
             let some =
                 exact || self.unknowns.iter().any(|unknown| matches_general(unknown, &said.name));
             match (exact, some) {
-                (true, _) => special.push(said),
-                (false, true) => general.push(said),
+                (true, _) => special.push((said, is_stated)),
+                (false, true) => general.push((said, is_stated)),
                 (false, false) if self.is_passed_over(said) => {}
                 _ => {
                     let effects = self.placed.iter().map(|placed| &placed.effect);
@@ -161,17 +162,17 @@ impl Builder<'_> {
                 }
             }
         }
-        general.sort_by_key(|said| said.name.matches('.').count());
-        for said in general {
+        general.sort_by_key(|(said, _)| said.name.matches('.').count());
+        for (said, is_stated) in general {
             for unknown in
                 self.unknowns.iter_mut().filter(|unknown| matches_general(unknown, &said.name))
             {
-                faults.extend(unknown.apply(said).err().map(|fault| *fault));
+                faults.extend(unknown.apply(said, is_stated).err().map(|fault| *fault));
             }
         }
-        for said in special {
+        for (said, is_stated) in special {
             for unknown in self.unknowns.iter_mut().filter(|unknown| unknown.name == said.name) {
-                faults.extend(unknown.apply(said).err().map(|fault| *fault));
+                faults.extend(unknown.apply(said, is_stated).err().map(|fault| *fault));
             }
         }
         faults.dedup();
@@ -329,9 +330,4 @@ fn local_of(went: &[(bool, usize)], per: Option<&[usize]>, measurands: usize) ->
         }
     }
     Some(if random { Local::RandomPerMeasurand(table) } else { Local::PerMeasurand(table) })
-}
-
-/// The unit of a difference: K for degC.
-fn difference_unit(unit: &Unit) -> Unit {
-    if unit.offset == 0.0 { unit.clone() } else { Unit::coherent(unit.dimension) }
 }

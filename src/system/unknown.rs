@@ -85,8 +85,16 @@ impl Unknown {
         }
     }
 
-    /// Lays an override over it, and over what was said of it in single setups.
-    pub(super) fn apply(&mut self, said: &Override) -> Result<(), Box<Diagnostic>> {
+    /// Lays an override over it, and over what was said of it in single setups; `is_stated` if a
+    /// campaign or the command line states it.
+    pub(super) fn apply(
+        &mut self,
+        said: &Override,
+        is_stated: bool,
+    ) -> Result<(), Box<Diagnostic>> {
+        if is_stated {
+            self.note(said);
+        }
         let Some(setup) = &said.setup else {
             self.of_setups.iter_mut().try_for_each(|(_, own)| own.apply_here(said))?;
             return self.apply_here(said);
@@ -98,6 +106,14 @@ impl Unknown {
         own.apply_here(said)?;
         self.of_setups.push((setup.clone(), own));
         Ok(())
+    }
+
+    /// Notes which keys a campaign or the command line states of it in all setups.
+    fn note(&mut self, said: &Override) {
+        if said.setup.is_none() {
+            let place = |key| (key, said.place.clone());
+            self.declared.stated.extend(said.keys().map(place));
+        }
     }
 
     fn apply_here(&mut self, said: &Override) -> Result<(), Box<Diagnostic>> {
@@ -241,7 +257,7 @@ impl Unknown {
     pub(super) fn random(&self, effect: Option<String>) -> RandomSetting {
         RandomSetting {
             name: self.name.clone(),
-            unit: self.unit.clone(),
+            unit: self.unit.of_differences(),
             sigma: self.standard_deviation(),
             typical: self.setting.typical,
             process: self.process,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::bound::Count;
 use super::outcome::Outcome;
+use crate::estimate::median::upper_median;
 
 /// Sizes drawn from a range are put together between these.
 const BANDS: [f64; 9] = [2.0, 4.0, 6.0, 8.0, 12.0, 18.0, 25.0, 50.0, 100.0];
@@ -113,7 +114,7 @@ pub fn tally(outcomes: &[Outcome]) -> Tally {
         noise_alarms,
         brier: mean(outcomes.iter().filter_map(|one| one.brier)),
         calibration_error: calibration_error(outcomes),
-        shrinkage_error: median(shrinkage.clone()),
+        shrinkage_error: upper_median(&mut shrinkage.clone()),
         shrinkages: shrinkage.len(),
         confusion: confusion(outcomes),
         failed: outcomes.iter().filter(|one| !one.is_diagnosed()).count(),
@@ -161,15 +162,6 @@ fn cells(outcomes: &[Outcome]) -> Vec<Cell> {
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| (sum + value, count + 1));
     (count > 0).then(|| sum / count as f64)
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    let middle = values.len() / 2;
-    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*median)
 }
 
 /// Mean absolute difference between confidence and success over bins of as many trials each.

@@ -6,6 +6,8 @@
 mod common;
 #[path = "../problems/mod.rs"]
 mod problems;
+#[path = "../problems/scale.rs"]
+mod scale;
 #[path = "../problems/seed.rs"]
 mod seed;
 
@@ -13,16 +15,19 @@ mod align;
 mod answers;
 mod arrow;
 mod batch;
+mod bounds_and_priors;
 mod certificates;
 mod coverage;
 mod delay_budget;
 mod deviations;
+mod hostile_numbers;
 mod nist;
 mod observability;
 mod practice;
 mod real_recordings;
 mod seed_uncertainty;
 mod setups;
+mod shared_statements;
 mod time_referencing;
 mod traceability;
 mod two_routes;

@@ -4,10 +4,13 @@
 
 #[path = "../problems/drawn.rs"]
 mod drawn;
+#[path = "../problems/scale.rs"]
+mod scale;
 
 mod examples;
 mod examples_again;
 mod json_keys;
 mod sessions;
 mod spilled_campaigns;
+mod terminal;
 mod written_over;

@@ -5,7 +5,9 @@
 //! one such set of directions says beyond another.
 
 use nalgebra::linalg::Cholesky;
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
+
+use crate::estimate::eigen;
 
 /// Share of a column's length below which nominal parameters take it up.
 pub const RANK: f64 = 3e-4;
@@ -18,7 +20,9 @@ pub fn basis(left: &DMatrix<f64>, raw: &DVector<f64>) -> (DMatrix<f64>, DMatrix<
     if let Some(found) = triangular(&scaled, &length) {
         return found;
     }
-    let eigen = SymmetricEigen::new(scaled);
+    let Some(eigen) = eigen::symmetric(scaled) else {
+        return (DMatrix::zeros(k, 0), DMatrix::zeros(0, k));
+    };
     let mut order: Vec<usize> = (0..k).filter(|i| eigen.eigenvalues[*i] > RANK * RANK).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
     let root = |j: usize| eigen.eigenvalues[order[j]].sqrt();
@@ -60,7 +64,9 @@ pub(super) fn beyond(
     let score = score - cosines.tr_mul(others);
     if others.len() < score.len() {
         // All that is not along one of the few that they have in common is left whole.
-        let eigen = SymmetricEigen::new(cosines * cosines.transpose());
+        let Some(eigen) = eigen::symmetric(cosines * cosines.transpose()) else {
+            return (0.0, 0);
+        };
         let along = eigen.eigenvectors.tr_mul(&(cosines * &score));
         let (mut gain, mut degrees) = (score.norm_squared(), score.len());
         for (common, along) in eigen.eigenvalues.iter().zip(along.iter()) {
@@ -83,7 +89,7 @@ pub(super) fn beyond(
     {
         return ((inverse * &score).norm_squared(), score.len());
     }
-    let eigen = SymmetricEigen::new(left);
+    let Some(eigen) = eigen::symmetric(left) else { return (0.0, 0) };
     let (mut gain, mut degrees) = (0.0, 0);
     for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
         if *value > nearly {

@@ -12,11 +12,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::campaign::record::Record;
 use crate::diagnose::found::LeftOut;
-use crate::diagnose::sequences::{NORMAL, Sequence, median, seen_from};
+use crate::diagnose::sequences::{NORMAL, Sequence, seen_from};
 use crate::engine::Part;
 use crate::engine::part::Slot;
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::median::upper_median;
 
 use super::left_out::{Far, leave_out, told};
 use super::settle::is_spoilt;
@@ -108,8 +109,8 @@ fn is_gross(one: &Sequence, far: &Far) -> bool {
         let readings = one.readings(run).into_iter();
         others.extend(readings.filter(|(at, _)| !is_code(*at)).map(|(_, value)| value.abs()));
     }
-    let Some(size) = median(&mut codes) else { return true };
-    median(&mut others).is_some_and(|usual| size > GROSS * NORMAL * usual)
+    let Some(size) = upper_median(&mut codes) else { return true };
+    upper_median(&mut others).is_some_and(|usual| size > GROSS * NORMAL * usual)
 }
 
 /// The samples of each run that hold a code of a measurand, with it.
@@ -210,7 +211,7 @@ fn is_jump(runs: &[Vec<f64>], code: f64) -> bool {
             }
         }
     }
-    matches!((median(&mut to_code), median(&mut others)), (Some(to), Some(other)) if to > JUMP * other)
+    matches!((upper_median(&mut to_code), upper_median(&mut others)), (Some(to), Some(other)) if to > JUMP * other)
 }
 
 #[cfg(test)]

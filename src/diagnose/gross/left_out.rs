@@ -11,9 +11,10 @@ use std::sync::Arc;
 
 use crate::diagnose::found::{LeftOut, Reading, Stretch};
 use crate::diagnose::library::place::Place;
-use crate::diagnose::sequences::{OfRun, Sequence, median};
+use crate::diagnose::sequences::{OfRun, Sequence};
 use crate::engine::Problem;
 use crate::engine::layout::qualified;
+use crate::estimate::median::upper_median;
 
 /// Samples and residuals of readings of a sequence, by run.
 pub(super) type Far = Vec<Vec<(usize, f64)>>;
@@ -123,7 +124,7 @@ pub(in crate::diagnose) fn stretch(
     };
     let size = |one: &Sequence| {
         let mut sizes: Vec<f64> = readings(one).iter().map(|one| one.1.abs()).collect();
-        Some(median(&mut sizes)? / one.deviation().filter(|deviation| *deviation > 0.0)?)
+        Some(upper_median(&mut sizes)? / one.deviation().filter(|deviation| *deviation > 0.0)?)
     };
     let own: Vec<&Sequence> = all.iter().filter(is_own).collect();
     let there: Vec<(usize, f64)> = readings(own.first()?);

@@ -10,9 +10,10 @@ use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, Noise, NoiseEffect};
 use crate::diagnose::library::place::Place;
-use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, OfRun, Sequence, median, seen_from};
+use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, OfRun, Sequence, seen_from};
 use crate::diagnose::stage::Stage;
 use crate::engine::{Part, Point, Problem};
+use crate::estimate::median::upper_median;
 use crate::units::Unit;
 
 use super::empty_runs::{fitted_without_empty_runs, without_empty_runs};
@@ -81,7 +82,7 @@ pub(super) fn has_gross(one: &Sequence) -> bool {
 /// Beyond what a reading is gross.
 pub(super) fn gross(residuals: &[f64], deviation: f64) -> f64 {
     let present = residuals.iter().map(|value| value.abs()).filter(|size| !size.is_nan());
-    let of_run = median(&mut present.collect::<Vec<f64>>()).unwrap_or(0.0) * NORMAL;
+    let of_run = upper_median(&mut present.collect::<Vec<f64>>()).unwrap_or(0.0) * NORMAL;
     GROSS * of_run.max(deviation)
 }
 

@@ -17,10 +17,11 @@ use crate::diagnose::evidence::thresholds::{FURTHER, level};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{Apart, Noise, NoiseEffect};
 use crate::diagnose::library::candidate::Candidate;
-use crate::diagnose::sequences::{Sequence, median, sequences};
+use crate::diagnose::sequences::{Sequence, sequences};
 use crate::diagnose::stage::Stage;
 use crate::engine::Problem;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
+use crate::estimate::median::upper_median;
 use crate::model::Process;
 
 use super::apart::few;
@@ -157,7 +158,7 @@ const LONGEST: f64 = 20.0;
 
 /// The median duration of the runs (s).
 fn typical_duration(all: &[Sequence]) -> f64 {
-    median(&mut durations(all).collect::<Vec<f64>>()).unwrap_or(0.0)
+    upper_median(&mut durations(all).collect::<Vec<f64>>()).unwrap_or(0.0)
 }
 
 /// The longest duration of a run (s).

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
-use crate::diagnose::sequences::{NORMAL, median, seen_from};
+use crate::diagnose::sequences::{NORMAL, seen_from};
 use crate::engine::{Point, Problem};
+use crate::estimate::median::upper_median;
 
 /// Readings of a run from which on its scatter is looked at.
 pub(super) const LEAST_READINGS: usize = 20;
@@ -40,5 +41,5 @@ pub(in crate::diagnose) fn of_neighbours(run: &[f64]) -> Option<f64> {
     let pairs = run.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     let mut sizes: Vec<f64> = pairs.filter(|size| !size.is_nan()).collect();
     let are_enough = sizes.len() >= LEAST_READINGS;
-    median(&mut sizes).filter(|_| are_enough).map(|size| NORMAL * size / SQRT_2)
+    upper_median(&mut sizes).filter(|_| are_enough).map(|size| NORMAL * size / SQRT_2)
 }

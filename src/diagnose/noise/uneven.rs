@@ -10,9 +10,10 @@ use crate::diagnose::evidence::thresholds::{LEAST_RUNS, level};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::Noise;
 use crate::diagnose::gross::wild::TRIM;
-use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, Sequence, median, sequences};
+use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, Sequence, sequences};
 use crate::diagnose::stage::Stage;
 use crate::engine::stretches::Left;
+use crate::estimate::median::upper_median;
 
 use super::neighbours::LEAST_READINGS;
 
@@ -39,7 +40,7 @@ pub(super) fn uneven(stage: &Stage, left: &[Left], noise: &Noise) -> Option<Fitt
                 .filter_map(|run| Some((run, Scatter::of(&own, run)?)))
                 .collect();
             let usual = |of: &dyn Fn(&Scatter) -> f64| {
-                median(&mut scatter.iter().map(|(_, one)| of(one)).collect::<Vec<f64>>())
+                upper_median(&mut scatter.iter().map(|(_, one)| of(one)).collect::<Vec<f64>>())
             };
             let (Some(size), Some(rms)) = (usual(&|one| one.median), usual(&|one| one.rms)) else {
                 continue;
@@ -91,7 +92,7 @@ impl Scatter {
         let values = own.iter().flat_map(|one| one.runs[run].iter());
         let mut sizes: Vec<f64> =
             values.filter(|value| !value.is_nan()).map(|value| value.abs()).collect();
-        let median = median(&mut sizes).filter(|size| *size > 0.0)?;
+        let median = upper_median(&mut sizes).filter(|size| *size > 0.0)?;
         let tame = || sizes.iter().filter(|size| **size <= TRIM * NORMAL * median);
         let rms = (tame().map(|size| size * size).sum::<f64>() / tame().count() as f64).sqrt();
         let count = sizes.len() as f64;

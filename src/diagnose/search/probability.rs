@@ -18,13 +18,14 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::score::of_gain;
 use crate::diagnose::evidence::thresholds::{NAMED, level};
 use crate::diagnose::library::prior::{Cause, Prior};
 use crate::diagnose::stage::Stage;
+use crate::estimate::eigen;
 
 /// Number of scales.
 const SCALES: usize = 12;
@@ -192,7 +193,9 @@ fn with_imitations(stage: &Stage, alone: &[f64]) -> Vec<f64> {
 fn evidence(entry: &Entry, typical: &[f64]) -> f64 {
     let scaled =
         DMatrix::from_fn(entry.degrees(), typical.len(), |i, j| entry.lengths[(i, j)] * typical[j]);
-    let eigen = SymmetricEigen::new(&scaled * scaled.transpose());
+    let Some(eigen) = eigen::symmetric(&scaled * scaled.transpose()) else {
+        return f64::NEG_INFINITY;
+    };
     let score = eigen.eigenvectors.tr_mul(&entry.score);
     let squares: Vec<f64> = score.iter().map(|z| z * z).collect();
     mixed(eigen.eigenvalues.as_slice(), &squares)

@@ -27,11 +27,12 @@ use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::noise::given::Given;
 use crate::diagnose::noise::memory::{likelihood_of_memory, remembered};
 use crate::diagnose::search::{Search, search};
-use crate::diagnose::sequences::{Neighbours, OfRun, Sequence, median, seen_from};
+use crate::diagnose::sequences::{Neighbours, OfRun, Sequence, seen_from};
 use crate::diagnose::verdict;
 use crate::engine::Problem;
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::median::upper_median;
 
 /// Part of all that neighbours have in common that the run which shows most has at least.
 const MOST_OF_IT: f64 = 0.25;
@@ -173,7 +174,7 @@ fn clipped(all: &[Sequence], limits: &[f64]) -> Vec<Sequence> {
 /// are no stretch.
 fn without_wild(run: &[f64], limit: f64) -> Vec<f64> {
     let beyond = run.iter().map(|value| value.abs()).filter(|size| *size > limit);
-    let most = 2.0 * median(&mut beyond.collect::<Vec<f64>>()).unwrap_or(0.0);
+    let most = 2.0 * upper_median(&mut beyond.collect::<Vec<f64>>()).unwrap_or(0.0);
     let limit = limit.max(most);
     run.iter().map(|value| value.clamp(-limit, limit)).collect()
 }

@@ -14,7 +14,7 @@ use crate::engine::{Part, Point, Problem};
 use crate::estimate::align::{Alignment, Pair, align};
 use crate::estimate::start::pairs;
 use crate::graph::MeasurandKind;
-use crate::units::Dimension;
+use crate::units::{Dimension, decimal};
 
 use super::{LOOK, listed};
 
@@ -201,7 +201,7 @@ impl Mistake {
     }
 
     fn millimetres(&self) -> [String; 2] {
-        [self.as_given, self.undone].map(|length| format!("{:.3} mm", length * 1e3))
+        [self.as_given, self.undone].map(|length| format!("{} mm", decimal(length * 1e3, 3)))
     }
 }
 

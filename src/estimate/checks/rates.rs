@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use crate::campaign::{Role, Run, Track};
 use crate::diagnostic::Diagnostic;
 use crate::engine::Part;
+use crate::units::decimal;
 
 use super::LOOK;
 
@@ -22,7 +23,8 @@ pub(super) fn rates(part: &Part, run: &Run) -> Vec<Diagnostic> {
                 "run `{run}`: `{name}_rate` says the opposite sense of rotation to the change of `{name}` itself"
             ),
             Rates::Times(ratio) => format!(
-                "run `{run}`: `{name}` changes {ratio:.4} times as fast as `{name}_rate` says{}",
+                "run `{run}`: `{name}` changes {} times as fast as `{name}_rate` says{}",
+                decimal(ratio, 4),
                 unit_guess(ratio)
             ),
             Rates::Differ => format!(

@@ -11,12 +11,13 @@ use crate::diagnose::fitted::{Fitted, carried};
 use crate::diagnose::found::{Level, Reading};
 use crate::diagnose::gross::spikes::NEIGHBOURS;
 use crate::diagnose::noise::neighbours::of_neighbours;
-use crate::diagnose::sequences::{Sequence, median, seen_from, sequences};
+use crate::diagnose::sequences::{Sequence, seen_from, sequences};
 use crate::diagnose::stage::Stage;
 use crate::engine::Problem;
 use crate::engine::layout::qualified;
 use crate::engine::stretches::Left;
 use crate::estimate::batch::{FitError, Options};
+use crate::estimate::median::upper_median;
 use crate::system::Selected;
 
 /// A run scatters otherwise than most by so much at least, and by so many standard uncertainties.
@@ -87,10 +88,11 @@ pub(super) fn levelled(
             let own = || all.iter().filter(|one| (one.part, one.measurand) == (p, measurand));
             let of_run = |run: usize| {
                 let all = own().filter_map(|one| of_neighbours(&one.runs[run]));
-                median(&mut all.collect::<Vec<f64>>()).filter(|size| *size > 0.0)
+                upper_median(&mut all.collect::<Vec<f64>>()).filter(|size| *size > 0.0)
             };
             let each: Vec<Option<f64>> = (0..part.runs.len()).map(of_run).collect();
-            let Some(usual) = median(&mut each.iter().flatten().copied().collect::<Vec<f64>>())
+            let Some(usual) =
+                upper_median(&mut each.iter().flatten().copied().collect::<Vec<f64>>())
             else {
                 continue;
             };
