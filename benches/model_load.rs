@@ -7,7 +7,6 @@
 #[expect(dead_code, reason = "each bench uses a part")]
 mod by_hand;
 #[path = "by_hand/timing.rs"]
-#[expect(dead_code, reason = "each bench uses a part")]
 mod timing;
 
 use std::error::Error;

@@ -15,6 +15,7 @@
 //! | [`partials`] | the partial derivatives of every function, as nodes |
 //! | [`rate`] | the total derivative with respect to the moment, as new nodes |
 //! | [`derivative`] | tangents of all nodes along a direction; gradients of an output |
+//! | [`recognise`] | what an effect does, by the nodes that it makes |
 //! | [`table`] | hash tables of nodes |
 //! | [`import`] | a copy of some nodes in another graph, with leaves replaced |
 
@@ -30,6 +31,7 @@ pub mod names;
 pub mod node;
 pub mod partials;
 pub mod rate;
+pub mod recognise;
 pub mod resolve;
 pub mod table;
 pub mod typed;

@@ -41,3 +41,7 @@ pub mod report;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+
+#[cfg(test)]
+#[path = "../tests/problems/stream.rs"]
+mod stream;

@@ -52,12 +52,12 @@ impl Unit {
 
     /// Whether it is one of angles.
     pub fn is_angle(&self) -> bool {
-        ANGLES.contains(&self.symbol.as_str())
+        names_angle(&self.symbol)
     }
 
     /// Whether one of angles is a part of it, as of `deg/s`.
     fn has_angle(&self) -> bool {
-        self.symbol.split(|c: char| !c.is_alphabetic()).any(|part| ANGLES.contains(&part))
+        self.symbol.split(|c: char| !c.is_alphabetic()).any(names_angle)
     }
 
     /// Whether a quantity of the unit `stated` may stand where one of this unit is asked for: of
@@ -116,47 +116,53 @@ pub struct UnitError {
     pub help: Option<String>,
 }
 
-/// One row of the unit table: symbol, factor to SI, exponents of m, s, kg, K.
-type Row = (&'static str, f64, [i16; 4]);
+/// One row of the unit table: symbol, factor to SI, exponents of m, s, kg, K and rad.
+///
+/// The last one says that a unit is one of angles. No dimension check counts it, see
+/// [`Unit::accepts`].
+pub type Row = (&'static str, f64, [i16; 5]);
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const GON: f64 = std::f64::consts::PI / 200.0;
 
-/// The known units. Adding a unit is adding a row.
+/// The known units. To add a unit, add a row: which units are angles and which ones a message lists
+/// follow from it. `tests/number/units.rs` then asks for it in `docs/formats.md`.
 pub const TABLE: &[Row] = &[
-    ("1", 1.0, [0, 0, 0, 0]),
-    ("m", 1.0, [1, 0, 0, 0]),
-    ("mm", 1e-3, [1, 0, 0, 0]),
-    ("um", 1e-6, [1, 0, 0, 0]),
-    ("µm", 1e-6, [1, 0, 0, 0]),
-    ("nm", 1e-9, [1, 0, 0, 0]),
-    ("s", 1.0, [0, 1, 0, 0]),
-    ("ms", 1e-3, [0, 1, 0, 0]),
-    ("us", 1e-6, [0, 1, 0, 0]),
-    ("µs", 1e-6, [0, 1, 0, 0]),
-    ("ns", 1e-9, [0, 1, 0, 0]),
-    ("min", 60.0, [0, 1, 0, 0]),
-    ("h", 3600.0, [0, 1, 0, 0]),
-    ("rad", 1.0, [0, 0, 0, 0]),
-    ("mrad", 1e-3, [0, 0, 0, 0]),
-    ("urad", 1e-6, [0, 0, 0, 0]),
-    ("µrad", 1e-6, [0, 0, 0, 0]),
-    ("deg", DEGREE, [0, 0, 0, 0]),
-    ("arcmin", DEGREE / 60.0, [0, 0, 0, 0]),
-    ("arcsec", DEGREE / 3600.0, [0, 0, 0, 0]),
-    ("gon", GON, [0, 0, 0, 0]),
-    ("mgon", GON * 1e-3, [0, 0, 0, 0]),
-    ("Hz", 1.0, [0, -1, 0, 0]),
-    ("Bd", 1.0, [0, -1, 0, 0]),
-    ("ppm", 1e-6, [0, 0, 0, 0]),
-    ("K", 1.0, [0, 0, 0, 1]),
-    ("hPa", 100.0, [-1, -2, 1, 0]),
+    ("1", 1.0, [0, 0, 0, 0, 0]),
+    ("m", 1.0, [1, 0, 0, 0, 0]),
+    ("mm", 1e-3, [1, 0, 0, 0, 0]),
+    ("um", 1e-6, [1, 0, 0, 0, 0]),
+    ("µm", 1e-6, [1, 0, 0, 0, 0]),
+    ("nm", 1e-9, [1, 0, 0, 0, 0]),
+    ("s", 1.0, [0, 1, 0, 0, 0]),
+    ("ms", 1e-3, [0, 1, 0, 0, 0]),
+    ("us", 1e-6, [0, 1, 0, 0, 0]),
+    ("µs", 1e-6, [0, 1, 0, 0, 0]),
+    ("ns", 1e-9, [0, 1, 0, 0, 0]),
+    ("min", 60.0, [0, 1, 0, 0, 0]),
+    ("h", 3600.0, [0, 1, 0, 0, 0]),
+    ("rad", 1.0, [0, 0, 0, 0, 1]),
+    ("mrad", 1e-3, [0, 0, 0, 0, 1]),
+    ("urad", 1e-6, [0, 0, 0, 0, 1]),
+    ("µrad", 1e-6, [0, 0, 0, 0, 1]),
+    ("deg", DEGREE, [0, 0, 0, 0, 1]),
+    ("arcmin", DEGREE / 60.0, [0, 0, 0, 0, 1]),
+    ("arcsec", DEGREE / 3600.0, [0, 0, 0, 0, 1]),
+    ("gon", GON, [0, 0, 0, 0, 1]),
+    ("mgon", GON * 1e-3, [0, 0, 0, 0, 1]),
+    ("Hz", 1.0, [0, -1, 0, 0, 0]),
+    ("Bd", 1.0, [0, -1, 0, 0, 0]),
+    ("ppm", 1e-6, [0, 0, 0, 0, 0]),
+    ("K", 1.0, [0, 0, 0, 1, 0]),
+    ("hPa", 100.0, [-1, -2, 1, 0, 0]),
 ];
-
-/// Those of angles, which have no dimension; so have `1` and `ppm`, which are none.
-const ANGLES: [&str; 9] = ["rad", "mrad", "urad", "µrad", "deg", "arcmin", "arcsec", "gon", "mgon"];
 
 /// The row of a symbol.
 fn row(symbol: &str) -> Option<&'static Row> {
     TABLE.iter().find(|(known, _, _)| *known == symbol)
+}
+
+/// Whether a symbol of the table is that of an angle.
+fn names_angle(symbol: &str) -> bool {
+    row(symbol).is_some_and(|(_, _, [.., angle])| *angle != 0)
 }

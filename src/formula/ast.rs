@@ -26,6 +26,33 @@ pub struct Expression {
     pub span: Span,
 }
 
+impl Expression {
+    /// The names in it with their places, from left to right. Its depth is limited by the parser.
+    pub fn names(&self) -> Vec<(&str, Span)> {
+        let mut names = Vec::new();
+        self.add_names(&mut names);
+        names
+    }
+
+    fn add_names<'e>(&'e self, names: &mut Vec<(&'e str, Span)>) {
+        match &self.kind {
+            ExpressionKind::Number(..) => {}
+            ExpressionKind::Name(name) => names.push((name, self.span)),
+            ExpressionKind::Member(inner, _) | ExpressionKind::Negate(inner) => {
+                inner.add_names(names);
+            }
+            ExpressionKind::Vector(parts) => parts.iter().for_each(|part| part.add_names(names)),
+            ExpressionKind::Binary(_, left, right) => {
+                left.add_names(names);
+                right.add_names(names);
+            }
+            ExpressionKind::Call(_, arguments) => {
+                arguments.iter().for_each(|part| part.add_names(names));
+            }
+        }
+    }
+}
+
 /// What a node of the tree is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExpressionKind {

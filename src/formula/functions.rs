@@ -1,8 +1,18 @@
 //! The functions of the language: one entry in one table each.
 //!
-//! To add a function of one number: add its entry here, and nothing else. One of several numbers,
-//! of vectors or of rotations has the meaning `Own` here and its rule in `graph/calls.rs`. Parser,
-//! checks of arguments, error messages, listings and LaTeX read the table.
+//! Parser, checks of arguments, error messages, listings and LaTeX read the table. To add a
+//! function of one number, begin with its entry here; the compiler then names every other place,
+//! for each matches all functions without a rest:
+//!
+//! 1. a variant of [`Unary`] (`graph/node.rs`);
+//! 2. its value over any number type, in `Unary::apply` below it;
+//! 3. its derivative as nodes, in `slope` (`graph/partials.rs`);
+//! 4. its value over a chunk, in `unary` (`engine/lanes/kernels.rs`): number by number with `map`,
+//!    or a kernel of its own in `engine/lanes/math` where it has to be fast.
+//!
+//! A function of several numbers, of vectors or of rotations has the meaning `Own` here and its rule
+//! in `graph/calls.rs`. Tests go through the table: `tests/language/functions.rs` (rules,
+//! derivatives, the guide) and `tests/engine/functions.rs` (chunks).
 
 use std::fmt;
 use std::ops::RangeInclusive;

@@ -5,7 +5,7 @@
 //! through every definition and every patch of the set, so the answer may name an effect too many,
 //! never one too few.
 
-use crate::formula::{Expression, ExpressionKind, Formula};
+use crate::formula::Formula;
 use crate::graph::names::{Local, Names, PatchTarget};
 use crate::graph::node::Clock;
 use crate::graph::table::{Set, Table};
@@ -320,22 +320,14 @@ impl<'n> Dictionary<'n> {
     /// The names of the model that a formula uses.
     fn uses(&self, formula: &Formula, patch: Option<PatchIndex>) -> Vec<Named> {
         let mut uses = Vec::new();
-        let mut waiting: Vec<&Expression> = vec![&formula.root];
-        while let Some(expression) = waiting.pop() {
-            match &expression.kind {
-                ExpressionKind::Number(..) => {}
-                ExpressionKind::Name(name) => match self.meaning(patch, name) {
-                    Meaning::Model(named) => uses.push(named),
-                    Meaning::Local(Local::Parameter(p)) => uses.push(Named::Parameter(*p)),
-                    Meaning::Local(Local::PerMeasurand(list)) => {
-                        uses.extend(list.iter().map(|p| Named::Parameter(*p)));
-                    }
-                    _ => {}
-                },
-                ExpressionKind::Member(of, _) | ExpressionKind::Negate(of) => waiting.push(of),
-                ExpressionKind::Vector(parts) => waiting.extend(parts.iter()),
-                ExpressionKind::Binary(_, a, b) => waiting.extend([&**a, &**b]),
-                ExpressionKind::Call(_, arguments) => waiting.extend(arguments),
+        for (name, _) in formula.root.names() {
+            match self.meaning(patch, name) {
+                Meaning::Model(named) => uses.push(named),
+                Meaning::Local(Local::Parameter(p)) => uses.push(Named::Parameter(*p)),
+                Meaning::Local(Local::PerMeasurand(list)) => {
+                    uses.extend(list.iter().map(|p| Named::Parameter(*p)));
+                }
+                _ => {}
             }
         }
         uses.sort_by_key(|named| format!("{named:?}"));

@@ -8,7 +8,7 @@ use crate::effect::{Effect, PatchLine, Target};
 use crate::formula::Formula;
 use crate::graph::{Local, MeasurandKind, Patch, PatchLayer, PatchTarget};
 use crate::model::{Model, ParameterDeclaration};
-use crate::system::needs::{Aliases, names_of};
+use crate::system::needs::Aliases;
 
 /// One effect at one head with its members.
 #[derive(Clone, Debug)]
@@ -85,9 +85,7 @@ impl Placed {
     ) -> Vec<usize> {
         let mut touched = HashSet::new();
         for line in &self.effect.patches {
-            let mut names = Vec::new();
-            names_of(&line.formula.root, &mut names);
-            if !names.contains(&parameter.name) {
+            if !line.formula.root.names().iter().any(|(name, _)| *name == parameter.name) {
                 continue;
             }
             for target in self.targets(model, line) {

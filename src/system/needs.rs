@@ -5,9 +5,8 @@ use std::sync::Arc;
 
 use indexmap::IndexMap;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Span, nearest};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, nearest};
 use crate::effect::{Effect, PatchLine, Target};
-use crate::formula::{Expression, ExpressionKind};
 use crate::graph::{MeasurandKind, Scope};
 use crate::model::name::is_built_in;
 use crate::model::{Model, Override, ParameterDeclaration};
@@ -179,24 +178,13 @@ fn place_of(effect: &Effect, name: &str) -> Option<Place> {
         Target::Time(own) | Target::Sigma(own) | Target::Name(own) if own == name => {
             Some(patch.span)
         }
-        _ => span_of(&patch.formula.root, name).map(|span| span.shifted(patch.formula.offset)),
+        _ => {
+            let names = patch.formula.root.names();
+            let found = names.into_iter().find(|(own, _)| *own == name);
+            found.map(|(_, span)| span.shifted(patch.formula.offset))
+        }
     };
     effect.patches.iter().find_map(of).map(|span| effect.source.place(span))
-}
-
-/// Where a name stands first in an expression. Its depth is limited by the parser.
-fn span_of(expression: &Expression, name: &str) -> Option<Span> {
-    let among = |parts: &[Expression]| parts.iter().find_map(|part| span_of(part, name));
-    match &expression.kind {
-        ExpressionKind::Name(own) if own == name => Some(expression.span),
-        ExpressionKind::Number(..) | ExpressionKind::Name(_) => None,
-        ExpressionKind::Member(inner, _) | ExpressionKind::Negate(inner) => span_of(inner, name),
-        ExpressionKind::Vector(parts) => among(&parts[..]),
-        ExpressionKind::Call(_, parts) => among(parts),
-        ExpressionKind::Binary(_, left, right) => {
-            span_of(left, name).or_else(|| span_of(right, name))
-        }
-    }
 }
 
 /// The names that an effect may use in a model: the roles of a head instead of what they stand for.
@@ -228,7 +216,7 @@ fn names_in(effect: &Effect) -> Vec<String> {
             }
             Target::AllTimes | Target::EachAngle | Target::EachAngleSigma => {}
         }
-        names_of(&patch.formula.root, &mut names);
+        names.extend(patch.formula.root.names().into_iter().map(|(name, _)| name.to_owned()));
     }
     let mut seen = std::collections::HashSet::new();
     names.retain(|name| {
@@ -237,23 +225,6 @@ fn names_in(effect: &Effect) -> Vec<String> {
         !local && name != "self" && !is_built_in(name) && seen.insert(name.clone())
     });
     names
-}
-
-/// The names in an expression. Its depth is limited by the parser.
-pub(crate) fn names_of(expression: &Expression, names: &mut Vec<String>) {
-    match &expression.kind {
-        ExpressionKind::Number(..) => {}
-        ExpressionKind::Name(name) => names.push(name.clone()),
-        ExpressionKind::Member(inner, _) | ExpressionKind::Negate(inner) => names_of(inner, names),
-        ExpressionKind::Vector(parts) => parts.iter().for_each(|part| names_of(part, names)),
-        ExpressionKind::Binary(_, left, right) => {
-            names_of(left, names);
-            names_of(right, names);
-        }
-        ExpressionKind::Call(_, arguments) => {
-            arguments.iter().for_each(|part| names_of(part, names))
-        }
-    }
 }
 
 /// `horizontal` of `horizontal.delay`.

@@ -213,7 +213,7 @@ impl Reader<'_> {
                 self.at = start + end;
                 let symbol = &rest[..end];
                 match row(symbol) {
-                    Some((_, factor, powers)) => {
+                    Some((_, factor, [powers @ .., _])) => {
                         let exponents = powers.map(|power| {
                             Exponent::new(i64::from(power), 1).unwrap_or(Exponent::ZERO)
                         });
@@ -241,7 +241,7 @@ fn unknown(symbol: &str, start: usize) -> UnitError {
     } else if let Some((_, known)) = near {
         format!("did you mean `{known}`?")
     } else {
-        "known units: m mm um nm, s ms us ns min h, rad mrad urad deg arcmin arcsec gon mgon, Hz, ppm, K degC hPa, 1, and their products, quotients and powers".to_owned()
+        format!("known units: {}, degC, and their products, quotients and powers", known())
     };
     UnitError {
         message: format!("unknown unit `{symbol}`"),
@@ -249,4 +249,20 @@ fn unknown(symbol: &str, start: usize) -> UnitError {
         end: start + symbol.len(),
         help: Some(help),
     }
+}
+
+/// The symbols of the table, those of a kind together; `µ` has its spelling `u` beside it.
+fn known() -> String {
+    let mut listed = String::new();
+    let mut before = None;
+    for (symbol, _, powers) in TABLE.iter().filter(|(symbol, _, _)| symbol.is_ascii()) {
+        match before {
+            None => {}
+            Some(before) if before == powers => listed.push(' '),
+            Some(_) => listed.push_str(", "),
+        }
+        listed.push_str(symbol);
+        before = Some(powers);
+    }
+    listed
 }

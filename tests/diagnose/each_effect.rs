@@ -5,7 +5,7 @@
 #![expect(clippy::print_stderr, reason = "what was measured is told")]
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use homepoint::diagnose::evidence::{Entry, Evidence};
 use homepoint::diagnose::fitted::carried;
@@ -23,6 +23,8 @@ use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
+
+use crate::folder::Folder;
 
 /// A rotating arm seen from several setups, both senses, three rates.
 fn campaign(folder: &Path, setups: usize) {
@@ -53,12 +55,10 @@ distance   = { sigma = "8 um" }
             }
         }
     }
-    std::fs::create_dir_all(folder).unwrap();
     std::fs::write(folder.join("campaign.toml"), text).unwrap();
 }
 
 struct Rig {
-    folder: PathBuf,
     opened: Opened,
     /// Where the rig stands in truth.
     truth: Point,
@@ -71,13 +71,12 @@ fn normal(generator: &mut ChaCha12Rng) -> f64 {
 
 impl Rig {
     fn new(name: &str, setups: usize) -> Self {
-        let folder =
-            std::env::temp_dir().join(format!("homepoint_trials_{name}_{}", std::process::id()));
+        let folder = Folder::new(name, &[]);
         campaign(&folder, setups);
         let opened = open(&Request::new([&folder])).unwrap();
         let candidates = offer(&opened.recipes).effects;
         let truth = Point::stated(&opened.problem.layout);
-        Self { folder, opened, truth, candidates }
+        Self { opened, truth, candidates }
     }
 
     /// A rig set up somewhere, at an upright arm some metres away, with delays.
@@ -189,12 +188,6 @@ impl Rig {
             .collect();
         names.dedup();
         names
-    }
-}
-
-impl Drop for Rig {
-    fn drop(&mut self) {
-        drop(std::fs::remove_dir_all(&self.folder));
     }
 }
 

@@ -6,8 +6,12 @@
 mod common;
 #[path = "../problems/drawn.rs"]
 mod drawn;
+#[path = "../common/folder.rs"]
+mod folder;
 #[path = "../problems/nameless.rs"]
 mod nameless;
+#[path = "../problems/stream.rs"]
+mod stream;
 
 mod codes;
 mod designs;

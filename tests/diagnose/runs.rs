@@ -11,6 +11,7 @@ use homepoint::engine::Problem;
 use homepoint::report::diagnosis_text::text as told;
 
 use crate::drawn::{drawn, run};
+use crate::stream::Stream;
 
 /// Changes the samples of a run.
 fn edit(problem: &mut Problem, name: &str, change: impl FnMut(&mut Samples)) {
@@ -123,14 +124,13 @@ fn repeated_readings_are_left_out_and_no_others() {
     let (opened, nominal) = drawn(&[], &[], 73);
     let clean = run(nominal.clone(), &opened);
     let names: Vec<String> = nominal.parts[0].runs.iter().map(|run| run.name.clone()).collect();
-    for (share, columns) in [(2, 2..3), (8, 2..3), (8, 0..3)] {
-        let (mut problem, mut state) = (nominal.clone(), 7_u64);
+    for (share, columns) in [(2.0, 2..3), (8.0, 2..3), (8.0, 0..3)] {
+        let (mut problem, mut stream) = (nominal.clone(), Stream(7));
         let mut repeated = BTreeSet::new();
         for name in &names {
             edit(&mut problem, name, |all| {
                 for sample in (1..119).rev() {
-                    state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                    if (state >> 33) % 100 < share {
+                    if 100.0 * stream.uniform() < share {
                         for column in columns.clone() {
                             all.readings[column][sample] = all.readings[column][sample - 1];
                             let measurand = ["horizontal", "vertical", "distance"][column];
@@ -209,14 +209,8 @@ fn a_log_that_stands_still_for_three_samples() {
 
 /// Noise of unit variance, a part of which lasts from sample to sample.
 fn lasting(seed: u64, count: usize, share: f64, decay: f64) -> Vec<f64> {
-    let mut state = seed;
-    let mut normal = || {
-        let mut draw = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
-        (0..12).map(|_| draw()).sum::<f64>()
-    };
+    let mut stream = Stream(seed);
+    let mut normal = || stream.normal();
     let mut slow = normal();
     let mut next = || {
         slow = decay * slow + (1.0 - decay * decay).sqrt() * normal();

@@ -91,7 +91,6 @@ fn effects_are_absorbed_where_they_say_so_and_nowhere_else() {
             assert!(beyond > 1e-3, "{name} leaves {beyond:e}");
         }
     }
-    drop(std::fs::remove_dir_all(&folder));
     assert!(absorbed.len() >= 7, "{absorbed:?}");
 }
 
@@ -138,7 +137,6 @@ fn effects_that_are_one_with_others_are() {
             assert!(share < 1e-12, "{name} leaves {share:e} beside {effects:?}");
         }
     }
-    drop(std::fs::remove_dir_all(&folder));
 }
 
 #[test]
@@ -151,5 +149,4 @@ fn a_robots_first_and_last_joint_are_absorbed_and_the_others_are_not() {
             assert!(share > 1e-3, "{name} leaves {share:e}");
         }
     }
-    drop(std::fs::remove_dir_all(&folder));
 }

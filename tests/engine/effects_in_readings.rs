@@ -70,7 +70,6 @@ fn with_all_parameters_zero_nothing_changes_by_a_bit() {
             }
         }
     }
-    drop(std::fs::remove_dir_all(&folder));
 }
 
 /// Drawn with the same noise, readings with and without an effect differ by the effect alone. The
@@ -129,7 +128,6 @@ fn drawn_readings_change_as_the_derivatives_say() {
             compared += usize::from(!columns.is_empty());
         }
     }
-    drop(std::fs::remove_dir_all(&folder));
     assert!(compared > 60, "{compared}");
 }
 
@@ -152,7 +150,6 @@ fn random_quantities_act_in_the_covariance_and_scatter_drawn_readings_by_as_much
             }
         }
     }
-    drop(std::fs::remove_dir_all(&folder));
     for name in ["timestamp_jitter", "encoder_quantisation", "stamp_rounding", "correlated_noise"] {
         assert!(seen.iter().any(|one| one.starts_with(name)), "{name} is not among {seen:?}");
     }
@@ -266,7 +263,6 @@ fn noise_levels_scale_the_noise() {
             }
         }
     }
-    drop(std::fs::remove_dir_all(&folder));
     assert!(scaled > 100, "{scaled}");
 }
 
@@ -307,7 +303,6 @@ fn effects_together_predict_and_draw_the_same_in_every_order() {
             }
         }
     }
-    drop(std::fs::remove_dir_all(&folder));
 }
 
 #[test]

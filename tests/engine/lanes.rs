@@ -128,7 +128,6 @@ fn every_effect_of_the_library_agrees_with_the_definition() {
             agree(&mut problem, &point, &what, tolerance(&effect));
         }
     }
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
@@ -169,7 +168,6 @@ plan = { trigger = "8 Hz", duration = "20 s", arm_angle = { start = "0 deg", rat
     let first = &rows(&problem, 0, 0, &point, false)[0].0;
     assert_eq!(first.row(0).amax(), 0.0, "{first}");
     agree(&mut problem, &point, "axes", TOLERANCE);
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 /// Gram sums made sample by sample from the definition's rows and covariance.
@@ -244,7 +242,6 @@ fn gram_sums_and_cost_are_those_of_the_definition_with_readings_missing() {
             assert_eq!(readings, problem.reading_count());
         }
     }
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]

@@ -2,6 +2,8 @@
 //! simulation.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a failed test should stop")]
 
+#[path = "../common/folder.rs"]
+mod folder;
 #[path = "../problems/planned.rs"]
 mod planned;
 #[path = "../problems/seed.rs"]
@@ -12,6 +14,7 @@ mod correlated;
 mod effects;
 mod effects_absorbed;
 mod effects_in_readings;
+mod functions;
 mod lane_math;
 mod lanes;
 mod seed_models;

@@ -96,7 +96,6 @@ fn sums_are_those_of_the_model_that_has_the_effect() {
         }
     }
     assert!(compared > 300, "{compared}");
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
@@ -128,7 +127,6 @@ fn a_library_in_one_pass_gives_the_same_as_each_effect_alone() {
     }
     assert_eq!(column, together.columns.len());
     assert!(column > 80, "{column}");
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 /// Passes of some candidates, each with its constant (none is open here): what each sums by itself
@@ -182,5 +180,4 @@ fn passes_sum_what_each_candidate_does_by_itself() {
             }
         }
     }
-    std::fs::remove_dir_all(folder).unwrap();
 }

@@ -12,28 +12,15 @@ use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::estimate::checks::check;
 use homepoint::estimate::unrecorded::{Unrecorded, unrecorded};
 
-/// A folder of its own, gone when the test is.
-struct Scratch(PathBuf);
+use crate::folder::Folder;
+use crate::problems::Stream;
 
-impl Scratch {
-    fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("homepoint_{name}_{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-
+impl Folder {
     fn campaign(&self, name: &str, text: &str) -> PathBuf {
-        let folder = self.0.join(name);
+        let folder = self.join(name);
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join("campaign.toml"), text).unwrap();
         folder
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // Nothing depends on the folder being gone.
-        drop(std::fs::remove_dir_all(&self.0));
     }
 }
 
@@ -84,7 +71,7 @@ fn words(result: &Calibration) -> String {
 
 #[test]
 fn a_common_delay_and_a_turn_are_named_with_the_run_that_tells_them_apart() {
-    let scratch = Scratch::new("one_run");
+    let scratch = Folder::new("one_run", &[]);
     let one = scratch.campaign("one", &(HEAD.to_owned() + &runs(&[("ccw50", "A", 50.0)])));
     let result = fit(drawn(open(&Request::new([&one])).unwrap(), 1));
     let said = words(&result);
@@ -110,7 +97,7 @@ fn a_common_delay_and_a_turn_are_named_with_the_run_that_tells_them_apart() {
 /// turn.
 #[test]
 fn no_run_is_wanted_that_brings_what_it_would_determine() {
-    let scratch = Scratch::new("own_delays");
+    let scratch = Folder::new("own_delays", &[]);
     let own = ["horizontal", "vertical", "distance"]
         .map(|of| format!("\"{of}.delay\" = {{ start = \"0.2 ms\", scope = \"run\" }}\n"))
         .concat();
@@ -128,7 +115,7 @@ fn no_run_is_wanted_that_brings_what_it_would_determine() {
 /// Two readings of reference runs are no transformation: the start looks at all runs then.
 #[test]
 fn a_start_looks_beyond_reference_runs_of_too_few_readings() {
-    let scratch = Scratch::new("few_references");
+    let scratch = Folder::new("few_references", &[]);
     let design = runs(&[("ccw", "A", 50.0), ("cw", "A", -50.0), ("slow", "A", 5.0)]);
     let reference = "name = \"slow\"\nrole = \"reference\"\n";
     let design = design.replace("name = \"slow\"\n", reference);
@@ -144,7 +131,7 @@ fn a_start_looks_beyond_reference_runs_of_too_few_readings() {
 
 #[test]
 fn a_run_in_which_time_stands_still_is_warned_of() {
-    let scratch = Scratch::new("still");
+    let scratch = Folder::new("still", &[]);
     let design = runs(&[("ccw", "A", 50.0), ("cw", "A", -50.0)]);
     let folder = scratch.campaign("still", &(HEAD.to_owned() + &design));
     let mut problem = drawn(open(&Request::new([&folder])).unwrap(), 7);
@@ -159,7 +146,7 @@ fn a_run_in_which_time_stands_still_is_warned_of() {
 
 #[test]
 fn absorbed_effects_are_named_with_what_they_act_as() {
-    let scratch = Scratch::new("absorbed");
+    let scratch = Folder::new("absorbed", &[]);
     let design = runs(&[("slow", "A", 20.0), ("ccw", "A", 100.0), ("cw", "A", -100.0)]);
     let folder = scratch.campaign("full", &(HEAD.to_owned() + &design));
     for (effect, acts_as) in [
@@ -179,7 +166,7 @@ fn absorbed_effects_are_named_with_what_they_act_as() {
 
 #[test]
 fn what_has_no_effect_is_said_to_have_none() {
-    let scratch = Scratch::new("no_effect");
+    let scratch = Folder::new("no_effect", &[]);
     let design = runs(&[("ccw", "A", 100.0), ("cw", "A", -100.0)]);
     let folder = scratch.campaign("one", &(HEAD.to_owned() + &design));
     let mut problem = drawn(open(&Request::new([&folder])).unwrap(), 3);
@@ -197,7 +184,7 @@ fn what_has_no_effect_is_said_to_have_none() {
 
 #[test]
 fn campaigns_share_what_they_name() {
-    let scratch = Scratch::new("shared");
+    let scratch = Folder::new("shared", &[]);
     let design = runs(&[("ccw", "A", 100.0), ("cw", "A", -100.0)]);
     let named = "instrument = \"tracker 12\"\nrig = \"arm\"\n".to_owned() + HEAD + &design;
     let (a, b) = (scratch.campaign("a", &named), scratch.campaign("b", &named));
@@ -224,7 +211,7 @@ fn campaigns_share_what_they_name() {
 
 #[test]
 fn a_campaign_gives_a_parameter_another_scope() {
-    let scratch = Scratch::new("scope");
+    let scratch = Folder::new("scope", &[]);
     let design =
         runs(&[("a1", "A", 100.0), ("a2", "A", -100.0), ("b1", "B", 100.0), ("b2", "B", -100.0)]);
     let text =
@@ -245,7 +232,7 @@ fn a_campaign_gives_a_parameter_another_scope() {
 /// much.
 #[test]
 fn rates_that_contradict_their_values_are_told_by_any_factor() {
-    let scratch = Scratch::new("rates");
+    let scratch = Folder::new("rates", &[]);
     let design = runs(&[("ccw", "A", 20.0), ("cw", "A", -190.0)]);
     let folder = scratch.campaign("one", &(HEAD.to_owned() + &design));
     let problem = drawn(open(&Request::new([&folder])).unwrap(), 6);
@@ -285,7 +272,7 @@ fn rates_that_contradict_their_values_are_told_by_any_factor() {
 
 #[test]
 fn set_ups_that_cannot_be_are_told_before_any_fit() {
-    let scratch = Scratch::new("checks");
+    let scratch = Folder::new("checks", &[]);
     let design = runs(&[("ccw", "A", 100.0), ("cw", "A", -100.0)]);
     let folder = scratch.campaign("one", &(HEAD.to_owned() + &design));
     let problem = drawn(open(&Request::new([&folder])).unwrap(), 6);
@@ -326,7 +313,7 @@ fn set_ups_that_cannot_be_are_told_before_any_fit() {
 
 #[test]
 fn what_one_run_alone_was_recorded_with_is_told_of_that_run() {
-    let scratch = Scratch::new("one_run");
+    let scratch = Folder::new("one_run", &[]);
     let whole = runs(&[("ccw", "A", 100.0), ("cw", "A", -100.0), ("slow", "A", 20.0)]);
     // Arcs of 60 degrees in opposite senses, far from each other by their delays.
     let arc = |name: &str, rate: f64| {
@@ -378,7 +365,7 @@ type Recorded<'a> = &'a dyn Fn(&mut homepoint::campaign::Samples);
 
 /// The accelerations that readings of an arm miss, with delays of so many seconds.
 fn missed_by(plans: &[&str], delay: f64, head: &str, recorded: Recorded<'_>) -> Option<Unrecorded> {
-    let scratch = Scratch::new(&format!("unrecorded_{delay}_{}", plans.concat().len()));
+    let scratch = Folder::new(&format!("unrecorded_{delay}_{}", plans.concat().len()), &[]);
     let runs = plans.iter().enumerate().map(|(number, plan)| {
         format!("[[runs]]\nname = \"{number}\"\nplan = {{ trigger = \"20 Hz\", {plan} }}\n")
     });
@@ -408,17 +395,9 @@ fn without_acceleration(
     }
 }
 
-/// Normal numbers by the rule of Box and Muller.
 fn errors(seed: u64, count: usize) -> Vec<f64> {
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-    let mut uniform = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        ((state >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    };
-    let normal = |_| (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
-    (0..count).map(normal).collect()
+    let mut stream = Stream(seed);
+    (0..count).map(|_| stream.normal()).collect()
 }
 
 const RAMP: &str = "duration = \"20 s\", arm_angle = { start = \"10 deg\", rate = \"40 deg/s\", acceleration = \"30 deg/s^2\" }";
@@ -473,7 +452,7 @@ fn errors_of_rates_are_no_acceleration() {
 
 #[test]
 fn what_is_stated_of_one_setup_holds_there() {
-    let scratch = Scratch::new("of_setups");
+    let scratch = Folder::new("of_setups", &[]);
     let design = runs(&[("a", "near", 100.0), ("b", "far", -100.0)]);
     let folder = scratch.campaign("one", &(HEAD.to_owned() + &design));
     let mut request = Request::new([&folder]);

@@ -4,7 +4,6 @@ use std::convert::Infallible;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::PathBuf;
 
 use homepoint::campaign::write::write_campaign;
 use homepoint::engine::open::{Opened, Request, open};
@@ -13,19 +12,17 @@ use homepoint::estimate::calibrate::calibrate;
 use homepoint::estimate::systematic::Widening;
 use homepoint::estimate::transformation::Transformation;
 
+use crate::folder::Folder;
 use crate::seed;
 
 const ARCSEC: f64 = PI / 180.0 / 3600.0;
 const RATE: f64 = 50.0 * PI / 180.0;
 const DELAY: f64 = 0.3e-3;
 
-struct Folder(PathBuf);
+struct Campaign(Folder);
 
-impl Folder {
+impl Campaign {
     fn new(name: &str, parameters: &str, inputs: &str, measurand: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("certificate-{name}-{}", std::process::id()));
-        drop(fs::remove_dir_all(&path));
-        fs::create_dir_all(&path).unwrap();
         let campaign = format!(
             "model = \"polar_one_rotation\"\n[parameters]\n{parameters}\n\
              orientation = {{ value = [\"0 rad\", \"0 rad\", \"0 rad\"], fixed = true }}\n\
@@ -33,7 +30,6 @@ impl Folder {
              [inputs]\n{inputs}\n[measurands]\nhorizontal = {{ {measurand} }}\n\
              [[runs]]\nname = \"fast\"\ndata = \"fast.csv\"\n"
         );
-        fs::write(path.join("campaign.toml"), campaign).unwrap();
         // The encoder reads too little by 20 arcsec times the sine of twice its reading.
         let mut data =
             "time [s],arm_angle [rad],arm_angle_rate [rad/s],horizontal [rad]\n".to_owned();
@@ -46,8 +42,7 @@ impl Folder {
             let read = seed::polar_one_rotation(arm, 1.146, [1.0, 0.0, 0.0, 0.0], [0.4, 0.1, 1.4]);
             writeln!(data, "{time:?},{reading:?},{RATE:?},{:?}", read[0]).unwrap();
         }
-        fs::write(path.join("fast.csv"), data).unwrap();
-        Self(path)
+        Self(Folder::new(name, &[("campaign.toml", &campaign), ("fast.csv", &data)]))
     }
 
     fn with_corrections(self, rows: &str) -> Self {
@@ -68,12 +63,6 @@ impl Folder {
             format!("{file}:{}:{} ", place.line, place.column)
         });
         format!("{place}{} | {}", first.message, first.help.join("; "))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        drop(fs::remove_dir_all(&self.0));
     }
 }
 
@@ -98,7 +87,7 @@ const SIGMA: &str = "sigma = \"1.5 arcsec\"";
 fn an_expanded_uncertainty_is_divided_by_its_coverage_factor() {
     let radius = "radius = { value = \"1.146 m\", U = \"40 um\", k = 2, degrees_of_freedom = 12 }";
     let stated = "U = \"6 arcsec\", k = 3, degrees_of_freedom = 7";
-    let opened = Folder::new("expanded", radius, "", stated).open();
+    let opened = Campaign::new("expanded", radius, "", stated).open();
     let instances = &opened.problem.layout.instances;
     let setting = &instances.iter().find(|one| one.name == "radius").unwrap().setting;
     assert!((setting.sigma.as_ref().unwrap()[0] - 20e-6).abs() < 1e-18);
@@ -113,7 +102,7 @@ fn an_expanded_uncertainty_is_divided_by_its_coverage_factor() {
 #[test]
 fn an_encoder_is_corrected_by_its_certificate() {
     let worst = |inputs: &str| {
-        let folder = Folder::new(&format!("encoder{}", inputs.len()), RADIUS, inputs, SIGMA)
+        let folder = Campaign::new(&format!("encoder{}", inputs.len()), RADIUS, inputs, SIGMA)
             .with_corrections(&certificate());
         let opened = folder.open();
         let joint = calibrate(opened.problem.clone(), &Options::default()).unwrap();
@@ -142,7 +131,7 @@ fn an_encoder_is_corrected_by_its_certificate() {
 fn what_calibration_leaves_open_stays_in_the_mean() {
     let inputs =
         "arm_angle = { resolution = \"0.36 arcsec\", calibration = { U = \"4.2 arcsec\", k = 2 } }";
-    let opened = Folder::new("open", RADIUS, inputs, SIGMA).open();
+    let opened = Campaign::new("open", RADIUS, inputs, SIGMA).open();
     let resolution = opened.campaigns[0].input_sigma[0].unwrap();
     assert!((resolution - 0.36 * ARCSEC / 12.0_f64.sqrt()).abs() < 1e-18);
     let joint = calibrate(opened.problem.clone(), &Options::default()).unwrap();
@@ -168,7 +157,7 @@ fn a_campaign_is_written_with_its_certificates() {
     let inputs = "arm_angle = { sigma = \"0.1 arcsec\", resolution = \"0.36 arcsec\", calibration = { U = \"1 arcsec\", k = 2, degrees_of_freedom = 9, corrections = \"encoder.csv\" } }";
     let stated = "U = \"6 arcsec\", k = 3, degrees_of_freedom = 7";
     let radius = "radius = { value = \"1.146 m\", U = \"40 um\", k = 2, degrees_of_freedom = 12 }";
-    let folder = Folder::new("written", radius, inputs, stated).with_corrections(&certificate());
+    let folder = Campaign::new("written", radius, inputs, stated).with_corrections(&certificate());
     let first = folder.open();
     let again = folder.0.join("again");
     let runs = &first.problem.parts[0].runs;
@@ -194,7 +183,7 @@ fn a_campaign_is_written_with_its_certificates() {
 fn certificates_that_cannot_be_used() {
     let radius = |said: &str| {
         let radius = format!("radius = {{ value = \"1.146 m\", {said} }}");
-        Folder::new(&format!("fault{}", said.len()), &radius, "", SIGMA).fault()
+        Campaign::new(&format!("fault{}", said.len()), &radius, "", SIGMA).fault()
     };
     assert_eq!(
         radius("U = \"40 um\""),
@@ -218,7 +207,7 @@ fn certificates_that_cannot_be_used() {
     );
     let encoder = |said: &str, rows: &str| {
         let inputs = format!("arm_angle = {{ calibration = {{ {said} }} }}");
-        Folder::new(&format!("rows{}", said.len() + rows.len()), RADIUS, &inputs, SIGMA)
+        Campaign::new(&format!("rows{}", said.len() + rows.len()), RADIUS, &inputs, SIGMA)
             .with_corrections(rows)
             .fault()
     };

@@ -9,7 +9,6 @@
 //! sixth of the variance at most) tell that to about 0.3 %.
 
 use std::convert::Infallible;
-use std::fs;
 
 use homepoint::engine::open::{Request, open};
 use homepoint::engine::simulate::simulate;
@@ -21,6 +20,8 @@ use homepoint::estimate::transformation::{Choice, transformation};
 use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
+
+use crate::folder::Folder;
 
 const CAMPAIGNS: u64 = 500;
 
@@ -34,11 +35,8 @@ struct Trial {
 
 impl Trial {
     fn new(name: &str, text: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("coverage-{name}-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        fs::write(folder.join("campaign.toml"), text).unwrap();
+        let folder = Folder::new(name, &[("campaign.toml", text)]);
         let opened = open(&Request::new([&folder])).unwrap();
-        fs::remove_dir_all(&folder).unwrap();
         let mut problem = opened.problem;
         let mut truth = Point::stated(&problem.layout);
         let names = &problem.parts[0].system.assembly.names.measurands;

@@ -2,7 +2,6 @@
 
 use std::convert::Infallible;
 use std::f64::consts::PI;
-use std::fs;
 
 use homepoint::engine::Point;
 use homepoint::engine::open::{Opened, Request, open};
@@ -16,6 +15,7 @@ use homepoint::estimate::newton::{ReadingDelay, State};
 use homepoint::estimate::systematic::Widening;
 use homepoint::estimate::transformation::{Choice, transformation};
 
+use crate::folder::Folder;
 use crate::seed;
 
 const ARCSEC: f64 = PI / 180.0 / 3600.0;
@@ -67,11 +67,8 @@ struct Solved {
 
 impl Solved {
     fn of(name: &str, campaign: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("budget-{name}-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        fs::write(folder.join("campaign.toml"), campaign).unwrap();
+        let folder = Folder::new(name, &[("campaign.toml", campaign)]);
         let mut opened = open(&Request::new([&folder])).unwrap();
-        fs::remove_dir_all(&folder).unwrap();
         let truth = Point::stated(&opened.problem.layout);
         simulate(&mut opened.problem, &truth, 11, true);
         let joint = calibrate(opened.problem.clone(), &Options::default()).unwrap();

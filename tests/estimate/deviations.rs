@@ -22,6 +22,8 @@ use homepoint::estimate::transformation::{
 };
 use nalgebra::{DMatrix, DVector};
 
+use crate::problems::Stream;
+
 fn example(name: &str) -> Problem {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name);
     open(&Request::new([folder])).unwrap().problem
@@ -42,29 +44,13 @@ fn shown(given: &Transformation, name: &str) -> (Head, RunDeviations) {
     (head, found.unwrap())
 }
 
-/// Knuth's MMIX generator, 12 of its numbers made into one of unit variance.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        let mut uniform = || {
-            self.0 = self
-                .0
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 11) as f64 / (1u64 << 53) as f64
-        };
-        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-    }
-}
-
 /// Points of a known circle in a tilted plane; planar and radial noise of unlike size.
-fn points(count: usize, arc: f64, noise: &mut Noise, [planar, radial]: [f64; 2]) -> Vec<[f64; 3]> {
+fn points(count: usize, arc: f64, noise: &mut Stream, [planar, radial]: [f64; 2]) -> Vec<[f64; 3]> {
     let [x, y, n] = [[0.6, 0.8, 0.0], [-0.48, 0.36, 0.8], [0.64, -0.48, 0.6]];
     (0..count)
         .map(|k| {
             let (sine, cosine) = (arc * k as f64 / count as f64).sin_cos();
-            let (r, h) = (1.146 + radial * noise.next(), planar * noise.next());
+            let (r, h) = (1.146 + radial * noise.normal(), planar * noise.normal());
             std::array::from_fn(|i| {
                 [1.0, -2.0, 0.5][i] + r * (cosine * x[i] + sine * y[i]) + h * n[i]
             })
@@ -76,7 +62,7 @@ fn points(count: usize, arc: f64, noise: &mut Noise, [planar, radial]: [f64; 2])
 fn a_circle_without_noise_comes_back() {
     for arc in [6.2, 1.0, 0.2] {
         let circle =
-            Circle::fit(&points(50, arc, &mut Noise(1), [0.0; 2]), [0.0, 0.0, 1.0]).unwrap();
+            Circle::fit(&points(50, arc, &mut Stream(1), [0.0; 2]), [0.0, 0.0, 1.0]).unwrap();
         // What rounding of the points leaves grows with the square of the arc's flatness.
         let tolerance = 1e-13 / (arc / 6.2_f64).powi(3);
         for (found, truth) in circle.centre.iter().zip([1.0, -2.0, 0.5]) {
@@ -93,7 +79,7 @@ fn a_circle_without_noise_comes_back() {
 fn the_covariance_of_a_circle_is_that_of_many_fits() {
     let sizes = [20e-6, 5e-6];
     let (count, trials, arc) = (60, 1500, 4.0);
-    let mut noise = Noise(7);
+    let mut noise = Stream(7);
     let (mut radius, mut along, mut tilt) = (0.0, 0.0, 0.0);
     let mut told = [0.0; 3];
     for _ in 0..trials {

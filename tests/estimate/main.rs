@@ -4,6 +4,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../common/folder.rs"]
+mod folder;
 #[path = "../problems/mod.rs"]
 mod problems;
 #[path = "../problems/scale.rs"]

@@ -2,13 +2,14 @@
 //! say so and pass where they are absent.
 #![expect(clippy::print_stderr, reason = "what was measured is told")]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
 
 use crate::common;
+use crate::folder::Folder;
 
 fn run(folder: &Path, with: &[&str], set: &[&str]) -> Calibration {
     let mut request = Request::new([folder]);
@@ -50,16 +51,10 @@ fn arrival_times_explain_most_of_the_gap_of_the_swinging_arm() {
 const LEVER: [(f64, f64); 3] = [(-26.556, 0.064), (-114.059, 0.129), (86.778, 0.056)];
 const TRANSLATION: [(f64, f64); 3] = [(-5.053469, 0.127), (-1.639007, 0.071), (-0.618820, 0.062)];
 
-fn scratch(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("homepoint_{name}_{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
 #[test]
 fn static_poses_reproduce_the_published_adjustment() {
     let Some(source) = common::shared("ur5_lasertracker/static_poses") else { return };
-    let folder = scratch("static_poses");
+    let folder = Folder::new("static_poses", &[]);
     std::fs::copy(source.join("poses.csv"), folder.join("poses.csv")).unwrap();
     let text = r#"
 title = "static poses"
@@ -78,7 +73,6 @@ data = "poses.csv"
     std::fs::write(folder.join("campaign.toml"), text).unwrap();
     let result = run(&folder, &[], &[]);
     let scaled = run(&folder, &["kinematic_scale"], &[]);
-    std::fs::remove_dir_all(&folder).unwrap();
     assert!(result.is_sound(), "{:?}", result.unobservable);
     for (axis, (published, deviation)) in ["x", "y", "z"].iter().zip(LEVER) {
         let (found, _) = value(&result, &format!("lever.{axis}"));

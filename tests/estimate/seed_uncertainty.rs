@@ -6,7 +6,6 @@
 
 use std::convert::Infallible;
 use std::f64::consts::{PI, TAU};
-use std::fs;
 
 use homepoint::campaign::Samples;
 use homepoint::engine::open::{Opened, Request, open};
@@ -19,6 +18,7 @@ use homepoint::estimate::differences::Differences;
 use homepoint::estimate::newton::{ReadingDelay, State};
 use homepoint::estimate::transformation::each_delay_of;
 
+use crate::folder::Folder;
 use crate::seed;
 
 const RADIUS: f64 = 1.146;
@@ -29,8 +29,6 @@ const MEASURAND: usize = 1;
 
 /// Readings without noise to speak of, but weighted as if they had the seed's.
 fn campaign(name: &str, rate: f64, duration: f64) -> Solved {
-    let folder = std::env::temp_dir().join(format!("seed-u-{name}-{}", std::process::id()));
-    fs::create_dir_all(&folder).unwrap();
     let half_pi = PI / 2.0;
     let text = format!(
         r#"model = "polar_one_rotation"
@@ -47,9 +45,8 @@ name = "fast"
 plan = {{ trigger = "40 Hz", duration = "{duration} s", arm_angle = {{ start = "0.1 deg", rate = "{rate} deg/s" }} }}
 "#
     );
-    fs::write(folder.join("campaign.toml"), text).unwrap();
+    let folder = Folder::new(name, &[("campaign.toml", &text)]);
     let mut opened = open(&Request::new([&folder])).unwrap();
-    fs::remove_dir_all(&folder).unwrap();
     let problem = &mut opened.problem;
     let truth = Point::stated(&problem.layout);
     let sigma = std::mem::replace(&mut problem.parts[0].sigma, vec![1e-12; 3]);

@@ -1,7 +1,7 @@
 //! What a campaign says of parameters in single setups: values, priors, faults.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use homepoint::campaign::write::write_campaign;
 use homepoint::diagnose::library::wanted::Wanted;
@@ -12,6 +12,8 @@ use homepoint::engine::simulate::simulate;
 use homepoint::engine::{Point, Problem};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
+
+use crate::folder::Folder;
 
 /// Two setups, planned.
 const PLAN: &str = r#"
@@ -33,7 +35,7 @@ vertical = { sigma = "6 urad" }
 distance = { sigma = "8 um" }
 "#;
 
-fn folder(name: &str, change: impl Fn(String) -> String) -> PathBuf {
+fn folder(name: &str, change: impl Fn(String) -> String) -> Folder {
     let mut text = PLAN.to_owned();
     for (setup, name, rate) in [
         ("A", "A_ccw", 5),
@@ -46,10 +48,7 @@ fn folder(name: &str, change: impl Fn(String) -> String) -> PathBuf {
             "[[runs]]\nname = \"{name}\"\nsetup = \"{setup}\"\nplan = {{ trigger = \"5 Hz\", duration = \"72 s\", arm_angle = {{ start = \"0 deg\", rate = \"{rate} deg/s\" }} }}\n"
         );
     }
-    let folder = std::env::temp_dir().join(format!("setups-{name}-{}", std::process::id()));
-    fs::create_dir_all(&folder).unwrap();
-    fs::write(folder.join("campaign.toml"), change(text)).unwrap();
-    folder
+    Folder::new(name, &[("campaign.toml", &change(text))])
 }
 
 fn opened(folder: &Path, set: &[&str]) -> Result<Opened, Diagnostics> {
@@ -76,7 +75,6 @@ fn each_setup_has_its_own_place() {
     let said = opened(&folder, &["position=1 m,2 m,3 m"]).unwrap().problem;
     assert_eq!(value(&said, "position", "A"), [1.0, 2.0, 3.0]);
     assert_eq!(value(&said, "position", "B"), [1.0, 2.0, 3.0]);
-    fs::remove_dir_all(folder).unwrap();
 }
 
 /// How places are known may be said once, where each of them is stated.
@@ -89,7 +87,6 @@ fn what_is_known_of_all_places_is_said_once() {
             text.replacen("[parameters]", &format!("[parameters]\n{line}"), 1)
         });
         let found = opened(&folder, &[]);
-        fs::remove_dir_all(folder).unwrap();
         found.map(|opened| {
             let all = opened.problem.layout.instances.iter();
             let own = all.filter(|one| one.name == "position");
@@ -130,7 +127,6 @@ fn what_is_drawn_at_two_places_is_found_there_and_written_again() {
             assert!(off.fold(0.0, f64::max) < 5e-6, "{:?}", found.fit.point.values[index]);
         }
     }
-    fs::remove_dir_all(folder).unwrap();
 }
 
 /// A campaign's own model goes with it, by its name in `models/` or by its path.
@@ -150,7 +146,6 @@ fn what_is_written_again_has_its_model_with_it() {
         let written = folder.join("written");
         write_campaign(&written, &campaigns[0], &models[0], &problem.parts[0].runs).unwrap();
         assert_eq!(opened(&written, &[]).unwrap().models[0].name, "my_tracker", "{named}");
-        fs::remove_dir_all(folder).unwrap();
     }
 }
 
@@ -162,7 +157,6 @@ fn power_looks_from_each_place() {
         let Opened { problem, recipes, .. } = opened(&folder, &[]).unwrap();
         let point = Point::stated(&problem.layout);
         let found = power(problem, recipes, point, &Wanted::default()).unwrap();
-        fs::remove_dir_all(folder).unwrap();
         let size = |name: &str| {
             found.rows.iter().find(|row| row.name == name).unwrap().detectable.unwrap()
         };
@@ -212,7 +206,6 @@ fn a_start_of_values_that_sum_to_zero_moves_no_delay() {
         (own - other).abs() < 1e-9 && sum.abs() < 1e-12 && other_sum.abs() < 1e-12,
         "{own} {other} {sum} {other_sum}"
     );
-    fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
@@ -272,6 +265,5 @@ fn faults_of_setups() {
         assert!(found.message.contains(message), "{name}: {found}");
         assert!(found.help.join(" ").contains(help), "{name}: {found}");
         assert!(found.place.is_some(), "{name}: {found}");
-        fs::remove_dir_all(folder).unwrap();
     }
 }

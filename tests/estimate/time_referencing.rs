@@ -7,7 +7,6 @@ use std::convert::Infallible;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::PathBuf;
 
 use homepoint::campaign::Samples;
 use homepoint::campaign::write::{write_campaign, write_campaign_with};
@@ -21,6 +20,7 @@ use homepoint::estimate::delays::Summary;
 use homepoint::estimate::newton::ReadingDelay;
 use homepoint::estimate::transformation::{Transformation, delays_of, each_delay_of};
 
+use crate::folder::Folder;
 use crate::seed;
 
 const RATE: f64 = 190.0 * PI / 180.0;
@@ -41,27 +41,9 @@ distance   = { sigma = "10 um" }
 "#;
 const RUN: &str = "[[runs]]\nname = \"fast\"\ndata = \"fast.csv\"\n";
 
-struct Folder(PathBuf);
-
 impl Folder {
-    fn new(name: &str, files: &[(&str, &str)]) -> Self {
-        let path = std::env::temp_dir().join(format!("timing-{name}-{}", std::process::id()));
-        drop(fs::remove_dir_all(&path));
-        fs::create_dir_all(&path).unwrap();
-        for (name, text) in files {
-            fs::write(path.join(name), text).unwrap();
-        }
-        Self(path)
-    }
-
     fn open(&self) -> Opened {
-        open(&Request::new([&self.0])).unwrap()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        drop(fs::remove_dir_all(&self.0));
+        open(&Request::new([self])).unwrap()
     }
 }
 
@@ -223,7 +205,7 @@ fn what_scatters_from_sample_to_sample_is_a_jitter_of_the_time() {
         assert!((with.random - without.random.hypot(jitter)).abs() < 1e-6 * with.random);
     }
     let ready = triggered("# the same as an effect", 0.0);
-    let mut request = Request::new([&ready.0]);
+    let mut request = Request::new([&ready]);
     request.with = vec!["timestamp_jitter".into()];
     request.set = vec![format!("timestamp_jitter.jitter={jitter} s")];
     let mut effect = open(&request).unwrap();
@@ -264,8 +246,8 @@ plan = {{ trigger = "40 Hz", duration = "10 s", arm_angle = {{ start = "0 deg", 
     simulate(&mut opened.problem, &truth, 5, true);
     let written = Folder::new("written", &[]);
     let runs = &opened.problem.parts[0].runs;
-    write_campaign(&written.0, &opened.campaigns[0], &opened.models[0], runs).unwrap();
-    let header = fs::read_to_string(written.0.join("fast.csv")).unwrap();
+    write_campaign(&written, &opened.campaigns[0], &opened.models[0], runs).unwrap();
+    let header = fs::read_to_string(written.join("fast.csv")).unwrap();
     assert!(header.starts_with("request [s],arm_angle [rad]"), "{}", &header[..60]);
 
     let again = written.open();
@@ -325,7 +307,7 @@ fn a_run_may_be_longer_than_memory() {
         &[("campaign.toml", &campaign), ("fast.csv", &data), ("latch.csv", &captures)],
     );
     let answers = [0, 1_000_000_000].map(|memory| {
-        let mut request = Request::new([&folder.0]);
+        let mut request = Request::new([&folder]);
         request.memory = Some(memory);
         let opened = open(&request).unwrap();
         let record = &opened.problem.parts[0].runs[0].record;
@@ -361,8 +343,8 @@ fn a_run_may_be_longer_than_memory() {
         for _ in 0..rows {
             data.push_str("1,1,1\n");
         }
-        fs::write(folder.0.join("fast.csv"), data).unwrap();
-        let faults = open(&Request::new([&folder.0])).unwrap_err();
+        fs::write(folder.join("fast.csv"), data).unwrap();
+        let faults = open(&Request::new([&folder])).unwrap_err();
         assert_eq!(faults.0[0].message, expected);
         assert_eq!(faults.0[0].place.as_ref().unwrap().line, count.min(rows) as usize + 2);
     }
@@ -396,11 +378,11 @@ plan = {{ trigger = "40 Hz", duration = "20 s", arm_angle = {{ start = "0 deg", 
             runs[run].record.try_walk(|stretch| table.write(stretch, None))
         };
         let (campaign, model) = (&opened.campaigns[0], &opened.models[0]);
-        write_campaign_with(&written.0, campaign, model, runs, fill).unwrap();
+        write_campaign_with(&written, campaign, model, runs, fill).unwrap();
         written
     };
     let written = write(&opened, 1, "reply-1");
-    let text = |folder: &Folder| fs::read_to_string(folder.0.join("fast.csv")).unwrap();
+    let text = |folder: &Folder| fs::read_to_string(folder.join("fast.csv")).unwrap();
     assert!(text(&written).starts_with("request [s],reply [s],arm_angle [rad]"));
     assert_eq!(text(&written), text(&write(&opened, 1, "reply-1-again")));
     assert_ne!(text(&written), text(&write(&opened, 2, "reply-2")));
@@ -434,11 +416,11 @@ plan = {{ trigger = "40 Hz", duration = "20 s", arm_angle = {{ start = "0 deg", 
         "run,row,request [s],reply [s],request_to_reply [s],arm_angle_at_request [rad],arm_angle_at_reply [rad]\nfast,2,"
     ));
     // What was recorded once comes again where the table says nothing.
-    let text = fs::read_to_string(written.0.join("campaign.toml")).unwrap();
+    let text = fs::read_to_string(written.join("campaign.toml")).unwrap();
     let silent: String =
         text.lines().filter(|line| !line.contains("\"reply\"")).collect::<Vec<_>>().join("\n");
     assert_ne!(silent.lines().count(), text.lines().count());
-    fs::write(written.0.join("campaign.toml"), silent).unwrap();
+    fs::write(written.join("campaign.toml"), silent).unwrap();
     let third = write(&written.open(), 3, "reply-3").open();
     let replied = &third.campaigns[0].request_to_reply[0];
     assert!((replied.time.mean - 18e-3).abs() < 0.5e-3, "{replied:?}");

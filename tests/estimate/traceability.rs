@@ -18,6 +18,8 @@ use homepoint::estimate::calibrate::calibrate;
 use homepoint::estimate::newton::State;
 use homepoint::estimate::transformation::Transformation;
 
+use crate::folder::Folder;
+
 const PLAN: &str = r#"model = "polar_one_rotation"
 [parameters]
 radius      = { value = "1.146 m", RADIUS }
@@ -43,16 +45,11 @@ plan = { trigger = "40 Hz", duration = "18 s", arm_angle = { start = "0 deg", ra
 const DELAYS: [f64; 3] = [148e-6, 116e-6, 235e-6];
 
 fn planned(radius: &str, with: &[&str], set: &[&str]) -> Problem {
-    let name = format!("traceability-{}-{}-{}", std::process::id(), radius.len(), with.concat());
-    let folder = std::env::temp_dir().join(name);
-    fs::create_dir_all(&folder).unwrap();
-    fs::write(folder.join("campaign.toml"), PLAN.replace("RADIUS", radius)).unwrap();
+    let folder = Folder::new("planned", &[("campaign.toml", &PLAN.replace("RADIUS", radius))]);
     let mut request = Request::new([&folder]);
     request.with = with.iter().map(|name| (*name).to_owned()).collect();
     request.set = set.iter().map(|said| (*said).to_owned()).collect();
-    let problem = open(&request).unwrap().problem;
-    fs::remove_dir_all(&folder).unwrap();
-    problem
+    open(&request).unwrap().problem
 }
 
 /// Readings of a rig with these effects and this radius, without noise.

@@ -4,8 +4,10 @@
 use std::collections::HashSet;
 use std::fs;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
+
+use crate::folder::Folder;
 
 /// The header and the columns of a CSV file, packed or not.
 fn columns(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
@@ -36,7 +38,7 @@ fn rounding(header: &str) -> f64 {
 }
 
 /// Runs the command that a plan names; the folder it wrote.
-fn simulated(plan: &Path) -> PathBuf {
+fn simulated(plan: &Path) -> Folder {
     let text = fs::read_to_string(plan).unwrap();
     let said = text.lines().find_map(|line| line.strip_prefix("#   homepoint ")).unwrap();
     let words: Vec<&str> = said.split_whitespace().collect();
@@ -45,12 +47,12 @@ fn simulated(plan: &Path) -> PathBuf {
     };
     assert!(plan.ends_with(path), "{} names {path}", plan.display());
     let name = path.replace(['/', '.'], "_");
-    let out = std::env::temp_dir().join(format!("again-{}-{name}", std::process::id()));
+    let out = Folder::new(&name, &[]);
     let done = Command::new(env!("CARGO_BIN_EXE_homepoint"))
         .arg("simulate")
         .arg(plan)
         .args(["--quiet", "--seed", seed, "--out"])
-        .arg(&out)
+        .arg(&*out)
         .output()
         .unwrap();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
@@ -91,7 +93,6 @@ fn every_plan_gives_its_recordings_again() {
                 }
                 count += 1;
             }
-            fs::remove_dir_all(out).unwrap();
             assert!(lesson.join("campaign.toml").exists());
         }
         // A lesson with a plan holds nothing that does not come from one.
@@ -114,7 +115,8 @@ fn commands(text: &str) -> impl Iterator<Item = &str> {
 #[test]
 fn every_command_that_is_named_runs() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let out = std::env::temp_dir().join(format!("named-{}", std::process::id()));
+    let own = Folder::new("named", &[]);
+    let out = own.join("out");
     let mut texts = vec![root.join("docs/the-seed.md")];
     for lesson in fs::read_dir(root.join("examples")).unwrap() {
         texts.push(lesson.unwrap().path().join("campaign.toml"));
@@ -135,7 +137,6 @@ fn every_command_that_is_named_runs() {
             assert!(done.status.success() && !done.stdout.is_empty(), "{said}: {told}");
         }
     }
-    drop(fs::remove_dir_all(out));
     assert!(run.len() > 15, "{}", run.len());
 }
 

@@ -4,6 +4,8 @@
 
 #[path = "../problems/drawn.rs"]
 mod drawn;
+#[path = "../common/folder.rs"]
+mod folder;
 #[path = "../problems/scale.rs"]
 mod scale;
 

@@ -2,7 +2,7 @@
 //! reading's delay is the one that memory for all would give, bit by bit.
 
 use std::convert::Infallible;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use homepoint::campaign::load::MEMORY;
 use homepoint::campaign::write::write_campaign_with;
@@ -15,6 +15,8 @@ use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::estimate::conditions::self_calibration;
 use homepoint::estimate::transformation::{Choice, each_delay_of, transformation};
+
+use crate::folder::Folder;
 
 fn opened(folder: &Path, with: &[&str], memory: u64) -> Opened {
     let mut request = Request::new([folder]);
@@ -98,24 +100,6 @@ fn the_examples_give_the_same_bits() {
     }
 }
 
-/// A folder of its own, gone when the test is.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("homepoint_{name}_{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // Nothing depends on the folder being gone.
-        drop(std::fs::remove_dir_all(&self.0));
-    }
-}
-
 const HEAD: &str = r#"
 model = "polar_one_rotation"
 [parameters]
@@ -167,8 +151,8 @@ fn drawn(plan: &Path, to: &Path, memory: u64) {
 
 #[test]
 fn long_runs_with_gaps_and_random_quantities_give_the_same_bits() {
-    let scratch = Scratch::new("spilled");
-    let (plan, folder) = (scratch.0.join("plan"), scratch.0.join("drawn"));
+    let scratch = Folder::new("spilled", &[]);
+    let (plan, folder) = (scratch.join("plan"), scratch.join("drawn"));
     planned(&plan, 9000);
     drawn(&plan, &folder, MEMORY);
     assert_same(&folder, &[]);
@@ -189,8 +173,8 @@ fn spoil(file: &Path) {
 
 #[test]
 fn a_diagnosis_is_the_same_and_takes_no_memory_for_what_it_leaves_out() {
-    let scratch = Scratch::new("spilled_diagnosis");
-    let (plan, folder) = (scratch.0.join("plan"), scratch.0.join("drawn"));
+    let scratch = Folder::new("spilled_diagnosis", &[]);
+    let (plan, folder) = (scratch.join("plan"), scratch.join("drawn"));
     planned(&plan, 2000);
     drawn(&plan, &folder, MEMORY);
     spoil(&folder.join("b.csv"));
@@ -211,13 +195,13 @@ fn a_diagnosis_is_the_same_and_takes_no_memory_for_what_it_leaves_out() {
 
 #[test]
 fn what_is_drawn_from_a_spilled_plan_is_what_memory_gives() {
-    let scratch = Scratch::new("spilled_plan");
-    let plan = scratch.0.join("plan");
+    let scratch = Folder::new("spilled_plan", &[]);
+    let plan = scratch.join("plan");
     planned(&plan, 9000);
-    drawn(&plan, &scratch.0.join("held"), MEMORY);
-    drawn(&plan, &scratch.0.join("spilled"), 0);
+    drawn(&plan, &scratch.join("held"), MEMORY);
+    drawn(&plan, &scratch.join("spilled"), 0);
     for file in ["a.csv", "b.csv", "c.csv", "d.csv", "campaign.toml"] {
-        let read = |folder: &str| std::fs::read(scratch.0.join(folder).join(file)).unwrap();
+        let read = |folder: &str| std::fs::read(scratch.join(folder).join(file)).unwrap();
         assert!(read("held") == read("spilled"), "{file}");
     }
     // Drawn in memory, too.
@@ -236,8 +220,8 @@ fn what_is_drawn_from_a_spilled_plan_is_what_memory_gives() {
 
 #[test]
 fn a_start_from_a_part_of_a_long_run_is_the_same_wherever_it_is_kept() {
-    let scratch = Scratch::new("spilled_start");
-    let (plan, folder) = (scratch.0.join("plan"), scratch.0.join("drawn"));
+    let scratch = Folder::new("spilled_start", &[]);
+    let (plan, folder) = (scratch.join("plan"), scratch.join("drawn"));
     planned(&plan, 80_000);
     let text = std::fs::read_to_string(plan.join("campaign.toml")).unwrap();
     drawn(&plan, &folder, MEMORY);

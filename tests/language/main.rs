@@ -3,6 +3,7 @@
 
 mod bench;
 mod faults;
+mod functions;
 mod meanings;
 mod parsing;
 mod patches;

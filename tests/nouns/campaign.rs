@@ -2,13 +2,14 @@
 
 use std::fs;
 use std::io::Write as _;
-use std::path::PathBuf;
 
 use homepoint::campaign::file::CampaignFile;
 use homepoint::campaign::load::{Campaign, LoadOptions};
 use homepoint::campaign::{Role, Track, write};
 use homepoint::diagnostic::{Diagnostics, Source};
 use homepoint::model::Model;
+
+use crate::folder::Folder;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
@@ -45,28 +46,9 @@ fn model() -> Model {
     Model::parse(Source::new("arm.toml", MODEL)).unwrap()
 }
 
-/// A folder of its own for each test.
-struct Folder(PathBuf);
-
 impl Folder {
-    fn new(name: &str, files: &[(&str, &str)]) -> Self {
-        let path = std::env::temp_dir().join(format!("campaign-{name}-{}", std::process::id()));
-        drop(fs::remove_dir_all(&path));
-        fs::create_dir_all(&path).unwrap();
-        for (name, text) in files {
-            fs::write(path.join(name), text).unwrap();
-        }
-        Self(path)
-    }
-
     fn load(&self, options: &LoadOptions) -> Result<Campaign, Diagnostics> {
-        CampaignFile::read(&self.0)?.load(&model(), options)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        drop(fs::remove_dir_all(&self.0));
+        CampaignFile::read(self)?.load(&model(), options)
     }
 }
 
@@ -167,7 +149,7 @@ inputs = { temperature = "20.1 degC" }
     packed
         .write_all(b"clock [s], encoder , encoder_rate [gon/s],attitude_w [1],attitude_x [1],attitude_y [1],attitude_z [1],hoizontal [gon]\n0,100,0,1.001,0,0,0,1\n1,100,0,,0,0,0,1\n")
         .unwrap();
-    fs::write(folder.0.join("one.csv.gz"), packed.finish().unwrap()).unwrap();
+    fs::write(folder.join("one.csv.gz"), packed.finish().unwrap()).unwrap();
     let campaign = folder.load(&LoadOptions::default()).unwrap();
     let samples = campaign.runs[0].held();
     let Track::Captured { value, rate: None, .. } = &samples.inputs[0] else { panic!() };
@@ -473,7 +455,7 @@ fn faults_of_the_data() {
     );
     let wide = format!("{SLOW}\u{fffd}");
     let folder = Folder::new("utf", &[("campaign.toml", CAMPAIGN), ("slow.csv", &wide)]);
-    fs::write(folder.0.join("slow.csv"), [SLOW.as_bytes(), b"13,1,\xff,1,1\n"].concat()).unwrap();
+    fs::write(folder.join("slow.csv"), [SLOW.as_bytes(), b"13,1,\xff,1,1\n"].concat()).unwrap();
     let faults = folder.load(&LoadOptions::default()).unwrap_err();
     assert!(
         faults.to_string().contains("slow.csv:6:6: error: the file is not UTF-8 here"),
@@ -536,7 +518,7 @@ fn runs_that_overlap_are_told() {
         let second = format!("{CAMPAIGN}[[runs]]\nname = \"again\"\ndata = \"{data}\"\n");
         let files = [("campaign.toml", second.as_str()), ("slow.csv", SLOW), ("other.csv", text)];
         let folder = Folder::new(&format!("overlap-{data}-{}", text.len()), &files);
-        let file = CampaignFile::read(&folder.0).unwrap();
+        let file = CampaignFile::read(&folder).unwrap();
         let read = file.load(&model(), &LoadOptions::default()).unwrap();
         read.warnings.iter().map(|one| one.message.clone()).collect::<Vec<_>>().join("\n")
     };
@@ -621,7 +603,7 @@ fn gaps_of_a_stream_and_turns_without_a_period_are_told() {
     let without = MODEL.replace(", period = \"360 deg\" }\ntemp", " }\ntemp");
     assert_ne!(without, MODEL);
     let model = Model::parse(Source::new("arm.toml", without)).unwrap();
-    let read = CampaignFile::read(&folder.0).unwrap().load(&model, &LoadOptions::default());
+    let read = CampaignFile::read(&folder).unwrap().load(&model, &LoadOptions::default());
     let warning = read.unwrap().warnings.remove(0);
     assert!(
         warning.message.contains(
@@ -739,7 +721,7 @@ fn what_is_written_reads_the_same() {
     ];
     let folder = Folder::new("write", &files);
     let first = folder.load(&LoadOptions::default()).unwrap();
-    let out = folder.0.join("deep/out");
+    let out = folder.join("deep/out");
     write::write_campaign(&out, &first, &model(), &first.runs).unwrap();
     let second = CampaignFile::read(&out).unwrap().load(&model(), &LoadOptions::default()).unwrap();
     assert_eq!(first.metadata, second.metadata);
@@ -785,7 +767,7 @@ fn faults_far_down_a_long_file_are_told_at_their_place() {
     let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     packed.write_all(slow.as_bytes()).unwrap();
     let packed = packed.finish().unwrap();
-    fs::write(folder.0.join("slow.csv"), &packed).unwrap();
+    fs::write(folder.join("slow.csv"), &packed).unwrap();
     let faults = folder.load(&LoadOptions::default()).unwrap_err();
     let place = faults.0[0].place.clone().unwrap();
     assert_eq!((place.line, place.column, faults.0.len()), (35_000, 22, 1));
@@ -798,7 +780,7 @@ fn faults_far_down_a_long_file_are_told_at_their_place() {
         assert_eq!((record.row(34_997), record.row(34_998)), (34_999, 35_001));
     }
     // Half of a packed file is told where it is named.
-    fs::write(folder.0.join("slow.csv"), &packed[..packed.len() / 2]).unwrap();
+    fs::write(folder.join("slow.csv"), &packed[..packed.len() / 2]).unwrap();
     let faults = folder.load(&LoadOptions::default()).unwrap_err();
     assert!(faults.0[0].message.contains("cannot be unpacked"), "{faults}");
     assert_eq!(faults.0[0].place.as_ref().unwrap().line, 8);
@@ -842,7 +824,7 @@ fn a_column_may_be_an_inputs_rate_and_a_reading_at_once() {
     let model = Model::parse(Source::new("arm.toml", text)).unwrap();
     let folder = Folder::new("both", &[("campaign.toml", CAMPAIGN), ("slow.csv", SLOW)]);
     let campaign =
-        CampaignFile::read(&folder.0).unwrap().load(&model, &LoadOptions::default()).unwrap();
+        CampaignFile::read(&folder).unwrap().load(&model, &LoadOptions::default()).unwrap();
     let samples = campaign.runs[0].held();
     let Track::Captured { rate: Some(rate), .. } = &samples.inputs[0] else {
         panic!("{:?}", samples.inputs[0]);

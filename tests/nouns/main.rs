@@ -1,10 +1,16 @@
 //! What users write: models, effects, the library, campaigns and their recordings.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a failed test should stop")]
 
+#[path = "../common/folder.rs"]
+mod folder;
+#[path = "../problems/stream.rs"]
+mod stream;
+
 mod campaign;
 mod every_effect;
 mod faults;
 mod files;
+mod guides;
 mod larger_than_memory;
 mod limits;
 mod models;

@@ -12,6 +12,8 @@ use homepoint::system::{Selected, System, candidates};
 use homepoint::units::{Unit, parse_quantity};
 use proptest::prelude::*;
 
+use crate::folder::Folder;
+
 fn shown<T>(result: Result<T, Diagnostics>) -> T {
     result.map_err(|faults| faults.to_string()).unwrap()
 }
@@ -384,7 +386,7 @@ fn the_template_passes_its_own_check() {
 
 #[test]
 fn folders_of_effects_join_the_library() {
-    let folder = std::env::temp_dir().join(format!("homepoint-nouns-{}", std::process::id()));
+    let folder = Folder::new("nouns", &[]);
     let effects = folder.join("effects");
     std::fs::create_dir_all(&effects).unwrap();
     let text = "name = \"mine\"\nacts = \"distance\"\nparameters = { c = { unit = \"m\", typical = \"1 mm\" } }\npatch = { distance = 'distance + c' }\n";
@@ -405,6 +407,5 @@ fn folders_of_effects_join_the_library() {
     );
     assert!(fault(library.model("none.toml", &folder)).contains("none.toml"));
     assert!(fault(library.model("./effects/", &folder)).contains("is not a file"));
-    std::fs::remove_dir_all(folder).unwrap();
     assert!(Effect::parse(Source::new("e.toml", text)).is_ok());
 }

@@ -1,12 +1,12 @@
 //! Runs whose data are a Parquet file: the same samples as from a CSV file; or, built without the
 //! feature, which feature is missing.
 
-use std::path::PathBuf;
-
 use homepoint::campaign::file::CampaignFile;
 use homepoint::campaign::load::{Campaign, LoadOptions};
 use homepoint::diagnostic::{Diagnostics, Source};
 use homepoint::model::Model;
+
+use crate::folder::Folder;
 
 const MODEL: &str = r#"
 name  = "arm"
@@ -20,41 +20,23 @@ horizontal = { value = 'arm_angle', kind = "angle", unit = "gon", sigma = "1 mgo
 distance   = { value = 'radius', unit = "mm", sigma = "10 um" }
 "#;
 
-/// A folder of its own, gone when the test is.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("homepoint-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    /// A campaign of one run with these data.
-    fn campaign(&self, data: &str) -> CampaignFile {
-        let text = format!("model = \"arm\"\n[[runs]]\nname = \"one\"\ndata = \"{data}\"\n");
-        CampaignFile::parse(&self.0.join("campaign.toml"), &text).unwrap()
-    }
-
-    fn load(&self, data: &str, options: &LoadOptions) -> Result<Campaign, Diagnostics> {
-        let model = Model::parse(Source::new("arm.toml", MODEL)).unwrap();
-        self.campaign(data).load(&model, options)
-    }
+/// A campaign of one run with these data.
+fn campaign(folder: &Folder, data: &str) -> CampaignFile {
+    let text = format!("model = \"arm\"\n[[runs]]\nname = \"one\"\ndata = \"{data}\"\n");
+    CampaignFile::parse(&folder.join("campaign.toml"), &text).unwrap()
 }
 
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // Nothing depends on the folder being gone.
-        drop(std::fs::remove_dir_all(&self.0));
-    }
+fn load(folder: &Folder, data: &str, options: &LoadOptions) -> Result<Campaign, Diagnostics> {
+    let model = Model::parse(Source::new("arm.toml", MODEL)).unwrap();
+    campaign(folder, data).load(&model, options)
 }
 
 #[cfg(not(feature = "parquet"))]
 #[test]
 fn the_missing_feature_is_named() {
-    let folder = Folder::new("no_parquet");
-    std::fs::write(folder.0.join("one.parquet"), "PAR1").unwrap();
-    let faults = folder.load("one.parquet", &LoadOptions::default()).unwrap_err();
+    let folder = Folder::new("no_parquet", &[]);
+    std::fs::write(folder.join("one.parquet"), "PAR1").unwrap();
+    let faults = load(&folder, "one.parquet", &LoadOptions::default()).unwrap_err();
     let first = faults.0[0].to_string();
     assert!(first.contains("built without the feature `parquet`"), "{first}");
     assert!(first.contains("campaign.toml:4:8"), "{first}");
@@ -118,7 +100,7 @@ mod with_the_feature {
         }
         let schema = parquet::schema::types::Type::group_type_builder("run").with_fields(fields);
         let properties = WriterProperties::builder().set_compression(compression).build();
-        let file = std::fs::File::create(folder.0.join(name)).unwrap();
+        let file = std::fs::File::create(folder.join(name)).unwrap();
         let schema = Arc::new(schema.build().unwrap());
         let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties)).unwrap();
         for begin in (0..ROWS).step_by(GROUP) {
@@ -172,9 +154,9 @@ mod with_the_feature {
 
     #[test]
     fn a_parquet_file_gives_the_samples_of_a_csv_file() {
-        let folder = Folder::new("parquet");
-        std::fs::write(folder.0.join("one.csv"), csv()).unwrap();
-        let expected = folder.load("one.csv", &LoadOptions::default()).unwrap();
+        let folder = Folder::new("parquet", &[]);
+        std::fs::write(folder.join("one.csv"), csv()).unwrap();
+        let expected = load(&folder, "one.csv", &LoadOptions::default()).unwrap();
         let expected = expected.runs[0].held();
         let ways = [
             ("plain.parquet", Compression::UNCOMPRESSED),
@@ -185,7 +167,7 @@ mod with_the_feature {
             write(&folder, name, compression, None);
             for memory in [0, u64::MAX] {
                 let options = LoadOptions { memory, ..LoadOptions::default() };
-                let campaign = folder.load(name, &options).unwrap();
+                let campaign = load(&folder, name, &options).unwrap();
                 assert_eq!(campaign.runs[0].record.is_spilled(), memory == 0);
                 let found = campaign.runs[0].held();
                 let bits =
@@ -202,27 +184,27 @@ mod with_the_feature {
                 }
                 assert_eq!((found.rows[0], found.rows[ROWS - 1]), (1, ROWS));
             }
-            let warnings = folder.load(name, &LoadOptions::default()).unwrap().warnings;
+            let warnings = load(&folder, name, &LoadOptions::default()).unwrap().warnings;
             assert!(warnings[0].message.contains("`note` is not used"), "{warnings:?}");
         }
     }
 
     #[test]
     fn faults_of_parquet_files_are_told() {
-        let folder = Folder::new("parquet_faults");
+        let folder = Folder::new("parquet_faults", &[]);
         write(&folder, "bad.parquet", Compression::SNAPPY, Some(4_000));
-        let faults = folder.load("bad.parquet", &LoadOptions::default()).unwrap_err();
+        let faults = load(&folder, "bad.parquet", &LoadOptions::default()).unwrap_err();
         assert!(faults.to_string().contains("the row has no time"), "{faults}");
         assert!(faults.to_string().contains("bad.parquet:4001:1"), "{faults}");
         let skip = LoadOptions { skip_bad_rows: true, ..LoadOptions::default() };
-        let campaign = folder.load("bad.parquet", &skip).unwrap();
+        let campaign = load(&folder, "bad.parquet", &skip).unwrap();
         assert_eq!(campaign.skipped.iter().map(|row| row.row).collect::<Vec<_>>(), [4_001]);
         assert_eq!(campaign.runs[0].record.len(), ROWS - 1);
-        std::fs::write(folder.0.join("none.parquet"), "not at all").unwrap();
+        std::fs::write(folder.join("none.parquet"), "not at all").unwrap();
         for (file, words) in
             [("none.parquet", "is not a Parquet file"), ("absent.parquet", "does not exist")]
         {
-            let faults = folder.load(file, &LoadOptions::default()).unwrap_err();
+            let faults = load(&folder, file, &LoadOptions::default()).unwrap_err();
             assert!(faults.to_string().contains(words), "{faults}");
         }
     }

@@ -4,22 +4,7 @@ use homepoint::campaign::signal::{Track, unwrap};
 use homepoint::campaign::spline::{Smoothing, Spline, SplineError};
 use homepoint::number::{Dual, derivative, variable};
 
-/// A repeatable stand-in for Gaussian noise: sum of twelve uniforms of a linear congruence.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        let mut sum = -6.0;
-        for _ in 0..12 {
-            self.0 = self
-                .0
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            sum += (self.0 >> 11) as f64 / (1u64 << 53) as f64;
-        }
-        sum
-    }
-}
+use crate::stream::Stream;
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
@@ -52,9 +37,9 @@ fn the_kernel_is_silvermans_with_the_stated_time_constant() {
 fn the_time_constant_does_not_depend_on_the_density() {
     let s = 0.1;
     for (dt, jitter) in [(0.02, 0.0), (0.005, 0.0), (0.005, 0.4), (0.0004, 0.0)] {
-        let mut noise = Noise(7);
+        let mut noise = Stream(7);
         let times: Vec<f64> = (0..(8.0 / dt) as i32)
-            .map(|i| f64::from(i) * dt + jitter * dt * noise.next().clamp(-1.0, 1.0))
+            .map(|i| f64::from(i) * dt + jitter * dt * noise.normal().clamp(-1.0, 1.0))
             .collect();
         // At ω = 1/s an amplitude halves.
         let values: Vec<f64> = times.iter().map(|t| (t / s).sin()).collect();
@@ -71,12 +56,12 @@ fn the_time_constant_does_not_depend_on_the_density() {
 
 #[test]
 fn acceleration_of_a_noisy_sine() {
-    let mut noise = Noise(1);
+    let mut noise = Stream(1);
     let (dt, omega, sigma) = (0.008, 2.0, 1e-3);
     let start = 1.7e9;
     let times: Vec<f64> = (0..2500).map(|i| start + f64::from(i) * dt).collect();
     let values: Vec<f64> =
-        times.iter().map(|t| (omega * (t - start)).sin() + sigma * noise.next()).collect();
+        times.iter().map(|t| (omega * (t - start)).sin() + sigma * noise.normal()).collect();
     let error = |spline: &Spline| {
         rms((0..1800).map(|i| {
             let t = 1.0 + f64::from(i) * 0.01;
@@ -182,9 +167,9 @@ fn periods_are_unwrapped() {
 fn a_pause_over_which_the_curve_is_a_guess_is_not_covered() {
     let times = (0..2000).map(|n| f64::from(n) * 0.01).filter(|t| *t < 8.0 || *t > 11.0);
     let times: Vec<f64> = times.collect();
-    let mut noise = Noise(3);
+    let mut noise = Stream(3);
     let mut fit = |of: &dyn Fn(f64) -> f64, smoothing| {
-        let values: Vec<f64> = times.iter().map(|t| of(*t) + 1e-4 * noise.next()).collect();
+        let values: Vec<f64> = times.iter().map(|t| of(*t) + 1e-4 * noise.normal()).collect();
         Spline::fit(&times, &values, smoothing).unwrap()
     };
     let swinging = fit(&|t| (5.0 * t).sin(), Smoothing::Misfit(1e-4));

@@ -1,8 +1,8 @@
 //! What is said of a `[timing]` or of captures that cannot be used: where, what, and what to do.
 
-use std::fs;
-
 use homepoint::engine::open::{Request, open};
+
+use crate::folder::Folder;
 
 const PARAMETERS: &str = "radius = { value = \"1.146 m\", fixed = true }\n";
 const TRIGGER: &str = "trigger [s],arm_angle [deg],arm_angle_rate [deg/s],distance [m]\n";
@@ -12,25 +12,13 @@ const LINE: &str = "method = \"serial\"\nbaud = \"19200 Bd\"\nbits = 80\n";
 /// The first fault of a campaign: `file:line:column message | help`.
 #[track_caller]
 fn fault(timing: &str, run: &str, files: &[(&str, &str)]) -> String {
-    let mut hash = 7_u64;
-    for byte in
-        [timing, run].iter().chain(files.iter().map(|(_, text)| text)).flat_map(|t| t.bytes())
-    {
-        hash = hash.wrapping_mul(31).wrapping_add(u64::from(byte));
-    }
-    let folder = std::env::temp_dir().join(format!("timing-fault-{hash}-{}", std::process::id()));
-    drop(fs::remove_dir_all(&folder));
-    fs::create_dir_all(&folder).unwrap();
     let campaign = format!(
         "model = \"polar_one_rotation\"\n[timing]\n{timing}\n[parameters]\n{PARAMETERS}[measurands]\n\
          distance = {{ sigma = \"10 um\" }}\n[[runs]]\nname = \"fast\"\ndata = \"fast.csv\"\n{run}\n"
     );
-    fs::write(folder.join("campaign.toml"), campaign).unwrap();
-    for (name, text) in files {
-        fs::write(folder.join(name), text).unwrap();
-    }
+    let files = [&[("campaign.toml", &campaign[..])], files].concat();
+    let folder = Folder::new("timing-fault", &files);
     let opened = open(&Request::new([&folder]));
-    drop(fs::remove_dir_all(&folder));
     let Err(faults) = opened else { panic!("nothing is wrong with {timing}") };
     let first = &faults.0[0];
     let place = first.place.as_ref().map_or_else(String::new, |place| {

@@ -1,6 +1,6 @@
 //! Units: values, dimensions, places of faults.
 
-use homepoint::units::{Dimension, Exponent, Unit, parse_quantity};
+use homepoint::units::{Dimension, Exponent, TABLE, Unit, parse_quantity};
 use proptest::prelude::*;
 
 #[test]
@@ -97,15 +97,38 @@ fn si_values_keep_a_symbol_that_says_what_they_are() {
     }
 }
 
+/// Rows of the table with the exponent of the angle are angles, and no others: no second list.
 #[test]
 fn an_angle_takes_no_plain_number() {
     let unit = |symbol: &str| Unit::parse(symbol).unwrap();
-    for angle in ["rad", "mrad", "urad", "µrad", "deg", "arcmin", "arcsec", "gon", "mgon"] {
-        assert!(unit(angle).is_angle() && !unit(angle).accepts(&Unit::one()), "{angle}");
-        assert!(unit(angle).accepts(&unit("gon")) && !unit(angle).accepts(&unit("m")), "{angle}");
+    for (symbol, _, [length, time, mass, temperature, angle]) in TABLE {
+        let own = unit(symbol);
+        assert_eq!(own.is_angle(), *angle == 1, "{symbol}");
+        let rate = unit(&format!("{symbol}/s"));
+        assert_eq!(rate.misses(&Unit::coherent(rate.dimension)), *angle == 1, "{symbol}");
+        if own.is_angle() {
+            assert_eq!([length, time, mass, temperature], [&0; 4], "{symbol}");
+            assert!(!own.accepts(&Unit::one()) && own.accepts(&unit("gon")), "{symbol}");
+            assert!(!own.accepts(&unit("m")) && own.si_symbol() == "rad", "{symbol}");
+        }
     }
     for plain in ["1", "ppm"] {
         assert!(!unit(plain).is_angle() && unit(plain).accepts(&Unit::one()), "{plain}");
     }
     assert!(unit("mm").accepts(&unit("m")) && !unit("mm").accepts(&Unit::one()));
+}
+
+#[test]
+fn a_message_and_the_guide_list_every_unit() {
+    let help = Unit::parse("furlong").unwrap_err().help.unwrap();
+    let guide = include_str!("../../docs/formats.md");
+    let (_, guide) = guide.split_once("Known: ").unwrap();
+    let (guide, _) = guide.split_once("products,").unwrap();
+    for text in [help.as_str(), guide] {
+        let listed: Vec<&str> = text.split([' ', ',', ';', '`']).collect();
+        for (symbol, ..) in TABLE {
+            let plain = symbol.replace('µ', "u");
+            assert!(listed.contains(&plain.as_str()), "{symbol} is not in: {text}");
+        }
+    }
 }

@@ -3,13 +3,15 @@
 //!
 //! Include it with `#[path = "problems/planned.rs"] mod planned;`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use homepoint::engine::open::{Request, open};
 use homepoint::engine::{Point, Problem};
 use homepoint::library::Library;
 use homepoint::system::candidates;
 use nalgebra::DMatrix;
+
+use crate::folder::Folder;
 
 const ARM: &str = r#"
 model = "polar_two_rotations"
@@ -78,15 +80,16 @@ setup = "B"
 plan = { trigger = "9.7 Hz", duration = "8 s", arm_angle = { start = "10 deg", rate = "-80 deg/s" } }
 "#;
 
-/// Writes the campaigns `arm`, `robot` and `stations` to a folder of the test's own.
-pub(crate) fn folder(test: &str) -> PathBuf {
-    let folder =
-        std::env::temp_dir().join(format!("homepoint_planned_{test}_{}", std::process::id()));
-    for (name, text) in [("arm", ARM), ("robot", ROBOT), ("stations", STATIONS)] {
-        std::fs::create_dir_all(folder.join(name)).unwrap();
-        std::fs::write(folder.join(name).join("campaign.toml"), text).unwrap();
-    }
-    folder
+/// The campaigns `arm`, `robot` and `stations` in a folder of the test's own.
+pub(crate) fn folder(test: &str) -> Folder {
+    Folder::new(
+        test,
+        &[
+            ("arm/campaign.toml", ARM),
+            ("robot/campaign.toml", ROBOT),
+            ("stations/campaign.toml", STATIONS),
+        ],
+    )
 }
 
 /// A campaign with effects, every reading there.

@@ -287,20 +287,14 @@ fn pairs(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stream::Stream;
 
     /// Products of two readings of unit noise that share a draw of this standard deviation in some
     /// samples, of ten runs in turn.
     fn drawn(shared: impl Fn(usize) -> f64) -> Pairs {
         let mut pairs = Pairs::new(10);
-        let mut state = 1_u64;
-        // A sum of uniform draws is normal enough.
-        let mut normal = || {
-            let draw = |_| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-            };
-            (0..12).map(draw).sum::<f64>()
-        };
+        let mut stream = Stream(1);
+        let mut normal = || stream.normal();
         for sample in 0..8000 {
             let both = shared(sample) * normal();
             let z = [normal() + both, normal() + both];

@@ -105,21 +105,13 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-
-    /// Numbers of unit variance.
-    fn noise(state: &mut u64) -> f64 {
-        let mut draw = || {
-            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (*state >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        (0..12).map(|_| draw()).sum::<f64>() - 6.0
-    }
+    use crate::stream::Stream;
 
     /// Of many runs alike those with the most extreme medians are not what these say.
     #[test]
     fn runs_chosen_for_their_median_scatter_less_unlike_others() {
-        let mut state = 7;
-        let runs = (0..400).map(|_| Arc::new((0..60).map(|_| noise(&mut state)).collect()));
+        let mut stream = Stream(7);
+        let runs = (0..400).map(|_| Arc::new((0..60).map(|_| stream.normal()).collect()));
         let all = Sequence::of_runs(runs.collect());
         let mut each: Vec<Scatter> = (0..400).filter_map(|run| Scatter::of(&[&all], run)).collect();
         each.sort_by(|a, b| a.median.total_cmp(&b.median));
@@ -134,8 +126,8 @@ mod tests {
 
     #[test]
     fn a_wild_reading_and_a_few_readings_say_nothing_of_a_run() {
-        let mut state = 8;
-        let mut run: Vec<f64> = (0..200).map(|_| noise(&mut state)).collect();
+        let mut stream = Stream(8);
+        let mut run: Vec<f64> = (0..200).map(|_| stream.normal()).collect();
         run[20] = 1e6;
         run[30] = f64::NAN;
         let of = |run: Vec<f64>| Scatter::of(&[&Sequence::of_runs(vec![Arc::new(run)])], 0);

@@ -301,15 +301,12 @@ fn stretch_off(run: &[f64]) -> Option<Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stream::Stream;
 
     /// Noise of unit variance.
     fn noise(seed: u64, count: usize) -> Vec<f64> {
-        let mut state = seed;
-        let mut draw = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
-        (0..count).map(|_| (0..12).map(|_| draw()).sum()).collect()
+        let mut stream = Stream(seed);
+        (0..count).map(|_| stream.normal()).collect()
     }
 
     fn with_a_step(mut run: Vec<f64>, samples: Range<usize>, by: f64) -> Vec<f64> {

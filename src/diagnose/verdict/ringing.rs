@@ -81,7 +81,8 @@ pub(in crate::diagnose) fn ringing(stage: &Stage) -> Option<Ringing> {
 fn is_of_stamps(stage: &Stage, name: &str) -> bool {
     let libraries = stage.fitted.recipes.iter().map(|recipe| &recipe.library);
     let mut effects = libraries.flat_map(Library::effects).filter(|one| one.name == name);
-    effects.any(|one| one.patches.iter().any(|line| line.target == Target::AllTimes))
+    let is_of_time = |target: &Target| matches!(target, Target::AllTimes | Target::Time(_));
+    effects.any(|one| one.patches.iter().any(|line| is_of_time(&line.target)))
 }
 
 /// What stands out of a spectrum.
@@ -200,24 +201,11 @@ impl Spectrum {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Numbers of unit variance that hang on nothing.
-    struct Noise(u64);
-
-    impl Noise {
-        fn uniform(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-        }
-
-        fn normal(&mut self) -> f64 {
-            (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-        }
-    }
+    use crate::stream::Stream;
 
     /// The likeliest line of either spectrum of twenty runs of 40 s, every 0.1 s or so.
-    fn heard(seed: u64, mut value: impl FnMut(&mut Noise, f64) -> f64) -> Option<Line> {
-        let mut noise = Noise(seed);
+    fn heard(seed: u64, mut value: impl FnMut(&mut Stream, f64) -> f64) -> Option<Line> {
+        let mut noise = Stream(seed);
         let mut both = PIECES.map(|samples| Spectrum::new(samples, 0.1));
         for _ in 0..20 {
             let times: Vec<f64> =
@@ -236,22 +224,22 @@ mod tests {
         for seed in 0..60 {
             assert!(heard(seed, |noise, _| noise.normal()).is_none(), "{seed}");
             // Larger at times.
-            let larger = |noise: &mut Noise, time: f64| noise.normal() * (0.3 * time).sin().exp();
+            let larger = |noise: &mut Stream, time: f64| noise.normal() * (0.3 * time).sin().exp();
             assert!(heard(seed, larger).is_none(), "{seed}");
-            let wild = |noise: &mut Noise, _| {
+            let wild = |noise: &mut Stream, _| {
                 if noise.uniform() < 0.02 { 20.0 } else { noise.normal() }
             };
             assert!(heard(seed, wild).is_none(), "{seed}");
             // Like what was there before, and unlike it.
             for memory in [0.7, 0.97, -0.5] {
                 let mut last = 0.0;
-                let remembers = |noise: &mut Noise, _| {
+                let remembers = |noise: &mut Stream, _| {
                     last = memory * last + noise.normal();
                     last
                 };
                 assert!(heard(seed, remembers).is_none(), "{seed} {memory}");
             }
-            let holey = |noise: &mut Noise, _| {
+            let holey = |noise: &mut Stream, _| {
                 if noise.uniform() < 0.4 { f64::NAN } else { noise.normal() }
             };
             assert!(heard(seed, holey).is_none(), "{seed}");
@@ -262,7 +250,7 @@ mod tests {
     fn what_rings_after_each_push_has_its_frequency() {
         for seed in 0..10 {
             let (mut next, mut pushed) = (0.0, 0.0);
-            let rings = |noise: &mut Noise, time: f64| {
+            let rings = |noise: &mut Stream, time: f64| {
                 if time < pushed {
                     (next, pushed) = (0.0, 0.0);
                 }

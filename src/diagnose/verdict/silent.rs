@@ -2,8 +2,11 @@
 //! none.
 
 use crate::campaign::Track;
-use crate::diagnose::library::candidate::NotTestable;
+use crate::diagnose::library::candidate::{NotTestable, with_only};
 use crate::diagnose::stage::Stage;
+use crate::engine::open::Recipe;
+use crate::graph::recognise;
+use crate::system::Selected;
 
 /// An effect that nominal parameters take up.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,30 +62,37 @@ pub(in crate::diagnose) fn acts_as(stage: &Stage, number: usize) -> String {
 
 /// Why an effect changes no reading here.
 pub(in crate::diagnose) fn why_silent(stage: &Stage, number: usize) -> String {
-    let accelerations: Vec<String> = stage
+    let selected = &stage.candidates[number].selected;
+    let absent: Vec<String> = stage
         .fitted
         .recipes
         .iter()
         .zip(&stage.fitted.problem.parts)
         .flat_map(|(recipe, part)| {
-            let captured = |input: usize| {
+            let is_absent = |input: &u32| {
                 let lacks =
                     |track: &Track| matches!(track, Track::Captured { acceleration: None, .. });
-                part.runs.iter().any(|run| lacks(&run.record.inputs()[input]))
+                part.runs.iter().any(|run| lacks(&run.record.inputs()[*input as usize]))
             };
-            let signals = recipe.model.inputs.iter().enumerate();
-            let moving = signals.filter(move |(index, input)| input.signal && captured(*index));
-            moving.map(|(_, input)| format!("`{}_acceleration`", input.name))
+            let asked = accelerations(recipe, selected).into_iter().filter(is_absent);
+            asked
+                .map(|input| format!("`{}_acceleration`", recipe.model.inputs[input as usize].name))
         })
         .collect();
-    let patches = &stage.candidates[number].selected.effect.patches;
-    let twice = patches.iter().any(|line| line.formula.text.contains("rate(rate("));
-    if twice && !accelerations.is_empty() {
-        let columns = accelerations.join(" or ");
+    if absent.is_empty() {
+        "it changes no reading in these runs by an amount that could be seen, or only by powers of its parameters: an effect must have a slope where they are zero".to_owned()
+    } else {
+        let columns = absent.join(" or ");
         format!(
             "there is no column {columns}: rates count as constant, and then it changes no reading"
         )
-    } else {
-        "it changes no reading in these runs by an amount that could be seen, or only by powers of its parameters: an effect must have a slope where they are zero".to_owned()
     }
+}
+
+/// The inputs, by index, whose accelerations an effect brings into a model's readings.
+fn accelerations(recipe: &Recipe, selected: &Selected) -> Vec<u32> {
+    let asked = |effect| with_only(recipe, effect).map(|it| recognise::accelerations(&it.assembly));
+    let nominal = asked(None).unwrap_or_default();
+    let with = asked(Some(selected)).unwrap_or_default();
+    with.difference(&nominal).copied().collect()
 }

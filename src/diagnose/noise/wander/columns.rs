@@ -8,6 +8,7 @@ use std::sync::Arc;
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnostic::Source;
 use crate::effect::Effect;
+use crate::formula::Formula;
 use crate::system::Selected;
 use crate::units::{Dimension, Exponent, Unit};
 
@@ -54,37 +55,37 @@ fn columns(effect: &Effect, times: &Times, course: Course, sigma: Option<f64>) -
     }
     text.push_str("[patch]\n");
     for line in &effect.patches {
-        let formula = replaced(&line.formula.text, &sums);
+        let formula = replaced(&line.formula, &sums);
         writeln!(text, "\"{}\" = '{formula}'", line.name).ok()?;
     }
     Effect::parse(Source::new(name, text)).ok()
 }
 
-/// A formula with some of its names replaced.
-fn replaced(formula: &str, by: &[(&str, String)]) -> String {
-    let mut made = String::new();
-    let mut rest = formula;
-    while !rest.is_empty() {
-        let of_name = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
-        let end = rest.find(|c| !of_name(c)).unwrap_or(rest.len());
-        let (name, after) = rest.split_at(end);
-        let found = by.iter().find(|(known, _)| *known == name);
-        made.push_str(found.map_or(name, |(_, sum)| sum));
-        let other = after.chars().next().map_or(0, char::len_utf8);
-        made.push_str(&after[..other]);
-        rest = &after[other..];
+/// A formula's text with some of its names replaced.
+fn replaced(formula: &Formula, by: &[(&str, String)]) -> String {
+    let (mut made, mut at) = (String::new(), 0);
+    for (name, span) in formula.root.names() {
+        if let Some((_, sum)) = by.iter().find(|(known, _)| *known == name) {
+            made.push_str(&formula.text[at..span.start]);
+            made.push_str(sum);
+            at = span.end;
+        }
     }
-    made
+    made + &formula.text[at..]
 }
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
     use super::*;
 
     #[test]
-    fn names_are_replaced_as_wholes() {
-        let by = [("walk", "(a + b)".to_owned())];
-        let made = replaced("position + [walk, 2 * walk_y, -walk]", &by);
+    fn names_are_replaced_as_wholes_and_units_are_not() {
+        let by = [("walk", "(a + b)".to_owned()), ("s", "(c)".to_owned())];
+        let of = |text| replaced(&Formula::parse_text("test", text).unwrap(), &by);
+        let made = of("position + [walk, 2 * walk_y, -walk]");
         assert_eq!(made, "position + [(a + b), 2 * walk_y, -(a + b)]");
+        assert_eq!(of("walk / 5 s * s"), "(a + b) / 5 s * (c)");
     }
 }
