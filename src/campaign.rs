@@ -39,7 +39,7 @@ mod columns;
 pub mod declared;
 pub mod file;
 pub mod header;
-mod lines;
+pub(crate) mod lines;
 pub mod load;
 pub mod loaded;
 mod loader;

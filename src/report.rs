@@ -11,6 +11,7 @@
 //! | [`text`] | tables and sentences for the terminal |
 //! | [`diagnosis`], `diagnosis_text`, `verdict_text`, `noise_text` | why simulation and reality differ, for programs and for people |
 //! | [`trials`], `trials_text` | how well a diagnosis does on campaigns whose truth is known |
+//! | [`trials_replay`], `trials_replay_text` | recorded trials made again, and what differs |
 //! | [`power`], `power_text` | what a campaign can see |
 //! | [`timing`] | how reference times came about |
 //! | [`table`] | results reading by reading, as CSV |
@@ -35,6 +36,9 @@ pub mod table;
 pub mod text;
 pub mod timing;
 pub mod trials;
+pub mod trials_replay;
+#[cfg(feature = "cli")]
+pub mod trials_replay_text;
 #[cfg(feature = "cli")]
 pub mod trials_text;
 #[cfg(feature = "cli")]

@@ -16,9 +16,11 @@
 //! | [`plan`] | what each trial is to be, from the seed and its number alone |
 //! | [`shapes`] | effects that no library holds |
 //! | [`design`] | the campaign at its truth, all signatures, who is like whom |
-//! | [`draw`] | the readings of one trial |
+//! | [`situation`] | disturbed readings and misstated values, as data |
+//! | [`draw`] | the readings of one trial; `mixture` and `noise` draw some kinds |
 //! | [`outcome`] | what the diagnosis made of them |
-//! | [`ledger`] | the file of finished trials |
+//! | [`heading`], [`ledger`] | the file of finished trials |
+//! | [`replay`], [`difference`], [`paired`] | recorded trials made again, and compared |
 //! | [`tally`], [`bound`] | the score, with its bounds |
 //!
 //! A trial depends on the seed and its number alone, so the score is the same at any number of
@@ -26,11 +28,18 @@
 
 pub mod bound;
 pub mod design;
+pub mod difference;
 pub mod draw;
+pub mod heading;
 pub mod ledger;
+mod mixture;
+mod noise;
 pub mod outcome;
+pub mod paired;
 pub mod plan;
+pub mod replay;
 pub mod shapes;
+pub mod situation;
 pub mod tally;
 
 use std::collections::HashSet;
@@ -52,7 +61,7 @@ use plan::Plan;
 pub fn run(
     design: &Design,
     plan: &Plan,
-    ledger: Option<&mut Ledger>,
+    mut ledger: Option<&mut Ledger>,
     threads: usize,
     progress: &Progress,
 ) -> std::io::Result<Vec<Outcome>> {
@@ -60,37 +69,48 @@ pub fn run(
     let mut outcomes: Vec<Outcome> =
         known.into_iter().filter(|one| one.trial < plan.trials).collect();
     let done: HashSet<usize> = outcomes.iter().map(|one| one.trial).collect();
-    let open = plan.trials - done.len();
+    let open: Vec<usize> = (0..plan.trials).filter(|trial| !done.contains(trial)).collect();
+    let made = make(design, plan, &open, threads, |outcome, count| {
+        progress.tell(Task::Trials, (done.len() + count) as u64, plan.trials as u64);
+        ledger.as_mut().map_or(Ok(()), |ledger| ledger.add(outcome))
+    })?;
+    outcomes.extend(made);
+    outcomes.sort_by_key(|one| one.trial);
+    outcomes.dedup_by_key(|one| one.trial);
+    Ok(outcomes)
+}
+
+/// Makes some trials of a plan on so many threads. `finished` is shown each outcome, as it comes,
+/// and how many there are; where it fails no more trials begin.
+fn make(
+    design: &Design,
+    plan: &Plan,
+    trials: &[usize],
+    threads: usize,
+    finished: impl FnMut(&Outcome, usize) -> std::io::Result<()> + Send,
+) -> std::io::Result<Vec<Outcome>> {
     let next = AtomicUsize::new(0);
-    let shared = Mutex::new((ledger, Vec::new(), Ok(())));
+    let shared = Mutex::new((finished, Vec::new(), Ok(())));
     let work = || {
         // A trial is too small to be shared: each worker keeps to its own thread.
         let alone = || rayon::ThreadPoolBuilder::new().num_threads(1);
         let alone = alone().use_current_thread().build().or_else(|_| alone().build()).ok();
-        loop {
-            let trial = next.fetch_add(1, Ordering::Relaxed);
-            if trial >= plan.trials {
-                return;
-            }
-            if done.contains(&trial) {
-                continue;
-            }
-            let one = || outcome::of(design, plan, trial);
+        while let Some(trial) = trials.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let one = || outcome::of(design, plan, *trial);
             let made = alone.as_ref().map_or_else(one, |pool| pool.install(one));
             let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
-            let (ledger, outcomes, failed) = &mut *shared;
-            if let Some(Err(error)) = ledger.as_mut().map(|ledger| ledger.add(&made)) {
-                *failed = Err(error);
+            let (finished, outcomes, failed) = &mut *shared;
+            if failed.is_ok() {
+                *failed = finished(&made, outcomes.len() + 1);
             }
             if failed.is_err() {
                 return;
             }
             outcomes.push(made);
-            progress.tell(Task::Trials, (done.len() + outcomes.len()) as u64, plan.trials as u64);
         }
     };
     std::thread::scope(|scope| {
-        for _ in 1..threads.min(open) {
+        for _ in 1..threads.min(trials.len()) {
             // Where no more threads can be started, those that there are do the work.
             if std::thread::Builder::new().spawn_scoped(scope, work).is_err() {
                 break;
@@ -99,9 +119,5 @@ pub fn run(
         work();
     });
     let (_, made, failed) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
-    failed?;
-    outcomes.extend(made);
-    outcomes.sort_by_key(|one| one.trial);
-    outcomes.dedup_by_key(|one| one.trial);
-    Ok(outcomes)
+    failed.map(|()| made)
 }

@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 
 use crate::report::json::number;
 use crate::trials::bound::Count;
+use crate::trials::tally::mixtures::Mixtures;
 use crate::trials::tally::{Cell, Tally};
 
 /// The score.
@@ -33,6 +34,25 @@ pub fn json(tally: &Tally, seed: u64) -> Value {
             .iter()
             .map(|one| json!({ "truth": one.truth, "said": one.said, "trials": one.trials }))
             .collect::<Vec<_>>(),
+        "mixtures": tally.mixtures.map(mixtures),
+    })
+}
+
+/// What was identified in mixtures, each rate with what it exceeds at 95 %.
+fn mixtures(score: Mixtures) -> Value {
+    let rate = |count: Count| {
+        json!({
+            "rate": number(count.rate()),
+            "lower": number(Some(count.lower())),
+            "trials": count.trials,
+        })
+    };
+    json!({
+        "effects": rate(score.effects),
+        "large_effects": rate(score.large),
+        "names_right": rate(score.names),
+        "remainder": rate(score.remainder),
+        "false_remainder": with_bound(score.false_remainder, score.false_remainder.upper()),
     })
 }
 

@@ -2,6 +2,7 @@
 
 use crate::report::layout::{drawn, table};
 use crate::trials::bound::Count;
+use crate::trials::tally::mixtures::{LARGE, Mixtures, SEEN};
 use crate::trials::tally::{Cell, Tally};
 
 /// Lines of the table of what went wrong.
@@ -15,6 +16,9 @@ pub fn text(title: &str, tally: &Tally, each: bool) -> String {
     }
     text.push_str(&format!("\n\n{}", overall(tally)));
     text.push_str(&rates(&tally.cells, each));
+    if let Some(score) = &tally.mixtures {
+        text.push_str(&mixtures(score));
+    }
     if !tally.confusion.is_empty() {
         let mut rows = table(&["what was true", "what was said", "times"]);
         for one in tally.confusion.iter().take(WRONG) {
@@ -59,7 +63,8 @@ fn rates(cells: &[Cell], each: bool) -> String {
     let header = ["what was true", "form", "lambda", "trials", "detected", "first", "first three"];
     let header: Vec<&str> = header.into_iter().chain(["declared", "exactly", "unknown"]).collect();
     let mut rows = table(&header);
-    for cell in cells.iter().filter(|cell| each || cell.effect.is_none()) {
+    let is_shown = |cell: &&Cell| each || cell.effect.is_none() || cell.kind == "situation";
+    for cell in cells.iter().filter(is_shown) {
         let truth = cell
             .effect
             .as_ref()
@@ -90,6 +95,29 @@ fn rates(cells: &[Cell], each: bool) -> String {
         ]);
     }
     format!("rates, and what each exceeds at 95 %\n{}", drawn(&rows))
+}
+
+/// What was identified in mixtures.
+fn mixtures(score: &Mixtures) -> String {
+    let mut rows = table(&["mixtures", "rate", "95 % bound", "of"]);
+    let rates = [
+        ("effects named".to_owned(), score.effects),
+        (format!("effects of lambda {LARGE} and more named"), score.large),
+        ("names right".to_owned(), score.names),
+        (format!("remainder seen, outside cause of lambda {SEEN} and more"), score.remainder),
+    ];
+    let mut row = |name: String, count: Count, bound: String| {
+        if let Some(rate) = count.rate() {
+            rows.add_row([name, percent(rate), bound, count.trials.to_string()]);
+        }
+    };
+    for (name, count) in rates {
+        row(name, count, format!("above {}", percent(count.lower())));
+    }
+    let wrong = score.false_remainder;
+    let name = "remainder reported without an outside cause".to_owned();
+    row(name, wrong, format!("below {}", percent(wrong.upper())));
+    format!("\n{}", drawn(&rows))
 }
 
 fn with_bound(count: Count) -> String {

@@ -66,6 +66,8 @@ pub struct Cause {
 pub struct Dose {
     /// The cause.
     pub cause: Cause,
+    /// Length of its signature, in units of the noise.
+    pub lambda: f64,
     /// Its member, among the design's ways.
     way: usize,
     /// What is put into the model.
@@ -174,6 +176,7 @@ impl Design {
         });
         Dose {
             cause: cause.clone(),
+            lambda,
             way,
             selected: candidate.selected.clone(),
             values: values.collect(),

@@ -7,41 +7,16 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, Write};
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::design::Design;
+use crate::campaign::lines::read_bytes;
+use crate::document::files::{open_regular, reason};
+
+use super::heading::Heading;
 use super::outcome::Outcome;
-use super::plan::Plan;
 
-/// Of what the trials of a file are.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Heading {
-    /// Seed of the plan.
-    pub seed: u64,
-    /// The plan's strata.
-    pub plan: String,
-    /// Models, times, inputs, noise, effects and truth of the campaign.
-    pub design: String,
-    /// Version of the program that diagnosed.
-    #[serde(default)]
-    pub version: String,
-}
-
-impl Heading {
-    /// Of a plan on a design.
-    pub fn of(plan: &Plan, design: &Design) -> Self {
-        let stratum = |one: &super::plan::Stratum| {
-            format!("{} {:?} {:.4}", one.kind.word(), one.size, one.weight)
-        };
-        let strata: Vec<String> = plan.strata.iter().map(stratum).collect();
-        Self {
-            seed: plan.seed,
-            plan: strata.join("; "),
-            design: format!("{:016x}", design.stamp()),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-        }
-    }
-}
+/// Bytes of a file of trials, unpacked: some hundred thousand trials.
+const MOST_BYTES: usize = 1 << 28;
 
 /// Why a file of trials cannot be gone on with.
 #[derive(Debug, thiserror::Error)]
@@ -49,6 +24,9 @@ pub enum LedgerError {
     /// The disk's.
     #[error(transparent)]
     Disk(#[from] io::Error),
+    /// It cannot be read; why, in words.
+    #[error("{0}")]
+    Unread(String),
     /// It is no file of trials.
     #[error("its first line does not say of what the trials are")]
     NoHeading,
@@ -58,6 +36,44 @@ pub enum LedgerError {
         /// What differs.
         what: &'static str,
     },
+}
+
+/// A file of trials that is only read.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    /// Of what the trials are.
+    pub heading: Heading,
+    /// The trials in order, each once: the first line of each counts.
+    pub outcomes: Vec<Outcome>,
+    /// Numbers of the lines (from 1) that could not be read.
+    pub unreadable: Vec<usize>,
+}
+
+impl Recorded {
+    /// Reads a file, plain or `.gz`.
+    ///
+    /// # Errors
+    /// Where it cannot be read or is no file of trials.
+    pub fn read(path: &Path) -> Result<Self, LedgerError> {
+        let bytes = open_regular(path).and_then(|file| read_bytes(file, MOST_BYTES));
+        let bytes = bytes.map_err(|error| LedgerError::Unread(reason(path, &error)))?;
+        if bytes.len() > MOST_BYTES {
+            return Err(LedgerError::Unread(format!("it has more than {MOST_BYTES} bytes")));
+        }
+        let mut lines = bytes.split(|byte| *byte == b'\n').zip(1..);
+        let heading = lines.next().and_then(|(line, _)| serde_json::from_slice(line).ok());
+        let heading = heading.ok_or(LedgerError::NoHeading)?;
+        let (mut outcomes, mut unreadable): (Vec<Outcome>, _) = (Vec::new(), Vec::new());
+        for (line, number) in lines.filter(|(line, _)| !line.trim_ascii().is_empty()) {
+            match serde_json::from_slice(line) {
+                Ok(outcome) => outcomes.push(outcome),
+                Err(_) => unreadable.push(number),
+            }
+        }
+        outcomes.sort_by_key(|one| one.trial);
+        outcomes.dedup_by_key(|one| one.trial);
+        Ok(Self { heading, outcomes, unreadable })
+    }
 }
 
 /// An open file of trials.
@@ -89,9 +105,11 @@ impl Ledger {
                 break;
             }
             if good == 0 {
-                match serde_json::from_slice::<Heading>(&line) {
-                    Ok(found) => same(&found, heading)?,
-                    Err(_) => return Err(LedgerError::NoHeading),
+                let Ok(found) = serde_json::from_slice::<Heading>(&line) else {
+                    return Err(LedgerError::NoHeading);
+                };
+                if let Some(what) = found.differs_from(heading) {
+                    return Err(LedgerError::Other { what });
                 }
             } else if let Ok(outcome) = serde_json::from_slice(&line) {
                 outcomes.push(outcome);
@@ -130,21 +148,4 @@ fn line_of(what: &impl Serialize) -> io::Result<Vec<u8>> {
     let mut line = serde_json::to_vec(what)?;
     line.push(b'\n');
     Ok(line)
-}
-
-fn same(found: &Heading, wanted: &Heading) -> Result<(), LedgerError> {
-    let other = |what| Err(LedgerError::Other { what });
-    if found.seed != wanted.seed {
-        return other("seed");
-    }
-    if found.version != wanted.version {
-        return other("version of homepoint");
-    }
-    if found.design != wanted.design {
-        return other("campaign or library");
-    }
-    if found.plan != wanted.plan {
-        return other("plan");
-    }
-    Ok(())
 }

@@ -1,6 +1,11 @@
 //! What a diagnosis made of one trial, against the truth.
 //!
 //! The diagnosis is given readings and a library; what is true is looked at only afterwards.
+//!
+//! An outcome is a line of a file of trials. Fields that older files lack are `None` there.
+
+pub mod findings;
+pub mod mixed;
 
 use serde::{Deserialize, Serialize};
 
@@ -15,8 +20,11 @@ use crate::engine::gram::LeastSquares;
 use crate::estimate::batch::Options;
 
 use super::design::Design;
-use super::draw::{Drawn, draw, is_foreign, take_readings};
+use super::draw::{Drawn, draw, take_readings};
+use super::noise::is_foreign;
 use super::plan::{Kind, Plan, Trial};
+use findings::{EffectSize, Excluded, Location};
+use mixed::Mixed;
 
 /// One trial: what was true, and what was said.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,13 +33,13 @@ pub struct Outcome {
     pub trial: usize,
     /// Seed of its readings.
     pub seed: u64,
-    /// `none`, `one`, `two`, `withheld`, `noise`.
+    /// [`Kind::word`].
     pub kind: String,
     /// Whether an effect has a form that the library lacks.
     pub own_form: bool,
     /// What was put in.
     pub effects: Vec<String>,
-    /// Length of each effect's signature; 0 where there is none.
+    /// Length of each effect's signature; 0 where there is none, or each has its own.
     pub lambda: f64,
     /// Whether `lambda` was drawn from a range.
     pub spread: bool,
@@ -66,6 +74,24 @@ pub struct Outcome {
     pub closed_in_truth: Option<f64>,
     /// Why there is no diagnosis.
     pub failed: Option<String>,
+    /// The special situation, where it is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub situation: Option<String>,
+    /// What is true of each effect of a mixture, and what was identified.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mixture: Option<Mixed>,
+    /// Why what is there has no name; empty where that is no question.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Where it sits, the largest first, three at most.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub location: Option<Vec<Location>>,
+    /// The values of the named effects and of the nearest one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sizes: Option<Vec<EffectSize>>,
+    /// Readings that are left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub excluded: Option<Vec<Excluded>>,
 }
 
 impl Outcome {
@@ -78,21 +104,26 @@ impl Outcome {
     pub fn is_exact(&self) -> bool {
         self.is_diagnosed() && self.exact
     }
+
+    /// What was put in, in a word or two: the situation, else the effects.
+    pub fn truth(&self) -> String {
+        self.situation.clone().unwrap_or_else(|| self.effects.join(" + "))
+    }
 }
 
 /// Draws a trial and diagnoses it.
 pub fn of(design: &Design, plan: &Plan, number: usize) -> Outcome {
     let trial = plan.trial(number);
     let drawn = draw(design, &trial);
-    let without = match (trial.kind, drawn.doses.first()) {
-        (Kind::Withheld, Some(dose)) => design.like(dose),
-        _ => Vec::new(),
+    let withheld = match trial.kind {
+        Kind::Withheld => drawn.doses.first(),
+        _ => drawn.doses.last().filter(|_| drawn.outside > 0),
     };
+    let without = withheld.map_or_else(Vec::new, |dose| design.like(dose));
     let wanted = Wanted { without, ..design.wanted.clone() };
     let mut outcome = truth(number, &trial, &drawn);
-    let recipes = design.recipes.clone();
-    match diagnose(drawn.problem.clone(), recipes, &wanted, &Options::default()) {
-        Ok(found) => judge(&mut outcome, design, &drawn, trial.kind, &found),
+    match diagnose(drawn.problem.clone(), drawn.recipes.clone(), &wanted, &Options::default()) {
+        Ok(found) => judge(&mut outcome, design, &drawn, &trial, &found),
         Err(error) => outcome.failed = Some(error.to_string()),
     }
     outcome
@@ -126,40 +157,59 @@ fn truth(number: usize, trial: &Trial, drawn: &Drawn) -> Outcome {
         closed: None,
         closed_in_truth: None,
         failed: None,
+        situation: trial.situation.as_ref().map(|situation| situation.name.clone()),
+        mixture: (trial.kind == Kind::Mixture).then(|| Mixed::truth(drawn)),
+        reason: None,
+        location: None,
+        sizes: None,
+        excluded: None,
     }
 }
 
-fn judge(outcome: &mut Outcome, design: &Design, drawn: &Drawn, kind: Kind, found: &Diagnosis) {
+fn judge(outcome: &mut Outcome, design: &Design, drawn: &Drawn, trial: &Trial, found: &Diagnosis) {
     outcome.verdict = found.verdict.word().to_owned();
     outcome.named = found.effects.iter().map(|one| one.candidate.name.clone()).collect();
     outcome.noise = found.noise.iter().map(|one| one.name.clone()).collect();
+    findings::write(outcome, found);
     let names: Vec<&str> = found.candidates.iter().map(|one| one.name.as_str()).collect();
     outcome.best = names.iter().take(3).map(|name| (*name).to_owned()).collect();
     outcome.rank = rank(design, drawn, &names);
-    let right = |name: &String| drawn.doses.iter().any(|dose| design.is_named(dose, name));
-    outcome.declared = !drawn.doses.is_empty()
-        && kind != Kind::Withheld
-        && drawn
-            .doses
-            .iter()
-            .all(|dose| outcome.named.iter().any(|name| design.is_named(dose, name)));
-    outcome.exact = match kind {
-        Kind::None => found.verdict == Verdict::Adequate,
-        Kind::Noise => outcome.named.is_empty() && found.verdict != Verdict::Unknown,
-        Kind::Withheld => found.verdict == Verdict::Unknown,
-        Kind::One | Kind::Two => {
-            outcome.declared
-                && outcome.named.len() == drawn.doses.len()
-                && outcome.named.iter().all(right)
+    let known = &drawn.doses[..drawn.doses.len() - drawn.outside];
+    let is_right = |name: &String| known.iter().any(|dose| design.is_named(dose, name));
+    let named = &outcome.named;
+    let all_named = known.iter().all(|dose| named.iter().any(|name| design.is_named(dose, name)));
+    outcome.declared = !known.is_empty() && trial.kind != Kind::Withheld && all_named;
+    let are_right = named.len() == known.len() && named.iter().all(is_right);
+    outcome.exact = match (trial.kind, &trial.situation) {
+        (Kind::None, _) => found.verdict == Verdict::Adequate,
+        (Kind::Noise, _) => named.is_empty() && found.verdict != Verdict::Unknown,
+        (Kind::Withheld, _) => found.verdict == Verdict::Unknown,
+        (Kind::One | Kind::Two, _) => outcome.declared && are_right,
+        (Kind::Mixture, _) => {
+            let has_remainder = has_remainder(found.verdict);
+            outcome.declared && are_right && has_remainder == (drawn.outside > 0)
         }
+        (Kind::Situation, situation) => situation.as_ref().is_some_and(|situation| {
+            let is_known = |name: &String| is_right(name) || situation.names.contains(name);
+            let is_seen = situation.unmodelled.is_none_or(|it| it == has_remainder(found.verdict));
+            all_named && named.iter().all(is_known) && is_seen
+        }),
     };
+    if let Some(mixture) = &mut outcome.mixture {
+        mixture.judge(design, known, &outcome.named, has_remainder(found.verdict));
+    }
     if let (true, Some(search)) = (outcome.mixed, &found.search) {
-        probability(outcome, design, drawn, kind, search);
+        probability(outcome, design, drawn, trial.kind, search);
     }
     outcome.closed = found.gap.as_ref().and_then(|gap| gap.closed);
     if outcome.closed.is_some() {
         outcome.closed_in_truth = closed_in_truth(outcome.lambda, drawn, found);
     }
+}
+
+/// Whether a verdict says that something is there which no named effect explains.
+fn has_remainder(verdict: Verdict) -> bool {
+    matches!(verdict, Verdict::Unknown | Verdict::ShapeDiffers)
 }
 
 /// Where the first of the true effects stands, effects that are alike counted once.

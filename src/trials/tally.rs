@@ -1,11 +1,14 @@
 //! The score: rates by kind, effect and size, each with its bound, and how honest probabilities and
 //! shrinkage are.
 
+pub mod mixtures;
+
 use std::collections::BTreeMap;
 
 use super::bound::Count;
 use super::outcome::Outcome;
 use crate::estimate::median::upper_median;
+use mixtures::Mixtures;
 
 /// Sizes drawn from a range are put together between these.
 const BANDS: [f64; 9] = [2.0, 4.0, 6.0, 8.0, 12.0, 18.0, 25.0, 50.0, 100.0];
@@ -17,7 +20,7 @@ const LEAST_LAMBDA: f64 = 12.0;
 /// Trials of a kind, an effect and a size.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cell {
-    /// `none`, `one`, `two`, `withheld`, `noise`.
+    /// The word of the kind.
     pub kind: String,
     /// Whether the effects have forms that the library lacks; `None` for both together.
     pub own_form: Option<bool>,
@@ -87,6 +90,8 @@ pub struct Tally {
     pub shrinkages: usize,
     /// Where effects of size `LEAST_LAMBDA` and more went, those that went wrong.
     pub confusion: Vec<Confusion>,
+    /// What was identified in mixtures; `None` without any.
+    pub mixtures: Option<Mixtures>,
     /// Trials without diagnosis: they count as wrong, but as no false alarm.
     pub failed: usize,
 }
@@ -113,10 +118,11 @@ pub fn tally(outcomes: &[Outcome]) -> Tally {
         false_alarms,
         noise_alarms,
         brier: mean(outcomes.iter().filter_map(|one| one.brier)),
-        calibration_error: calibration_error(outcomes),
+        calibration_error: calibration_error(outcomes.iter()),
         shrinkage_error: upper_median(&mut shrinkage.clone()),
         shrinkages: shrinkage.len(),
         confusion: confusion(outcomes),
+        mixtures: mixtures::score(outcomes),
         failed: outcomes.iter().filter(|one| !one.is_diagnosed()).count(),
     }
 }
@@ -138,9 +144,11 @@ fn cells(outcomes: &[Outcome]) -> Vec<Cell> {
     let mut cells: BTreeMap<Key, Cell> = BTreeMap::new();
     for one in outcomes {
         let (lambda, band) = band(one);
-        let effect = one.effects.join(" + ");
-        let alone = if one.kind == "two" || effect.is_empty() { None } else { Some(effect) };
-        let own = Some(one.own_form).filter(|_| one.kind != "none");
+        let effect = one.truth();
+        let is_of_several = matches!(one.kind.as_str(), "two" | "mixture");
+        let alone = if is_of_several || effect.is_empty() { None } else { Some(effect) };
+        let has_forms = matches!(one.kind.as_str(), "one" | "two" | "withheld" | "noise");
+        let own = Some(one.own_form).filter(|_| has_forms);
         let mut places = vec![(None, None), (own, None), (own, alone)];
         places.dedup();
         for (own_form, effect) in places {
@@ -165,9 +173,9 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 /// Mean absolute difference between confidence and success over bins of as many trials each.
-fn calibration_error(outcomes: &[Outcome]) -> Option<f64> {
+pub(super) fn calibration_error<'o>(outcomes: impl Iterator<Item = &'o Outcome>) -> Option<f64> {
     let mut said: Vec<(f64, bool)> =
-        outcomes.iter().filter_map(|one| Some((one.confidence?, one.sure?))).collect();
+        outcomes.filter_map(|one| Some((one.confidence?, one.sure?))).collect();
     said.sort_by(|a, b| a.0.total_cmp(&b.0));
     let bins = BINS.min(said.len());
     let each = (0..bins).map(|bin| {
@@ -188,8 +196,9 @@ fn shrinkage(outcomes: &[Outcome]) -> Vec<f64> {
 fn confusion(outcomes: &[Outcome]) -> Vec<Confusion> {
     let mut counts: BTreeMap<(String, String), usize> = BTreeMap::new();
     for one in outcomes.iter().filter(|one| !one.is_exact()) {
-        if one.lambda >= LEAST_LAMBDA || matches!(one.kind.as_str(), "none" | "noise") {
-            let truth = format!("{}: {}", one.kind, one.effects.join(" + "));
+        if one.lambda >= LEAST_LAMBDA || matches!(one.kind.as_str(), "none" | "noise" | "situation")
+        {
+            let truth = format!("{}: {}", one.kind, one.truth());
             let said = match one.named.as_slice() {
                 [] if one.verdict.is_empty() => "no diagnosis".to_owned(),
                 [] => one.verdict.clone(),
