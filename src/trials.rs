@@ -17,7 +17,8 @@
 //! | [`shapes`] | effects that no library holds |
 //! | [`design`] | the campaign at its truth, all signatures, who is like whom |
 //! | [`situation`] | disturbed readings and misstated values, as data |
-//! | [`draw`] | the readings of one trial; `mixture` and `noise` draw some kinds |
+//! | `simulated` | the campaign with effects of known values |
+//! | [`draw`] | the readings of one trial; `doses`, `mixture` and `noise` draw parts of it |
 //! | [`outcome`] | what the diagnosis made of them |
 //! | [`heading`], [`ledger`] | the file of finished trials |
 //! | [`replay`], [`difference`], [`paired`] | recorded trials made again, and compared |
@@ -32,6 +33,7 @@ pub mod difference;
 pub mod draw;
 pub mod heading;
 pub mod ledger;
+mod doses;
 mod mixture;
 mod noise;
 pub mod outcome;
@@ -39,6 +41,7 @@ pub mod paired;
 pub mod plan;
 pub mod replay;
 pub mod shapes;
+mod simulated;
 pub mod situation;
 pub mod tally;
 

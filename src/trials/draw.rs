@@ -4,9 +4,7 @@
 
 use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
-use rand_distr::{Distribution, StandardNormal};
 
-use crate::diagnose::fitted::{carried, rebuilt};
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::Recipe;
 use crate::engine::simulate::simulate;
@@ -14,9 +12,11 @@ use crate::engine::{Point, Problem};
 use crate::system::Selected;
 
 use super::design::{Cause, Design, Dose};
+use super::doses::{dose, pick};
 use super::mixture::{Mixture, mixture};
-use super::noise::make_noise;
+use super::noise::simulate_misstated;
 use super::plan::{Kind, Trial};
+use super::simulated::{noiseless, take_readings, with};
 
 /// Part of the effects of a library's kind that have a form of their own.
 const OWN_FORMS: f64 = 0.4;
@@ -54,17 +54,6 @@ impl Drawn {
     }
 }
 
-/// The campaigns with readings as their models give them, without noise.
-pub(super) fn noiseless(full: &Problem, point: &Point) -> Problem {
-    let mut quiet = full.clone();
-    for part in &mut quiet.parts {
-        part.sigma.fill(0.0);
-        part.random_sigma.fill(0.0);
-    }
-    simulate(&mut quiet, point, 0, true);
-    quiet
-}
-
 /// Draws a trial.
 pub fn draw(design: &Design, trial: &Trial) -> Drawn {
     let mut chance = trial.generator.clone();
@@ -79,7 +68,8 @@ pub fn draw(design: &Design, trial: &Trial) -> Drawn {
         full: None,
     };
     if trial.kind == Kind::Noise {
-        make_noise(design, trial, &mut drawn, &mut chance);
+        let name = simulate_misstated(design, trial.seed, &mut drawn.problem, &mut chance);
+        drawn.noise = Some(name);
     } else if drawn.doses.is_empty() && trial.situation.is_none() {
         simulate(&mut drawn.problem, &design.truth, trial.seed, design.planned);
     } else {
@@ -132,16 +122,6 @@ fn with_noise(mut problem: Problem, factor: f64) -> Problem {
     problem
 }
 
-/// One of some causes.
-pub(super) fn pick<'c>(causes: &[&'c Cause], chance: &mut ChaCha12Rng) -> Option<&'c Cause> {
-    (!causes.is_empty()).then(|| causes[chance.random_range(0..causes.len())])
-}
-
-pub(super) fn dose(design: &Design, cause: &Cause, lambda: f64, chance: &mut ChaCha12Rng) -> Dose {
-    let member = chance.random::<f64>();
-    design.dose(cause, lambda, member, &mut || StandardNormal.sample(&mut *chance))
-}
-
 /// An effect of the library, in its form or another one.
 fn one(design: &Design, own_form: bool, lambda: f64, chance: &mut ChaCha12Rng) -> Option<Dose> {
     let of = |foreign: bool| -> Vec<&Cause> {
@@ -187,37 +167,4 @@ fn two(design: &Design, lambda: f64, chance: &mut ChaCha12Rng) -> Vec<Dose> {
         }
     }
     doses
-}
-
-/// The campaigns with effects of these values, at the truth.
-pub(super) fn with(
-    design: &Design,
-    selected: &[Selected],
-    values: &[(String, usize, Option<String>, f64)],
-) -> (Problem, Point) {
-    let parts = design.problem.parts.iter().zip(&design.recipes).map(|(part, recipe)| match recipe
-        .with(selected)
-    {
-        Ok(system) => rebuilt(part, system),
-        Err(_) => part.clone(),
-    });
-    let full = Problem::new(parts.collect());
-    let mut point = carried(&design.problem, &design.truth, &full);
-    for (name, component, of, value) in values {
-        for (index, instance) in full.layout.instances.iter().enumerate() {
-            if instance.name == *name && instance.whose() == of.as_deref() {
-                point.set_component(&full.layout, index, *component, *value);
-            }
-        }
-    }
-    (full, point)
-}
-
-/// Gives one problem the readings of another.
-pub(super) fn take_readings(problem: &mut Problem, from: &Problem) {
-    for (part, other) in problem.parts.iter_mut().zip(&from.parts) {
-        for (run, other) in part.runs.iter_mut().zip(&other.runs) {
-            run.record.clone_from(&other.record);
-        }
-    }
 }

@@ -5,7 +5,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
 
 use super::design::{Cause, Design, Dose};
-use super::draw::{dose, pick};
+use super::doses::{dose, pick};
 use super::plan::{Size, between};
 
 /// How many effects of the library.

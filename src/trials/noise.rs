@@ -11,8 +11,7 @@ use crate::engine::{Point, Problem};
 use crate::graph::MeasurandKind;
 
 use super::design::Design;
-use super::draw::{Drawn, take_readings, with};
-use super::plan::Trial;
+use super::simulated::{take_readings, with};
 
 /// rms of what noise adds to the readings, in units of the stated noise.
 const NOISE_SIZES: (f64, f64) = (0.5, 3.0);
@@ -30,23 +29,22 @@ pub(super) fn is_foreign(noise: &str) -> bool {
     FOREIGN.contains(&noise)
 }
 
-/// Draws readings whose noise is not what is stated.
-pub(super) fn make_noise(
+/// Simulates readings whose noise is not what is stated; the kind of noise.
+pub(super) fn simulate_misstated(
     design: &Design,
-    trial: &Trial,
-    drawn: &mut Drawn,
+    seed: u64,
+    problem: &mut Problem,
     chance: &mut ChaCha12Rng,
-) {
+) -> String {
     let mut names: Vec<&str> = design.noise.iter().map(|one| one.name.as_str()).collect();
     names.dedup();
     names.extend(FOREIGN);
     let name = names[chance.random_range(0..names.len())];
-    drawn.noise = Some(name.to_owned());
     let ways: Vec<_> = design.noise.iter().filter(|one| one.name == name).collect();
     if ways.is_empty() {
-        simulate(&mut drawn.problem, &design.truth, trial.seed, design.planned);
-        spoil(&mut drawn.problem, name, chance);
-        return;
+        simulate(problem, &design.truth, seed, design.planned);
+        spoil(problem, name, chance);
+        return name.to_owned();
     }
     let way = ways[chance.random_range(0..ways.len())];
     let share = chance.random::<f64>();
@@ -58,11 +56,12 @@ pub(super) fn make_noise(
             point.values[index][0] = between(LEVEL_SIZES) * typical;
         }
     }
-    let added = added(&full, &point, name, trial.seed);
+    let added = added(&full, &point, name, seed);
     let by = if added > 0.0 { between(NOISE_SIZES) / added } else { 0.0 };
     set_randoms(&mut full, name, by);
-    simulate(&mut full, &point, trial.seed, design.planned);
-    take_readings(&mut drawn.problem, &full);
+    simulate(&mut full, &point, seed, design.planned);
+    take_readings(problem, &full);
+    name.to_owned()
 }
 
 /// Gives the random quantities of an effect so many times their usual size.

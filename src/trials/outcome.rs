@@ -20,9 +20,10 @@ use crate::engine::gram::LeastSquares;
 use crate::estimate::batch::Options;
 
 use super::design::Design;
-use super::draw::{Drawn, draw, take_readings};
+use super::draw::{Drawn, draw};
 use super::noise::is_foreign;
 use super::plan::{Kind, Plan, Trial};
+use super::simulated::take_readings;
 use findings::{EffectSize, Excluded, Location};
 use mixed::Mixed;
 

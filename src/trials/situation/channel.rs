@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::engine::part::wrapped;
 use crate::engine::{Point, Problem};
 use crate::graph::MeasurandKind;
-use crate::trials::draw::noiseless;
+use crate::trials::simulated::noiseless;
 
 use super::course::Course;
 use super::replaced::{scalars, within};
