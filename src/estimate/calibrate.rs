@@ -274,7 +274,8 @@ fn holding_bounds(problem: &Problem, fit: &Fit<Point>) -> Vec<Vec<Option<Bound>>
         let column = layout.range_of(index).nth(component)?;
         let pull = *pull.as_ref()?.get(column)?;
         let value = fit.point.values[index][component];
-        let is_on = |bound: f64| (value - bound).abs() <= ON_BOUND * bound.abs();
+        let is_on =
+            |bound: f64| bound.is_finite() && (value - bound).abs() <= ON_BOUND * bound.abs();
         let (lower, upper) = layout.bounds_of(index, component);
         match pull {
             _ if is_on(lower) && pull < 0.0 => Some(Bound::Lower),

@@ -44,11 +44,13 @@ fn an_estimate_that_a_bound_holds_says_so_and_has_no_uncertainty() {
 
 #[test]
 fn a_bound_that_does_not_hold_the_estimate_leaves_it_alone() {
-    let fit = fitted(r#"a = { lower = "0 m", upper = "2 m" }"#, "1 mm", &[1.0, 1.001]);
-    let one = of_a(&fit);
-    assert_eq!(one.bound, None);
-    assert!((one.sigma.unwrap() - 1e-3 / 2_f64.sqrt()).abs() < 1e-12);
-    assert!(report::json::calibration(&fit)["parameters"][0].get("bound").is_none());
+    for said in ["", r#"a = { lower = "0 m" }"#, r#"a = { lower = "0 m", upper = "2 m" }"#] {
+        let fit = fitted(said, "1 mm", &[1.0, 1.001]);
+        let one = of_a(&fit);
+        assert_eq!(one.bound, None, "{said}");
+        assert!((one.sigma.unwrap() - 1e-3 / 2_f64.sqrt()).abs() < 1e-12);
+        assert!(report::json::calibration(&fit)["parameters"][0].get("bound").is_none());
+    }
 }
 
 #[test]
