@@ -216,7 +216,8 @@ impl Loader<'_> {
         let warning = Diagnostic::warning(format!("{columns} not used: model `{model}` {does}"));
         let mut warning = warning.at(table.header_place(place));
         if table.is_outside() {
-            self.warnings.push(warning.help(format!("their names are not shown, for {OUTSIDE}")));
+            self.warnings
+                .push(warning.help(format!("their names are not shown, for the file {OUTSIDE}")));
             return;
         }
         for column in unused.iter().take(MOST_NAMES) {

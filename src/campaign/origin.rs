@@ -29,7 +29,7 @@ impl Origin {
     /// Names of the file for a message: the first of them, and how many there are beside.
     pub(crate) fn names<'a>(&self, names: impl ExactSizeIterator<Item = &'a str>) -> String {
         if self.is_outside {
-            return format!("not shown, for {OUTSIDE}");
+            return format!("(not shown, for the file {OUTSIDE})");
         }
         listed(names, MOST_NAMES, "")
     }
@@ -46,7 +46,7 @@ impl Origin {
     /// Faults of the file's content; says why nothing of it is shown.
     pub(crate) fn faults(&self, mut faults: Diagnostics) -> Diagnostics {
         if let (Some(last), true) = (faults.0.last_mut(), self.is_outside) {
-            last.help.push(format!("the content of the file is not shown, for {OUTSIDE}"));
+            last.help.push(format!("its content is not shown, for the file {OUTSIDE}"));
         }
         faults
     }

@@ -77,13 +77,14 @@ pub(crate) fn withhold(source: &Source, faults: Diagnostics, help: &str) -> Diag
     if !source.is_withheld() {
         return faults;
     }
-    let message = format!("`{}` is at fault, but its content is not shown: {OUTSIDE}", source.file);
+    let message =
+        format!("`{}` is at fault, but its content is not shown: it {OUTSIDE}", source.file);
     let place = faults.0.into_iter().find_map(|fault| fault.place);
     Diagnostic::error(message).at_maybe(place.as_ref()).help(help).into()
 }
 
 /// Why messages show nothing of a file.
-pub(crate) const OUTSIDE: &str = "it lies outside the campaign's folder";
+pub(crate) const OUTSIDE: &str = "lies outside the campaign's folder";
 
 /// A file that does not exist, with the one beside it whose name is nearest.
 fn not_there(path: &Path) -> Diagnostic {

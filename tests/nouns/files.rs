@@ -253,7 +253,10 @@ fn faults_of_a_file_outside_keep_their_place() {
     fs::write(folder.join("campaign.toml"), text).unwrap();
     let fault = opened(&folder, false).unwrap_err();
     assert!(fault.contains("elsewhere.csv:3:3: error: expected a number in column `x`"), "{fault}");
-    assert!(fault.contains("not shown, for it lies outside the campaign's folder"), "{fault}");
+    assert!(
+        fault.contains("not shown, for the file lies outside the campaign's folder"),
+        "{fault}"
+    );
     let inside = CAMPAIGN.replace("\"logged.csv\"", "\"effects/../elsewhere.csv\"");
     fs::write(folder.join("campaign.toml"), inside).unwrap();
     fs::write(folder.join("elsewhere.csv"), row).unwrap();
