@@ -50,7 +50,8 @@ impl Contradicted {
 ///
 /// Where residuals are larger than stated the bar is higher by as much: by the variance factor of
 /// what remains without the value that is judged, and without those that are contradicted anyway.
-/// Otherwise a value that is far enough off would raise the bar beyond itself.
+/// Otherwise a value that is far enough off would raise the bar beyond itself. Two values that are
+/// both far off can still hide each other.
 pub fn contradicted(result: &Calibration) -> Vec<Contradicted> {
     if !result.is_sound() {
         return Vec::new();

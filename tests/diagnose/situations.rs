@@ -225,7 +225,7 @@ fn random_courses_have_their_spectra() {
     assert!((0.68..0.86).contains(&memory), "{memory}");
 
     let levels = course(Course::Levels);
-    let each: Vec<f64> = levels.iter().map(|run| rms(run)).collect();
+    let each: Vec<f64> = levels.iter().map(rms).collect();
     let most = each.iter().fold(0.0, |most, one| f64::max(most, *one));
     let least = each.iter().fold(f64::INFINITY, |least, one| f64::min(least, *one));
     assert!(most > 2.0 * least, "{each:?}");

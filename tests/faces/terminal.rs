@@ -118,7 +118,7 @@ fn a_failure_is_one_json_object_too() {
     let free = std::fs::read_to_string(&campaign).unwrap().replace("\"x.delay\" =", "#");
     std::fs::write(&campaign, free).unwrap();
     // A model without a value at its start.
-    let model = SCALE.replace("value = 'a'", "value = 'a + 0 m * log(a / (1 m))'");
+    let model = SCALE.replace("value = 'a'", "value = 'a * log(-1 - (a / (1 m))^2)'");
     let (head, sigma) = ("", "x = { sigma = \"1 m\" }");
     let undefined = scales.written("undefined", &model, head, "", sigma, "m", &[4.0, 6.0]);
     // Readings too large to be squared.

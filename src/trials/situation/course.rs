@@ -202,7 +202,7 @@ fn direction(samples: &Samples) -> Vec<f64> {
     };
     let rate = |at: usize| input.at(at, samples.time[at], 0.0, 1);
     (0..samples.len())
-        .map(|at| rate(at))
+        .map(rate)
         .map(|rate: f64| if rate < 0.0 { -1.0 } else { 1.0 })
         .collect()
 }
