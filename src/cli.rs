@@ -28,7 +28,7 @@ mod threads;
 mod trials;
 mod wanted;
 
-use std::borrow::Cow;
+use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -159,11 +159,12 @@ pub fn run() -> ExitCode {
 /// Prints help, or what is wrong with the arguments: as it is drawn, but for arguments that would
 /// act on the terminal.
 fn usage(error: &clap::Error) -> std::io::Result<()> {
-    let plain = error.render().to_string();
-    match clean::text(&plain) {
-        Cow::Borrowed(_) => error.print(),
-        Cow::Owned(text) => writeln!(anstream::stderr(), "{text}"),
+    let acts = |argument: OsString| clean::acts_on_terminal(&argument.to_string_lossy());
+    if !std::env::args_os().any(acts) {
+        return error.print();
     }
+    let plain = error.render().to_string();
+    writeln!(anstream::stderr(), "{}", clean::text(&plain))
 }
 
 /// Says why a command did not end well, to people on standard error and to programs that asked for

@@ -30,10 +30,10 @@
 pub mod bound;
 pub mod design;
 pub mod difference;
+mod doses;
 pub mod draw;
 pub mod heading;
 pub mod ledger;
-mod doses;
 mod mixture;
 mod noise;
 pub mod outcome;

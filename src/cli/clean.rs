@@ -31,6 +31,11 @@ fn picture(c: char) -> char {
     }
 }
 
+/// Whether a text holds a character that acts on a terminal.
+pub(super) fn acts_on_terminal(text: &str) -> bool {
+    text.contains(acts)
+}
+
 /// Text of one or more lines.
 pub(super) fn text(text: &str) -> Cow<'_, str> {
     if text.contains(acts) {

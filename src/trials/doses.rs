@@ -15,4 +15,3 @@ pub(super) fn dose(design: &Design, cause: &Cause, lambda: f64, chance: &mut Cha
     let member = chance.random::<f64>();
     design.dose(cause, lambda, member, &mut || StandardNormal.sample(&mut *chance))
 }
-

@@ -201,8 +201,5 @@ fn direction(samples: &Samples) -> Vec<f64> {
         return vec![0.0; samples.len()];
     };
     let rate = |at: usize| input.at(at, samples.time[at], 0.0, 1);
-    (0..samples.len())
-        .map(rate)
-        .map(|rate: f64| if rate < 0.0 { -1.0 } else { 1.0 })
-        .collect()
+    (0..samples.len()).map(rate).map(|rate: f64| if rate < 0.0 { -1.0 } else { 1.0 }).collect()
 }

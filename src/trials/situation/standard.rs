@@ -80,18 +80,16 @@ fn courses() -> Vec<Situation> {
     ]
 }
 
-/// A stated value is wrong.
+/// A stated length is wrong: an effect that is the same length does as well for it.
 fn statements() -> Vec<Situation> {
     let conflict = Disturbance::Misstated { by: 12.0, fixed: false };
     let wrong = Disturbance::Misstated { by: 25.0, fixed: true };
-    vec![
-        unmodelled("prior_conflict", vec![conflict]),
-        Situation {
-            names: ["arm_radius", "kinematic_scale", "distance_scale"].map(str::to_owned).into(),
-            unmodelled: None,
-            ..unmodelled("misstated_length", vec![wrong])
-        },
-    ]
+    let of = |name: &str, disturbance: Disturbance| Situation {
+        names: ["arm_radius", "kinematic_scale", "distance_scale"].map(str::to_owned).into(),
+        unmodelled: None,
+        ..unmodelled(name, vec![disturbance])
+    };
+    vec![of("prior_conflict", conflict), of("misstated_length", wrong)]
 }
 
 /// The noise is not what is stated.
