@@ -49,57 +49,48 @@ impl Contradicted {
 /// The stated values that the readings contradict, farthest first; none of a fit that is not sound.
 ///
 /// Where residuals are larger than stated the bar is higher by as much: by the variance factor of
-/// what remains without the value that is judged, and without those that are contradicted anyway.
-/// Otherwise a value that is far enough off would raise the bar beyond itself. Two values that are
-/// both far off can still hide each other.
+/// what remains without all that are contradicted. Otherwise a value that is far enough off would
+/// raise the bar beyond itself, and two such values would hide each other. So all that are beyond
+/// [`APART`] are left out first, and those that are not beyond the bar then put back, until none is.
 pub fn contradicted(result: &Calibration) -> Vec<Contradicted> {
     if !result.is_sound() {
         return Vec::new();
     }
     let count = result.problem.layout.instances.len();
-    let mut open: Vec<Contradicted> =
-        (0..count).filter_map(|index| judged(result, index)).collect();
-    open.sort_by(|a, b| b.deviations.total_cmp(&a.deviations));
-    let mut rest = Rest { cost: result.fit.cost, degrees: result.degrees_of_freedom() };
-    let mut found: Vec<Contradicted> = Vec::new();
-    while let Some(next) = open.iter().position(|one| one.deviations > rest.without(one).bar()) {
-        let next = open.remove(next);
-        rest = rest.without(&next);
-        found.push(next);
+    let judged = (0..count).filter_map(|index| Some((index, judged(result, index)?)));
+    let mut found: Vec<(usize, Contradicted)> =
+        judged.filter(|(_, one)| one.deviations > APART).collect();
+    while !found.is_empty() {
+        let indices: Vec<usize> = found.iter().map(|(index, _)| *index).collect();
+        let bar = bar_without(result, &indices);
+        let before = found.len();
+        found.retain(|(_, one)| one.deviations > bar);
+        if found.len() == before {
+            break;
+        }
     }
+    let mut found: Vec<Contradicted> = found.into_iter().map(|(_, one)| one).collect();
     found.sort_by(|a, b| b.deviations.total_cmp(&a.deviations));
     found
 }
 
-/// The observations that are not contradicted.
-#[derive(Clone, Copy, Debug)]
-struct Rest {
-    /// Their sum of squares.
-    cost: f64,
-    /// How many there are beyond the unknowns.
-    degrees: i64,
+/// Standard deviations beyond which a stated value is contradicted, by the residuals of everything
+/// but these stated values.
+fn bar_without(result: &Calibration, indices: &[usize]) -> f64 {
+    let (redundancy, left) = redundancy(result, indices);
+    let (gain, components) = gain(redundancy, &left);
+    let cost = (result.fit.cost - gain).max(0.0);
+    let degrees = result.degrees_of_freedom() - components as i64;
+    let factor = if degrees > 0 { cost / degrees as f64 } else { 1.0 };
+    APART * factor.max(1.0).sqrt()
 }
 
-impl Rest {
-    fn without(self, one: &Contradicted) -> Self {
-        let cost = (self.cost - one.gain).max(0.0);
-        Self { cost, degrees: self.degrees - one.components as i64 }
-    }
-
-    /// Standard deviations beyond which a stated value is contradicted.
-    fn bar(self) -> f64 {
-        let factor = if self.degrees > 0 { self.cost / self.degrees as f64 } else { 1.0 };
-        APART * factor.max(1.0).sqrt()
-    }
-}
-
-/// The component of a stated value that is farthest from what the readings say, if the readings say
-/// anything.
-fn judged(result: &Calibration, index: usize) -> Option<Contradicted> {
+/// What the other observations leave free of these stated values, `I − C Q Cᵀ`, and what the fit
+/// leaves of them, both in their standard uncertainties.
+fn redundancy(result: &Calibration, indices: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
     let layout = &result.problem.layout;
-    let setting = &layout.instances[index].setting;
-    let (value, sigma) = (setting.value.as_ref()?, setting.sigma.as_ref()?);
-    let rows = result.fit.point.priors_of(layout, index);
+    let rows: Vec<_> =
+        indices.iter().flat_map(|index| result.fit.point.priors_of(layout, *index)).collect();
     let count = rows.len();
     let left = DVector::from_iterator(count, rows.iter().map(|row| row.residual));
     let redundancy = DMatrix::from_fn(count, count, |i, j| {
@@ -108,6 +99,17 @@ fn judged(result: &Calibration, index: usize) -> Option<Contradicted> {
         });
         f64::from(u8::from(i == j)) - pairs.sum::<f64>()
     });
+    (redundancy, left)
+}
+
+/// The component of a stated value that is farthest from what the readings say, if the readings say
+/// anything.
+fn judged(result: &Calibration, index: usize) -> Option<Contradicted> {
+    let layout = &result.problem.layout;
+    let setting = &layout.instances[index].setting;
+    let (value, sigma) = (setting.value.as_ref()?, setting.sigma.as_ref()?);
+    let (redundancy, left) = redundancy(result, &[index]);
+    let count = left.len();
     let deviations = |row: usize| {
         let free = redundancy[(row, row)];
         if free > SILENT { left[row].abs() / free.sqrt() } else { 0.0 }

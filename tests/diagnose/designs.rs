@@ -405,6 +405,7 @@ distance = { sigma = "8 um" }
 /// Four long runs of one setup: a station that drifts steadily is no walk, and one that walks far
 /// is one, of which few sines of each run would leave much.
 #[test]
+#[ignore = "long"]
 fn a_drift_and_a_walk_in_few_long_runs() {
     let text = |lines: &str| {
         let mut text = format!(

@@ -235,6 +235,7 @@ fn clocks_of_each_run_s_own_rate() {
 
 /// A small drift of each setup is nearly what a walk does, and likelier.
 #[test]
+#[ignore = "long"]
 fn a_small_drift_is_no_walk() {
     let (drift, walk) = ("station_drift", "station_random_walk");
     let mut rig = Rig::new("drifts", 4);
@@ -256,7 +257,7 @@ fn count(name: &str, or: usize) -> usize {
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "long"]
 fn false_alarms() {
     let trials = count("TRIALS", 200);
     let mut alarms = 0;
@@ -276,7 +277,7 @@ fn false_alarms() {
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "long"]
 fn effects_of_the_library() {
     let repeats = count("REPEATS", 2) as u64;
     let setups = count("SETUPS", 2);

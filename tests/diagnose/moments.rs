@@ -128,6 +128,7 @@ fn a_distance_that_is_off_for_a_while() {
 /// follows, so it is left out with the whole first setup, and the delays are those of the clock as
 /// it was set.
 #[test]
+#[ignore = "long"]
 fn a_clock_that_is_set_for_good_in_one_of_four_setups() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/four_setups");
     let opened = open(&Request::new([folder])).unwrap();

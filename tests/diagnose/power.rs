@@ -159,6 +159,7 @@ fn declared(opened: &Opened, point: &Point, name: &str, size: f64, trials: usize
 }
 
 #[test]
+#[ignore = "long"]
 fn effects_of_the_detectable_size_are_declared() {
     let (opened, point) = campaign();
     let table = table(&opened, &point);
@@ -172,7 +173,7 @@ fn effects_of_the_detectable_size_are_declared() {
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "long"]
 fn sizes_of_many_effects_against_simulated_campaigns() {
     let trials = std::env::var("TRIALS").ok().and_then(|text| text.parse().ok()).unwrap_or(60);
     let (opened, point) = campaign();

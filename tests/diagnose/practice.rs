@@ -130,6 +130,7 @@ fn what_no_library_holds_is_unknown_and_has_its_place() {
 }
 
 #[test]
+#[ignore = "long"]
 fn an_effect_withheld_from_the_library_is_unknown() {
     for name in ["trunnion_tilt", "tracking_reversal"] {
         let Some(folder) = common::shared(&format!("practice/{name}")) else { return };

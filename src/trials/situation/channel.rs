@@ -16,8 +16,10 @@ use crate::trials::simulated::noiseless;
 use super::course::Course;
 use super::replaced::{scalars, within};
 
-/// A move (s, or the parameter's SI unit) at which readings are linear in it; it is scaled then.
+/// The move (s, or the parameter's SI unit) that is tried first.
 const PROBE: f64 = 1e-6;
+/// How often a move is scaled to the wanted size; readings are nearly linear in it.
+const SCALED: usize = 4;
 
 /// What moves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -133,11 +135,13 @@ pub(super) fn move_readings(
 ) {
     for direction in channel.directions(problem, chance) {
         let amplitudes = course.amplitudes(problem, chance);
-        let probe = rms(problem, &direction.changes(problem, point, PROBE), &amplitudes);
-        if probe > 0.0 {
-            let by = size * PROBE / probe;
-            let changes = direction.changes(problem, point, by);
-            add(problem, &changes, &amplitudes);
+        let mut by = PROBE;
+        for _ in 0..SCALED {
+            let found = rms(problem, &direction.changes(problem, point, by), &amplitudes);
+            by = if found > 0.0 { by * size / found } else { 0.0 };
+        }
+        if by > 0.0 {
+            add(problem, &direction.changes(problem, point, by), &amplitudes);
         }
     }
 }
