@@ -24,6 +24,7 @@
 //! | [`loaded`] | a campaign that is read, and how to read it |
 //! | `loader` | what the readers of runs share |
 //! | `certificate`, `readings`, `logged` | an input's certificate; the readings of a run; a logged stream made into a signal |
+//! | `attitude` | streams that are the components of one quaternion made continuous |
 //! | `measured`, `planned` | one measured run; one planned run |
 //! | `overlap` | runs of one setup that seem to be recorded at the same time |
 //! | [`load`] | a campaign file read against its model |
@@ -32,6 +33,7 @@
 //!
 //! No files import each other in a circle.
 
+mod attitude;
 pub mod calibration;
 mod captured;
 mod certificate;

@@ -237,7 +237,7 @@ fn judge(accept: bool) -> Result<ExitCode, Box<dyn Error>> {
     say(&format!(
         "\n{} took more than {:.0} % more instructions than benches/instructions/accepted.txt says.\n\
          Make it as cheap as it was; or, if it must be dearer, or the compiler changed, accept:\n\
-         \x20   cargo bench --bench instructions -- --accept\n\
+         \x20   cargo run --release -p instructions -- --accept\n\
          and commit the file with the reason.\n",
         worse.join(", "),
         100.0 * TOLERANCE

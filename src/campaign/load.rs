@@ -18,7 +18,6 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Span};
 use crate::document::COPY_INTO_FOLDER;
 use crate::document::entries::{Item, Named, get};
 use crate::document::files::Refused;
-use crate::formula::{Expression, ExpressionKind};
 use crate::library::{effect_files, model_file};
 use crate::model::Model;
 use crate::units::Unit;
@@ -344,25 +343,5 @@ fn setup_times(runs: &mut [Run]) {
 
 /// Whether a formula of the model names an input.
 fn needs(model: &Model, name: &str) -> bool {
-    let coordinates = model.coordinates.iter().flat_map(|coordinates| {
-        let named = [&coordinates.from, &coordinates.measured].into_iter();
-        named.chain(&coordinates.gap).chain(coordinates.helpers.values())
-    });
-    model
-        .quantities
-        .values()
-        .chain(model.measurands.iter().map(|measurand| &measurand.formula))
-        .chain(coordinates)
-        .any(|formula| names(&formula.root, name))
-}
-
-fn names(expression: &Expression, name: &str) -> bool {
-    match &expression.kind {
-        ExpressionKind::Number(..) => false,
-        ExpressionKind::Name(found) => found == name,
-        ExpressionKind::Member(inner, _) | ExpressionKind::Negate(inner) => names(inner, name),
-        ExpressionKind::Vector(parts) => parts.iter().any(|part| names(part, name)),
-        ExpressionKind::Binary(_, left, right) => names(left, name) || names(right, name),
-        ExpressionKind::Call(_, arguments) => arguments.iter().any(|part| names(part, name)),
-    }
+    model.formulas().any(|formula| formula.root.names().iter().any(|(own, _)| *own == name))
 }

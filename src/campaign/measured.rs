@@ -49,7 +49,8 @@ impl Loader<'_> {
             .collect();
         let mut table = table?;
         let captures = captures.map_or(Some(None), |captures| captures.map(Some))?;
-        let streams: Vec<Table> = streams.into_iter().collect::<Option<_>>()?;
+        let mut streams: Vec<Table> = streams.into_iter().collect::<Option<_>>()?;
+        streams.iter_mut().for_each(|stream| self.settle_attitudes(entry, stream));
         let tables: Vec<&Table> = [&table].into_iter().chain(&captures).chain(&streams).collect();
         self.check_columns(entry, &every, &tables);
         let mut captures = match self.timing.clone() {

@@ -30,25 +30,26 @@ impl Expression {
     /// The names in it with their places, from left to right. Its depth is limited by the parser.
     pub fn names(&self) -> Vec<(&str, Span)> {
         let mut names = Vec::new();
-        self.add_names(&mut names);
+        self.visit(&mut |one| {
+            if let ExpressionKind::Name(name) = &one.kind {
+                names.push((name.as_str(), one.span));
+            }
+        });
         names
     }
 
-    fn add_names<'e>(&'e self, names: &mut Vec<(&'e str, Span)>) {
+    /// Shows it and all its parts, from left to right.
+    pub fn visit<'e>(&'e self, see: &mut impl FnMut(&'e Self)) {
+        see(self);
         match &self.kind {
-            ExpressionKind::Number(..) => {}
-            ExpressionKind::Name(name) => names.push((name, self.span)),
-            ExpressionKind::Member(inner, _) | ExpressionKind::Negate(inner) => {
-                inner.add_names(names);
-            }
-            ExpressionKind::Vector(parts) => parts.iter().for_each(|part| part.add_names(names)),
+            ExpressionKind::Number(..) | ExpressionKind::Name(_) => {}
+            ExpressionKind::Member(inner, _) | ExpressionKind::Negate(inner) => inner.visit(see),
+            ExpressionKind::Vector(parts) => parts.iter().for_each(|part| part.visit(see)),
             ExpressionKind::Binary(_, left, right) => {
-                left.add_names(names);
-                right.add_names(names);
+                left.visit(see);
+                right.visit(see);
             }
-            ExpressionKind::Call(_, arguments) => {
-                arguments.iter().for_each(|part| part.add_names(names));
-            }
+            ExpressionKind::Call(_, arguments) => arguments.iter().for_each(|part| part.visit(see)),
         }
     }
 }

@@ -31,6 +31,16 @@ impl Model {
             Body { reader: &reader, taken: HashMap::new() }.read(&reader.root(&table, "a model"));
         reader.into_result(model)
     }
+
+    /// All formulas: of quantities, measurands and coordinates.
+    pub fn formulas(&self) -> impl Iterator<Item = &Formula> {
+        let coordinates = self.coordinates.iter().flat_map(|coordinates| {
+            let named = [&coordinates.from, &coordinates.measured].into_iter();
+            named.chain(&coordinates.gap).chain(coordinates.helpers.values())
+        });
+        let measurands = self.measurands.iter().map(|measurand| &measurand.formula);
+        self.quantities.values().chain(measurands).chain(coordinates)
+    }
 }
 
 /// What kinds of measurands there are, without their periods.

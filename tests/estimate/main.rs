@@ -16,6 +16,7 @@ mod seed;
 mod align;
 mod answers;
 mod arrow;
+mod attitude_streams;
 mod batch;
 mod bounds_and_priors;
 mod certificates;

@@ -1,5 +1,6 @@
 //! Named problems with known solutions, for every estimator.
 
+pub(crate) mod camera;
 pub(crate) mod linear;
 mod stream;
 pub(crate) mod wahba;

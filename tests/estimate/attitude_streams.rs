@@ -1,0 +1,100 @@
+//! Quaternions in streams as programs log them: of one sign, with attitudes that are no rotation,
+//! and with attitudes that are confused for a while.
+
+use homepoint::engine::open::{Request, open};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::{Estimate, calibrate};
+use homepoint::quaternion::Quaternion;
+
+use crate::problems::camera::{Camera, Pose};
+
+/// The estimates, and what was said on the way.
+fn answer(camera: &Camera, hand: &[Pose]) -> (Vec<Estimate>, Vec<String>) {
+    let folder = camera.campaign("", hand, &camera.camera_poses(1));
+    let opened = open(&Request::new([&*folder])).unwrap();
+    let told = opened.warnings.iter().map(|one| one.message.clone()).collect();
+    let fit = calibrate(opened.problem, &Options::default()).unwrap();
+    assert!(fit.is_sound());
+    assert!((0.9..1.1).contains(&fit.variance_factor().unwrap()), "{:?}", fit.variance_factor());
+    (fit.estimates(), told)
+}
+
+fn delay(estimates: &[Estimate]) -> f64 {
+    estimates.iter().find(|one| one.name == "camera.delay").unwrap().value.unwrap()
+}
+
+fn negated(q: Quaternion<f64>) -> Quaternion<f64> {
+    Quaternion::from_components(q.components().map(|one| -one))
+}
+
+#[test]
+fn the_sign_of_a_logged_quaternion_does_not_matter() {
+    let camera = Camera::default();
+    let hand = camera.hand_poses();
+    let (as_it_is, told) = answer(&camera, &hand);
+    assert!(told.is_empty(), "{told:?}");
+    assert!((delay(&as_it_is) - camera.delay).abs() < 1e-3);
+    let mut leaps = 0;
+    let mut last = 1.0;
+    let signed: Vec<Pose> = hand
+        .iter()
+        .map(|(t, place, q)| {
+            let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
+            leaps += usize::from(sign != last);
+            last = sign;
+            (*t, *place, if sign < 0.0 { negated(*q) } else { *q })
+        })
+        .collect();
+    assert!(leaps > 2, "{leaps}");
+    let (found, told) = answer(&camera, &signed);
+    let [told] = &told[..] else { panic!("{told:?}") };
+    assert!(told.contains(&format!("changes its sign {leaps} times")), "{told}");
+    for (one, other) in found.iter().zip(&as_it_is) {
+        assert!((one.value.unwrap() - other.value.unwrap()).abs() < 1e-9, "{}", one.name);
+    }
+}
+
+/// Markers that are confused turn the hand by half a turn in some rows; all of them are named.
+#[test]
+fn attitudes_that_leap_away_and_back_are_left_out() {
+    let camera = Camera::default();
+    let mut hand = camera.hand_poses();
+    let half = Quaternion::from_components([0.0, 0.0, 0.6, 0.8]);
+    let bursts = [(300, 300), (411, 418), (700, 702), (1100, 1124), (1500, 1501)];
+    for (first, last) in bursts {
+        for (_, _, q) in &mut hand[first..=last] {
+            *q = *q * half;
+        }
+    }
+    for (_, _, q) in &mut hand[2000..2003] {
+        *q = Quaternion::from_components([0.0; 4]);
+    }
+    let (found, told) = answer(&camera, &hand);
+    assert!((delay(&found) - camera.delay).abs() < 1e-3, "{}", delay(&found));
+    // Lines count from 1, and the first is the header.
+    let rows = "leaps away and back 5 times: 39 rows left out (rows 302, 413-420, 702-704, 1102-1126, 1502-1503)";
+    assert!(told.iter().any(|one| one.contains(rows)), "{told:?}");
+    let empty = "has length 0 in 3 rows: left out (rows 2002-2004)";
+    assert!(told.iter().any(|one| one.contains(empty)), "{told:?}");
+}
+
+/// A hand that turns fast between few rows leaps nowhere; one that is another body from a row on
+/// does, and is left as it is.
+#[test]
+fn a_fast_turn_is_no_leap() {
+    let fast = Camera { hand: (-2.0, 22.0, 0.1), ..Camera::default() };
+    let warned = |hand: &[Pose]| {
+        let folder = fast.campaign("", hand, &fast.camera_poses(1));
+        let opened = open(&Request::new([&*folder])).unwrap();
+        opened.warnings.iter().map(|one| one.message.clone()).collect::<Vec<_>>()
+    };
+    let mut hand = fast.hand_poses();
+    assert!(warned(&hand).is_empty(), "{:?}", warned(&hand));
+    let other = Quaternion::from_components([0.0, 1.0, 0.0, 0.0]);
+    hand[150..].iter_mut().for_each(|(_, _, q)| *q = *q * other);
+    let told = warned(&hand);
+    assert!(
+        told.iter().any(|one| one.contains("leaps 1 times and does not come back (row 152)")),
+        "{told:?}"
+    );
+}
