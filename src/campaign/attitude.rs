@@ -157,55 +157,83 @@ fn angle(a: Quaternion<f64>, b: Quaternion<f64>) -> f64 {
     2.0 * (a.conjugate() * b).w.abs().min(1.0).acos()
 }
 
+/// A turn from one attitude to the next.
+struct Step {
+    /// In the frame of the body and in that of the room.
+    turns: [Quaternion<f64>; 2],
+    /// Its angle (rad).
+    angle: f64,
+    /// How long it takes (s).
+    time: f64,
+}
+
 /// Attitudes in bursts, and those at which one that lasts begins.
+///
+/// A leap back undoes a leap away, but for the motion of two steps: their product is nearly no turn,
+/// in the frame of the body or in that of the room, however far the body moves in between.
 fn leaps(times: &[f64], turns: &[Quaternion<f64>]) -> (Vec<usize>, Vec<usize>) {
     let spacing = mean_spacing(times).max(f64::MIN_POSITIVE);
-    let steps: Vec<(f64, f64)> = times
+    let steps: Vec<Step> = times
         .windows(2)
         .zip(turns.windows(2))
-        .map(|(time, turn)| (angle(turn[0], turn[1]), (time[1] - time[0]).max(spacing)))
+        .map(|(time, turn)| Step {
+            turns: [turn[0].conjugate() * turn[1], turn[1] * turn[0].conjugate()],
+            angle: angle(turn[0], turn[1]),
+            time: (time[1] - time[0]).max(spacing),
+        })
         .collect();
-    let is_leap = |at: usize| {
-        let beside = (at.saturating_sub(BESIDE)..(at + 1 + BESIDE).min(steps.len()))
-            .filter(|other| *other != at);
-        let mut rates: Vec<f64> = beside.map(|other| steps[other].0 / steps[other].1).collect();
-        if rates.len() < BESIDE {
-            return false;
-        }
-        let middle = rates.len() / 2;
-        let typical = *rates.select_nth_unstable_by(middle, f64::total_cmp).1;
-        steps[at].0 > LEAP.0.max(LEAP.1 * typical * steps[at].1)
+    // Attitude behind the leap, and how far two steps may lead.
+    let starts: Vec<(usize, f64)> = (0..steps.len())
+        .filter_map(|at| {
+            let typical = beside(&steps, at)? * steps[at].time;
+            let is_leap = steps[at].angle > LEAP.0.max(LEAP.1 * typical);
+            is_leap.then(|| (at + 1, (0.5 * LEAP.0 + 4.0 * typical).min(0.5 * steps[at].angle)))
+        })
+        .collect();
+    let undoes = |at: usize, before: usize, way: f64| {
+        let [one, other] = [&steps[before - 1].turns, &steps[at - 1].turns];
+        (0..2).any(|frame| angle(one[frame] * other[frame], Quaternion::identity()) < way)
     };
-    let starts: Vec<usize> = (0..steps.len()).filter(|at| is_leap(*at)).map(|at| at + 1).collect();
-    // Each stretch goes on from the last attitude of one before it, or begins a branch of its own.
-    let ends = starts.iter().copied().chain([turns.len()]);
-    let mut stretches: Vec<(usize, usize, usize)> = Vec::new();
-    let mut branches: Vec<(usize, usize)> = Vec::new();
-    for (start, end) in std::iter::once(0).chain(starts.iter().copied()).zip(ends) {
-        let leap = if start == 0 { 0.0 } else { steps[start - 1].0 };
-        let off = |branch: &(usize, usize)| angle(turns[branch.0], turns[start]);
-        let nearest = (0..branches.len())
-            .filter(|own| off(&branches[*own]) < 0.5 * leap)
-            .min_by(|a, b| off(&branches[*a]).total_cmp(&off(&branches[*b])));
-        let branch = nearest.unwrap_or_else(|| {
-            branches.push((0, 0));
-            branches.len() - 1
-        });
-        branches[branch] = (end.saturating_sub(1), branches[branch].1 + end - start);
-        stretches.push((branch, start, end));
+    // Branches that are left, with the leap away from each; stretches with their branch.
+    let mut left: Vec<(usize, usize)> = Vec::new();
+    let (mut branch, mut count) = (0, 1);
+    let mut stretches = vec![(0, 0)];
+    for (at, way) in &starts {
+        match left.last() {
+            Some((below, before)) if undoes(*at, *before, *way) => {
+                branch = *below;
+                left.pop();
+            }
+            _ => {
+                left.push((branch, *at));
+                branch = count;
+                count += 1;
+            }
+        }
+        stretches.push((branch, *at));
     }
-    let main = (0..branches.len()).max_by_key(|own| branches[*own].1).unwrap_or(0);
-    let is_main = |stretch: &(usize, usize, usize)| stretch.0 == main;
-    let first = stretches.iter().position(is_main).unwrap_or(0);
-    let last = stretches.iter().rposition(is_main).unwrap_or(0);
-    let between = stretches[first..last.max(first)].iter().filter(|one| !is_main(one));
-    let bursts: Vec<usize> = between.flat_map(|(_, start, end)| *start..*end).collect();
-    let lasting = stretches.iter().enumerate().skip(1);
-    let lasting = lasting.filter(|(n, _)| *n <= first || *n > last).map(|(_, one)| one.1);
+    let end = |n: usize| stretches.get(n + 1).map_or(turns.len(), |next| next.1);
+    let mut rows = vec![0; count];
+    (0..stretches.len()).for_each(|n| rows[stretches[n].0] += end(n) - stretches[n].1);
+    let main = (0..count).max_by_key(|own| rows[*own]).unwrap_or(0);
+    let first = stretches.iter().position(|one| one.0 == main).unwrap_or(0);
+    let last = stretches.iter().rposition(|one| one.0 == main).unwrap_or(0);
+    let between = (first..last).filter(|n| stretches[*n].0 != main);
+    let bursts: Vec<usize> = between.flat_map(|n| stretches[n].1..end(n)).collect();
     if bursts.len() as f64 > MOST_BURSTS * turns.len() as f64 {
-        return (Vec::new(), starts);
+        return (Vec::new(), starts.into_iter().map(|(at, _)| at).collect());
     }
-    (bursts, lasting.collect())
+    let lasting = (1..stretches.len()).filter(|n| *n <= first || *n > last);
+    (bursts, lasting.map(|n| stretches[n].1).collect())
+}
+
+/// The middle rate (rad/s) of the steps beside one; `None` where there are few.
+fn beside(steps: &[Step], at: usize) -> Option<f64> {
+    let all = at.saturating_sub(BESIDE)..(at + 1 + BESIDE).min(steps.len());
+    let others = all.filter(|other| *other != at);
+    let mut rates: Vec<f64> = others.map(|other| steps[other].angle / steps[other].time).collect();
+    let middle = rates.len() / 2;
+    (rates.len() >= BESIDE).then(|| *rates.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 impl Found {
