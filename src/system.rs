@@ -31,6 +31,7 @@ pub mod needs;
 mod place;
 mod unknown;
 
+pub(crate) use needs::delay_names;
 pub use needs::{candidates, known_names, lacks, missing_names, stand_ins, wanted_constants};
 
 /// An effect that is to be applied, at one head or all, with the chosen members of its families.

@@ -18,6 +18,9 @@ pub(super) struct CompareCommand {
 impl CompareCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
+        if let Some(told) = load::nothing_moves(&loaded, self.common.format) {
+            return told;
+        }
         load::refuse_correlated(&loaded.problem)?;
         load::tell_not_put_in(&loaded, false);
         let calibration = estimate(loaded.problem.clone())?;

@@ -38,6 +38,9 @@ pub(super) struct DelaysCommand {
 impl DelaysCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
+        if let Some(told) = load::nothing_moves(&loaded, self.common.format) {
+            return told;
+        }
         let tables = loaded.tables("delays").chain(loaded.tables("replies"));
         loaded.keep_files(self.common.out.as_ref(), tables)?;
         load::refuse_correlated(&loaded.problem)?;

@@ -22,6 +22,9 @@ pub(super) struct DeviationsCommand {
 impl DeviationsCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
+        if let Some(told) = load::nothing_moves(&loaded, self.common.format) {
+            return told;
+        }
         loaded.keep_files(self.common.out.as_ref(), loaded.tables("deviations"))?;
         load::refuse_correlated(&loaded.problem)?;
         let mut whole = loaded.head.clone();

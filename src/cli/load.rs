@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::arguments::CampaignArguments;
-use super::{Failure, clean, progress, render};
+use super::arguments::{CampaignArguments, Format};
+use super::{Failure, clean, output, progress, render};
 use crate::campaign::load::Campaign;
 use crate::diagnostic::Diagnostic;
 use crate::document::files::Files;
@@ -173,6 +173,25 @@ pub(super) fn read_back(problem: &Problem) -> io::Result<()> {
 /// The same, as the end of a command.
 pub(super) fn trust(problem: &Problem) -> Result<(), Failure> {
     read_back(problem).map_err(|error| Failure::Could(error.to_string()))
+}
+
+/// Says that nothing moves, for a command that asks for delays; `None` where something does.
+pub(super) fn nothing_moves(loaded: &Loaded, format: Format) -> Option<Result<(), Failure>> {
+    if loaded.problem.moves() {
+        return None;
+    }
+    Some(match format {
+        Format::Json => {
+            let mut whole = loaded.head.clone();
+            merge(&mut whole, json!({ "nothing_moves": true }));
+            output::json(&whole)
+        }
+        Format::Text => output::text(&format!(
+            "{}\n\n{} `homepoint calibrate` estimates everything else.\n",
+            loaded.title,
+            report::text::NOTHING_MOVES
+        )),
+    })
 }
 
 /// Refuses what estimators cannot take account of.

@@ -21,6 +21,7 @@ use self::set::{has_setup, in_setups, stated};
 mod agree;
 mod recipe;
 mod set;
+mod still;
 
 pub use recipe::Recipe;
 
@@ -92,9 +93,7 @@ fn given_before(path: &Path, before: &[PathBuf], file: &CampaignFile) -> Option<
 pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
     let set = request.set.iter().map(|text| stated(text)).collect::<Result<Vec<_>, _>>()?;
     let mut store = Store::new(request.memory.unwrap_or(MEMORY));
-    let mut parts = Vec::new();
     let mut campaigns = Vec::new();
-    let mut models = Vec::new();
     let mut warnings = Vec::new();
     let mut recipes = Vec::new();
     let files = request.campaigns.iter().map(|path| CampaignFile::read(path));
@@ -147,15 +146,18 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         let mut campaign = file.load_into(&mut store, &model, &options)?;
         warnings.append(&mut campaign.warnings);
         warnings.extend(left_out(&campaign));
-        let recipe = Recipe {
-            library,
-            model: model.clone(),
-            effects: selected,
-            overrides,
-            input_sigma: campaign.input_sigma.clone(),
-        };
+        let input_sigma = campaign.input_sigma.clone();
+        recipes.push(Recipe { library, model, effects: selected, overrides, input_sigma });
+        campaigns.push(campaign);
+    }
+    if !campaigns.iter().any(still::moves) {
+        for recipe in &mut recipes {
+            recipe.overrides.splice(0..0, still::without_delays(&recipe.model));
+        }
+    }
+    let mut parts = Vec::new();
+    for (recipe, campaign) in recipes.iter().zip(&mut campaigns) {
         let system = recipe.with(&[])?;
-        recipes.push(recipe);
         let runs = std::mem::take(&mut campaign.runs);
         let mut part =
             Part::new(system, campaign.setups.clone(), runs, campaign.measurand_sigma.clone());
@@ -165,9 +167,8 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         let left = |spread: &InputSpread| spread.calibration.map_or(0.0, |spread| spread.sigma);
         part.calibration = campaign.input_spread.iter().map(left).collect();
         parts.push(part);
-        campaigns.push(campaign);
-        models.push(model);
     }
+    let models = recipes.iter().map(|recipe| recipe.model.clone()).collect();
     let runs = || parts.iter().flat_map(|part: &Part| &part.runs);
     let first = runs().filter_map(|run| run.record.first_time()).fold(f64::INFINITY, f64::min);
     for run in parts.iter_mut().flat_map(|part| &mut part.runs) {

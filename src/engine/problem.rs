@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::campaign::signal::Track;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share, qualified};
 use crate::engine::noise::negative_factor;
@@ -54,6 +55,12 @@ impl Problem {
         let start = Point::start(&problem.layout);
         problem.refresh_weights(&start);
         problem
+    }
+
+    /// Whether anything moves in any run; else there are no delays.
+    pub fn moves(&self) -> bool {
+        let mut runs = self.parts.iter().flat_map(|part| &part.runs);
+        runs.any(|run| run.record.inputs().iter().any(Track::moves))
     }
 
     /// The parameters of a run at a point, as constants.

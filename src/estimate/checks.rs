@@ -9,6 +9,7 @@ mod rates;
 use std::f64::consts::PI;
 
 use crate::campaign::Run;
+use crate::campaign::signal::Track;
 use crate::diagnostic::Diagnostic;
 use crate::engine::{Part, Point, Problem};
 use crate::graph::MeasurandKind;
@@ -35,8 +36,11 @@ pub fn check(problem: &Problem) -> Vec<Diagnostic> {
     found
 }
 
-/// A run in which time stands still.
+/// A run in which something moves and time stands still.
 fn stands_still(run: &Run) -> Option<Diagnostic> {
+    if !run.record.inputs().iter().any(Track::moves) {
+        return None;
+    }
     let [first, last] = run.record.ends(|samples| &samples.time)?;
     let stands = run.record.len() > 1 && first == last;
     let words =

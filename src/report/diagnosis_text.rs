@@ -4,6 +4,7 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::evidence::thresholds::LEAST_LAMBDA;
 use crate::diagnose::found::{Location, Ranked};
 use crate::diagnose::gap::Gap;
+use crate::diagnose::library::candidate::NotTestable;
 use crate::diagnose::library::prior::Cause;
 use crate::diagnose::search::probability::is_implausible;
 use crate::diagnose::verdict::answer::{Verdict, Why};
@@ -65,8 +66,9 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
     ));
     let (others, here): (Vec<_>, Vec<_>) =
         diagnosis.not_testable.iter().partition(|one| one.of_other_models);
-    let here = here.into_iter().map(|one| [one.name.as_str(), &one.why]);
-    text.push_str(&listed("cannot be tested here", ["effect", "why"], here.collect()));
+    let here = by_reason(&here);
+    let here = here.iter().map(|(names, why)| [names.as_str(), *why]);
+    text.push_str(&listed("cannot be tested here", ["effects", "why"], here.collect()));
     let told = match others.len() {
         0 => String::new(),
         1 => format!("\n`{}` acts on what this model does not have.\n", others[0].name),
@@ -76,6 +78,18 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
     };
     text.push_str(&told);
     text
+}
+
+/// The names of effects that have the same reason, with it, in the order in which they come.
+fn by_reason<'d>(effects: &[&'d NotTestable]) -> Vec<(String, &'d str)> {
+    let mut all: Vec<(String, &str)> = Vec::new();
+    for one in effects {
+        match all.iter_mut().find(|(_, why)| *why == one.why) {
+            Some((names, _)) => names.push_str(&format!(", {}", one.name)),
+            None => all.push((one.name.clone(), &one.why)),
+        }
+    }
+    all
 }
 
 /// A table of two columns under a line; nothing where there are no rows.

@@ -18,10 +18,20 @@ const MOST_ROWS: usize = 60;
 /// A variance factor beyond this is no matter of stated uncertainties that are a little too small.
 pub const DOUBTFUL: f64 = 2.0;
 
+/// Normalised differences beyond which two estimates of a delay disagree.
+const DISAGREE: f64 = 5.0;
+
+/// Said once of campaigns in which nothing moves.
+pub const NOTHING_MOVES: &str =
+    "Nothing moves in these runs: there are no delays, and effects of timing do nothing.";
+
 /// The result of `calibrate`.
 pub fn calibration(title: &str, result: &Calibration) -> String {
     let mut text = format!("{title}\n\n");
     text.push_str(&fit(result));
+    if !result.problem.moves() {
+        text.push_str(&format!("{NOTHING_MOVES}\n"));
+    }
     text.push_str(&trouble(result));
     if result.fit.outcome == Outcome::IterationLimit {
         text.push_str(
@@ -220,7 +230,22 @@ pub fn comparison(title: &str, from: &From, list: &[Comparison]) -> String {
     align_right(&mut rows, &[1, 2, 3, 4, 5, 6]);
     text.push_str(&drawn(&rows));
     text.push('\n');
+    text.push_str(&disagreement(list));
     text
+}
+
+/// Says which measurands have other delays by one way than by the other; empty where both agree.
+fn disagreement(list: &[Comparison]) -> String {
+    let apart = |one: &&Comparison| one.normalised().is_some_and(|value| value.abs() > DISAGREE);
+    let names: Vec<String> =
+        list.iter().filter(apart).map(|one| format!("`{}`", one.measurand)).collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    format!(
+        "The two ways disagree about {}: by more than {DISAGREE:.0} standard uncertainties of their difference. One of them, or the model, is wrong: `homepoint diagnose` looks for the cause.\n",
+        names.join(", ")
+    )
 }
 
 pub(crate) fn from_words(from: From) -> &'static str {

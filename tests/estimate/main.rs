@@ -23,6 +23,7 @@ mod certificates;
 mod coverage;
 mod delay_budget;
 mod deviations;
+mod far_clocks;
 mod hostile_numbers;
 mod nist;
 mod observability;

@@ -30,6 +30,8 @@ pub(super) struct Solver<'a> {
     deviations: Vec<f64>,
     /// Covariance along the program's directions.
     covariance: Vec<f64>,
+    /// From which delay on each reading is solved (s), see [`origin`].
+    origin: f64,
     /// The smallest uncertainty at reference that is known of the run (s): it decides which
     /// readings are blind.
     pub(super) best: f64,
@@ -60,8 +62,10 @@ struct Place {
     index: usize,
 }
 
-/// What came of some lanes.
+/// What came of some lanes, as delays since the origin.
 struct Solution<'s> {
+    /// Slopes at the origin.
+    from: &'s Lanes,
     delay: &'s Lanes,
     slope: &'s Lanes,
     is_solved: &'s [bool; LANES],
@@ -93,6 +97,7 @@ impl<'a> Solver<'a> {
             sigma: data.sigma[measurand],
             deviations,
             covariance: along(given, part, run, &program.directions),
+            origin: origin(given, place),
             best: f64::INFINITY,
             readings: Vec::with_capacity(len),
             ends: Vec::new(),
@@ -165,10 +170,10 @@ impl<'a> Solver<'a> {
         chunk.readings(self.given.problem.parts[part].slots()[measurand].column)
     }
 
-    /// Value and slope of each reading of a chunk at the reference time, and the random part of its
-    /// delay's standard uncertainty (s) with that slope; infinite where there is no slope.
+    /// Value and slope of each reading of a chunk at the origin, and the random part of its delay's
+    /// standard uncertainty (s) with that slope; infinite where there is no slope.
     fn at_reference(&mut self, chunk: &Chunk<'_>) -> (Evaluated, Lanes) {
-        self.workspace.load(&self.program.code, chunk, &[[0.0; LANES]], false);
+        self.workspace.load(&self.program.code, chunk, &[[self.origin; LANES]], false);
         let at_reference = self.evaluate();
         let random = self.random_part(&at_reference.slope);
         (at_reference, random.map(|sigma| if sigma.is_nan() { f64::INFINITY } else { sigma }))
@@ -193,6 +198,7 @@ impl<'a> Solver<'a> {
         let set = self.given.problem.instruction_set();
         let quick = Quick::find(set, &at_reference, &reading, range, |delay| self.at(delay));
         let solution = Solution {
+            from: &at_reference.slope,
             delay: &quick.delay,
             slope: &quick.slope,
             is_solved: &quick.is_solved,
@@ -244,9 +250,11 @@ impl<'a> Solver<'a> {
             let Evaluated { value, slope } = self.at(delay);
             [value, slope]
         });
+        let start_slope = slope;
         let slope = self.at(&roots.delay).slope;
         let is_solved = roots.stage.map(|stage| stage == Stage::Solved);
         let solution = Solution {
+            from: &start_slope,
             delay: &roots.delay,
             slope: &slope,
             is_solved: &is_solved,
@@ -262,9 +270,10 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Value and slope of the prediction at some delays.
+    /// Value and slope of the prediction at some delays since the origin.
     fn at(&mut self, delay: &Lanes) -> Evaluated {
-        self.workspace.give(&self.program.code, 0, delay);
+        let delay = delay.map(|delay| self.origin + delay);
+        self.workspace.give(&self.program.code, 0, &delay);
         self.evaluate()
     }
 
@@ -331,10 +340,12 @@ impl<'a> Solver<'a> {
             let reading = &mut self.readings[place.index];
             reading.steps = solution.steps[*lane];
             reading.state = State::Failed;
-            if solution.is_solved[*lane] {
-                let slope = solution.slope[*lane];
+            let slope = solution.slope[*lane];
+            // Beyond a turning point of the prediction it is another reading's delay.
+            let is_here = slope.is_sign_positive() == solution.from[*lane].is_sign_positive();
+            if solution.is_solved[*lane] && is_here {
                 reading.state = State::Solved;
-                reading.delay = solution.delay[*lane];
+                reading.delay = self.origin + solution.delay[*lane];
                 reading.slope = slope;
                 reading.random = random[*lane];
                 reading.common = common[*lane];
@@ -348,4 +359,16 @@ impl<'a> Solver<'a> {
         }
         weights
     }
+}
+
+/// From which delay on the readings of `[campaign, run, measurand]` are solved: the reference time
+/// itself (Depenthal 2009, section 3.2.1), or the delay at the given point where that is beyond what
+/// is plausible of a delay: from far away the iteration may end at another one.
+fn origin(given: &Given<'_>, [part, run, measurand]: [usize; 3]) -> f64 {
+    let layout = &given.problem.layout;
+    let names = &given.problem.parts[part].system.assembly.names;
+    let instance = layout.instance_in(part, run, names.measurands[measurand].delay);
+    let known = given.point.values[instance][0];
+    let plausible = layout.instances[instance].setting.plausible.unwrap_or(0.0);
+    if known.abs() > plausible { known } else { 0.0 }
 }
