@@ -26,6 +26,7 @@ mod deviations;
 mod far_clocks;
 mod hostile_numbers;
 mod nist;
+mod nothing_moves;
 mod observability;
 mod practice;
 mod real_recordings;

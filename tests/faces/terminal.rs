@@ -112,14 +112,13 @@ fn no_text_acts_on_a_terminal() {
 #[test]
 fn a_failure_is_one_json_object_too() {
     let scales = Scales::new();
-    // Nothing says what the delay is: the fit is not sound.
-    let unsound = scales.campaign("unsound", "", &[4.0, 6.0]);
-    let campaign = unsound.join("campaign.toml");
-    let free = std::fs::read_to_string(&campaign).unwrap().replace("\"x.delay\" =", "#");
-    std::fs::write(&campaign, free).unwrap();
+    let (head, sigma) = ("", "x = { sigma = \"1 m\" }");
+    // Only the sum of two parameters is read: the fit is not sound.
+    let two = "b = { unit = \"m\", scope = \"instrument\" }\n\n[measurands]\n";
+    let model = SCALE.replace("[measurands]\n", two).replace("value = 'a'", "value = 'a + b'");
+    let unsound = scales.written("unsound", &model, head, "", sigma, "m", &[4.0, 6.0]);
     // A model without a value at its start.
     let model = SCALE.replace("value = 'a'", "value = 'a * log(-1 - (a / (1 m))^2)'");
-    let (head, sigma) = ("", "x = { sigma = \"1 m\" }");
     let undefined = scales.written("undefined", &model, head, "", sigma, "m", &[4.0, 6.0]);
     // Readings too large to be squared.
     let huge = scales.campaign("huge", "", &[1e308, -1e308]);

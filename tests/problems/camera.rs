@@ -133,6 +133,34 @@ impl Camera {
     }
 }
 
+impl Camera {
+    /// A campaign of stops without times: in each row the poses of hand and camera.
+    pub(crate) fn stops(&self, count: usize, seed: u64) -> Folder {
+        let still = Self {
+            delay: 0.0,
+            hand: (0.0, 1.7 * (count - 1) as f64, 1.7),
+            camera: (0.0, 1.7 * (count - 1) as f64, 1.7),
+            ..self.clone()
+        };
+        let (place, turn) = self.noise;
+        let campaign = format!(
+            "title = \"Stops\"\nmodel = \"hand_eye\"\n[measurands]\nx = {{ sigma = \"{place} m\" }}\ny = {{ sigma = \"{place} m\" }}\nz = {{ sigma = \"{place} m\" }}\nattitude = {{ sigma = \"{turn} rad\" }}\n[[runs]]\nname = \"stops\"\ndata = \"stops.csv\"\n"
+        );
+        let columns = [
+            "hand_x [m],hand_y [m],hand_z [m],hand_qw [1],hand_qx [1],hand_qy [1],hand_qz [1]",
+            "x [m],y [m],z [m],attitude_w [1],attitude_x [1],attitude_y [1],attitude_z [1]",
+        ];
+        let mut text = format!("{}\n", columns.join(","));
+        for ((_, [a, b, c], p), (_, [x, y, z], q)) in
+            still.hand_poses().iter().zip(still.camera_poses(seed))
+        {
+            let ([pw, px, py, pz], [qw, qx, qy, qz]) = (p.components(), q.components());
+            writeln!(text, "{a:.7},{b:.7},{c:.7},{pw:.8},{px:.8},{py:.8},{pz:.8},{x:.7},{y:.7},{z:.7},{qw:.8},{qx:.8},{qy:.8},{qz:.8}").unwrap();
+        }
+        Folder::new("stops", &[("campaign.toml", &*campaign), ("stops.csv", &*text)])
+    }
+}
+
 /// Poses as a file: the header, then a row each.
 fn table(header: &str, poses: &[Pose]) -> String {
     let mut text = format!("{header}\n");
