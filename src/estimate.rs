@@ -57,6 +57,7 @@ pub mod eigen;
 pub mod head;
 pub mod intersection;
 pub mod median;
+pub mod minima;
 mod nearby;
 pub mod newton;
 pub mod observability;

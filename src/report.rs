@@ -26,6 +26,7 @@ pub mod figure;
 pub mod json;
 #[cfg(feature = "cli")]
 pub(crate) mod layout;
+pub mod minima;
 #[cfg(feature = "cli")]
 mod noise_text;
 pub mod power;

@@ -10,6 +10,7 @@ use crate::engine::undefined::Farthest;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::minima::others;
 use crate::report;
 
 /// The tables that `--out` asks for.
@@ -30,13 +31,18 @@ impl CalibrateCommand {
         load::tell_not_put_in(&loaded, false);
         let result = estimate(loaded.problem)?;
         doubts::tell(&result, self.common.quiet);
+        let others = others(&result);
         match self.common.format {
             Format::Json => {
                 let mut value = loaded.head.clone();
                 load::merge(&mut value, report::json::calibration(&result));
+                load::merge(&mut value, report::minima::json(&result, &others));
                 output::json(&value)?;
             }
-            Format::Text => output::text(&report::text::calibration(&loaded.title, &result))?,
+            Format::Text => {
+                let text = report::text::calibration(&loaded.title, &result);
+                output::text(&(text + &report::minima::text(&result, &others)))?;
+            }
         }
         if let Some(folder) = &self.common.out {
             let parameters = report::table::parameters(&result);

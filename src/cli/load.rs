@@ -13,9 +13,11 @@ use crate::document::files::Files;
 use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe, Request, correlated, open};
 use crate::estimate::checks;
+use crate::estimate::minima::{Found, improved};
 use crate::library::effect_files;
 use crate::model::Model;
 use crate::report;
+use crate::units::decimal;
 
 /// Campaigns, ready.
 pub(super) struct Loaded {
@@ -89,7 +91,16 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         let message = format!("`--out {}` is a file", out.display());
         return Err(Diagnostic::error(message).help("name a folder for the tables").into());
     }
-    let opened = read(arguments, &arguments.campaigns)?;
+    let mut opened = read(arguments, &arguments.campaigns)?;
+    let (problem, found) = improved(opened.problem);
+    opened.problem = problem;
+    if let Some(found) = found {
+        let warning = started(&found);
+        if !arguments.quiet {
+            render::all(std::slice::from_ref(&warning));
+        }
+        opened.warnings.push(warning);
+    }
     let labels: Vec<String> = opened
         .problem
         .parts
@@ -137,6 +148,27 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         quiet: arguments.quiet,
         files,
     })
+}
+
+/// Says that another start than the stated one was taken.
+fn started(found: &Found) -> Diagnostic {
+    let [own, best] = found.variance_factors.map(|factor| decimal(factor, 1));
+    let [from, to] = found.offsets.map(|offset| decimal(offset, 1));
+    let offset = decimal(found.offset, 3);
+    let message = format!(
+        "the stated start fits badly (variance factor {own}); of {} others the one with clocks {offset} s apart fits far better ({best}): the fit starts there",
+        found.tried
+    );
+    let mut warning = Diagnostic::warning(message).help(format!(
+        "tried were offsets from {from} to {to} s and several attitudes; state a `start` of delays and rotations, or `delay_range`, to look elsewhere"
+    ));
+    if found.left_out > 0 {
+        warning = warning.help(format!(
+            "{} samples are left out, for which no stream is there at this offset",
+            found.left_out
+        ));
+    }
+    warning
 }
 
 /// Warns of values that are stated of effects which are not in the model. Where the library is

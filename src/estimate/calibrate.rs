@@ -129,7 +129,7 @@ impl Calibration {
     }
 
     /// The components of one instance.
-    pub(super) fn estimates_of(&self, index: usize) -> Vec<Estimate> {
+    pub(crate) fn estimates_of(&self, index: usize) -> Vec<Estimate> {
         let layout = &self.problem.layout;
         let instance = &layout.instances[index];
         if layout.is_noise_only(index) {

@@ -5,10 +5,12 @@ use homepoint::engine::open::{Opened, Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::estimate::compare::compare;
+use homepoint::estimate::minima::{improved, others};
 use homepoint::estimate::transformation::delays_of;
 
 use crate::folder::Folder;
 use crate::problems::camera::Camera;
+use crate::scale::{SCALE, Scales};
 
 fn opened(folder: &Folder) -> Opened {
     open(&Request::new([&**folder])).unwrap()
@@ -40,4 +42,89 @@ fn own_delays_start_at_the_joint_one() {
             assert!(one.normalised().unwrap().abs() < 5.0, "{offset}: {one:?}");
         }
     }
+}
+
+/// What came of a campaign with a search for its start: the fit, and the offset that was found.
+fn searched(camera: &Camera) -> (Calibration, Option<f64>) {
+    let folder = campaign(camera, "");
+    let (problem, found) = improved(opened(&folder).problem);
+    let fit = calibrate(problem, &Options::default()).unwrap();
+    (fit, found.map(|found| found.offset))
+}
+
+#[test]
+fn clocks_that_are_seconds_apart_are_found() {
+    for offset in [1.7, -3.2] {
+        let camera = Camera { delay: offset, ..Camera::default() };
+        let (fit, found) = searched(&camera);
+        assert!((found.unwrap() - offset).abs() < 0.1, "{offset}: {found:?}");
+        assert!((delay(&fit) - offset).abs() < 1e-3, "{offset}: {}", delay(&fit));
+        assert!(fit.variance_factor().unwrap() < 1.1, "{:?}", fit.variance_factor());
+        for (axis, due) in ["x", "y", "z"].iter().zip(camera.lever) {
+            let estimates = fit.estimates();
+            let name = format!("camera_lever.{axis}");
+            let one = estimates.iter().find(|one| one.name == name).unwrap();
+            let off = (one.value.unwrap() - due).abs();
+            assert!(off < 4.0 * one.sigma.unwrap(), "{offset} {axis}: {off}");
+        }
+    }
+}
+
+#[test]
+fn a_good_start_is_left_alone() {
+    let (fit, found) = searched(&Camera::default());
+    assert!(found.is_none());
+    assert!(others(&fit).is_empty(), "{:?}", others(&fit));
+}
+
+/// A motion of one period: each solution a period later fits as well.
+#[test]
+fn what_repeats_is_ambiguous() {
+    fn shaken(t: f64) -> ([f64; 3], [f64; 3]) {
+        let phase = std::f64::consts::TAU * t / 1.3;
+        let place = [
+            0.2 * phase.sin() + 0.07 * (2.0 * phase).cos(),
+            0.1 * (2.0 * phase).cos(),
+            0.15 * (phase + 0.4).cos(),
+        ];
+        (place, [0.4 * (phase + 1.0).sin(), 0.3 * (2.0 * phase).sin(), 0.5 * phase.cos()])
+    }
+    let camera = Camera { motion: shaken, ..Camera::default() };
+    let (fit, found) = searched(&camera);
+    assert!(found.is_none());
+    let found = others(&fit);
+    assert!(!found.is_empty());
+    for one in &found {
+        let periods = (one.values[0] - one.values[1]) / 1.3;
+        assert!((periods - periods.round()).abs() < 1e-2 && periods.round() != 0.0, "{periods}");
+        assert!(one.chi_squared.abs() < 25.0);
+    }
+}
+
+/// A reading of a square says nothing of the sign of its root.
+#[test]
+fn a_mirrored_sign_is_ambiguous() {
+    let scales = Scales::new();
+    let model = SCALE.replace("value = 'a'", "value = 'a * a / (1 m)'");
+    let start = "a = { start = \"1 m\" }";
+    let sigma = "x = { sigma = \"1 mm\" }";
+    let mut found = Vec::new();
+    for (name, head) in [("started", start), ("open", "")] {
+        let folder = scales.written(name, &model, "", head, sigma, "m", &[0.25, 0.251, 0.249]);
+        let problem = open(&Request::new([folder])).unwrap().problem;
+        let mut problem = problem;
+        if name == "open" {
+            // From zero, where the square is flat, no fit goes anywhere.
+            problem.layout.instances[0].setting.start = Some(vec![1.0]);
+            let fit = calibrate(problem.clone(), &Options::default()).unwrap();
+            problem.layout.instances[0].setting.start = None;
+            found.extend(others(&Calibration { problem, ..fit }));
+        } else {
+            let fit = calibrate(problem, &Options::default()).unwrap();
+            assert!(others(&fit).is_empty(), "a start that is stated says which");
+        }
+    }
+    let [one] = &found[..] else { panic!("{found:?}") };
+    assert!((one.values[0] + 0.5).abs() < 1e-3 && (one.values[1] - 0.5).abs() < 1e-3);
+    assert!(one.chi_squared.abs() < 1e-6);
 }

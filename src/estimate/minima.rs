@@ -1,0 +1,209 @@
+//! Other starts and other minima of the joint estimate.
+//!
+//! A sum of squares may have many minima: clocks far apart, a sensor mounted turned, a motion that
+//! repeats, a parameter that acts by its square. [`improved`] asks whether another start fits far
+//! better than the stated one, and moves the start there; [`others`] asks which other minima the
+//! readings cannot exclude. Both look at a part of the samples, later by an offset of the clock, in
+//! several attitudes. Neither proves that nothing else fits.
+//!
+//! | file | answers |
+//! |---|---|
+//! | `thinned` | some samples of a problem, later by an offset |
+//! | `starts` | the offsets and attitudes to start from |
+
+use rayon::prelude::*;
+
+use crate::engine::{Point, Problem};
+use crate::estimate::calibrate::Calibration;
+use crate::estimate::start::start;
+
+mod starts;
+mod thinned;
+
+use starts::{Attitudes, Offsets, scalars};
+use thinned::{Thinned, Tried, cut};
+
+/// Samples on which each start is tried; those on which the best of them are fitted further; those
+/// on which two minima are compared.
+const SAMPLES: [usize; 3] = [240, 4_000, 20_000];
+/// Iterations of each.
+const ITERATIONS: [usize; 3] = [8, 40, 60];
+/// A variance factor with which a start needs no other.
+const GOOD: f64 = 4.0;
+/// Another start must fit so many times better.
+const BETTER: f64 = 0.5;
+/// Starts of a first look that are fitted further.
+const FURTHER: usize = 6;
+/// Other minima that are compared.
+const COMPARED: usize = 4;
+/// Other minima fit on some samples up to so many times worse before they are compared.
+const NEAR: f64 = 3.0;
+/// Difference in chi squared, in units of the variance factor, up to which the readings cannot
+/// exclude a minimum: five standard deviations.
+const EXCLUDED: f64 = 25.0;
+
+/// Another start that fits far better.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// How many starts were tried.
+    pub tried: usize,
+    /// Over which offsets of the clock (s).
+    pub offsets: [f64; 2],
+    /// Offset of the clock (s) of the best.
+    pub offset: f64,
+    /// Variance factors of some samples: from the stated start, and from the best.
+    pub variance_factors: [f64; 2],
+    /// Samples that no stream covers at that offset.
+    pub left_out: usize,
+}
+
+/// A minimum that the readings cannot exclude.
+#[derive(Clone, Debug)]
+pub struct Other {
+    /// The parameter that tells it from the estimate.
+    pub instance: usize,
+    /// Its value there (SI), and at the estimate.
+    pub values: [f64; 2],
+    /// How much larger chi squared is there.
+    pub chi_squared: f64,
+}
+
+/// The problem with a start from which it fits far better than from its own, if there is one.
+pub fn improved(mut problem: Problem) -> (Problem, Option<Found>) {
+    let found = better_start(&problem);
+    let Some((start, mut found)) = found else { return (problem, None) };
+    let layout = &mut problem.layout;
+    for index in 0..layout.instances.len() {
+        if !layout.range_of(index).is_empty() {
+            layout.instances[index].setting.start = Some(start.components(layout, index));
+        }
+    }
+    found.left_out = cut(&mut problem, found.offset);
+    (problem, Some(found))
+}
+
+fn better_start(problem: &Problem) -> Option<(Point, Found)> {
+    let offsets = Offsets::of(problem);
+    let attitudes = Attitudes::of(&problem.layout);
+    if offsets.all.len() < 2 && attitudes.count() < 2 {
+        return None;
+    }
+    let few = Thinned::of(problem, SAMPLES[0]);
+    let look = |thinned: &Thinned, offset: f64, attitude: usize, iterations: usize| {
+        let problem = thinned.late_by(offset, &[offset])?;
+        let mut point = start(&problem).0;
+        attitudes.apply(attitude, &mut point);
+        Tried::fit(problem, point, offset, iterations)
+    };
+    let own = look(&few, 0.0, 0, ITERATIONS[1])?;
+    if own.variance_factor <= GOOD {
+        return None;
+    }
+    let all: Vec<(f64, usize)> = (0..attitudes.count())
+        .flat_map(|attitude| offsets.all.iter().map(move |offset| (*offset, attitude)))
+        .collect();
+    let mut tried: Vec<(Tried, usize)> = all
+        .par_iter()
+        .filter_map(|(offset, attitude)| {
+            Some((look(&few, *offset, *attitude, ITERATIONS[0])?, *attitude))
+        })
+        .collect();
+    tried.sort_by(|a, b| a.0.variance_factor.total_cmp(&b.0.variance_factor));
+    let more = Thinned::of(problem, SAMPLES[1]);
+    let further = |one: &Tried| {
+        let problem = more.late_by(one.offset, &[one.offset])?;
+        Tried::fit(problem, one.point.clone(), one.offset, ITERATIONS[1])
+    };
+    let own = look(&more, 0.0, 0, ITERATIONS[2])?;
+    let best = tried
+        .iter()
+        .take(FURTHER)
+        .filter_map(|(one, _)| further(one))
+        .min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
+    if own.variance_factor <= GOOD || best.variance_factor > BETTER * own.variance_factor {
+        return None;
+    }
+    let found = Found {
+        tried: tried.len(),
+        offsets: offsets.span(),
+        offset: best.offset + offsets.mean(&best.point),
+        variance_factors: [own.variance_factor, best.variance_factor],
+        left_out: 0,
+    };
+    let mut point = best.point;
+    offsets.delay(&mut point, best.offset);
+    Some((point, found))
+}
+
+/// Other minima that the readings cannot exclude, nearest first: other offsets of the clock, and
+/// parameters of the other sign.
+pub fn others(fit: &Calibration) -> Vec<Other> {
+    if !fit.is_sound() {
+        return Vec::new();
+    }
+    let (problem, point) = (&fit.problem, &fit.fit.point);
+    let mut found = other_offsets(problem, point);
+    found.extend(other_signs(problem, point));
+    found
+}
+
+fn other_offsets(problem: &Problem, point: &Point) -> Vec<Other> {
+    let offsets = Offsets::of(problem);
+    let Some(delay) = offsets.delays.first().copied() else { return Vec::new() };
+    let few = Thinned::of(problem, SAMPLES[0]);
+    let at = |thinned: &Thinned, offset: f64, iterations: usize| {
+        Tried::fit(thinned.late_by(offset, &[0.0, offset])?, point.clone(), offset, iterations)
+    };
+    let Some(own) = at(&few, 0.0, ITERATIONS[0]) else { return Vec::new() };
+    let moved = |one: &Tried| one.offset + offsets.mean(&one.point) - offsets.mean(point);
+    let mut tried: Vec<Tried> = offsets
+        .all
+        .par_iter()
+        .filter(|offset| offset.abs() > 0.5 * offsets.step)
+        .filter_map(|offset| at(&few, *offset, ITERATIONS[0]))
+        .filter(|one| one.variance_factor < NEAR * own.variance_factor.max(1.0))
+        .filter(|one| moved(one).abs() > offsets.step)
+        .collect();
+    tried.sort_by(|a, b| moved(a).abs().total_cmp(&moved(b).abs()));
+    let mut seen: Vec<f64> = Vec::new();
+    tried.retain(|one| {
+        let is_new = seen.iter().all(|other| (moved(one) - other).abs() > offsets.step);
+        seen.extend(is_new.then(|| moved(one)));
+        is_new
+    });
+    let many = Thinned::of(problem, SAMPLES[2]);
+    let compared = tried.iter().take(COMPARED).filter_map(|one| {
+        let there = many.late_by(one.offset, &[0.0, one.offset])?;
+        let there = Tried::fit(there, one.point.clone(), one.offset, ITERATIONS[2])?;
+        let here = many.late_by(0.0, &[0.0, one.offset])?;
+        let here = Tried::fit(here, point.clone(), 0.0, ITERATIONS[2])?;
+        let chi_squared = many.times * (there.chi_squared - here.chi_squared);
+        let is_alike = chi_squared < EXCLUDED * here.variance_factor.max(1.0);
+        let value = point.values[delay][0];
+        (is_alike && moved(&there).abs() > offsets.step).then(|| Other {
+            instance: delay,
+            values: [value + moved(&there), value],
+            chi_squared,
+        })
+    });
+    compared.collect()
+}
+
+/// Minima at which a scalar has the other sign.
+fn other_signs(problem: &Problem, point: &Point) -> Vec<Other> {
+    let many = Thinned::of(problem, SAMPLES[2]);
+    let Some(here) = many.late_by(0.0, &[]) else { return Vec::new() };
+    let Some(here) = Tried::fit(here, point.clone(), 0.0, ITERATIONS[2]) else { return Vec::new() };
+    let mirrored = |instance: usize| {
+        let value = point.values[instance][0];
+        let mut start = point.clone();
+        start.values[instance][0] = -value;
+        let there = Tried::fit(many.late_by(0.0, &[])?, start, 0.0, ITERATIONS[2])?;
+        let chi_squared = many.times * (there.chi_squared - here.chi_squared);
+        let other = there.point.values[instance][0];
+        let is_mirrored = other * value < 0.0 && (other + value).abs() < 0.5 * value.abs();
+        let is_alike = chi_squared < EXCLUDED * here.variance_factor.max(1.0);
+        (is_mirrored && is_alike).then_some(Other { instance, values: [other, value], chi_squared })
+    };
+    scalars(&problem.layout).into_iter().filter_map(mirrored).collect()
+}

@@ -1,0 +1,174 @@
+//! From which offsets of the clock and in which attitudes to start.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::campaign::loaded::DELAY_RANGE;
+use crate::campaign::signal::Track;
+use crate::campaign::spline::Spline;
+use crate::engine::layout::Layout;
+use crate::engine::{Point, Problem};
+use crate::graph::Kind;
+
+/// Most offsets to either side.
+const MOST_OFFSETS: usize = 120;
+/// Most attitudes.
+const MOST_ATTITUDES: usize = 24;
+/// Most scalars of the other sign.
+const MOST_SCALARS: usize = 12;
+/// Moments at which it is asked how fast streams change.
+const MOMENTS: usize = 256;
+/// The shortest step between offsets (s).
+const SHORTEST: f64 = 1e-3;
+
+/// Offsets of the clock.
+pub(super) struct Offsets {
+    /// The delays that follow the clock.
+    pub(super) delays: Vec<usize>,
+    /// Between two offsets (s): about a sixth of the period of the fastest stream.
+    pub(super) step: f64,
+    /// All of them, zero first.
+    pub(super) all: Vec<f64>,
+}
+
+impl Offsets {
+    /// Those of a problem; zero alone where nothing is logged, or where what is known of a delay
+    /// says where to look.
+    pub(super) fn of(problem: &Problem) -> Self {
+        let layout = &problem.layout;
+        let is_delay = |index: &usize| {
+            layout.instances[*index].name.ends_with(".delay") && !layout.range_of(*index).is_empty()
+        };
+        let delays: Vec<usize> = (0..layout.instances.len()).filter(is_delay).collect();
+        let is_known = delays.iter().any(|index| !is_open(layout, *index));
+        let step = step(problem);
+        let none = Self { delays: Vec::new(), step: 0.0, all: vec![0.0] };
+        let Some(step) = step.filter(|_| !is_known && !delays.is_empty()) else { return none };
+        // A range that is stated is where to look; else the whole log.
+        let stated = problem.parts.iter().map(|part| part.delay_range);
+        let stated = stated.filter(|range| *range != DELAY_RANGE).fold(f64::INFINITY, f64::min);
+        let count = ((stated / step).floor() as usize).min(MOST_OFFSETS);
+        let sides = (1..=count).flat_map(|n| [n as f64 * step, -(n as f64) * step]);
+        Self { delays, step, all: std::iter::once(0.0).chain(sides).collect() }
+    }
+
+    /// The least and the greatest offset (s).
+    pub(super) fn span(&self) -> [f64; 2] {
+        let fold = |f: fn(f64, f64) -> f64| self.all.iter().copied().fold(0.0, f);
+        [fold(f64::min), fold(f64::max)]
+    }
+
+    /// The mean delay at a point (s).
+    pub(super) fn mean(&self, point: &Point) -> f64 {
+        let sum: f64 = self.delays.iter().map(|index| point.values[*index][0]).sum();
+        sum / self.delays.len().max(1) as f64
+    }
+
+    /// Puts an offset into the delays.
+    pub(super) fn delay(&self, point: &mut Point, offset: f64) {
+        self.delays.iter().for_each(|index| point.values[*index][0] += offset);
+    }
+}
+
+/// How far apart offsets may be (s): the shortest time in which a stream changes as much as it does
+/// at all, by rms; `None` where nothing is logged.
+fn step(problem: &Problem) -> Option<f64> {
+    let runs = problem.parts.iter().flat_map(|part| &part.runs);
+    let tracks = runs.flat_map(|run| run.record.inputs());
+    let times = tracks.filter_map(|track| match track {
+        Track::Logged(spline) => time_scale(spline),
+        _ => None,
+    });
+    times.min_by(f64::total_cmp).map(|time| time.max(SHORTEST))
+}
+
+/// Standard deviation of a stream over the rms of its rate (s); `None` where it stands still.
+fn time_scale(spline: &Spline) -> Option<f64> {
+    let (from, to) = spline.span();
+    let moment = |n: usize| from + (to - from) * (n as f64 + 0.5) / MOMENTS as f64;
+    let at = |order: u8| (0..MOMENTS).map(move |n| spline.at(moment(n), 0.0, order));
+    let mean = at(0).sum::<f64>() / MOMENTS as f64;
+    let spread = at(0).map(|value| (value - mean).powi(2)).sum::<f64>();
+    let rate = at(1).map(|value| value.powi(2)).sum::<f64>();
+    let time = (spread / rate).sqrt();
+    (time.is_finite() && time > 0.0).then_some(time)
+}
+
+/// Attitudes of rotations, and of angles, from which nothing else says where to start.
+pub(super) struct Attitudes {
+    /// For each start, which instances have which value; the first is as stated.
+    all: Vec<Vec<(usize, [f64; 4])>>,
+}
+
+impl Attitudes {
+    pub(super) fn of(layout: &Layout) -> Self {
+        let mut all = vec![Vec::new()];
+        for index in (0..layout.instances.len()).filter(|index| is_open(layout, *index)) {
+            let one = &layout.instances[index];
+            let values = match one.kind {
+                Kind::Rotation => rotations(),
+                Kind::Scalar if one.unit.is_angle() => {
+                    let angle = |n: i32| [f64::from(n) * FRAC_PI_2, 0.0, 0.0, 0.0];
+                    [1, 2, -1].map(angle).to_vec()
+                }
+                _ => continue,
+            };
+            if all.len() * (values.len() + 1) > MOST_ATTITUDES {
+                // Too many to combine: this one by itself.
+                all.extend(values.into_iter().map(|value| vec![(index, value)]));
+                continue;
+            }
+            let with = |start: &Vec<(usize, [f64; 4])>| {
+                let start = start.clone();
+                values
+                    .clone()
+                    .into_iter()
+                    .map(move |value| [start.clone(), vec![(index, value)]].concat())
+            };
+            let more: Vec<_> = all.iter().flat_map(with).collect();
+            all.extend(more);
+        }
+        all.truncate(4 * MOST_ATTITUDES);
+        Self { all }
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.all.len()
+    }
+
+    pub(super) fn apply(&self, number: usize, point: &mut Point) {
+        for (index, value) in &self.all[number] {
+            point.values[*index] = *value;
+        }
+    }
+}
+
+/// The turns of a tetrahedron but for none at all: every rotation is within 90° of one of them or of
+/// none.
+fn rotations() -> Vec<[f64; 4]> {
+    let half = [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+    let signs = [1.0, -1.0];
+    let thirds = signs.iter().flat_map(|x| {
+        signs.iter().flat_map(move |y| signs.map(move |z| [0.5, 0.5 * x, 0.5 * y, 0.5 * z]))
+    });
+    half.into_iter().chain(thirds).collect()
+}
+
+/// Scalars that may have the other sign: open, and no angles or delays.
+pub(super) fn scalars(layout: &Layout) -> Vec<usize> {
+    let may = |index: &usize| {
+        let one = &layout.instances[*index];
+        one.kind == Kind::Scalar
+            && !one.unit.is_angle()
+            && !one.name.ends_with(".delay")
+            && is_open(layout, *index)
+    };
+    (0..layout.instances.len()).filter(may).take(MOST_SCALARS).collect()
+}
+
+/// Whether an instance is estimated from nothing but readings: free, and without a value, a start or
+/// a bound of the user's.
+fn is_open(layout: &Layout, index: usize) -> bool {
+    let setting = &layout.instances[index].setting;
+    let said = [&setting.value, &setting.start, &setting.lower, &setting.upper];
+    !layout.range_of(index).is_empty() && said.iter().all(|one| one.is_none())
+}
