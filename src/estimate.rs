@@ -8,6 +8,8 @@
 //! | [`start`] | where a joint estimate begins |
 //! | [`checks`] | whether the set-up can be as stated |
 //! | [`arrow`] | the normal equations solved by their blocks |
+//! | [`mod@autocorrelation`] | whether residuals are correlated from reading to reading |
+//! | [`minima`] | other starts, and other minima that fit as well |
 //! | [`batch`] | Levenberg-Marquardt over all unknowns |
 //! | [`conic`] | a step within bounds |
 //! | [`covariance`] | what the estimate's uncertainty is |
@@ -36,6 +38,7 @@
 
 pub mod align;
 pub mod arrow;
+pub mod autocorrelation;
 pub mod batch;
 pub mod bias;
 pub mod blind;

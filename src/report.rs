@@ -16,6 +16,7 @@
 //! | [`timing`] | how reference times came about |
 //! | [`table`] | results reading by reading, as CSV |
 
+pub mod autocorrelation;
 pub mod budget;
 pub mod conditions;
 pub mod deviations;

@@ -37,6 +37,8 @@ impl CalibrateCommand {
                 let mut value = loaded.head.clone();
                 load::merge(&mut value, report::json::calibration(&result));
                 load::merge(&mut value, report::minima::json(&result, &others));
+                let correlated = report::autocorrelation::correlated(&result);
+                load::merge(&mut value, report::autocorrelation::json(&correlated));
                 output::json(&value)?;
             }
             Format::Text => {

@@ -6,6 +6,7 @@ use crate::estimate::compare::Comparison;
 use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::delays::Delays;
 use crate::estimate::transformation::From;
+use crate::report::autocorrelation::{self, correlated};
 use crate::report::budget;
 use crate::report::figure;
 use crate::report::json::scope_word;
@@ -43,6 +44,7 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
             "\nThe residuals are larger than stated: the uncertainties do not hold. `homepoint diagnose` looks for the cause.\n",
         );
     }
+    text.push_str(&autocorrelation::text(&correlated(result)));
     text.push_str(&stated(&contradicted(result)));
     let estimates = result.estimates();
     let has_settled = result.fit.outcome == Outcome::Converged;

@@ -17,6 +17,7 @@ mod align;
 mod answers;
 mod arrow;
 mod attitude_streams;
+mod autocorrelation;
 mod batch;
 mod bounds_and_priors;
 mod certificates;

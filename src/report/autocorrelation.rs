@@ -1,0 +1,32 @@
+//! Residuals that are correlated from reading to reading.
+
+use serde_json::{Value, json};
+
+use crate::estimate::autocorrelation::{Autocorrelated, autocorrelated};
+use crate::estimate::calibrate::Calibration;
+use crate::units::decimal;
+
+/// Those of a fit whose numbers can be used.
+pub fn correlated(result: &Calibration) -> Vec<Autocorrelated> {
+    if result.is_sound() { autocorrelated(result) } else { Vec::new() }
+}
+
+/// What that does to uncertainties, in a sentence; empty where none are.
+pub fn text(all: &[Autocorrelated]) -> String {
+    let Some(worst) = all.first() else { return String::new() };
+    let names: Vec<String> = all.iter().map(|one| format!("`{}`", one.measurand)).collect();
+    format!(
+        "\nThe residuals of {} are correlated from reading to reading, over {} readings and more: uncertainties may be too small by up to {} times. `homepoint diagnose` estimates the noise.\n",
+        names.join(", "),
+        worst.readings,
+        decimal(worst.times, 1)
+    )
+}
+
+/// The same for programs.
+pub fn json(all: &[Autocorrelated]) -> Value {
+    let each = all.iter().map(
+        |one| json!({ "measurand": one.measurand, "times": one.times, "readings": one.readings }),
+    );
+    json!({ "autocorrelated": each.collect::<Vec<_>>() })
+}
