@@ -4,10 +4,12 @@
 //! It does not know about formulas or files.
 
 pub mod dimension;
+pub mod display;
 mod nearest;
 pub mod parse;
 
 pub use dimension::{Dimension, Exponent};
+pub use display::DisplayUnits;
 pub use parse::parse_quantity;
 
 /// A unit: what one of it is in SI.
