@@ -48,6 +48,7 @@ mod loader;
 mod logged;
 mod measured;
 mod origin;
+mod output;
 mod overlap;
 pub mod overrides;
 #[cfg(feature = "parquet")]

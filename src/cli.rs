@@ -102,6 +102,18 @@ impl Command {
         }
     }
 
+    /// Whether warnings and progress are left out.
+    fn quiet(&self) -> bool {
+        match self {
+            Self::New(command) => command.quiet,
+            Self::Check(command) => command.quiet,
+            Self::Show(command) => command.quiet,
+            Self::Models(command) => command.quiet,
+            Self::Effects(command) => command.quiet,
+            other => other.common().is_some_and(|common| common.quiet),
+        }
+    }
+
     /// How its result is written.
     fn format(&self) -> Format {
         match self {
@@ -149,7 +161,8 @@ pub fn run() -> ExitCode {
     };
     let common = cli.command.common();
     let format = cli.command.format();
-    let (asked, quiet) = common.map_or((None, false), |common| (common.threads, common.quiet));
+    let asked = common.and_then(|common| common.threads);
+    let quiet = cli.command.quiet();
     match threads::Threads::start(asked, quiet).run(|| execute(cli.command)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => ExitCode::from(failed(failure, format)),

@@ -8,11 +8,13 @@
 //! | [`functions`] | the table of functions |
 //! | [`lexer`] | text to tokens |
 //! | [`parser`] | tokens to a tree: [`Formula::parse`] |
+//! | `compound` | how far the unit after a number reaches |
 //! | [`ast`] | the tree |
 //! | [`show`] | a tree as text and as LaTeX |
 //! | [`error`] | why a text is not a formula |
 
 pub mod ast;
+pub(crate) mod compound;
 pub mod error;
 pub mod functions;
 pub mod lexer;

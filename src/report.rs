@@ -6,6 +6,7 @@
 //! | [`deviations`] | deviations of runs, and what the head must follow |
 //! | [`budget`] | uncertainty budgets of delays |
 //! | [`figure`] | a value with its standard uncertainty as people write it |
+//! | [`global`] | whether chi squared agrees with what is stated |
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
 //! | `layout` | tables as the terminal shows them |
 //! | [`text`] | tables and sentences for the terminal |
@@ -24,6 +25,7 @@ pub mod diagnosis;
 #[cfg(feature = "cli")]
 pub mod diagnosis_text;
 pub mod figure;
+pub mod global;
 pub mod json;
 #[cfg(feature = "cli")]
 pub(crate) mod layout;

@@ -4,9 +4,12 @@
 //! It does not know about formulas or files.
 
 pub mod dimension;
+pub mod display;
+mod nearest;
 pub mod parse;
 
 pub use dimension::{Dimension, Exponent};
+pub use display::DisplayUnits;
 pub use parse::parse_quantity;
 
 /// A unit: what one of it is in SI.
@@ -52,7 +55,7 @@ impl Unit {
 
     /// Whether it is one of angles.
     pub fn is_angle(&self) -> bool {
-        names_angle(&self.symbol)
+        names_angle(&self.symbol) && self.dimension == Dimension::NONE
     }
 
     /// Whether one of angles is a part of it, as of `deg/s`.
@@ -116,45 +119,87 @@ pub struct UnitError {
     pub help: Option<String>,
 }
 
-/// One row of the unit table: symbol, factor to SI, exponents of m, s, kg, K and rad.
+/// One row of the unit table: symbol, factor to SI, exponents of m, s, kg, K, A and rad.
 ///
-/// The last one says that a unit is one of angles. No dimension check counts it, see
+/// The last one says that a unit holds an angle. No dimension check counts it, see
 /// [`Unit::accepts`].
-pub type Row = (&'static str, f64, [i16; 5]);
+pub type Row = (&'static str, f64, [i16; 6]);
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const GON: f64 = std::f64::consts::PI / 200.0;
+const TURN: f64 = std::f64::consts::TAU;
 
 /// The known units. To add a unit, add a row: which units are angles and which ones a message lists
 /// follow from it. `tests/number/units.rs` then asks for it in `docs/formats.md`.
 pub const TABLE: &[Row] = &[
-    ("1", 1.0, [0, 0, 0, 0, 0]),
-    ("m", 1.0, [1, 0, 0, 0, 0]),
-    ("mm", 1e-3, [1, 0, 0, 0, 0]),
-    ("um", 1e-6, [1, 0, 0, 0, 0]),
-    ("µm", 1e-6, [1, 0, 0, 0, 0]),
-    ("nm", 1e-9, [1, 0, 0, 0, 0]),
-    ("s", 1.0, [0, 1, 0, 0, 0]),
-    ("ms", 1e-3, [0, 1, 0, 0, 0]),
-    ("us", 1e-6, [0, 1, 0, 0, 0]),
-    ("µs", 1e-6, [0, 1, 0, 0, 0]),
-    ("ns", 1e-9, [0, 1, 0, 0, 0]),
-    ("min", 60.0, [0, 1, 0, 0, 0]),
-    ("h", 3600.0, [0, 1, 0, 0, 0]),
-    ("rad", 1.0, [0, 0, 0, 0, 1]),
-    ("mrad", 1e-3, [0, 0, 0, 0, 1]),
-    ("urad", 1e-6, [0, 0, 0, 0, 1]),
-    ("µrad", 1e-6, [0, 0, 0, 0, 1]),
-    ("deg", DEGREE, [0, 0, 0, 0, 1]),
-    ("arcmin", DEGREE / 60.0, [0, 0, 0, 0, 1]),
-    ("arcsec", DEGREE / 3600.0, [0, 0, 0, 0, 1]),
-    ("gon", GON, [0, 0, 0, 0, 1]),
-    ("mgon", GON * 1e-3, [0, 0, 0, 0, 1]),
-    ("Hz", 1.0, [0, -1, 0, 0, 0]),
-    ("Bd", 1.0, [0, -1, 0, 0, 0]),
-    ("ppm", 1e-6, [0, 0, 0, 0, 0]),
-    ("K", 1.0, [0, 0, 0, 1, 0]),
-    ("hPa", 100.0, [-1, -2, 1, 0, 0]),
+    ("1", 1.0, [0, 0, 0, 0, 0, 0]),
+    ("m", 1.0, [1, 0, 0, 0, 0, 0]),
+    ("km", 1e3, [1, 0, 0, 0, 0, 0]),
+    ("cm", 1e-2, [1, 0, 0, 0, 0, 0]),
+    ("mm", 1e-3, [1, 0, 0, 0, 0, 0]),
+    ("um", 1e-6, [1, 0, 0, 0, 0, 0]),
+    ("µm", 1e-6, [1, 0, 0, 0, 0, 0]),
+    ("nm", 1e-9, [1, 0, 0, 0, 0, 0]),
+    ("in", 0.0254, [1, 0, 0, 0, 0, 0]),
+    ("s", 1.0, [0, 1, 0, 0, 0, 0]),
+    ("ms", 1e-3, [0, 1, 0, 0, 0, 0]),
+    ("us", 1e-6, [0, 1, 0, 0, 0, 0]),
+    ("µs", 1e-6, [0, 1, 0, 0, 0, 0]),
+    ("ns", 1e-9, [0, 1, 0, 0, 0, 0]),
+    ("min", 60.0, [0, 1, 0, 0, 0, 0]),
+    ("h", 3600.0, [0, 1, 0, 0, 0, 0]),
+    ("rad", 1.0, [0, 0, 0, 0, 0, 1]),
+    ("mrad", 1e-3, [0, 0, 0, 0, 0, 1]),
+    ("urad", 1e-6, [0, 0, 0, 0, 0, 1]),
+    ("µrad", 1e-6, [0, 0, 0, 0, 0, 1]),
+    ("deg", DEGREE, [0, 0, 0, 0, 0, 1]),
+    ("mdeg", DEGREE * 1e-3, [0, 0, 0, 0, 0, 1]),
+    ("arcmin", DEGREE / 60.0, [0, 0, 0, 0, 0, 1]),
+    ("arcsec", DEGREE / 3600.0, [0, 0, 0, 0, 0, 1]),
+    ("gon", GON, [0, 0, 0, 0, 0, 1]),
+    ("mgon", GON * 1e-3, [0, 0, 0, 0, 0, 1]),
+    ("turn", TURN, [0, 0, 0, 0, 0, 1]),
+    ("rev", TURN, [0, 0, 0, 0, 0, 1]),
+    ("rpm", TURN / 60.0, [0, -1, 0, 0, 0, 1]),
+    ("Hz", 1.0, [0, -1, 0, 0, 0, 0]),
+    ("kHz", 1e3, [0, -1, 0, 0, 0, 0]),
+    ("MHz", 1e6, [0, -1, 0, 0, 0, 0]),
+    ("Bd", 1.0, [0, -1, 0, 0, 0, 0]),
+    ("ppm", 1e-6, [0, 0, 0, 0, 0, 0]),
+    ("%", 1e-2, [0, 0, 0, 0, 0, 0]),
+    ("count", 1.0, [0, 0, 0, 0, 0, 0]),
+    ("counts", 1.0, [0, 0, 0, 0, 0, 0]),
+    ("K", 1.0, [0, 0, 0, 1, 0, 0]),
+    ("kg", 1.0, [0, 0, 1, 0, 0, 0]),
+    ("g", 1e-3, [0, 0, 1, 0, 0, 0]),
+    ("mg", 1e-6, [0, 0, 1, 0, 0, 0]),
+    ("t", 1e3, [0, 0, 1, 0, 0, 0]),
+    ("N", 1.0, [1, -2, 1, 0, 0, 0]),
+    ("kN", 1e3, [1, -2, 1, 0, 0, 0]),
+    ("mN", 1e-3, [1, -2, 1, 0, 0, 0]),
+    ("J", 1.0, [2, -2, 1, 0, 0, 0]),
+    ("kJ", 1e3, [2, -2, 1, 0, 0, 0]),
+    ("Nm", 1.0, [2, -2, 1, 0, 0, 0]),
+    ("mNm", 1e-3, [2, -2, 1, 0, 0, 0]),
+    ("W", 1.0, [2, -3, 1, 0, 0, 0]),
+    ("kW", 1e3, [2, -3, 1, 0, 0, 0]),
+    ("mW", 1e-3, [2, -3, 1, 0, 0, 0]),
+    ("hPa", 100.0, [-1, -2, 1, 0, 0, 0]),
+    ("Pa", 1.0, [-1, -2, 1, 0, 0, 0]),
+    ("kPa", 1e3, [-1, -2, 1, 0, 0, 0]),
+    ("MPa", 1e6, [-1, -2, 1, 0, 0, 0]),
+    ("bar", 1e5, [-1, -2, 1, 0, 0, 0]),
+    ("mbar", 100.0, [-1, -2, 1, 0, 0, 0]),
+    ("A", 1.0, [0, 0, 0, 0, 1, 0]),
+    ("mA", 1e-3, [0, 0, 0, 0, 1, 0]),
+    ("uA", 1e-6, [0, 0, 0, 0, 1, 0]),
+    ("µA", 1e-6, [0, 0, 0, 0, 1, 0]),
+    ("V", 1.0, [2, -3, 1, 0, -1, 0]),
+    ("kV", 1e3, [2, -3, 1, 0, -1, 0]),
+    ("mV", 1e-3, [2, -3, 1, 0, -1, 0]),
+    ("uV", 1e-6, [2, -3, 1, 0, -1, 0]),
+    ("µV", 1e-6, [2, -3, 1, 0, -1, 0]),
+    ("ohm", 1.0, [2, -3, 1, 0, -2, 0]),
 ];
 
 /// The row of a symbol.

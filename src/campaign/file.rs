@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use indexmap::{IndexMap, IndexSet};
 
 use crate::campaign::declared::{ColumnWord, InputOverride, MeasurandOverride, RunEntry};
+use crate::campaign::output;
 use crate::campaign::overrides;
 use crate::campaign::plan;
 use crate::campaign::run::Role;
@@ -20,12 +21,12 @@ use crate::document::entries::{Entry, Item, Named, Reader, Value, get};
 use crate::document::files::{Files, Input, reason};
 use crate::document::{text, withhold};
 use crate::model::Override;
-use crate::units::Unit;
+use crate::units::{DisplayUnits, Unit};
 
 /// Largest campaign.toml that is read, in bytes, unpacked if it is packed.
 pub const MOST_BYTES: usize = 1 << 20;
 
-const KEYS: [&str; 15] = [
+const KEYS: [&str; 16] = [
     "title",
     "model",
     "instrument",
@@ -39,6 +40,7 @@ const KEYS: [&str; 15] = [
     "specification",
     "runs",
     "delay_range",
+    "output",
     "timing",
     "truth",
 ];
@@ -72,6 +74,8 @@ pub struct CampaignFile {
     pub measurands: Vec<MeasurandOverride>,
     /// `[specification]`.
     pub specification: Specification,
+    /// `[output]`: units of results.
+    pub output: DisplayUnits,
     /// `delay_range` (s).
     pub delay_range: Option<f64>,
     /// `[timing]`.
@@ -168,6 +172,7 @@ impl CampaignFile {
         let metadata = table(&mut reader, "metadata");
         let specification = table(&mut reader, "specification");
         let timed = get(&entries, "timing").is_some();
+        let output = table(&mut reader, "output");
         let runs = runs(&mut reader, get(&entries, "runs"), timed);
         let mut parameters = overrides::read(&mut reader, &parameters);
         let known: IndexSet<&str> = runs.iter().map(|run| run.setup.as_str()).collect();
@@ -191,6 +196,7 @@ impl CampaignFile {
             inputs: inputs.iter().map(|entry| input(&mut reader, entry)).collect(),
             measurands: measurands.iter().map(|entry| measurand(&mut reader, entry)).collect(),
             specification: Specification::read(&mut reader, &specification),
+            output: output::read(&mut reader, &output),
             delay_range,
             timing,
             runs,

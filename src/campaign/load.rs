@@ -96,6 +96,7 @@ impl CampaignFile {
             input_sigma: input_spread.iter().map(InputSpread::random).collect(),
             input_spread,
             measurand_sigma,
+            output: self.output,
             specification: self.specification,
             measurand_degrees_of_freedom,
             delay_range: loader.delay_range,

@@ -14,6 +14,7 @@ use crate::document::entries::Named;
 use crate::document::files::Files;
 use crate::model::Override;
 use crate::progress::Progress;
+use crate::units::DisplayUnits;
 
 /// The margin kept to the ends of a stream (s), unless stated.
 pub const DELAY_RANGE: f64 = 0.5;
@@ -98,6 +99,8 @@ pub struct Campaign {
     /// Standard uncertainty (SI) of one reading of each measurand of the model; 1 for one that the
     /// campaign neither states nor reads.
     pub measurand_sigma: Vec<f64>,
+    /// Units of results that it states.
+    pub output: DisplayUnits,
     /// What the maker of the instrument promises to follow.
     pub specification: Specification,
     /// Degrees of freedom on which that rests, if few.

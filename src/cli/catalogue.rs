@@ -21,6 +21,9 @@ pub(super) struct Models {
     /// How the list is written
     #[arg(long, value_enum, default_value_t)]
     pub(super) format: Format,
+    /// No warnings, no progress
+    #[arg(long)]
+    pub(super) quiet: bool,
 }
 
 #[derive(Debug, Args)]
@@ -34,6 +37,9 @@ pub(super) struct Effects {
     /// How the list is written
     #[arg(long, value_enum, default_value_t)]
     pub(super) format: Format,
+    /// No warnings, no progress
+    #[arg(long)]
+    pub(super) quiet: bool,
 }
 
 impl Models {

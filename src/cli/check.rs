@@ -30,6 +30,9 @@ pub(super) struct Check {
     /// Read no file outside a campaign's folder: for campaigns of strangers
     #[arg(long)]
     confined: bool,
+    /// No warnings, no progress
+    #[arg(long)]
+    pub(super) quiet: bool,
     #[command(flatten)]
     memory: Memory,
 }
@@ -93,13 +96,15 @@ impl Check {
         let mut request = Request::new([path]);
         request.effects.clone_from(&self.effects);
         request.confined = self.confined;
-        request.progress = progress::shown(false);
+        request.progress = progress::shown(self.quiet);
         request.memory = Some(self.memory.for_samples());
         let opened = open(&request)?;
-        render::all(&opened.warnings);
-        render::all(&checks::check(&opened.problem));
-        let misfits = opened.recipes.iter().flat_map(Recipe::own_that_do_not_fit);
-        render::all(&misfits.map(|(_, misfit)| misfit).collect::<Vec<_>>());
+        if !self.quiet {
+            render::all(&opened.warnings);
+            render::all(&checks::check(&opened.problem));
+            let misfits = opened.recipes.iter().flat_map(Recipe::own_that_do_not_fit);
+            render::all(&misfits.map(|(_, misfit)| misfit).collect::<Vec<_>>());
+        }
         let part = &opened.problem.parts[0];
         let timing = report::timing::text(&opened.campaigns[0], &opened.models[0]);
         let timing = timing.lines().map(|line| format!("\n  {line}")).collect::<String>();

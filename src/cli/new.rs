@@ -14,6 +14,9 @@ pub(super) struct New {
     /// The file to write, say my_instrument.toml
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    /// No warnings, no progress
+    #[arg(long)]
+    pub(super) quiet: bool,
 }
 
 impl New {

@@ -28,6 +28,9 @@ pub(super) struct Show {
     /// Write LaTeX
     #[arg(long)]
     latex: bool,
+    /// No warnings, no progress
+    #[arg(long)]
+    pub(super) quiet: bool,
 }
 
 impl Show {

@@ -149,6 +149,7 @@ pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {
         }
     }
     made.label.clone_from(&part.label);
+    made.output.clone_from(&part.output);
     made.instrument.clone_from(&part.instrument);
     made.rig.clone_from(&part.rig);
     made.delay_range = part.delay_range;

@@ -163,6 +163,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
             Part::new(system, campaign.setups.clone(), runs, campaign.measurand_sigma.clone());
         part.instrument.clone_from(&campaign.instrument);
         part.rig.clone_from(&campaign.rig);
+        part.output.clone_from(&campaign.output);
         part.delay_range = campaign.delay_range;
         let left = |spread: &InputSpread| spread.calibration.map_or(0.0, |spread| spread.sigma);
         part.calibration = campaign.input_spread.iter().map(left).collect();

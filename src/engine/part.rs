@@ -14,6 +14,7 @@ use crate::graph::{Clock, Leaf, MeasurandKind, NodeId, Value};
 use crate::number::Number;
 use crate::quaternion::Quaternion;
 use crate::system::System;
+use crate::units::{DisplayUnits, Unit};
 
 /// One campaign with its model, ready for evaluation.
 #[derive(Clone, Debug)]
@@ -36,6 +37,8 @@ pub struct Part {
     pub run_levels: Vec<Vec<f64>>,
     /// Standard deviation of each random quantity (SI); 0 switches it off.
     pub random_sigma: Vec<f64>,
+    /// Units in which people read its values, where stated.
+    pub output: DisplayUnits,
     /// Farthest delay looked for (s).
     pub delay_range: f64,
     /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever
@@ -123,6 +126,7 @@ impl Part {
             runs,
             sigma,
             run_levels: Vec::new(),
+            output: DisplayUnits::default(),
             delay_range: DELAY_RANGE,
             calibration: Vec::new(),
             gauss_markov: vec![None; residual],
@@ -131,6 +135,29 @@ impl Part {
             columns: slots.iter().map(|slot| slot.column).collect(),
             slots,
         }
+    }
+
+    /// The unit in which people read a measurand.
+    pub fn unit_of(&self, measurand: usize) -> Unit {
+        let one = &self.system.assembly.names.measurands[measurand];
+        self.output.of(&one.name, &one.unit).unwrap_or_else(|| one.unit.clone())
+    }
+
+    /// The unit in which people read a parameter: as stated, else as declared; of an effect's angle
+    /// that in which all angles are read, for its file knows no instrument.
+    pub fn unit_of_parameter(&self, name: &str, declared: &Unit) -> Unit {
+        let of_effect = name.contains('.') && !name.ends_with(".delay");
+        let stated = self.output.of(name, declared);
+        let angle = || self.unit_of_angles().filter(|_| of_effect && declared.symbol == "rad");
+        stated.or_else(angle).unwrap_or_else(|| declared.clone())
+    }
+
+    /// The unit of all measurands that are angles, where they have one.
+    fn unit_of_angles(&self) -> Option<Unit> {
+        let all = 0..self.system.assembly.names.measurands.len();
+        let mut angles = all.map(|index| self.unit_of(index)).filter(Unit::is_angle);
+        let first = angles.next()?;
+        angles.all(|other| other.factor == first.factor).then_some(first)
     }
 
     /// Where each measurand stands.

@@ -52,7 +52,7 @@ pub struct Estimate {
     pub bound: Option<Bound>,
     /// Unit of the coherent SI value.
     pub unit: String,
-    /// Symbol of the unit the model declares it in, for people.
+    /// The unit in which people read it: as declared, or as the campaign states.
     pub declared: crate::units::Unit,
     /// Whether it was held fixed.
     pub fixed: bool,
@@ -120,12 +120,18 @@ impl Calibration {
                 sigma: level.sigma,
                 bound: None,
                 unit: level.unit.si_symbol(),
-                declared: level.unit.clone(),
+                declared: self.shown(&level.name, &level.unit),
                 fixed: false,
                 instance: None,
             });
         }
         estimates
+    }
+
+    /// The unit in which people read a parameter.
+    fn shown(&self, name: &str, declared: &crate::units::Unit) -> crate::units::Unit {
+        let part = self.problem.parts.first();
+        part.map_or_else(|| declared.clone(), |part| part.unit_of_parameter(name, declared))
     }
 
     /// The components of one instance.
@@ -170,7 +176,7 @@ impl Calibration {
                     sigma: (determined && bound.is_none()).then(|| variance.max(0.0).sqrt()),
                     bound,
                     unit: instance.unit.si_symbol(),
-                    declared: instance.unit.clone(),
+                    declared: self.shown(&instance.name, &instance.unit),
                     fixed: sensitivity.is_empty(),
                     instance: Some(index),
                 }

@@ -43,6 +43,8 @@ pub enum FormulaError {
     Unit {
         /// What was written.
         found: String,
+        /// The unit that may be meant.
+        help: Option<String>,
         /// Where.
         span: Span,
     },
@@ -148,11 +150,9 @@ impl FormulaError {
                 Some(format!("write `{}`", function.entry().signature))
             }
             Self::Arity { function, .. } => Some(function.entry().about.to_owned()),
-            Self::Unit { .. } => Some(
-                "a number may carry one unit symbol, as in `20 arcsec`; write products and \
-                 quotients with `*` and `/`, as in `3 m / 1 s`"
-                    .into(),
-            ),
+            Self::Unit { help, .. } => Some(help.clone().unwrap_or_else(|| {
+                "a number may carry a unit, as in `20 arcsec`, `9.81 m/s^2` or `3 N m`".into()
+            })),
             Self::Character { found: '\'' | '"', .. } => {
                 Some("a formula holds no quotation marks".into())
             }

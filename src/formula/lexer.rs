@@ -8,7 +8,7 @@ use crate::formula::error::FormulaError;
 pub enum Token {
     /// A number.
     Number(f64),
-    /// A name with its dots: `horizontal.delay`, `point.x`.
+    /// A name with its dots: `horizontal.delay`, `point.x`; `%` after a number.
     Name,
     /// One of `+ - * / ^ ( ) [ ] , .`
     Symbol(char),
@@ -41,6 +41,9 @@ pub fn tokens(text: &str) -> Result<Vec<(Token, Span)>, FormulaError> {
                     });
                 }
             }
+        } else if first == '%' && matches!(tokens.last(), Some((Token::Number(_), _))) {
+            at += 1;
+            Token::Name
         } else if starts_name(first) {
             at += name(&text[at..]);
             Token::Name

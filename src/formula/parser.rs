@@ -6,6 +6,7 @@
 
 use crate::diagnostic::{Diagnostic, Source, Span};
 use crate::formula::ast::{Axis, BinaryOperator, Expression, ExpressionKind, Formula};
+use crate::formula::compound;
 use crate::formula::error::{DEPTH_LIMIT, FormulaError, LENGTH_LIMIT};
 use crate::formula::functions::Function;
 use crate::formula::lexer::{Token, tokens};
@@ -186,19 +187,25 @@ impl<'t> Parser<'t> {
         Ok((tree, height))
     }
 
-    /// A number with the unit symbol that may follow it, in SI.
+    /// A number with the unit that may follow it, in SI.
     fn quantity(&mut self, value: f64, span: Span) -> Result<Expression, FormulaError> {
-        let (Token::Name, unit_span) = self.peek() else {
+        let (Token::Name, first) = self.peek() else {
             return Ok(Expression { kind: ExpressionKind::Number(value, None), span });
         };
+        let end = compound::end(self.text, self.tokens, self.at + 1);
+        let (_, last) = &self.tokens[end - 1];
+        let unit_span = first.to(*last);
         let symbol = self.word(unit_span);
-        let Ok(unit) = Unit::parse(symbol) else {
-            return Err(FormulaError::Unit { found: symbol.to_owned(), span: unit_span });
-        };
-        self.at += 1;
+        let unit = Unit::parse(symbol).map_err(|error| FormulaError::Unit {
+            found: symbol.to_owned(),
+            help: error.help.filter(|help| help.starts_with("did you mean")),
+            span: unit_span,
+        })?;
+        let is_compound = end > self.at + 1;
+        self.at = end;
         // `1 s^2` is the same either way; `3 s^2` is not.
         if let (Token::Symbol('^'), power) = self.peek()
-            && (value != 1.0 || unit.offset != 0.0)
+            && (value != 1.0 || unit.offset != 0.0 || is_compound)
         {
             let span = span.to(power);
             return Err(FormulaError::UnitPower { found: self.word(span).to_owned(), span });

@@ -4,12 +4,14 @@
 //! [`super::context`]'s business, what a function means [`super::calls`]'s.
 
 use crate::diagnostic::Span;
+use crate::formula::compound::words;
 use crate::formula::{Axis, BinaryOperator, Expression, ExpressionKind, Formula};
 use crate::graph::context::{Context, Resolver};
+use crate::graph::layers::Meaning;
 use crate::graph::node::{Binary, NodeId, Unary};
 use crate::graph::typed::{Fault, Typed, fault, fault_with, quoted};
 use crate::graph::{Graph, Value};
-use crate::units::{Dimension, Exponent};
+use crate::units::{Dimension, Exponent, Unit};
 
 /// Formulas within formulas nest at most this deep.
 const DEPTH_LIMIT: usize = 600;
@@ -32,10 +34,11 @@ impl Resolver<'_> {
         self.depth += 1;
         let result = match &expression.kind {
             ExpressionKind::Number(value, unit) => {
+                let clear = self.no_name_as_unit(formula, expression.span, unit.as_ref(), context);
                 let node = self.graph.constant(*value);
                 let dimension = unit.as_ref().map_or(Dimension::NONE, |unit| unit.dimension);
                 let any_dimension = *value == 0.0 && unit.is_none();
-                Ok(Typed { any_dimension, ..Typed::scalar(node, dimension) })
+                clear.map(|()| Typed { any_dimension, ..Typed::scalar(node, dimension) })
             }
             ExpressionKind::Name(name) => self.name(formula, name, expression.span, context),
             ExpressionKind::Member(of, axis) => self.member(formula, of, *axis, context),
@@ -58,6 +61,25 @@ impl Resolver<'_> {
             ));
         }
         result
+    }
+
+    /// Refuses a unit such as `m/s` where `s` is a name, too: nobody could tell which is meant.
+    fn no_name_as_unit(
+        &self,
+        formula: &Formula,
+        span: Span,
+        unit: Option<&Unit>,
+        context: &Context,
+    ) -> Result<(), Fault> {
+        let Some(word) = unit.into_iter().flat_map(words).find(|word| {
+            context.helpers.contains_key(*word)
+                || !matches!(self.dictionary.meaning(context.patch, word), Meaning::Unknown)
+        }) else {
+            return Ok(());
+        };
+        let message = format!("`{word}` in {} is a unit and a name, too", quoted(formula, span));
+        let help = "with blanks around `*` and `/` it is the name; for the unit, rename the other";
+        Err(fault_with(formula, span, message, help))
     }
 
     #[inline(never)]

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::formula::Formula;
 use crate::graph::{Kind, NodeId, Value};
-use crate::units::Dimension;
+use crate::units::{Dimension, Unit};
 
 /// A fault of a formula; boxed because results are passed through deep recursions.
 pub type Fault = Box<Diagnostic>;
@@ -76,15 +76,31 @@ impl Typed {
     }
 }
 
+/// What quantities are called, by their unit.
+const NOUNS: &[(&str, &str)] = &[
+    ("m", "a length"),
+    ("s", "a time"),
+    ("kg", "a mass"),
+    ("K", "a temperature"),
+    ("A", "a current"),
+    ("N", "a force"),
+    ("N m", "a torque or an energy"),
+    ("W", "a power"),
+    ("Pa", "a pressure"),
+    ("V", "a voltage"),
+];
+
 /// A kind and a dimension in words.
 pub fn words(kind: Kind, dimension: Dimension) -> String {
+    let named = |(symbol, _): &&(&str, &str)| {
+        Unit::parse(symbol).is_ok_and(|unit| unit.dimension == dimension)
+    };
     match kind {
         Kind::Scalar if dimension == Dimension::NONE => "a plain number".into(),
-        Kind::Scalar if dimension == Dimension::LENGTH => "a length (m)".into(),
-        Kind::Scalar if dimension == Dimension::TIME => "a time (s)".into(),
-        Kind::Scalar if dimension == Dimension::MASS => "a mass (kg)".into(),
-        Kind::Scalar if dimension == Dimension::TEMPERATURE => "a temperature (K)".into(),
-        Kind::Scalar => format!("a number in {dimension}"),
+        Kind::Scalar => match NOUNS.iter().find(named) {
+            Some((symbol, noun)) => format!("{noun} ({symbol})"),
+            None => format!("a number in {dimension}"),
+        },
         Kind::Vector if dimension == Dimension::NONE => "a vector of plain numbers".into(),
         Kind::Vector => format!("a vector in {dimension}"),
         Kind::Rotation => "a rotation".into(),

@@ -28,6 +28,8 @@ fn ladder(dimension: Dimension) -> &'static [(&'static str, f64)] {
 /// powers, and without a ladder, the one of [`unit_for`].
 fn readable(size: f64, declared: &Unit) -> Unit {
     let is_plain = !declared.symbol.contains(['/', '*', '^', ' ', '·']);
+    // Who declares mm or ms wants to read it; m and s are but SI.
+    let is_plain = is_plain && matches!(declared.symbol.as_str(), "m" | "s");
     let steps = if is_plain { ladder(declared.dimension) } else { &[] };
     if steps.is_empty() {
         return unit_for(size, declared);
@@ -75,6 +77,17 @@ pub fn exact(value: f64, declared: &Unit) -> String {
 /// An uncertainty in its own readable unit, to two digits.
 pub fn uncertainty(sigma: f64, declared: &Unit) -> String {
     if sigma == 0.0 { "fixed".to_owned() } else { size(sigma, declared) }
+}
+
+/// An uncertainty in the unit in which [`value`] writes its value, to two digits.
+pub fn uncertainty_of(value: f64, sigma: f64, declared: &Unit) -> String {
+    let fits = value.is_finite() && sigma.is_finite() && sigma != 0.0 && declared.offset == 0.0;
+    if !fits {
+        return uncertainty(sigma, declared);
+    }
+    let unit = readable(value.abs().max(sigma), declared);
+    let scaled = sigma / unit.factor;
+    with_symbol(decimal(scaled, decimals(scaled)), &unit.symbol)
 }
 
 /// How large a difference is (a root mean square, a scatter), in its own readable unit, to two

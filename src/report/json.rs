@@ -8,7 +8,7 @@ use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::delays::Summary;
 use crate::estimate::words::Unobservable;
 use crate::graph::Scope;
-use crate::report::budget;
+use crate::report::{budget, global};
 
 /// The word for a scope.
 pub fn scope_word(scope: Scope) -> &'static str {
@@ -35,6 +35,7 @@ pub(crate) fn estimate(one: &Estimate) -> Value {
         "value": number(one.value),
         "sigma": number(one.sigma),
         "unit": one.unit,
+        "display_unit": one.declared.symbol,
     });
     if let Some(bound) = one.bound {
         value["bound"] = json!(bound.word());
@@ -55,6 +56,7 @@ pub fn calibration(result: &Calibration) -> Value {
             "degrees_of_freedom": result.degrees_of_freedom(),
             "chi_squared": number(Some(result.fit.cost)),
             "variance_factor": number(result.variance_factor()),
+            "p": number(global::p_value(result)),
             "iterations": result.fit.iterations,
             "converged": result.fit.outcome == crate::estimate::batch::Outcome::Converged,
             "rms": rms,

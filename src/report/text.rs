@@ -1,5 +1,6 @@
 //! Tables and sentences for the terminal.
 
+use crate::engine::Part;
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::compare::Comparison;
@@ -9,6 +10,7 @@ use crate::estimate::transformation::From;
 use crate::report::autocorrelation::{self, correlated};
 use crate::report::budget;
 use crate::report::figure;
+use crate::report::global;
 use crate::report::json::scope_word;
 use crate::report::layout::{align_right, drawn, table};
 use crate::units::{Dimension, Unit, decimal};
@@ -39,11 +41,7 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
             "`homepoint diagnose` looks for readings and runs that keep it from settling.\n",
         );
     }
-    if result.is_sound() && result.variance_factor().is_some_and(|factor| factor > DOUBTFUL) {
-        text.push_str(
-            "\nThe residuals are larger than stated: the uncertainties do not hold. `homepoint diagnose` looks for the cause.\n",
-        );
-    }
+    text.push_str(&global::verdict(result));
     text.push_str(&autocorrelation::text(&correlated(result)));
     text.push_str(&stated(&contradicted(result)));
     let estimates = result.estimates();
@@ -65,7 +63,9 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
         if has_settled {
             row.push(match (one.sigma, one.bound) {
                 (_, Some(bound)) => format!("at its {} bound", bound.word()),
-                (Some(sigma), None) => figure::uncertainty(sigma, &one.declared),
+                (Some(sigma), None) => {
+                    figure::uncertainty_of(one.value.unwrap_or(f64::NAN), sigma, &one.declared)
+                }
                 (None, None) => String::new(),
             });
         }
@@ -108,20 +108,23 @@ fn fit(result: &Calibration) -> String {
             )
         })
         .collect();
+    text.push_str(&global::line(result));
     text.push_str(&format!("residual rms: {}\n", rms.join(", ")));
     text
 }
 
-/// The unit in which a measurand is declared.
+/// The unit in which a measurand is read.
 pub(crate) fn unit_of(result: &Calibration, name: &str) -> Unit {
-    let mut all =
-        result.problem.parts.iter().flat_map(|part| &part.system.assembly.names.measurands);
-    all.find(|measurand| measurand.name == name).map_or_else(Unit::one, |m| m.unit.clone())
+    let of = |part: &Part| {
+        let index = part.system.assembly.names.measurands.iter().position(|m| m.name == name)?;
+        Some(part.unit_of(index))
+    };
+    result.problem.parts.iter().find_map(of).unwrap_or_else(Unit::one)
 }
 
-/// Residuals of angles are small: they are read more easily in parts of a radian.
+/// Residuals of angles in radians are small: they are read more easily in parts of one.
 pub(crate) fn residual_unit(size: f64, declared: &Unit) -> Unit {
-    if declared.dimension == Dimension::NONE && declared.symbol != "1" {
+    if declared.symbol == "rad" {
         let part = if size < 1e-3 { "µrad" } else { "mrad" };
         Unit::parse(part).unwrap_or_else(|_| declared.clone())
     } else {

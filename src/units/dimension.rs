@@ -1,4 +1,4 @@
-//! Dimensions: rational powers of length, time, mass and temperature.
+//! Dimensions: rational powers of length, time, mass, temperature and electric current.
 
 use std::fmt;
 use std::ops::{Div, Mul};
@@ -68,16 +68,16 @@ impl fmt::Display for Exponent {
     }
 }
 
-/// Powers of length (m), time (s), mass (kg) and temperature (K).
+/// Powers of length (m), time (s), mass (kg), temperature (K) and electric current (A).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Dimension {
-    /// Exponents of m, s, kg, K.
-    pub exponents: [Exponent; 4],
+    /// Exponents of m, s, kg, K, A.
+    pub exponents: [Exponent; 5],
 }
 
 impl Dimension {
     /// A plain number or an angle.
-    pub const NONE: Self = Self { exponents: [Exponent::ZERO; 4] };
+    pub const NONE: Self = Self { exponents: [Exponent::ZERO; 5] };
     /// Length, m.
     pub const LENGTH: Self = Self::base(0);
     /// Time, s.
@@ -87,8 +87,11 @@ impl Dimension {
     /// Temperature, K.
     pub const TEMPERATURE: Self = Self::base(3);
 
+    /// Electric current, A.
+    pub const CURRENT: Self = Self::base(4);
+
     const fn base(index: usize) -> Self {
-        let mut exponents = [Exponent::ZERO; 4];
+        let mut exponents = [Exponent::ZERO; 5];
         exponents[index] = Exponent { numerator: 1, denominator: 1 };
         Self { exponents }
     }
@@ -123,7 +126,7 @@ impl fmt::Display for Dimension {
     /// As a unit in SI: `1`, `m`, `m/s^2`, `1/s`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let part = |positive: bool| {
-            ["m", "s", "kg", "K"]
+            ["m", "s", "kg", "K", "A"]
                 .iter()
                 .zip(self.exponents)
                 .filter(|(_, e)| if positive { e.numerator > 0 } else { e.numerator < 0 })

@@ -1,4 +1,4 @@
-//! Reads units (`um/min^0.5`, `m/(rad/s^2)`) and quantities (`1.5 arcsec`).
+//! Reads units (`um/min^0.5`, `m/(rad/s^2)`, `N m/rad`) and quantities (`1.5 arcsec`).
 
 use super::{Dimension, Exponent, Unit, UnitError, row};
 use crate::units::TABLE;
@@ -7,7 +7,8 @@ use crate::units::TABLE;
 const MAXIMUM_DEPTH: usize = 16;
 
 impl Unit {
-    /// Reads a unit: known symbols, `*`, `/`, `^` with a rational power, parentheses; `degC` alone.
+    /// Reads a unit: known symbols, `*` or a blank, `/`, `^` with a rational power, parentheses;
+    /// `degC` alone. A blank after `/` is refused, for `m/s rad` could mean two things.
     ///
     /// # Errors
     /// The part that is not a unit, with the nearest known symbol.
@@ -124,8 +125,23 @@ impl Reader<'_> {
 
     fn product(&mut self) -> Parsed {
         let (mut factor, mut dimension) = self.power()?;
-        while let Some(operator @ ('*' | '/' | '·')) = self.peek() {
-            self.at += operator.len_utf8();
+        let mut divided = false;
+        while let Some(operator) = self.peek() {
+            match operator {
+                '*' | '/' | '·' => self.at += operator.len_utf8(),
+                first if !first.is_alphabetic() => break,
+                _ if divided => {
+                    return Err(UnitError {
+                        help: Some(
+                            "write parentheses: `N m/(rad s)`, or the product first: `N m s/rad`"
+                                .into(),
+                        ),
+                        ..self.fault("a product after `/` could mean two things".into())
+                    });
+                }
+                _ => {}
+            }
+            divided |= operator == '/';
             let (next, next_dimension) = self.power()?;
             if operator == '/' {
                 factor /= next;
@@ -202,10 +218,10 @@ impl Reader<'_> {
                 self.depth -= 1;
                 Ok(inner)
             }
-            Some(first) if first.is_alphabetic() || first == '1' => {
+            Some(first) if first.is_alphabetic() || matches!(first, '1' | '%') => {
                 let start = self.at;
                 let rest = &self.text[start..];
-                let end = if first == '1' {
+                let end = if matches!(first, '1' | '%') {
                     1
                 } else {
                     rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len())
@@ -229,16 +245,9 @@ impl Reader<'_> {
 }
 
 fn unknown(symbol: &str, start: usize) -> UnitError {
-    let near = TABLE
-        .iter()
-        .map(|(known, _, _)| (strsim::damerau_levenshtein(symbol, known), *known))
-        .filter(|(distance, known)| {
-            *distance <= 1 + known.chars().count().min(symbol.chars().count()) / 5
-        })
-        .min_by_key(|(distance, _)| *distance);
     let help = if symbol == "degC" {
         "degC stands alone; in products and differences write K".to_owned()
-    } else if let Some((_, known)) = near {
+    } else if let Some(known) = super::nearest::nearest(symbol) {
         format!("did you mean `{known}`?")
     } else {
         format!("known units: {}, degC, and their products, quotients and powers", known())

@@ -120,11 +120,8 @@ fn shipped_ledgers_hold_the_trials_of_their_plans() {
 }
 
 /// Files of trials and how many they hold.
-const LEDGERS: &[(&str, usize)] = &[
-    ("four_setups.jsonl.gz", 9400),
-    ("situations.jsonl.gz", 248),
-    ("mixtures.jsonl.gz", 72),
-];
+const LEDGERS: &[(&str, usize)] =
+    &[("four_setups.jsonl.gz", 9400), ("situations.jsonl.gz", 248), ("mixtures.jsonl.gz", 72)];
 
 /// One trial of the oldest ledger, whose heading and lines have the fewest fields.
 #[test]

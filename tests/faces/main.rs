@@ -15,4 +15,5 @@ mod json_keys;
 mod sessions;
 mod spilled_campaigns;
 mod terminal;
+mod units_of_results;
 mod written_over;

@@ -128,3 +128,37 @@ fn indices_that_point_at_nothing_are_faults() {
     });
     assert!(declared.faults().contains("a point is a vector"));
 }
+
+/// Torque is mass times gravity times lever; voltage is current times resistance.
+#[test]
+fn dimensions_of_mechanics_and_electricity_are_checked() {
+    let arm = |text: &str, unit: &str| {
+        Declared::default()
+            .input("angle", "rad", true)
+            .input("current", "mA", true)
+            .parameter("mass", Kind::Scalar, "kg")
+            .parameter("lever", Kind::Scalar, "cm")
+            .parameter("h", Kind::Scalar, "m")
+            .parameter("constant", Kind::Scalar, "N m/A")
+            .measurand("reading", text, unit)
+    };
+    for (text, unit) in [
+        ("mass * 9.81 m/s^2 * lever * sin(angle)", "N m"),
+        ("mass * 9.81 m/s^2 * lever", "mNm"),
+        ("constant * current", "N m"),
+        ("2 ohm * current + constant * rate(angle)", "V"),
+        ("mass * 9.81 m/s^2 / (3 cm * 2 mm)", "kPa"),
+        ("2 m / h", "%"),
+    ] {
+        assert!(assemble(arm(text, unit).0).is_ok(), "{text}: {}", arm(text, unit).faults());
+    }
+    for (text, unit, message) in [
+        ("mass * 9.81 m/s^2", "N m", "a force (N)"),
+        ("mass * lever", "N m", "a number in m*kg"),
+        ("constant * current", "V", "a torque or an energy (N m)"),
+        ("2 m/h", "m", "`h` in `2 m/h` is a unit and a name, too"),
+    ] {
+        let said = arm(text, unit).faults();
+        assert!(said.contains(message), "{text}: {said}");
+    }
+}

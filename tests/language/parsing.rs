@@ -47,6 +47,14 @@ fn operators_bind_as_in_mathematics() {
         ("1e-3 * .5 + 2.5E2", "(Add (Multiply 0.001 0.5) 250)"),
         ("3 mm * k", "(Multiply 0.003u k)"),
         ("2 min", "120u"),
+        ("9.81 m/s^2 * k", "(Multiply 9.81u k)"),
+        ("3 N m / k", "(Divide 3u k)"),
+        ("3 N m/rad", "3u"),
+        ("2 m / h", "(Divide 2u h)"),
+        ("2 rad/(s^2*K)", "2u"),
+        ("5 % * k", "(Multiply 0.05u k)"),
+        ("1 deg*t", "(Multiply 0.017453292519943295u t)"),
+        ("1 arcsec/cos(a)", "(Divide 0.00000484813681109536u cos<a>)"),
         ("-2 degC", "271.15u"),
     ] {
         assert_eq!(shape(&formula(text).root), expected, "{text}");
@@ -89,7 +97,7 @@ fn faults_say_where_what_and_what_to_do() {
         "(a).w",
         "a $ b",
         "1e999",
-        "3 m s",
+        "3 m q",
         "3 m^2",
         "f(a",
         "a, b",

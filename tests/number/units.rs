@@ -50,7 +50,7 @@ fn faults_point_at_the_part_meant() {
     assert!(parse_quantity("").is_err());
     assert!(Unit::parse(&"(".repeat(100_000)).is_err());
     assert!(Unit::parse("m^1e9").is_err());
-    assert!(Unit::parse("m m").is_err());
+    assert!(Unit::parse("m 2").is_err());
 }
 
 #[test]
@@ -59,6 +59,70 @@ fn a_dimension_reads_as_its_si_unit() {
         let text = text.to_owned();
         let shown = Unit::parse(&text.replace("kg/(m*s^2)", "hPa")).unwrap().dimension.to_string();
         assert_eq!(shown.replace("kg/(m*s^2)", "x"), text.replace("kg/(m*s^2)", "x"));
+    }
+}
+
+/// Each value is that of the SI brochure, of a compound its product worked out by hand.
+#[test]
+fn units_of_mechanics_and_electricity_have_their_si_value() {
+    let tau = std::f64::consts::TAU;
+    for (text, value, dimension) in [
+        ("9.81 m/s^2", 9.81, "m/s^2"),
+        ("3 N m", 3.0, "m^2*kg/s^2"),
+        ("250 mN m", 0.25, "m^2*kg/s^2"),
+        ("250 mNm", 0.25, "m^2*kg/s^2"),
+        ("2 N m/rad", 2.0, "m^2*kg/s^2"),
+        ("4 N m/(rad s)", 4.0, "m^2*kg/s^3"),
+        ("2 rad s", 2.0, "s"),
+        ("0.5 %", 0.005, "1"),
+        ("0.5%", 0.005, "1"),
+        ("12 cm", 0.12, "m"),
+        ("3 km/h", 3.0 / 3.6, "m/s"),
+        ("1 in", 0.0254, "m"),
+        ("5 g", 0.005, "kg"),
+        ("2 t", 2000.0, "kg"),
+        ("0.02 kg m^2", 0.02, "m^2*kg"),
+        ("7 kN", 7000.0, "m*kg/s^2"),
+        ("1 MPa", 1e6, "kg/(m*s^2)"),
+        ("2 bar", 2e5, "kg/(m*s^2)"),
+        ("1013 mbar", 101_300.0, "kg/(m*s^2)"),
+        ("3 mV", 0.003, "m^2*kg/(s^3*A)"),
+        ("20 mA", 0.02, "A"),
+        ("0.1 N m/A", 0.1, "m^2*kg/(s^2*A)"),
+        ("60 W", 60.0, "m^2*kg/s^3"),
+        ("2 J", 2.0, "m^2*kg/s^2"),
+        ("4096 counts", 4096.0, "1"),
+        ("30 rpm", tau / 2.0, "1/s"),
+        ("30 rev/min", tau / 2.0, "1/s"),
+        ("0.25 turn", tau / 4.0, "1"),
+        ("50 mdeg", 0.05 * tau / 360.0, "1"),
+    ] {
+        let (found, unit) = parse_quantity(text).unwrap();
+        assert!((found / value - 1.0).abs() < 1e-15, "{text}: {found}");
+        assert_eq!(unit.dimension.to_string(), dimension, "{text}");
+    }
+    assert!(!Unit::parse("rpm").unwrap().is_angle());
+    assert!(Unit::parse("rad/s").unwrap().accepts(&Unit::parse("rpm").unwrap()));
+    let error = Unit::parse("m/s rad").unwrap_err();
+    assert_eq!((error.start, error.end), (4, 5));
+}
+
+#[test]
+fn another_spelling_is_told_its_symbol() {
+    for (text, symbol) in [
+        ("degrees", "deg"),
+        ("seconds", "s"),
+        ("Sec", "s"),
+        ("meter", "m"),
+        ("RPM", "rpm"),
+        ("hz", "Hz"),
+        ("KG", "kg"),
+        ("percent", "%"),
+        ("Newton", "N"),
+        ("arcsex", "arcsec"),
+    ] {
+        let help = Unit::parse(text).unwrap_err().help.unwrap();
+        assert_eq!(help, format!("did you mean `{symbol}`?"), "{text}");
     }
 }
 
@@ -101,18 +165,18 @@ fn si_values_keep_a_symbol_that_says_what_they_are() {
 #[test]
 fn an_angle_takes_no_plain_number() {
     let unit = |symbol: &str| Unit::parse(symbol).unwrap();
-    for (symbol, _, [length, time, mass, temperature, angle]) in TABLE {
+    for (symbol, _, [length, time, mass, temperature, current, angle]) in TABLE {
         let own = unit(symbol);
-        assert_eq!(own.is_angle(), *angle == 1, "{symbol}");
+        assert_eq!(own.is_angle(), *angle == 1 && *time == 0, "{symbol}");
         let rate = unit(&format!("{symbol}/s"));
         assert_eq!(rate.misses(&Unit::coherent(rate.dimension)), *angle == 1, "{symbol}");
         if own.is_angle() {
-            assert_eq!([length, time, mass, temperature], [&0; 4], "{symbol}");
+            assert_eq!([length, time, mass, temperature, current], [&0; 5], "{symbol}");
             assert!(!own.accepts(&Unit::one()) && own.accepts(&unit("gon")), "{symbol}");
             assert!(!own.accepts(&unit("m")) && own.si_symbol() == "rad", "{symbol}");
         }
     }
-    for plain in ["1", "ppm"] {
+    for plain in ["1", "ppm", "%", "counts"] {
         assert!(!unit(plain).is_angle() && unit(plain).accepts(&Unit::one()), "{plain}");
     }
     assert!(unit("mm").accepts(&unit("m")) && !unit("mm").accepts(&Unit::one()));
@@ -125,7 +189,7 @@ fn a_message_and_the_guide_list_every_unit() {
     let (_, guide) = guide.split_once("Known: ").unwrap();
     let (guide, _) = guide.split_once("products,").unwrap();
     for text in [help.as_str(), guide] {
-        let listed: Vec<&str> = text.split([' ', ',', ';', '`']).collect();
+        let listed: Vec<&str> = text.split([' ', '\n', ',', ';', '`']).collect();
         for (symbol, ..) in TABLE {
             let plain = symbol.replace('µ', "u");
             assert!(listed.contains(&plain.as_str()), "{symbol} is not in: {text}");
