@@ -60,23 +60,23 @@ pub(crate) fn judge(times: &[f64]) -> Order {
 fn far(times: &[f64], order: &[usize]) -> Vec<usize> {
     let (count, most) = (order.len(), (order.len() / FAR).max(1));
     let time = |place: usize| times[order[place]];
-    let (mut low, mut high) = (0, 0);
-    for few in 1..=most.min(count.saturating_sub(2)) {
-        if time(few) - time(few - 1) > time(count - 1 - high) - time(few) {
-            low = few;
-        }
-        if time(count - few) - time(count - few - 1) > time(count - few - 1) - time(low) {
-            high = few;
-        }
-    }
     let is_out_of_place = |places: std::ops::Range<usize>| {
         places.clone().any(|place| !places.contains(&order[place]))
     };
+    let (mut low, mut high) = (0, 0);
+    for few in 1..=most.min(count.saturating_sub(2)) {
+        let (above, below) = (time(few), time(count - few - 1));
+        if above - time(few - 1) > time(count - 1 - high) - above && is_out_of_place(0..few) {
+            low = few;
+        }
+        let gap = time(count - few) - below;
+        if gap > below - time(low) && is_out_of_place(count - few..count) {
+            high = few;
+        }
+    }
     let mut found = Vec::new();
     for places in [0..low, count - high..count] {
-        if is_out_of_place(places.clone()) {
-            found.extend_from_slice(&order[places]);
-        }
+        found.extend_from_slice(&order[places]);
     }
     found.sort_unstable();
     found
@@ -125,6 +125,7 @@ mod tests {
         assert_eq!(sorted(&[0.0, 1e9, 2.0, 3.0]), (vec![0.0, 2.0, 3.0], vec![1], 0));
         assert_eq!(sorted(&[1e9, 1.0, 2.0]), (vec![1.0, 2.0], vec![0], 0));
         assert_eq!(sorted(&[10.0, 11.0, 13.0, 1.0, 15.0]).1, vec![3]);
+        assert_eq!(sorted(&[0.0, 0.3, 0.2]), (vec![0.0, 0.2, 0.3], vec![], 1));
         // A long pause is none.
         assert_eq!(sorted(&[0.0, 2.0, 1.0, 3.0, 900.0]).0, [0.0, 1.0, 2.0, 3.0, 900.0]);
         // A block that was written late.
