@@ -10,7 +10,7 @@
 //! | [`declared`], [`mod@file`] | inputs, measurands, runs as declared; what campaign.toml says, with the place of everything |
 //! | `origin` | where a table's cells are from, for messages |
 //! | `lines`, [`header`], `row` | a file's lines; what its columns are; a line of it as numbers |
-//! | `undecided` | which of two rows is bad where time runs backwards |
+//! | `order`, `sorted` | whether rows whose time goes back may be sorted; a table so sorted |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `points`, `smoothing`, [`spline`] | a stream gathered into knots; how much to smooth it; the curve |
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
@@ -47,6 +47,7 @@ pub mod loaded;
 mod loader;
 mod logged;
 mod measured;
+mod order;
 mod origin;
 mod output;
 mod overlap;
@@ -64,6 +65,7 @@ pub mod run;
 pub mod samples;
 pub mod signal;
 mod smoothing;
+mod sorted;
 pub mod specification;
 mod spill;
 mod spilled;
@@ -71,7 +73,6 @@ pub mod spline;
 pub mod statement;
 pub mod table;
 pub mod timing;
-mod undecided;
 pub mod whole;
 pub mod write;
 pub mod write_run;

@@ -95,8 +95,14 @@ impl Loader<'_> {
     /// Reads on in a table; `None` after a fault.
     pub(crate) fn more(&mut self, name: &Named, table: &mut Table, most: usize) -> Option<bool> {
         let before = table.bytes_read();
-        let more = table.more(most);
-        self.bytes.0 += table.bytes_read() - before;
+        let more = match table.more(most) {
+            Err(TableError::Unordered) => table.sort().and_then(|told| {
+                self.warnings.push(told);
+                table.more(most)
+            }),
+            more => more,
+        };
+        self.bytes.0 += table.bytes_read().saturating_sub(before);
         self.progress.tell(Task::Reading, self.bytes.0, self.bytes.1);
         self.told(name, more)
     }
@@ -109,6 +115,10 @@ impl Loader<'_> {
             }
             Err(TableError::Refused(message)) => {
                 self.reader.fault(name.span, message, COPY_INTO_FOLDER);
+            }
+            Err(TableError::Unordered) => {
+                let help = "sort the rows by time";
+                self.reader.fault(name.span, "the rows are not in the order of time", help);
             }
             Err(TableError::Content(Diagnostics(faults))) => {
                 faults.into_iter().for_each(|fault| self.reader.report(fault));

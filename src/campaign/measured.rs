@@ -29,12 +29,25 @@ impl Loader<'_> {
     /// The record of a run with data; `None` after a fault.
     pub(crate) fn run(&mut self, entry: &RunEntry) -> Option<Record> {
         let data = entry.data.as_ref()?;
-        let (every, streamed) = (self.wanted(entry, true), self.wanted(entry, false));
+        let (every, mut streamed) = (self.wanted(entry, true), self.wanted(entry, false));
+        let mut own = every.clone();
+        let is_data = |name: &Named| self.folder.join(&name.text) == self.folder.join(&data.text);
+        if entry.signals.iter().any(is_data) {
+            // One log of both: inputs that move are a stream of it, all else is a sample's.
+            let moves = |name: &str| {
+                let mut inputs = self.model.inputs.iter().filter(|input| input.signal);
+                inputs.any(|input| columns_of(&input.name).iter().any(|column| column == name))
+            };
+            let is_reading =
+                |name: &str| reading_columns(self.model).iter().any(|(_, reading)| reading == name);
+            own.retain(|want| !moves(&want.name) || is_reading(&want.name));
+            streamed.retain(|want| want.name == TIME || moves(&want.name));
+        }
         let beside = entry.timing.captures.as_ref();
         let table = match beside {
             // Times are the captures' business then.
-            Some(_) => self.table(data, &without_times(&every)),
-            None => self.table(data, &every),
+            Some(_) => self.table(data, &without_times(&own)),
+            None => self.table(data, &own),
         };
         let captures = beside.map(|name| self.table(name, &every));
         let streams: Vec<_> = entry
@@ -82,17 +95,24 @@ impl Loader<'_> {
         mut captures: Option<&mut Captures>,
         inputs: &[Track],
     ) -> Option<Record> {
-        let mut recorder = Recorder::new(inputs, column_count(self.model));
-        let mut captured: Vec<Captured> = (0..inputs.len())
-            .map(|index| Captured::new(&self.model.inputs[index].name, self.inputs[index].period))
-            .collect();
-        let mut readings = Readings::default();
+        let begin = |this: &Self| {
+            let input = |index: usize| {
+                Captured::new(&this.model.inputs[index].name, this.inputs[index].period)
+            };
+            let recorder = Recorder::new(inputs, column_count(this.model));
+            (recorder, (0..inputs.len()).map(input).collect(), Readings::default())
+        };
+        let (mut recorder, mut captured, mut readings): (_, Vec<Captured>, _) = begin(self);
         let mut samples = Samples::default();
         shape(&mut samples, inputs, column_count(self.model));
         // The tracks without columns, too, for they say where they have values.
         samples.inputs = inputs.to_vec();
         let is_timed = table.column(TIME).is_some();
         while self.more(data, table, BLOCK)? {
+            if table.begins_sorted() {
+                // Rows that came before were not in their order.
+                (recorder, captured, readings) = begin(self);
+            }
             if let Some(captures) = &mut captures {
                 captures.refer(self, table)?;
             }
@@ -171,7 +191,8 @@ impl Loader<'_> {
 
     /// Faults names of `columns` that mean nothing and warns of columns that nothing declares.
     fn check_columns(&mut self, entry: &RunEntry, all: &[Wanted], tables: &[&Table]) {
-        let tables = || tables.iter().copied();
+        let read = tables;
+        let tables = || read.iter().copied();
         let known: Vec<&str> = all.iter().map(|want| want.name.as_str()).collect();
         for word in &entry.columns {
             if !known.contains(&word.name.text.as_str()) {
@@ -189,13 +210,18 @@ impl Loader<'_> {
         let missing: Vec<&str> =
             known.into_iter().filter(|name| tables().all(|t| t.column(name).is_none())).collect();
         for table in tables() {
-            self.tell_unused(table, &missing);
+            self.tell_unused(table, &missing, read);
         }
     }
 
     /// Warns of columns that nothing declares, each once; `missing` are names that no column has.
-    fn tell_unused(&mut self, table: &Table, missing: &[&str]) {
-        let unused = table.columns.iter().filter(|column| column.wanted.is_none());
+    fn tell_unused(&mut self, table: &Table, missing: &[&str], tables: &[&Table]) {
+        // A file may be read twice, as data and as a stream.
+        let is_used = |index: usize| {
+            let mut same = tables.iter().filter(|other| other.path == table.path);
+            same.any(|other| other.columns[index].wanted.is_some())
+        };
+        let unused = table.columns.iter().filter(|column| !is_used(column.index));
         let unused: Vec<_> =
             unused.filter(|column| self.warned.insert(column.name.clone())).collect();
         let Some(first) = unused.first() else { return };

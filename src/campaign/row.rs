@@ -39,6 +39,8 @@ pub(crate) struct Reader {
     /// The column of times.
     time: Option<usize>,
     last_time: f64,
+    /// Whether time may go back.
+    any_order: bool,
     /// Whether nothing is wrong with the row that was read last but that its time comes before.
     is_late: bool,
     /// The row at hand, NaN where a cell is empty or not wanted.
@@ -49,7 +51,7 @@ impl Reader {
     pub(crate) fn new(origin: Origin, columns: &[Column]) -> Self {
         let time = columns.iter().position(|column| column.wanted.as_deref() == Some(TIME));
         let row = vec![f64::NAN; columns.len()];
-        Self { origin, time, last_time: f64::NEG_INFINITY, is_late: false, row }
+        Self { origin, time, last_time: f64::NEG_INFINITY, any_order: false, is_late: false, row }
     }
 
     /// Reads a line; not empty on failure.
@@ -63,7 +65,7 @@ impl Reader {
         if !self.plain(line, columns) {
             self.with_words(number, line, columns)?;
         }
-        if let Some(time) = self.time {
+        if let (Some(time), false) = (self.time, self.any_order) {
             self.last_time = self.row[time];
         }
         Ok(&self.row)
@@ -74,14 +76,9 @@ impl Reader {
         self.is_late.then_some(&self.row)
     }
 
-    /// The time of a row.
-    pub(crate) fn time_of(&self, row: &[f64]) -> f64 {
-        self.time.map_or(f64::NAN, |time| row[time])
-    }
-
-    /// Takes a time for that of the last row.
-    pub(crate) fn go_on_after(&mut self, time: f64) {
-        self.last_time = time;
+    /// Lets time go back from now on.
+    pub(crate) fn take_any_order(&mut self) {
+        (self.any_order, self.last_time) = (true, f64::NEG_INFINITY);
     }
 
     /// Takes a row of a file that is no text: the cells of the wanted columns, `None` where empty;
@@ -118,7 +115,7 @@ impl Reader {
             self.is_late = faults.len() == 1 && self.is_before();
             return Err(faults);
         }
-        if let Some(time) = self.time {
+        if let (Some(time), false) = (self.time, self.any_order) {
             self.last_time = self.row[time];
         }
         Ok(&self.row)

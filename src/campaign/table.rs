@@ -15,7 +15,7 @@ use crate::campaign::origin::Origin;
 #[cfg(feature = "parquet")]
 use crate::campaign::parquet::Rows;
 use crate::campaign::row::Reader;
-use crate::campaign::undecided::{Decided, Row, Undecided};
+use crate::campaign::sorted::Sorted;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::document::files::{Files, Input, Refused, open_regular, reason, refused};
 
@@ -55,8 +55,10 @@ pub struct Table {
     reader: Reader,
     /// Columns of the file; those behind were added to it.
     width: usize,
-    /// Leave bad rows out: those of which that is not known yet.
-    skip: Option<Undecided>,
+    /// Leave bad rows out.
+    skip: bool,
+    /// The rows in the order of time, where they are not so in the file.
+    pub(crate) sorted: Option<Sorted>,
     faults: Vec<Diagnostic>,
     /// Rows read so far.
     count: usize,
@@ -82,6 +84,8 @@ pub enum TableError {
     Refused(String),
     /// Its content is at fault.
     Content(Diagnostics),
+    /// Its rows are not in the order of time: see [`Table::sort`].
+    Unordered,
 }
 
 /// Adds the cells of a row to the columns that are wanted.
@@ -167,7 +171,8 @@ impl Table {
             skipped: Vec::new(),
             skipped_count: 0,
             source,
-            skip: skip.then(Undecided::default),
+            skip,
+            sorted: None,
             faults: Vec::new(),
             count: 0,
             header,
@@ -219,6 +224,10 @@ impl Table {
     pub fn more(&mut self, most: usize) -> Result<bool, TableError> {
         self.columns.iter_mut().for_each(|column| column.values.clear());
         self.lines.clear();
+        if let Some(sorted) = &mut self.sorted {
+            sorted.more(most, &mut self.lines, &mut self.columns);
+            return Ok(!self.lines.is_empty());
+        }
         #[cfg(feature = "parquet")]
         let mut cells = Vec::new();
         while self.lines.len() < most {
@@ -239,13 +248,6 @@ impl Table {
             };
             match read {
                 Ok(row) => {
-                    if let Some(undecided) = &mut self.skip {
-                        let cells = row.to_vec();
-                        let time = self.reader.time_of(&cells);
-                        let decided = undecided.next(Row { number, time, cells });
-                        self.note(decided);
-                        continue;
-                    }
                     self.count += 1;
                     // With a fault nothing of the table will be used.
                     if self.faults.is_empty() {
@@ -254,16 +256,15 @@ impl Table {
                     }
                 }
                 Err(mut found) => {
-                    if let Some(undecided) = &mut self.skip {
+                    if self.reader.late().is_some() {
+                        if self.faults.is_empty() {
+                            return Err(TableError::Unordered);
+                        }
+                        continue;
+                    }
+                    if self.skip {
                         let why = found.swap_remove(0).message;
-                        let decided = match self.reader.late().map(<[f64]>::to_vec) {
-                            Some(cells) => {
-                                let time = self.reader.time_of(&cells);
-                                undecided.late(Row { number, time, cells }, why)
-                            }
-                            None => Decided { bad: vec![(number, why)], ..Decided::default() },
-                        };
-                        self.note(decided);
+                        self.leave_out(number, why);
                         continue;
                     }
                     self.faults.extend(found);
@@ -276,31 +277,47 @@ impl Table {
         Ok(true)
     }
 
-    /// Takes a row, and lists bad ones.
-    fn note(&mut self, Decided { taken, bad, goes_on_after }: Decided) {
-        if let Some(Row { number, cells, .. }) = taken {
-            self.count += 1;
-            self.lines.push(number);
-            push(&mut self.columns, &cells);
+    /// Lists a bad row.
+    pub(crate) fn leave_out(&mut self, row: usize, reason: String) {
+        self.skipped_count += 1;
+        if self.skipped.len() < MOST_LISTED {
+            self.skipped.push(Skipped { file: self.file.clone(), row, reason });
         }
-        for (row, reason) in bad {
-            self.skipped_count += 1;
-            if self.skipped.len() < MOST_LISTED {
-                self.skipped.push(Skipped { file: self.file.clone(), row, reason });
+    }
+
+    /// Whether bad rows are left out.
+    pub(crate) fn is_lenient(&self) -> bool {
+        self.skip
+    }
+
+    /// Begins anew, the rows in any order of time.
+    pub(crate) fn rewind(&mut self) -> Result<(), TableError> {
+        let unreadable = |error: std::io::Error| TableError::Unreadable(reason(&self.path, &error));
+        let file = open_regular(&self.path).map_err(unreadable)?;
+        self.source = match &self.source {
+            Source::Text(_) => {
+                let mut lines = Lines::of(file).map_err(unreadable)?;
+                lines.next().map_err(unreadable)?;
+                Source::Text(lines)
             }
-        }
-        if let Some(time) = goes_on_after {
-            self.reader.go_on_after(time);
-        }
+            #[cfg(feature = "parquet")]
+            Source::Parquet(_) => {
+                let mut rows = Rows::of(&self.path, file).map_err(TableError::Unreadable)?;
+                let columns = self.columns[..self.width].iter();
+                let read = columns.filter(|column| column.wanted.is_some());
+                let wanted = rows.want(read.map(|column| column.index).collect());
+                wanted.map_err(|(_, found)| TableError::Unreadable(found.to_owned()))?;
+                Source::Parquet(Box::new(rows))
+            }
+        };
+        self.reader.take_any_order();
+        self.skipped.clear();
+        (self.skipped_count, self.count) = (0, 0);
+        Ok(())
     }
 
     /// What is to be said where reading stops.
     fn end(&mut self) -> Result<bool, TableError> {
-        if let Some(undecided) = &mut self.skip {
-            let decided = undecided.end();
-            self.note(decided);
-            self.skipped.sort_by_key(|one| one.row);
-        }
         let mut faults = std::mem::take(&mut self.faults);
         faults.truncate(MOST_FAULTS);
         if let Some(last) = faults.last_mut() {

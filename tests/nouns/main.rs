@@ -14,6 +14,7 @@ mod guides;
 mod larger_than_memory;
 mod limits;
 mod models;
+mod order;
 mod parquet;
 mod recorded;
 mod spline;

@@ -1,0 +1,125 @@
+//! Rows that are not in the order of time, and one log that is data and stream at once.
+
+use homepoint::campaign::file::CampaignFile;
+use homepoint::campaign::load::Campaign;
+use homepoint::campaign::loaded::LoadOptions;
+use homepoint::diagnostic::{Diagnostics, Source};
+use homepoint::model::Model;
+
+use crate::folder::Folder;
+
+const MODEL: &str = "name = \"line\"\ntitle = \"line\"\n[inputs]\nq = { unit = \"m\", signal = true }\n\
+    [parameters]\nc = { unit = \"m\", scope = \"rig\" }\n[measurands]\nx = { value = 'q + c', unit = \"m\" }\n";
+const CAMPAIGN: &str = "model = \"line.toml\"\n[measurands]\nx = { sigma = \"1 mm\" }\n\
+    [[runs]]\nname = \"one\"\ndata = \"data.csv\"\nsignals = [\"stream.csv\"]\n";
+
+fn load(campaign: &str, data: &str, stream: &str, skip: bool) -> Result<Campaign, Diagnostics> {
+    let files = [
+        ("line.toml", MODEL),
+        ("campaign.toml", campaign),
+        ("data.csv", data),
+        ("stream.csv", stream),
+    ];
+    let folder = Folder::new("order", &files);
+    let options = LoadOptions { skip_bad_rows: skip, ..LoadOptions::default() };
+    let model = Model::parse(Source::new("line.toml", MODEL)).unwrap();
+    CampaignFile::read(&folder)?.load(&model, &options)
+}
+
+/// Rows `number, x`, each at its time.
+fn rows(head: &str, numbers: impl Iterator<Item = usize>) -> String {
+    let row = |n: usize| format!("{:.2},{:.4}\n", 0.01 * n as f64, (0.02 * n as f64).sin());
+    format!("{head}\n{}", numbers.map(row).collect::<String>())
+}
+
+/// Two writers: the rows of one come 7 rows late.
+fn interleaved(count: usize) -> impl Iterator<Item = usize> {
+    (0..count + 14).flat_map(move |n| {
+        let early = (n < count && n % 2 == 0).then_some(n);
+        let late = n.checked_sub(14).filter(|n| n % 2 == 1);
+        early.into_iter().chain(late)
+    })
+}
+
+fn said(campaign: &Campaign) -> Vec<String> {
+    campaign.warnings.iter().map(|one| one.message.clone()).collect()
+}
+
+#[test]
+fn interleaved_rows_of_data_and_streams_are_sorted_with_one_warning_a_file() {
+    // More rows than one block has: the first block of the data is in order.
+    let count = 30_000;
+    let in_order = 0..14_000;
+    let data = || in_order.clone().chain(interleaved(count).filter(|n| *n >= 14_000));
+    for skip in [false, true] {
+        let stream = rows("time [s],q [m]", interleaved(count));
+        let found = load(CAMPAIGN, &rows("time [s],x [m]", data()), &stream, skip).unwrap();
+        let straight = rows("time [s],q [m]", 0..count);
+        let right = load(CAMPAIGN, &rows("time [s],x [m]", 0..count), &straight, skip).unwrap();
+        let (found_run, right_run) = (found.runs[0].held(), right.runs[0].held());
+        assert_eq!(found_run.time, right_run.time);
+        assert_eq!(format!("{:?}", found_run.readings), format!("{:?}", right_run.readings));
+        assert_eq!((found.skipped_count, said(&right).len()), (0, 0));
+        let said = said(&found);
+        assert_eq!(said.len(), 2, "{said:?}");
+        assert!(said.iter().any(|one| one.contains("`data.csv`: time goes back")), "{said:?}");
+        assert!(said.iter().all(|one| one.contains("the rows were sorted by time")), "{said:?}");
+    }
+}
+
+#[test]
+fn rows_that_repeat_another_one_are_left_out_once_the_rows_are_sorted() {
+    let stream = rows("time [s],q [m]", 0..400);
+    let data = rows("time [s],x [m]", (0..300).chain([120, 121]).chain(300..400));
+    let found = load(CAMPAIGN, &data, &stream, false).unwrap();
+    assert_eq!(found.runs[0].held().time.len(), 400);
+    let said = said(&found);
+    assert!(said.iter().any(|one| one.contains("; 2 that repeat the row before")), "{said:?}");
+}
+
+#[test]
+fn a_clock_that_was_set_and_a_counter_that_wraps_are_one_error_with_the_row() {
+    let stream = rows("time [s],q [m]", 0..400);
+    let data = |time: &dyn Fn(usize) -> f64, unit: &str| {
+        let rows: String = (0..400).map(|n| format!("{:.3},0\n", time(n))).collect();
+        format!("time [{unit}],x [m]\n{rows}")
+    };
+    let set = data(&|n| 0.01 * n as f64 - if n < 200 { 0.0 } else { 0.5 }, "s");
+    let wraps = data(&|n| (n * 700 % 65_536) as f64, "ms");
+    for skip in [false, true] {
+        let faults = load(CAMPAIGN, &set, &stream, skip).unwrap_err();
+        assert_eq!((faults.0.len(), faults.0[0].place.as_ref().unwrap().line), (1, 202));
+        assert!(faults.to_string().contains("time goes back once, here by 0.490000 s"), "{faults}");
+        let faults = load(CAMPAIGN, &wraps, &stream, skip).unwrap_err();
+        assert!(faults.to_string().contains("a counter that wraps at 65536 ms"), "{faults}");
+    }
+}
+
+#[test]
+fn one_log_is_data_and_stream_at_once() {
+    let log: String = (0..400)
+        .map(|n| {
+            let (time, sent) = (0.01 * f64::from(n), (0.02 * f64::from(n)).sin());
+            // Readings come more often than positions are sent.
+            let sent = if n % 3 == 0 { format!("{sent:.5}") } else { String::new() };
+            format!("{time:.2},{sent},{:.5},0\n", 0.5 * time)
+        })
+        .collect();
+    let log = format!("time [s],q [m],x [m],other\n{log}");
+    let one = CAMPAIGN.replace("signals = [\"stream.csv\"]", "signals = [\"./data.csv\"]");
+    let found = load(&one, &log, "", false).unwrap();
+    // The same of two files.
+    let cut = |keep: usize| {
+        let line = |line: &str| {
+            let cells: Vec<&str> = line.split(',').collect();
+            format!("{},{}\n", cells[0], cells[keep])
+        };
+        log.lines().map(line).collect::<String>()
+    };
+    let right = load(CAMPAIGN, &cut(2), &cut(1), false).unwrap();
+    let text = |campaign: &Campaign| format!("{:?}", campaign.runs[0].held());
+    assert_eq!(text(&found), text(&right));
+    let said = said(&found);
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(said[0].contains("the column `other` is not used"), "{said:?}");
+}
