@@ -71,7 +71,7 @@ pub fn combinations(
         }
         let alike = first.unit.dimension == other.unit.dimension;
         let units = [&first.unit, &other.unit].map(Unit::si_symbol);
-        let unit = if alike { "1".to_owned() } else { format!("({})/({})", units[0], units[1]) };
+        let unit = if alike { "1".to_owned() } else { format!("{}/({})", units[0], units[1]) };
         Some(Combination {
             terms: vec![(first.name.clone(), 1.0), (other.name.clone(), factor)],
             factor_units: vec!["1".to_owned(), unit],
@@ -89,6 +89,10 @@ fn parts(problem: &Problem, point: &Point, direction: &Direction) -> Vec<Part> {
     let layout = &problem.layout;
     let mut parts = Vec::new();
     for (index, instance) in layout.instances.iter().enumerate() {
+        // The components of a rotation vector follow a large turn in curves: no sum of them stays.
+        if instance.kind == Kind::Rotation {
+            continue;
+        }
         let values = point.components(layout, index);
         let rows = sensitivities(layout, point, index);
         let names = component_names(problem, index);

@@ -83,7 +83,12 @@ pub fn withheld(problem: &Problem, point: &Point, examined: Option<&Examined>) -
                 directions.iter().any(|one| is_moved(one, &found.judged, &row, limit))
             })
         };
-        rows.into_iter().map(is_open).collect()
+        let open: Vec<bool> = rows.into_iter().map(is_open).collect();
+        // The components of a rotation vector follow a large turn in curves: they stay together.
+        match layout.instances[index].kind {
+            Kind::Rotation => vec![open.contains(&true); open.len()],
+            Kind::Scalar | Kind::Vector => open,
+        }
     };
     (0..layout.instances.len()).map(of_instance).collect()
 }

@@ -1,6 +1,6 @@
 //! Unobservable directions.
 
-use homepoint::engine::gram::{Columns, LeastSquares, Normal};
+use homepoint::engine::gram::{Columns, LeastSquares, Normal, PriorRow};
 use homepoint::estimate::observability::{Direction, Kind, Limit, examine};
 use nalgebra::{DMatrix, DVector};
 
@@ -107,4 +107,39 @@ fn parallel_null_spaces_are_told_apart() {
         .collect();
     columns.sort();
     assert_eq!(columns, [[0, 2], [1, 3]]);
+}
+
+/// One height read a hundred times, the sum of two; the second taped to 20.
+fn taped_height() -> Normal {
+    let mut problem = single(DMatrix::from_element(100, 2, 1.0));
+    problem.priors = vec![PriorRow { coefficients: vec![(1, 1.0 / 20.0)], residual: 0.0 }];
+    at_zero(&problem)
+}
+
+#[test]
+fn a_stated_parameter_is_known_to_what_is_stated() {
+    let normal = taped_height();
+    let found = examine(&normal, &[Limit::Size(0.5), Limit::Stated]).unwrap();
+    assert_eq!(found.directions, vec![]);
+    // With the second held, the mean of a hundred readings of 1 remains.
+    assert!((found.judged[(0, 0)].sqrt() - 0.1).abs() < 1e-12, "{}", found.judged);
+    let found = examine(&normal, &[Limit::Size(0.5), Limit::Size(0.5)]).unwrap();
+    let [one] = &found.directions[..] else { unreachable!("{found:?}") };
+    assert!(one.is_implausible);
+    // Neither is known better than the tape: 20, and the readings' 0.1.
+    let expected = 20.0_f64.hypot(0.1);
+    assert!((found.judged[(0, 0)].sqrt() - expected).abs() < 1e-6 * expected);
+}
+
+#[test]
+fn a_weak_direction_within_plausible_sizes_is_determined() {
+    let rows = DMatrix::from_fn(100, 2, |i, k| {
+        let x = i as f64;
+        10.0 * (x * 0.3).sin() + if k == 1 { 1e-4 * (x * 0.7).cos() } else { 0.0 }
+    });
+    let normal = at_zero(&single(rows));
+    // Its standard uncertainty is 1 / (1e-4 √50) = 1414.
+    let count =
+        |size| examine(&normal, &[Limit::Size(size), Limit::Size(size)]).unwrap().directions.len();
+    assert_eq!((count(2000.0), count(1000.0)), (0, 1));
 }
