@@ -1,6 +1,6 @@
 //! Unobservable directions.
 
-use homepoint::engine::gram::{Columns, LeastSquares, Normal, PriorRow};
+use homepoint::engine::gram::{Columns, LeastSquares, Normal};
 use homepoint::estimate::observability::{Direction, Kind, Limit, examine};
 use nalgebra::{DMatrix, DVector};
 
@@ -112,7 +112,7 @@ fn parallel_null_spaces_are_told_apart() {
 /// One height read a hundred times, the sum of two; the second taped to 20.
 fn taped_height() -> Normal {
     let mut problem = single(DMatrix::from_element(100, 2, 1.0));
-    problem.priors = vec![PriorRow { coefficients: vec![(1, 1.0 / 20.0)], residual: 0.0 }];
+    problem.priors = vec![(vec![(1, 1.0 / 20.0)], 0.0)];
     at_zero(&problem)
 }
 
