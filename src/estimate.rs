@@ -14,6 +14,8 @@
 //! | [`conic`] | a step within bounds |
 //! | [`covariance`] | what the estimate's uncertainty is |
 //! | [`observability`] | which combinations the data do not determine |
+//! | [`withheld`] | which components are withheld for it |
+//! | [`combination`] | which combinations are determined in spite of it |
 //! | [`words`] | the same, in words, with the run that would help |
 //! | [`variance`] | levels of noise |
 //! | [`calibrate`] | all of these together |
@@ -47,6 +49,7 @@ pub mod calibrate;
 pub mod checks;
 mod cholesky;
 pub mod circle;
+pub mod combination;
 pub mod compare;
 pub mod conditions;
 pub mod conic;
@@ -70,4 +73,5 @@ pub mod systematic;
 pub mod transformation;
 pub mod unrecorded;
 pub mod variance;
+pub mod withheld;
 pub mod words;

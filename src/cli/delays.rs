@@ -154,7 +154,7 @@ fn not_there(why: &NoTransformation, loaded: &Loaded) -> Failure {
     let result = json!({
         "campaigns": loaded.about,
         "measurands": {},
-        "unobservable": [{ "words": why.to_string(), "direction": {}, "remedy": "choose another --transformation" }],
+        "unobservable": [{ "words": why.to_string(), "direction": {}, "remedy": "choose another --transformation", "determined": [] }],
     });
     Failure::NoAnswer(why.to_string(), result)
 }

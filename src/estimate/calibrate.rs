@@ -6,7 +6,9 @@ use crate::engine::{Point, Problem};
 use crate::estimate::align::Alignment;
 use crate::estimate::arrow::normal_matrix;
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
+use crate::estimate::combination::combinations;
 use crate::estimate::start::{Aligned, start};
+use crate::estimate::withheld::{limits, sensitivities, withheld};
 use crate::estimate::words::{Unobservable, describe};
 use crate::estimate::{covariance, observability, variance};
 use crate::graph::Scope;
@@ -73,6 +75,8 @@ pub struct Calibration {
     pub covariance: DMatrix<f64>,
     /// What cannot be determined.
     pub unobservable: Vec<Unobservable>,
+    /// For each instance and component whether it takes part in what cannot be determined.
+    pub withheld: Vec<Vec<bool>>,
     /// For each instance and component the bound that holds it.
     pub bounds: Vec<Vec<Option<Bound>>>,
     /// Levels of random quantities and noise factors estimated beside.
@@ -141,9 +145,8 @@ impl Calibration {
         if layout.is_noise_only(index) {
             return Vec::new();
         }
-        let determined = !self.unobservable.iter().any(|one| one.instances.contains(&index));
         let values = self.fit.point.components(layout, index);
-        let jacobian = self.fit.point.component_jacobian(layout, index);
+        let sensitivities = sensitivities(layout, &self.fit.point, index);
         let names: Vec<String> = if instance.dimension() == 1 {
             vec![instance.name.clone()]
         } else {
@@ -152,22 +155,12 @@ impl Calibration {
         names
             .into_iter()
             .zip(values)
-            .zip(jacobian)
+            .zip(sensitivities)
             .enumerate()
-            .map(|(component, ((name, value), row))| {
-                let mut sensitivity: Vec<(usize, f64)> = Vec::new();
+            .map(|(component, ((name, value), sensitivity))| {
                 let bound = self.bounds[index].get(component).copied().flatten();
-                for (component, derivative) in row.iter().enumerate() {
-                    for (column, coefficient) in layout.columns_of(index, component) {
-                        sensitivity.push((column, derivative * coefficient));
-                    }
-                }
-                let mut variance = 0.0;
-                for (i, a) in &sensitivity {
-                    for (j, b) in &sensitivity {
-                        variance += a * b * self.covariance[(*i, *j)];
-                    }
-                }
+                let determined = !self.withheld[index].get(component).is_some_and(|open| *open);
+                let variance = covariance::of_combination(&self.covariance, &sensitivity);
                 Estimate {
                     name,
                     scope: instance.setting.scope,
@@ -239,16 +232,19 @@ pub fn finish(
     levels: Vec<variance::Level>,
     aligned: Vec<Aligned>,
 ) -> Result<Calibration, FitError> {
-    let directions = if fit.outcome == Outcome::NotFinite {
-        Vec::new()
-    } else {
-        observability::examine(&fit.normal, &plausible(&problem))?
+    let examined = match fit.outcome {
+        Outcome::NotFinite => None,
+        _ => Some(observability::examine(&fit.normal, &limits(&problem, &fit.point))?),
     };
-    let covariance = covariance::of_determined(&fit.normal, &directions);
-    let unobservable = directions
-        .iter()
-        .map(|direction| describe(&problem, &fit.point, &fit.normal, direction))
+    let directions = examined.as_ref().map_or(&[][..], |found| &found.directions);
+    let covariance = covariance::of_determined(&fit.normal, directions);
+    let unobservable = (0..directions.len())
+        .map(|at| Unobservable {
+            determined: combinations(&problem, &fit.point, &covariance, directions, at),
+            ..describe(&problem, &fit.point, &fit.normal, &directions[at])
+        })
         .collect();
+    let withheld = withheld(&problem, &fit.point, examined.as_ref());
     let bounds = holding_bounds(&problem, &fit);
     let readings = count(&problem) + fit.normal.priors.len();
     let rms = rms(&problem, &fit.point);
@@ -262,6 +258,7 @@ pub fn finish(
         fit,
         covariance,
         unobservable,
+        withheld,
         bounds,
         levels,
         readings,
@@ -304,19 +301,6 @@ fn count(problem: &Problem) -> usize {
         }
     }
     count
-}
-
-/// The `plausible` size of every column.
-pub fn plausible(problem: &Problem) -> Vec<Option<f64>> {
-    let mut plausible = vec![None; problem.layout.columns.len()];
-    for (index, instance) in problem.layout.instances.iter().enumerate() {
-        for component in 0..instance.dimension() {
-            for (column, _) in problem.layout.columns_of(index, component) {
-                plausible[column] = instance.setting.plausible;
-            }
-        }
-    }
-    plausible
 }
 
 /// rms of the residuals of each measurand over all campaigns, by name.

@@ -20,6 +20,12 @@ pub fn of_determined(normal: &Normal, directions: &[Direction]) -> DMatrix<f64> 
     held(normal, directions).unwrap_or_else(|| DMatrix::from_element(n, n, f64::NAN))
 }
 
+/// Variance of a sum of columns, each with its factor.
+pub fn of_combination(covariance: &DMatrix<f64>, factors: &[(usize, f64)]) -> f64 {
+    let pairs = factors.iter().flat_map(|one| factors.iter().map(move |other| (one, other)));
+    pairs.map(|((i, a), (j, b))| a * b * covariance[(*i, *j)]).sum()
+}
+
 /// The pseudo-inverse over what is determined, through columns of unit length.
 fn held(normal: &Normal, directions: &[Direction]) -> Option<DMatrix<f64>> {
     let (hessian, _) = normal_matrix(normal).ok()?;

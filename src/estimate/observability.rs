@@ -7,6 +7,9 @@
 //! zero, otherwise hidden by noise. So is a parameter that is formally determined but whose
 //! standard uncertainty exceeds its plausible size.
 //!
+//! A parameter that is stated with a standard uncertainty is known to that: noise and plausible
+//! sizes are judged with such parameters held.
+//!
 //! Several such directions span a space, and any basis of it is as true; the one given is sparse
 //! (reduced row echelon form with complete pivoting), so that each can be put in words. This room
 //! knows columns, not names: the report finds the words and the run that would help.
@@ -21,6 +24,8 @@ use crate::engine::gram::Normal;
 pub const UNOBSERVABLE: f64 = 1e-4;
 /// A scaled singular value below this part of the largest is zero up to rounding.
 pub const EXACT: f64 = 1e-7;
+/// Entries of a direction below this part of its largest (scaled) one are not blamed for it.
+pub const NEGLIGIBLE: f64 = 1e-2;
 /// Entries below this part of a direction's largest (scaled) entry are rounding and left out.
 const ROUNDING: f64 = 1e-6;
 /// Correlation beyond which two implausible parameters share one direction.
@@ -33,6 +38,27 @@ pub enum Kind {
     Exact,
     /// Formally, but noise hides it.
     UpToNoise,
+}
+
+/// What bounds the standard uncertainty of a column that counts as determined.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Limit {
+    /// Any finite uncertainty counts.
+    #[default]
+    Unlimited,
+    /// The plausible size, in the column's own unit.
+    Size(f64),
+    /// It is stated with a standard uncertainty, and known to that.
+    Stated,
+}
+
+/// What the readings and priors of a problem determine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Examined {
+    /// The combinations that they do not determine.
+    pub directions: Vec<Direction>,
+    /// Covariance of the columns with what is stated held and exact directions left out, own units.
+    pub judged: DMatrix<f64>,
 }
 
 /// A combination of unknowns that the readings do not determine.
@@ -48,19 +74,20 @@ pub struct Direction {
     pub singular_value: f64,
     /// How badly it is determined.
     pub kind: Kind,
+    /// Whether a plausible size alone is exceeded: the readings determine it all the same.
+    pub is_implausible: bool,
     /// Standard uncertainty of the first unknown of `weights`, own unit; `None` if it is unbounded.
     pub standard_uncertainty: Option<f64>,
 }
 
-/// All directions that the readings and priors of an undamped problem do not determine.
+/// What the readings and priors of an undamped problem determine, and which directions they do not.
 ///
-/// `plausible` holds for each column the standard uncertainty beyond which the unknown counts as
-/// unobservable, in its own unit; missing entries count as `None`. Exact directions come first,
-/// columns without any effect foremost. Empty if everything is determined.
+/// `limits` holds the limit of each column; missing entries count as unlimited. Exact directions
+/// come first, columns without any effect foremost. No direction if everything is determined.
 ///
 /// # Errors
 /// [`LinearError`] if the sums do not fit their blocks or are not finite.
-pub fn examine(normal: &Normal, plausible: &[Option<f64>]) -> Result<Vec<Direction>, LinearError> {
+pub fn examine(normal: &Normal, limits: &[Limit]) -> Result<Examined, LinearError> {
     let (hessian, _) = normal_matrix(normal)?;
     let n = hessian.nrows();
     if let Some(at) = hessian.iter().position(|x| !x.is_finite()) {
@@ -68,31 +95,46 @@ pub fn examine(normal: &Normal, plausible: &[Option<f64>]) -> Result<Vec<Directi
     }
     let length = DVector::from_fn(n, |i, _| hessian[(i, i)].max(0.0).sqrt());
     let (active, silent): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| length[i] > 0.0);
-    let mut found: Vec<Direction> = silent
-        .into_iter()
-        .map(|column| Direction {
+    let mut directions: Vec<Direction> = silent.into_iter().map(Direction::silent).collect();
+    let mut judged = DMatrix::zeros(n, n);
+    let view = |columns: Vec<usize>| {
+        let first = columns[0];
+        Scaled::new(&hessian, &length, columns).ok_or(LinearError::Singular { column: first })
+    };
+    if active.is_empty() {
+        return Ok(Examined { directions, judged });
+    }
+    let is_stated = |i: &usize| limits.get(*i) == Some(&Limit::Stated);
+    let unstated: Vec<usize> = active.iter().copied().filter(|i| !is_stated(i)).collect();
+    let whole = view(active)?;
+    let exact = echelon(whole.basis(|ratio| ratio < EXACT));
+    directions.extend(exact.iter().map(|(v, _)| whole.direction(v, Kind::Exact, None)));
+    if unstated.is_empty() {
+        return Ok(Examined { directions, judged });
+    }
+    let held = if unstated.len() == whole.active.len() { whole } else { view(unstated)? };
+    let mut hidden = held.basis(|ratio| (EXACT..UNOBSERVABLE).contains(&ratio));
+    clear_pivots(&mut hidden, &echelon(held.basis(|ratio| ratio < EXACT)));
+    let mut hidden = echelon(hidden);
+    hidden.retain(|(vector, _)| held.is_open(vector, limits));
+    directions.extend(hidden.iter().map(|(v, _)| held.direction(v, Kind::UpToNoise, None)));
+    directions.extend(held.implausible(limits));
+    held.covariance_into(&mut judged);
+    Ok(Examined { directions, judged })
+}
+
+impl Direction {
+    /// Of a column that no reading notices.
+    fn silent(column: usize) -> Self {
+        Self {
             weights: vec![(column, 1.0)],
             shares: vec![1.0],
             singular_value: 0.0,
             kind: Kind::Exact,
+            is_implausible: false,
             standard_uncertainty: None,
-        })
-        .collect();
-    if active.is_empty() {
-        return Ok(found);
+        }
     }
-    let first = active[0];
-    let view =
-        Scaled::new(&hessian, &length, active).ok_or(LinearError::Singular { column: first })?;
-    let exact = view.basis(|ratio| ratio < EXACT);
-    let mut hidden = view.basis(|ratio| (EXACT..UNOBSERVABLE).contains(&ratio));
-    let exact = echelon(exact);
-    clear_pivots(&mut hidden, &exact);
-    let hidden = echelon(hidden);
-    found.extend(exact.iter().map(|(v, _)| view.direction(v, Kind::Exact, None)));
-    found.extend(hidden.iter().map(|(v, _)| view.direction(v, Kind::UpToNoise, None)));
-    found.extend(view.implausible(plausible));
-    Ok(found)
 }
 
 /// The problem with unit columns, without those that have no effect.
@@ -141,6 +183,24 @@ impl Scaled {
             .sum()
     }
 
+    /// Whether a weak direction moves a column too far, or one of which no size is plausible.
+    fn is_open(&self, vector: &DVector<f64>, limits: &[Limit]) -> bool {
+        let blamed = |i: &usize| vector[*i].abs() >= NEGLIGIBLE * vector.amax();
+        (0..self.active.len()).filter(blamed).any(|i| match limits.get(self.active[i]) {
+            Some(Limit::Size(size)) => self.covariance(EXACT, i, i).sqrt() / self.length[i] > *size,
+            _ => true,
+        })
+    }
+
+    /// Covariance in the unknowns' own units, exact directions left out.
+    fn covariance_into(&self, judged: &mut DMatrix<f64>) {
+        for (i, a) in self.active.iter().enumerate() {
+            for (j, b) in self.active.iter().enumerate() {
+                judged[(*a, *b)] = self.covariance(EXACT, i, j) / (self.length[i] * self.length[j]);
+            }
+        }
+    }
+
     /// A direction in the unknowns' own units; `first` leads, else the largest entry.
     fn direction(&self, vector: &DVector<f64>, kind: Kind, first: Option<usize>) -> Direction {
         let largest =
@@ -163,6 +223,7 @@ impl Scaled {
             shares: order.iter().map(|&i| vector[i]).collect(),
             singular_value: length / self.largest,
             kind,
+            is_implausible: false,
             standard_uncertainty: match kind {
                 Kind::Exact => None,
                 Kind::UpToNoise => {
@@ -174,11 +235,11 @@ impl Scaled {
 
     /// Parameters whose uncertainty, from what is otherwise determined, is beyond plausible: each
     /// with how the others make up for it (its column of the covariance).
-    fn implausible(&self, plausible: &[Option<f64>]) -> Vec<Direction> {
+    fn implausible(&self, limits: &[Limit]) -> Vec<Direction> {
         let sigma = |i: usize| self.covariance(UNOBSERVABLE, i, i).sqrt();
         let mut beyond: Vec<(f64, usize)> = (0..self.active.len())
             .filter_map(|i| {
-                let limit = plausible.get(self.active[i]).copied().flatten()?;
+                let Some(Limit::Size(limit)) = limits.get(self.active[i]) else { return None };
                 let excess = sigma(i) / self.length[i] / limit;
                 (excess > 1.0).then_some((excess, i))
             })
@@ -199,7 +260,8 @@ impl Scaled {
             .map(|i| {
                 let column =
                     DVector::from_fn(self.active.len(), |j, _| self.covariance(UNOBSERVABLE, i, j));
-                self.direction(&column, Kind::UpToNoise, Some(i))
+                let direction = self.direction(&column, Kind::UpToNoise, Some(i));
+                Direction { is_implausible: true, ..direction }
             })
             .collect()
     }

@@ -8,12 +8,11 @@ use crate::campaign::record::Change;
 use crate::engine::gram::Normal;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
+use crate::estimate::combination::{Combination, component_names, place_of};
 use crate::estimate::eigen::least_squares;
-use crate::estimate::observability::{Direction, Kind as Exactness};
+use crate::estimate::observability::{Direction, Kind as Exactness, NEGLIGIBLE};
 use crate::graph::Kind;
 
-/// Scaled entries of a direction below this take no part in it worth a word.
-const NEGLIGIBLE: f64 = 1e-3;
 /// Singular values of a run's own values below this part of all are none.
 const RANK: f64 = 1e-12;
 
@@ -26,8 +25,8 @@ pub struct Unobservable {
     pub direction: Vec<(String, f64)>,
     /// What would determine it.
     pub remedy: String,
-    /// The instances involved.
-    pub instances: Vec<usize>,
+    /// What the readings determine in spite of it.
+    pub determined: Vec<Combination>,
 }
 
 /// One instance's share of a direction: tangent components.
@@ -55,7 +54,7 @@ pub fn describe(
         words: sentence(problem, &shares, direction),
         direction: named,
         remedy: remedy(problem, point, normal, direction, &shares),
-        instances: shares.iter().map(|share| share.instance).collect(),
+        determined: Vec::new(),
     }
 }
 
@@ -86,29 +85,10 @@ fn shares(problem: &Problem, direction: &Direction) -> Vec<Share> {
     shares
 }
 
-/// The setup or run of an instance, where the parameter has several.
-fn place_of(problem: &Problem, index: usize) -> Option<&str> {
-    let instances = &problem.layout.instances;
-    let alike = instances.iter().filter(|one| one.name == instances[index].name).count();
-    if alike > 1 { instances[index].of.as_deref() } else { None }
-}
-
 /// An instance's name in words, with its setup or run where the parameter has several.
 fn placed_name(problem: &Problem, index: usize) -> String {
     let of = place_of(problem, index).map_or_else(String::new, |of| format!(" ({of})"));
     format!("`{}`{of}", problem.layout.instances[index].name)
-}
-
-/// `radius`, `position.x` ..., with `@` and the setup or run where the parameter has several.
-pub fn component_names(problem: &Problem, index: usize) -> Vec<String> {
-    let instance = &problem.layout.instances[index];
-    let of = place_of(problem, index).map_or_else(String::new, |of| format!("@{of}"));
-    match instance.kind {
-        Kind::Scalar => vec![format!("{}{of}", instance.name)],
-        Kind::Vector | Kind::Rotation => {
-            ["x", "y", "z"].map(|axis| format!("{}.{axis}{of}", instance.name)).to_vec()
-        }
-    }
 }
 
 fn sentence(problem: &Problem, shares: &[Share], direction: &Direction) -> String {

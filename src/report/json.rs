@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use crate::estimate::calibrate::{Calibration, Estimate};
+use crate::estimate::combination::Combination;
 use crate::estimate::compare::Comparison;
 use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::delays::Summary;
@@ -90,9 +91,27 @@ pub fn unobservable(list: &[Unobservable]) -> Value {
         .map(|one| {
             let direction: Map<String, Value> =
                 one.direction.iter().map(|(name, weight)| (name.clone(), json!(weight))).collect();
-            json!({ "words": one.words, "direction": direction, "remedy": one.remedy })
+            let determined: Vec<Value> = one.determined.iter().map(combination).collect();
+            json!({
+                "words": one.words,
+                "direction": direction,
+                "remedy": one.remedy,
+                "determined": determined,
+            })
         })
         .collect()
+}
+
+/// A combination of components, SI.
+fn combination(one: &Combination) -> Value {
+    let terms: Map<String, Value> =
+        one.terms.iter().map(|(name, factor)| (name.clone(), number(Some(*factor)))).collect();
+    json!({
+        "terms": terms,
+        "value": number(Some(one.value)),
+        "sigma": number(Some(one.sigma)),
+        "unit": one.declared.si_symbol(),
+    })
 }
 
 /// The result of `delays`.

@@ -3,6 +3,7 @@
 use crate::engine::Part;
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, Estimate};
+use crate::estimate::combination::Combination;
 use crate::estimate::compare::Comparison;
 use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::delays::Delays;
@@ -143,6 +144,29 @@ pub fn trouble(result: &Calibration) -> String {
     }
     for one in &result.unobservable {
         text.push_str(&format!("- {}\n  remedy: {}\n", one.words, one.remedy));
+        for sum in &one.determined {
+            let size = figure::measured(sum.value, sum.sigma, &sum.declared);
+            text.push_str(&format!("  determined all the same: {} = {size}\n", terms(sum)));
+        }
+    }
+    text
+}
+
+/// `` `a` + 2.5 m/s `b` ``.
+fn terms(sum: &Combination) -> String {
+    let mut text = String::new();
+    for ((name, factor), unit) in sum.terms.iter().zip(&sum.factor_units) {
+        let sign = match (text.is_empty(), *factor < 0.0) {
+            (true, _) => "",
+            (false, true) => " - ",
+            (false, false) => " + ",
+        };
+        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+        let size = decimal(factor.abs(), 6);
+        let size = size.trim_end_matches('0').trim_end_matches('.');
+        let by =
+            if size == "1" && unit.is_empty() { String::new() } else { format!("{size}{unit} ") };
+        text.push_str(&format!("{sign}{by}`{name}`"));
     }
     text
 }

@@ -1,7 +1,7 @@
 //! Unobservable directions.
 
 use homepoint::engine::gram::{Columns, LeastSquares, Normal};
-use homepoint::estimate::observability::{Direction, Kind, examine};
+use homepoint::estimate::observability::{Direction, Kind, Limit, examine};
 use nalgebra::{DMatrix, DVector};
 
 use crate::problems::linear::{Linear, constant_rate, random_arrow};
@@ -22,7 +22,7 @@ fn single(rows: DMatrix<f64>) -> Linear {
 
 #[test]
 fn a_delay_that_acts_as_a_turn_is_named_with_its_rate() {
-    let found = examine(&at_zero(&constant_rate(3.0)), &[]).unwrap();
+    let found = examine(&at_zero(&constant_rate(3.0)), &[]).unwrap().directions;
     let [idle, turn] = &found[..] else { unreachable!("{found:?}") };
     assert_eq!((idle.weights.clone(), idle.kind), (vec![(3, 1.0)], Kind::Exact));
     assert_eq!((turn.kind, turn.standard_uncertainty), (Kind::Exact, None));
@@ -35,9 +35,9 @@ fn a_delay_that_acts_as_a_turn_is_named_with_its_rate() {
 #[test]
 fn a_determined_problem_has_no_such_direction() {
     let columns = Columns { global: 3, setups: vec![2], runs: vec![(0, 1), (0, 2)] };
-    assert_eq!(examine(&at_zero(&random_arrow(2, columns)), &[]).unwrap(), vec![]);
+    assert_eq!(examine(&at_zero(&random_arrow(2, columns)), &[]).unwrap().directions, vec![]);
     let empty = random_arrow(2, Columns { global: 0, setups: vec![0], runs: vec![(0, 0)] });
-    assert_eq!(examine(&at_zero(&empty), &[]).unwrap(), vec![]);
+    assert_eq!(examine(&at_zero(&empty), &[]).unwrap().directions, vec![]);
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn noise_can_hide_a_direction() {
         let x = i as f64;
         10.0 * (x * 0.3).sin() + if k == 1 { 1e-4 * (x * 0.7).cos() } else { 0.0 }
     });
-    let found = examine(&at_zero(&single(rows)), &[]).unwrap();
+    let found = examine(&at_zero(&single(rows)), &[]).unwrap().directions;
     let [one] = &found[..] else { unreachable!("{found:?}") };
     assert_eq!(one.kind, Kind::UpToNoise);
     assert!((1e-6..1e-5).contains(&one.singular_value), "{one:?}");
@@ -63,14 +63,27 @@ fn an_implausible_uncertainty_counts_and_leads() {
         [(x * 0.3).sin(), (x * 0.3).sin() + 0.01 * (x * 0.7).cos(), (x * 0.11).sin()][k]
     });
     let normal = at_zero(&single(rows));
-    assert_eq!(examine(&normal, &[None, Some(20.0), Some(1.0)]).unwrap(), vec![]);
-    let found = examine(&normal, &[None, Some(10.0), Some(1.0)]).unwrap();
+    assert_eq!(
+        examine(&normal, &[Limit::Unlimited, Limit::Size(20.0), Limit::Size(1.0)])
+            .unwrap()
+            .directions,
+        vec![]
+    );
+    let found = examine(&normal, &[Limit::Unlimited, Limit::Size(10.0), Limit::Size(1.0)])
+        .unwrap()
+        .directions;
     let [one] = &found[..] else { unreachable!("{found:?}") };
     assert_eq!((one.kind, one.weights[0].0, one.weights[1].0), (Kind::UpToNoise, 1, 0));
     assert!((one.weights[0].1 / one.weights[1].1 + 1.0).abs() < 0.02);
     assert!((one.standard_uncertainty.unwrap() - 14.14).abs() < 0.3);
     // Both plausible sizes exceeded: still one direction, they move together.
-    assert_eq!(examine(&normal, &[Some(1.0), Some(1.0), None]).unwrap().len(), 1);
+    assert_eq!(
+        examine(&normal, &[Limit::Size(1.0), Limit::Size(1.0), Limit::Unlimited])
+            .unwrap()
+            .directions
+            .len(),
+        1
+    );
 }
 
 /// Two delays of two setups, each against its own orientation: two directions, not mixed.
@@ -83,7 +96,7 @@ fn parallel_null_spaces_are_told_apart() {
         (2, 4) => 1.0,
         _ => 0.0,
     });
-    let found = examine(&at_zero(&single(rows)), &[]).unwrap();
+    let found = examine(&at_zero(&single(rows)), &[]).unwrap().directions;
     let mut columns: Vec<Vec<usize>> = found
         .iter()
         .map(|d: &Direction| {
@@ -94,4 +107,39 @@ fn parallel_null_spaces_are_told_apart() {
         .collect();
     columns.sort();
     assert_eq!(columns, [[0, 2], [1, 3]]);
+}
+
+/// One height read a hundred times, the sum of two; the second taped to 20.
+fn taped_height() -> Normal {
+    let mut problem = single(DMatrix::from_element(100, 2, 1.0));
+    problem.priors = vec![(vec![(1, 1.0 / 20.0)], 0.0)];
+    at_zero(&problem)
+}
+
+#[test]
+fn a_stated_parameter_is_known_to_what_is_stated() {
+    let normal = taped_height();
+    let found = examine(&normal, &[Limit::Size(0.5), Limit::Stated]).unwrap();
+    assert_eq!(found.directions, vec![]);
+    // With the second held, the mean of a hundred readings of 1 remains.
+    assert!((found.judged[(0, 0)].sqrt() - 0.1).abs() < 1e-12, "{}", found.judged);
+    let found = examine(&normal, &[Limit::Size(0.5), Limit::Size(0.5)]).unwrap();
+    let [one] = &found.directions[..] else { unreachable!("{found:?}") };
+    assert!(one.is_implausible);
+    // Neither is known better than the tape: 20, and the readings' 0.1.
+    let expected = 20.0_f64.hypot(0.1);
+    assert!((found.judged[(0, 0)].sqrt() - expected).abs() < 1e-6 * expected);
+}
+
+#[test]
+fn a_weak_direction_within_plausible_sizes_is_determined() {
+    let rows = DMatrix::from_fn(100, 2, |i, k| {
+        let x = i as f64;
+        10.0 * (x * 0.3).sin() + if k == 1 { 1e-4 * (x * 0.7).cos() } else { 0.0 }
+    });
+    let normal = at_zero(&single(rows));
+    // Its standard uncertainty is 1 / (1e-4 √50) = 1414.
+    let count =
+        |size| examine(&normal, &[Limit::Size(size), Limit::Size(size)]).unwrap().directions.len();
+    assert_eq!((count(2000.0), count(1000.0)), (0, 1));
 }

@@ -1,0 +1,130 @@
+//! Combinations of parameters that the readings determine although each of them is open.
+
+use nalgebra::DMatrix;
+
+use crate::engine::point::Point;
+use crate::engine::problem::Problem;
+use crate::estimate::covariance::of_combination;
+use crate::estimate::observability::{Direction, Kind as Exactness};
+use crate::estimate::withheld::{TRACE, along, sensitivities};
+use crate::graph::Kind;
+use crate::units::Unit;
+
+/// Components with a smaller share of a direction are no good partners: their factor is large.
+const PARTNER: f64 = 0.1;
+/// Combinations of one direction.
+const MOST: usize = 3;
+/// A combination is worth a line where its uncertainty is below this part of its first term's.
+const BETTER: f64 = 0.1;
+
+/// A sum of components with factors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Combination {
+    /// Name and factor (SI); the first factor is 1.
+    pub terms: Vec<(String, f64)>,
+    /// SI unit of each factor, `1` where the units are alike.
+    pub factor_units: Vec<String>,
+    /// Its value, SI.
+    pub value: f64,
+    /// Its standard uncertainty, SI.
+    pub sigma: f64,
+    /// Unit in which its first term is declared.
+    pub declared: Unit,
+}
+
+/// One component that takes part.
+struct Part {
+    name: String,
+    value: f64,
+    sensitivity: Vec<(usize, f64)>,
+    moved: f64,
+    share: f64,
+    unit: Unit,
+}
+
+/// The combinations of the first component of a direction with each of the next that the direction
+/// leaves alone, as far as the readings determine them.
+pub fn combinations(
+    problem: &Problem,
+    point: &Point,
+    covariance: &DMatrix<f64>,
+    directions: &[Direction],
+    at: usize,
+) -> Vec<Combination> {
+    let parts = parts(problem, point, &directions[at]);
+    let [first, others @ ..] = parts.as_slice() else { return Vec::new() };
+    let is_exact = |one: &&Direction| one.kind == Exactness::Exact;
+    let own = (directions[at].kind == Exactness::UpToNoise)
+        .then(|| of_combination(covariance, &first.sensitivity));
+    let of_pair = |other: &Part| {
+        let factor = -first.moved / other.moved;
+        let scaled = other.sensitivity.iter().map(|(column, by)| (*column, factor * by));
+        let factors: Vec<(usize, f64)> = first.sensitivity.iter().copied().chain(scaled).collect();
+        let moves = |one: &Direction| along(one, &factors).1.abs() > TRACE;
+        let is_same = |one: &Direction| std::ptr::eq(one, &directions[at]);
+        if directions.iter().filter(is_exact).any(|one| !is_same(one) && moves(one)) {
+            return None;
+        }
+        let variance = of_combination(covariance, &factors).max(0.0);
+        if own.is_some_and(|own| variance > BETTER * BETTER * own) || !variance.is_finite() {
+            return None;
+        }
+        let alike = first.unit.dimension == other.unit.dimension;
+        let units = [&first.unit, &other.unit].map(Unit::si_symbol);
+        let unit = if alike { "1".to_owned() } else { format!("{}/({})", units[0], units[1]) };
+        Some(Combination {
+            terms: vec![(first.name.clone(), 1.0), (other.name.clone(), factor)],
+            factor_units: vec!["1".to_owned(), unit],
+            value: first.value + factor * other.value,
+            sigma: variance.sqrt(),
+            declared: Unit::coherent(first.unit.dimension),
+        })
+    };
+    let partners = others.iter().filter(|one| one.share >= PARTNER);
+    partners.filter_map(of_pair).take(MOST).collect()
+}
+
+/// The components that take part in a direction, largest share first.
+fn parts(problem: &Problem, point: &Point, direction: &Direction) -> Vec<Part> {
+    let layout = &problem.layout;
+    let mut parts = Vec::new();
+    for (index, instance) in layout.instances.iter().enumerate() {
+        // The components of a rotation vector follow a large turn in curves: no sum of them stays.
+        if instance.kind == Kind::Rotation {
+            continue;
+        }
+        let values = point.components(layout, index);
+        let rows = sensitivities(layout, point, index);
+        let names = component_names(problem, index);
+        for ((name, value), sensitivity) in names.into_iter().zip(values).zip(rows) {
+            let (moved, share) = along(direction, &sensitivity);
+            let unit = instance.unit.clone();
+            if share.abs() >= PARTNER && moved != 0.0 {
+                parts.push(Part { name, value, sensitivity, moved, share: share.abs(), unit });
+            }
+        }
+    }
+    // Equal shares keep the order of parameters, whatever their rounding.
+    let rounded = |part: &Part| (part.share * 1e6).round();
+    parts.sort_by(|a, b| rounded(b).total_cmp(&rounded(a)));
+    parts
+}
+
+/// The setup or run of an instance, where the parameter has several.
+pub fn place_of(problem: &Problem, index: usize) -> Option<&str> {
+    let instances = &problem.layout.instances;
+    let alike = instances.iter().filter(|one| one.name == instances[index].name).count();
+    if alike > 1 { instances[index].of.as_deref() } else { None }
+}
+
+/// `radius`, `position.x` ..., with `@` and the setup or run where the parameter has several.
+pub fn component_names(problem: &Problem, index: usize) -> Vec<String> {
+    let instance = &problem.layout.instances[index];
+    let of = place_of(problem, index).map_or_else(String::new, |of| format!("@{of}"));
+    match instance.kind {
+        Kind::Scalar => vec![format!("{}{of}", instance.name)],
+        Kind::Vector | Kind::Rotation => {
+            ["x", "y", "z"].map(|axis| format!("{}.{axis}{of}", instance.name)).to_vec()
+        }
+    }
+}

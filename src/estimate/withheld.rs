@@ -1,0 +1,115 @@
+//! Which components of parameters are withheld, because they take part in what is not determined.
+//!
+//! A component keeps its value and uncertainty where no open direction moves it, and where the
+//! direction moves it by less than the component's own plausible size.
+
+use nalgebra::DMatrix;
+
+use crate::engine::layout::Layout;
+use crate::engine::point::Point;
+use crate::engine::problem::Problem;
+use crate::estimate::covariance::of_combination;
+use crate::estimate::observability::{Direction, Examined, Kind as Exactness, Limit, NEGLIGIBLE};
+use crate::graph::Kind;
+
+/// Shares of an exact direction below this are rounding.
+pub const TRACE: f64 = 1e-5;
+/// A parameter known to this part of its size is determined, whatever its plausible size.
+const RELATIVE: f64 = 0.01;
+
+/// The limit of every column. What is stated with a standard uncertainty has none of its own.
+pub fn limits(problem: &Problem, point: &Point) -> Vec<Limit> {
+    let mut limits = vec![Limit::Unlimited; problem.layout.columns.len()];
+    for (index, instance) in problem.layout.instances.iter().enumerate() {
+        for component in 0..instance.dimension() {
+            for (column, _) in problem.layout.columns_of(index, component) {
+                limits[column] = limit(&problem.layout, point, index);
+            }
+        }
+    }
+    limits
+}
+
+/// The limit of one parameter.
+fn limit(layout: &Layout, point: &Point, index: usize) -> Limit {
+    let instance = &layout.instances[index];
+    let setting = &instance.setting;
+    match setting.plausible {
+        _ if setting.sigma.is_some() => Limit::Stated,
+        None => Limit::Unlimited,
+        Some(plausible) if instance.kind == Kind::Rotation => Limit::Size(plausible),
+        Some(plausible) => {
+            let square: f64 =
+                point.components(layout, index).iter().map(|value| value * value).sum();
+            // A size that cannot be computed sets no limit.
+            Limit::Size(plausible.max(RELATIVE * square.sqrt()))
+        }
+    }
+}
+
+/// How each component of a parameter moves with the columns.
+pub fn sensitivities(layout: &Layout, point: &Point, index: usize) -> Vec<Vec<(usize, f64)>> {
+    let of_row = |row: Vec<f64>| {
+        let moved = row.into_iter().enumerate().flat_map(|(component, derivative)| {
+            let columns = layout.columns_of(index, component).into_iter();
+            columns.map(move |(column, coefficient)| (column, derivative * coefficient))
+        });
+        moved.collect()
+    };
+    point.component_jacobian(layout, index).into_iter().map(of_row).collect()
+}
+
+/// How far a component moves along a direction: in its own unit, and of columns of unit length.
+pub fn along(direction: &Direction, sensitivity: &[(usize, f64)]) -> (f64, f64) {
+    let (mut moved, mut share) = (0.0, 0.0);
+    for (at, (column, weight)) in direction.weights.iter().enumerate() {
+        for (_, factor) in sensitivity.iter().filter(|(own, _)| own == column) {
+            moved += factor * weight;
+            share += factor * direction.shares[at];
+        }
+    }
+    (moved, share)
+}
+
+/// For each instance and component whether it is withheld.
+pub fn withheld(problem: &Problem, point: &Point, examined: Option<&Examined>) -> Vec<Vec<bool>> {
+    let layout = &problem.layout;
+    let of_instance = |index: usize| {
+        let limit = limit(layout, point, index);
+        let rows = sensitivities(layout, point, index);
+        let is_open = |row: Vec<(usize, f64)>| {
+            examined.is_some_and(|found| {
+                let directions = &found.directions;
+                directions.iter().any(|one| is_moved(one, &found.judged, &row, limit))
+            })
+        };
+        let open: Vec<bool> = rows.into_iter().map(is_open).collect();
+        // The components of a rotation vector follow a large turn in curves: they stay together.
+        match layout.instances[index].kind {
+            Kind::Rotation => vec![open.contains(&true); open.len()],
+            Kind::Scalar | Kind::Vector => open,
+        }
+    };
+    (0..layout.instances.len()).map(of_instance).collect()
+}
+
+/// Whether a direction moves a component too far.
+fn is_moved(
+    direction: &Direction,
+    judged: &DMatrix<f64>,
+    sensitivity: &[(usize, f64)],
+    limit: Limit,
+) -> bool {
+    let (_, share) = along(direction, sensitivity);
+    match (direction.kind, limit) {
+        _ if share.abs() <= TRACE => false,
+        (Exactness::Exact, _) => true,
+        (Exactness::UpToNoise, Limit::Stated) => false,
+        (Exactness::UpToNoise, Limit::Size(size)) => {
+            of_combination(judged, sensitivity).max(0.0).sqrt() > size
+        }
+        (Exactness::UpToNoise, Limit::Unlimited) => {
+            !direction.is_implausible && share.abs() >= NEGLIGIBLE
+        }
+    }
+}
