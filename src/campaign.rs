@@ -10,7 +10,7 @@
 //! | [`declared`], [`mod@file`] | inputs, measurands, runs as declared; what campaign.toml says, with the place of everything |
 //! | `origin` | where a table's cells are from, for messages |
 //! | `lines`, [`header`], `row` | a file's lines; what its columns are; a line of it as numbers |
-//! | `order`, `sorted` | whether rows whose time goes back may be sorted; a table so sorted |
+//! | `order`, `sorted`, `reordered` | in which order rows are whose time goes back; a file read anew and sorted; its rows |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `points`, `smoothing`, [`spline`] | a stream gathered into knots; how much to smooth it; the curve |
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
@@ -60,6 +60,7 @@ mod points;
 mod readings;
 pub mod record;
 pub mod recorder;
+mod reordered;
 mod row;
 pub mod run;
 pub mod samples;

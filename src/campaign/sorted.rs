@@ -5,6 +5,7 @@
 
 use crate::campaign::header::{Column, TIME};
 use crate::campaign::order::{self, Order};
+use crate::campaign::reordered::Reordered;
 use crate::campaign::table::{Table, TableError};
 use crate::diagnostic::{Diagnostic, Diagnostics, decimals, number};
 
@@ -12,32 +13,6 @@ use crate::diagnostic::{Diagnostic, Diagnostics, decimals, number};
 const MOST_NUMBERS: usize = 100_000_000;
 /// Rows with a time far from all others that are reported.
 const MOST_FAR: usize = 20;
-
-/// Rows held in memory, and their order.
-#[derive(Debug)]
-pub(crate) struct Sorted {
-    lines: Vec<usize>,
-    columns: Vec<Vec<f64>>,
-    order: Vec<usize>,
-    /// Rows that were shown.
-    shown: usize,
-    /// Whether the rows at hand are the first ones.
-    begins: bool,
-}
-
-impl Sorted {
-    /// Puts the next rows in the place of those at hand.
-    pub(crate) fn more(&mut self, most: usize, lines: &mut Vec<usize>, columns: &mut [Column]) {
-        self.begins = self.shown == 0;
-        let end = self.order.len().min(self.shown.saturating_add(most));
-        let rows = &self.order[self.shown..end];
-        lines.extend(rows.iter().map(|row| self.lines[*row]));
-        for (column, values) in columns.iter_mut().zip(&self.columns) {
-            column.values.extend(rows.iter().filter_map(|row| values.get(*row)));
-        }
-        self.shown = end;
-    }
-}
 
 impl Table {
     /// Whether the rows at hand are the first ones in the order of time, of a file that has them in
@@ -84,7 +59,7 @@ impl Table {
         let repeated = sorted - order.len();
         let lines = std::mem::take(&mut self.lines);
         let count = lines.len();
-        self.sorted = Some(Sorted { lines, columns, order, shown: 0, begins: false });
+        self.sorted = Some(Reordered { lines, columns, order, shown: 0, begins: false });
         let name = self.path.file_name().map(|name| name.to_string_lossy().into_owned());
         let mut message = match back {
             0 => format!("{} rows have times far from all others", far.len()),

@@ -14,8 +14,8 @@ use crate::campaign::lines::Lines;
 use crate::campaign::origin::Origin;
 #[cfg(feature = "parquet")]
 use crate::campaign::parquet::Rows;
+use crate::campaign::reordered::Reordered;
 use crate::campaign::row::Reader;
-use crate::campaign::sorted::Sorted;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::document::files::{Files, Input, Refused, open_regular, reason, refused};
 
@@ -58,7 +58,7 @@ pub struct Table {
     /// Leave bad rows out.
     skip: bool,
     /// The rows in the order of time, where they are not so in the file.
-    pub(crate) sorted: Option<Sorted>,
+    pub(crate) sorted: Option<Reordered>,
     faults: Vec<Diagnostic>,
     /// Rows read so far.
     count: usize,

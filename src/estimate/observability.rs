@@ -3,12 +3,8 @@
 //! Columns are scaled to unit length (the diagonal of `H` becomes 1), then the eigenvalues of the
 //! scaled `H` are the squares of the scaled Jacobian's singular values. A direction whose singular
 //! value lies below [`UNOBSERVABLE`] of the largest changes no reading noticeably: *exact* below
-//! [`EXACT`], where only rounding (which the square root raises from 1e-16 to 1e-8) keeps it from
-//! zero, otherwise hidden by noise. So is a parameter that is formally determined but whose
-//! standard uncertainty exceeds its plausible size.
-//!
-//! A parameter that is stated with a standard uncertainty is known to that: noise and plausible
-//! sizes are judged with such parameters held.
+//! [`EXACT`], else hidden by noise. So is a parameter whose standard uncertainty exceeds its
+//! plausible size. What is stated with a standard uncertainty is known to that, and held here.
 //!
 //! Several such directions span a space, and any basis of it is as true; the one given is sparse
 //! (reduced row echelon form with complete pivoting), so that each can be put in words. This room

@@ -24,12 +24,16 @@ fn ladder(dimension: Dimension) -> &'static [(&'static str, f64)] {
     }
 }
 
+/// Sizes in a declared unit that are read in it.
+const READABLE: std::ops::Range<f64> = 1e-6..1e9;
+
 /// The unit of a ladder in which a size lies between 1 and 1000 (or the smallest); of quotients and
 /// powers, and without a ladder, the one of [`unit_for`].
 fn readable(size: f64, declared: &Unit) -> Unit {
     let is_plain = !declared.symbol.contains(['/', '*', '^', ' ', '·']);
-    // Who declares mm or ms wants to read it; m and s are but SI.
-    let is_plain = is_plain && matches!(declared.symbol.as_str(), "m" | "s");
+    // Who declares mm or ms wants to read it, unless the figure would be too long; m and s are SI.
+    let is_readable = READABLE.contains(&(size.abs() / declared.factor));
+    let is_plain = is_plain && (matches!(declared.symbol.as_str(), "m" | "s") || !is_readable);
     let steps = if is_plain { ladder(declared.dimension) } else { &[] };
     if steps.is_empty() {
         return unit_for(size, declared);

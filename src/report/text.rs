@@ -162,7 +162,7 @@ fn terms(sum: &Combination) -> String {
             (false, false) => " + ",
         };
         let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-        let size = decimal(factor.abs(), 6);
+        let size = decimal(factor.abs(), 4);
         let size = size.trim_end_matches('0').trim_end_matches('.');
         let by =
             if size == "1" && unit.is_empty() { String::new() } else { format!("{size}{unit} ") };

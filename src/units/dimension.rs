@@ -69,7 +69,7 @@ impl fmt::Display for Exponent {
 }
 
 /// Powers of length (m), time (s), mass (kg), temperature (K) and electric current (A).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Dimension {
     /// Exponents of m, s, kg, K, A.
     pub exponents: [Exponent; 5],
@@ -119,6 +119,15 @@ impl Div for Dimension {
 
     fn div(self, other: Self) -> Self {
         self * other.pow(Exponent { numerator: -1, denominator: 1 })
+    }
+}
+
+/// A current is shown where there is one: recorded trials bear a number of what their campaigns state,
+/// which was made before there were currents.
+impl fmt::Debug for Dimension {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let shown = if self.exponents[4] == Exponent::ZERO { 4 } else { 5 };
+        f.debug_struct("Dimension").field("exponents", &&self.exponents[..shown]).finish()
     }
 }
 
