@@ -84,7 +84,7 @@ pub enum TableError {
     Refused(String),
     /// Its content is at fault.
     Content(Diagnostics),
-    /// Its rows are not in the order of time: see [`Table::sort`].
+    /// Its rows are not in the order of time: see `Table::sort`.
     Unordered,
 }
 

@@ -52,7 +52,7 @@ impl Batches {
         self.seen += 1;
         for (power, size) in self.sizes.iter_mut().enumerate() {
             size.open += residual;
-            if self.seen % (1 << power) == 0 {
+            if self.seen.is_multiple_of(1 << power) {
                 size.squares += size.open.powi(2);
                 size.count += 1;
                 size.open = 0.0;

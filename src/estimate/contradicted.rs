@@ -51,7 +51,7 @@ impl Contradicted {
 /// Where residuals are larger than stated the bar is higher by as much: by the variance factor of
 /// what remains without all that are contradicted. Otherwise a value that is far enough off would
 /// raise the bar beyond itself, and two such values would hide each other. So all that are beyond
-/// [`APART`] are left out first, and those that are not beyond the bar then put back, until none is.
+/// `APART` are left out first, and those that are not beyond the bar then put back, until none is.
 pub fn contradicted(result: &Calibration) -> Vec<Contradicted> {
     if !result.is_sound() {
         return Vec::new();
