@@ -243,6 +243,7 @@ fn one_effect_alone_can_be_asked_for() {
 
 /// But for those whose verdict another test asks for: 01 and the hand-eye rig.
 #[test]
+#[ignore = "long"]
 fn every_example_has_its_verdict() {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
     let verdicts = [
@@ -265,6 +266,7 @@ fn every_example_has_its_verdict() {
 /// What passes for a torsion, but leaves the overtones, is named where its constant is stated; where
 /// it is not, that is said.
 #[test]
+#[ignore = "long"]
 fn an_effect_that_wants_a_constant_is_not_forgotten() {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/01_at901_without_t_cam");
     let mut request = Request::new([example]);
