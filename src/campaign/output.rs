@@ -4,7 +4,7 @@ use crate::document::entries::{Entry, Reader};
 use crate::units::display::KINDS;
 use crate::units::{DisplayUnits, Unit};
 
-/// Reads it. A name that no parameter bears is of no account: it may be that of an effect.
+/// Reads it. A name that no parameter bears is ignored: it may be that of an effect.
 pub(super) fn read(reader: &mut Reader, entries: &[Entry]) -> DisplayUnits {
     let mut units = DisplayUnits::default();
     reader.only(entries, &["units"]);
