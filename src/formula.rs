@@ -10,6 +10,7 @@
 //! | [`parser`] | tokens to a tree: [`Formula::parse`] |
 //! | `compound` | how far the unit after a number reaches |
 //! | [`ast`] | the tree |
+//! | [`isolate`] | a formula turned round; a name changed |
 //! | [`show`] | a tree as text and as LaTeX |
 //! | [`error`] | why a text is not a formula |
 
@@ -17,6 +18,7 @@ pub mod ast;
 pub(crate) mod compound;
 pub mod error;
 pub mod functions;
+pub mod isolate;
 pub mod lexer;
 pub mod parser;
 pub mod show;

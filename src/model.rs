@@ -8,6 +8,7 @@
 //! | [`read`] | a model file as declarations |
 //! | [`parameter`] | one line on a parameter, in a model, an effect or a campaign |
 //! | [`name`] | which words may be names |
+//! | [`roles`] | which of a model's names stand for those of the library |
 //! | [`apply`] | a declaration with what a campaign says of it |
 
 pub mod apply;
@@ -15,8 +16,9 @@ pub mod declaration;
 pub mod name;
 pub mod parameter;
 pub mod read;
+pub mod roles;
 
 pub use declaration::{
     Coordinates, DelayGroup, InputDeclaration, MeasurandDeclaration, Model, Override,
-    ParameterDeclaration, Process, Setting, Shape,
+    ParameterDeclaration, Process, Role, Roles, Setting, Shape,
 };

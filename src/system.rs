@@ -10,6 +10,7 @@
 //! | [`mod@build`] | a model and effects as one symbol table |
 //! | `place` | effects at heads, with members, in order of application |
 //! | `layer` | one effect as one layer of patches |
+//! | `testable` | which effects of a library can be tested on a model |
 //! | `unknown` | one line for every parameter and random before scopes are settled |
 //!
 //! Names of parameters: `NAME` of the model, `NAME.delay`, `EFFECT.NAME`, at a head
@@ -22,17 +23,19 @@ use std::sync::Arc;
 use crate::diagnostic::Place;
 use crate::effect::Effect;
 use crate::graph::{Assembly, Scope};
-use crate::model::{Process, Setting, Shape};
+use crate::model::{Process, Roles, Setting, Shape};
 use crate::units::Unit;
 
 pub mod build;
 mod layer;
 pub mod needs;
 mod place;
+mod testable;
 mod unknown;
 
 pub(crate) use needs::delay_names;
 pub use needs::{candidates, known_names, lacks, missing_names, stand_ins, wanted_constants};
+pub use testable::{Lacking, Testable, testable};
 
 /// An effect that is to be applied, at one head or all, with the chosen members of its families.
 #[derive(Clone, Debug)]
@@ -61,6 +64,8 @@ pub struct System {
     pub randoms: Vec<RandomSetting>,
     /// The effects in order of application.
     pub effects: Vec<EffectInstance>,
+    /// Which names of the model stand for those of the library.
+    pub roles: Roles,
 }
 
 /// What is known of a parameter in one setup.
@@ -75,6 +80,12 @@ pub struct OfSetup {
 }
 
 impl System {
+    /// The input that the library calls so, or that stands for it.
+    pub fn input(&self, name: &str) -> Option<usize> {
+        let called = self.roles.get(name).map_or(name, |role| role.owner.as_str());
+        self.assembly.names.inputs.iter().position(|input| input.name == called)
+    }
+
     /// What is known of a parameter in a setup.
     pub fn setting_in(&self, parameter: usize, setup: &str) -> &Setting {
         let own = |one: &&OfSetup| one.parameter == parameter && one.setup == setup;

@@ -13,7 +13,7 @@ use crate::engine::part::Part;
 use crate::estimate::nearby::Nearby;
 use crate::estimate::newton::{ReadingDelay, State};
 
-/// The input that is the arm's angle, in every model that has one.
+/// The input that is the arm's angle, in every model that has one, or what has its role.
 const ARM_ANGLE: &str = "arm_angle";
 /// The arm's angle at the reference times of readings, in whatever order they come.
 #[derive(Debug)]
@@ -26,8 +26,7 @@ pub struct ArmAngle {
 impl ArmAngle {
     /// Of the readings of a campaign.
     pub fn of(part: &Part) -> Self {
-        let inputs = &part.system.assembly.names.inputs;
-        let input = inputs.iter().position(|input| input.name == ARM_ANGLE);
+        let input = part.system.input(ARM_ANGLE);
         Self { input, nearby: Nearby::default() }
     }
 
@@ -81,8 +80,7 @@ struct Class {
 
 impl Sight {
     pub(crate) fn new(part: &Part) -> Self {
-        let inputs = &part.system.assembly.names.inputs;
-        let input = inputs.iter().position(|input| input.name == ARM_ANGLE);
+        let input = part.system.input(ARM_ANGLE);
         let count = if input.is_some() { CLASSES } else { 0 };
         let classes = vec![vec![[Class::default(); 2]; count]; part.setups.len()];
         Self { input, classes }

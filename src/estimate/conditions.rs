@@ -233,8 +233,7 @@ fn changed(a: &Condition, b: &Condition) -> Option<Changed> {
 
 /// Mean rate of the platform in a run (rad/s); zero where it stands or there is none.
 fn platform_rate(data: &Part, run: usize) -> f64 {
-    let inputs = &data.system.assembly.names.inputs;
-    let Some(input) = inputs.iter().position(|input| input.name == PLATFORM_ANGLE) else {
+    let Some(input) = data.system.input(PLATFORM_ANGLE) else {
         return 0.0;
     };
     let samples = data.runs[run].record.whole();

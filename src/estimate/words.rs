@@ -151,9 +151,7 @@ fn change_phrase(problem: &Problem, share: &Share) -> String {
         Kind::Vector => format!("a shift of {name} along {}", axis_words(&share.change, "")),
         Kind::Rotation => {
             // The tangent is seen in the frame that the rotation turns from.
-            let arm = problem.parts.iter().any(|part| {
-                part.system.assembly.names.inputs.iter().any(|input| input.name == "arm_angle")
-            });
+            let arm = problem.parts.iter().any(|part| part.system.input("arm_angle").is_some());
             let z =
                 if arm && instance.name.starts_with("orientation") { "the arm axis" } else { "" };
             format!("a turn of {name} about {}", axis_words(&share.change, z))

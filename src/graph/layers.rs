@@ -259,13 +259,6 @@ impl<'n> Dictionary<'n> {
             Some(local) => return Meaning::Local(local),
             None => {}
         }
-        // `horizontal.delay` where the effect's `horizontal` is the model's `horizontal_a`.
-        if let Some((head, rest)) = name.split_once('.')
-            && let Some(Local::Name(other)) = layer.locals.get(head)
-            && let Some(named) = self.find(&format!("{other}.{rest}"))
-        {
-            return Meaning::Model(named);
-        }
         self.find(name).map_or(Meaning::Unknown, Meaning::Model)
     }
 

@@ -30,11 +30,25 @@ pub struct Model {
     pub delays: Vec<DelayGroup>,
     /// Lines of `[parameters]` on delays (`"vertical.delay"`), which exist without a declaration.
     pub overrides: Vec<Override>,
-    /// `[heads]`: head, then effect's name to model's name.
-    pub heads: IndexMap<String, IndexMap<String, String>>,
+    /// `[roles]`: what stands for a name of the library.
+    pub roles: Roles,
+    /// `[heads]`: the same for each of several heads.
+    pub heads: IndexMap<String, Roles>,
     /// `[coordinates]`.
     pub coordinates: Option<Coordinates>,
 }
+
+/// What stands for a name of the library in a model.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Role {
+    /// The name whose value it is.
+    pub value: String,
+    /// The name of the model that has its delay and its sigma.
+    pub owner: String,
+}
+
+/// What stands for names of the library, by these.
+pub type Roles = IndexMap<String, Role>;
 
 /// One line of `[inputs]`.
 #[derive(Clone, Debug)]

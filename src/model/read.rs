@@ -13,9 +13,10 @@ use crate::formula::Formula;
 use crate::graph::{MeasurandKind, Scope};
 use crate::model::name::{checked, fault_of, fault_of_owner};
 use crate::model::parameter::{declaration_of, override_of, said_of};
+use crate::model::roles;
 use crate::model::{
     Coordinates, DelayGroup, InputDeclaration, MeasurandDeclaration, Model, Override,
-    ParameterDeclaration, Setting,
+    ParameterDeclaration, Roles, Setting,
 };
 use crate::units::Unit;
 
@@ -30,6 +31,16 @@ impl Model {
         let model =
             Body { reader: &reader, taken: HashMap::new() }.read(&reader.root(&table, "a model"));
         reader.into_result(model)
+    }
+
+    /// All formulas, to be changed.
+    pub(super) fn formulas_mut(&mut self) -> impl Iterator<Item = &mut Formula> {
+        let coordinates = self.coordinates.iter_mut().flat_map(|coordinates| {
+            let named = [&mut coordinates.from, &mut coordinates.measured].into_iter();
+            named.chain(&mut coordinates.gap).chain(coordinates.helpers.values_mut())
+        });
+        let measurands = self.measurands.iter_mut().map(|measurand| &mut measurand.formula);
+        self.quantities.values_mut().chain(measurands).chain(coordinates)
     }
 
     /// All formulas: of quantities, measurands and coordinates.
@@ -94,11 +105,11 @@ impl<'r> Body<'r> {
             );
         }
         let delays = self.delays(root.section("delays"), &measurands);
-        let heads = self.heads(root.section("heads"));
         let coordinates =
             root.section("coordinates").and_then(|section| self.coordinates(&section));
+        let roles = roles::declared(&self.taken, root);
         root.finish();
-        Some(Model {
+        let mut model = Model {
             name: name?,
             title,
             reference,
@@ -109,9 +120,12 @@ impl<'r> Body<'r> {
             measurands,
             delays,
             overrides,
-            heads,
+            roles: Roles::new(),
+            heads: IndexMap::new(),
             coordinates,
-        })
+        };
+        roles::give(&mut model, roles);
+        Some(model)
     }
 
     /// The entries of a section whose keys are new names.
@@ -283,33 +297,6 @@ impl<'r> Body<'r> {
             });
         }
         groups
-    }
-
-    fn heads(
-        &mut self,
-        section: Option<Section<'r>>,
-    ) -> IndexMap<String, IndexMap<String, String>> {
-        let mut heads = IndexMap::new();
-        for item in section.iter().flat_map(Section::entries) {
-            let Some((head, _)) = checked(&item, fault_of_owner(item.key())) else { continue };
-            let Some(names) = item.section(&format!("the head `{head}`")) else { continue };
-            let mut aliases = IndexMap::new();
-            for alias in names.entries() {
-                let Some((role, _)) = checked(&alias, fault_of(alias.key())) else { continue };
-                let Some(name) = alias.string() else { continue };
-                if !self.taken.contains_key(name) {
-                    self.unknown(
-                        alias.span(),
-                        name,
-                        "quantity or measurand",
-                        self.taken.keys().map(String::as_str),
-                    );
-                }
-                aliases.insert(role, name.to_owned());
-            }
-            heads.insert(head, aliases);
-        }
-        heads
     }
 
     fn coordinates(&mut self, section: &Section<'r>) -> Option<Coordinates> {

@@ -298,8 +298,8 @@ impl Builder<'_> {
             }
         }
         Diagnostics(faults).into_result(())?;
-        let assembly = assemble(names)?;
-        Ok(System { assembly, settings, of_setups, declared, randoms, effects })
+        let (assembly, roles) = (assemble(names)?, model.roles.clone());
+        Ok(System { assembly, settings, of_setups, declared, randoms, effects, roles })
     }
 }
 

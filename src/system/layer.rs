@@ -7,8 +7,8 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::effect::{Effect, PatchLine, Target};
 use crate::formula::Formula;
 use crate::graph::{Local, MeasurandKind, Patch, PatchLayer, PatchTarget};
-use crate::model::{Model, ParameterDeclaration};
-use crate::system::needs::Aliases;
+use crate::model::{Model, ParameterDeclaration, Roles};
+use crate::system::needs::roles_at;
 
 /// One effect at one head with its members.
 #[derive(Clone, Debug)]
@@ -20,25 +20,25 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    fn aliases<'m>(&self, model: &'m Model) -> Option<&'m Aliases> {
-        model.heads.get(self.head.as_ref()?)
+    fn roles(&self, model: &Model) -> Roles {
+        roles_at(model, self.head.as_deref())
     }
 
     /// Index of the measurand that a patch calls `name`.
     fn measurand(&self, model: &Model, name: &str) -> Option<usize> {
-        let name =
-            self.aliases(model).and_then(|aliases| aliases.get(name)).map_or(name, String::as_str);
+        let roles = self.roles(model);
+        let name = roles.get(name).map_or(name, |role| role.owner.as_str());
         model.measurands.iter().position(|measurand| measurand.name == name)
     }
 
     /// The measurands that this head reads; all without heads.
     fn own_measurands(&self, model: &Model) -> Vec<usize> {
         let all = 0..model.measurands.len();
-        match self.aliases(model) {
+        match self.head.as_ref().and_then(|head| model.heads.get(head)) {
             None => all.collect(),
-            Some(aliases) => {
+            Some(roles) => {
                 let named = |index: &usize| {
-                    aliases.values().any(|name| *name == model.measurands[*index].name)
+                    roles.values().any(|role| role.owner == model.measurands[*index].name)
                 };
                 all.filter(named).collect()
             }
@@ -70,8 +70,8 @@ impl Placed {
                 self.own_angles(model).into_iter().map(PatchTarget::Sigma).collect()
             }
             Target::Name(name) => {
-                let aliases = self.aliases(model);
-                let name = aliases.and_then(|aliases| aliases.get(name)).unwrap_or(name);
+                let roles = self.roles(model);
+                let name = roles.get(name).map_or(name, |role| &role.value);
                 vec![PatchTarget::Name(name.clone())]
             }
         }
@@ -117,8 +117,10 @@ impl Placed {
         parameters: HashMap<String, Local>,
     ) -> Result<PatchLayer, Diagnostics> {
         let mut locals: HashMap<String, Local> = HashMap::new();
-        for (role, name) in self.aliases(model).into_iter().flatten() {
-            locals.insert(role.clone(), Local::Name(name.clone()));
+        for (role, means) in self.roles(model) {
+            let delay = |of: &str| format!("{of}.delay");
+            locals.insert(delay(&role), Local::Name(delay(&means.owner)));
+            locals.insert(role, Local::Name(means.value));
         }
         for (family, declared) in &self.effect.shape {
             let value = self.member.get(family).copied().unwrap_or(0.0);

@@ -3,17 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use indexmap::IndexMap;
-
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, nearest};
 use crate::effect::{Effect, PatchLine, Target};
 use crate::graph::{MeasurandKind, Scope};
 use crate::model::name::is_built_in;
-use crate::model::{Model, Override, ParameterDeclaration};
+use crate::model::{Model, Override, ParameterDeclaration, Roles};
 use crate::system::{Selected, System};
-
-/// A head's names by role; empty without heads.
-pub(crate) type Aliases = IndexMap<String, String>;
 
 /// The ways in which an effect can be applied to a model: one for each head that it fits, or one.
 ///
@@ -103,7 +98,7 @@ pub fn stand_ins(effect: &Effect) -> Vec<Override> {
 pub(crate) fn heads_for(model: &Model, effect: &Effect) -> Vec<Option<String>> {
     let uses_heads = names_in(effect)
         .iter()
-        .any(|name| model.heads.values().any(|aliases| aliases.contains_key(owner_of(name))));
+        .any(|name| model.heads.values().any(|roles| roles.contains_key(owner_of(name))));
     let is_each = |target: &Target| matches!(target, Target::EachAngle | Target::EachAngleSigma);
     let patches_each = effect.patches.iter().any(|line| is_each(&line.target));
     if uses_heads || (patches_each && !model.heads.is_empty()) {
@@ -116,7 +111,7 @@ pub(crate) fn heads_for(model: &Model, effect: &Effect) -> Vec<Option<String>> {
 /// The least number of names that a model lacks of those that an effect names, over its heads.
 pub fn missing_names(model: &Model, effect: &Effect) -> usize {
     let at =
-        |head: Option<String>| missing_at(model, effect, &aliases_of(model, head.as_deref())).len();
+        |head: Option<String>| missing_at(model, effect, &roles_at(model, head.as_deref())).len();
     heads_for(model, effect).into_iter().map(at).min().unwrap_or(0)
 }
 
@@ -126,27 +121,30 @@ pub fn lacks(model: &Model, effect: &Effect) -> bool {
     heads_for(model, effect).iter().all(lacks)
 }
 
-/// The names of a head by role.
-fn aliases_of(model: &Model, head: Option<&str>) -> Aliases {
-    head.and_then(|head| model.heads.get(head)).cloned().unwrap_or_default()
+/// What stands for names of the library at a head: its own roles before those of the model.
+pub(super) fn roles_at(model: &Model, head: Option<&str>) -> Roles {
+    let own = head.and_then(|head| model.heads.get(head));
+    let mut roles = model.roles.clone();
+    roles.extend(own.into_iter().flatten().map(|(role, means)| (role.clone(), means.clone())));
+    roles
 }
 
-fn missing_at(model: &Model, effect: &Effect, aliases: &Aliases) -> Vec<String> {
-    names_in(effect).into_iter().filter(|name| !has(model, aliases, name)).collect()
+pub(super) fn missing_at(model: &Model, effect: &Effect, roles: &Roles) -> Vec<String> {
+    names_in(effect).into_iter().filter(|name| !has(model, roles, name)).collect()
 }
 
 /// What a model (at a head) lacks that an effect names, at its place in the effect's file.
 pub(crate) fn lacks_of(model: &Model, effect: &Effect, head: Option<&str>) -> Vec<Diagnostic> {
-    let aliases = &aliases_of(model, head);
+    let roles = &roles_at(model, head);
     let mut lacks = Vec::new();
-    let missing = missing_at(model, effect, aliases);
+    let missing = missing_at(model, effect, roles);
     if let Some(first) = missing.first() {
         let at = head.map(|head| format!(" at its head `{head}`")).unwrap_or_default();
         let quoted: Vec<String> = missing.iter().map(|name| format!("`{name}`")).collect();
         let mut lack = Diagnostic::error(format!("the model has no {}{at}", quoted.join(", ")))
             .at_maybe(place_of(effect, first).as_ref());
         for name in &missing {
-            if let Some(near) = nearest(name, names_to_use(model, effect, aliases)) {
+            if let Some(near) = nearest(name, names_to_use(model, effect, roles)) {
                 lack = lack.help(format!("for `{name}`: did you mean `{near}`?"));
             }
         }
@@ -161,8 +159,8 @@ pub(crate) fn lacks_of(model: &Model, effect: &Effect, head: Option<&str>) -> Ve
     }
     for patch in &effect.patches {
         if let Target::Time(name) | Target::Sigma(name) = &patch.target {
-            let name = aliases.get(name).unwrap_or(name);
-            let known = has(model, aliases, name);
+            let name = roles.get(name).map_or(name, |role| &role.owner);
+            let known = has(model, roles, name);
             if known && !model.measurands.iter().any(|measurand| measurand.name == *name) {
                 let message = format!("`{name}` is not a measurand of the model");
                 lacks.push(Diagnostic::error(message).at(effect.source.place(patch.span)));
@@ -191,19 +189,19 @@ fn place_of(effect: &Effect, name: &str) -> Option<Place> {
 fn names_to_use<'a>(
     model: &'a Model,
     effect: &'a Effect,
-    aliases: &'a Aliases,
+    roles: &'a Roles,
 ) -> impl Iterator<Item = &'a str> {
     let inputs = model.inputs.iter().map(|input| &input.name);
     let parameters = model.parameters.iter().map(|parameter| &parameter.name);
     let measurands = model.measurands.iter().map(|measurand| &measurand.name);
     let of_model = inputs.chain(parameters).chain(measurands).chain(model.quantities.keys());
     let in_a_head = |name: &String| {
-        model.heads.values().any(|aliases| aliases.values().any(|stands_for| stands_for == name))
+        model.heads.values().any(|roles| roles.values().any(|role| role.owner == *name))
     };
-    let has_heads = !aliases.is_empty();
+    let has_heads = !roles.is_empty() && !model.heads.is_empty();
     let of_model = of_model.filter(move |name| !(has_heads && in_a_head(name)));
     let own = effect.parameters.iter().map(|parameter| &parameter.name).chain(effect.shape.keys());
-    of_model.chain(aliases.keys()).chain(own).map(String::as_str)
+    of_model.chain(roles.keys()).chain(own).map(String::as_str)
 }
 
 /// Every name of the model that an effect names, once, in order.
@@ -232,14 +230,14 @@ fn owner_of(name: &str) -> &str {
     name.split('.').next().unwrap_or(name)
 }
 
-fn has(model: &Model, aliases: &Aliases, name: &str) -> bool {
-    let name = aliases.get(name).map_or(name, String::as_str);
+fn has(model: &Model, roles: &Roles, name: &str) -> bool {
     if let Some((owner, part)) = name.split_once('.') {
-        let owner = aliases.get(owner).map_or(owner, String::as_str);
+        let owner = roles.get(owner).map_or(owner, |role| role.owner.as_str());
         let read = model.measurands.iter().any(|measurand| measurand.name == owner);
         let shared = model.delays.iter().any(|group| group.name == owner);
         return (read && matches!(part, "t" | "delay" | "sigma")) || (shared && part == "delay");
     }
+    let name = roles.get(name).map_or(name, |role| role.value.as_str());
     model.inputs.iter().any(|input| input.name == name)
         || model.parameters.iter().any(|parameter| parameter.name == name)
         || model.quantities.contains_key(name)

@@ -31,6 +31,7 @@ mod nothing_moves;
 mod observability;
 mod practice;
 mod real_recordings;
+mod roles;
 mod seed_uncertainty;
 mod setups;
 mod shared_statements;

@@ -111,7 +111,7 @@ fn orders(model: &Model) -> usize {
 
 /// The directions in which a target may be displaced, by channel; none where a model has no target.
 fn directions(model: &Model) -> &'static [(&'static str, &'static str)] {
-    match (model.quantities.contains_key("target"), turns_its_target(model)) {
+    match (has_quantity(model, "target"), turns_its_target(model)) {
         (false, _) => &[],
         (true, true) => &[
             ("target tangential", "rotate(arm_turn, [0, 1, 0])"),
@@ -126,7 +126,12 @@ fn directions(model: &Model) -> &'static [(&'static str, &'static str)] {
 
 /// Whether the target goes round on an arm.
 fn turns_its_target(model: &Model) -> bool {
-    ["target", "arm_turn"].iter().all(|name| model.quantities.contains_key(*name))
+    ["target", "arm_turn"].iter().all(|name| has_quantity(model, name))
+}
+
+/// Whether a model has a quantity of the library's, under that name or another.
+fn has_quantity(model: &Model, name: &str) -> bool {
+    model.quantities.contains_key(model.called(name))
 }
 
 /// Displacements of the target.
@@ -158,7 +163,7 @@ fn rig<const N: usize>(
     covariates: [Covariate; N],
     all: &mut Vec<(Arc<Effect>, Place)>,
 ) {
-    if !model.parameters.iter().any(|one| one.name == POSITION) {
+    if !model.parameters.iter().any(|one| one.name == model.called(POSITION)) {
         return;
     }
     for covariate in covariates.map(Covariate::along_axes) {

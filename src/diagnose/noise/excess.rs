@@ -153,10 +153,11 @@ pub(in crate::diagnose) fn patches_level(
 ) -> bool {
     let Fitted { problem, recipes, .. } = &stage.fitted;
     let one = &problem.parts[campaign].system.assembly.names.measurands[measurand];
-    let heads = &recipes[campaign].model.heads;
-    let head = candidate.selected.head.as_ref().and_then(|head| heads.get(head));
-    let is_called = |name: &String| head.and_then(|own| own.get(name)).unwrap_or(name) == &one.name;
-    let is_read = || head.is_none_or(|own| own.values().any(|name| *name == one.name));
+    let model = &recipes[campaign].model;
+    let head = candidate.selected.head.as_ref().and_then(|head| model.heads.get(head));
+    let role = |name: &String| head.and_then(|own| own.get(name)).or_else(|| model.roles.get(name));
+    let is_called = |name: &String| role(name).map_or(name, |role| &role.owner) == &one.name;
+    let is_read = || head.is_none_or(|own| own.values().any(|role| role.owner == one.name));
     candidate.selected.effect.patches.iter().any(|line| match &line.target {
         Target::Sigma(name) => is_called(name),
         Target::EachAngleSigma => matches!(one.kind, MeasurandKind::Angle { .. }) && is_read(),
