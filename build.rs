@@ -1,4 +1,4 @@
-//! Lists the files of `models/` and `models/effects/` so that the library carries them: adding an
+//! Lists the files of `models/`, `models/effects/` and `models/conventions/` so that the library carries them: adding an
 //! instrument or an effect is adding a file.
 
 use std::error::Error;
@@ -10,7 +10,9 @@ use std::{env, fs, io};
 fn main() -> Result<(), Box<dyn Error>> {
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
     let mut text = String::new();
-    for (name, folder) in [("MODELS", "models"), ("EFFECTS", "models/effects")] {
+    for (name, folder) in
+        [("MODELS", "models"), ("EFFECTS", "models/effects"), ("CONVENTIONS", "models/conventions")]
+    {
         list(&mut text, name, &root, folder)?;
         writeln!(io::stdout(), "cargo::rerun-if-changed={folder}")?;
     }

@@ -16,6 +16,7 @@
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | `columns`, `captured` | the columns of a model's runs; an input recorded with each sample |
 //! | [`samples`] | the samples of a run or a stretch of it: times, inputs, readings |
+//! | `sigmas` | standard uncertainties as formulas and columns |
 //! | `spill`, `spilled` | numbers in a temporary file; them as samples |
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
 //! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
@@ -64,6 +65,7 @@ mod reordered;
 mod row;
 pub mod run;
 pub mod samples;
+mod sigmas;
 pub mod signal;
 mod smoothing;
 mod sorted;

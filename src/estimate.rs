@@ -27,6 +27,7 @@
 //! | [`deviations`] | planar, radial and tangential deviations of each run |
 //! | [`head`] | what the instrument's head must follow: rates, speeds, reversals |
 //! | [`bias`] | what the paper's transformation does to delays |
+//! | [`conventions`] | conventions that were mistaken, where the model fits badly |
 //! | [`conditions`] | self-calibration: delays under changed conditions |
 //! | [`mod@contradicted`] | which stated values the readings contradict |
 //! | [`repeatability`] | whether several campaigns agree |
@@ -54,6 +55,7 @@ pub mod compare;
 pub mod conditions;
 pub mod conic;
 pub mod contradicted;
+pub mod conventions;
 pub mod covariance;
 pub mod coverage;
 pub mod delays;

@@ -10,6 +10,7 @@
 //! | [`parser`] | tokens to a tree: [`Formula::parse`] |
 //! | `compound` | how far the unit after a number reaches |
 //! | [`ast`] | the tree |
+//! | `value` | the number that a formula of numbers has |
 //! | [`isolate`] | a formula turned round; a name changed |
 //! | [`show`] | a tree as text and as LaTeX |
 //! | [`error`] | why a text is not a formula |
@@ -22,6 +23,7 @@ pub mod isolate;
 pub mod lexer;
 pub mod parser;
 pub mod show;
+mod value;
 
 pub use ast::{Axis, BinaryOperator, Expression, ExpressionKind, Formula};
 pub use error::FormulaError;

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | number | [`number`], [`units`], [`quaternion`] |
 //! | language | [`diagnostic`], [`formula`], [`graph`], [`document`], [`progress`] |
-//! | nouns | [`model`], [`effect`], [`library`], [`campaign`], [`system`] |
+//! | nouns | [`model`], [`effect`], [`convention`], [`library`], [`campaign`], [`system`] |
 //! | engine | [`engine`] |
 //! | estimate | [`estimate`] |
 //! | diagnose | [`diagnose`] |
@@ -24,6 +24,7 @@ pub mod graph;
 pub mod progress;
 
 pub mod campaign;
+pub mod convention;
 pub mod effect;
 pub mod library;
 pub mod model;

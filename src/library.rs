@@ -17,8 +17,10 @@ use crate::model::parameter::component_count;
 use crate::model::{Model, Override};
 use crate::system::{Selected, known_names};
 
+mod conventions;
 mod template;
 
+pub use conventions::conventions;
 pub use template::template;
 
 /// The files of `models/` and `models/effects/`, as text.

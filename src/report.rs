@@ -3,6 +3,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`conditions`] | transformations, their bias, self-calibration, agreement of campaigns |
+//! | [`conventions`] | conventions that were mistaken |
 //! | [`deviations`] | deviations of runs, and what the head must follow |
 //! | [`budget`] | uncertainty budgets of delays |
 //! | [`figure`] | a value with its standard uncertainty as people write it |
@@ -20,6 +21,7 @@
 pub mod autocorrelation;
 pub mod budget;
 pub mod conditions;
+pub mod conventions;
 pub mod deviations;
 pub mod diagnosis;
 #[cfg(feature = "cli")]

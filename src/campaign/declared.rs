@@ -4,6 +4,7 @@ use crate::campaign::plan::Leg;
 use crate::campaign::run::Role;
 use crate::campaign::timing::RunTiming;
 use crate::document::entries::{Entry, Item, Named, Quantity};
+use crate::formula::Formula;
 use crate::units::Unit;
 
 /// What a campaign says of an input: over what the model says.
@@ -30,6 +31,8 @@ pub struct MeasurandOverride {
     pub name: Named,
     /// Standard uncertainty of one reading, see [`crate::campaign::statement`].
     pub said: Vec<Entry>,
+    /// The same as a formula.
+    pub sigma: Option<Formula>,
 }
 
 /// One entry of `columns`: the model's name, and what the file calls it.

@@ -237,7 +237,8 @@ fn input(reader: &mut Reader, entry: &Entry) -> InputOverride {
 fn measurand(reader: &mut Reader, entry: &Entry) -> MeasurandOverride {
     let entries = reader.table(&entry.item, "horizontal = { sigma = \"1.5 arcsec\" }");
     reader.only(entries, &statement::KEYS);
-    MeasurandOverride { name: key(reader, entry), said: entries.to_vec() }
+    let sigma = get(entries, "sigma").and_then(|item| reader.formula(item));
+    MeasurandOverride { name: key(reader, entry), said: entries.to_vec(), sigma }
 }
 
 /// The runs; with `timed`, the campaign has a `[timing]`.

@@ -195,6 +195,19 @@ impl CampaignFile {
         let (mut sigmas, mut degrees) = (Vec::new(), Vec::new());
         for measurand in &model.measurands {
             let name = &measurand.name;
+            if measurand.sigma_formula.is_some() {
+                // The formula has all of it.
+                let over = self.measurands.iter().find(|over| &over.name.text == name);
+                let said = over.map_or(&[][..], |over| &over.said);
+                if let Some(also) = said.iter().find(|entry| entry.key != "sigma") {
+                    let message =
+                        format!("`{}` stands beside a `sigma` that is a formula", also.key);
+                    loader.reader.fault(also.span, message, "state one of them");
+                }
+                sigmas.push(1.0);
+                degrees.push(None);
+                continue;
+            }
             let over = self.measurands.iter().find(|over| &over.name.text == name);
             let said = over.map_or(&[][..], |over| &over.said);
             let stated = get(said, "sigma").or(get(said, "U"));

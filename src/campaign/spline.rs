@@ -70,6 +70,8 @@ pub enum SplineError {
     Smoothing,
 }
 
+mod combined;
+
 /// A natural cubic spline: knots and, in each interval, a cubic.
 #[derive(Clone, Debug)]
 pub struct Spline {

@@ -17,6 +17,9 @@ use crate::report;
 const PARAMETERS: &str = "parameters.csv";
 const RESIDUALS: &str = "residuals.csv";
 
+/// A variance factor beyond which it is asked whether a convention was mistaken.
+const BAD: f64 = 4.0;
+
 #[derive(Debug, Args)]
 pub(super) struct CalibrateCommand {
     #[command(flatten)]
@@ -32,6 +35,11 @@ impl CalibrateCommand {
         let result = estimate(loaded.problem)?;
         doubts::tell(&result, self.common.quiet);
         let others = others(&result);
+        let is_bad = result.variance_factor().is_none_or(|factor| factor > BAD);
+        let mistaken = match is_bad {
+            true => load::mistaken(&loaded.campaigns, &result.problem)?,
+            false => None,
+        };
         match self.common.format {
             Format::Json => {
                 let mut value = loaded.head.clone();
@@ -39,11 +47,13 @@ impl CalibrateCommand {
                 load::merge(&mut value, report::minima::json(&result, &others));
                 let correlated = report::autocorrelation::correlated(&result);
                 load::merge(&mut value, report::autocorrelation::json(&correlated));
+                load::merge(&mut value, report::conventions::json(mistaken.as_ref()));
                 output::json(&value)?;
             }
             Format::Text => {
                 let text = report::text::calibration(&loaded.title, &result);
-                output::text(&(text + &report::minima::text(&result, &others)))?;
+                let text = text + &report::minima::text(&result, &others);
+                output::text(&(text + &report::conventions::text(mistaken.as_ref())))?;
             }
         }
         if let Some(folder) = &self.common.out {

@@ -183,6 +183,7 @@ impl Diagnose {
             }
         }
         loaded.keep_files(self.common.out.as_ref(), [CANDIDATES])?;
+        let mistaken = load::mistaken(&loaded.campaigns, &loaded.problem)?;
         let recipes = loaded.recipes.clone();
         let mut found = diagnose(loaded.problem, recipes, &wanted, &Options::default())
             .map_err(|error| Failure::Could(error.to_string()))?;
@@ -202,10 +203,12 @@ impl Diagnose {
             Format::Json => {
                 let mut value = loaded.head.clone();
                 load::merge(&mut value, report::diagnosis::json(&found, self.top));
+                load::merge(&mut value, report::conventions::json(mistaken.as_ref()));
                 output::json(&value)?;
             }
             Format::Text => {
                 output::text(&report::diagnosis_text::text(&loaded.title, &found, self.top))?;
+                output::text(&report::conventions::text(mistaken.as_ref()))?;
                 if held_out.is_some() && found.effects.is_empty() {
                     output::text(
                         "\nNo effect was named: there is nothing to judge on the held-out campaign.\n",

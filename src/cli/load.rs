@@ -8,13 +8,15 @@ use serde_json::{Value, json};
 use super::arguments::{CampaignArguments, Format};
 use super::{Failure, clean, output, progress, render};
 use crate::campaign::load::Campaign;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::document::files::Files;
 use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe, Request, correlated, open};
 use crate::estimate::checks;
+use crate::estimate::conventions::{self, Mistaken};
 use crate::estimate::minima::{Found, improved};
-use crate::library::effect_files;
+use crate::estimate::start::start;
+use crate::library::{self, effect_files};
 use crate::model::Model;
 use crate::report;
 use crate::units::decimal;
@@ -101,6 +103,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         }
         opened.warnings.push(warning);
     }
+    refuse_impossible_sigma(&opened.problem)?;
     let labels: Vec<String> = opened
         .problem
         .parts
@@ -150,6 +153,28 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
     })
 }
 
+/// Refuses a standard uncertainty stated as a formula that is no positive number for some reading.
+fn refuse_impossible_sigma(problem: &Problem) -> Result<(), Failure> {
+    let Some((p, run, sample, m, sigma)) = problem.impossible_sigma(&start(problem).0) else {
+        return Ok(());
+    };
+    let part = &problem.parts[p];
+    let (run, one) = (&part.runs[run], &part.system.assembly.names.measurands[m]);
+    let found = report::figure::size(sigma, &one.unit);
+    let message = format!(
+        "the standard uncertainty of `{}` is {found} in run `{}`, row {}: expected a number above zero",
+        one.name,
+        run.name,
+        run.record.row(sample)
+    );
+    let formula = one.sigma.as_ref();
+    let place = formula.map(|formula| {
+        formula.source.place(Span::new(formula.offset, formula.offset + formula.text.len()))
+    });
+    let error = Diagnostic::error(message).at_maybe(place.as_ref());
+    Err(error.help("see its formula and, where it names a column, that cell; leave the reading empty if it is not to count").into())
+}
+
 /// Says that another start than the stated one was taken.
 fn started(found: &Found) -> Diagnostic {
     let [own, best] = found.variance_factors.map(|factor| decimal(factor, 1));
@@ -189,6 +214,15 @@ pub(super) fn tell_not_put_in(loaded: &Loaded, tries: bool) {
         Some(Diagnostic::warning(message).help(help))
     });
     render::all(&told.collect::<Vec<_>>());
+}
+
+/// The conventions that were mistaken, where a problem fits badly.
+pub(super) fn mistaken(
+    loaded: &[Campaign],
+    problem: &Problem,
+) -> Result<Option<Mistaken>, Failure> {
+    let folders = loaded.iter().map(|campaign| campaign.folder.as_path());
+    Ok(conventions::mistaken(problem, &library::conventions(folders)?))
 }
 
 /// Whether all samples could be read back from where they were kept: results are good for nothing

@@ -7,6 +7,7 @@ use toml::de::{DeTable, DeValue};
 use super::faults::{Faults, known_here};
 use super::parsed;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, Span};
+use crate::formula::Formula;
 use crate::units::{Unit, parse_quantity};
 
 /// A value and where it stands.
@@ -240,6 +241,15 @@ impl Reader {
                 None
             }
         }
+    }
+
+    /// A formula in a text where a quantity may stand, too; nothing where it is a quantity.
+    pub fn formula(&self, item: &Item) -> Option<Formula> {
+        let Value::Text(text) = &item.value else { return None };
+        let span = self.inside(item, text, 0, text.len());
+        Formula::is_meant(text)
+            .then(|| Formula::parse(self.source.clone(), span.start, text).ok())
+            .flatten()
     }
 
     /// A plain number, with or without quotes.

@@ -257,6 +257,11 @@ impl<'r> Item<'r> {
         Formula::parse(source, offset, text).map_err(|fault| self.reader.report(fault)).ok()
     }
 
+    /// Whether it is a text that is a formula, where a quantity may stand too.
+    pub fn is_formula(&self) -> bool {
+        self.value.get_ref().as_str().is_some_and(Formula::is_meant)
+    }
+
     /// Where the content of a text stands: in the file, or, where the file spells it otherwise
     /// (escapes), in a text with the content put at the same line and column.
     fn content(&self, text: &str) -> (Source, usize) {

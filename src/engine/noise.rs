@@ -94,13 +94,14 @@ pub fn covariance_of(
     SampleCovariance { covariance, sensitivities }
 }
 
-/// The first measurand whose standard uncertainty an effect makes negative in a run, with the
-/// factor on it there.
-pub(super) fn negative_factor(
+/// The first reading of a run whose standard uncertainty is below zero, or none where it must be
+/// one: sample, measurand and the factor on what is stated.
+pub(super) fn impossible_factor(
     part: &Part,
     run: usize,
     parameters: &[[f64; 4]],
-) -> Option<(usize, f64)> {
+    is_impossible: fn(f64) -> bool,
+) -> Option<(usize, usize, f64)> {
     let randoms = vec![0.0; part.random_sigma.len()];
     let (mut workspace, mut found) = (Vec::new(), None);
     part.runs[run].record.walk(|stretch| {
@@ -113,8 +114,13 @@ pub(super) fn negative_factor(
             let outputs = part.evaluate(&leaves, &mut workspace);
             let factors = part.slots().iter().map(|slot| slot.sigma_factor).enumerate();
             found = factors
-                .filter_map(|(measurand, output)| Some((measurand, outputs[output?])))
-                .find(|(_, factor)| *factor < 0.0);
+                .filter_map(|(measurand, output)| {
+                    Some((sample.number, measurand, outputs[output?]))
+                })
+                .find(|(_, measurand, factor)| {
+                    let is_read = part.is_present(sample, &part.slots()[*measurand]);
+                    is_impossible(*factor) && (is_read || *factor < 0.0)
+                });
         }
     });
     found

@@ -122,6 +122,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
                     .collect(),
             )
         })?;
+        let model = file.with_sigmas(model);
         let mut overrides: Vec<Override> = Vec::new();
         if let Some(timing) = &file.timing {
             library = library.with_effect(timing.effect()).map_err(|faults| {

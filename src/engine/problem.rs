@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::campaign::signal::Track;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share, qualified};
-use crate::engine::noise::negative_factor;
+use crate::engine::noise::impossible_factor;
 use crate::engine::part::Part;
 use crate::engine::point::{Point, seeded};
 use crate::engine::programs::Programs;
@@ -192,9 +192,27 @@ impl Problem {
         self.parts.iter().enumerate().find_map(|(p, part)| {
             let patched = part.slots().iter().any(|slot| slot.sigma_factor.is_some());
             let mut runs = (0..part.runs.len()).filter(|_| patched);
-            let (measurand, factor) =
-                runs.find_map(|run| negative_factor(part, run, &self.parameters(p, run, point)))?;
+            let (_, measurand, factor) = runs.find_map(|run| {
+                impossible_factor(part, run, &self.parameters(p, run, point), |factor| factor < 0.0)
+            })?;
             Some((part.system.assembly.names.measurands[measurand].name.as_str(), factor))
+        })
+    }
+
+    /// The first reading for which a standard uncertainty that is stated as a formula is no positive
+    /// number at a point: part, run, sample, measurand and what it is (SI).
+    pub fn impossible_sigma(&self, point: &Point) -> Option<(usize, usize, usize, usize, f64)> {
+        self.parts.iter().enumerate().find_map(|(p, part)| {
+            let names = &part.system.assembly.names.measurands;
+            let has_formula = names.iter().any(|one| one.sigma.is_some());
+            let mut runs = (0..part.runs.len()).filter(|_| has_formula);
+            runs.find_map(|run| {
+                let parameters = self.parameters(p, run, point);
+                let found = impossible_factor(part, run, &parameters, |factor| {
+                    !(factor > 0.0 && factor.is_finite())
+                });
+                found.map(|(sample, measurand, sigma)| (p, run, sample, measurand, sigma))
+            })
         })
     }
 

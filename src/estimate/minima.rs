@@ -17,8 +17,8 @@ use crate::engine::{Point, Problem};
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::start::start;
 
-mod starts;
-mod thinned;
+pub(super) mod starts;
+pub(super) mod thinned;
 
 use starts::{Attitudes, Offsets, scalars};
 use thinned::{Thinned, Tried, cut};
@@ -82,7 +82,8 @@ pub fn improved(mut problem: Problem) -> (Problem, Option<Found>) {
     (problem, Some(found))
 }
 
-fn better_start(problem: &Problem) -> Option<(Point, Found)> {
+/// The start that fits far better than the stated one, if there is one.
+pub(super) fn better_start(problem: &Problem) -> Option<(Point, Found)> {
     let offsets = Offsets::of(problem);
     let attitudes = Attitudes::of(&problem.layout);
     if offsets.all.len() < 2 && attitudes.count() < 2 {

@@ -59,6 +59,31 @@ fn turned(formula: &Expression, name: &str, value: Expression) -> Option<Express
     }
 }
 
+/// The formula with other formulas in place of its names, as far as `of` has any.
+pub fn replaced(formula: &Expression, of: &dyn Fn(&str) -> Option<Expression>) -> Expression {
+    let inner = |part: &Expression| Box::new(replaced(part, of));
+    let kind = match &formula.kind {
+        ExpressionKind::Name(name) => match of(name) {
+            Some(other) => other.kind,
+            None => formula.kind.clone(),
+        },
+        ExpressionKind::Number(..) => formula.kind.clone(),
+        ExpressionKind::Member(part, axis) => ExpressionKind::Member(inner(part), *axis),
+        ExpressionKind::Negate(part) => ExpressionKind::Negate(inner(part)),
+        ExpressionKind::Vector(parts) => {
+            ExpressionKind::Vector(Box::new(parts.each_ref().map(|part| replaced(part, of))))
+        }
+        ExpressionKind::Binary(operator, left, right) => {
+            ExpressionKind::Binary(*operator, inner(left), inner(right))
+        }
+        ExpressionKind::Call(function, arguments) => {
+            let arguments = arguments.iter().map(|part| replaced(part, of)).collect();
+            ExpressionKind::Call(*function, arguments)
+        }
+    };
+    Expression { kind, span: formula.span }
+}
+
 /// Gives a name another one wherever it stands.
 pub fn rename(formula: &mut Expression, from: &str, to: &str) {
     match &mut formula.kind {

@@ -10,7 +10,7 @@ use crate::formula::compound;
 use crate::formula::error::{DEPTH_LIMIT, FormulaError, LENGTH_LIMIT};
 use crate::formula::functions::Function;
 use crate::formula::lexer::{Token, tokens};
-use crate::units::Unit;
+use crate::units::{Unit, parse_quantity};
 
 impl Formula {
     /// Reads the formula `text` that starts at byte `offset` of a file.
@@ -22,6 +22,11 @@ impl Formula {
             Ok(root) => Ok(Self { source, offset, text: text.to_owned(), root }),
             Err(error) => Err(error.diagnostic(&source, offset)),
         }
+    }
+
+    /// Whether a text that may be a quantity or a formula, is a formula: it names something.
+    pub fn is_meant(text: &str) -> bool {
+        parse_quantity(text).is_err() && parse(text).is_ok_and(|root| !root.names().is_empty())
     }
 
     /// Reads a formula that stands in no file; `title` takes the file's place in messages.

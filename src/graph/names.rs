@@ -103,6 +103,8 @@ pub struct Measurand {
     pub kind: MeasurandKind,
     /// Unit it is declared in.
     pub unit: Unit,
+    /// Standard uncertainty of a reading, where it is a formula.
+    pub sigma: Option<Formula>,
     /// Index of the parameter that is its delay (shared delays: the same index).
     pub delay: usize,
 }

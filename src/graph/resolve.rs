@@ -34,7 +34,8 @@ pub struct MeasurandGraph {
     pub value: Value,
     /// The offset `t` from the reference time at which it is read, effects included.
     pub offset: NodeId,
-    /// Factor on the stated standard uncertainty, if an effect patches `NAME.sigma`.
+    /// Factor on the stated standard uncertainty, if an effect patches `NAME.sigma`; where that is
+    /// a formula it is stated as one, in SI.
     pub sigma_factor: Option<NodeId>,
 }
 
@@ -222,7 +223,7 @@ fn measurand(resolver: &mut Resolver<'_>, m: usize) -> Result<MeasurandGraph, Fa
     Ok(MeasurandGraph { value, offset, sigma_factor })
 }
 
-/// What the effects make of a noise level of one unit.
+/// What the effects make of a noise level of one unit, or of the formula in its place.
 fn sigma_factor(
     resolver: &mut Resolver<'_>,
     m: usize,
@@ -234,11 +235,25 @@ fn sigma_factor(
         let patch = layer.patches.iter().rposition(|patch| patch.target == PatchTarget::Sigma(m));
         patches.extend(patch.map(|p| (l, p)));
     }
-    if patches.is_empty() {
+    let stated = &names.measurands[m].sigma;
+    if patches.is_empty() && stated.is_none() {
         return Ok(None);
     }
     let dimension = names.measurands[m].unit.dimension;
     let mut sigma = Typed::scalar(resolver.graph.constant(1.0), dimension);
+    if let Some(formula) = stated {
+        let level = resolver.lower(formula, &formula.root, &context)?;
+        if level.kind() != Kind::Scalar || !level.fits(dimension) {
+            let message = format!(
+                "the standard uncertainty of `{}` is {}, expected {}",
+                names.measurands[m].name,
+                level.words(),
+                sigma.words()
+            );
+            return Err(fault(formula, formula.root.span, message));
+        }
+        sigma = Typed { dimension, any_dimension: false, ..level };
+    }
     let all = context.layers.clone();
     for (position, index) in patches.iter().enumerate() {
         context.layers =

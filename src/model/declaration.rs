@@ -183,6 +183,8 @@ pub struct MeasurandDeclaration {
     pub unit: Unit,
     /// Standard uncertainty of one reading (SI), if stated; k = 1.
     pub sigma: Option<f64>,
+    /// The same as a formula, in its place.
+    pub sigma_formula: Option<Formula>,
     /// In words.
     pub about: String,
 }

@@ -39,7 +39,9 @@ impl Model {
             let named = [&mut coordinates.from, &mut coordinates.measured].into_iter();
             named.chain(&mut coordinates.gap).chain(coordinates.helpers.values_mut())
         });
-        let measurands = self.measurands.iter_mut().map(|measurand| &mut measurand.formula);
+        let measurands = self.measurands.iter_mut();
+        let measurands = measurands
+            .flat_map(|one| std::iter::once(&mut one.formula).chain(&mut one.sigma_formula));
         self.quantities.values_mut().chain(measurands).chain(coordinates)
     }
 
@@ -49,7 +51,9 @@ impl Model {
             let named = [&coordinates.from, &coordinates.measured].into_iter();
             named.chain(&coordinates.gap).chain(coordinates.helpers.values())
         });
-        let measurands = self.measurands.iter().map(|measurand| &measurand.formula);
+        let measurands = self.measurands.iter();
+        let measurands =
+            measurands.flat_map(|one| std::iter::once(&one.formula).chain(&one.sigma_formula));
         self.quantities.values().chain(measurands).chain(coordinates)
     }
 }
@@ -231,8 +235,11 @@ impl<'r> Body<'r> {
             }
             item.positive(radian.as_ref()?)
         });
-        let sigma =
-            section.get("sigma").zip(unit.as_ref()).and_then(|(item, unit)| item.positive(unit));
+        let stated = section.get("sigma");
+        let is_formula = stated.as_ref().is_some_and(Item::is_formula);
+        let sigma_formula = stated.as_ref().filter(|_| is_formula).and_then(Item::formula);
+        let sigma = stated.filter(|_| !is_formula).zip(unit.as_ref());
+        let sigma = sigma.and_then(|(item, unit)| item.positive(unit));
         let about = about_of(&section);
         section.finish();
         Some(MeasurandDeclaration {
@@ -248,6 +255,7 @@ impl<'r> Body<'r> {
             },
             unit: unit?,
             sigma: sigma.map(|(value, _)| value),
+            sigma_formula,
             about,
         })
     }

@@ -240,6 +240,7 @@ impl Builder<'_> {
                 formula: measurand.formula.clone(),
                 kind: measurand.kind,
                 unit: measurand.unit.clone(),
+                sigma: measurand.sigma_formula.clone(),
                 delay: delay.unwrap_or(0),
             });
         }

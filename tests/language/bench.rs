@@ -46,6 +46,7 @@ impl Declared {
             formula: formula(text),
             kind: MeasurandKind::Plain,
             unit: unit(unit_text),
+            sigma: None,
             delay: self.0.parameters.len() - 1,
         });
         self

@@ -18,7 +18,7 @@ use crate::imports::Crate;
 const LAYERS: &[(&str, &[&str])] = &[
     ("number", &["number", "units", "quaternion"]),
     ("language", &["diagnostic", "formula", "graph", "document", "progress"]),
-    ("nouns", &["model", "effect", "library", "campaign", "system"]),
+    ("nouns", &["model", "effect", "convention", "library", "campaign", "system"]),
     ("engine", &["engine"]),
     ("estimate", &["estimate"]),
     ("diagnose", &["diagnose"]),

@@ -21,19 +21,19 @@ const MOMENTS: usize = 256;
 const SHORTEST: f64 = 1e-3;
 
 /// Offsets of the clock.
-pub(super) struct Offsets {
+pub(in crate::estimate) struct Offsets {
     /// The delays that follow the clock.
-    pub(super) delays: Vec<usize>,
+    pub(in crate::estimate) delays: Vec<usize>,
     /// Between two offsets (s): about a sixth of the period of the fastest stream.
-    pub(super) step: f64,
+    pub(in crate::estimate) step: f64,
     /// All of them, zero first.
-    pub(super) all: Vec<f64>,
+    pub(in crate::estimate) all: Vec<f64>,
 }
 
 impl Offsets {
     /// Those of a problem; zero alone where nothing is logged, or where what is known of a delay
     /// says where to look.
-    pub(super) fn of(problem: &Problem) -> Self {
+    pub(in crate::estimate) fn of(problem: &Problem) -> Self {
         let layout = &problem.layout;
         let is_delay = |index: &usize| {
             layout.instances[*index].name.ends_with(".delay") && !layout.range_of(*index).is_empty()
@@ -52,19 +52,19 @@ impl Offsets {
     }
 
     /// The least and the greatest offset (s).
-    pub(super) fn span(&self) -> [f64; 2] {
+    pub(in crate::estimate) fn span(&self) -> [f64; 2] {
         let fold = |f: fn(f64, f64) -> f64| self.all.iter().copied().fold(0.0, f);
         [fold(f64::min), fold(f64::max)]
     }
 
     /// The mean delay at a point (s).
-    pub(super) fn mean(&self, point: &Point) -> f64 {
+    pub(in crate::estimate) fn mean(&self, point: &Point) -> f64 {
         let sum: f64 = self.delays.iter().map(|index| point.values[*index][0]).sum();
         sum / self.delays.len().max(1) as f64
     }
 
     /// Puts an offset into the delays.
-    pub(super) fn delay(&self, point: &mut Point, offset: f64) {
+    pub(in crate::estimate) fn delay(&self, point: &mut Point, offset: f64) {
         self.delays.iter().for_each(|index| point.values[*index][0] += offset);
     }
 }
@@ -94,13 +94,13 @@ fn time_scale(spline: &Spline) -> Option<f64> {
 }
 
 /// Attitudes of rotations, and of angles, from which nothing else says where to start.
-pub(super) struct Attitudes {
+pub(in crate::estimate) struct Attitudes {
     /// For each start, which instances have which value; the first is as stated.
     all: Vec<Vec<(usize, [f64; 4])>>,
 }
 
 impl Attitudes {
-    pub(super) fn of(layout: &Layout) -> Self {
+    pub(in crate::estimate) fn of(layout: &Layout) -> Self {
         let mut all = vec![Vec::new()];
         for index in (0..layout.instances.len()).filter(|index| is_open(layout, *index)) {
             let one = &layout.instances[index];
@@ -131,11 +131,11 @@ impl Attitudes {
         Self { all }
     }
 
-    pub(super) fn count(&self) -> usize {
+    pub(in crate::estimate) fn count(&self) -> usize {
         self.all.len()
     }
 
-    pub(super) fn apply(&self, number: usize, point: &mut Point) {
+    pub(in crate::estimate) fn apply(&self, number: usize, point: &mut Point) {
         for (index, value) in &self.all[number] {
             point.values[*index] = *value;
         }
@@ -154,7 +154,7 @@ fn rotations() -> Vec<[f64; 4]> {
 }
 
 /// Scalars that may have the other sign: open, and no angles or delays.
-pub(super) fn scalars(layout: &Layout) -> Vec<usize> {
+pub(in crate::estimate) fn scalars(layout: &Layout) -> Vec<usize> {
     let may = |index: &usize| {
         let one = &layout.instances[*index];
         one.kind == Kind::Scalar

@@ -21,17 +21,17 @@ const REMAINING: f64 = 0.3;
 const MARGIN: f64 = 0.5;
 
 /// Some samples of a problem.
-pub(super) struct Thinned {
+pub(in crate::estimate) struct Thinned {
     problem: Problem,
     /// Readings of these samples.
     readings: usize,
     /// How many times more readings the problem has.
-    pub(super) times: f64,
+    pub(in crate::estimate) times: f64,
 }
 
 impl Thinned {
     /// About so many samples, evenly spread over all runs.
-    pub(super) fn of(problem: &Problem, most: usize) -> Self {
+    pub(in crate::estimate) fn of(problem: &Problem, most: usize) -> Self {
         let all: usize =
             problem.parts.iter().flat_map(|part| &part.runs).map(|r| r.record.len()).sum();
         let mut parts = problem.parts.clone();
@@ -50,7 +50,7 @@ impl Thinned {
 
     /// The samples taken later by an offset (s): those for which streams are there at all of some
     /// offsets. `None` where too few remain.
-    pub(super) fn late_by(&self, offset: f64, within: &[f64]) -> Option<Problem> {
+    pub(in crate::estimate) fn late_by(&self, offset: f64, within: &[f64]) -> Option<Problem> {
         let mut problem = self.problem.clone();
         for run in problem.parts.iter_mut().flat_map(|part| &mut part.runs) {
             run.record.edit(|samples| {
@@ -82,7 +82,7 @@ fn is_covered(samples: &Samples, at: usize, offsets: &[f64], margin: f64) -> boo
 }
 
 /// Leaves the samples out for which no stream is there at an offset; how many.
-pub(super) fn cut(problem: &mut Problem, offset: f64) -> usize {
+pub(in crate::estimate) fn cut(problem: &mut Problem, offset: f64) -> usize {
     let mut count = 0;
     for part in &mut problem.parts {
         let width = part.slots().iter().map(|slot| slot.columns().end).max().unwrap_or(0);
@@ -108,20 +108,20 @@ pub(super) fn cut(problem: &mut Problem, offset: f64) -> usize {
 }
 
 /// A fit from a start.
-pub(super) struct Tried {
+pub(in crate::estimate) struct Tried {
     /// By how much samples are later (s).
-    pub(super) offset: f64,
+    pub(in crate::estimate) offset: f64,
     /// Where it ended; delays count from the offset.
-    pub(super) point: Point,
+    pub(in crate::estimate) point: Point,
     /// Sum of squares there.
-    pub(super) chi_squared: f64,
+    pub(in crate::estimate) chi_squared: f64,
     /// The same over the degrees of freedom.
-    pub(super) variance_factor: f64,
+    pub(in crate::estimate) variance_factor: f64,
 }
 
 impl Tried {
     /// `None` where the model has no values.
-    pub(super) fn fit(
+    pub(in crate::estimate) fn fit(
         mut problem: Problem,
         start: Point,
         offset: f64,

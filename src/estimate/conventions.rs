@@ -1,0 +1,241 @@
+//! Whether a convention was mistaken, where the model fits badly: the order of a quaternion's
+//! components, an inverse pose, swapped columns, a mirrored axis, a sign, a unit, a turn by 90°.
+//!
+//! [`mistaken`] reads the logged numbers as each convention of the library has it, fits some of the
+//! samples from several attitudes, and names what fits far better. A fit is compared with one of the
+//! numbers as they stand, from as many starts; readings that a convention makes smaller are judged
+//! by their relative scatter. It does not change the problem: what to type is part of the answer.
+//!
+//! | file | answers |
+//! |---|---|
+//! | `channels` | which numbers are vectors, quaternions and poses |
+//! | `applied` | the numbers as a convention has them |
+
+use rayon::prelude::*;
+
+use crate::convention::Convention;
+use crate::engine::{Point, Problem};
+use crate::estimate::minima::better_start;
+use crate::estimate::minima::starts::Attitudes;
+use crate::estimate::minima::thinned::{Thinned, Tried};
+use crate::estimate::start::start;
+use crate::formula::Expression;
+use crate::formula::show::text;
+
+mod applied;
+mod channels;
+
+use applied::Suspected;
+use channels::Channels;
+
+/// Samples on which each convention is tried, and on which the best are compared.
+const SAMPLES: [usize; 2] = [160, 4_000];
+/// Iterations of each.
+const ITERATIONS: [usize; 3] = [6, 30, 60];
+/// A variance factor with which no convention is asked for.
+const GOOD: f64 = 4.0;
+/// How many times better a convention must fit: at all, and where it fits well then.
+const BETTER: [f64; 2] = [25.0, 4.0];
+/// Conventions that are compared on more samples, starts that are fitted further.
+const FURTHER: usize = 3;
+/// Conventions that fit so many times worse than the best are not compared.
+const HOPELESS: f64 = 30.0;
+/// Conventions that fit up to so many times worse than the best are told beside it.
+const ALIKE: f64 = 1.5;
+/// Mistaken conventions that are looked for, one on top of the other.
+const MOST: usize = 2;
+
+/// A convention that was mistaken, or several together.
+#[derive(Clone, Debug)]
+pub struct Mistaken {
+    /// What was mistaken for what, each with the numbers for which it was.
+    pub what: Vec<Instead>,
+    /// Others that fit about as well in place of the last: the readings do not tell them apart.
+    pub alike: Vec<Instead>,
+    /// What each number is, as a formula of the columns as they were read.
+    pub columns: Vec<(String, String)>,
+    /// Variance factors: as the numbers stand, and with all that was mistaken set right.
+    pub variance_factors: [f64; 2],
+    /// How many conventions were tried.
+    pub tried: usize,
+}
+
+/// A convention and the numbers to which it was applied.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Instead {
+    /// The convention's name.
+    pub name: String,
+    /// What is mistaken for what.
+    pub title: String,
+    /// The model's names of the numbers.
+    pub numbers: Vec<String>,
+}
+
+/// The conventions with which a problem fits far better; `None` where it fits well as it is, or none
+/// helps.
+pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistaken> {
+    let first = problem.parts.first()?;
+    let channels = Channels::of(&first.system.assembly.names);
+    // A convention belongs to files: several campaigns of one model are read alike.
+    let is_one_model = problem.parts.iter().all(|part| {
+        let names = |part: &crate::engine::Part| -> Vec<String> {
+            part.system.assembly.names.measurands.iter().map(|one| one.name.clone()).collect()
+        };
+        names(part) == names(first)
+    });
+    if !is_one_model {
+        return None;
+    }
+    let suspects: Vec<Suspected<'_>> = conventions
+        .iter()
+        .flat_map(|convention| {
+            let all = channels.for_convention(convention);
+            all.into_iter().map(move |channels| Suspected { convention, channels })
+        })
+        .collect();
+    let whole = Thinned::of(problem, SAMPLES[1]);
+    let problem = whole.late_by(0.0, &[])?;
+    let begin = start(&problem).0;
+    let mut stands = Looked::at(problem, &[begin], 0.0)?;
+    let own = stands.variance_factor;
+    let mut found: Option<Mistaken> = None;
+    let mut columns: Vec<(String, Expression)> = Vec::new();
+    for _ in 0..MOST {
+        if stands.variance_factor < GOOD {
+            break;
+        }
+        let Some(next) = next_of(&stands, &suspects) else { break };
+        let Next { suspect, looked, alike } = next;
+        columns = suspect.formulas(&columns);
+        let one = found.get_or_insert(Mistaken {
+            what: Vec::new(),
+            alike: Vec::new(),
+            columns: Vec::new(),
+            variance_factors: [own, own],
+            tried: suspects.len(),
+        });
+        one.what.push(named(suspect));
+        one.alike = alike.into_iter().map(named).collect();
+        one.variance_factors[1] = looked.variance_factor;
+        stands = looked;
+    }
+    let mut found = found?;
+    let shown = columns.into_iter().map(|(name, formula)| (text(&formula), name));
+    found.columns = shown.filter(|(formula, name)| formula != name).map(|(f, n)| (n, f)).collect();
+    Some(found)
+}
+
+fn named(suspect: &Suspected<'_>) -> Instead {
+    Instead {
+        name: suspect.convention.name.clone(),
+        title: suspect.convention.title.clone(),
+        numbers: suspect.channels.iter().map(|one| one.name.clone()).collect(),
+    }
+}
+
+/// Some samples, and how well they fit.
+struct Looked {
+    problem: Problem,
+    variance_factor: f64,
+    /// Its logarithm, relative to how far readings were stretched.
+    score: f64,
+}
+
+impl Looked {
+    /// The best fit from these starts; `stretch` is by how much a sample's readings were stretched.
+    fn at(problem: Problem, starts: &[Point], stretch: f64) -> Option<Self> {
+        let fits = starts
+            .iter()
+            .filter_map(|start| Tried::fit(problem.clone(), start.clone(), 0.0, ITERATIONS[2]));
+        let own = fits.map(|fit| fit.variance_factor).min_by(f64::total_cmp)?;
+        // Clocks that were looked for with the numbers misread may be far apart, too.
+        let found = match own > GOOD {
+            true => better_start(&problem).map(|(_, found)| found.variance_factors[1]),
+            false => None,
+        };
+        let variance_factor = found.map_or(own, |found| found.min(own));
+        let score = variance_factor.ln() - stretch_of_each(&problem, stretch);
+        Some(Self { problem, variance_factor, score })
+    }
+}
+
+/// The part of a stretch of each sample that falls to one reading, doubled: a variance goes with the
+/// square.
+fn stretch_of_each(problem: &Problem, stretch: f64) -> f64 {
+    let samples: usize =
+        problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum();
+    2.0 * stretch * samples as f64 / problem.reading_count().max(1) as f64
+}
+
+struct Next<'s, 'c> {
+    suspect: &'s Suspected<'c>,
+    looked: Looked,
+    alike: Vec<&'s Suspected<'c>>,
+}
+
+/// The convention that fits best of all, if that is far better than how it stands.
+fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspected<'c>]) -> Option<Next<'s, 'c>> {
+    let few = Thinned::of(&stands.problem, SAMPLES[0]);
+    let control = Quick::of(&few, None)?.score;
+    let mut tried: Vec<(Quick, &Suspected<'_>)> = suspects
+        .par_iter()
+        .filter_map(|suspect| Some((Quick::of(&few, Some(suspect))?, suspect)))
+        .filter(|(quick, _)| quick.score < control - BETTER[1].ln())
+        .collect();
+    tried.sort_by(|a, b| a.0.score.total_cmp(&b.0.score));
+    let best = tried.first()?.0.score;
+    let mut compared: Vec<(Looked, &Suspected<'_>)> = tried
+        .into_iter()
+        .take_while(|(quick, _)| quick.score < best + HOPELESS.ln())
+        .take(FURTHER)
+        .filter_map(|(quick, suspect)| {
+            let problem = suspect.applied(&stands.problem)?;
+            Some((Looked::at(problem, &[quick.point], suspect.stretch())?, suspect))
+        })
+        .filter(|(looked, _)| {
+            let times = (stands.score - looked.score).exp();
+            times > BETTER[0] || (times > BETTER[1] && looked.variance_factor < GOOD)
+        })
+        .collect();
+    compared.sort_by(|a, b| a.0.score.total_cmp(&b.0.score));
+    let mut compared = compared.into_iter();
+    let (looked, suspect) = compared.next()?;
+    let alike = compared.filter(|(other, _)| other.score < looked.score + ALIKE.ln());
+    let alike = alike.map(|(_, suspect)| suspect).collect();
+    Some(Next { suspect, looked, alike })
+}
+
+/// A convention on few samples, from several attitudes.
+struct Quick {
+    /// Logarithm of the variance factor, relative to how far readings were stretched.
+    score: f64,
+    point: Point,
+}
+
+impl Quick {
+    /// `None` where the model has no values.
+    fn of(few: &Thinned, suspect: Option<&Suspected<'_>>) -> Option<Self> {
+        let stands = few.late_by(0.0, &[])?;
+        let stretch = suspect.map_or(0.0, Suspected::stretch);
+        let problem = match suspect {
+            Some(suspect) => suspect.applied(&stands)?,
+            None => stands,
+        };
+        let attitudes = Attitudes::of(&problem.layout);
+        let begin = start(&problem).0;
+        let fit = |point: Point, iterations| Tried::fit(problem.clone(), point, 0.0, iterations);
+        let mut all: Vec<Tried> = (0..attitudes.count())
+            .filter_map(|attitude| {
+                let mut point = begin.clone();
+                attitudes.apply(attitude, &mut point);
+                fit(point, ITERATIONS[0])
+            })
+            .collect();
+        all.sort_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor));
+        let further =
+            all.iter().take(FURTHER).filter_map(|one| fit(one.point.clone(), ITERATIONS[1]));
+        let best = further.min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
+        let score = best.variance_factor.ln() - stretch_of_each(&problem, stretch);
+        Some(Self { score, point: best.point })
+    }
+}

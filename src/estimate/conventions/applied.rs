@@ -1,0 +1,223 @@
+//! Logged numbers as they are if a convention was mistaken.
+
+use std::sync::Arc;
+
+use crate::campaign::Samples;
+use crate::campaign::signal::Track;
+use crate::campaign::spline::Spline;
+use crate::convention::Convention;
+use crate::engine::Problem;
+use crate::estimate::conventions::channels::{Channel, Source};
+use crate::formula::{Expression, ExpressionKind};
+
+/// How far a formula may be off a linear one.
+const LINEAR: f64 = 1e-9;
+
+/// A convention that may have been mistaken for some numbers.
+#[derive(Clone, Debug)]
+pub(super) struct Suspected<'c> {
+    pub(super) convention: &'c Convention,
+    pub(super) channels: Vec<Channel>,
+}
+
+impl Suspected<'_> {
+    /// The numbers, of those as they were read.
+    fn values(&self, read: &[f64]) -> Vec<f64> {
+        let names = self.convention.form.components();
+        let of = |name: &str| Some(read[names.iter().position(|one| *one == name)?]);
+        let formulas = self.convention.formulas.iter();
+        formulas.map(|formula| formula.root.value(&of).unwrap_or(f64::NAN)).collect()
+    }
+
+    /// Constants and factors, where the formulas are linear: a row of factors for each number.
+    fn linear(&self) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+        let count = self.channels.len();
+        let constants = self.values(&vec![0.0; count]);
+        let unit =
+            |at: usize| (0..count).map(|one| f64::from(u8::from(one == at))).collect::<Vec<_>>();
+        let columns: Vec<Vec<f64>> = (0..count).map(|at| self.values(&unit(at))).collect();
+        let factors: Vec<Vec<f64>> = (0..count)
+            .map(|row| columns.iter().map(|column| column[row] - constants[row]).collect())
+            .collect();
+        let probe: Vec<f64> = (0..count).map(|at| 0.37 + 0.81 * at as f64).collect();
+        let is_linear = self.values(&probe).iter().zip(&constants).zip(&factors).all(
+            |((value, constant), row)| {
+                let sum: f64 = row.iter().zip(&probe).map(|(factor, value)| factor * value).sum();
+                (value - constant - sum).abs() <= LINEAR * (1.0 + value.abs())
+            },
+        );
+        is_linear.then_some((constants, factors))
+    }
+
+    /// Logarithm of the factor by which the readings of one sample are stretched: what is made
+    /// smaller scatters less, and says no more by that.
+    pub(super) fn stretch(&self) -> f64 {
+        let is_read = self.channels.iter().all(|one| matches!(one.source, Source::Reading(_)));
+        let Some((_, factors)) = self.linear().filter(|_| is_read) else { return 0.0 };
+        let size = |row: &Vec<f64>| row.iter().map(|factor| factor * factor).sum::<f64>().sqrt();
+        factors.iter().map(|row| size(row).ln()).sum()
+    }
+
+    /// The problem with these numbers changed; `None` where that cannot be done.
+    pub(super) fn applied(&self, problem: &Problem) -> Option<Problem> {
+        let mut problem = problem.clone();
+        let mut is_possible = true;
+        for run in problem.parts.iter_mut().flat_map(|part| &mut part.runs) {
+            run.record.edit(|samples| is_possible &= self.change(samples).is_some());
+        }
+        is_possible.then_some(problem)
+    }
+
+    fn change(&self, samples: &mut Samples) -> Option<()> {
+        let columns: Vec<usize> = self
+            .channels
+            .iter()
+            .filter_map(|one| match one.source {
+                Source::Reading(column) => Some(column),
+                Source::Input(_) => None,
+            })
+            .collect();
+        if columns.is_empty() {
+            return self.change_inputs(samples);
+        }
+        for sample in 0..samples.len() {
+            let read: Vec<f64> =
+                columns.iter().map(|column| samples.readings[*column][sample]).collect();
+            for (column, value) in columns.iter().zip(self.values(&read)) {
+                samples.readings[*column][sample] = value;
+            }
+        }
+        Some(())
+    }
+
+    fn change_inputs(&self, samples: &mut Samples) -> Option<()> {
+        let inputs: Vec<usize> = self
+            .channels
+            .iter()
+            .filter_map(|one| match one.source {
+                Source::Input(index) => Some(index),
+                Source::Reading(_) => None,
+            })
+            .collect();
+        let tracks: Vec<Track> =
+            inputs.iter().map(|index| samples.inputs[*index].clone()).collect();
+        let linear = self.linear();
+        let changed: Vec<Track> = match &tracks[0] {
+            Track::Absent => return None,
+            Track::Constant(_) => {
+                let read = tracks.iter().map(|track| match track {
+                    Track::Constant(value) => Some(*value),
+                    _ => None,
+                });
+                let read: Vec<f64> = read.collect::<Option<_>>()?;
+                self.values(&read).into_iter().map(Track::Constant).collect()
+            }
+            Track::Captured { .. } => self.captured(&tracks, linear.as_ref())?,
+            Track::Logged(_) => self.logged(&tracks, linear.as_ref())?,
+        };
+        for (index, track) in inputs.into_iter().zip(changed) {
+            samples.inputs[index] = track;
+        }
+        Some(())
+    }
+
+    fn captured(
+        &self,
+        tracks: &[Track],
+        linear: Option<&(Vec<f64>, Vec<Vec<f64>>)>,
+    ) -> Option<Vec<Track>> {
+        let mut parts = Vec::new();
+        for track in tracks {
+            let Track::Captured { value, rate, acceleration } = track else { return None };
+            parts.push((value, rate.as_ref(), acceleration.as_ref()));
+        }
+        let moves = parts.iter().any(|(_, rate, _)| rate.is_some());
+        let factors = match linear {
+            Some((_, factors)) => factors,
+            None if moves => return None,
+            None => &Vec::new(),
+        };
+        let count = parts[0].0.len();
+        let mut values = vec![Vec::with_capacity(count); tracks.len()];
+        for sample in 0..count {
+            let read: Vec<f64> = parts.iter().map(|(value, ..)| value[sample]).collect();
+            values
+                .iter_mut()
+                .zip(self.values(&read))
+                .for_each(|(column, value)| column.push(value));
+        }
+        // Rates follow the factors alone.
+        let derived = |of: &dyn Fn(usize) -> Option<Vec<f64>>, row: &[f64]| {
+            let columns: Option<Vec<Vec<f64>>> = (0..parts.len()).map(of).collect();
+            let columns = columns?;
+            let sum = |sample: usize| {
+                row.iter()
+                    .zip(&columns)
+                    .map(|(factor, column)| factor * column[sample])
+                    .sum::<f64>()
+            };
+            Some((0..count).map(sum).collect::<Vec<f64>>())
+        };
+        let tracks = values.into_iter().enumerate().map(|(at, value)| Track::Captured {
+            value,
+            rate: factors.get(at).and_then(|row| derived(&|one| parts[one].1.cloned(), row)),
+            acceleration: factors
+                .get(at)
+                .and_then(|row| derived(&|one| parts[one].2.cloned(), row)),
+        });
+        Some(tracks.collect())
+    }
+
+    fn logged(
+        &self,
+        tracks: &[Track],
+        linear: Option<&(Vec<f64>, Vec<Vec<f64>>)>,
+    ) -> Option<Vec<Track>> {
+        let splines = tracks.iter().map(|track| match track {
+            Track::Logged(spline) => Some(spline.as_ref()),
+            _ => None,
+        });
+        let splines: Vec<&Spline> = splines.collect::<Option<_>>()?;
+        if let Some((constants, factors)) = linear {
+            let sums = constants.iter().zip(factors).map(|(constant, row)| {
+                let terms: Vec<(f64, &Spline)> =
+                    row.iter().copied().zip(splines.iter().copied()).collect();
+                Some(Track::Logged(Arc::new(Spline::sum(*constant, &terms)?)))
+            });
+            return sums.collect();
+        }
+        let rows: Vec<Vec<f64>> = splines[0]
+            .moments()
+            .map(|moment| {
+                let read: Vec<f64> = splines.iter().map(|one| one.at(moment, 0.0, 0)).collect();
+                self.values(&read)
+            })
+            .collect();
+        let column = |at: usize| {
+            let values: Vec<f64> = rows.iter().map(|row| row[at]).collect();
+            Some(Track::Logged(Arc::new(splines[0].through(&values)?)))
+        };
+        (0..tracks.len()).map(column).collect()
+    }
+
+    /// What each changed number is, as a formula of the columns as they were read, over what was
+    /// changed before.
+    pub(super) fn formulas(&self, before: &[(String, Expression)]) -> Vec<(String, Expression)> {
+        let names = self.convention.form.components();
+        let of = |component: &str| {
+            let at = names.iter().position(|one| *one == component)?;
+            let name = &self.channels[at].name;
+            let known =
+                before.iter().find(|(own, _)| own == name).map(|(_, formula)| formula.clone());
+            let span = self.convention.formulas[0].root.span;
+            Some(known.unwrap_or(Expression { kind: ExpressionKind::Name(name.clone()), span }))
+        };
+        let changed =
+            self.channels.iter().zip(&self.convention.formulas).map(|(channel, formula)| {
+                (channel.name.clone(), crate::formula::isolate::replaced(&formula.root, &of))
+            });
+        let changed: Vec<(String, Expression)> = changed.collect();
+        let others = before.iter().filter(|(name, _)| changed.iter().all(|(own, _)| own != name));
+        others.cloned().chain(changed.iter().cloned()).collect()
+    }
+}

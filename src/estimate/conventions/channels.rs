@@ -1,0 +1,138 @@
+//! Which logged numbers of a model are single numbers, vectors, quaternions and poses.
+
+use crate::convention::{Convention, Form};
+use crate::formula::{Expression, ExpressionKind, Formula, Function};
+use crate::graph::{MeasurandKind, Names};
+use crate::units::{Dimension, Unit};
+
+/// Most pairs of numbers that are asked whether they have changed places.
+const MOST_PAIRS: usize = 40;
+
+/// A column of readings, or an input.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Source {
+    /// Column of the readings.
+    Reading(usize),
+    /// Index of the input.
+    Input(usize),
+}
+
+/// A logged number.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Channel {
+    /// What the model calls it.
+    pub(super) name: String,
+    pub(super) source: Source,
+    pub(super) unit: Unit,
+}
+
+/// The logged numbers of a model, by what they make together.
+pub(super) struct Channels {
+    numbers: Vec<Channel>,
+    vectors: Vec<Vec<Channel>>,
+    quaternions: Vec<Vec<Channel>>,
+}
+
+impl Channels {
+    pub(super) fn of(names: &Names) -> Self {
+        let (mut all, mut quaternions) = (Vec::new(), Vec::new());
+        let mut column = 0;
+        for measurand in &names.measurands {
+            let mut read = |name: String| {
+                column += 1;
+                let source = Source::Reading(column - 1);
+                Channel { name, source, unit: measurand.unit.clone() }
+            };
+            match measurand.kind {
+                MeasurandKind::Rotation => quaternions.push(
+                    ["w", "x", "y", "z"]
+                        .map(|one| read(format!("{}_{one}", measurand.name)))
+                        .to_vec(),
+                ),
+                _ => all.push(read(measurand.name.clone())),
+            }
+        }
+        all.extend(names.inputs.iter().enumerate().map(|(index, input)| Channel {
+            name: input.name.clone(),
+            source: Source::Input(index),
+            unit: input.unit.clone(),
+        }));
+        let mut vectors: Vec<Vec<Channel>> = Vec::new();
+        let together = |parts: &[Expression], into: &mut Vec<Vec<Channel>>| {
+            let of = |part: &Expression| {
+                let ExpressionKind::Name(name) = &part.kind else { return None };
+                all.iter().find(|one| one.name == *name).cloned()
+            };
+            let found: Option<Vec<Channel>> = parts.iter().map(of).collect();
+            let Some(found) = found.filter(|found| is_alike(found) && !into.contains(found)) else {
+                return;
+            };
+            into.push(found);
+        };
+        for formula in formulas(names) {
+            formula.root.visit(&mut |one| match &one.kind {
+                ExpressionKind::Vector(parts) => together(&parts[..], &mut vectors),
+                ExpressionKind::Call(Function::Quaternion, parts) => {
+                    together(parts, &mut quaternions);
+                }
+                _ => {}
+            });
+        }
+        let taken =
+            |one: &Channel| vectors.iter().chain(&quaternions).flatten().any(|own| own == one);
+        let numbers = all.iter().filter(|one| !taken(one)).cloned().collect();
+        Self { numbers, vectors, quaternions }
+    }
+
+    /// The numbers to which a convention may apply, together.
+    pub(super) fn for_convention(&self, convention: &Convention) -> Vec<Vec<Channel>> {
+        let fits = |one: &Channel| {
+            convention.unit.as_ref().is_none_or(|unit| unit.dimension == one.unit.dimension)
+        };
+        let mut all: Vec<Vec<Channel>> = match convention.form {
+            Form::Number => self.numbers.iter().map(|one| vec![one.clone()]).collect(),
+            Form::Pair => pairs(&self.numbers),
+            Form::Vector => self.vectors.clone(),
+            Form::Quaternion => self.quaternions.clone(),
+            Form::Pose => {
+                let poses = self.vectors.iter().flat_map(|position| {
+                    let own = self
+                        .quaternions
+                        .iter()
+                        .filter(|attitude| is_reading(&position[0]) == is_reading(&attitude[0]));
+                    own.map(|attitude| [position.as_slice(), attitude].concat())
+                });
+                poses.collect()
+            }
+        };
+        all.retain(|channels| channels.iter().all(fits));
+        all
+    }
+}
+
+fn formulas(names: &Names) -> impl Iterator<Item = &Formula> {
+    let measurands = names.measurands.iter().map(|one| &one.formula);
+    let measured = names.coordinates.iter().flat_map(|one| [&one.measured, &one.from]);
+    names.quantities.values().chain(measurands).chain(measured)
+}
+
+fn is_reading(one: &Channel) -> bool {
+    matches!(one.source, Source::Reading(_))
+}
+
+/// Whether numbers may belong together: all read or all inputs, of one dimension.
+fn is_alike(all: &[Channel]) -> bool {
+    let dimension = |one: &Channel| -> Dimension { one.unit.dimension };
+    all.windows(2).all(|two| {
+        is_reading(&two[0]) == is_reading(&two[1]) && dimension(&two[0]) == dimension(&two[1])
+    })
+}
+
+fn pairs(numbers: &[Channel]) -> Vec<Vec<Channel>> {
+    let later = |at: usize| numbers[at + 1..].iter();
+    let all = numbers
+        .iter()
+        .enumerate()
+        .flat_map(|(at, first)| later(at).map(move |second| vec![first.clone(), second.clone()]));
+    all.filter(|two| is_alike(two)).take(MOST_PAIRS).collect()
+}

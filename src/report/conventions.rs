@@ -1,0 +1,54 @@
+//! Conventions that were mistaken.
+
+use serde_json::{Value, json};
+
+use crate::estimate::conventions::{Instead, Mistaken};
+use crate::units::decimal;
+
+/// A paragraph; empty if none was mistaken.
+pub fn text(found: Option<&Mistaken>) -> String {
+    let Some(found) = found else { return String::new() };
+    let [before, after] = found.variance_factors.map(|factor| decimal(factor, 2));
+    let what = if found.what.len() == 1 { "A convention" } else { "Conventions" };
+    let mut text = format!(
+        "\n{what} may have been mistaken; set right, the variance factor falls from {before} to {after} ({} conventions tried):\n",
+        found.tried
+    );
+    for one in &found.what {
+        text.push_str(&format!("  {}\n", line(one)));
+    }
+    for one in &found.alike {
+        text.push_str(&format!("  or, about as well: {}\n", line(one)));
+    }
+    let columns: Vec<String> =
+        found.columns.iter().map(|(name, formula)| format!("{name} = \"{formula}\"")).collect();
+    text.push_str(&format!(
+        "To use it, write in [[runs]]: columns = {{ {} }}\n",
+        columns.join(", ")
+    ));
+    text
+}
+
+fn line(one: &Instead) -> String {
+    format!("{}: {} (`{}`)", one.numbers.join(", "), one.title, one.name)
+}
+
+/// The same for programs: null if none was mistaken.
+pub fn json(found: Option<&Mistaken>) -> Value {
+    let each = |all: &[Instead]| -> Value {
+        let one = |one: &Instead| json!({ "convention": one.name, "title": one.title, "of": one.numbers });
+        all.iter().map(one).collect()
+    };
+    let whole = found.map(|found| {
+        let columns: serde_json::Map<String, Value> =
+            found.columns.iter().map(|(name, formula)| (name.clone(), json!(formula))).collect();
+        json!({
+            "mistaken": each(&found.what),
+            "alike": each(&found.alike),
+            "columns": columns,
+            "variance_factors": found.variance_factors,
+            "tried": found.tried,
+        })
+    });
+    json!({ "conventions": whole })
+}

@@ -1,0 +1,126 @@
+//! Conventions that were mistaken in logs of known motion are named, with what to type; where the
+//! model itself is wrong none is.
+
+use homepoint::engine::open::{Request, open};
+use homepoint::estimate::conventions::{Mistaken, mistaken};
+use homepoint::library::conventions;
+
+use crate::folder::Folder;
+use crate::problems::camera::Camera;
+
+/// Gives the columns of a table other heads.
+fn renamed(folder: &Folder, table: &str, heads: &[(&str, &str)]) {
+    let path = folder.join(table);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let (head, rows) = text.split_once('\n').unwrap();
+    let own = |name: &str| {
+        let bare = name.split(' ').next().unwrap();
+        let other = heads.iter().find(|(from, _)| *from == bare);
+        other.map_or(name.to_owned(), |(from, to)| name.replace(from, to))
+    };
+    let head: Vec<String> = head.split(',').map(own).collect();
+    std::fs::write(path, format!("{}\n{rows}", head.join(","))).unwrap();
+}
+
+/// Changes the numbers of a column.
+fn changed(folder: &Folder, table: &str, column: &str, mut change: impl FnMut(f64) -> f64) {
+    let path = folder.join(table);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let (head, rows) = text.split_once('\n').unwrap();
+    let at = head.split(',').position(|name| name.split(' ').next() == Some(column)).unwrap();
+    let mut all = format!("{head}\n");
+    for row in rows.lines() {
+        let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
+        cells[at] = change(cells[at].parse().unwrap()).to_string();
+        all.push_str(&format!("{}\n", cells.join(",")));
+    }
+    std::fs::write(path, all).unwrap();
+}
+
+fn found(folder: &Folder) -> Option<Mistaken> {
+    let opened = open(&Request::new([&**folder])).unwrap();
+    mistaken(&opened.problem, &conventions([]).unwrap())
+}
+
+fn names(found: &Mistaken) -> Vec<&str> {
+    found.what.iter().chain(&found.alike).map(|one| one.name.as_str()).collect()
+}
+
+#[test]
+fn right_logs_have_no_convention_mistaken() {
+    assert!(found(&Camera::default().stops(24, 3)).is_none());
+}
+
+#[test]
+fn the_order_of_components_is_named_for_the_readings_and_for_the_rig() {
+    let folder = Camera::default().stops(24, 3);
+    let last = ["w", "x", "y", "z"];
+    let heads: Vec<(String, String)> = (0..4)
+        .map(|at| {
+            (format!("attitude_{}", ["x", "y", "z", "w"][at]), format!("attitude_{}", last[at]))
+        })
+        .collect();
+    let heads: Vec<(&str, &str)> = heads.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+    renamed(&folder, "stops.csv", &heads);
+    let one = found(&folder).unwrap();
+    assert!(names(&one).contains(&"quaternion_scalar_last"), "{one:?}");
+    assert!(one.variance_factors[1] < 2.0, "{one:?}");
+    let columns = &one.columns;
+    assert!(columns.contains(&("attitude_w".to_owned(), "attitude_z".to_owned())), "{columns:?}");
+}
+
+#[test]
+fn a_mirrored_axis_and_swapped_columns_are_named() {
+    let folder = Camera::default().stops(24, 3);
+    changed(&folder, "stops.csv", "y", |value| -value);
+    let one = found(&folder).unwrap();
+    assert!(names(&one).contains(&"mirrored_y"), "{one:?}");
+    let folder = Camera::default().stops(24, 3);
+    renamed(&folder, "stops.csv", &[("x", "z"), ("z", "x")]);
+    let one = found(&folder).unwrap();
+    assert!(names(&one).contains(&"swapped_x_z"), "{one:?}");
+}
+
+#[test]
+fn an_inverse_pose_of_the_hand_is_named() {
+    let folder = Camera::default().stops(24, 3);
+    for column in ["hand_qx", "hand_qy", "hand_qz"] {
+        changed(&folder, "stops.csv", column, |value| -value);
+    }
+    let one = found(&folder).unwrap();
+    assert!(names(&one).contains(&"quaternion_inverse"), "{one:?}");
+    assert_eq!(one.what[0].numbers, ["hand_qw", "hand_qx", "hand_qy", "hand_qz"]);
+}
+
+/// Streams are changed as curves: linear formulas keep their rates.
+#[test]
+fn a_moving_hand_with_an_inverse_pose_is_named() {
+    let camera = Camera::default();
+    let folder = camera.campaign("", &camera.hand_poses(), &camera.camera_poses(4));
+    assert!(found(&folder).is_none());
+    for column in ["hand_qx", "hand_qy", "hand_qz"] {
+        changed(&folder, "hand.csv", column, |value| -value);
+    }
+    let one = found(&folder).unwrap();
+    assert!(names(&one).contains(&"quaternion_inverse"), "{one:?}");
+    assert!(one.variance_factors[1] < 2.0, "{one:?}");
+}
+
+/// A model that lacks an effect fits badly, too: that is no convention.
+#[test]
+fn a_bad_model_has_no_convention_mistaken() {
+    let folder = Camera::default().stops(40, 3);
+    let mut stop = 0.0;
+    changed(&folder, "stops.csv", "z", |value| {
+        stop += 1.0;
+        value + 0.05 * f64::sin(0.7 * stop)
+    });
+    assert!(found(&folder).is_none(), "{:?}", found(&folder));
+}
+
+#[test]
+fn every_convention_of_the_library_is_read() {
+    let all = conventions([]).unwrap();
+    assert!(all.len() > 30);
+    assert!(all.iter().all(|one| one.formulas.len() == one.form.components().len()));
+}
