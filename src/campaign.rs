@@ -8,8 +8,10 @@
 //! | [`plan`] | how a run will be measured |
 //! | [`timing`] | when a reading was asked for: captures made into reference times |
 //! | [`declared`], [`mod@file`] | inputs, measurands, runs as declared; what campaign.toml says, with the place of everything |
-//! | `origin` | where a table's cells are from, for messages |
-//! | `lines`, [`header`], `row` | a file's lines; what its columns are; a line of it as numbers |
+//! | `origin`, `described` | where a table's cells are from, for messages; what they say of a table |
+//! | `lines`, [`dialect`], [`form`], `recognise` | a file's lines; how they fall into cells and numbers; what is stated of it; what is recognised |
+//! | [`header`], `row`, `repeats` | what a file's columns are; a line of it as numbers; what is wrong with rows, each cause once |
+//! | `words`, `table_entry` | what a campaign calls columns; how it names a file |
 //! | `order`, `sorted`, `reordered` | in which order rows are whose time goes back; a file read anew and sorted; its rows |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `points`, `smoothing`, [`spline`] | a stream gathered into knots; how much to smooth it; the curve |
@@ -26,6 +28,7 @@
 //! | `loader` | what the readers of runs share |
 //! | `certificate`, `readings`, `logged` | an input's certificate; the readings of a run; a logged stream made into a signal |
 //! | `attitude` | streams that are the components of one quaternion made continuous |
+//! | `expected` | which columns the files of a run may have |
 //! | `measured`, `planned` | one measured run; one planned run |
 //! | `overlap` | runs of one setup that seem to be recorded at the same time |
 //! | [`load`] | a campaign file read against its model |
@@ -40,7 +43,11 @@ mod captured;
 mod certificate;
 mod columns;
 pub mod declared;
+mod described;
+pub mod dialect;
+mod expected;
 pub mod file;
+pub mod form;
 pub mod header;
 pub(crate) mod lines;
 pub mod load;
@@ -59,9 +66,11 @@ pub mod plan;
 mod planned;
 mod points;
 mod readings;
+mod recognise;
 pub mod record;
 pub mod recorder;
 mod reordered;
+mod repeats;
 mod row;
 pub mod run;
 pub mod samples;
@@ -75,8 +84,10 @@ mod spilled;
 pub mod spline;
 pub mod statement;
 pub mod table;
+mod table_entry;
 pub mod timing;
 pub mod whole;
+mod words;
 pub mod write;
 pub mod write_run;
 

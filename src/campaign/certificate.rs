@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use crate::campaign::calibration::Corrections;
-use crate::campaign::header::Wanted;
+use crate::campaign::form::Form;
+use crate::campaign::header::{Stated, Wanted};
 use crate::campaign::loader::Loader;
 use crate::campaign::statement::{self, Spread};
 use crate::diagnostic::Diagnostic;
@@ -45,9 +46,13 @@ impl Loader<'_> {
         let text = self.reader.text(item, "corrections = \"encoder.csv\"")?;
         let place = self.reader.place(item.span);
         let name = Named { text, span: item.span, place };
-        let want =
-            |name: &str| Wanted { name: name.to_owned(), header: None, unit: input.unit.clone() };
-        let mut table = self.table(&name, &[want(&input.name), want(CORRECTION)])?;
+        let want = |name: &str| Wanted {
+            name: name.to_owned(),
+            stated: Stated::default(),
+            unit: input.unit.clone(),
+        };
+        let wanted = [want(&input.name), want(CORRECTION)];
+        let mut table = self.table(&name, &Form::default(), &wanted)?;
         self.whole(&name, &mut table, MOST_CORRECTIONS)?;
         let (Some(at), Some(by)) = (table.column(&input.name), table.column(CORRECTION)) else {
             let message = format!("`{}` lacks a column", name.text);

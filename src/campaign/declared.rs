@@ -1,5 +1,7 @@
 //! What campaign.toml declares of inputs, measurands and runs, before any model is known.
 
+use crate::campaign::form::Form;
+use crate::campaign::header::Choice;
 use crate::campaign::plan::Leg;
 use crate::campaign::run::Role;
 use crate::campaign::timing::RunTiming;
@@ -41,11 +43,24 @@ pub struct ColumnWord {
     /// The model's name.
     pub name: Named,
     /// As written: `tool_x [m]`.
-    pub written: String,
-    /// Name in the file.
-    pub header: String,
+    pub written: serde_json::Value,
+    /// The column of the file, if it says which.
+    pub column: Option<Choice>,
     /// Unit, if it says one.
     pub unit: Option<Unit>,
+}
+
+/// A file of a run.
+#[derive(Clone, Debug)]
+pub struct TableEntry {
+    /// Its name.
+    pub name: Named,
+    /// What is stated of its form.
+    pub form: Form,
+    /// What it calls inputs and measurands, over what the run says.
+    pub columns: Vec<ColumnWord>,
+    /// What is stated of it beside its name, as written.
+    pub written: serde_json::Map<String, serde_json::Value>,
 }
 
 /// One `[[runs]]` entry.
@@ -58,9 +73,9 @@ pub struct RunEntry {
     /// What it is for.
     pub role: Role,
     /// Its data file.
-    pub data: Option<Named>,
+    pub data: Option<TableEntry>,
     /// Its streams.
-    pub signals: Vec<Named>,
+    pub signals: Vec<TableEntry>,
     /// What files call inputs and measurands.
     pub columns: Vec<ColumnWord>,
     /// Constants of the run.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use indexmap::{IndexMap, IndexSet};
 
-use crate::campaign::declared::{ColumnWord, InputOverride, MeasurandOverride, RunEntry};
+use crate::campaign::declared::{InputOverride, MeasurandOverride, RunEntry};
 use crate::campaign::output;
 use crate::campaign::overrides;
 use crate::campaign::plan;
@@ -15,7 +15,7 @@ use crate::campaign::run::Role;
 use crate::campaign::specification::Specification;
 use crate::campaign::statement;
 use crate::campaign::timing::{self, Timing};
-use crate::campaign::{header, lines};
+use crate::campaign::{lines, table_entry, words};
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
 use crate::document::entries::{Entry, Item, Named, Reader, Value, get};
 use crate::document::files::{Files, Input, reason};
@@ -305,12 +305,10 @@ fn run(reader: &mut Reader, item: &Item) -> Option<RunEntry> {
             Role::Kinematic
         }
     };
-    let signals = get(entries, "signals").map(|item| {
-        let texts = reader.texts(item, "signals = [\"joints.csv\"]");
-        texts.into_iter().map(|(text, span)| place(reader, text, span)).collect::<Vec<_>>()
-    });
+    let signals = get(entries, "signals").map(|item| table_entry::list(reader, item));
     let plan = get(entries, "plan").map(|item| plan::read(reader, item));
-    let data = get(entries, "data").and_then(|item| named(reader, item));
+    let data = get(entries, "data")
+        .and_then(|item| table_entry::read(reader, item, "data = \"slow.csv\""));
     match (get(entries, "data"), get(entries, "plan")) {
         (None, None) => {
             let message = format!("run `{}` has neither data nor a plan", name.text);
@@ -333,7 +331,7 @@ fn run(reader: &mut Reader, item: &Item) -> Option<RunEntry> {
         reader.fault(item.span, "a planned run has no captures yet", "leave `captures` out");
     }
     let setup = get(entries, "setup").and_then(|item| reader.text(item, "setup = \"A\""));
-    let columns = get(entries, "columns").map(|item| columns(reader, item));
+    let columns = get(entries, "columns").map(|item| words::read(reader, item));
     let inputs = get(entries, "inputs").map(|item| {
         let entries = reader.table(item, "inputs = { temperature = \"20.1 degC\" }");
         let read = |entry: &Entry| Some((key(reader, entry), reader.quantity(&entry.item)?));
@@ -356,33 +354,4 @@ fn run(reader: &mut Reader, item: &Item) -> Option<RunEntry> {
 fn run_timing(item: &Item) -> Option<&Item> {
     let Value::Table(entries) = &item.value else { return None };
     get(entries, "timing")
-}
-
-fn columns(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
-    let mut found: Vec<ColumnWord> = Vec::new();
-    for entry in reader.table(item, "columns = { hand_x = \"tool_x [m]\" }") {
-        let Some(written) = reader.text(&entry.item, "hand_x = \"tool_x [m]\"") else {
-            continue;
-        };
-        let (header, unit) = header::split(written.trim());
-        let unit = match unit.map(|(unit, _)| Unit::parse(unit)).transpose() {
-            Ok(unit) => unit,
-            Err(error) => {
-                reader.fault(entry.item.span, error.message, error.help.unwrap_or_default());
-                continue;
-            }
-        };
-        let (header, name) = (header.to_owned(), key(reader, entry));
-        if let Some(other) = found.iter().find(|other| other.header == header) {
-            let message = format!(
-                "`{}` and `{}` name the same column, `{header}`",
-                other.name.text, name.text
-            );
-            let help = "a column is one input or one measurand: keep the entry that it is";
-            reader.fault(entry.span, message, help);
-            continue;
-        }
-        found.push(ColumnWord { name, written, header, unit });
-    }
-    found
 }

@@ -1,21 +1,41 @@
-//! The header of a table: `name [unit]`, a column each, and how a line falls into cells.
+//! The header of a table: which of its columns are wanted, and in which units they are.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 
+use crate::campaign::dialect::names;
 use crate::campaign::origin::Origin;
+use crate::campaign::recognise::Layout;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::units::Unit;
 
 /// The column that must be there in every row and must not run backwards.
 pub const TIME: &str = "time";
 
+/// A column of a file, as a campaign names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// By its name; in a file without a header digits mean its number.
+    Name(String),
+    /// By its number, from 1.
+    Number(usize),
+}
+
+/// What a campaign states of a wanted column.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stated {
+    /// Which column it is.
+    pub column: Option<Choice>,
+    /// Its unit.
+    pub unit: Option<Unit>,
+}
+
 /// A column that somebody needs.
 #[derive(Clone, Debug)]
 pub struct Wanted {
     /// What the model calls it.
     pub name: String,
-    /// What the file calls it, if the campaign says so: name and unit.
-    pub header: Option<(String, Option<Unit>)>,
+    /// What the campaign states of it.
+    pub stated: Stated,
     /// A unit it may be written in.
     pub unit: Unit,
 }
@@ -23,28 +43,32 @@ pub struct Wanted {
 /// A column of a table.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// Its name in the file.
+    /// Its name in the file; its number where it has none.
     pub name: String,
-    /// Its header as written.
-    pub header: String,
+    /// Whether the file names it.
+    pub is_named: bool,
     /// The wanted column it is, if any.
     pub wanted: Option<String>,
     /// Its unit in the file (`1` where it is not wanted).
     pub unit: Unit,
-    /// Line of the header.
-    pub line: usize,
     /// Number of the column, from 0.
     pub index: usize,
     /// Values in SI, NaN where missing; empty where it is not wanted.
     pub values: Vec<f64>,
 }
 
-/// Splits a header cell into its name and its unit with the unit's bytes within the cell.
+/// Splits a header cell into its name and its unit with the unit's bytes within the cell: `x [m]`,
+/// or `x (m)` where that is a unit.
 pub fn split(cell: &str) -> (&str, Option<(&str, usize)>) {
-    match (cell.find('['), cell.ends_with(']')) {
-        (Some(open), true) => {
-            (cell[..open].trim(), Some((&cell[open + 1..cell.len() - 1], open + 1)))
-        }
+    let parts = |open: char, close: char| {
+        let open = cell.find(open).filter(|_| cell.ends_with(close))?;
+        Some((cell[..open].trim(), (&cell[open + 1..cell.len() - 1], open + 1)))
+    };
+    if let Some((name, unit)) = parts('[', ']') {
+        return (name, Some(unit));
+    }
+    match parts('(', ')') {
+        Some((name, unit)) if !name.is_empty() && Unit::parse(unit.0).is_ok() => (name, Some(unit)),
         _ => (cell.trim(), None),
     }
 }
@@ -52,55 +76,141 @@ pub fn split(cell: &str) -> (&str, Option<(&str, usize)>) {
 /// How many faults of a header are reported.
 const MOST_FAULTS: usize = 20;
 
+/// Names of a file's columns with the places of their cells, and of the units in them.
+struct Names<'a> {
+    cells: Vec<(&'a str, (usize, usize))>,
+    /// The first column of a name, and the second one if it is not the only one.
+    places: HashMap<&'a str, (usize, Option<usize>)>,
+    /// Whether a column may be meant by digits: no row of names says otherwise.
+    by_digits: bool,
+}
+
+impl<'a> Names<'a> {
+    fn of(layout: &'a Layout) -> Self {
+        let Some(header) = &layout.header else {
+            let cells = vec![("", (0, 0)); layout.width];
+            return Self { cells, places: HashMap::new(), by_digits: true };
+        };
+        let moved = |(name, (from, to)): (&'a str, (usize, usize))| {
+            (name, (from + header.start, to + header.start))
+        };
+        let all = names(&header.text[header.start..], header.separator);
+        let cells: Vec<_> = all.into_iter().map(moved).collect();
+        let mut places: HashMap<&str, (usize, Option<usize>)> = HashMap::new();
+        for (index, (cell, _)) in cells.iter().enumerate() {
+            let name = split(cell).0;
+            if !name.is_empty() {
+                let known = places.entry(name).or_insert((index, None));
+                if known.0 != index {
+                    known.1.get_or_insert(index);
+                }
+            }
+        }
+        Self { cells, places, by_digits: header.start > 0 }
+    }
+
+    /// The column that a wanted one is, one of the same name if there is another, and the unit that
+    /// the campaign states of it.
+    fn place<'w>(&self, want: &'w Wanted) -> Option<(usize, Option<usize>, Option<&'w Unit>)> {
+        let by_number = |number: usize| {
+            let index = number.checked_sub(1).filter(|index| *index < self.cells.len())?;
+            Some((index, None))
+        };
+        let Stated { column, unit } = &want.stated;
+        let stated = match column {
+            Some(Choice::Number(number)) => by_number(*number),
+            Some(Choice::Name(name)) => {
+                let named = self.places.get(name.as_str()).copied();
+                let digits = || name.parse().ok().filter(|_| self.by_digits);
+                named.or_else(|| digits().and_then(by_number))
+            }
+            None => None,
+        };
+        let own = || self.places.get(want.name.as_str()).copied();
+        match stated {
+            Some((index, other)) => Some((index, other, unit.as_ref())),
+            // A unit alone is that of the column which is called like the wanted one.
+            None => own()
+                .map(|(index, other)| (index, other, unit.as_ref().filter(|_| column.is_none()))),
+        }
+    }
+}
+
+impl Choice {
+    /// Whether it is one of these columns.
+    pub(crate) fn is_among(&self, columns: &[Column]) -> bool {
+        match self {
+            Self::Number(number) => (1..=columns.len()).contains(number),
+            Self::Name(name) => columns.iter().any(|column| column.name == *name),
+        }
+    }
+}
+
+impl std::fmt::Display for Choice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Name(name) => f.write_str(name),
+            Self::Number(number) => number.fmt(f),
+        }
+    }
+}
+
+/// The fault of a file that does not say what its columns are.
+pub(crate) fn no_header(origin: &Origin, layout: &Layout) -> Diagnostic {
+    let (line, text) = &layout.first;
+    Diagnostic::error("the file has no header row")
+        .at(origin.place(*line, text, (0, text.len())))
+        .help("the first row names the columns, each with its unit: `time [s],distance [m]`")
+        .help("or say in the campaign which column is which: columns = { time = { column = 1, unit = \"s\" } }")
+}
+
 /// Reads a header.
 pub(crate) fn read(
     origin: &Origin,
-    line: usize,
-    text: &str,
+    layout: &Layout,
     wanted: &[Wanted],
 ) -> Result<Vec<Column>, Diagnostics> {
-    let mut faults = Vec::new();
-    let all: Vec<(&str, (usize, usize))> = cells(text).collect();
-    let names: HashSet<&str> = all.iter().map(|(cell, _)| split(cell).0).collect();
+    let all = Names::of(layout);
+    let header = layout.header.as_ref();
+    let (line, text) =
+        header.map_or((layout.first.0, &layout.first.1), |header| (header.line, &header.text));
     let at = |span| origin.place(line, text, span);
-    if all.len() == 1 && text.contains([';', '\t']) {
-        return Err(Diagnostic::error("columns are separated by commas")
-            .at(at((0, text.len())))
-            .help("write `time [s],distance [m]`, and numbers with a decimal point")
-            .into());
+    let is_number = |(cell, _): &(&str, _)| split(cell).0.parse::<f64>().is_ok();
+    let is_mixed = header.is_some() && all.cells.iter().any(is_number);
+    let mut chosen: HashMap<usize, (&Wanted, Option<&Unit>)> = HashMap::new();
+    let mut faults = Vec::new();
+    // What the campaign states comes before what is called like it.
+    let is_stated = |want: &&Wanted| want.stated.column.is_some();
+    for want in wanted.iter().filter(is_stated).chain(wanted.iter().filter(|w| !is_stated(w))) {
+        let Some((index, other, unit)) = all.place(want) else { continue };
+        if let Some(other) = other.filter(|_| !chosen.contains_key(&index)) {
+            let (cell, span) = all.cells[other];
+            let message = format!("the column `{}` is here twice", origin.word(split(cell).0));
+            let help = format!(
+                "say which one by its number: columns = {{ {} = {{ column = {} }} }}",
+                want.name,
+                index + 1
+            );
+            faults.push(Diagnostic::error(message).at(at(span)).help(help));
+        }
+        chosen.entry(index).or_insert((want, unit));
     }
-    if names.iter().any(|name| name.parse::<f64>().is_ok()) {
-        return Err(Diagnostic::error("the file has no header row")
-            .at(at((0, text.len())))
-            .help("the first row names the columns, each with its unit: `time [s],distance [m]`")
-            .into());
+    if is_mixed {
+        return Err(no_header(origin, layout).into());
     }
-    let mut columns = Vec::with_capacity(all.len());
-    let mut before = HashSet::with_capacity(all.len());
-    for (index, (cell, span)) in all.iter().enumerate() {
-        if faults.len() == MOST_FAULTS {
+    let mut columns = Vec::with_capacity(all.cells.len());
+    for (index, (cell, span)) in all.cells.iter().enumerate() {
+        if faults.len() >= MOST_FAULTS {
             break;
         }
         let (name, unit) = split(cell);
-        if name.is_empty() {
-            faults
-                .push(Diagnostic::error(format!("column {} has no name", index + 1)).at(at(*span)));
-        } else if !before.insert(name) {
-            let message = format!("the column `{}` is here twice", origin.word(name));
-            faults.push(Diagnostic::error(message).at(at(*span)));
-        }
-        let mut column = Column {
-            name: name.to_owned(),
-            header: (*cell).to_owned(),
-            wanted: None,
-            unit: Unit::one(),
-            line,
-            index,
-            values: Vec::new(),
-        };
-        if let Some(want) = find(name, &names, wanted) {
+        let is_named = !name.is_empty();
+        let name = if is_named { name.to_owned() } else { (index + 1).to_string() };
+        let mut column =
+            Column { name, is_named, wanted: None, unit: Unit::one(), index, values: Vec::new() };
+        if let Some((want, stated)) = chosen.get(&index) {
             column.wanted = Some(want.name.clone());
-            match read_unit(origin, want, name, unit) {
+            match read_unit(origin, want, stated.cloned(), &column.name, unit) {
                 Ok(unit) => column.unit = unit,
                 Err(fault) => {
                     let (diagnostic, inside) = *fault;
@@ -114,28 +224,15 @@ pub(crate) fn read(
     Diagnostics(faults).into_result(columns)
 }
 
-/// The wanted column that a name of the header stands for: by the campaign's word first.
-fn find<'a>(name: &str, names: &HashSet<&str>, wanted: &'a [Wanted]) -> Option<&'a Wanted> {
-    let by_word = |want: &&Wanted| want.header.as_ref().is_some_and(|(header, _)| header == name);
-    wanted.iter().find(by_word).or_else(|| {
-        wanted.iter().find(|want| {
-            let renamed =
-                want.header.as_ref().is_some_and(|(header, _)| names.contains(header.as_str()));
-            want.name == name && !renamed
-        })
-    })
-}
-
 type UnitFault = (Diagnostic, Option<(usize, usize)>);
 
 fn read_unit(
     origin: &Origin,
     want: &Wanted,
+    stated: Option<Unit>,
     name: &str,
     found: Option<(&str, usize)>,
 ) -> Result<Unit, Box<UnitFault>> {
-    let stated = want.header.as_ref().filter(|(header, _)| header == name);
-    let stated = stated.and_then(|(_, unit)| unit.clone());
     let wrong = |unit: &Unit| {
         let message = match want.unit.misses(unit) {
             true => format!("`{}` has no angle, `{}` has one", unit.symbol, want.name),
@@ -144,16 +241,31 @@ fn read_unit(
         let help = format!("it is measured in units such as `{}`", want.unit.symbol);
         Diagnostic::error(message).help(help)
     };
+    let usable = |stated: Unit| match want.unit.accepts(&stated) {
+        true => Ok(stated),
+        false => Err(Box::new((wrong(&stated), None))),
+    };
     let Some((text, start)) = found else {
         let Some(stated) = stated else {
-            let help = format!("write `{name} [{}]`", want.unit.symbol);
-            let error = Diagnostic::error(format!("the column `{name}` has no unit")).help(help);
+            let (own, symbol) = (&want.name, &want.unit.symbol);
+            let error = Diagnostic::error(format!("the column `{name}` has no unit"));
+            let error = error.help(format!(
+                "write `{name} [{symbol}]`, or in the run: columns = {{ {own} = {{ column = \"{name}\", unit = \"{symbol}\" }} }}"
+            ));
             return Err(Box::new((error, None)));
         };
-        let is_right = want.unit.accepts(&stated);
-        return if is_right { Ok(stated) } else { Err(Box::new((wrong(&stated), None))) };
+        return usable(stated);
     };
-    let unit = Unit::parse(text).map_err(|error| {
+    if let (Some(stated), "") = (&stated, text.trim()) {
+        return usable(stated.clone());
+    }
+    let unit = match Unit::parse(text) {
+        // What the campaign states counts where the file writes no unit that is known.
+        Err(_) if stated.is_some() => return usable(stated.unwrap_or_else(Unit::one)),
+        _ if text.trim().is_empty() => Ok(Unit::one()),
+        other => other,
+    };
+    let unit = unit.map_err(|error| {
         let mut diagnostic = match origin.is_outside {
             true => Diagnostic::error(format!("the unit of the column `{name}` is none")),
             false => Diagnostic::error(error.message),
@@ -175,32 +287,4 @@ fn read_unit(
         }
         _ => Ok(unit),
     }
-}
-
-/// The cells of a line: text without blanks and quotes, and its bytes in the line. A cell in double
-/// quotes may hold commas.
-pub(crate) fn cells(line: &str) -> impl Iterator<Item = (&str, (usize, usize))> {
-    let mut at = Some(0);
-    std::iter::from_fn(move || {
-        let start = at?;
-        let rest = &line[start..];
-        let lead = rest.len() - rest.trim_start().len();
-        let comma = match rest[lead..].strip_prefix('"') {
-            Some(quoted) => {
-                let close = quoted.find('"').map_or(quoted.len(), |close| close + 1);
-                let after = lead + 1 + close;
-                rest[after..].find(',').map(|comma| after + comma)
-            }
-            None => rest.find(','),
-        };
-        at = comma.map(|comma| start + comma + 1);
-        let raw = &rest[..comma.unwrap_or(rest.len())];
-        let cell = raw.trim();
-        let begin = start + (raw.len() - raw.trim_start().len());
-        let bare = cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"'));
-        Some(match bare {
-            Some(bare) => (bare.trim(), (begin + 1, begin + 1 + bare.len())),
-            None => (cell, (begin, begin + cell.len())),
-        })
-    })
 }

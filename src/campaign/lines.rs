@@ -1,4 +1,4 @@
-//! A text file, plain or `.gz`, by its lines; comments and empty lines are passed over.
+//! A text file, plain or `.gz`, by its lines; comments (`#`, `%`) and empty lines are passed over.
 //!
 //! Lines come one after the other from a buffer of fixed size: a file may be larger than memory.
 
@@ -14,6 +14,10 @@ use memchr::memchr;
 const MOST_LINE: usize = 1 << 24;
 /// Bytes read at a time.
 const BUFFER: usize = 1 << 18;
+/// Bytes looked at before the first line is shown, where lines are short.
+const HEAD: usize = 1 << 16;
+/// ... and where two lines take long.
+const LONG_HEAD: usize = MOST_LINE / 2;
 
 /// The bytes of a file, unpacked if it is gzip (by its first bytes): at most so many, and one more
 /// if there are more.
@@ -103,6 +107,27 @@ impl Lines {
         self.count.load(Ordering::Relaxed)
     }
 
+    /// The beginning of what is still to be shown: so many lines, if the file has as many and they
+    /// are short; one at least.
+    ///
+    /// # Errors
+    /// The file cannot be read on, or has a line that is too long.
+    pub(crate) fn head(&mut self, lines: usize) -> io::Result<&[u8]> {
+        loop {
+            let own = &self.buffer[self.start..self.end];
+            let least = match own.len() {
+                ..HEAD => lines,
+                HEAD..LONG_HEAD => 2,
+                _ => 0,
+            };
+            if self.ended || memchr::memchr_iter(b'\n', own).nth(least).is_some() {
+                break;
+            }
+            self.fill()?;
+        }
+        Ok(&self.buffer[self.start..self.end])
+    }
+
     /// The next line that holds something; `None` at the end.
     ///
     /// # Errors
@@ -112,7 +137,7 @@ impl Lines {
             let Some((begin, end)) = self.line()? else { return Ok(None) };
             let line = &self.buffer[begin..end];
             let first = line.iter().find(|byte| !byte.is_ascii_whitespace());
-            if !matches!(first, None | Some(b'#')) {
+            if !matches!(first, None | Some(b'#' | b'%')) {
                 break (begin, end);
             }
         };

@@ -58,6 +58,7 @@ impl CampaignFile {
             skipped: Vec::new(),
             skipped_count: 0,
             left_out: Vec::new(),
+            recognised: Vec::new(),
             timing: self.timing.clone(),
             request_to_reply: Vec::new(),
             store,
@@ -106,6 +107,7 @@ impl CampaignFile {
             skipped: loader.skipped,
             skipped_count: loader.skipped_count,
             left_out: loader.left_out,
+            recognised: loader.recognised,
             files: loader.files,
         })
     }
@@ -129,10 +131,10 @@ impl CampaignFile {
 
     /// Bytes of all data files, as far as they are there.
     fn bytes(&self) -> u64 {
-        let names = self
-            .runs
-            .iter()
-            .flat_map(|run| run.data.iter().chain(&run.signals).chain(run.timing.captures.iter()));
+        let names = self.runs.iter().flat_map(|run| {
+            let tables = run.data.iter().chain(&run.signals).map(|table| &table.name);
+            tables.chain(run.timing.captures.iter())
+        });
         let size = |name: &Named| std::fs::metadata(self.folder.join(&name.text)).ok();
         names.filter_map(size).map(|file| file.len()).sum()
     }

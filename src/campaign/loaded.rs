@@ -119,6 +119,8 @@ pub struct Campaign {
     pub skipped_count: usize,
     /// Samples whose readings are not used.
     pub left_out: Vec<LeftOut>,
+    /// What was recognised of the layout of its files, where it is unusual.
+    pub recognised: Vec<String>,
     /// The files that were read: whoever writes asks whether one of them would be replaced.
     pub files: Files,
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use crate::campaign::calibration::Corrections;
 use crate::campaign::declared::RunEntry;
+use crate::campaign::form::Form;
 use crate::campaign::header::Wanted;
 use crate::campaign::loaded::LeftOut;
 use crate::campaign::recorder::Store;
@@ -45,6 +46,8 @@ pub(crate) struct Loader<'a> {
     pub(crate) skipped: Vec<Skipped>,
     pub(crate) skipped_count: usize,
     pub(crate) left_out: Vec<LeftOut>,
+    /// What was recognised of the layout of files.
+    pub(crate) recognised: Vec<String>,
     pub(crate) store: &'a mut Store,
     pub(crate) progress: Progress,
     /// Bytes of data files read so far, and of all.
@@ -66,16 +69,19 @@ impl Loader<'_> {
         self.reader.fault(entry.name.span, message, help);
     }
 
-    /// Takes over what a table left out.
-    pub(crate) fn note_skipped(&mut self, table: &mut Table) {
+    /// Takes over what a table left out, and what was recognised of it.
+    pub(crate) fn note_read(&mut self, table: &mut Table) {
+        if let Some(told) = table.layout_told().filter(|told| !self.recognised.contains(told)) {
+            self.recognised.push(told);
+        }
         self.skipped.append(&mut table.skipped);
         self.skipped_count += table.skipped_count;
     }
 
-    /// Opens a table.
-    pub(crate) fn table(&mut self, name: &Named, wanted: &[Wanted]) -> Option<Table> {
+    /// Opens a table of such a form.
+    pub(crate) fn table(&mut self, name: &Named, form: &Form, wanted: &[Wanted]) -> Option<Table> {
         let path = self.folder.join(&name.text);
-        let table = Table::open_of(&mut self.files, &path, wanted, self.skip_bad_rows);
+        let table = Table::open_of(&mut self.files, &path, form, wanted, self.skip_bad_rows);
         self.told(name, table)
     }
 

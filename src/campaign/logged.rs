@@ -26,7 +26,7 @@ impl Loader<'_> {
     /// The track of an input that a stream holds; absent after a fault.
     pub(crate) fn logged(&mut self, index: usize, entry: &RunEntry, stream: &Table) -> Track {
         let input = &self.model.inputs[index];
-        let span = entry.signals.first().map_or(entry.name.span, |name| name.span);
+        let span = entry.signals.first().map_or(entry.name.span, |stream| stream.name.span);
         let (Some(times), Some(values)) = (stream.values(TIME), stream.values(&input.name)) else {
             let message = format!("the stream of `{}` has no column `time [s]`", input.name);
             self.reader.fault(span, message, format!("columns found: {}", stream.names()));

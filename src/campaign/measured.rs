@@ -1,11 +1,11 @@
 //! One measured run: its data file and its streams made into samples.
 
 use crate::campaign::captured::{Captured, columns_of};
-use crate::campaign::columns::{column_count, derived, reading_columns};
-use crate::campaign::declared::RunEntry;
-use crate::campaign::header::{Column, TIME, Wanted};
+use crate::campaign::columns::{column_count, reading_columns};
+use crate::campaign::declared::{RunEntry, TableEntry};
+use crate::campaign::form::Form;
+use crate::campaign::header::{TIME, Wanted};
 use crate::campaign::loader::Loader;
-use crate::campaign::origin::listed;
 use crate::campaign::readings::Readings;
 use crate::campaign::record::{BLOCK, Record};
 use crate::campaign::recorder::Recorder;
@@ -14,50 +14,49 @@ use crate::campaign::signal::Track;
 use crate::campaign::table::Table;
 use crate::campaign::timing::COLUMNS;
 use crate::campaign::timing::captures::Captures;
-use crate::diagnostic::{Diagnostic, nearest, shortened};
-use crate::document::OUTSIDE;
+use crate::diagnostic::Diagnostic;
 use crate::document::entries::Named;
-use crate::graph::MeasurandKind;
-use crate::units::Unit;
 
 /// The most rows of a stream: it is held in memory as a whole.
 const MOST_STREAMED: usize = 20_000_000;
-/// Unused columns that a message names.
-const MOST_NAMES: usize = 8;
 
 impl Loader<'_> {
     /// The record of a run with data; `None` after a fault.
     pub(crate) fn run(&mut self, entry: &RunEntry) -> Option<Record> {
         let data = entry.data.as_ref()?;
-        let (every, mut streamed) = (self.wanted(entry, true), self.wanted(entry, false));
+        let every = self.wanted(entry, &data.columns, true);
         let mut own = every.clone();
-        let is_data = |name: &Named| self.folder.join(&name.text) == self.folder.join(&data.text);
-        if entry.signals.iter().any(is_data) {
-            // One log of both: inputs that move are a stream of it, all else is a sample's.
-            let moves = |name: &str| {
-                let mut inputs = self.model.inputs.iter().filter(|input| input.signal);
-                inputs.any(|input| columns_of(&input.name).iter().any(|column| column == name))
-            };
-            let is_reading =
-                |name: &str| reading_columns(self.model).iter().any(|(_, reading)| reading == name);
-            own.retain(|want| !moves(&want.name) || is_reading(&want.name));
-            streamed.retain(|want| want.name == TIME || moves(&want.name));
+        let path = |table: &TableEntry| self.folder.join(&table.name.text);
+        let is_one_log = entry.signals.iter().any(|stream| path(stream) == path(data));
+        // One log of both: inputs that move are a stream of it, all else is a sample's.
+        let moves = |this: &Self, name: &str| {
+            let mut inputs = this.model.inputs.iter().filter(|input| input.signal);
+            inputs.any(|input| columns_of(&input.name).iter().any(|column| column == name))
+        };
+        if is_one_log {
+            let readings = reading_columns(self.model);
+            let is_reading = |name: &str| readings.iter().any(|(_, reading)| reading == name);
+            own.retain(|want| !moves(self, &want.name) || is_reading(&want.name));
         }
         let beside = entry.timing.captures.as_ref();
         let table = match beside {
             // Times are the captures' business then.
-            Some(_) => self.table(data, &without_times(&own)),
-            None => self.table(data, &own),
+            Some(_) => self.table(&data.name, &data.form, &without_times(&own)),
+            None => self.table(&data.name, &data.form, &own),
         };
-        let captures = beside.map(|name| self.table(name, &every));
+        let captures = beside.map(|name| self.table(name, &Form::default(), &every));
         let streams: Vec<_> = entry
             .signals
             .iter()
-            .map(|name| {
-                let mut stream = self.table(name, &streamed)?;
-                self.whole(name, &mut stream, MOST_STREAMED)?;
-                self.note_skipped(&mut stream);
-                Some(stream)
+            .map(|stream| {
+                let mut wanted = self.wanted(entry, &stream.columns, false);
+                if is_one_log {
+                    wanted.retain(|want| want.name == TIME || moves(self, &want.name));
+                }
+                let mut table = self.table(&stream.name, &stream.form, &wanted)?;
+                self.whole(&stream.name, &mut table, MOST_STREAMED)?;
+                self.note_read(&mut table);
+                Some(table)
             })
             .collect();
         let mut table = table?;
@@ -65,7 +64,10 @@ impl Loader<'_> {
         let mut streams: Vec<Table> = streams.into_iter().collect::<Option<_>>()?;
         streams.iter_mut().for_each(|stream| self.settle_attitudes(entry, stream));
         let tables: Vec<&Table> = [&table].into_iter().chain(&captures).chain(&streams).collect();
-        self.check_columns(entry, &every, &tables);
+        let of: Vec<_> =
+            [(data, &table)].into_iter().chain(entry.signals.iter().zip(&streams)).collect();
+        self.check_columns(entry, &every, &tables, &of);
+        let data = &data.name;
         let mut captures = match self.timing.clone() {
             Some(timing) => Captures::begin(self, timing, entry, &mut table, captures)?,
             None => None,
@@ -82,7 +84,7 @@ impl Loader<'_> {
         }
         self.check_readings(data, &table);
         let record = self.rows(entry, data, &mut table, captures.as_mut(), &inputs);
-        self.note_skipped(&mut table);
+        self.note_read(&mut table);
         record.filter(|_| self.reader.count() == before)
     }
 
@@ -156,105 +158,6 @@ impl Loader<'_> {
                 None
             }
         }
-    }
-
-    /// The columns a file may hold: all for the data file, else time and inputs.
-    fn wanted(&self, entry: &RunEntry, readings: bool) -> Vec<Wanted> {
-        let want = |name: String, unit: Unit| {
-            let word = entry.columns.iter().find(|word| word.name.text == name);
-            let header = word.map(|word| (word.header.clone(), word.unit.clone()));
-            Wanted { name, header, unit }
-        };
-        let times = if readings && self.timing.is_some() { &COLUMNS[..] } else { &[TIME][..] };
-        let time = |name: &&str| want((*name).into(), Unit::second());
-        let mut found: Vec<Wanted> = times.iter().map(time).collect();
-        for input in &self.model.inputs {
-            for (order, suffix) in ["", "_rate", "_acceleration"].iter().enumerate() {
-                if order == 0 || readings {
-                    let unit = derived(&input.unit, order as u8);
-                    found.push(want(format!("{}{suffix}", input.name), unit));
-                }
-            }
-        }
-        if readings {
-            for (index, name) in reading_columns(self.model) {
-                let measurand = &self.model.measurands[index];
-                let unit = match measurand.kind {
-                    MeasurandKind::Rotation => Unit::one(),
-                    _ => measurand.unit.clone(),
-                };
-                found.push(want(name, unit));
-            }
-        }
-        found
-    }
-
-    /// Faults names of `columns` that mean nothing and warns of columns that nothing declares.
-    fn check_columns(&mut self, entry: &RunEntry, all: &[Wanted], tables: &[&Table]) {
-        let read = tables;
-        let tables = || read.iter().copied();
-        let known: Vec<&str> = all.iter().map(|want| want.name.as_str()).collect();
-        for word in &entry.columns {
-            if !known.contains(&word.name.text.as_str()) {
-                self.reader.unknown(word.name.span, "input or measurand", &word.name.text, &known);
-            } else if !tables().any(|t| t.columns.iter().any(|c| c.name == word.header)) {
-                let message =
-                    format!("no file of run `{}` has a column `{}`", entry.name.text, word.header);
-                let help = format!(
-                    "columns found: {}",
-                    tables().map(Table::names).collect::<Vec<_>>().join("; ")
-                );
-                self.reader.fault(word.name.span, message, help);
-            }
-        }
-        let missing: Vec<&str> =
-            known.into_iter().filter(|name| tables().all(|t| t.column(name).is_none())).collect();
-        for table in tables() {
-            self.tell_unused(table, &missing, read);
-        }
-    }
-
-    /// Warns of columns that nothing declares, each once; `missing` are names that no column has.
-    fn tell_unused(&mut self, table: &Table, missing: &[&str], tables: &[&Table]) {
-        // A file may be read twice, as data and as a stream.
-        let is_used = |index: usize| {
-            let mut same = tables.iter().filter(|other| other.path == table.path);
-            same.any(|other| other.columns[index].wanted.is_some())
-        };
-        let unused = table.columns.iter().filter(|column| !is_used(column.index));
-        let unused: Vec<_> =
-            unused.filter(|column| self.warned.insert(column.name.clone())).collect();
-        let Some(first) = unused.first() else { return };
-        let names = unused.iter().map(|column| column.name.as_str());
-        let (is_one, model) = (unused.len() == 1, &self.model.name);
-        let columns = match (table.is_outside(), is_one) {
-            (true, true) => "a column is".to_owned(),
-            (true, false) => format!("{} columns are", unused.len()),
-            (false, true) => format!("the column `{}` is", shortened(&first.name)),
-            (false, false) => format!("the columns {} are", listed(names, MOST_NAMES, "`")),
-        };
-        let does = if is_one { "does not declare it" } else { "does not declare them" };
-        let near = |column: &&&Column| nearest(&column.name, missing.iter().copied());
-        let place = if table.is_outside() {
-            *first
-        } else {
-            unused.iter().find(|column| near(column).is_some()).unwrap_or(first)
-        };
-        let warning = Diagnostic::warning(format!("{columns} not used: model `{model}` {does}"));
-        let mut warning = warning.at(table.header_place(place));
-        if table.is_outside() {
-            self.warnings
-                .push(warning.help(format!("their names are not shown, for the file {OUTSIDE}")));
-            return;
-        }
-        for column in unused.iter().take(MOST_NAMES) {
-            warning = match near(&column) {
-                Some(near) if is_one => warning.help(format!("did you mean `{near}`?")),
-                Some(near) => warning.help(format!("`{}`: did you mean `{near}`?", column.name)),
-                None => warning,
-            };
-        }
-        self.warnings.push(warning);
     }
 
     /// Where an input comes from in this run.

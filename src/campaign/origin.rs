@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use crate::campaign::dialect::{Separator, cells};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, shortened};
 use crate::document::OUTSIDE;
 
@@ -43,6 +44,12 @@ impl Origin {
         Place::new(self.file.clone(), line, column, length, if is_shown { text } else { "" })
     }
 
+    /// The place of a cell of a line, by its column.
+    pub(crate) fn cell(&self, line: usize, text: &str, by: Separator, index: usize) -> Place {
+        let span = cells(text, by).nth(index).map_or((0, 0), |(_, span)| span);
+        self.place(line, text, span)
+    }
+
     /// Faults of the file's content; says why nothing of it is shown.
     pub(crate) fn faults(&self, mut faults: Diagnostics) -> Diagnostics {
         if let (Some(last), true) = (faults.0.last_mut(), self.is_outside) {
@@ -56,7 +63,12 @@ impl Origin {
         let valid = std::str::from_utf8(line).err().map_or(0, |error| error.valid_up_to());
         let text = String::from_utf8_lossy(line);
         let place = self.place(number, &text, (valid, valid));
-        Diagnostic::error("the file is not UTF-8 here").at(place).help("save the file as UTF-8")
+        let is_utf16 = line.starts_with(b"\xff\xfe") || line.starts_with(b"\xfe\xff");
+        let message = match is_utf16 {
+            true => "the file is UTF-16, not UTF-8",
+            false => "the file is not UTF-8 here",
+        };
+        Diagnostic::error(message).at(place).help("save the file as UTF-8")
     }
 }
 

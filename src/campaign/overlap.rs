@@ -28,7 +28,7 @@ pub(super) fn overlap(entries: &[RunEntry], runs: &[Run]) -> Option<Diagnostic> 
         (a.setup == b.setup && start < end).then_some((*a, *b))
     })?;
     let (one, other) = (entry(first)?, entry(second)?);
-    let file = |entry: &RunEntry| entry.data.as_ref().map(|data| data.text.clone());
+    let file = |entry: &RunEntry| entry.data.as_ref().map(|data| data.name.text.clone());
     let (what, help) = if file(one).is_some() && file(one) == file(other) {
         ("read the same file", "name each file once")
     } else {

@@ -206,7 +206,7 @@ impl Loader<'_> {
                 spans.join(", "),
                 self.delay_range
             );
-            let span = entry.signals.first().map_or(entry.name.span, |name| name.span);
+            let span = entry.signals.first().map_or(entry.name.span, |stream| stream.name.span);
             self.reader.fault(span, message, help);
         }
     }

@@ -1,10 +1,13 @@
 //! One line of a table as numbers in SI; and, where it is none, what is wrong with which cell.
 //!
-//! A line without quotes is cut at its commas and its cells are parsed where they stand. Only what
-//! that way does not take goes the slow way, which knows quotes and finds the words for faults.
+//! A line without quotes is cut at its separators and its cells are parsed where they stand. Only
+//! what that way does not take goes the slow way, which knows quotes and finds the words for faults.
 
-use crate::campaign::header::{self, Column, TIME};
+use crate::campaign::dialect::{Decimal, Separator, cells};
+use crate::campaign::form::Form;
+use crate::campaign::header::{Column, TIME};
 use crate::campaign::origin::Origin;
+use crate::campaign::repeats::{Cause, RowFault};
 use crate::diagnostic::{self, Diagnostic};
 
 const NO_TIME: &str = "the row has no time";
@@ -12,7 +15,7 @@ const NO_TIME: &str = "the row has no time";
 fn not_finite(cell: &str, value: f64, column: &Column) -> Diagnostic {
     let what = if value.is_nan() { "is not a number" } else { "is not finite" };
     Diagnostic::error(format!("`{cell}` in column `{}` {what}", column.name))
-        .help("leave the cell empty where a reading is missing")
+        .help("leave the cell empty where a reading is missing, or say in the campaign what stands there: data = { file = \"...\", missing = \"nan\" }")
 }
 
 /// A row before the one that came last: either may have the wrong time.
@@ -43,15 +46,33 @@ pub(crate) struct Reader {
     any_order: bool,
     /// Whether nothing is wrong with the row that was read last but that its time comes before.
     is_late: bool,
+    separator: Separator,
+    decimal: Decimal,
+    /// Cells that stand for a missing reading.
+    missing: Vec<String>,
     /// The row at hand, NaN where a cell is empty or not wanted.
     row: Vec<f64>,
 }
 
 impl Reader {
-    pub(crate) fn new(origin: Origin, columns: &[Column]) -> Self {
+    pub(crate) fn new(
+        origin: Origin,
+        form: &Form,
+        separator: Separator,
+        columns: &[Column],
+    ) -> Self {
         let time = columns.iter().position(|column| column.wanted.as_deref() == Some(TIME));
-        let row = vec![f64::NAN; columns.len()];
-        Self { origin, time, last_time: f64::NEG_INFINITY, any_order: false, is_late: false, row }
+        Self {
+            origin,
+            time,
+            last_time: f64::NEG_INFINITY,
+            any_order: false,
+            is_late: false,
+            separator,
+            decimal: form.decimal,
+            missing: form.missing.clone(),
+            row: vec![f64::NAN; columns.len()],
+        }
     }
 
     /// Reads a line; not empty on failure.
@@ -60,7 +81,7 @@ impl Reader {
         number: usize,
         line: &[u8],
         columns: &[Column],
-    ) -> Result<&[f64], Vec<Diagnostic>> {
+    ) -> Result<&[f64], Vec<RowFault>> {
         self.is_late = false;
         if !self.plain(line, columns) {
             self.with_words(number, line, columns)?;
@@ -76,6 +97,11 @@ impl Reader {
         self.is_late.then_some(&self.row)
     }
 
+    /// Whether numbers were found to have decimal commas.
+    pub(crate) fn has_decimal_commas(&self) -> bool {
+        self.decimal == Decimal::Comma
+    }
+
     /// Lets time go back from now on.
     pub(crate) fn take_any_order(&mut self) {
         (self.any_order, self.last_time) = (true, f64::NEG_INFINITY);
@@ -89,7 +115,7 @@ impl Reader {
         number: usize,
         cells: &[Option<f64>],
         columns: &[Column],
-    ) -> Result<&[f64], Vec<Diagnostic>> {
+    ) -> Result<&[f64], Vec<RowFault>> {
         self.is_late = false;
         let mut faults = Vec::new();
         let wanted = columns.iter().filter(|column| column.wanted.is_some());
@@ -97,19 +123,20 @@ impl Reader {
             let value = cell.map_or(f64::NAN, |cell| column.unit.to_si(cell));
             self.row[column.index] = value;
             let is_time = Some(column.index) == self.time;
-            let fault = match cell {
+            let (cause, fault) = match cell {
                 Some(cell) if !value.is_finite() => {
-                    not_finite(&self.origin.word(&diagnostic::number(cell)), cell, column)
+                    let word = diagnostic::number(cell);
+                    (Cause::NotFinite, not_finite(&self.origin.word(&word), cell, column))
                 }
-                None if is_time => Diagnostic::error(NO_TIME),
+                None if is_time => (Cause::NoTime, Diagnostic::error(NO_TIME)),
                 Some(_) if is_time && value < self.last_time => {
-                    backwards(&self.origin, value, self.last_time)
+                    (Cause::Backwards, backwards(&self.origin, value, self.last_time))
                 }
                 _ => continue,
             };
             let mut place = self.origin.place(number, "", (0, 0));
             place.column = column.index + 1;
-            faults.push(fault.at(place));
+            faults.push(RowFault { cause: (cause, column.index), what: fault.at(place) });
         }
         if !faults.is_empty() {
             self.is_late = faults.len() == 1 && self.is_before();
@@ -124,27 +151,61 @@ impl Reader {
     /// Reads a line of plain cells; whether there is nothing to say about it.
     fn plain(&mut self, line: &[u8], columns: &[Column]) -> bool {
         let Ok(text) = std::str::from_utf8(line) else { return false };
-        let ends = memchr::memchr_iter(b',', line).chain(std::iter::once(line.len()));
-        let mut start = 0;
-        let mut found = 0;
-        for (index, end) in ends.enumerate() {
-            let Some(column) = columns.get(index) else { return false };
-            let cell = text[start..end].trim();
-            start = end + 1;
-            found += 1;
-            self.row[index] = f64::NAN;
-            if cell.starts_with('"') {
-                return false;
-            }
-            if column.wanted.is_some() && !cell.is_empty() {
-                match cell.parse::<f64>().map(|value| column.unit.to_si(value)) {
-                    Ok(value) if value.is_finite() => self.row[index] = value,
-                    _ => return false,
+        let found = match self.separator.byte() {
+            Some(byte) => {
+                let ends = memchr::memchr_iter(byte, line).chain(std::iter::once(line.len()));
+                let mut start = 0;
+                let mut found = 0;
+                for end in ends {
+                    let cell = text[start..end].trim();
+                    start = end + 1;
+                    if !self.cell(found, cell, columns) {
+                        return false;
+                    }
+                    found += 1;
                 }
+                found
             }
-        }
+            None => {
+                let mut found = 0;
+                for cell in text.split_ascii_whitespace() {
+                    if !self.cell(found, cell, columns) {
+                        return false;
+                    }
+                    found += 1;
+                }
+                found
+            }
+        };
         // A time that is missing is not in order, either.
-        found == columns.len() && self.time.is_none_or(|time| self.row[time] >= self.last_time)
+        let is_whole = found == columns.len() || found == columns.len() + 1;
+        is_whole && self.time.is_none_or(|time| self.row[time] >= self.last_time)
+    }
+
+    /// Takes a plain cell; whether there is nothing to say about it.
+    fn cell(&mut self, index: usize, cell: &str, columns: &[Column]) -> bool {
+        let Some(column) = columns.get(index) else {
+            // What a separator at the end of a line leaves.
+            return index == columns.len() && cell.is_empty();
+        };
+        self.row[index] = f64::NAN;
+        if cell.starts_with('"') {
+            return false;
+        }
+        if column.wanted.is_none() || cell.is_empty() {
+            return true;
+        }
+        match self.decimal.number(cell, self.separator).map(|value| column.unit.to_si(value)) {
+            Some(value) if value.is_finite() => {
+                self.row[index] = value;
+                self.missing.is_empty() || !self.is_missing(cell)
+            }
+            _ => false,
+        }
+    }
+
+    fn is_missing(&self, cell: &str) -> bool {
+        self.missing.iter().any(|missing| missing == cell)
     }
 
     /// Reads any line; not empty on failure.
@@ -153,60 +214,80 @@ impl Reader {
         number: usize,
         line: &[u8],
         columns: &[Column],
-    ) -> Result<(), Vec<Diagnostic>> {
+    ) -> Result<(), Vec<RowFault>> {
+        let fault = |cause, column, what| RowFault { cause: (cause, column), what };
         let Ok(text) = std::str::from_utf8(line) else {
-            return Err(vec![self.origin.not_utf8(number, line)]);
-        };
-        let fault = |message: String, cell: (usize, usize)| {
-            Diagnostic::error(message).at(self.origin.place(number, text, cell))
+            return Err(vec![fault(Cause::NotText, 0, self.origin.not_utf8(number, line))]);
         };
         let mut faults = Vec::new();
         let mut found = 0;
-        for (index, (cell, span)) in header::cells(text).enumerate() {
-            found += 1;
+        for (index, (cell, span)) in cells(text, self.separator).enumerate() {
             let Some(column) = columns.get(index) else {
+                // A separator at the end of the line begins no cell.
+                found += usize::from(index > columns.len() || !cell.is_empty());
                 continue;
             };
+            found += 1;
             self.row[index] = f64::NAN;
             if column.wanted.is_none() {
                 continue;
             }
-            if cell.is_empty() {
+            if cell.is_empty() || self.is_missing(cell) {
                 if Some(index) == self.time {
-                    faults.push(fault(NO_TIME.into(), span));
+                    let at = self.origin.place(number, text, span);
+                    faults.push(fault(Cause::NoTime, index, Diagnostic::error(NO_TIME).at(at)));
                 }
                 continue;
             }
-            match cell.parse::<f64>() {
-                Ok(value) if column.unit.to_si(value).is_finite() => {
+            match self.decimal.number(cell, self.separator) {
+                Some(value) if column.unit.to_si(value).is_finite() => {
                     self.row[index] = column.unit.to_si(value);
                 }
-                Ok(value) => {
+                Some(value) => {
                     let at = self.origin.place(number, text, span);
-                    faults.push(not_finite(&self.origin.word(cell), value, column).at(at));
+                    let what = not_finite(&self.origin.word(cell), value, column).at(at);
+                    faults.push(fault(Cause::NotFinite, index, what));
                 }
-                Err(_) => {
-                    let message = format!(
-                        "expected a number in column `{}`, found `{}`",
-                        column.name,
-                        self.origin.word(cell)
-                    );
-                    faults.push(fault(message, span));
+                None => {
+                    let at = self.origin.place(number, text, span);
+                    let what = self.not_a_number(cell, column).at(at);
+                    faults.push(fault(Cause::NotANumber, index, what));
                 }
             }
             if Some(index) == self.time && self.is_before() {
                 let at = self.origin.place(number, text, span);
-                let fault = backwards(&self.origin, self.row[index], self.last_time);
-                faults.push(fault.at(at));
+                let what = backwards(&self.origin, self.row[index], self.last_time);
+                faults.push(fault(Cause::Backwards, index, what.at(at)));
             }
         }
-        if found != columns.len() {
+        if found < columns.len() && columns[found..].iter().all(|column| !column.is_named) {
+            // The header ends with separators.
+            self.row[found..].fill(f64::NAN);
+        } else if found != columns.len() {
             let message =
                 format!("expected {} cells as in the header, found {found}", columns.len());
-            return Err(vec![fault(message, (0, text.len()))]);
+            let at = self.origin.place(number, text, (0, text.len()));
+            return Err(vec![fault(Cause::Cells, 0, Diagnostic::error(message).at(at))]);
         }
         self.is_late = faults.len() == 1 && self.is_before();
         if faults.is_empty() { Ok(()) } else { Err(faults) }
+    }
+
+    fn not_a_number(&self, cell: &str, column: &Column) -> Diagnostic {
+        let word = self.origin.word(cell);
+        let what = Diagnostic::error(format!(
+            "expected a number in column `{}`, found `{word}`",
+            column.name
+        ));
+        match self.decimal {
+            Decimal::Comma if cell.contains('.') => {
+                what.help("the numbers of this file have decimal commas, this one has a point")
+            }
+            Decimal::Point if cell.contains(',') && self.separator != Separator::Comma => {
+                what.help("the numbers of this file have decimal points, this one has a comma")
+            }
+            _ => what,
+        }
     }
 
     /// Whether the row at hand has a time before that of the last one.

@@ -60,10 +60,9 @@ impl Table {
         let lines = std::mem::take(&mut self.lines);
         let count = lines.len();
         self.sorted = Some(Reordered { lines, columns, order, shown: 0, begins: false });
-        let name = self.path.file_name().map(|name| name.to_string_lossy().into_owned());
         let mut message = match back {
             0 => format!("{} rows have times far from all others", far.len()),
-            _ => order::told(&name.unwrap_or_default(), count, back, largest),
+            _ => order::told(&self.name(), count, back, largest),
         };
         if repeated > 0 {
             message += &format!("; {repeated} that repeat the row before were left out");

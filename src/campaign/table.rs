@@ -1,7 +1,8 @@
 //! A CSV file, plain or `.gz`, or a Parquet file, as columns in SI, rows as they are wanted.
 //!
-//! One header row, `name [unit]` a column; UTF-8, commas, `#` comments; an empty cell is a reading
-//! that is not there (NaN). Every fault has the file, line and column of its cell. A table knows
+//! How a text is laid out is recognised (`recognise`) or stated (`form`): a header row, `name [unit]`
+//! a column, separators, decimals. An empty cell is a reading that is not there (NaN). Every fault
+//! has the file, line and column of its cell. A table knows
 //! units, not models: the caller says which columns it wants; others are listed but not read. It
 //! holds the rows at hand, not those before them, so a file may be larger than memory.
 
@@ -9,20 +10,21 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::campaign::form::Form;
 use crate::campaign::header::{self, Column, Wanted};
 use crate::campaign::lines::Lines;
 use crate::campaign::origin::Origin;
 #[cfg(feature = "parquet")]
 use crate::campaign::parquet::Rows;
+use crate::campaign::recognise::{Head, Layout, ROWS};
 use crate::campaign::reordered::Reordered;
+use crate::campaign::repeats::Repeats;
 use crate::campaign::row::Reader;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::document::files::{Files, Input, Refused, open_regular, reason, refused};
 
 /// How many rows that are left out of a file are listed; the rest is counted.
 pub const MOST_LISTED: usize = 10_000;
-/// How many faults are reported before reading stops.
-const MOST_FAULTS: usize = 20;
 
 /// A row that was left out.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,19 +53,18 @@ pub struct Table {
     /// See [`Table::skipped`].
     pub skipped_count: usize,
     source: Source,
-    origin: Origin,
-    reader: Reader,
+    pub(super) origin: Origin,
+    pub(super) reader: Reader,
     /// Columns of the file; those behind were added to it.
-    width: usize,
+    pub(super) width: usize,
     /// Leave bad rows out.
     skip: bool,
     /// The rows in the order of time, where they are not so in the file.
     pub(crate) sorted: Option<Reordered>,
-    faults: Vec<Diagnostic>,
+    faults: Repeats,
     /// Rows read so far.
     count: usize,
-    /// Line and text of the header.
-    header: (usize, String),
+    pub(super) layout: Layout,
 }
 
 /// Where rows come from.
@@ -100,7 +101,7 @@ impl Table {
     /// # Errors
     /// Those of [`Table::open`] and [`Table::more`].
     pub fn read(path: &Path, wanted: &[Wanted], skip_bad_rows: bool) -> Result<Self, TableError> {
-        let mut table = Self::open(path, wanted, skip_bad_rows)?;
+        let mut table = Self::open(path, &Form::default(), wanted, skip_bad_rows)?;
         table.more(usize::MAX)?;
         Ok(table)
     }
@@ -112,8 +113,13 @@ impl Table {
     ///
     /// # Errors
     /// The file cannot be read, or the header is at fault.
-    pub fn open(path: &Path, wanted: &[Wanted], skip_bad_rows: bool) -> Result<Self, TableError> {
-        Self::open_of(&mut Files::default(), path, wanted, skip_bad_rows)
+    pub fn open(
+        path: &Path,
+        form: &Form,
+        wanted: &[Wanted],
+        skip_bad_rows: bool,
+    ) -> Result<Self, TableError> {
+        Self::open_of(&mut Files::default(), path, form, wanted, skip_bad_rows)
     }
 
     /// The same of a file that is one of others: messages show nothing of one outside their folder.
@@ -123,6 +129,7 @@ impl Table {
     pub fn open_of(
         files: &mut Files,
         path: &Path,
+        form: &Form,
         wanted: &[Wanted],
         skip_bad_rows: bool,
     ) -> Result<Self, TableError> {
@@ -137,32 +144,37 @@ impl Table {
         }
         let content = |faults| TableError::Content(origin.faults(faults));
         let mut source = Lines::of(file).map_err(unreadable)?;
-        let Some((number, line)) = source.next().map_err(unreadable)? else {
-            let fault = Diagnostic::error("the file has no header row")
-                .at(whole_line(&origin, 1, ""))
-                .help(
-                    "start the file with a row of column names, `name [unit]`, separated by commas",
-                );
+        let layout = Head::of(source.head(ROWS).map_err(unreadable)?).layout(form);
+        let Some(layout) = layout else {
+            // Nothing is there, or the first row is no text.
+            let fault = match source.next().map_err(unreadable)? {
+                Some((number, line)) => origin.not_utf8(number, line),
+                None => Diagnostic::error("the file has no header row")
+                    .at(whole_line(&origin, 1, ""))
+                    .help("start the file with a row of column names, `name [unit]`, separated by commas"),
+            };
             return Err(content(fault.into()));
         };
-        let header =
-            std::str::from_utf8(line).map_err(|_| content(origin.not_utf8(number, line).into()))?;
-        let columns = header::read(&origin, number, header, wanted).map_err(content)?;
-        let header = (number, header.to_owned());
-        Ok(Self::new(path, origin, columns, header, Source::Text(source), skip_bad_rows))
+        let columns = header::read(&origin, &layout, wanted).map_err(content)?;
+        if layout.header.is_none() && columns.iter().all(|column| column.wanted.is_none()) {
+            return Err(content(header::no_header(&origin, &layout).into()));
+        }
+        pass_header(&mut source, &layout).map_err(unreadable)?;
+        Ok(Self::new(path, origin, form, columns, layout, Source::Text(source), skip_bad_rows))
     }
 
     fn new(
         path: &Path,
         origin: Origin,
+        form: &Form,
         columns: Vec<Column>,
-        header: (usize, String),
+        layout: Layout,
         source: Source,
         skip: bool,
     ) -> Self {
         Self {
             path: path.to_owned(),
-            reader: Reader::new(origin.clone(), &columns),
+            reader: Reader::new(origin.clone(), form, layout.separator, &columns),
             file: origin.file.clone(),
             origin,
             width: columns.len(),
@@ -173,9 +185,9 @@ impl Table {
             source,
             skip,
             sorted: None,
-            faults: Vec::new(),
+            faults: Repeats::default(),
             count: 0,
-            header,
+            layout,
         }
     }
 
@@ -204,16 +216,17 @@ impl Table {
     ) -> Result<Self, TableError> {
         let content = |faults| TableError::Content(origin.faults(faults));
         let mut rows = Rows::of(path, file).map_err(TableError::Unreadable)?;
-        let header = quoted(&rows.names());
-        let columns = header::read(&origin, 1, &header, wanted).map_err(content)?;
+        let layout = Layout::of_names(&rows.names());
+        let columns = header::read(&origin, &layout, wanted).map_err(content)?;
         let read = columns.iter().filter(|column| column.wanted.is_some());
         rows.want(read.map(|column| column.index).collect()).map_err(|(column, found)| {
             let message = format!("the column `{}` holds {found}", columns[column].name);
-            let place = place_in(&origin, 1, &header, column);
+            let place = origin.cell(1, &layout.first.1, layout.separator, column);
             let fault = Diagnostic::error(message).at(place).help("write it as numbers");
             content(fault.into())
         })?;
-        Ok(Self::new(path, origin, columns, (1, header), Source::Parquet(Box::new(rows)), skip))
+        let source = Source::Parquet(Box::new(rows));
+        Ok(Self::new(path, origin, &Form::default(), columns, layout, source, skip))
     }
 
     /// Puts the next rows in the place of those at hand, at most so many; whether there are any.
@@ -263,12 +276,11 @@ impl Table {
                         continue;
                     }
                     if self.skip {
-                        let why = found.swap_remove(0).message;
+                        let why = found.swap_remove(0).what.message;
                         self.leave_out(number, why);
                         continue;
                     }
-                    self.faults.extend(found);
-                    if self.faults.len() >= MOST_FAULTS {
+                    if self.faults.take(number, found) {
                         return self.end();
                     }
                 }
@@ -297,7 +309,7 @@ impl Table {
         self.source = match &self.source {
             Source::Text(_) => {
                 let mut lines = Lines::of(file).map_err(unreadable)?;
-                lines.next().map_err(unreadable)?;
+                pass_header(&mut lines, &self.layout).map_err(unreadable)?;
                 Source::Text(lines)
             }
             #[cfg(feature = "parquet")]
@@ -318,8 +330,7 @@ impl Table {
 
     /// What is to be said where reading stops.
     fn end(&mut self) -> Result<bool, TableError> {
-        let mut faults = std::mem::take(&mut self.faults);
-        faults.truncate(MOST_FAULTS);
+        let mut faults = std::mem::take(&mut self.faults).told();
         if let Some(last) = faults.last_mut() {
             last.help.push("--skip-bad-rows leaves such rows out".into());
         } else if self.count == 0 {
@@ -333,7 +344,8 @@ impl Table {
                     "mend them, or leave the run out",
                 ),
             };
-            let place = whole_line(&self.origin, self.header.0, &self.header.1);
+            let (line, text) = self.header();
+            let place = whole_line(&self.origin, line, text);
             faults.push(Diagnostic::error(message).at(place).help(help));
         }
         let found = Diagnostics(faults).into_result(!self.lines.is_empty());
@@ -379,67 +391,33 @@ impl Table {
         let is_it = |column: &&mut Column| column.wanted.as_deref() == Some(wanted);
         self.columns.iter_mut().find(is_it).map(|column| &mut column.values)
     }
+}
 
-    /// Names of the columns, for messages: of many the first.
-    pub fn names(&self) -> String {
-        self.origin.names(self.columns[..self.width].iter().map(|column| column.name.as_str()))
-    }
-
-    /// Whether messages show nothing of the file.
-    pub(crate) fn is_outside(&self) -> bool {
-        self.origin.is_outside
-    }
-
-    /// The place of a header cell.
-    pub fn header_place(&self, column: &Column) -> Place {
-        let (number, text) = &self.header;
-        place_in(&self.origin, *number, text, column.index)
-    }
-
-    /// The place of a cell by its row (index into [`Table::lines`]) and column. The file is read
-    /// once more; where that fails, the place has no excerpt.
-    pub fn cell_place(&self, row: usize, column: &Column) -> Place {
-        let wanted = self.lines.get(row).copied().unwrap_or(1);
-        let mut text = String::new();
-        if is_parquet(&self.path) {
-            let mut place = self.origin.place(wanted, "", (0, 0));
-            place.column = column.index + 1;
-            return place;
-        }
-        if let Ok(mut lines) = open_regular(&self.path).and_then(Lines::of) {
-            while let Ok(Some((number, line))) = lines.next() {
-                if number >= wanted {
-                    text = String::from_utf8_lossy(line).into_owned();
-                    break;
-                }
-            }
-        }
-        place_in(&self.origin, wanted, &text, column.index)
+/// The columns of a file; none where it cannot be read.
+pub(crate) fn columns_in(path: &Path, form: &Form) -> Vec<Column> {
+    let layout = || {
+        let mut lines = open_regular(path).and_then(Lines::of).ok()?;
+        let layout = Head::of(lines.head(ROWS).ok()?).layout(form)?;
+        let origin = Origin { file: "".into(), is_outside: false };
+        header::read(&origin, &layout, &[]).ok()
+    };
+    match is_parquet(path) {
+        true => Table::open(path, form, &[], false).map(|table| table.columns).unwrap_or_default(),
+        false => layout().unwrap_or_default(),
     }
 }
 
-/// The names of a file's columns, without their units; none where it cannot be read.
-pub(crate) fn names_in(path: &Path) -> Vec<String> {
-    let columns = Table::open(path, &[], false).map(|table| table.columns).unwrap_or_default();
-    columns.into_iter().map(|column| column.name).collect()
-}
-
-fn is_parquet(path: &Path) -> bool {
+pub(super) fn is_parquet(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "parquet")
 }
 
-/// Names as the header of a text file.
-#[cfg(feature = "parquet")]
-fn quoted(names: &[String]) -> String {
-    let quoted: Vec<String> =
-        names.iter().map(|name| format!("\"{}\"", name.replace('"', "'"))).collect();
-    quoted.join(",")
-}
-
-/// The place of a cell by its column.
-fn place_in(origin: &Origin, number: usize, text: &str, index: usize) -> Place {
-    let span = header::cells(text).nth(index).map_or((0, 0), |(_, span)| span);
-    origin.place(number, text, span)
+/// Takes the header from the lines to come.
+fn pass_header(lines: &mut Lines, layout: &Layout) -> std::io::Result<()> {
+    // A header behind a comment sign is passed over like all comments.
+    if layout.header.as_ref().is_some_and(|header| header.line == layout.first.0) {
+        lines.next()?;
+    }
+    Ok(())
 }
 
 fn whole_line(origin: &Origin, number: usize, text: &str) -> Place {

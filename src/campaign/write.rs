@@ -7,10 +7,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::campaign::declared::RunEntry;
+use crate::campaign::declared::{ColumnWord, RunEntry, TableEntry};
+use crate::campaign::header::{Choice, Column};
 use crate::campaign::loaded::Campaign;
 use crate::campaign::run::{Role, Run};
-use crate::campaign::table::names_in;
+use crate::campaign::table::columns_in;
 use crate::campaign::whole::{WholeFile, write_whole};
 use crate::campaign::write_run::RunTable;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
@@ -103,6 +104,7 @@ impl Targets {
         let tables = file_names(runs);
         let mut streams: Vec<(String, String)> = Vec::new();
         for stream in campaign.entries.iter().flat_map(|entry| &entry.signals) {
+            let stream = &stream.name;
             if streams.iter().any(|(from, _)| *from == stream.text) {
                 continue;
             }
@@ -257,19 +259,34 @@ fn run_extras(campaign: &Campaign, entry: &RunEntry, copies: &[(String, String)]
                 .find(|(from, _)| from == name)
                 .map_or(name.to_owned(), |(_, to)| to.clone())
         };
-        let names: Vec<_> = entry.signals.iter().map(|s| quoted(&copied(&s.text))).collect();
+        let named = |stream: &TableEntry| {
+            let name = quoted(&copied(&stream.name.text));
+            if stream.written.is_empty() {
+                return name;
+            }
+            let words = stream
+                .written
+                .iter()
+                .map(|(key, value)| format!("{} = {}", quoted(key), free(value)));
+            let words: Vec<String> = [format!("file = {name}")].into_iter().chain(words).collect();
+            format!("{{ {} }}", words.join(", "))
+        };
+        let names: Vec<_> = entry.signals.iter().map(named).collect();
         found.push(format!("signals = [{}]", names.join(", ")));
-        let headers: Vec<String> = entry
-            .signals
-            .iter()
-            .flat_map(|stream| names_in(&campaign.folder.join(&stream.text)))
-            .collect();
+        let in_stream = |stream: &TableEntry| {
+            columns_in(&campaign.folder.join(&stream.name.text), &stream.form)
+        };
+        let headers: Vec<Vec<Column>> = entry.signals.iter().map(in_stream).collect();
         // The data file is written in the model's names; only streams keep their own.
+        let is_of_stream = |word: &&ColumnWord| {
+            let column = word.column.clone().unwrap_or(Choice::Name(word.name.text.clone()));
+            headers.iter().any(|stream| column.is_among(stream))
+        };
         let words: Vec<_> = entry
             .columns
             .iter()
-            .filter(|word| headers.contains(&word.header))
-            .map(|word| format!("{} = {}", quoted(&word.name.text), quoted(&word.written)))
+            .filter(is_of_stream)
+            .map(|word| format!("{} = {}", quoted(&word.name.text), free(&word.written)))
             .collect();
         if !words.is_empty() {
             found.push(format!("columns = {{ {} }}", words.join(", ")));

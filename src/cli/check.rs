@@ -6,7 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::arguments::Memory;
-use super::{Failure, output, progress, render};
+use super::{Failure, clean, output, progress, render};
 use crate::campaign::file::MOST_BYTES;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::document::files::Files;
@@ -112,7 +112,9 @@ impl Check {
         }
         let part = &opened.problem.parts[0];
         let timing = report::timing::text(&opened.campaigns[0], &opened.models[0]);
-        let timing = timing.lines().map(|line| format!("\n  {line}")).collect::<String>();
+        let recognised = opened.campaigns[0].recognised.iter().map(String::as_str);
+        let timing = timing.lines().chain(recognised);
+        let timing = timing.map(|line| format!("\n  {}", clean::line(line))).collect::<String>();
         Ok(format!(
             "a campaign of `{}`, {} runs in {} setups, {} readings, {} unknowns{}{timing}",
             opened.models[0].name,

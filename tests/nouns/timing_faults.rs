@@ -262,7 +262,7 @@ fn every_bad_timing_points_into_its_file() {
         format!("{TRIGGER}1e999,0,10,1\n"),
         format!("{TRIGGER}1e18,0,10,1\n1e19,1,10,1\n"),
         format!("{TRIGGER}now,0,10,1\n"),
-        format!("{TRIGGER}1;0;10;1\n"),
+        format!("{TRIGGER}1;0;10|1\n"),
         format!("{TRIGGER}1,0,10\n"),
         format!("{TRIGGER}1,0,10,1,7\n"),
         format!("{TRIGGER}1,0,nan,1\n"),

@@ -66,7 +66,8 @@ impl Captures {
                 timing.method.word(),
                 from.names()
             );
-            let span = entry.timing.captures.as_ref().or(entry.data.as_ref()).map(|name| name.span);
+            let own = entry.data.as_ref().map(|data| &data.name);
+            let span = entry.timing.captures.as_ref().or(own).map(|name| name.span);
             loader.reader.fault(span.unwrap_or(entry.name.span), message, help);
             return None;
         };

@@ -1,0 +1,96 @@
+//! What messages say of a table: names of its columns, places of its cells, its layout in words.
+
+use crate::campaign::dialect::{Separator, names};
+use crate::campaign::header::{Choice, Column};
+use crate::campaign::lines::Lines;
+use crate::campaign::recognise::Layout;
+use crate::campaign::table::{Table, is_parquet};
+use crate::diagnostic::Place;
+use crate::document::files::open_regular;
+
+impl Table {
+    /// What is unusual in the layout of the file, in words.
+    pub(crate) fn layout_told(&self) -> Option<String> {
+        let Layout { separator, header, .. } = &self.layout;
+        let mut words = Vec::new();
+        if *separator != Separator::Comma {
+            words.push(format!("cells between {}", separator.words()));
+        }
+        if self.reader.has_decimal_commas() {
+            words.push("decimal commas".to_owned());
+        }
+        match header {
+            None => words.push("no header row".to_owned()),
+            Some(header) if header.start > 0 => {
+                words.push(format!("the comment in line {} as header row", header.line));
+            }
+            Some(_) => {}
+        }
+        (!words.is_empty()).then(|| format!("`{}`: {}", self.name(), words.join(", ")))
+    }
+
+    /// The name of its file without its folder.
+    pub(crate) fn name(&self) -> String {
+        self.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+    }
+
+    /// Names of the columns, for messages: of many the first.
+    pub fn names(&self) -> String {
+        self.origin.names(self.columns[..self.width].iter().map(|column| column.name.as_str()))
+    }
+
+    /// Whether messages show nothing of the file.
+    pub(crate) fn is_outside(&self) -> bool {
+        self.origin.is_outside
+    }
+
+    /// Whether the file has a column that a campaign calls so; `wanted` is what the model calls it.
+    pub(crate) fn has(&self, wanted: &str, choice: &Choice) -> bool {
+        let by_digits = || {
+            let is_open = self.layout.header.as_ref().is_none_or(|header| header.start > 0);
+            let is_number = matches!(choice, Choice::Name(name) if name.parse::<usize>().is_ok());
+            is_open && is_number && self.column(wanted).is_some()
+        };
+        choice.is_among(&self.columns[..self.width]) || by_digits()
+    }
+
+    /// Line and text of the header, or of the first row.
+    pub(super) fn header(&self) -> (usize, &str) {
+        match &self.layout.header {
+            Some(header) => (header.line, &header.text),
+            None => (self.layout.first.0, &self.layout.first.1),
+        }
+    }
+
+    /// The place of a header cell.
+    pub fn header_place(&self, column: &Column) -> Place {
+        let (line, text) = self.header();
+        let (start, separator) = match &self.layout.header {
+            Some(header) => (header.start, header.separator),
+            None => (0, self.layout.separator),
+        };
+        let span = names(&text[start..], separator).get(column.index).map_or((0, 0), |cell| cell.1);
+        self.origin.place(line, text, (start + span.0, start + span.1))
+    }
+
+    /// The place of a cell by its row (index into [`Table::lines`]) and column. The file is read
+    /// once more; where that fails, the place has no excerpt.
+    pub fn cell_place(&self, row: usize, column: &Column) -> Place {
+        let wanted = self.lines.get(row).copied().unwrap_or(1);
+        let mut text = String::new();
+        if is_parquet(&self.path) {
+            let mut place = self.origin.place(wanted, "", (0, 0));
+            place.column = column.index + 1;
+            return place;
+        }
+        if let Ok(mut lines) = open_regular(&self.path).and_then(Lines::of) {
+            while let Ok(Some((number, line))) = lines.next() {
+                if number >= wanted {
+                    text = String::from_utf8_lossy(line).into_owned();
+                    break;
+                }
+            }
+        }
+        self.origin.cell(wanted, &text, self.layout.separator, column.index)
+    }
+}

@@ -1,0 +1,143 @@
+//! Which columns the files of a run may have, and what is said of others.
+
+use crate::campaign::columns::{derived, reading_columns};
+use crate::campaign::declared::{ColumnWord, RunEntry, TableEntry};
+use crate::campaign::header::{Column, Stated, TIME, Wanted};
+use crate::campaign::loader::Loader;
+use crate::campaign::origin::listed;
+use crate::campaign::table::Table;
+use crate::campaign::timing::COLUMNS;
+use crate::diagnostic::{Diagnostic, nearest, shortened};
+use crate::document::OUTSIDE;
+use crate::graph::MeasurandKind;
+use crate::units::Unit;
+
+/// Unused columns that a message names.
+const MOST_NAMES: usize = 8;
+
+impl Loader<'_> {
+    /// The columns a file may hold: all for the data file, else time and inputs. `own` are the words
+    /// of the file, which count over those of its run.
+    pub(crate) fn wanted(
+        &self,
+        entry: &RunEntry,
+        own: &[ColumnWord],
+        readings: bool,
+    ) -> Vec<Wanted> {
+        let want = |name: String, unit: Unit| {
+            let word = own.iter().chain(&entry.columns).find(|word| word.name.text == name);
+            let stated =
+                word.map(|word| Stated { column: word.column.clone(), unit: word.unit.clone() });
+            Wanted { name, stated: stated.unwrap_or_default(), unit }
+        };
+        let times = if readings && self.timing.is_some() { &COLUMNS[..] } else { &[TIME][..] };
+        let time = |name: &&str| want((*name).into(), Unit::second());
+        let mut found: Vec<Wanted> = times.iter().map(time).collect();
+        for input in &self.model.inputs {
+            for (order, suffix) in ["", "_rate", "_acceleration"].iter().enumerate() {
+                if order == 0 || readings {
+                    let unit = derived(&input.unit, order as u8);
+                    found.push(want(format!("{}{suffix}", input.name), unit));
+                }
+            }
+        }
+        if readings {
+            for (index, name) in reading_columns(self.model) {
+                let measurand = &self.model.measurands[index];
+                let unit = match measurand.kind {
+                    MeasurandKind::Rotation => Unit::one(),
+                    _ => measurand.unit.clone(),
+                };
+                found.push(want(name, unit));
+            }
+        }
+        found
+    }
+
+    /// Faults names of `columns` that mean nothing and warns of columns that nothing declares. `of`
+    /// are the tables of files that may have words of their own.
+    pub(crate) fn check_columns(
+        &mut self,
+        entry: &RunEntry,
+        all: &[Wanted],
+        tables: &[&Table],
+        of: &[(&TableEntry, &Table)],
+    ) {
+        let known: Vec<&str> = all.iter().map(|want| want.name.as_str()).collect();
+        let run = format!("no file of run `{}`", entry.name.text);
+        self.check_words(&entry.columns, &known, tables, &run);
+        for (file, table) in of {
+            self.check_words(&file.columns, &known, &[table], &format!("`{}`", file.name.text));
+        }
+        let is_missing = |name: &&str| tables.iter().all(|table| table.column(name).is_none());
+        let missing: Vec<&str> = known.into_iter().filter(is_missing).collect();
+        for table in tables {
+            self.tell_unused(table, &missing, tables);
+        }
+    }
+
+    /// Faults words for what the model does not declare, and for columns that `tables` do not have.
+    fn check_words(&mut self, words: &[ColumnWord], known: &[&str], tables: &[&Table], who: &str) {
+        for word in words {
+            let name = word.name.text.as_str();
+            let is_there = |table: &&Table| match &word.column {
+                Some(column) => table.has(name, column),
+                None => table.column(name).is_some(),
+            };
+            if !known.contains(&name) {
+                self.reader.unknown(word.name.span, "input or measurand", name, known);
+            } else if !tables.iter().any(is_there) {
+                let column = word.column.as_ref().map_or(name.to_owned(), ToString::to_string);
+                let has = if who.starts_with("no ") { "has a" } else { "has no" };
+                let message = format!("{who} {has} column `{column}`");
+                let found: Vec<String> = tables.iter().map(|table| table.names()).collect();
+                let help = format!("columns found: {}", found.join("; "));
+                self.reader.fault(word.name.span, message, help);
+            }
+        }
+    }
+
+    /// Warns of columns that nothing declares, each once; `missing` are names that no column has.
+    fn tell_unused(&mut self, table: &Table, missing: &[&str], tables: &[&Table]) {
+        // A file may be read twice, as data and as a stream.
+        let is_used = |index: usize| {
+            let mut same = tables.iter().filter(|other| other.path == table.path);
+            same.any(|other| other.columns.get(index).is_some_and(|column| column.wanted.is_some()))
+        };
+        let named = table.columns.iter().filter(|column| column.is_named);
+        let unused = named.filter(|column| !is_used(column.index));
+        let unused: Vec<_> =
+            unused.filter(|column| self.warned.insert(column.name.clone())).collect();
+        let Some(first) = unused.first() else { return };
+        let names = unused.iter().map(|column| column.name.as_str());
+        let (is_one, model) = (unused.len() == 1, &self.model.name);
+        let columns = match (table.is_outside(), is_one) {
+            (true, true) => "a column is".to_owned(),
+            (true, false) => format!("{} columns are", unused.len()),
+            (false, true) => format!("the column `{}` is", shortened(&first.name)),
+            (false, false) => format!("the columns {} are", listed(names, MOST_NAMES, "`")),
+        };
+        let does = if is_one { "does not declare it" } else { "does not declare them" };
+        let near = |column: &&&Column| nearest(&column.name, missing.iter().copied());
+        let place = if table.is_outside() {
+            *first
+        } else {
+            unused.iter().find(|column| near(column).is_some()).unwrap_or(first)
+        };
+        let warning = Diagnostic::warning(format!("{columns} not used: model `{model}` {does}"));
+        let mut warning = warning.at(table.header_place(place));
+        if table.is_outside() {
+            self.warnings
+                .push(warning.help(format!("their names are not shown, for the file {OUTSIDE}")));
+            return;
+        }
+        for column in unused.iter().take(MOST_NAMES) {
+            warning = match near(&column) {
+                Some(near) if is_one => warning.help(format!("did you mean `{near}`?")),
+                Some(near) => warning.help(format!("`{}`: did you mean `{near}`?", column.name)),
+                None => warning,
+            };
+        }
+        self.warnings.push(warning);
+    }
+}

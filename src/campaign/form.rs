@@ -1,0 +1,75 @@
+//! What a campaign states of a file's form: separator, decimals, header row, missing readings.
+//!
+//! `data` and each of `signals` is the name of a file, or a table with the name and these keys.
+//! What is not stated is recognised from the file.
+
+use crate::campaign::dialect::{Decimal, Separator};
+use crate::document::entries::{Entry, Item, Reader, Value, get};
+
+/// The keys of a file's form.
+pub(crate) const KEYS: [&str; 4] = ["separator", "decimal", "header", "missing"];
+
+/// A file's form as far as it is stated.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Form {
+    /// What separates its cells.
+    pub separator: Option<Separator>,
+    /// How decimals are written; `Open` where it is not stated.
+    pub decimal: Decimal,
+    /// Whether it has a header row.
+    pub header: Option<bool>,
+    /// Cells that stand for a reading that is missing.
+    pub missing: Vec<String>,
+}
+
+impl Form {
+    /// Reads the keys of a file's form among others.
+    pub(crate) fn read(reader: &mut Reader, entries: &[Entry]) -> Self {
+        let mut form = Self::default();
+        if let Some(item) = get(entries, "separator") {
+            form.separator =
+                character(reader, item, "separator", "\",\", \";\", \"\\t\" or \" \"", |text| {
+                    Separator::of(text)
+                });
+        }
+        if let Some(item) = get(entries, "decimal") {
+            let decimal = character(reader, item, "decimal", "\".\" or \",\"", |text| match text {
+                "." => Some(Decimal::Point),
+                "," => Some(Decimal::Comma),
+                _ => None,
+            });
+            form.decimal = decimal.unwrap_or_default();
+            if (form.separator, form.decimal) == (Some(Separator::Comma), Decimal::Comma) {
+                let message = "commas separate cells or decimals, not both";
+                reader.fault(item.span, message, "state another separator: separator = \";\"");
+            }
+        }
+        form.header = get(entries, "header").and_then(|item| reader.boolean(item));
+        if let Some(item) = get(entries, "missing") {
+            form.missing = match &item.value {
+                Value::List(_) => {
+                    let texts = reader.texts(item, "missing = [\"nan\", \"-999\"]");
+                    texts.into_iter().map(|(text, _)| text).collect()
+                }
+                _ => reader.text(item, "missing = \"nan\"").into_iter().collect(),
+            };
+        }
+        form
+    }
+}
+
+fn character<T>(
+    reader: &mut Reader,
+    item: &Item,
+    key: &str,
+    expected: &str,
+    known: impl Fn(&str) -> Option<T>,
+) -> Option<T> {
+    let text = reader.text(item, &format!("{key} = \";\""))?;
+    let found = known(&text);
+    if found.is_none() {
+        let message = format!("`{text}` is not a {key}");
+        reader.fault(item.span, message, format!("expected {expected}"));
+    }
+    found
+}

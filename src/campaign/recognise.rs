@@ -1,0 +1,261 @@
+//! How a text table is laid out, recognised from its first rows.
+//!
+//! Of all separators the one is taken that splits most of the rows into as many cells as the header
+//! has names. Without any numbers the first row is the header; where all of its cells are numbers
+//! the last comment before it with as many names is the header, if there is one.
+
+use crate::campaign::dialect::{Decimal, SEPARATORS, Separator, cells, names};
+use crate::campaign::form::Form;
+
+/// Rows by which a file's form is recognised.
+pub(crate) const ROWS: usize = 20;
+/// Characters with which a comment begins.
+pub(crate) const COMMENT: [char; 2] = ['#', '%'];
+
+/// The header row of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Header {
+    /// Its line (from 1) and its text, as written.
+    pub(crate) line: usize,
+    pub(crate) text: String,
+    /// Byte at which its names begin, and what separates them.
+    pub(crate) start: usize,
+    pub(crate) separator: Separator,
+}
+
+/// How a file is laid out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Layout {
+    pub(crate) separator: Separator,
+    /// `None`: the first row holds readings.
+    pub(crate) header: Option<Header>,
+    /// Cells of the first row.
+    pub(crate) width: usize,
+    /// Line and text of the first row, the header where it is one.
+    pub(crate) first: (usize, String),
+}
+
+#[cfg(feature = "parquet")]
+impl Layout {
+    /// Of a file that names its columns, but is no text.
+    pub(crate) fn of_names(names: &[String]) -> Self {
+        let quoted = names.iter().map(|name| format!("\"{}\"", name.replace('"', "'")));
+        let text = quoted.collect::<Vec<_>>().join(",");
+        let separator = Separator::Comma;
+        Self {
+            separator,
+            header: Some(Header { line: 1, text: text.clone(), start: 0, separator }),
+            width: names.len(),
+            first: (1, text),
+        }
+    }
+}
+
+/// The first lines of a file that hold something: numbers from 1, and texts.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Head<'a> {
+    /// Comments before the first row.
+    pub(crate) comments: Vec<(usize, &'a str)>,
+    /// Rows, the header included.
+    pub(crate) rows: Vec<(usize, &'a str)>,
+}
+
+impl<'a> Head<'a> {
+    /// Of the beginning of a text, as far as it is UTF-8.
+    pub(crate) fn of(bytes: &'a [u8]) -> Self {
+        let mut head = Self::default();
+        for (number, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
+            let Ok(text) = std::str::from_utf8(line) else { break };
+            let text = text.strip_suffix('\r').unwrap_or(text);
+            let first = text.trim_start().chars().next();
+            let own = match first {
+                None => continue,
+                Some(first) if COMMENT.contains(&first) => {
+                    if !head.rows.is_empty() {
+                        continue;
+                    }
+                    &mut head.comments
+                }
+                Some(_) => &mut head.rows,
+            };
+            own.push((number + 1, text));
+            if head.rows.len() > ROWS {
+                break;
+            }
+        }
+        head
+    }
+
+    /// How the file is laid out; `None` without any row.
+    pub(crate) fn layout(&self, form: &Form) -> Option<Layout> {
+        let (line, text) = *self.rows.first()?;
+        let first = (line, text.to_owned());
+        let has_header = form.header.unwrap_or_else(|| !self.begins_with_readings(form));
+        let (separator, of_names) = self.separators(form, has_header);
+        let width = cells(text, separator).count();
+        let (header, width) = if has_header {
+            let header = Header { line, text: text.to_owned(), start: 0, separator: of_names };
+            (Some(header), names(text, of_names).len())
+        } else if form.header == Some(false) {
+            (None, width)
+        } else {
+            (self.commented(separator, width), width)
+        };
+        Some(Layout { separator, header, width, first })
+    }
+
+    /// Whether all cells of the first row are numbers, or empty, between some separator.
+    fn begins_with_readings(&self, form: &Form) -> bool {
+        let Some((_, first)) = self.rows.first() else { return false };
+        candidates(form).any(|separator| {
+            let mut decimal = form.decimal;
+            let mut all = cells(first, separator);
+            all.all(|(cell, _)| is_reading(cell, &mut decimal, separator, form))
+        }) && first.contains(|c: char| c.is_ascii_digit())
+    }
+
+    /// What separates the cells of rows, and the names of the header: what splits most rows alike.
+    fn separators(&self, form: &Form, has_header: bool) -> (Separator, Separator) {
+        let count = |line: &str, separator| cells(line, separator).count();
+        let Some((_, first)) = self.rows.first() else { return Default::default() };
+        let rows = &self.rows[usize::from(has_header)..];
+        let width = |separator| match has_header {
+            true => names(first, separator).len(),
+            false => count(first, separator),
+        };
+        let score = |separator: Separator| {
+            let width = width(separator);
+            let alike = rows.iter().filter(|(_, row)| {
+                let found = count(row, separator);
+                found == width || found == width + 1 && ends_empty(row, separator)
+            });
+            let numbers: usize = rows.iter().map(|(_, row)| numbers(row, separator, form)).sum();
+            (alike.count(), numbers)
+        };
+        // Of those that do equally well the first.
+        let mut best: Option<((usize, usize), Separator)> = None;
+        for separator in candidates(form).filter(|separator| width(*separator) > 1) {
+            let own = score(separator);
+            if own.0 > 0 && best.is_none_or(|(known, _)| own > known) {
+                best = Some((own, separator));
+            }
+        }
+        // One column, or no row like another: as the header falls into names.
+        let of_header = || {
+            let usual = [Separator::Comma, Separator::Semicolon, Separator::Tab];
+            let usual = usual.into_iter().filter(|usual| candidates(form).any(|own| own == *usual));
+            usual.clone().find(|own| width(*own) > 1).or_else(|| usual.clone().next())
+        };
+        let found = best.map(|(_, separator)| separator).or_else(of_header);
+        let found = found.or(form.separator).unwrap_or_default();
+        // The names of a header may be separated otherwise than the cells of its rows.
+        if let (None, true, Some((_, row))) = (best, has_header, rows.first()) {
+            for own in candidates(form) {
+                let cells = count(row, own);
+                let fits = |of_names: &Separator| names(first, *of_names).len() == cells;
+                if let Some(of_names) = SEPARATORS.into_iter().find(fits).filter(|_| cells > 1) {
+                    return (own, of_names);
+                }
+            }
+        }
+        (found, found)
+    }
+
+    /// The last comment before the first row that holds a name for each of its cells.
+    fn commented(&self, separator: Separator, width: usize) -> Option<Header> {
+        self.comments.iter().rev().find_map(|(line, text)| {
+            let bare = text.trim_start().trim_start_matches(COMMENT);
+            let start = text.len() - bare.len();
+            let fits = |own: &Separator| {
+                let names = names(bare, *own);
+                let is_name = |(name, _): &(&str, _)| name.parse::<f64>().is_err();
+                names.len() == width && names.iter().all(is_name)
+            };
+            let separator = [separator].into_iter().chain(SEPARATORS).find(fits)?;
+            Some(Header { line: *line, text: (*text).to_owned(), start, separator })
+        })
+    }
+}
+
+/// The separators that may be a file's.
+fn candidates(form: &Form) -> impl Iterator<Item = Separator> + use<> {
+    let (stated, decimal) = (form.separator, form.decimal);
+    SEPARATORS.into_iter().filter(move |separator| {
+        stated.is_none_or(|stated| stated == *separator)
+            && (*separator, decimal) != (Separator::Comma, Decimal::Comma)
+    })
+}
+
+fn ends_empty(row: &str, separator: Separator) -> bool {
+    cells(row, separator).last().is_some_and(|(cell, _)| cell.is_empty())
+}
+
+fn is_reading(cell: &str, decimal: &mut Decimal, separator: Separator, form: &Form) -> bool {
+    let is_missing = || form.missing.iter().any(|missing| missing == cell);
+    cell.is_empty() || decimal.number(cell, separator).is_some() || is_missing()
+}
+
+/// How many cells of a row are numbers.
+fn numbers(row: &str, separator: Separator, form: &Form) -> usize {
+    let mut decimal = form.decimal;
+    let all = cells(row, separator);
+    all.filter(|(cell, _)| decimal.number(cell, separator).is_some()).count()
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use super::*;
+
+    fn found(text: &str) -> (Separator, Option<Vec<String>>, usize) {
+        let layout = Head::of(text.as_bytes()).layout(&Form::default()).unwrap();
+        let header = layout.header.map(|header| {
+            let all = names(&header.text[header.start..], header.separator);
+            all.into_iter().map(|(name, _)| name.to_owned()).collect()
+        });
+        (layout.separator, header, layout.width)
+    }
+
+    fn named(names: &[&str]) -> Option<Vec<String>> {
+        Some(names.iter().map(|name| (*name).to_owned()).collect())
+    }
+
+    #[test]
+    fn separators_are_recognised_with_points_and_commas_as_decimals() {
+        use Separator::{Blanks, Comma, Semicolon, Tab};
+        for (text, separator) in [
+            ("t [s],x [m]\n0,1\n", Comma),
+            ("t [s];x [m]\n0,5;1,5\n1,5;2,5\n", Semicolon),
+            ("t [s]\tx [m]\n0,5\t1,5\n", Tab),
+            ("t [s]   x [m]\n 0.5   1\n10.5   2\n", Blanks),
+            ("t [s] x [m]\n0,5 1,5\n", Blanks),
+            ("t [s], x [m]\n0, 1\n", Comma),
+            ("t [s] , x [m]\n0 , 1\n", Comma),
+        ] {
+            assert_eq!(found(text), (separator, named(&["t [s]", "x [m]"]), 2), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_header_may_be_a_comment_or_not_there() {
+        use Separator::{Blanks, Comma};
+        let asl = "#timestamp [ns],p_x [m]\n1403,0.5\n";
+        assert_eq!(found(asl), (Comma, named(&["timestamp [ns]", "p_x [m]"]), 2));
+        let tum = "# ground truth\n# t x y\n1 2 3\n4 5 6\n";
+        assert_eq!(found(tum), (Blanks, named(&["t", "x", "y"]), 3));
+        // Names between commas over cells between blanks.
+        assert_eq!(found("# t, x, y\n1 2 3\n"), (Blanks, named(&["t", "x", "y"]), 3));
+        assert_eq!(found("t,x,y\n1 2 3\n"), (Blanks, named(&["t", "x", "y"]), 3));
+        assert_eq!(found("# made on a Monday\n1 2 3\n"), (Blanks, None, 3));
+        assert_eq!(found("1,2,nan\n"), (Comma, None, 3));
+        // A comment before a header is none.
+        assert_eq!(found("# a, b\nt,x\n1,2\n"), (Comma, named(&["t", "x"]), 2));
+    }
+
+    #[test]
+    fn what_stands_in_one_column_is_not_split() {
+        assert_eq!(found("x [m]\n1\n2\n"), (Separator::Comma, named(&["x [m]"]), 1));
+        assert_eq!(found("my column\n1\n2\n").0, Separator::Comma);
+    }
+}

@@ -1,0 +1,200 @@
+//! Files as loggers write them: separators, decimal commas, headers behind `#` or none at all.
+
+use homepoint::campaign::file::CampaignFile;
+use homepoint::campaign::load::Campaign;
+use homepoint::campaign::loaded::LoadOptions;
+use homepoint::diagnostic::{Diagnostics, Source};
+use homepoint::model::Model;
+
+use crate::folder::Folder;
+
+const MODEL: &str = "name = \"line\"\ntitle = \"line\"\n[inputs]\nq = { unit = \"m\", signal = true }\n\
+    [parameters]\nc = { unit = \"m\", scope = \"rig\" }\n[measurands]\n\
+    x = { value = 'q + c', unit = \"m\", sigma = \"1 mm\" }\n";
+
+/// A campaign of one run whose data stand in `data.csv`, with these lines of the run.
+fn load(run: &str, data: impl AsRef<[u8]>) -> Result<Campaign, Diagnostics> {
+    let run =
+        if run.contains("data =") { run.to_owned() } else { format!("data = \"data.csv\"\n{run}") };
+    let campaign = format!("model = \"line.toml\"\n[[runs]]\nname = \"one\"\n{run}\n");
+    let folder = Folder::new("forms", &[("line.toml", MODEL), ("campaign.toml", &campaign)]);
+    std::fs::write(folder.join("data.csv"), data).unwrap();
+    let model = Model::parse(Source::new("line.toml", MODEL)).unwrap();
+    CampaignFile::read(&folder)?.load(&model, &LoadOptions::default())
+}
+
+/// Times, inputs and readings of the run.
+fn numbers(campaign: &Campaign) -> String {
+    let samples = campaign.runs[0].held();
+    format!("{:?} {:?} {:?}", samples.time, samples.inputs, samples.readings)
+}
+
+const PLAIN: &str =
+    "time [s],q [m],q_rate [m/s],x [m]\n0,1.5,0.25,2.5\n0.5,-1e-3,0.25,\n1,3,0.5,4.125\n";
+
+fn plain() -> String {
+    numbers(&load("", PLAIN).unwrap())
+}
+
+#[test]
+fn separators_and_decimals_of_all_kinds_give_the_same_numbers() {
+    let comma = |text: &str, by: &str| text.replace(',', by);
+    let german = PLAIN.replace(',', ";").replace('.', ",");
+    let tabs = comma(PLAIN, "\t");
+    let aligned = PLAIN.replace("0.25,\n", "0.25,nan\n").replace(',', "   ").replace("\n", " \n  ");
+    let missing = "data = { file = \"data.csv\", missing = \"nan\" }";
+    for (run, text) in [
+        ("", comma(PLAIN, ";")),
+        ("", tabs.clone()),
+        ("", tabs.replace('.', ",")),
+        ("", german.clone()),
+        ("", german.replace('\n', "\r\n")),
+        ("", format!("\u{feff}{german}")),
+        ("", PLAIN.replace('[', "(").replace(']', ")")),
+        ("", PLAIN.replace(" [", "[")),
+        ("", PLAIN.replace("x [m]", "\"x [m]\"").replace("2.5\n", "\"2.5\"\n")),
+        // A separator at the end of each line, of all but the header, of the header alone.
+        ("", PLAIN.replace('\n', ",\n")),
+        ("", PLAIN.replace('\n', ",\n").replace("[m],\n", "[m]\n")),
+        ("", PLAIN.replace("x [m]\n", "x [m],\n")),
+        ("", format!("#{PLAIN}")),
+        ("", format!("% {PLAIN}")),
+        ("", format!("# a log, of something\n#\n# {PLAIN}")),
+        (missing, aligned.clone()),
+        (missing, format!("# {aligned}")),
+        (missing, aligned.replace('.', ",")),
+        (missing, PLAIN.replace("0.25,\n", "0.25,nan\n")),
+        (
+            "data = { file = \"data.csv\", missing = [\"none\", \"-999\"] }",
+            PLAIN.replace("0.25,\n", "0.25,-999\n"),
+        ),
+        (
+            "data = { file = \"data.csv\", separator = \";\", decimal = \",\", header = true }",
+            german,
+        ),
+        ("data = { file = \"data.csv\", separator = \"\\t\" }", tabs),
+    ] {
+        let found = load(run, &text).unwrap_or_else(|faults| panic!("{text}\n{faults}"));
+        assert_eq!(numbers(&found), plain(), "{text}");
+        assert!(found.warnings.is_empty(), "{text}\n{:?}", found.warnings);
+    }
+}
+
+#[test]
+fn columns_of_a_file_without_header_are_named_by_number() {
+    let rows = PLAIN.split_once('\n').unwrap().1;
+    let words =
+        "columns = { time = \"1 [s]\", q = \"2 [m]\", q_rate = \"3 [m/s]\", x = \"4 [m]\" }";
+    let numbered = "columns = { time = { column = 1, unit = \"s\" }, q = { column = 2, unit = \"m\" }, \
+        q_rate = { column = 3, unit = \"m/s\" }, x = { column = 4, unit = \"m\" } }";
+    for text in
+        [rows.to_owned(), rows.replace(',', ";"), format!("# four columns of numbers\n{rows}")]
+    {
+        for run in [words, numbered] {
+            assert_eq!(numbers(&load(run, &text).unwrap()), plain(), "{run}\n{text}");
+            let own = format!("data = {{ file = \"data.csv\", {run} }}");
+            assert_eq!(numbers(&load(&own, &text).unwrap()), plain(), "{own}\n{text}");
+        }
+    }
+    let fault = load("", rows).unwrap_err().to_string();
+    assert!(fault.contains("data.csv:1:1: error: the file has no header row"), "{fault}");
+    assert!(fault.contains("columns = { time = { column = 1, unit = \"s\" } }"), "{fault}");
+    let fault = load(&words.replace("4 [m]", "5 [m]"), rows).unwrap_err().to_string();
+    assert!(fault.contains("no file of run `one` has a column `5`"), "{fault}");
+    // In a file with names digits are a name, not a number.
+    let fault = load("columns = { x = \"2 [m]\" }", PLAIN).unwrap_err().to_string();
+    assert!(fault.contains("has a column `2`"), "{fault}");
+}
+
+#[test]
+fn a_unit_may_be_stated_where_the_file_has_none() {
+    let bare = "t,q,q_rate,x_mm\n0,1.5,0.25,2500\n0.5,-1e-3,0.25,\n1,3,0.5,4125\n";
+    let words = "columns = { time = \"t [s]\", q = { unit = \"m\" }, q_rate = { unit = \"m/s\" }, \
+        x = { column = \"x_mm\", unit = \"mm\" } }";
+    assert_eq!(numbers(&load(words, bare).unwrap()), plain());
+    // What nobody knows may be written in brackets.
+    let odd = bare.replace("x_mm", "x_mm [millimetres]");
+    assert_eq!(numbers(&load(words, &odd).unwrap()), plain());
+    let fault = load(&words.replace("q = { unit = \"m\" }, ", ""), bare).unwrap_err().to_string();
+    assert!(fault.contains("the column `q` has no unit"), "{fault}");
+    assert!(fault.contains("columns = { q = { column = \"q\", unit = \"m\" } }"), "{fault}");
+    let fault = load(words, bare.replace("x_mm", "x_mm [m]")).unwrap_err().to_string();
+    assert!(fault.contains("says that `x_mm` is in `mm`, the file says `m`"), "{fault}");
+    let fault = load(&words.replace("\"mm\"", "\"ms\""), bare).unwrap_err().to_string();
+    assert!(fault.contains("`ms` is not a unit of `x`"), "{fault}");
+    // A name that ends in a unit is none of a unit.
+    let fault = load("columns = { x = \"x_mm\" }", bare).unwrap_err().to_string();
+    assert!(fault.contains("the column `x_mm` has no unit"), "{fault}");
+}
+
+#[test]
+fn a_column_that_is_there_twice_is_chosen_by_its_number() {
+    let twice = PLAIN.replace("x [m]\n", "x [m],x [m],,\n").replace("2.5\n", "2.5,7,,\n");
+    let twice = twice.replace("0.25,\n", "0.25,,8,,\n").replace("4.125\n", "4.125,9,,\n");
+    let fault = load("", &twice).unwrap_err().to_string();
+    assert!(fault.contains("the column `x` is here twice"), "{fault}");
+    assert!(fault.contains("columns = { x = { column = 4 } }"), "{fault}");
+    let found = load("columns = { x = { column = 4 } }", &twice).unwrap();
+    assert_eq!(numbers(&found), plain());
+    // Nobody wants these.
+    let others = PLAIN.replace("x [m]\n", "x [m],a,a\n").replace("2.5\n", "2.5,1,1\n");
+    let others = others.replace("0.25,\n", "0.25,,1,1\n").replace("4.125\n", "4.125,1,1\n");
+    assert_eq!(numbers(&load("", &others).unwrap()), plain());
+}
+
+/// An error, or the right numbers.
+#[test]
+fn hostile_files_give_errors() {
+    let rows: String = (0..100).map(|n| format!("{n},1,1,1\n")).collect();
+    let head = "time [s],q [m],q_rate [m/s],x [m]\n";
+    let utf16: Vec<u8> = PLAIN.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let files: Vec<(Vec<u8>, &str)> = vec![
+        (Vec::new(), "no header row"),
+        (b"\n\n\r\n".to_vec(), "no header row"),
+        (b"# nothing\n".to_vec(), "no header row"),
+        (head.as_bytes().to_vec(), "no rows"),
+        (b"\x00\xff\x00\xfe".repeat(5000), "not UTF-8"),
+        (b"\0".repeat(5000), ""),
+        ([&b"\xff\xfe"[..], &utf16].concat(), "UTF-16"),
+        // Decimals of two kinds, in either order; thousands.
+        (b"time [s];q [m];q_rate [m/s];x [m]\n0;1,5;1;1\n1;1.5;1;1\n".to_vec(), "decimal commas"),
+        (b"time [s];q [m];q_rate [m/s];x [m]\n0;1.5;1;1\n1;1,500;1;1\n".to_vec(), "decimal points"),
+        (b"time [s];q [m];q_rate [m/s];x [m]\n0;1,000.5;1;1\n".to_vec(), "expected a number"),
+        // Rows with other separators than the header, and than each other.
+        (format!("{head}{rows}100;1;1;1\n").into_bytes(), "expected 4 cells"),
+        (format!("{head}{}", rows.replacen(",1", " 1", 40)).into_bytes(), "expected 4 cells"),
+        (format!("{head}{}", rows.replace("50,1", "50,1,1")).into_bytes(), "found 5"),
+        (format!("{head}{rows}{}", "NaN,1,1,1\n".repeat(30)).into_bytes(), "(30 rows"),
+        (format!("{head}{rows}{}", "200,inf,x,1\n".repeat(30)).into_bytes(), "(30 rows"),
+        (format!("time [s],1,q_rate [m/s],x [m]\n{rows}").into_bytes(), "no header row"),
+        (format!("{head}{rows}").replace('\n', "\r").into_bytes(), ""),
+    ];
+    for (bytes, words) in files {
+        let text = String::from_utf8_lossy(&bytes[..bytes.len().min(80)]).into_owned();
+        let faults = load("", &bytes).err().unwrap_or_else(|| panic!("{text}"));
+        assert!(faults.to_string().contains(words), "{text}\n{faults}");
+        assert!(faults.0.len() <= 3, "{text}\n{faults}");
+    }
+    for (run, words) in [
+        ("data = { file = \"data.csv\", separator = \"|\" }", "`|` is not a separator"),
+        ("data = { file = \"data.csv\", decimal = \";\" }", "`;` is not a decimal"),
+        ("data = { file = \"data.csv\", separator = \",\", decimal = \",\" }", "not both"),
+        ("data = { separator = \",\" }", "the file has no name"),
+        ("data = { file = \"data.csv\", haeder = true }", "did you mean `header`?"),
+        ("columns = { x = { column = 0 } }", "not the number of a column"),
+        ("columns = { x = {} }", "neither a column nor a unit"),
+        ("columns = { x = { column = \"x\", unit = \"furlong\" } }", "furlong"),
+    ] {
+        let fault = load(run, PLAIN).unwrap_err().to_string();
+        assert!(fault.contains(words), "{run}\n{fault}");
+    }
+}
+
+#[test]
+fn what_is_unusual_in_a_file_is_said() {
+    let told = |text: &str| load("", text).unwrap().recognised.join("; ");
+    assert_eq!(told(PLAIN), "");
+    let german = PLAIN.replace(',', ";").replace('.', ",");
+    assert_eq!(told(&german), "`data.csv`: cells between semicolons, decimal commas");
+    assert_eq!(told(&format!("#{PLAIN}")), "`data.csv`: the comment in line 1 as header row");
+}
