@@ -10,6 +10,7 @@
 //! | [`declared`], [`mod@file`] | inputs, measurands, runs as declared; what campaign.toml says, with the place of everything |
 //! | `origin`, `described` | where a table's cells are from, for messages; what they say of a table |
 //! | `lines`, [`dialect`], [`form`], `recognise` | a file's lines; how they fall into cells and numbers; what is stated of it; what is recognised |
+//! | [`formats`], `roles` | formats of logs by name; which names of a model have a role in them |
 //! | [`header`], `row`, `repeats` | what a file's columns are; a line of it as numbers; what is wrong with rows, each cause once |
 //! | `words`, `table_entry` | what a campaign calls columns; how it names a file |
 //! | `order`, `sorted`, `reordered` | in which order rows are whose time goes back; a file read anew and sorted; its rows |
@@ -48,6 +49,7 @@ pub mod dialect;
 mod expected;
 pub mod file;
 pub mod form;
+pub mod formats;
 pub mod header;
 pub(crate) mod lines;
 pub mod load;
@@ -71,6 +73,7 @@ pub mod record;
 pub mod recorder;
 mod reordered;
 mod repeats;
+mod roles;
 mod row;
 pub mod run;
 pub mod samples;

@@ -50,6 +50,7 @@ impl Loader<'_> {
             name: name.to_owned(),
             stated: Stated::default(),
             unit: input.unit.clone(),
+            role: None,
         };
         let wanted = [want(&input.name), want(CORRECTION)];
         let mut table = self.table(&name, &Form::default(), &wanted)?;

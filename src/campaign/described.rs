@@ -1,7 +1,7 @@
 //! What messages say of a table: names of its columns, places of its cells, its layout in words.
 
 use crate::campaign::dialect::{Separator, names};
-use crate::campaign::header::{Choice, Column};
+use crate::campaign::header::{Choice, Column, TIME};
 use crate::campaign::lines::Lines;
 use crate::campaign::recognise::Layout;
 use crate::campaign::table::{Table, is_parquet};
@@ -13,6 +13,9 @@ impl Table {
     pub(crate) fn layout_told(&self) -> Option<String> {
         let Layout { separator, header, .. } = &self.layout;
         let mut words = Vec::new();
+        let time = self.column(TIME).map(|time| format!(", stamps in {}", time.unit.symbol));
+        let time = time.unwrap_or_default();
+        words.extend(self.format.map(|format| format!("in the format `{}`{time}", format.name)));
         if *separator != Separator::Comma {
             words.push(format!("cells between {}", separator.words()));
         }

@@ -5,6 +5,7 @@ use crate::campaign::declared::{ColumnWord, RunEntry, TableEntry};
 use crate::campaign::header::{Column, Stated, TIME, Wanted};
 use crate::campaign::loader::Loader;
 use crate::campaign::origin::listed;
+use crate::campaign::roles::roles;
 use crate::campaign::table::Table;
 use crate::campaign::timing::COLUMNS;
 use crate::diagnostic::{Diagnostic, nearest, shortened};
@@ -24,11 +25,13 @@ impl Loader<'_> {
         own: &[ColumnWord],
         readings: bool,
     ) -> Vec<Wanted> {
+        let roles = roles(self.model, readings);
         let want = |name: String, unit: Unit| {
             let word = own.iter().chain(&entry.columns).find(|word| word.name.text == name);
             let stated =
                 word.map(|word| Stated { column: word.column.clone(), unit: word.unit.clone() });
-            Wanted { name, stated: stated.unwrap_or_default(), unit }
+            let role = roles.iter().find(|(own, _)| *own == name).map(|(_, role)| *role);
+            Wanted { name, stated: stated.unwrap_or_default(), unit, role }
         };
         let times = if readings && self.timing.is_some() { &COLUMNS[..] } else { &[TIME][..] };
         let time = |name: &&str| want((*name).into(), Unit::second());

@@ -4,14 +4,17 @@
 //! What is not stated is recognised from the file.
 
 use crate::campaign::dialect::{Decimal, Separator};
+use crate::campaign::formats::{FORMATS, Format};
 use crate::document::entries::{Entry, Item, Reader, Value, get};
 
 /// The keys of a file's form.
-pub(crate) const KEYS: [&str; 4] = ["separator", "decimal", "header", "missing"];
+pub(crate) const KEYS: [&str; 5] = ["format", "separator", "decimal", "header", "missing"];
 
 /// A file's form as far as it is stated.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Form {
+    /// A format that other programs share.
+    pub format: Option<&'static Format>,
     /// What separates its cells.
     pub separator: Option<Separator>,
     /// How decimals are written; `Open` where it is not stated.
@@ -26,6 +29,15 @@ impl Form {
     /// Reads the keys of a file's form among others.
     pub(crate) fn read(reader: &mut Reader, entries: &[Entry]) -> Self {
         let mut form = Self::default();
+        if let Some(item) = get(entries, "format")
+            && let Some(name) = reader.text(item, "format = \"tum\"")
+        {
+            form.format = Format::of(&name);
+            if form.format.is_none() {
+                let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
+                reader.unknown(item.span, "format", &name, &known);
+            }
+        }
         if let Some(item) = get(entries, "separator") {
             form.separator =
                 character(reader, item, "separator", "\",\", \";\", \"\\t\" or \" \"", |text| {

@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
-use crate::campaign::dialect::names;
+use crate::campaign::dialect::{self, names};
+use crate::campaign::form::Form;
+use crate::campaign::formats::{Format, Role, unit_since_1970};
 use crate::campaign::origin::Origin;
 use crate::campaign::recognise::Layout;
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -38,6 +40,21 @@ pub struct Wanted {
     pub stated: Stated,
     /// A unit it may be written in.
     pub unit: Unit,
+    /// What formats call it.
+    pub role: Option<Role>,
+}
+
+/// The columns of a file, and the format in which it is.
+pub(crate) struct Header {
+    pub(crate) columns: Vec<Column>,
+    pub(crate) format: Option<&'static Format>,
+}
+
+/// A column that was chosen: for what, the unit that the campaign states, that of its format.
+struct Chosen<'w> {
+    want: &'w Wanted,
+    stated: Option<&'w Unit>,
+    usual: Option<Unit>,
 }
 
 /// A column of a table.
@@ -73,6 +90,8 @@ pub fn split(cell: &str) -> (&str, Option<(&str, usize)>) {
     }
 }
 
+/// Files of more columns are in no format that is recognised.
+const MOST_OF_FORMAT: usize = 1000;
 /// How many faults of a header are reported.
 const MOST_FAULTS: usize = 20;
 
@@ -107,6 +126,47 @@ impl<'a> Names<'a> {
             }
         }
         Self { cells, places, by_digits: header.start > 0 }
+    }
+
+    /// The names without units; empty where there are none.
+    fn plain(&self) -> Vec<&'a str> {
+        self.cells.iter().map(|(cell, _)| split(cell).0).collect()
+    }
+
+    /// The format of the file, as stated or recognised; chooses columns for roles that have none.
+    fn format<'w>(
+        &self,
+        layout: &Layout,
+        form: &Form,
+        chosen: &mut HashMap<usize, Chosen<'w>>,
+        wanted: &'w [Wanted],
+    ) -> Option<&'static Format> {
+        let names = self.plain();
+        let recognised = || match &layout.header {
+            Some(_) if names.len() <= MOST_OF_FORMAT => Format::with_names(&names),
+            None if chosen.is_empty() => Format::with_rows(&layout.numbers(form)),
+            _ => None,
+        };
+        let format = form.format.or_else(recognised)?;
+        for want in wanted.iter().filter(|want| want.stated.column.is_none()) {
+            let own = chosen.iter().find(|(_, one)| one.want.name == want.name);
+            let own = own.map(|(index, one)| (*index, one.stated.is_some()));
+            // A column of that name without a unit may be another one.
+            let has_unit = |index: usize| split(self.cells[index].0).1.is_some();
+            let is_chosen = own.is_some_and(|(index, stated)| stated || has_unit(index));
+            let Some(role) = want.role.filter(|_| !is_chosen) else { continue };
+            let Some(index) = format.place(role, &names) else { continue };
+            if let Some((own, _)) = own {
+                chosen.remove(&own);
+            }
+            let usual = Some(format.unit(role));
+            chosen.entry(index).or_insert(Chosen {
+                want,
+                stated: want.stated.unit.as_ref(),
+                usual,
+            });
+        }
+        Some(format)
     }
 
     /// The column that a wanted one is, one of the same name if there is another, and the unit that
@@ -168,8 +228,9 @@ pub(crate) fn no_header(origin: &Origin, layout: &Layout) -> Diagnostic {
 pub(crate) fn read(
     origin: &Origin,
     layout: &Layout,
+    form: &Form,
     wanted: &[Wanted],
-) -> Result<Vec<Column>, Diagnostics> {
+) -> Result<Header, Diagnostics> {
     let all = Names::of(layout);
     let header = layout.header.as_ref();
     let (line, text) =
@@ -177,7 +238,7 @@ pub(crate) fn read(
     let at = |span| origin.place(line, text, span);
     let is_number = |(cell, _): &(&str, _)| split(cell).0.parse::<f64>().is_ok();
     let is_mixed = header.is_some() && all.cells.iter().any(is_number);
-    let mut chosen: HashMap<usize, (&Wanted, Option<&Unit>)> = HashMap::new();
+    let mut chosen: HashMap<usize, Chosen<'_>> = HashMap::new();
     let mut faults = Vec::new();
     // What the campaign states comes before what is called like it.
     let is_stated = |want: &&Wanted| want.stated.column.is_some();
@@ -193,11 +254,27 @@ pub(crate) fn read(
             );
             faults.push(Diagnostic::error(message).at(at(span)).help(help));
         }
-        chosen.entry(index).or_insert((want, unit));
+        chosen.entry(index).or_insert(Chosen { want, stated: unit, usual: None });
     }
     if is_mixed {
         return Err(no_header(origin, layout).into());
     }
+    let format = all.format(layout, form, &mut chosen, wanted);
+    if let Some(format) = format.filter(|_| form.format.is_some()) {
+        let lacks =
+            format.columns.iter().all(|(role, ..)| format.place(*role, &all.plain()).is_none());
+        if lacks {
+            let message = format!("the file is not in the format `{}`", format.name);
+            let help = format!("expected: {}", format.about);
+            let fault = Diagnostic::error(message).at(at((0, text.len()))).help(help);
+            return Err(fault.into());
+        }
+    }
+    let first_stamp = |index: usize| {
+        let row = layout.rows.first()?;
+        let (cell, _) = dialect::cells(row, layout.separator).nth(index)?;
+        form.decimal.clone().number(cell, layout.separator)
+    };
     let mut columns = Vec::with_capacity(all.cells.len());
     for (index, (cell, span)) in all.cells.iter().enumerate() {
         if faults.len() >= MOST_FAULTS {
@@ -208,9 +285,21 @@ pub(crate) fn read(
         let name = if is_named { name.to_owned() } else { (index + 1).to_string() };
         let mut column =
             Column { name, is_named, wanted: None, unit: Unit::one(), index, values: Vec::new() };
-        if let Some((want, stated)) = chosen.get(&index) {
+        if let Some(Chosen { want, stated, usual }) = chosen.get(&index) {
             column.wanted = Some(want.name.clone());
-            match read_unit(origin, want, stated.cloned(), &column.name, unit) {
+            let since_1970 = match want.role {
+                Some(Role::Time) => first_stamp(index).and_then(unit_since_1970),
+                _ => None,
+            };
+            let usual =
+                usual.clone().filter(|_| unit.is_none_or(|(unit, _)| unit.trim().is_empty()));
+            let usual = usual.map(|usual| {
+                since_1970.and_then(|symbol| Unit::parse(symbol).ok()).unwrap_or(usual)
+            });
+            let stated = stated.cloned().or(usual);
+            let hint = since_1970.unwrap_or(&want.unit.symbol);
+            let read = read_unit(origin, want, stated, (&column.name, hint), unit);
+            match read.and_then(|unit| counts(unit, since_1970)) {
                 Ok(unit) => column.unit = unit,
                 Err(fault) => {
                     let (diagnostic, inside) = *fault;
@@ -221,7 +310,25 @@ pub(crate) fn read(
         }
         columns.push(column);
     }
-    Diagnostics(faults).into_result(columns)
+    Diagnostics(faults).into_result(Header { columns, format })
+}
+
+/// The unit of stamps, if they can count in it; `since_1970` is the unit of stamps since 1970 that
+/// are as large.
+fn counts(unit: Unit, since_1970: Option<&str>) -> Result<Unit, Box<UnitFault>> {
+    match since_1970.and_then(|symbol| Some((symbol, Unit::parse(symbol).ok()?))) {
+        Some((symbol, usual)) if unit.factor / usual.factor > 999.0 => {
+            let message = format!(
+                "stamps as large as these count in {symbol} since 1970, not in `{}`",
+                unit.symbol
+            );
+            let help = format!(
+                "write `{TIME} [{symbol}]`, or the unit in the campaign where the file has none"
+            );
+            Err(Box::new((Diagnostic::error(message).help(help), None)))
+        }
+        _ => Ok(unit),
+    }
 }
 
 type UnitFault = (Diagnostic, Option<(usize, usize)>);
@@ -230,7 +337,7 @@ fn read_unit(
     origin: &Origin,
     want: &Wanted,
     stated: Option<Unit>,
-    name: &str,
+    (name, hint): (&str, &str),
     found: Option<(&str, usize)>,
 ) -> Result<Unit, Box<UnitFault>> {
     let wrong = |unit: &Unit| {
@@ -247,7 +354,7 @@ fn read_unit(
     };
     let Some((text, start)) = found else {
         let Some(stated) = stated else {
-            let (own, symbol) = (&want.name, &want.unit.symbol);
+            let (own, symbol) = (&want.name, hint);
             let error = Diagnostic::error(format!("the column `{name}` has no unit"));
             let error = error.help(format!(
                 "write `{name} [{symbol}]`, or in the run: columns = {{ {own} = {{ column = \"{name}\", unit = \"{symbol}\" }} }}"

@@ -33,6 +33,23 @@ pub(crate) struct Layout {
     pub(crate) width: usize,
     /// Line and text of the first row, the header where it is one.
     pub(crate) first: (usize, String),
+    /// The first rows behind the header, long ones left out.
+    pub(crate) rows: Vec<String>,
+}
+
+/// The longest row (bytes) that is kept.
+const LONGEST_ROW: usize = 4096;
+
+impl Layout {
+    /// The numbers of the first rows; NaN for a cell that is none.
+    pub(crate) fn numbers(&self, form: &Form) -> Vec<Vec<f64>> {
+        let number = |(cell, _): (&str, _)| {
+            let mut decimal = form.decimal;
+            decimal.number(cell, self.separator).unwrap_or(f64::NAN)
+        };
+        let row = |row: &String| cells(row, self.separator).map(number).collect();
+        self.rows.iter().map(row).collect()
+    }
 }
 
 #[cfg(feature = "parquet")]
@@ -47,6 +64,7 @@ impl Layout {
             header: Some(Header { line: 1, text: text.clone(), start: 0, separator }),
             width: names.len(),
             first: (1, text),
+            rows: Vec::new(),
         }
     }
 }
@@ -90,7 +108,8 @@ impl<'a> Head<'a> {
     pub(crate) fn layout(&self, form: &Form) -> Option<Layout> {
         let (line, text) = *self.rows.first()?;
         let first = (line, text.to_owned());
-        let has_header = form.header.unwrap_or_else(|| !self.begins_with_readings(form));
+        let is_row = || self.begins_with_readings(form) || self.is_named_row(form);
+        let has_header = form.header.unwrap_or_else(|| !is_row());
         let (separator, of_names) = self.separators(form, has_header);
         let width = cells(text, separator).count();
         let (header, width) = if has_header {
@@ -101,7 +120,9 @@ impl<'a> Head<'a> {
         } else {
             (self.commented(separator, width), width)
         };
-        Some(Layout { separator, header, width, first })
+        let rows = self.rows.iter().skip(usize::from(has_header)).map(|(_, row)| *row);
+        let rows = rows.filter(|row| row.len() <= LONGEST_ROW).map(str::to_owned).collect();
+        Some(Layout { separator, header, width, first, rows })
     }
 
     /// Whether all cells of the first row are numbers, or empty, between some separator.
@@ -112,6 +133,14 @@ impl<'a> Head<'a> {
             let mut all = cells(first, separator);
             all.all(|(cell, _)| is_reading(cell, &mut decimal, separator, form))
         }) && first.contains(|c: char| c.is_ascii_digit())
+    }
+
+    /// Whether the first row holds numbers, among texts, and a comment before it their names.
+    fn is_named_row(&self, form: &Form) -> bool {
+        let Some((_, first)) = self.rows.first() else { return false };
+        let (separator, _) = self.separators(form, false);
+        let width = cells(first, separator).count();
+        numbers(first, separator, form) > 0 && self.commented(separator, width).is_some()
     }
 
     /// What separates the cells of rows, and the names of the header: what splits most rows alike.

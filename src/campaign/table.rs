@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::campaign::form::Form;
-use crate::campaign::header::{self, Column, Wanted};
+use crate::campaign::formats::Format;
+use crate::campaign::header::{self, Column, Header, Wanted};
 use crate::campaign::lines::Lines;
 use crate::campaign::origin::Origin;
 #[cfg(feature = "parquet")]
@@ -65,6 +66,8 @@ pub struct Table {
     /// Rows read so far.
     count: usize,
     pub(super) layout: Layout,
+    /// The format in which it is, stated or recognised.
+    pub(super) format: Option<&'static Format>,
 }
 
 /// Where rows come from.
@@ -155,12 +158,15 @@ impl Table {
             };
             return Err(content(fault.into()));
         };
-        let columns = header::read(&origin, &layout, wanted).map_err(content)?;
+        let header = header::read(&origin, &layout, form, wanted).map_err(content)?;
+        let Header { columns, format } = header;
         if layout.header.is_none() && columns.iter().all(|column| column.wanted.is_none()) {
             return Err(content(header::no_header(&origin, &layout).into()));
         }
         pass_header(&mut source, &layout).map_err(unreadable)?;
-        Ok(Self::new(path, origin, form, columns, layout, Source::Text(source), skip_bad_rows))
+        let source = Source::Text(source);
+        let table = Self::new(path, origin, form, columns, layout, source, skip_bad_rows);
+        Ok(Self { format, ..table })
     }
 
     fn new(
@@ -188,6 +194,7 @@ impl Table {
             faults: Repeats::default(),
             count: 0,
             layout,
+            format: None,
         }
     }
 
@@ -217,7 +224,8 @@ impl Table {
         let content = |faults| TableError::Content(origin.faults(faults));
         let mut rows = Rows::of(path, file).map_err(TableError::Unreadable)?;
         let layout = Layout::of_names(&rows.names());
-        let columns = header::read(&origin, &layout, wanted).map_err(content)?;
+        let Header { columns, .. } =
+            header::read(&origin, &layout, &Form::default(), wanted).map_err(content)?;
         let read = columns.iter().filter(|column| column.wanted.is_some());
         rows.want(read.map(|column| column.index).collect()).map_err(|(column, found)| {
             let message = format!("the column `{}` holds {found}", columns[column].name);
@@ -399,7 +407,7 @@ pub(crate) fn columns_in(path: &Path, form: &Form) -> Vec<Column> {
         let mut lines = open_regular(path).and_then(Lines::of).ok()?;
         let layout = Head::of(lines.head(ROWS).ok()?).layout(form)?;
         let origin = Origin { file: "".into(), is_outside: false };
-        header::read(&origin, &layout, &[]).ok()
+        header::read(&origin, &layout, form, &[]).ok().map(|header| header.columns)
     };
     match is_parquet(path) {
         true => Table::open(path, form, &[], false).map(|table| table.columns).unwrap_or_default(),

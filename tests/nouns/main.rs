@@ -10,6 +10,7 @@ mod campaign;
 mod every_effect;
 mod faults;
 mod files;
+mod formats;
 mod forms;
 mod guides;
 mod larger_than_memory;
