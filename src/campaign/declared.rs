@@ -48,6 +48,8 @@ pub struct ColumnWord {
     pub column: Option<Choice>,
     /// Unit, if it says one.
     pub unit: Option<Unit>,
+    /// A formula over columns of a file, if it is one and no column is called so.
+    pub formula: Option<Formula>,
 }
 
 /// A file of a run.

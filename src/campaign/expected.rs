@@ -26,10 +26,10 @@ impl Loader<'_> {
         readings: bool,
     ) -> Vec<Wanted> {
         let roles = roles(self.model, readings);
+        let words: Vec<&ColumnWord> = own.iter().chain(&entry.columns).collect();
         let want = |name: String, unit: Unit| {
-            let word = own.iter().chain(&entry.columns).find(|word| word.name.text == name);
-            let stated =
-                word.map(|word| Stated { column: word.column.clone(), unit: word.unit.clone() });
+            let word = words.iter().find(|word| word.name.text == name);
+            let stated = word.map(|word| stated(word, &words));
             let role = roles.iter().find(|(own, _)| *own == name).map(|(_, role)| *role);
             Wanted { name, stated: stated.unwrap_or_default(), unit, role }
         };
@@ -81,10 +81,19 @@ impl Loader<'_> {
 
     /// Faults words for what the model does not declare, and for columns that `tables` do not have.
     fn check_words(&mut self, words: &[ColumnWord], known: &[&str], tables: &[&Table], who: &str) {
+        let in_formulas = words.iter().filter_map(|word| word.formula.as_ref());
+        let in_formulas: Vec<&str> =
+            in_formulas.flat_map(|formula| formula.root.names()).map(|(name, _)| name).collect();
         for word in words {
             let name = word.name.text.as_str();
+            if in_formulas.contains(&name) && !known.contains(&name) {
+                continue;
+            }
             let is_there = |table: &&Table| match &word.column {
-                Some(column) => table.has(name, column),
+                Some(column) => {
+                    let is_computed = word.formula.is_some() && table.column(name).is_some();
+                    table.has(name, column) || is_computed
+                }
                 None => table.column(name).is_some(),
             };
             if !known.contains(&name) {
@@ -142,5 +151,25 @@ impl Loader<'_> {
             };
         }
         self.warnings.push(warning);
+    }
+}
+
+/// What a word states of a column; `all` may say more of the columns that its formula names.
+fn stated(word: &ColumnWord, all: &[&ColumnWord]) -> Stated {
+    let plain = |word: &ColumnWord| Stated {
+        column: word.column.clone(),
+        unit: word.unit.clone(),
+        ..Stated::default()
+    };
+    let Some(formula) = &word.formula else { return plain(word) };
+    let names = formula.root.names().into_iter().map(|(name, _)| name);
+    let of = |name: &str| {
+        let own = all.iter().find(|own| own.name.text == name && own.formula.is_none())?;
+        Some((name.to_owned(), plain(own)))
+    };
+    Stated {
+        formula: Some(formula.clone()),
+        sources: names.filter_map(of).collect(),
+        ..plain(word)
     }
 }

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use indexmap::{IndexMap, IndexSet};
 
 use crate::campaign::declared::{InputOverride, MeasurandOverride, RunEntry};
+use crate::campaign::delay_range::DelayRange;
 use crate::campaign::output;
 use crate::campaign::overrides;
 use crate::campaign::plan;
@@ -21,7 +22,7 @@ use crate::document::entries::{Entry, Item, Named, Reader, Value, get};
 use crate::document::files::{Files, Input, reason};
 use crate::document::{text, withhold};
 use crate::model::Override;
-use crate::units::{DisplayUnits, Unit};
+use crate::units::DisplayUnits;
 
 /// Largest campaign.toml that is read, in bytes, unpacked if it is packed.
 pub const MOST_BYTES: usize = 1 << 20;
@@ -76,8 +77,8 @@ pub struct CampaignFile {
     pub specification: Specification,
     /// `[output]`: units of results.
     pub output: DisplayUnits,
-    /// `delay_range` (s).
-    pub delay_range: Option<f64>,
+    /// `delay_range`.
+    pub delay_range: Option<DelayRange>,
     /// `[timing]`.
     pub timing: Option<Timing>,
     /// `[[runs]]`.
@@ -161,8 +162,8 @@ impl CampaignFile {
             let texts = reader.texts(item, "effects = [\"encoder_eccentricity\"]");
             texts.into_iter().map(|(text, span)| place(&reader, text, span)).collect()
         });
-        let delay_range = get(&entries, "delay_range")
-            .and_then(|item| reader.positive_of(item, "delay_range", &Unit::second()));
+        let delay_range =
+            get(&entries, "delay_range").and_then(|item| DelayRange::read(&mut reader, item));
         let timing =
             get(&entries, "timing").and_then(|item| timing::read::timing(&mut reader, item));
         let parameters = table(&mut reader, "parameters");

@@ -6,9 +6,10 @@
 use crate::campaign::dialect::{Decimal, Separator};
 use crate::campaign::formats::{FORMATS, Format};
 use crate::document::entries::{Entry, Item, Reader, Value, get};
+use crate::units::Unit;
 
 /// The keys of a file's form.
-pub(crate) const KEYS: [&str; 5] = ["format", "separator", "decimal", "header", "missing"];
+pub(crate) const KEYS: [&str; 6] = ["format", "separator", "decimal", "header", "missing", "wraps"];
 
 /// A file's form as far as it is stated.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,6 +24,8 @@ pub struct Form {
     pub header: Option<bool>,
     /// Cells that stand for a reading that is missing.
     pub missing: Vec<String>,
+    /// After which time its stamps begin anew (s).
+    pub wraps: Option<f64>,
 }
 
 impl Form {
@@ -56,6 +59,8 @@ impl Form {
                 reader.fault(item.span, message, "state another separator: separator = \";\"");
             }
         }
+        form.wraps = get(entries, "wraps")
+            .and_then(|item| reader.positive_of(item, "wraps", &Unit::second()));
         form.header = get(entries, "header").and_then(|item| reader.boolean(item));
         if let Some(item) = get(entries, "missing") {
             form.missing = match &item.value {

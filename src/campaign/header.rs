@@ -2,12 +2,14 @@
 
 use std::collections::HashMap;
 
+use crate::campaign::computed::Computation;
 use crate::campaign::dialect::{self, names};
 use crate::campaign::form::Form;
 use crate::campaign::formats::{Format, Role, unit_since_1970};
 use crate::campaign::origin::Origin;
 use crate::campaign::recognise::Layout;
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::formula::Formula;
 use crate::units::Unit;
 
 /// The column that must be there in every row and must not run backwards.
@@ -23,12 +25,16 @@ pub enum Choice {
 }
 
 /// What a campaign states of a wanted column.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Stated {
     /// Which column it is.
     pub column: Option<Choice>,
     /// Its unit.
     pub unit: Option<Unit>,
+    /// What it is computed from, if no column is called like the formula.
+    pub formula: Option<Formula>,
+    /// What the campaign states of columns that the formula names.
+    pub sources: Vec<(String, Stated)>,
 }
 
 /// A column that somebody needs.
@@ -48,6 +54,8 @@ pub struct Wanted {
 pub(crate) struct Header {
     pub(crate) columns: Vec<Column>,
     pub(crate) format: Option<&'static Format>,
+    /// Wanted columns that are computed from others.
+    pub(crate) computed: Vec<(String, Computation)>,
 }
 
 /// A column that was chosen: for what, the unit that the campaign states, that of its format.
@@ -176,7 +184,7 @@ impl<'a> Names<'a> {
             let index = number.checked_sub(1).filter(|index| *index < self.cells.len())?;
             Some((index, None))
         };
-        let Stated { column, unit } = &want.stated;
+        let Stated { column, unit, .. } = &want.stated;
         let stated = match column {
             Some(Choice::Number(number)) => by_number(*number),
             Some(Choice::Name(name)) => {
@@ -186,7 +194,11 @@ impl<'a> Names<'a> {
             }
             None => None,
         };
-        let own = || self.places.get(want.name.as_str()).copied();
+        // What is computed may be called like one of the columns that it is computed from.
+        let own = || {
+            let is_computed = want.stated.formula.is_some();
+            self.places.get(want.name.as_str()).copied().filter(|_| !is_computed)
+        };
         match stated {
             Some((index, other)) => Some((index, other, unit.as_ref())),
             // A unit alone is that of the column which is called like the wanted one.
@@ -270,6 +282,12 @@ pub(crate) fn read(
             return Err(fault.into());
         }
     }
+    let sources = sources(wanted, &all, &chosen);
+    for want in sources.iter().flat_map(|(_, sources)| sources) {
+        if let Some((index, _, unit)) = all.place(want) {
+            chosen.entry(index).or_insert(Chosen { want, stated: unit, usual: None });
+        }
+    }
     let first_stamp = |index: usize| {
         let row = layout.rows.first()?;
         let (cell, _) = dialect::cells(row, layout.separator).nth(index)?;
@@ -286,7 +304,11 @@ pub(crate) fn read(
         let mut column =
             Column { name, is_named, wanted: None, unit: Unit::one(), index, values: Vec::new() };
         if let Some(Chosen { want, stated, usual }) = chosen.get(&index) {
-            column.wanted = Some(want.name.clone());
+            let is_source = !wanted.iter().any(|own| std::ptr::eq(own, *want));
+            column.wanted = Some(match is_source {
+                true => format!("{} of a formula", want.name),
+                false => want.name.clone(),
+            });
             let since_1970 = match want.role {
                 Some(Role::Time) => first_stamp(index).and_then(unit_since_1970),
                 _ => None,
@@ -298,7 +320,8 @@ pub(crate) fn read(
             });
             let stated = stated.cloned().or(usual);
             let hint = since_1970.unwrap_or(&want.unit.symbol);
-            let read = read_unit(origin, want, stated, (&column.name, hint), unit);
+            let accepts = (!is_source).then_some(&want.unit);
+            let read = read_unit(origin, want, accepts, stated, (&column.name, hint), unit);
             match read.and_then(|unit| counts(unit, since_1970)) {
                 Ok(unit) => column.unit = unit,
                 Err(fault) => {
@@ -310,7 +333,66 @@ pub(crate) fn read(
         }
         columns.push(column);
     }
-    Diagnostics(faults).into_result(Header { columns, format })
+    let computed = match faults.is_empty() {
+        true => computed(&sources, &all, &columns, &mut faults),
+        false => Vec::new(),
+    };
+    Diagnostics(faults).into_result(Header { columns, format, computed })
+}
+
+/// A wanted column that is computed, and the columns from which.
+type Sources<'w> = (&'w Wanted, Vec<Wanted>);
+
+/// What the formulas need that this file can compute: those all of whose names are columns of it.
+fn sources<'w>(
+    wanted: &'w [Wanted],
+    all: &Names<'_>,
+    chosen: &HashMap<usize, Chosen<'_>>,
+) -> Vec<Sources<'w>> {
+    let is_chosen = |want: &Wanted| chosen.values().any(|one| one.want.name == want.name);
+    let open = wanted.iter().filter(|want| !is_chosen(want));
+    let of = |want: &'w Wanted| {
+        let formula = want.stated.formula.as_ref()?;
+        let mut sources: Vec<Wanted> = Vec::new();
+        for (name, _) in formula.root.names() {
+            if name == "pi" || sources.iter().any(|known| known.name == name) {
+                continue;
+            }
+            let stated = want.stated.sources.iter().find(|(own, _)| own == name);
+            let stated = stated.map(|(_, stated)| stated.clone()).unwrap_or_default();
+            let source = Wanted { name: name.to_owned(), stated, unit: Unit::one(), role: None };
+            all.place(&source)?;
+            sources.push(source);
+        }
+        Some((want, sources))
+    };
+    open.filter_map(of).collect()
+}
+
+/// Columns that are computed from others.
+fn computed(
+    sources: &[Sources<'_>],
+    all: &Names<'_>,
+    columns: &[Column],
+    faults: &mut Vec<Diagnostic>,
+) -> Vec<(String, Computation)> {
+    let mut found = Vec::new();
+    for (want, sources) in sources {
+        let own: Vec<(&str, usize, Unit)> = sources
+            .iter()
+            .filter_map(|source| {
+                let (index, ..) = all.place(source)?;
+                Some((source.name.as_str(), index, columns[index].unit.clone()))
+            })
+            .collect();
+        let formula = want.stated.formula.as_ref();
+        match formula.map(|formula| Computation::of(formula, &own, &want.unit)) {
+            Some(Ok(computation)) => found.push((want.name.clone(), computation)),
+            Some(Err(fault)) => faults.push(fault),
+            None => {}
+        }
+    }
+    found
 }
 
 /// The unit of stamps, if they can count in it; `since_1970` is the unit of stamps since 1970 that
@@ -336,6 +418,7 @@ type UnitFault = (Diagnostic, Option<(usize, usize)>);
 fn read_unit(
     origin: &Origin,
     want: &Wanted,
+    like: Option<&Unit>,
     stated: Option<Unit>,
     (name, hint): (&str, &str),
     found: Option<(&str, usize)>,
@@ -348,7 +431,8 @@ fn read_unit(
         let help = format!("it is measured in units such as `{}`", want.unit.symbol);
         Diagnostic::error(message).help(help)
     };
-    let usable = |stated: Unit| match want.unit.accepts(&stated) {
+    let accepts = |unit: &Unit| like.is_none_or(|like| like.accepts(unit));
+    let usable = |stated: Unit| match accepts(&stated) {
         true => Ok(stated),
         false => Err(Box::new((wrong(&stated), None))),
     };
@@ -381,7 +465,7 @@ fn read_unit(
         Box::new((diagnostic, Some((start + error.start, start + error.end))))
     })?;
     let whole = Some((start, start + text.len()));
-    if !want.unit.accepts(&unit) {
+    if !accepts(&unit) {
         return Err(Box::new((wrong(&unit), whole)));
     }
     match stated {

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use crate::campaign::calibration::InputSpread;
 use crate::campaign::columns::reading_columns;
+use crate::campaign::delay_range::DelayRange;
 use crate::campaign::file::CampaignFile;
 use crate::campaign::loader::{InputSetting, Loader};
 use crate::campaign::overlap::overlap;
@@ -22,7 +23,7 @@ use crate::library::{effect_files, model_file};
 use crate::model::Model;
 use crate::units::Unit;
 
-pub use crate::campaign::loaded::{Campaign, DELAY_RANGE, LeftOut, LoadOptions, MEMORY};
+pub use crate::campaign::loaded::{Campaign, LeftOut, LoadOptions, MEMORY};
 
 impl CampaignFile {
     /// Reads the data of all runs against a model.
@@ -45,13 +46,15 @@ impl CampaignFile {
         options: &LoadOptions,
     ) -> Result<Campaign, Diagnostics> {
         self.declare_files(options.confined)?;
+        let stated = options.delay_range.map(DelayRange::even).or(self.delay_range.clone());
         let mut loader = Loader {
             model,
             folder: self.folder.clone(),
             reader: self.reader.clone(),
             files: self.files.clone(),
             inputs: Vec::new(),
-            delay_range: options.delay_range.or(self.delay_range).unwrap_or(DELAY_RANGE),
+            delay_range: stated.unwrap_or_default(),
+            delay_ranges: Vec::new(),
             skip_bad_rows: options.skip_bad_rows,
             warnings: Vec::new(),
             warned: HashSet::new(),
@@ -67,6 +70,7 @@ impl CampaignFile {
         };
         let (inputs, input_spread) = self.input_settings(model, &mut loader);
         loader.inputs = inputs;
+        loader.delay_ranges = loader.delay_range.of(model, &mut loader.reader);
         let (mut measurand_sigma, measurand_degrees_of_freedom) =
             self.measurand_sigmas(model, &mut loader);
         self.check_constants(model, &mut loader);

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::campaign::calibration::InputSpread;
 use crate::campaign::declared::{InputOverride, RunEntry};
+use crate::campaign::delay_range::DelayRange;
 use crate::campaign::run::Run;
 use crate::campaign::specification::Specification;
 use crate::campaign::table::Skipped;
@@ -16,15 +17,12 @@ use crate::model::Override;
 use crate::progress::Progress;
 use crate::units::DisplayUnits;
 
-/// The margin kept to the ends of a stream (s), unless stated.
-pub const DELAY_RANGE: f64 = 0.5;
-
 /// How to read the data.
 #[derive(Clone, Debug)]
 pub struct LoadOptions {
     /// Leave bad rows out, count and list them.
     pub skip_bad_rows: bool,
-    /// Margin to the ends of streams (s), over what the campaign says.
+    /// The greatest delay to either side (s), over what the campaign says.
     pub delay_range: Option<f64>,
     /// Bytes of memory for the samples of all runs; those that go beyond wait in a temporary file.
     pub memory: u64,
@@ -105,8 +103,8 @@ pub struct Campaign {
     pub specification: Specification,
     /// Degrees of freedom on which that rests, if few.
     pub measurand_degrees_of_freedom: Vec<Option<f64>>,
-    /// Margin kept to the ends of streams (s).
-    pub delay_range: f64,
+    /// Between which delays readings may lie: streams must be there for all of them.
+    pub delay_range: DelayRange,
     /// How reference times were captured, if the campaign says so.
     pub timing: Option<Timing>,
     /// The time from request to reply in each run that captured it.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use crate::campaign::calibration::Corrections;
 use crate::campaign::declared::RunEntry;
+use crate::campaign::delay_range::DelayRange;
 use crate::campaign::form::Form;
 use crate::campaign::header::Wanted;
 use crate::campaign::loaded::LeftOut;
@@ -39,7 +40,9 @@ pub(crate) struct Loader<'a> {
     pub(crate) reader: Reader,
     pub(crate) files: Files,
     pub(crate) inputs: Vec<InputSetting>,
-    pub(crate) delay_range: f64,
+    pub(crate) delay_range: DelayRange,
+    /// That of each measurand of the model (s).
+    pub(crate) delay_ranges: Vec<[f64; 2]>,
     pub(crate) skip_bad_rows: bool,
     pub(crate) warnings: Vec<Diagnostic>,
     pub(crate) warned: HashSet<String>,

@@ -5,6 +5,7 @@
 //! began anew, sorting would mix rows of different moments: that is said and not sorted.
 
 use crate::diagnostic::decimals;
+use crate::units::Unit;
 
 /// A clock was set where the rows before and behind alternate more often than this once sorted.
 const ALTERNATIONS: usize = 5;
@@ -89,12 +90,20 @@ fn is_mixed(order: &[usize], row: usize) -> bool {
     changes > ALTERNATIONS
 }
 
-/// The size of a counter that a step back (in the unit of its column) is close to, if any.
-pub(crate) fn counter(step: f64) -> Option<f64> {
+/// Clocks that begin anew: each minute, hour, half day, day, week.
+const CLOCKS: [(&str, f64); 5] =
+    [("60 s", 60.0), ("1 h", 3600.0), ("12 h", 43_200.0), ("24 h", 86_400.0), ("168 h", 604_800.0)];
+
+/// The size of a counter that a step back (s) of stamps of a unit is close to, if any: powers of two
+/// and of ten, and clocks.
+pub(crate) fn counter(step: f64, unit: &Unit) -> Option<String> {
+    let is_close = |size: f64| (step / (size * unit.factor) - 1.0).abs() < CLOSE;
+    let clock = CLOCKS.into_iter().find(|(_, size)| (step / size - 1.0).abs() < CLOSE);
     let twos = (8..=48).map(|bits| 2_f64.powi(bits));
     let tens = (2..=15).map(|digits| 10_f64.powi(digits));
-    let mut all = twos.chain(tens).filter(|size| (step / size - 1.0).abs() < CLOSE);
-    all.next()
+    let size = || twos.chain(tens).find(|size| is_close(*size));
+    let clock = clock.map(|(words, _)| words.to_owned());
+    clock.or_else(|| size().map(|size| format!("{size} {}", unit.symbol)))
 }
 
 /// What is said of rows that were sorted.
@@ -108,6 +117,8 @@ pub(crate) fn told(file: &str, rows: usize, back: usize, largest: f64) -> String
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
     use super::*;
 
     fn sorted(times: &[f64]) -> (Vec<f64>, Vec<usize>, usize) {
@@ -141,8 +152,12 @@ mod tests {
         assert!(matches!(judge(&set), Order::Set { row: 50, count: 1, .. }));
         let wraps: Vec<f64> = (0..100).map(|n| f64::from((n * 2000) % 65_536)).collect();
         assert!(matches!(judge(&wraps), Order::Set { count: 3, .. }));
-        assert_eq!(counter(65_530.0), Some(65_536.0));
-        assert_eq!(counter(999_990.0), Some(1e6));
-        assert_eq!(counter(83.0), None);
+        let unit = |symbol: &str| Unit::parse(symbol).unwrap();
+        let counter = |step: f64, symbol: &str| counter(step * unit(symbol).factor, &unit(symbol));
+        assert_eq!(counter(65_530.0, "ms").as_deref(), Some("65536 ms"));
+        assert_eq!(counter(999_990.0, "us").as_deref(), Some("1000000 us"));
+        assert_eq!(counter(4_294_967_290.0, "us").as_deref(), Some("4294967296 us"));
+        assert_eq!(counter(86_399_990.0, "ms").as_deref(), Some("24 h"));
+        assert_eq!(counter(83.0, "s"), None);
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::campaign::columns::reading_columns;
 use crate::campaign::declared::RunEntry;
+use crate::campaign::delay_range;
 use crate::campaign::loaded::LeftOut;
 use crate::campaign::loader::Loader;
 use crate::campaign::samples::Samples;
@@ -129,26 +130,51 @@ impl Loader<'_> {
     /// Takes out the readings of samples that lack an input, or lie where a stream says nothing.
     pub(crate) fn leave_out(&self, samples: &mut Samples, usable: &[bool], known: &mut Readings) {
         let Samples { time, inputs, readings, .. } = samples;
-        let logged: Vec<(f64, &Spline)> = inputs
+        let logged: Vec<(bool, &Spline)> = inputs
             .iter()
             .zip(&self.model.inputs)
             .filter_map(|(track, input)| match track {
-                Track::Logged(spline) => {
-                    Some((if input.signal { self.delay_range } else { 0.0 }, spline.as_ref()))
-                }
+                Track::Logged(spline) => Some((input.signal, spline.as_ref())),
                 _ => None,
             })
             .collect();
+        let covered = |time: f64, [low, high]: [f64; 2]| {
+            logged.iter().all(|(moves, spline)| match moves {
+                true => spline.covers(time + low, time + high),
+                false => spline.covers(time, time),
+            })
+        };
+        let columns = reading_columns(self.model);
+        let mut ranges: Vec<[f64; 2]> = Vec::new();
+        let own: Vec<usize> = columns
+            .iter()
+            .map(|(measurand, _)| {
+                let range = self.delay_ranges[*measurand];
+                ranges.iter().position(|known| *known == range).unwrap_or_else(|| {
+                    ranges.push(range);
+                    ranges.len() - 1
+                })
+            })
+            .collect();
+        let mut is_covered = vec![true; ranges.len()];
         for (row, (time, usable)) in time.iter().zip(usable).enumerate() {
-            let mut covered = logged.iter();
-            let covered = covered.all(|(margin, s)| s.covers(time - margin, time + margin));
-            let read = readings.iter().any(|column| !column[row].is_nan());
+            for (covers, range) in is_covered.iter_mut().zip(&ranges) {
+                *covers = covered(*time, *range);
+            }
+            let (mut read, mut lost) = (false, false);
+            for (column, range) in readings.iter_mut().zip(&own) {
+                if column[row].is_nan() {
+                    continue;
+                }
+                read = true;
+                lost |= !is_covered[*range];
+                if !usable || !is_covered[*range] {
+                    column[row] = f64::NAN;
+                }
+            }
             known.read += usize::from(read);
             known.lacking += usize::from(read && !usable);
-            known.outside += usize::from(read && *usable && !covered);
-            if !usable || !covered {
-                readings.iter_mut().for_each(|column| column[row] = f64::NAN);
-            }
+            known.outside += usize::from(*usable && lost);
         }
         if let (Some(first), Some(last)) = (time.first(), time.last()) {
             known.span = Some((known.span.map_or(*first, |(first, _)| first), *last));
@@ -173,10 +199,7 @@ impl Loader<'_> {
             self.left_out.push(LeftOut { run: run.clone(), samples: lacking, why });
         }
         if outside > 0 {
-            let why = format!(
-                "within {} s of the end of a stream or of a gap in it, or outside it",
-                self.delay_range
-            );
+            let why = delay_range::words(self.delay_range.hull());
             self.left_out.push(LeftOut { run: run.clone(), samples: outside, why });
         }
         if 2 * outside > all {
@@ -200,11 +223,11 @@ impl Loader<'_> {
                 "{outside} of {all} samples of run `{run}` lie outside its streams, or in gaps of them"
             );
             let help = format!(
-                "the samples go from {} s to {} s, the streams hold {}; a margin of delay_range = \"{} s\" is kept{even}",
+                "the samples go from {} s to {} s, the streams hold {}; a margin of delay_range = {} is kept{even}",
                 decimals(first, 3),
                 decimals(last, 3),
                 spans.join(", "),
-                self.delay_range
+                self.delay_range.written(|text| format!("\"{text}\""))
             );
             let span = entry.signals.first().map_or(entry.name.span, |stream| stream.name.span);
             self.reader.fault(span, message, help);

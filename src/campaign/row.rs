@@ -8,6 +8,7 @@ use crate::campaign::form::Form;
 use crate::campaign::header::{Column, TIME};
 use crate::campaign::origin::Origin;
 use crate::campaign::repeats::{Cause, RowFault};
+use crate::campaign::wraps::Wraps;
 use crate::diagnostic::{self, Diagnostic};
 
 const NO_TIME: &str = "the row has no time";
@@ -48,6 +49,9 @@ pub(crate) struct Reader {
     is_late: bool,
     separator: Separator,
     decimal: Decimal,
+    /// Whether stamps begin anew.
+    form_wraps: Option<f64>,
+    wraps: Option<Wraps>,
     /// Cells that stand for a missing reading.
     missing: Vec<String>,
     /// The row at hand, NaN where a cell is empty or not wanted.
@@ -70,6 +74,8 @@ impl Reader {
             is_late: false,
             separator,
             decimal: form.decimal,
+            form_wraps: form.wraps,
+            wraps: form.wraps.map(Wraps::new),
             missing: form.missing.clone(),
             row: vec![f64::NAN; columns.len()],
         }
@@ -105,6 +111,7 @@ impl Reader {
     /// Lets time go back from now on.
     pub(crate) fn take_any_order(&mut self) {
         (self.any_order, self.last_time) = (true, f64::NEG_INFINITY);
+        self.wraps = self.form_wraps.map(Wraps::new);
     }
 
     /// Takes a row of a file that is no text: the cells of the wanted columns, `None` where empty;
@@ -121,6 +128,7 @@ impl Reader {
         let wanted = columns.iter().filter(|column| column.wanted.is_some());
         for (column, cell) in wanted.zip(cells.iter().copied()) {
             let value = cell.map_or(f64::NAN, |cell| column.unit.to_si(cell));
+            let value = self.stamp(column.index, value);
             self.row[column.index] = value;
             let is_time = Some(column.index) == self.time;
             let (cause, fault) = match cell {
@@ -197,10 +205,18 @@ impl Reader {
         }
         match self.decimal.number(cell, self.separator).map(|value| column.unit.to_si(value)) {
             Some(value) if value.is_finite() => {
-                self.row[index] = value;
+                self.row[index] = self.stamp(index, value);
                 self.missing.is_empty() || !self.is_missing(cell)
             }
             _ => false,
+        }
+    }
+
+    /// A value in SI; a stamp as if its counter had no end.
+    fn stamp(&mut self, index: usize, value: f64) -> f64 {
+        match &mut self.wraps {
+            Some(wraps) if self.time == Some(index) => wraps.next(value),
+            _ => value,
         }
     }
 
@@ -241,7 +257,7 @@ impl Reader {
             }
             match self.decimal.number(cell, self.separator) {
                 Some(value) if column.unit.to_si(value).is_finite() => {
-                    self.row[index] = column.unit.to_si(value);
+                    self.row[index] = self.stamp(index, column.unit.to_si(value));
                 }
                 Some(value) => {
                     let at = self.origin.place(number, text, span);

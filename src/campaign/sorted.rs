@@ -109,11 +109,10 @@ impl Table {
             decimals(by, 6)
         );
         let fault = Diagnostic::error(message).at(self.cell_place(row, time));
-        let step = by / time.unit.factor;
-        match order::counter(step) {
+        match order::counter(by, &time.unit) {
             Some(size) => fault.help(format!(
-                "a counter that wraps at {size} {} does that: add {size} to the times from each such row on",
-                time.unit.symbol
+                "a counter that begins anew after {size} does that; if it is one, say so: {{ file = \"{}\", wraps = \"{size}\" }}",
+                self.name()
             )),
             None => fault.help("split the file there into two runs, or mend the times: sorted rows would mix moments"),
         }

@@ -10,6 +10,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::campaign::computed::Computation;
 use crate::campaign::form::Form;
 use crate::campaign::formats::Format;
 use crate::campaign::header::{self, Column, Header, Wanted};
@@ -23,6 +24,7 @@ use crate::campaign::repeats::Repeats;
 use crate::campaign::row::Reader;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::document::files::{Files, Input, Refused, open_regular, reason, refused};
+use crate::units::Unit;
 
 /// How many rows that are left out of a file are listed; the rest is counted.
 pub const MOST_LISTED: usize = 10_000;
@@ -68,6 +70,8 @@ pub struct Table {
     pub(super) layout: Layout,
     /// The format in which it is, stated or recognised.
     pub(super) format: Option<&'static Format>,
+    /// Columns computed from others, by their places.
+    computed: Vec<(usize, Computation)>,
 }
 
 /// Where rows come from.
@@ -159,14 +163,15 @@ impl Table {
             return Err(content(fault.into()));
         };
         let header = header::read(&origin, &layout, form, wanted).map_err(content)?;
-        let Header { columns, format } = header;
-        if layout.header.is_none() && columns.iter().all(|column| column.wanted.is_none()) {
+        let Header { columns, format, computed } = header;
+        let is_used = !computed.is_empty() || columns.iter().any(|column| column.wanted.is_some());
+        if layout.header.is_none() && !is_used {
             return Err(content(header::no_header(&origin, &layout).into()));
         }
         pass_header(&mut source, &layout).map_err(unreadable)?;
         let source = Source::Text(source);
         let table = Self::new(path, origin, form, columns, layout, source, skip_bad_rows);
-        Ok(Self { format, ..table })
+        Ok(Self { format, ..table }.with(computed, wanted))
     }
 
     fn new(
@@ -195,6 +200,7 @@ impl Table {
             count: 0,
             layout,
             format: None,
+            computed: Vec::new(),
         }
     }
 
@@ -237,12 +243,62 @@ impl Table {
         Ok(Self::new(path, origin, &Form::default(), columns, layout, source, skip))
     }
 
+    /// The same with columns that are computed from others.
+    fn with(mut self, computed: Vec<(String, Computation)>, wanted: &[Wanted]) -> Self {
+        for (name, computation) in computed {
+            let want = wanted.iter().find(|want| want.name == name);
+            self.computed.push((self.columns.len(), computation.clone()));
+            self.columns.push(Column {
+                name: name.clone(),
+                is_named: false,
+                wanted: Some(name),
+                unit: want.map_or_else(Unit::one, |want| want.unit.clone()),
+                index: computation.sources.first().copied().unwrap_or(0),
+                values: Vec::new(),
+            });
+        }
+        self
+    }
+
     /// Puts the next rows in the place of those at hand, at most so many; whether there are any.
     ///
     /// # Errors
     /// The file cannot be read on, has no rows at all, or has up to 20 faults, which come with
     /// their places as soon as all of them are known.
     pub fn more(&mut self, most: usize) -> Result<bool, TableError> {
+        let more = self.more_rows(most)?;
+        // Rows that are sorted have all their values.
+        if self.sorted.is_none() {
+            self.compute()?;
+        }
+        Ok(more)
+    }
+
+    /// Fills the columns that are computed from others.
+    fn compute(&mut self) -> Result<(), TableError> {
+        let mut computed = std::mem::take(&mut self.computed);
+        for (place, computation) in &mut computed {
+            let sources = computation.sources.clone();
+            let (before, own) = self.columns.split_at_mut(*place);
+            let Some(column) = own.first_mut() else { continue };
+            for row in 0..self.lines.len() {
+                let source = |name: usize| before[sources[name]].values[row];
+                let value = computation.value(source);
+                let is_missing = (0..sources.len()).any(|name| source(name).is_nan());
+                if !value.is_finite() && !is_missing {
+                    let message = format!("the formula for `{}` has no value here", column.name);
+                    let at = column.clone();
+                    let fault = Diagnostic::error(message).at(self.cell_place(row, &at));
+                    return Err(TableError::Content(fault.into()));
+                }
+                column.values.push(value);
+            }
+        }
+        self.computed = computed;
+        Ok(())
+    }
+
+    fn more_rows(&mut self, most: usize) -> Result<bool, TableError> {
         self.columns.iter_mut().for_each(|column| column.values.clear());
         self.lines.clear();
         if let Some(sorted) = &mut self.sorted {

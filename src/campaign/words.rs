@@ -1,12 +1,14 @@
 //! What a campaign calls the columns of its files: the entries of `columns`.
 
 use crate::campaign::declared::ColumnWord;
-use crate::campaign::header::{Choice, split};
+use crate::campaign::header::{Choice, TIME, split};
+use crate::diagnostic::Diagnostic;
 use crate::document::entries::{Entry, Item, Named, Reader, Value, get};
+use crate::formula::{ExpressionKind, Formula};
 use crate::units::Unit;
 
 const EXAMPLE: &str = "columns = { hand_x = \"tool_x [m]\" }";
-const KEYS: [&str; 2] = ["column", "unit"];
+const KEYS: [&str; 3] = ["column", "unit", "formula"];
 
 /// Reads `columns = { ... }`.
 pub(crate) fn read(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
@@ -27,6 +29,12 @@ pub(crate) fn read(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
             reader.fault(entry.span, message, help);
             continue;
         }
+        if let (TIME, Some(_), None) = (word.name.text.as_str(), &word.formula, &word.column) {
+            let help =
+                "name its column with its unit: time = { column = \"stamp\", unit = \"ms\" }";
+            reader.fault(entry.span, "the time is a column, not a formula", help);
+            continue;
+        }
         found.push(word);
     }
     found
@@ -35,7 +43,8 @@ pub(crate) fn read(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
 /// One entry: a column with its unit in a text, or a table of both.
 fn word(reader: &mut Reader, entry: &Entry) -> ColumnWord {
     let name = Named { text: entry.key.clone(), span: entry.span, place: reader.place(entry.span) };
-    let mut word = ColumnWord { name, written: entry.item.to_json(), column: None, unit: None };
+    let written = entry.item.to_json();
+    let mut word = ColumnWord { name, written, column: None, unit: None, formula: None };
     match &entry.item.value {
         Value::Table(entries) => {
             reader.only(entries, &KEYS);
@@ -44,6 +53,18 @@ fn word(reader: &mut Reader, entry: &Entry) -> ColumnWord {
                 let text = reader.text(item, "unit = \"mm\"")?;
                 unit(reader, item, &text)
             });
+            if let Some(item) = get(entries, "formula")
+                && let Some(text) = reader.text(item, "formula = \"90 deg - elevation\"")
+            {
+                match parsed(reader, item, &text) {
+                    Ok(formula) => word.formula = Some(formula),
+                    Err(fault) => reader.report(fault),
+                }
+                if let Some(other) = entries.iter().find(|entry| entry.key != "formula") {
+                    let help = "columns that a formula names may have entries of their own";
+                    reader.fault(other.span, "a formula has neither column nor unit", help);
+                }
+            }
             if entries.is_empty() {
                 let help = "as in hand_x = { column = \"tool_x\", unit = \"m\" }";
                 reader.fault(entry.item.span, "neither a column nor a unit is stated", help);
@@ -54,10 +75,24 @@ fn word(reader: &mut Reader, entry: &Entry) -> ColumnWord {
                 let (header, symbol) = split(text.trim());
                 word.column = Some(Choice::Name(header.to_owned()));
                 word.unit = symbol.and_then(|(symbol, _)| unit(reader, &entry.item, symbol));
+                word.formula = meant(parsed(reader, &entry.item, &text).ok());
             }
         }
     }
     word
+}
+
+fn parsed(reader: &Reader, item: &Item, text: &str) -> Result<Formula, Diagnostic> {
+    Formula::parse(reader.source.clone(), item.span.start + 1, text)
+}
+
+/// A formula, but for a name alone, which is a column, and a number.
+fn meant(formula: Option<Formula>) -> Option<Formula> {
+    formula.filter(|formula| {
+        let is_name =
+            matches!(formula.root.kind, ExpressionKind::Name(_) | ExpressionKind::Member(..));
+        !is_name && !formula.root.names().is_empty()
+    })
 }
 
 /// A column by its name, or by its number as a number without quotes.

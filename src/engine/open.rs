@@ -165,7 +165,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         part.instrument.clone_from(&campaign.instrument);
         part.rig.clone_from(&campaign.rig);
         part.output.clone_from(&campaign.output);
-        part.delay_range = campaign.delay_range;
+        part.delay_range = campaign.delay_range.hull();
         let left = |spread: &InputSpread| spread.calibration.map_or(0.0, |spread| spread.sigma);
         part.calibration = campaign.input_spread.iter().map(left).collect();
         parts.push(part);

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::campaign::load::DELAY_RANGE;
+use crate::campaign::delay_range::USUAL;
 use crate::campaign::{Run, Sample, Track};
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::engine::pointwise::{Leaves, Program};
@@ -40,7 +40,7 @@ pub struct Part {
     /// Units in which people read its values, where stated.
     pub output: DisplayUnits,
     /// Farthest delay looked for (s).
-    pub delay_range: f64,
+    pub delay_range: [f64; 2],
     /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever
     /// the same position comes by; 0 where nothing is said. The estimates' weights do not hold it.
     pub calibration: Vec<f64>,
@@ -127,7 +127,7 @@ impl Part {
             sigma,
             run_levels: Vec::new(),
             output: DisplayUnits::default(),
-            delay_range: DELAY_RANGE,
+            delay_range: USUAL,
             calibration: Vec::new(),
             gauss_markov: vec![None; residual],
             program,

@@ -110,7 +110,7 @@ fn a_campaign_is_read_in_si() {
     assert_eq!(samples.readings.len(), 6);
     assert!((campaign.measurand_sigma[0] - 1.5 * DEGREE / 3600.0).abs() < 1e-18);
     assert!((campaign.measurand_sigma[1] - 1e-5).abs() < 1e-18, "from the model");
-    assert_eq!(campaign.delay_range, 0.5);
+    assert_eq!(campaign.delay_range.hull(), [-0.5, 0.5]);
     assert!(campaign.warnings.is_empty());
 }
 
@@ -163,7 +163,7 @@ inputs = { temperature = "20.1 degC" }
         (campaign.instrument.as_deref(), campaign.rig.as_deref()),
         (Some("no. 12"), Some("bench"))
     );
-    assert_eq!(campaign.delay_range, 0.02);
+    assert_eq!(campaign.delay_range.hull(), [-0.02, 0.02]);
     let names: Vec<_> = campaign.parameters.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["radius", "horizontal.delay", "distance.delay"]);
     assert_eq!(campaign.parameters[1].fixed, Some(true));

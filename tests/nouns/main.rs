@@ -20,4 +20,5 @@ mod order;
 mod parquet;
 mod recorded;
 mod spline;
+mod stamps_and_formulas;
 mod timing_faults;

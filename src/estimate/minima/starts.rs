@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::campaign::loaded::DELAY_RANGE;
+use crate::campaign::delay_range::USUAL;
 use crate::campaign::signal::Track;
 use crate::campaign::spline::Spline;
 use crate::engine::layout::Layout;
@@ -26,7 +26,7 @@ pub(in crate::estimate) struct Offsets {
     pub(in crate::estimate) delays: Vec<usize>,
     /// Between two offsets (s): about a sixth of the period of the fastest stream.
     pub(in crate::estimate) step: f64,
-    /// All of them, zero first.
+    /// All of them, the middle first: zero, unless a range to one side is stated.
     pub(in crate::estimate) all: Vec<f64>,
 }
 
@@ -45,15 +45,22 @@ impl Offsets {
         let Some(step) = step.filter(|_| !is_known && !delays.is_empty()) else { return none };
         // A range that is stated is where to look; else the whole log.
         let stated = problem.parts.iter().map(|part| part.delay_range);
-        let stated = stated.filter(|range| *range != DELAY_RANGE).fold(f64::INFINITY, f64::min);
-        let count = ((stated / step).floor() as usize).min(MOST_OFFSETS);
+        let stated = stated.filter(|range| *range != USUAL);
+        let [low, high] = stated.fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], range| {
+            [low.max(range[0]), high.min(range[1])]
+        });
+        let middle = 0.5 * (low + high);
+        let (middle, width) =
+            if middle.is_finite() { (middle, high - middle) } else { (0.0, high) };
+        let count = ((width / step).floor() as usize).min(MOST_OFFSETS);
         let sides = (1..=count).flat_map(|n| [n as f64 * step, -(n as f64) * step]);
-        Self { delays, step, all: std::iter::once(0.0).chain(sides).collect() }
+        let all = std::iter::once(0.0).chain(sides).map(|offset| middle + offset).collect();
+        Self { delays, step, all }
     }
 
     /// The least and the greatest offset (s).
     pub(in crate::estimate) fn span(&self) -> [f64; 2] {
-        let fold = |f: fn(f64, f64) -> f64| self.all.iter().copied().fold(0.0, f);
+        let fold = |f: fn(f64, f64) -> f64| self.all.iter().copied().reduce(f).unwrap_or(0.0);
         [fold(f64::min), fold(f64::max)]
     }
 

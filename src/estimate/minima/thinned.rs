@@ -86,7 +86,8 @@ pub(in crate::estimate) fn cut(problem: &mut Problem, offset: f64) -> usize {
     let mut count = 0;
     for part in &mut problem.parts {
         let width = part.slots().iter().map(|slot| slot.columns().end).max().unwrap_or(0);
-        let margin = part.delay_range.min(MARGIN);
+        let [low, high] = part.delay_range;
+        let margin = (0.5 * (high - low)).min(MARGIN);
         for run in &mut part.runs {
             let mut lost: Vec<Range<usize>> = Vec::new();
             run.record.walk(|stretch| {
