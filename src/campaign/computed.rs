@@ -53,6 +53,7 @@ impl Computation {
             kind: MeasurandKind::Plain,
             unit: unit.clone(),
             delay: 0,
+            sigma: None,
         };
         let names = Names {
             inputs: sources.iter().map(input).collect(),
@@ -119,8 +120,8 @@ fn bare_angle<'e>(
             return;
         };
         for (number, other) in [(a, b), (b, a)] {
-            let has_angle = other.names().iter().any(|(name, _)| is_angle(name));
-            if let (ExpressionKind::Number(value, None), true) = (&number.kind, has_angle)
+            if let (ExpressionKind::Number(value, None), true) =
+                (&number.kind, holds_angle(other, is_angle))
                 && *value != 0.0
             {
                 found = Some((&**number, *value));
@@ -128,6 +129,26 @@ fn bare_angle<'e>(
         }
     });
     found
+}
+
+/// Whether the value of an expression is an angle.
+fn holds_angle(one: &Expression, is_angle: &dyn Fn(&str) -> bool) -> bool {
+    let holds = |one: &Expression| holds_angle(one, is_angle);
+    match &one.kind {
+        ExpressionKind::Name(name) => is_angle(name),
+        ExpressionKind::Number(_, unit) => unit.as_ref().is_some_and(Unit::is_angle),
+        ExpressionKind::Negate(inner) => holds(inner),
+        ExpressionKind::Binary(operator, a, b) => match operator {
+            BinaryOperator::Add | BinaryOperator::Subtract => holds(a) || holds(b),
+            BinaryOperator::Multiply => holds(a) != holds(b),
+            BinaryOperator::Divide => holds(a) && !holds(b),
+            BinaryOperator::Power => false,
+        },
+        ExpressionKind::Call(Function::Abs | Function::Min | Function::Max, arguments) => {
+            arguments.iter().any(holds)
+        }
+        _ => false,
+    }
 }
 
 /// Whether anything in a formula is an angle.

@@ -15,7 +15,7 @@ pub(crate) fn read(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
     let mut found: Vec<ColumnWord> = Vec::new();
     for entry in reader.table(item, EXAMPLE) {
         let before = reader.count();
-        let word = word(reader, entry);
+        let mut word = word(reader, entry);
         if reader.count() > before {
             continue;
         }
@@ -29,11 +29,13 @@ pub(crate) fn read(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
             reader.fault(entry.span, message, help);
             continue;
         }
-        if let (TIME, Some(_), None) = (word.name.text.as_str(), &word.formula, &word.column) {
-            let help =
-                "name its column with its unit: time = { column = \"stamp\", unit = \"ms\" }";
-            reader.fault(entry.span, "the time is a column, not a formula", help);
-            continue;
+        if word.name.text == TIME && word.formula.is_some() {
+            if word.column.is_none() {
+                let help = "name it with its unit: time = { column = \"stamp\", unit = \"ms\" }";
+                reader.fault(entry.span, "the time is a column, not a formula", help);
+                continue;
+            }
+            word.formula = None;
         }
         found.push(word);
     }

@@ -180,10 +180,18 @@ fn started(found: &Found) -> Diagnostic {
     let [own, best] = found.variance_factors.map(|factor| decimal(factor, 1));
     let [from, to] = found.offsets.map(|offset| decimal(offset, 1));
     let offset = decimal(found.offset, 3);
-    let message = format!(
-        "the stated start fits badly (variance factor {own}); of {} others the one with clocks {offset} s apart fits far better ({best}): the fit starts there",
-        found.tried
-    );
+    let known = found.variance_factors[0].is_finite();
+    let message = if known {
+        format!(
+            "the stated start fits badly (variance factor {own}); of {} others the one with clocks {offset} s apart fits far better ({best}): the fit starts there",
+            found.tried
+        )
+    } else {
+        format!(
+            "of {} starts within `delay_range` the one with clocks {offset} s apart fits best (variance factor {best}): the fit starts there",
+            found.tried
+        )
+    };
     let mut warning = Diagnostic::warning(message).help(format!(
         "tried were offsets from {from} to {to} s and several attitudes; state a `start` of delays and rotations, or `delay_range`, to look elsewhere"
     ));

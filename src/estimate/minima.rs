@@ -96,8 +96,12 @@ pub(super) fn better_start(problem: &Problem) -> Option<(Point, Found)> {
         attitudes.apply(attitude, &mut point);
         Tried::fit(problem, point, offset, iterations)
     };
-    let own = look(&few, 0.0, 0, ITERATIONS[1])?;
-    if own.variance_factor <= GOOD {
+    // A start outside the range that is stated is none.
+    let own = |thinned: &Thinned, iterations: usize| match offsets.holds(0.0) {
+        true => Some(look(thinned, 0.0, 0, iterations)?.variance_factor),
+        false => Some(f64::INFINITY),
+    };
+    if own(&few, ITERATIONS[1])? <= GOOD {
         return None;
     }
     let all: Vec<(f64, usize)> = (0..attitudes.count())
@@ -115,20 +119,20 @@ pub(super) fn better_start(problem: &Problem) -> Option<(Point, Found)> {
         let problem = more.late_by(one.offset, &[one.offset])?;
         Tried::fit(problem, one.point.clone(), one.offset, ITERATIONS[1])
     };
-    let own = look(&more, 0.0, 0, ITERATIONS[2])?;
+    let own = own(&more, ITERATIONS[2])?;
     let best = tried
         .iter()
         .take(FURTHER)
         .filter_map(|(one, _)| further(one))
         .min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
-    if own.variance_factor <= GOOD || best.variance_factor > BETTER * own.variance_factor {
+    if own <= GOOD || best.variance_factor > BETTER * own {
         return None;
     }
     let found = Found {
         tried: tried.len(),
         offsets: offsets.span(),
         offset: best.offset + offsets.mean(&best.point),
-        variance_factors: [own.variance_factor, best.variance_factor],
+        variance_factors: [own, best.variance_factor],
         left_out: 0,
     };
     let mut point = best.point;

@@ -64,6 +64,12 @@ impl Offsets {
         [fold(f64::min), fold(f64::max)]
     }
 
+    /// Whether an offset lies within their range (s).
+    pub(super) fn holds(&self, offset: f64) -> bool {
+        let [low, high] = self.span();
+        (low - self.step..=high + self.step).contains(&offset)
+    }
+
     /// The mean delay at a point (s).
     pub(in crate::estimate) fn mean(&self, point: &Point) -> f64 {
         let sum: f64 = self.delays.iter().map(|index| point.values[*index][0]).sum();
