@@ -29,9 +29,9 @@ use applied::Suspected;
 use channels::Channels;
 
 /// Samples on which each convention is tried, and on which the best are compared.
-const SAMPLES: [usize; 2] = [160, 4_000];
+const SAMPLES: [usize; 2] = [120, 4_000];
 /// Iterations of each.
-const ITERATIONS: [usize; 3] = [6, 30, 60];
+const ITERATIONS: [usize; 3] = [4, 30, 60];
 /// A variance factor with which no convention is asked for.
 const GOOD: f64 = 4.0;
 /// How many times better a convention must fit: at all, and where it fits well then.
@@ -96,7 +96,7 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
     let whole = Thinned::of(problem, SAMPLES[1]);
     let problem = whole.late_by(0.0, &[])?;
     let begin = start(&problem).0;
-    let mut stands = Looked::at(problem, &[begin], 0.0)?;
+    let mut stands = Looked::at(problem, &begin, 0.0)?;
     let own = stands.variance_factor;
     let mut found: Option<Mistaken> = None;
     let mut columns: Vec<(String, Expression)> = Vec::new();
@@ -142,20 +142,26 @@ struct Looked {
 }
 
 impl Looked {
-    /// The best fit from these starts; `stretch` is by how much a sample's readings were stretched.
-    fn at(problem: Problem, starts: &[Point], stretch: f64) -> Option<Self> {
-        let fits = starts
-            .iter()
-            .filter_map(|start| Tried::fit(problem.clone(), start.clone(), 0.0, ITERATIONS[2]));
-        let own = fits.map(|fit| fit.variance_factor).min_by(f64::total_cmp)?;
-        // Clocks that were looked for with the numbers misread may be far apart, too.
-        let found = match own > GOOD {
-            true => better_start(&problem).map(|(_, found)| found.variance_factors[1]),
-            false => None,
-        };
-        let variance_factor = found.map_or(own, |found| found.min(own));
+    /// The fit from a start; `stretch` is by how much a sample's readings were stretched.
+    fn at(problem: Problem, start: &Point, stretch: f64) -> Option<Self> {
+        let fit = Tried::fit(problem.clone(), start.clone(), 0.0, ITERATIONS[2])?;
+        Some(Self::with(problem, fit.variance_factor, stretch))
+    }
+
+    fn with(problem: Problem, variance_factor: f64, stretch: f64) -> Self {
         let score = variance_factor.ln() - stretch_of_each(&problem, stretch);
-        Some(Self { problem, variance_factor, score })
+        Self { problem, variance_factor, score }
+    }
+
+    /// The same with another start, if one fits far better: clocks that were compared with the
+    /// numbers misread may be farther apart.
+    fn improved(self, stretch: f64) -> Self {
+        if self.variance_factor <= GOOD {
+            return self;
+        }
+        let found = better_start(&self.problem).map(|(_, found)| found.variance_factors[1]);
+        let best = found.map_or(self.variance_factor, |found| found.min(self.variance_factor));
+        Self::with(self.problem, best, stretch)
     }
 }
 
@@ -190,7 +196,7 @@ fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspected<'c>]) -> Option<Nex
         .take(FURTHER)
         .filter_map(|(quick, suspect)| {
             let problem = suspect.applied(&stands.problem)?;
-            Some((Looked::at(problem, &[quick.point], suspect.stretch())?, suspect))
+            Some((Looked::at(problem, &quick.point, suspect.stretch())?, suspect))
         })
         .filter(|(looked, _)| {
             let times = (stands.score - looked.score).exp();
@@ -202,6 +208,7 @@ fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspected<'c>]) -> Option<Nex
     let (looked, suspect) = compared.next()?;
     let alike = compared.filter(|(other, _)| other.score < looked.score + ALIKE.ln());
     let alike = alike.map(|(_, suspect)| suspect).collect();
+    let looked = looked.improved(suspect.stretch());
     Some(Next { suspect, looked, alike })
 }
 

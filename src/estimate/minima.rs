@@ -28,6 +28,11 @@ use thinned::{Thinned, Tried, cut};
 const SAMPLES: [usize; 3] = [240, 4_000, 20_000];
 /// Iterations of each.
 const ITERATIONS: [usize; 3] = [8, 40, 60];
+/// Samples and iterations of a first glance at every start.
+const FEWEST: (usize, usize) = (96, 3);
+/// One in so many of them is looked at further, but at least so many.
+const HOPEFUL: usize = 6;
+const LEAST: usize = 60;
 /// A variance factor with which a start needs no other.
 const GOOD: f64 = 4.0;
 /// Another start must fit so many times better.
@@ -107,13 +112,21 @@ pub(super) fn better_start(problem: &Problem) -> Option<(Point, Found)> {
     let all: Vec<(f64, usize)> = (0..attitudes.count())
         .flat_map(|attitude| offsets.all.iter().map(move |offset| (*offset, attitude)))
         .collect();
-    let mut tried: Vec<(Tried, usize)> = all
+    let fewest = Thinned::of(problem, FEWEST.0);
+    let mut glanced: Vec<(f64, (f64, usize))> = all
         .par_iter()
-        .filter_map(|(offset, attitude)| {
-            Some((look(&few, *offset, *attitude, ITERATIONS[0])?, *attitude))
+        .filter_map(|start| {
+            Some((look(&fewest, start.0, start.1, FEWEST.1)?.variance_factor, *start))
         })
         .collect();
-    tried.sort_by(|a, b| a.0.variance_factor.total_cmp(&b.0.variance_factor));
+    let count = glanced.len();
+    glanced.sort_by(|a, b| a.0.total_cmp(&b.0));
+    glanced.truncate((count / HOPEFUL).max(LEAST));
+    let mut tried: Vec<Tried> = glanced
+        .par_iter()
+        .filter_map(|(_, (offset, attitude))| look(&few, *offset, *attitude, ITERATIONS[0]))
+        .collect();
+    tried.sort_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor));
     let more = Thinned::of(problem, SAMPLES[1]);
     let further = |one: &Tried| {
         let problem = more.late_by(one.offset, &[one.offset])?;
@@ -123,13 +136,13 @@ pub(super) fn better_start(problem: &Problem) -> Option<(Point, Found)> {
     let best = tried
         .iter()
         .take(FURTHER)
-        .filter_map(|(one, _)| further(one))
+        .filter_map(further)
         .min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
     if own <= GOOD || best.variance_factor > BETTER * own {
         return None;
     }
     let found = Found {
-        tried: tried.len(),
+        tried: count,
         offsets: offsets.span(),
         offset: best.offset + offsets.mean(&best.point),
         variance_factors: [own, best.variance_factor],
