@@ -98,6 +98,7 @@ mod wraps;
 pub mod write;
 pub mod write_run;
 
+pub(crate) use attitude::quaternions;
 pub use record::{Record, Sample, Stretch};
 pub use run::{Role, Run};
 pub use samples::Samples;

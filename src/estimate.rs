@@ -16,7 +16,8 @@
 //! | [`observability`] | which combinations the data do not determine |
 //! | [`withheld`] | which components are withheld for it |
 //! | [`combination`] | which combinations are determined in spite of it |
-//! | [`words`] | the same, in words, with the run that would help |
+//! | [`remedies`] | what would determine them, tried on the sums of the fit |
+//! | [`words`] | them in words |
 //! | [`variance`] | levels of noise |
 //! | [`calibrate`] | all of these together |
 //! | [`newton`] | each reading's own delay |
@@ -69,6 +70,7 @@ pub mod minima;
 mod nearby;
 pub mod newton;
 pub mod observability;
+pub mod remedies;
 pub mod repeatability;
 pub mod start;
 pub mod systematic;

@@ -13,6 +13,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Source, nearest};
 use crate::document::files::Files;
 use crate::document::{MAXIMUM_LENGTH, withhold};
 use crate::effect::Effect;
+use crate::graph::Kind;
 use crate::model::parameter::component_count;
 use crate::model::{Model, Override};
 use crate::system::{Selected, known_names};
@@ -222,7 +223,12 @@ impl Library {
         let own = |name: &str| effect.parameters.iter().find(|one| one.name == name);
         let (count, unit) = match family {
             Some(family) => (1, &family.unit),
-            None => names.find_map(own).map(|one| (component_count(one.kind), &one.unit))?,
+            None => {
+                let one = names.find_map(own)?;
+                let is_component = one.kind == Kind::Vector
+                    && said.component().is_some_and(|(vector, _)| vector.ends_with(&one.name));
+                (if is_component { 1 } else { component_count(one.kind) }, &one.unit)
+            }
         };
         let (message, help) = said.check(count, unit)?;
         let error = Diagnostic::error(message).at_maybe(said.place.as_ref());

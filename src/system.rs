@@ -66,6 +66,8 @@ pub struct System {
     pub effects: Vec<EffectInstance>,
     /// Which names of the model stand for those of the library.
     pub roles: Roles,
+    /// Inputs (of `assembly.names.inputs`) that are the components of one attitude, w first.
+    pub attitudes: Vec<[usize; 4]>,
 }
 
 /// What is known of a parameter in one setup.

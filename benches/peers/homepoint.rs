@@ -112,7 +112,8 @@ fn newton(problem: &Problem, point: &Point, samples: usize) -> Value {
 fn check(problem: &Problem, point: &Point) -> Outcome<Value> {
     let mut columns = Vec::new();
     for (name, _) in PARAMETERS {
-        columns.extend(problem.layout.range_of(instance(problem, name)?));
+        columns
+            .extend(problem.layout.own_columns(instance(problem, name)?).map(|(_, column)| column));
     }
     let sigma = &problem.parts[0].sigma;
     let (mut residuals, mut jacobians) = (Vec::new(), Vec::new());

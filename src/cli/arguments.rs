@@ -105,10 +105,14 @@ pub(super) struct CampaignArguments {
     /// Look for effects in this folder, too (repeat for more)
     #[arg(long = "effects", value_name = "DIR")]
     pub(super) effects: Vec<PathBuf>,
-    /// State a parameter's value, as in collimation.offset="4 arcsec", or NAME@SETUP=VALUE (repeat
-    /// for more)
+    /// Fix a parameter at a value, as in lever.z="10 mm" or collimation.offset="4 arcsec";
+    /// NAME=VALUE~SIGMA states it with a standard uncertainty, NAME@SETUP=VALUE in one setup
+    /// (repeat for more)
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub(super) set: Vec<String>,
+    /// Start the estimate of a parameter there, as in camera.delay="-40 ms" (repeat for more)
+    #[arg(long = "start", value_name = "NAME=VALUE")]
+    pub(super) start: Vec<String>,
     /// Leave bad rows of data files out, count and list them
     #[arg(long)]
     pub(super) skip_bad_rows: bool,

@@ -75,6 +75,7 @@ pub(super) fn read(
     request.with.clone_from(&arguments.with);
     request.effects.clone_from(&arguments.effects);
     request.set.clone_from(&arguments.set);
+    request.start.clone_from(&arguments.start);
     request.skip_bad_rows = arguments.skip_bad_rows;
     request.confined = arguments.confined;
     request.progress = progress::shown(arguments.quiet);

@@ -263,12 +263,12 @@ fn switched_off(before: &Fitted, after: &Fitted) -> Option<Vec<Option<f64>>> {
         }
         // A turn is undone along its own axis: its tangent there is its rotation vector.
         let values = after.fit.point.components(layout, index);
-        for (column, value) in layout.range_of(index).zip(&values) {
-            step[column] = Some(-value);
+        for (component, column) in layout.own_columns(index) {
+            step[column] = Some(-values[component]);
         }
         // Values that sum to zero share columns: orthonormal, so a column is the sum over its
         // values.
-        if layout.range_of(index).is_empty() {
+        if !layout.is_free(index) {
             for (component, value) in values.iter().enumerate() {
                 for (column, by) in layout.columns_of(index, component) {
                     let value = -by * value;

@@ -6,7 +6,6 @@
 //! Parameters whose values sum to zero over their scope share n - 1 columns of contrasts.
 
 use std::collections::{BTreeSet, HashMap};
-use std::ops::Range;
 
 use crate::campaign::timing::enter::EFFECT;
 use crate::diagnostic::Diagnostic;
@@ -45,6 +44,11 @@ impl Instance {
         self.kind.dimension()
     }
 
+    /// The components that are estimated.
+    fn free_components(&self) -> impl Iterator<Item = usize> {
+        (0..self.dimension()).filter(|component| !self.setting.is_fixed(*component))
+    }
+
     /// Whose it is, by any name: of its rig or instrument, else of what it holds for.
     pub fn whose(&self) -> Option<&str> {
         self.owner.as_deref().or(self.of.as_deref())
@@ -58,6 +62,8 @@ pub enum Tangent {
     Fixed,
     /// Component `i` is column `start + i`.
     Columns(usize),
+    /// Component `i` is that column; it is fixed where there is none.
+    Components([Option<usize>; 3]),
     /// Component `i` is `Σ_j coefficients[j] · column[start + j * dimension + i]`.
     Contrast {
         /// First column of the contrasts.
@@ -266,10 +272,10 @@ impl Layout {
 
     /// Gives columns to the free instances: globals first, then setups, then runs.
     fn assign(&mut self, blocks: &[Block]) {
-        let free = |instance: &Instance| !instance.setting.fixed && !instance.noise_only;
+        let free = |one: &Instance| one.free_components().next().is_some() && !one.noise_only;
         for (instance, block) in self.instances.iter().zip(blocks) {
             if free(instance) && !instance.setting.sum_zero {
-                let count = instance.dimension();
+                let count = instance.free_components().count();
                 match *block {
                     Block::Global => self.columns.global += count,
                     Block::Setup(setup) => self.columns.setups[setup] += count,
@@ -303,8 +309,17 @@ impl Layout {
                 Block::Setup(setup) => &mut setups[setup],
                 Block::Run(run) => &mut runs[run],
             };
-            instance.tangent = Tangent::Columns(*next);
-            *next += instance.dimension();
+            let count = instance.free_components().count();
+            instance.tangent = if count == instance.dimension() {
+                Tangent::Columns(*next)
+            } else {
+                let mut columns = [None; 3];
+                for (place, component) in instance.free_components().enumerate() {
+                    columns[component] = Some(*next + place);
+                }
+                Tangent::Components(columns)
+            };
+            *next += count;
         }
     }
 
@@ -339,6 +354,13 @@ impl Layout {
         match &instance.tangent {
             Tangent::Fixed => Vec::new(),
             Tangent::Columns(start) => vec![(start + component, 1.0)],
+            Tangent::Components(columns) => columns
+                .get(component)
+                .copied()
+                .flatten()
+                .map(|column| (column, 1.0))
+                .into_iter()
+                .collect(),
             Tangent::Contrast { start, coefficients } => coefficients
                 .iter()
                 .enumerate()
@@ -352,19 +374,29 @@ impl Layout {
     /// The bounds of a component of a plain free instance (SI); infinite where there are none.
     pub fn bounds_of(&self, instance: usize, component: usize) -> (f64, f64) {
         let Instance { kind, setting, .. } = &self.instances[instance];
-        let at = |side: &Option<Vec<f64>>| side.as_ref()?.get(component).copied();
-        if *kind == Kind::Rotation || self.range_of(instance).is_empty() {
+        let is_own = self.own_columns(instance).any(|(own, _)| own == component);
+        if *kind == Kind::Rotation || !is_own {
             return UNBOUNDED;
         }
-        (at(&setting.lower).unwrap_or(UNBOUNDED.0), at(&setting.upper).unwrap_or(UNBOUNDED.1))
+        setting.bounds_of(component)
     }
 
-    /// The columns of one plain free instance, as a range; empty if fixed or a contrast.
-    pub fn range_of(&self, instance: usize) -> Range<usize> {
-        match self.instances[instance].tangent {
-            Tangent::Columns(start) => start..start + self.instances[instance].dimension(),
-            Tangent::Fixed | Tangent::Contrast { .. } => 0..0,
-        }
+    /// The free components of a plain instance with their columns; none if it is fixed or a
+    /// contrast.
+    pub fn own_columns(&self, instance: usize) -> impl Iterator<Item = (usize, usize)> {
+        let columns = match self.instances[instance].tangent {
+            Tangent::Columns(start) => [0, 1, 2].map(|component| Some(start + component)),
+            Tangent::Components(columns) => columns,
+            Tangent::Fixed | Tangent::Contrast { .. } => [None; 3],
+        };
+        let count = self.instances[instance].dimension();
+        let all = columns.into_iter().enumerate().take(count);
+        all.filter_map(|(component, column)| Some((component, column?)))
+    }
+
+    /// Whether a plain instance, or a component of it, is estimated.
+    pub fn is_free(&self, instance: usize) -> bool {
+        self.own_columns(instance).next().is_some()
     }
 }
 

@@ -201,7 +201,7 @@ impl LeastSquares for Problem {
     fn step_bounds(&self, point: &Point) -> Vec<(f64, f64)> {
         let mut bounds = vec![UNBOUNDED; self.layout.columns.len()];
         for index in 0..self.layout.instances.len() {
-            for (component, column) in self.layout.range_of(index).enumerate() {
+            for (component, column) in self.layout.own_columns(index) {
                 let value = point.values[index][component];
                 let (lower, upper) = self.layout.bounds_of(index, component);
                 bounds[column] = (lower - value, upper - value);

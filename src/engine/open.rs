@@ -16,7 +16,7 @@ use crate::progress::Progress;
 use crate::system::Selected;
 
 use self::agree::agree;
-use self::set::{has_setup, in_setups, stated};
+use self::set::{has_setup, held, in_setups, started, stated};
 
 mod agree;
 mod recipe;
@@ -34,9 +34,12 @@ pub struct Request {
     pub with: Vec<String>,
     /// Folders with further effects.
     pub effects: Vec<PathBuf>,
-    /// `NAME=VALUE`, a value with its unit; a vector's components separated by commas.
-    /// `NAME@SETUP=VALUE` in one setup.
+    /// `NAME=VALUE`, a value with its unit that holds exactly, or `NAME=VALUE~SIGMA`, one with its
+    /// standard uncertainty; a vector's components separated by commas, or one of them as
+    /// `NAME.z=VALUE`. `NAME@SETUP=VALUE` in one setup.
     pub set: Vec<String>,
+    /// `NAME=VALUE`: where iteration starts.
+    pub start: Vec<String>,
     /// Leave bad rows of data files out.
     pub skip_bad_rows: bool,
     /// Bytes of memory for the samples of all campaigns, see [`LoadOptions::memory`].
@@ -91,7 +94,9 @@ fn given_before(path: &Path, before: &[PathBuf], file: &CampaignFile) -> Option<
 /// # Errors
 /// Every fault found in what the user gave.
 pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
-    let set = request.set.iter().map(|text| stated(text)).collect::<Result<Vec<_>, _>>()?;
+    let set = request.set.iter().map(|text| stated(text));
+    let set = set.chain(request.start.iter().map(|text| started(text)));
+    let set = set.collect::<Result<Vec<_>, _>>()?;
     let mut store = Store::new(request.memory.unwrap_or(MEMORY));
     let mut campaigns = Vec::new();
     let mut warnings = Vec::new();
@@ -135,9 +140,12 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         overrides.extend(file.parameters.iter().cloned());
         let is_here =
             |one: &&Override| one.setup.as_ref().is_none_or(|name| has_setup(&file, name));
-        overrides.extend(set.iter().filter(is_here).cloned());
+        let here: Vec<&Override> = set.iter().filter(is_here).collect();
+        overrides.extend(here.iter().map(|one| (*one).clone()));
         library.check_overrides(&model, &overrides)?;
         let selected = select(&library, &file, &request.with)?;
+        overrides.truncate(overrides.len() - here.len());
+        overrides.extend(here.into_iter().map(|one| held(one, &library, &selected)));
         let options = LoadOptions {
             skip_bad_rows: request.skip_bad_rows,
             confined: request.confined,
@@ -181,7 +189,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
             part.label = Some(label);
         }
     }
-    let everywhere = set.into_iter().filter(|said| said.setup.is_none());
+    let everywhere = set.into_iter().filter(|said| said.setup.is_none() && said.value.is_some());
     let stated = everywhere.map(|said| said.name).collect();
     warnings.extend(agree(&parts, &recipes)?);
     let mut problem = Problem::new(parts);

@@ -21,9 +21,9 @@ impl Point {
     /// Where iteration starts: `start`, else `value`, else zero (identity); a fixed parameter's
     /// `value`. Values that sum to zero do so from the start.
     pub fn start(layout: &Layout) -> Self {
-        let mut point = Self::from(layout, |setting| match (&setting.start, &setting.value) {
-            (Some(start), _) if !setting.fixed => Some(start),
-            (start, value) => value.as_ref().or(start.as_ref()),
+        let mut point = Self::from(layout, |setting, component| {
+            let (start, value) = (setting.start_of(component), setting.value_of(component));
+            if setting.is_fixed(component) { value.or(start) } else { start.or(value) }
         });
         point.balance(layout);
         point.enter_bounds(layout);
@@ -34,10 +34,9 @@ impl Point {
     /// contrasts are not bounds of a column, and do not count.
     pub fn enter_bounds(&mut self, layout: &Layout) {
         for (index, value) in self.values.iter_mut().enumerate() {
-            let free = layout.range_of(index).len();
-            for (component, value) in value.iter_mut().take(free).enumerate() {
+            for (component, _) in layout.own_columns(index) {
                 let (lower, upper) = layout.bounds_of(index, component);
-                *value = value.max(lower).min(upper);
+                value[component] = value[component].max(lower).min(upper);
             }
         }
     }
@@ -57,13 +56,15 @@ impl Point {
 
     /// What is stated: `value`, else `start`, else zero.
     pub fn stated(layout: &Layout) -> Self {
-        Self::from(layout, |setting| setting.value.as_ref().or(setting.start.as_ref()))
+        Self::from(layout, |setting, component| {
+            setting.value_of(component).or(setting.start_of(component))
+        })
     }
 
-    fn from(layout: &Layout, given: impl Fn(&Setting) -> Option<&Vec<f64>>) -> Self {
+    fn from(layout: &Layout, given: impl Fn(&Setting, usize) -> Option<f64>) -> Self {
         let values = layout.instances.iter().map(|instance| {
-            let components = given(&instance.setting).map_or(&[][..], Vec::as_slice);
-            from_components(instance.kind, components)
+            let components = [0, 1, 2].map(|k| given(&instance.setting, k).unwrap_or(0.0));
+            from_components(instance.kind, &components)
         });
         Self { values: values.collect() }
     }
@@ -149,27 +150,27 @@ impl Point {
         (0..layout.instances.len()).flat_map(|index| self.priors_of(layout, index)).collect()
     }
 
-    /// Those of one instance: a row for each component, none where nothing is stated of it.
+    /// Those of one instance: a row for each component of which a value with its sigma is stated.
     pub fn priors_of(&self, layout: &Layout, index: usize) -> Vec<PriorRow> {
         let instance = &layout.instances[index];
-        let (Some(value), Some(sigma), false) =
-            (&instance.setting.value, &instance.setting.sigma, instance.setting.fixed)
-        else {
+        let setting = &instance.setting;
+        let stated = setting.stated_components(instance.kind);
+        if stated.is_empty() {
             return Vec::new();
-        };
-        let stated = from_components(instance.kind, value);
-        let difference = difference(instance.kind, stated, self.values[index]);
-        let sigma = sigma.iter().enumerate().take(instance.dimension());
-        sigma
-            .map(|(component, sigma)| PriorRow {
-                coefficients: layout
-                    .columns_of(index, component)
-                    .into_iter()
-                    .map(|(column, coefficient)| (column, coefficient / sigma))
-                    .collect(),
-                residual: difference[component] / sigma,
-            })
-            .collect()
+        }
+        let value = [0, 1, 2].map(|component| setting.value_of(component).unwrap_or(0.0));
+        let value = from_components(instance.kind, &value);
+        let difference = difference(instance.kind, value, self.values[index]);
+        let each = stated.into_iter().filter_map(|k| Some((k, setting.sigma_of(k)?)));
+        each.map(|(component, sigma)| PriorRow {
+            coefficients: layout
+                .columns_of(index, component)
+                .into_iter()
+                .map(|(column, coefficient)| (column, coefficient / sigma))
+                .collect(),
+            residual: difference[component] / sigma,
+        })
+        .collect()
     }
 }
 

@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 use crate::diagnostic::{Diagnostic, Place};
 use crate::graph::Kind;
 use crate::model::Setting;
+use crate::model::component::AXES;
 use crate::system::System;
 use crate::units::Unit;
 
@@ -92,6 +93,26 @@ impl<'a> Statement<'a> {
             Kind::Vector => format!("a vector in `{symbol}`"),
             Kind::Rotation => "a rotation".to_owned(),
         }
+    }
+
+    /// What is said of single components, in words.
+    fn components(&self) -> String {
+        let setting = self.setting();
+        let of = |component: usize| {
+            let value = setting.value_of(component).map(|value| quantity(&[value], self.unit()));
+            let sigma = setting.sigma_of(component);
+            let width = self.unit().of_differences();
+            match (value, sigma) {
+                (Some(value), Some(sigma)) => {
+                    format!("{value} with sigma {}", quantity(&[sigma], &width))
+                }
+                (Some(value), None) if setting.is_fixed(component) => format!("fixed at {value}"),
+                (Some(value), None) => format!("free, from {value} on"),
+                (None, _) => "free".to_owned(),
+            }
+        };
+        let all = AXES.iter().enumerate().map(|(k, axis)| format!("{axis} {}", of(k)));
+        all.collect::<Vec<_>>().join(", ")
     }
 
     /// The value in words.
@@ -262,6 +283,14 @@ impl Naming<'_> {
             }
         }
         setting.start = least(chosen(list, &["value", "start"]), |one| &one.start);
+        let says = |one: &&Statement<'_>| one.setting().components.is_some();
+        let stated: Vec<&Statement<'_>> = list.iter().filter(says).collect();
+        let is_other =
+            |one: &&&Statement<'_>| one.setting().components != stated[0].setting().components;
+        if let Some(other) = stated.iter().find(is_other) {
+            faults.push(self.conflict("is", [stated[0], other], Statement::components, KEYS));
+        }
+        setting.components = stated.first().and_then(|one| one.setting().components.clone());
     }
 
     /// Bounds, which hold together.

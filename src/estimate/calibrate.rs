@@ -7,6 +7,7 @@ use crate::estimate::align::Alignment;
 use crate::estimate::arrow::normal_matrix;
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
 use crate::estimate::combination::combinations;
+use crate::estimate::remedies::Open;
 use crate::estimate::start::{Aligned, start};
 use crate::estimate::withheld::{limits, sensitivities, withheld};
 use crate::estimate::words::{Unobservable, describe};
@@ -232,16 +233,19 @@ pub fn finish(
     levels: Vec<variance::Level>,
     aligned: Vec<Aligned>,
 ) -> Result<Calibration, FitError> {
+    let limits = limits(&problem, &fit.point);
     let examined = match fit.outcome {
         Outcome::NotFinite => None,
-        _ => Some(observability::examine(&fit.normal, &limits(&problem, &fit.point))?),
+        _ => Some(observability::examine(&fit.normal, &limits)?),
     };
     let directions = examined.as_ref().map_or(&[][..], |found| &found.directions);
     let covariance = covariance::of_determined(&fit.normal, directions);
+    let (point, normal) = (&fit.point, &fit.normal);
+    let open = Open { problem: &problem, point, normal, limits: &limits, directions };
     let unobservable = (0..directions.len())
         .map(|at| Unobservable {
             determined: combinations(&problem, &fit.point, &covariance, directions, at),
-            ..describe(&problem, &fit.point, &fit.normal, &directions[at])
+            ..describe(&problem, &directions[at], open.remedy(at))
         })
         .collect();
     let withheld = withheld(&problem, &fit.point, examined.as_ref());
@@ -274,7 +278,7 @@ fn holding_bounds(problem: &Problem, fit: &Fit<Point>) -> Vec<Vec<Option<Bound>>
     let layout = &problem.layout;
     let pull = normal_matrix(&fit.normal).map(|(_, gradient)| gradient).ok();
     let held = |index: usize, component: usize| {
-        let column = layout.range_of(index).nth(component)?;
+        let (_, column) = layout.own_columns(index).find(|(own, _)| *own == component)?;
         let pull = *pull.as_ref()?.get(column)?;
         let value = fit.point.values[index][component];
         let is_on =

@@ -107,7 +107,7 @@ fn redundancy(result: &Calibration, indices: &[usize]) -> (DMatrix<f64>, DVector
 fn judged(result: &Calibration, index: usize) -> Option<Contradicted> {
     let layout = &result.problem.layout;
     let setting = &layout.instances[index].setting;
-    let (value, sigma) = (setting.value.as_ref()?, setting.sigma.as_ref()?);
+    let stated = setting.stated_components(layout.instances[index].kind);
     let (redundancy, left) = redundancy(result, &[index]);
     let count = left.len();
     let deviations = |row: usize| {
@@ -120,15 +120,16 @@ fn judged(result: &Calibration, index: usize) -> Option<Contradicted> {
         return None;
     }
     let free = redundancy[(worst, worst)].max(SILENT);
-    let estimate = result.estimates_of(index).into_iter().nth(worst)?;
+    let component = *stated.get(worst)?;
+    let estimate = result.estimates_of(index).into_iter().nth(component)?;
     let (gain, components) = gain(redundancy, &left);
-    let stated = *value.get(worst)?;
+    let (stated, sigma) = (setting.value_of(component)?, setting.sigma_of(component)?);
     Some(Contradicted {
         parameter: layout.instances[index].name.clone(),
         alone: stated + (estimate.value? - stated) / free,
         estimate,
         stated,
-        sigma: *sigma.get(worst)?,
+        sigma,
         deviations: apart,
         gain,
         components,

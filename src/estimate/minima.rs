@@ -79,8 +79,9 @@ pub fn improved(mut problem: Problem) -> (Problem, Option<Found>) {
     let Some((start, mut found)) = found else { return (problem, None) };
     let layout = &mut problem.layout;
     for index in 0..layout.instances.len() {
-        if !layout.range_of(index).is_empty() {
-            layout.instances[index].setting.start = Some(start.components(layout, index));
+        if layout.is_free(index) {
+            let components = start.components(layout, index);
+            layout.instances[index].setting.begin_at(components);
         }
     }
     found.left_out = cut(&mut problem, found.offset);

@@ -9,11 +9,10 @@
 use crate::campaign::{Role, Run, Samples};
 use crate::engine::lanes::LANES;
 use crate::engine::part::{Part, SampleLeaves};
-use crate::engine::point::{Point, from_components};
+use crate::engine::point::Point;
 use crate::engine::pointwise::Program;
 use crate::engine::problem::Problem;
 use crate::estimate::align::{Alignment, Degenerate, Pair, align};
-use crate::graph::Kind;
 use crate::quaternion::Quaternion;
 
 /// Samples that are enough for one transformation's start.
@@ -84,13 +83,12 @@ pub fn start(problem: &Problem) -> (Point, Vec<Aligned>) {
             if of_user[0] {
                 let turn = Quaternion::from_components(point.values[rotation]);
                 let moved = shift(&all, turn);
-                point.values[translation] = from_components(Kind::Vector, &moved);
+                place(problem, &mut point, translation, moved);
             } else if let Ok(alignment) = &result {
                 let q = alignment.rotation;
                 point.values[rotation] = [q.w, q.v[0], q.v[1], q.v[2]];
                 if !of_user[1] {
-                    point.values[translation] =
-                        from_components(Kind::Vector, &alignment.translation);
+                    place(problem, &mut point, translation, alignment.translation);
                 }
             }
             report.push(Aligned { of: problem.layout.instances[rotation].of.clone(), result });
@@ -98,6 +96,16 @@ pub fn start(problem: &Problem) -> (Point, Vec<Aligned>) {
     }
     point.enter_bounds(&problem.layout);
     (point, report)
+}
+
+/// Puts a translation where it was found to be, but for components of which the user said where.
+fn place(problem: &Problem, point: &mut Point, index: usize, found: [f64; 3]) {
+    let setting = &problem.layout.instances[index].setting;
+    for (component, found) in found.into_iter().enumerate() {
+        if !setting.is_placed(component) {
+            point.values[index][component] = found;
+        }
+    }
 }
 
 /// Whether the user said what a part of the transformation is.

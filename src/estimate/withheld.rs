@@ -23,19 +23,19 @@ pub fn limits(problem: &Problem, point: &Point) -> Vec<Limit> {
     for (index, instance) in problem.layout.instances.iter().enumerate() {
         for component in 0..instance.dimension() {
             for (column, _) in problem.layout.columns_of(index, component) {
-                limits[column] = limit(&problem.layout, point, index);
+                limits[column] = limit(&problem.layout, point, (index, component));
             }
         }
     }
     limits
 }
 
-/// The limit of one parameter.
-fn limit(layout: &Layout, point: &Point, index: usize) -> Limit {
+/// The limit of one component of a parameter.
+fn limit(layout: &Layout, point: &Point, (index, component): (usize, usize)) -> Limit {
     let instance = &layout.instances[index];
     let setting = &instance.setting;
     match setting.plausible {
-        _ if setting.sigma.is_some() => Limit::Stated,
+        _ if setting.sigma_of(component).is_some() => Limit::Stated,
         None => Limit::Unlimited,
         Some(plausible) if instance.kind == Kind::Rotation => Limit::Size(plausible),
         Some(plausible) => {
@@ -50,7 +50,8 @@ fn limit(layout: &Layout, point: &Point, index: usize) -> Limit {
 /// How each component of a parameter moves with the columns.
 pub fn sensitivities(layout: &Layout, point: &Point, index: usize) -> Vec<Vec<(usize, f64)>> {
     let of_row = |row: Vec<f64>| {
-        let moved = row.into_iter().enumerate().flat_map(|(component, derivative)| {
+        let acts = |(_, derivative): &(usize, f64)| *derivative != 0.0;
+        let moved = row.into_iter().enumerate().filter(acts).flat_map(|(component, derivative)| {
             let columns = layout.columns_of(index, component).into_iter();
             columns.map(move |(column, coefficient)| (column, derivative * coefficient))
         });
@@ -75,15 +76,15 @@ pub fn along(direction: &Direction, sensitivity: &[(usize, f64)]) -> (f64, f64) 
 pub fn withheld(problem: &Problem, point: &Point, examined: Option<&Examined>) -> Vec<Vec<bool>> {
     let layout = &problem.layout;
     let of_instance = |index: usize| {
-        let limit = limit(layout, point, index);
         let rows = sensitivities(layout, point, index);
-        let is_open = |row: Vec<(usize, f64)>| {
+        let is_open = |(component, row): (usize, Vec<(usize, f64)>)| {
+            let limit = limit(layout, point, (index, component));
             examined.is_some_and(|found| {
                 let directions = &found.directions;
                 directions.iter().any(|one| is_moved(one, &found.judged, &row, limit))
             })
         };
-        let open: Vec<bool> = rows.into_iter().map(is_open).collect();
+        let open: Vec<bool> = rows.into_iter().enumerate().map(is_open).collect();
         // The components of a rotation vector follow a large turn in curves: they stay together.
         match layout.instances[index].kind {
             Kind::Rotation => vec![open.contains(&true); open.len()],

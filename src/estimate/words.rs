@@ -1,20 +1,9 @@
-//! What cannot be determined, in words: which parameters act alike, and the run that would tell
-//! them apart.
+//! What cannot be determined, in words: which parameters act alike.
 
-use nalgebra::{DMatrix, DVector};
-
-use crate::campaign::Track;
-use crate::campaign::record::Change;
-use crate::engine::gram::Normal;
-use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::estimate::combination::{Combination, component_names, place_of};
-use crate::estimate::eigen::least_squares;
 use crate::estimate::observability::{Direction, Kind as Exactness, NEGLIGIBLE};
 use crate::graph::Kind;
-
-/// Singular values of a run's own values below this part of all are none.
-const RANK: f64 = 1e-12;
 
 /// A combination of parameters that the data do not determine.
 #[derive(Clone, Debug)]
@@ -35,13 +24,8 @@ struct Share {
     change: Vec<f64>,
 }
 
-/// Puts a direction into words.
-pub fn describe(
-    problem: &Problem,
-    point: &Point,
-    normal: &Normal,
-    direction: &Direction,
-) -> Unobservable {
+/// Puts a direction into words, with its remedy.
+pub fn describe(problem: &Problem, direction: &Direction, remedy: String) -> Unobservable {
     let shares = shares(problem, direction);
     let named: Vec<(String, f64)> = shares
         .iter()
@@ -53,7 +37,7 @@ pub fn describe(
     Unobservable {
         words: sentence(problem, &shares, direction),
         direction: named,
-        remedy: remedy(problem, point, normal, direction, &shares),
+        remedy,
         determined: Vec::new(),
     }
 }
@@ -174,146 +158,4 @@ fn axis_words(direction: &[f64], z: &str) -> String {
     let unit: Vec<String> =
         direction.iter().map(|value| format!("{:.2}", value / length)).collect();
     format!("({})", unit.join(", "))
-}
-
-/// A run that does not exist yet, made from one that does.
-#[derive(Clone, Copy)]
-enum Candidate {
-    Reversed,
-    Slower,
-}
-
-/// Looks for a further run that would determine the direction.
-fn remedy(
-    problem: &Problem,
-    point: &Point,
-    normal: &Normal,
-    direction: &Direction,
-    shares: &[Share],
-) -> String {
-    let mut step = vec![0.0; problem.layout.columns.len()];
-    for (column, weight) in &direction.weights {
-        step[*column] = *weight;
-    }
-    let now = response(normal, &step);
-    let mut best: Option<(f64, String)> = None;
-    for (p, part) in problem.parts.iter().enumerate() {
-        for r in 0..part.runs.len() {
-            for candidate in [Candidate::Reversed, Candidate::Slower] {
-                let Some(gain) = candidate_response(problem, point, (p, r), candidate, &step)
-                else {
-                    continue;
-                };
-                let name = &part.runs[r].name;
-                let words = match candidate {
-                    Candidate::Reversed => {
-                        format!(
-                            "measure one more run like `{name}` with the opposite sense of motion"
-                        )
-                    }
-                    Candidate::Slower => {
-                        format!("measure one more run like `{name}` at a tenth of its rate")
-                    }
-                };
-                if best.as_ref().is_none_or(|(known, _)| gain > 1.1 * known) {
-                    best = Some((gain, words));
-                }
-            }
-        }
-    }
-    let mut names: Vec<String> = Vec::new();
-    for share in shares {
-        let name = format!("`{}`", problem.layout.instances[share.instance].name);
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    let one = if names.len() == 1 { "" } else { "one of " };
-    let state =
-        format!("state a value with its sigma for {one}{} or set it fixed", names.join(", "));
-    match best {
-        // A useful run answers far above what all present ones do together.
-        Some((gain, words)) if gain > 1e4 * now.max(f64::MIN_POSITIVE) && gain > 0.0 => {
-            format!("{words}; or {state}")
-        }
-        _ if shares.len() == 1 => format!("leave it out: {state}"),
-        _ => state,
-    }
-}
-
-/// Whitened squared change of all readings along a direction.
-fn response(normal: &Normal, step: &[f64]) -> f64 {
-    normal
-        .runs
-        .iter()
-        .enumerate()
-        .map(|(run, gram)| {
-            let touched = normal.columns.touched_by(run);
-            let local: Vec<f64> = touched.iter().map(|column| step[*column]).collect();
-            let mut sum = 0.0;
-            for (i, a) in local.iter().enumerate() {
-                for (j, b) in local.iter().enumerate() {
-                    sum += a * b * gram.gram[(i, j)];
-                }
-            }
-            sum.max(0.0)
-        })
-        .sum()
-}
-
-/// The same for one run that is not measured yet: what its own values, which a parameter with one
-/// for each run has for it, could not follow.
-fn candidate_response(
-    problem: &Problem,
-    point: &Point,
-    (p, r): (usize, usize),
-    candidate: Candidate,
-    step: &[f64],
-) -> Option<f64> {
-    let factor = match candidate {
-        Candidate::Reversed => -1.0,
-        Candidate::Slower => 0.1,
-    };
-    let run = &problem.parts[p].runs[r];
-    if !run.record.inputs().iter().any(Track::moves) {
-        return None;
-    }
-    let retimed = run.record.changed(Change::Retimed(factor));
-    let mut changed = problem.clone();
-    changed.parts[p].runs[r].record = retimed;
-    let index = changed.run_index(p, r);
-    let touched = changed.layout.columns.touched_by(index);
-    let own = changed.layout.columns.of_run(index);
-    let shared = touched.len() - own;
-    let local = touched[..shared].iter().map(|column| step[*column]);
-    let local = DVector::from_iterator(shared, local);
-    let sigma: Vec<f64> = changed.parts[p]
-        .slots()
-        .iter()
-        .zip(&changed.parts[p].sigma)
-        .flat_map(|(slot, sigma)| std::iter::repeat_n(*sigma, slot.components))
-        .collect();
-    let (mut sum, mut along) = (0.0, DVector::zeros(own));
-    let mut among = DMatrix::zeros(own, own);
-    changed.visit_run(p, r, point, &mut |_, jacobian, _| {
-        for (row, sigma) in sigma.iter().enumerate() {
-            let line = jacobian.row(row);
-            let change = line.columns(0, shared).transpose().dot(&local) / sigma;
-            let values = line.columns(shared, own).transpose() / *sigma;
-            if change.is_finite() && values.iter().all(|value| value.is_finite()) {
-                sum += change * change;
-                along += &values * change;
-                among += &values * values.transpose();
-            }
-        }
-    });
-    let followed = match own {
-        0 => 0.0,
-        _ => {
-            let least = RANK * among.norm();
-            least_squares(among, &along, least).map_or(0.0, |values| along.dot(&values))
-        }
-    };
-    // Numbers too large to be squared say nothing of the run.
-    Some(sum - followed).filter(|gain| gain.is_finite()).map(|gain| gain.max(0.0))
 }

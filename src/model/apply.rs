@@ -14,6 +14,7 @@ impl Override {
                 *place = Some(said.iter().map(|(value, _)| *value).collect());
             }
         };
+        setting.forget_components(self);
         set(&mut setting.value, &self.value);
         set(&mut setting.sigma, &self.sigma);
         if self.sigma.is_some() {

@@ -142,6 +142,25 @@ pub struct Setting {
     pub typical: Option<f64>,
     /// Degrees of freedom on which `sigma` rests; `None`: as if infinitely many.
     pub degrees_of_freedom: Option<f64>,
+    /// What is said of single components of a vector, over all of this.
+    pub components: Option<Box<[Component; 3]>>,
+}
+
+/// What is said of one component alone (SI).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Component {
+    /// Known value.
+    pub value: Option<f64>,
+    /// Standard uncertainty of it.
+    pub sigma: Option<f64>,
+    /// Lower bound.
+    pub lower: Option<f64>,
+    /// Upper bound.
+    pub upper: Option<f64>,
+    /// Where iteration starts.
+    pub start: Option<f64>,
+    /// Whether it is not estimated; `None`: as the vector.
+    pub fixed: Option<bool>,
 }
 
 impl Setting {
@@ -159,6 +178,7 @@ impl Setting {
             plausible: None,
             typical: None,
             degrees_of_freedom: None,
+            components: None,
         }
     }
 

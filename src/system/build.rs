@@ -2,10 +2,11 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::campaign::quaternions;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::graph::names::CoordinatesNames;
 use crate::graph::resolve::assemble;
-use crate::graph::{Input, Local, Measurand, Names, Parameter, Random, Scope};
+use crate::graph::{Input, Kind, Local, Measurand, Names, Parameter, Random, Scope};
 use crate::library::unknown_parameter;
 use crate::model::{Model, Override, Setting};
 use crate::system::layer::Placed;
@@ -149,9 +150,8 @@ impl Builder<'_> {
         let (mut general, mut special) = (Vec::new(), Vec::new());
         let own = self.model.overrides.iter().map(|said| (said, false));
         for (said, is_stated) in own.chain(overrides.iter().map(|said| (said, true))) {
-            let exact = self.unknowns.iter().any(|unknown| unknown.name == said.name);
-            let some =
-                exact || self.unknowns.iter().any(|unknown| matches_general(unknown, &said.name));
+            let exact = self.unknowns.iter().any(|unknown| unknown.is_meant_by(said));
+            let some = exact || self.unknowns.iter().any(|unknown| matches_general(unknown, said));
             match (exact, some) {
                 (true, _) => special.push((said, is_stated)),
                 (false, true) => general.push((said, is_stated)),
@@ -164,14 +164,21 @@ impl Builder<'_> {
         }
         general.sort_by_key(|(said, _)| said.name.matches('.').count());
         for (said, is_stated) in general {
-            for unknown in
-                self.unknowns.iter_mut().filter(|unknown| matches_general(unknown, &said.name))
-            {
+            for unknown in self.unknowns.iter_mut().filter(|one| matches_general(one, said)) {
                 faults.extend(unknown.apply(said, is_stated).err().map(|fault| *fault));
             }
         }
+        // What is said of a component counts over what the same file, or the command line, says of
+        // all of the vector.
+        let is_vector = |said: &Override| {
+            self.unknowns.iter().any(|one| one.kind == Kind::Vector && one.is_meant_by(said))
+        };
+        special.sort_by_cached_key(|(said, _)| {
+            let is_of_component = self.unknowns.iter().all(|one| one.name != said.name);
+            if is_vector(said) { (said.place.is_none(), is_of_component) } else { (false, false) }
+        });
         for (said, is_stated) in special {
-            for unknown in self.unknowns.iter_mut().filter(|unknown| unknown.name == said.name) {
+            for unknown in self.unknowns.iter_mut().filter(|unknown| unknown.is_meant_by(said)) {
                 faults.extend(unknown.apply(said, is_stated).err().map(|fault| *fault));
             }
         }
@@ -300,18 +307,27 @@ impl Builder<'_> {
         }
         Diagnostics(faults).into_result(())?;
         let (assembly, roles) = (assemble(names)?, model.roles.clone());
-        Ok(System { assembly, settings, of_setups, declared, randoms, effects, roles })
+        let place = |name: String| model.inputs.iter().position(|input| input.name == name);
+        let quadruple = |names: [String; 4]| {
+            let [w, x, y, z] = names.map(place);
+            Some([w?, x?, y?, z?])
+        };
+        let attitudes = quaternions(model).into_iter().filter_map(quadruple).collect();
+        Ok(System { assembly, settings, of_setups, declared, randoms, effects, roles, attitudes })
     }
 }
 
-/// Whether `EFFECT.NAME` or `EFFECT.HEAD.NAME` means this unknown among others.
-fn matches_general(unknown: &Unknown, name: &str) -> bool {
+/// Whether `EFFECT.NAME` or `EFFECT.HEAD.NAME` means this unknown, or a component of it, among
+/// others.
+fn matches_general(unknown: &Unknown, said: &Override) -> bool {
     if unknown.declared.effect.is_none() {
         return false;
     }
-    unknown.general == name
+    let name = &said.name;
+    unknown.general == *name
+        || unknown.has_component(said, &unknown.general)
         || (unknown.declared.measurand.is_some()
-            && unknown.name.rsplit_once('.').is_some_and(|(owner, _)| owner == name))
+            && unknown.name.rsplit_once('.').is_some_and(|(owner, _)| owner == *name))
 }
 
 /// What an effect's own name stands for. A measurand on which it does not act takes the first

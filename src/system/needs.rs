@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, nearest};
 use crate::effect::{Effect, PatchLine, Target};
-use crate::graph::{MeasurandKind, Scope};
+use crate::graph::{Kind, MeasurandKind, Scope};
+use crate::model::component::AXES;
 use crate::model::name::is_built_in;
 use crate::model::{Model, Override, ParameterDeclaration, Roles};
 use crate::system::{Selected, System};
@@ -250,6 +251,9 @@ pub fn known_names<'e>(
     effects: impl Iterator<Item = &'e Arc<Effect>>,
 ) -> Vec<String> {
     let mut known: Vec<String> = model.parameters.iter().map(|p| p.name.clone()).collect();
+    let several = model.parameters.iter().filter(|one| one.kind != Kind::Scalar);
+    let of_one = |one: &ParameterDeclaration| AXES.map(|axis| format!("{}.{axis}", one.name));
+    let mut members: Vec<String> = several.flat_map(of_one).collect();
     known.extend(delay_names(model));
     known.extend(model.inputs.iter().map(|input| format!("{}.error", input.name)));
     for effect in effects {
@@ -267,10 +271,14 @@ pub fn known_names<'e>(
                 if parameter.per_measurand {
                     known.extend(model.measurands.iter().map(|m| format!("{name}.{}", m.name)));
                 }
+                if parameter.kind != Kind::Scalar {
+                    members.extend(AXES.map(|axis| format!("{name}.{axis}")));
+                }
                 known.push(name);
             }
         }
     }
+    known.append(&mut members);
     known
 }
 

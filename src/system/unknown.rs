@@ -2,8 +2,9 @@
 
 use crate::diagnostic::{Diagnostic, Place};
 use crate::graph::{Kind, Scope};
+use crate::model::component::AXES;
 use crate::model::parameter::component_count;
-use crate::model::{Override, ParameterDeclaration, Process, Setting, Shape};
+use crate::model::{Component, Override, ParameterDeclaration, Process, Setting, Shape};
 use crate::system::needs::is_random;
 use crate::system::{Declared, RandomSetting};
 use crate::units::{Dimension, Exponent, Unit};
@@ -118,9 +119,18 @@ impl Unknown {
 
     fn apply_here(&mut self, said: &Override) -> Result<(), Box<Diagnostic>> {
         let at = |error: Diagnostic| Box::new(error.at_maybe(said.place.as_ref()));
-        if let Some((message, help)) = said.check(component_count(self.kind), &self.unit) {
+        let component = self.component_of(said).map_err(at)?;
+        let count = component.map_or(component_count(self.kind), |_| 1);
+        if let Some((message, help)) = said.check(count, &self.unit) {
             let error = Diagnostic::error(message);
             return Err(at(if help.is_empty() { error } else { error.help(help) }));
+        }
+        if let Some(component) = component {
+            said.apply_to_component(component, &mut self.setting);
+            if said.place.is_some() {
+                self.place.clone_from(&said.place);
+            }
+            return Ok(());
         }
         let (from, fixed) = (self.setting.scope, self.setting.fixed);
         said.apply(&mut self.setting);
@@ -150,6 +160,41 @@ impl Unknown {
             _ => return Ok(()),
         };
         Err(at(Diagnostic::error(message)))
+    }
+
+    /// Whether an override means it, or one of its components.
+    pub(super) fn is_meant_by(&self, said: &Override) -> bool {
+        self.name == said.name || self.has_component(said, &self.name)
+    }
+
+    /// Whether an override means a component of it by this name.
+    pub(super) fn has_component(&self, said: &Override, name: &str) -> bool {
+        self.kind != Kind::Scalar && said.component().is_some_and(|(vector, _)| vector == name)
+    }
+
+    /// The component that an override means, if it does not mean all of it.
+    fn component_of(&self, said: &Override) -> Result<Option<usize>, Diagnostic> {
+        let is_component = |name: &str| self.has_component(said, name);
+        if self.name == said.name || !(is_component(&self.name) || is_component(&self.general)) {
+            return Ok(None);
+        }
+        let Some((vector, component)) = said.component() else { return Ok(None) };
+        if self.kind == Kind::Rotation {
+            let message = format!("`{}`: a rotation is stated as a whole", said.name);
+            let help = format!("state `{vector}` with its three components, a rotation vector");
+            return Err(Diagnostic::error(message).help(help));
+        }
+        let whole = [
+            ("scope", said.scope.is_some()),
+            ("sum", said.sum_zero.is_some()),
+            ("plausible", said.plausible.is_some()),
+            ("degrees_of_freedom", said.degrees_of_freedom.is_some()),
+        ];
+        if let Some((key, _)) = whole.into_iter().find(|(_, is_said)| *is_said) {
+            let message = format!("`{key}` of `{}` holds for all components", said.name);
+            return Err(Diagnostic::error(message).help(format!("state it of `{vector}`")));
+        }
+        Ok(Some(component))
     }
 
     /// What is wrong with it, or with what is said of it in single setups, now that everything is
@@ -213,6 +258,9 @@ impl Unknown {
             }
             return None;
         }
+        if let Some(fault) = self.fault_of_components() {
+            return Some(fault.at_maybe(self.place.as_ref()));
+        }
         if setting.fixed && setting.value.is_none() {
             let unit = if self.unit.symbol == "1" { "" } else { self.unit.symbol.as_str() };
             let quantity = |number: u8| format!("\"{}\"", format!("{number} {unit}").trim_end());
@@ -238,6 +286,40 @@ impl Unknown {
             return error(format!("`{name}`: `lower` must be below `upper`"), "");
         }
         None
+    }
+
+    /// What is wrong with what is said of single components.
+    fn fault_of_components(&self) -> Option<Diagnostic> {
+        let setting = &self.setting;
+        let all = setting.components.as_ref()?;
+        if setting.sum_zero {
+            let message = format!("the values of `{}` sum to zero over their scope", self.name);
+            return Some(Diagnostic::error(message).help("no component can be stated by itself"));
+        }
+        let fault = |(component, own): (usize, &Component)| {
+            let name = format!("{}.{}", self.name, AXES[component]);
+            let (lower, upper) = setting.bounds_of(component);
+            if own.fixed == Some(true) && setting.value_of(component).is_none() {
+                let help = format!(
+                    "\"{name}\" = {{ value = \"{}\", fixed = true }}",
+                    format!("0 {}", self.unit.symbol).trim_end_matches(" 1")
+                );
+                let message =
+                    format!("`{name}` is fixed, but nobody says at what: state its value");
+                Some(Diagnostic::error(message).help(help))
+            } else if own.sigma.is_some() && setting.value_of(component).is_none() {
+                let message = format!("`{name}` has a standard uncertainty, but no value");
+                Some(
+                    Diagnostic::error(message)
+                        .help("`sigma` is the standard uncertainty of `value`"),
+                )
+            } else if lower >= upper {
+                Some(Diagnostic::error(format!("`{name}`: `lower` must be below `upper`")))
+            } else {
+                None
+            }
+        };
+        all.iter().enumerate().find_map(fault)
     }
 
     fn standard_deviation(&self) -> Option<f64> {

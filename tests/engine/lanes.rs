@@ -41,7 +41,7 @@ fn near(problem: &Problem, point: &Point, random: &mut ChaCha8Rng) -> Point {
         .map(|column| {
             let small = problem.layout.instances.iter().enumerate().any(|(index, instance)| {
                 instance.setting.typical.is_some()
-                    && problem.layout.range_of(index).contains(&column)
+                    && problem.layout.own_columns(index).any(|(_, own)| own == column)
             });
             let size = if small { 0.0 } else { 0.05 };
             size * random.random_range(-1.0..1.0)

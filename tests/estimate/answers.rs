@@ -327,7 +327,8 @@ fn what_one_run_alone_was_recorded_with_is_told_of_that_run() {
     told_of_each(drawn(open(&Request::new([&folder])).unwrap(), 7));
     let folder = scratch.campaign("arcs", &(HEAD.replace("0.2 ms", "20 ms") + &arcs));
     let mut request = Request::new([&folder]);
-    request.set = ["horizontal", "vertical", "distance"].map(|m| format!("{m}.delay=20 ms")).into();
+    request.start =
+        ["horizontal", "vertical", "distance"].map(|m| format!("{m}.delay=20 ms")).into();
     told_of_each(drawn(open(&request).unwrap(), 7));
 }
 
@@ -372,7 +373,7 @@ fn missed_by(plans: &[&str], delay: f64, head: &str, recorded: Recorded<'_>) -> 
     let folder = scratch.campaign("one", &(head.to_owned() + &runs.collect::<String>()));
     let mut request = Request::new([&folder]);
     let all = ["horizontal", "vertical", "distance"];
-    request.set = all.map(|name| format!("{name}.delay={delay} s")).to_vec();
+    request.start = all.map(|name| format!("{name}.delay={delay} s")).to_vec();
     let opened = open(&request).unwrap();
     let truth = Point::stated(&opened.problem.layout);
     let mut problem = opened.problem;

@@ -137,7 +137,9 @@ fn the_covariance_agrees_with_repeated_simulation() {
     let problem = Problem::new(problem.parts);
     let truth = calibrate(problem.clone(), &Options::default()).unwrap();
     let (n, point) = (truth.covariance.nrows(), &truth.fit.point);
-    let free = |index: usize| truth.problem.layout.range_of(index);
+    let free = |index: usize| {
+        truth.problem.layout.own_columns(index).map(|(_, column)| column).collect::<Vec<_>>()
+    };
     let mut sums = DMatrix::<f64>::zeros(n, n);
     for draw in 0..DRAWS {
         let mut drawn = problem.clone();
@@ -165,9 +167,11 @@ fn the_covariance_agrees_with_repeated_simulation() {
                     v: [v[1], v[2], v[3]],
                 };
                 let turn = (q(a).conjugate() * q(b)).to_rotation_vector();
-                step[own].copy_from_slice(&turn);
+                for (column, turn) in own.into_iter().zip(turn) {
+                    step[column] = turn;
+                }
             } else {
-                for (component, column) in own.enumerate() {
+                for (component, column) in own.into_iter().enumerate() {
                     step[column] =
                         again.point.values[index][component] - point.values[index][component];
                 }

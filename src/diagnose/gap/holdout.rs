@@ -299,10 +299,7 @@ fn hold(system: &mut System, part: &Part, values: &Fitted) {
         };
         let same = known().find(|(name, _)| name.is_some() && *name == owner(part));
         if let Some((_, index)) = same.or_else(|| known().next()) {
-            setting.value = Some(point.components(layout, index));
-            setting.sigma = None;
-            setting.start = None;
-            setting.fixed = true;
+            setting.hold_at(point.components(layout, index));
         }
     }
     for random in &mut system.randoms {

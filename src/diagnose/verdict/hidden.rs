@@ -32,7 +32,7 @@ pub fn hidden(stage: &Stage) -> Vec<Hidden> {
         .enumerate()
         .filter(|(_, instance)| instance.name.ends_with(".delay"))
         .flat_map(|(index, instance)| {
-            layout.range_of(index).map(|column| (column, instance.name.as_str()))
+            layout.own_columns(index).map(|(_, column)| (column, instance.name.as_str()))
         })
         .collect();
     let mut all: Vec<Hidden> = (0..stage.effects)

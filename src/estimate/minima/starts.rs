@@ -36,7 +36,7 @@ impl Offsets {
     pub(in crate::estimate) fn of(problem: &Problem) -> Self {
         let layout = &problem.layout;
         let is_delay = |index: &usize| {
-            layout.instances[*index].name.ends_with(".delay") && !layout.range_of(*index).is_empty()
+            layout.instances[*index].name.ends_with(".delay") && layout.is_free(*index)
         };
         let delays: Vec<usize> = (0..layout.instances.len()).filter(is_delay).collect();
         let is_known = delays.iter().any(|index| !is_open(layout, *index));
@@ -183,5 +183,5 @@ pub(in crate::estimate) fn scalars(layout: &Layout) -> Vec<usize> {
 fn is_open(layout: &Layout, index: usize) -> bool {
     let setting = &layout.instances[index].setting;
     let said = [&setting.value, &setting.start, &setting.lower, &setting.upper];
-    !layout.range_of(index).is_empty() && said.iter().all(|one| one.is_none())
+    layout.is_free(index) && said.iter().all(|one| one.is_none()) && setting.components.is_none()
 }
