@@ -13,6 +13,9 @@
 //! | [`batch`] | Levenberg-Marquardt over all unknowns |
 //! | [`conic`] | a step within bounds |
 //! | [`covariance`] | what the estimate's uncertainty is |
+//! | [`correlations`] | how the estimates hang together |
+//! | [`global`] | whether chi squared agrees with what is stated |
+//! | [`redundancy`] | how far each reading is controlled by the others |
 //! | [`observability`] | which combinations the data do not determine |
 //! | [`withheld`] | which components are withheld for it |
 //! | [`combination`] | which combinations are determined in spite of it |
@@ -20,6 +23,9 @@
 //! | [`words`] | them in words |
 //! | [`variance`] | levels of noise |
 //! | [`calibrate`] | all of these together |
+//! | [`nested`] | a fit with effects against the one without |
+//! | [`noise`] | for which noise uncertainties hold |
+//! | [`noise_model`] | uncertainties where noise is not as stated |
 //! | [`newton`] | each reading's own delay |
 //! | [`delays`] | their means |
 //! | `nearby` | the samples of readings, wherever they are |
@@ -57,19 +63,25 @@ pub mod conditions;
 pub mod conic;
 pub mod contradicted;
 pub mod conventions;
+pub mod correlations;
 pub mod covariance;
 pub mod coverage;
 pub mod delays;
 pub mod deviations;
 pub mod differences;
 pub mod eigen;
+pub mod global;
 pub mod head;
 pub mod intersection;
 pub mod median;
 pub mod minima;
 mod nearby;
+pub mod nested;
 pub mod newton;
+pub mod noise;
+pub mod noise_model;
 pub mod observability;
+pub mod redundancy;
 pub mod remedies;
 pub mod repeatability;
 pub mod start;

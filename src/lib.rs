@@ -4,7 +4,7 @@
 //!
 //! | layer | rooms |
 //! |---|---|
-//! | number | [`number`], [`units`], [`quaternion`] |
+//! | number | [`number`], [`units`], [`quaternion`], [`statistics`] |
 //! | language | [`diagnostic`], [`formula`], [`graph`], [`document`], [`progress`] |
 //! | nouns | [`model`], [`effect`], [`convention`], [`library`], [`campaign`], [`system`] |
 //! | engine | [`engine`] |
@@ -15,6 +15,7 @@
 
 pub mod number;
 pub mod quaternion;
+pub mod statistics;
 pub mod units;
 
 pub mod diagnostic;

@@ -16,12 +16,16 @@
 //! | [`trials_replay`], `trials_replay_text` | recorded trials made again, and what differs |
 //! | [`power`], `power_text` | what a campaign can see |
 //! | [`timing`] | how reference times came about |
+//! | [`correlations`] | estimates that are correlated, and the covariance of all |
+//! | [`noise`] | for which noise uncertainties hold |
+//! | `sentences` | sums of parameters, and why a fit is no result |
 //! | [`table`] | results reading by reading, as CSV |
 
 pub mod autocorrelation;
 pub mod budget;
 pub mod conditions;
 pub mod conventions;
+pub mod correlations;
 pub mod deviations;
 pub mod diagnosis;
 #[cfg(feature = "cli")]
@@ -32,11 +36,13 @@ pub mod json;
 #[cfg(feature = "cli")]
 pub(crate) mod layout;
 pub mod minima;
+pub mod noise;
 #[cfg(feature = "cli")]
 mod noise_text;
 pub mod power;
 #[cfg(feature = "cli")]
 pub mod power_text;
+mod sentences;
 pub mod table;
 #[cfg(feature = "cli")]
 pub mod text;

@@ -1,6 +1,6 @@
 //! `homepoint calibrate`: the joint estimate.
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
 use super::arguments::{CampaignArguments, Format};
@@ -8,14 +8,18 @@ use super::{Failure, doubts, load, output};
 use crate::diagnose::fitted::planned;
 use crate::engine::undefined::Farthest;
 use crate::engine::{Point, Problem};
-use crate::estimate::batch::Outcome;
+use crate::estimate::batch::{Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::correlations::covariance_of_estimates;
 use crate::estimate::minima::others;
+use crate::estimate::nested::against_nominal;
+use crate::estimate::noise_model::{NoiseModel, with_noise};
 use crate::report;
 
 /// The tables that `--out` asks for.
 const PARAMETERS: &str = "parameters.csv";
 const RESIDUALS: &str = "residuals.csv";
+const COVARIANCE: &str = "covariance.csv";
 
 /// A variance factor beyond which it is asked whether a convention was mistaken.
 const BAD: f64 = 4.0;
@@ -24,15 +28,43 @@ const BAD: f64 = 4.0;
 pub(super) struct CalibrateCommand {
     #[command(flatten)]
     pub(super) common: CampaignArguments,
+    /// For which noise uncertainties hold
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) noise: NoiseChoice,
+}
+
+/// For which noise uncertainties hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum NoiseChoice {
+    /// As stated, independent from reading to reading
+    #[default]
+    Stated,
+    /// Level and correlation in time of each measurand are estimated, and enter the weights
+    Autocorrelated,
+    /// Values as with `stated`; uncertainties from how runs, or stretches of time, scatter
+    /// (cluster-robust)
+    Sandwich,
+}
+
+impl From<NoiseChoice> for NoiseModel {
+    fn from(choice: NoiseChoice) -> Self {
+        match choice {
+            NoiseChoice::Stated => Self::Stated,
+            NoiseChoice::Autocorrelated => Self::Autocorrelated,
+            NoiseChoice::Sandwich => Self::Sandwich,
+        }
+    }
 }
 
 impl CalibrateCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let loaded = load::load(&self.common)?;
-        loaded.keep_files(self.common.out.as_ref(), [PARAMETERS, RESIDUALS])?;
+        loaded.keep_files(self.common.out.as_ref(), [PARAMETERS, RESIDUALS, COVARIANCE])?;
         load::refuse_correlated(&loaded.problem)?;
         load::tell_not_put_in(&loaded, false);
         let result = estimate(loaded.problem)?;
+        let result = against_nominal(result, &self.common.with, &Options::default())
+            .map_err(|error| Failure::Could(error.to_string()))?;
         doubts::tell(&result, self.common.quiet);
         let others = others(&result);
         let is_bad = result.variance_factor().is_none_or(|factor| factor > BAD);
@@ -40,6 +72,9 @@ impl CalibrateCommand {
             true => load::mistaken(&loaded.campaigns, &result.problem)?,
             false => None,
         };
+        let result = with_noise(result, &Options::default(), self.noise.into())
+            .map_err(|error| Failure::Could(error.to_string()))?;
+        let covariance = covariance_of_estimates(&result);
         match self.common.format {
             Format::Json => {
                 let mut value = loaded.head.clone();
@@ -48,6 +83,8 @@ impl CalibrateCommand {
                 let correlated = report::autocorrelation::correlated(&result);
                 load::merge(&mut value, report::autocorrelation::json(&correlated));
                 load::merge(&mut value, report::conventions::json(mistaken.as_ref()));
+                load::merge(&mut value, report::noise::json(&result.noise));
+                load::merge(&mut value, report::correlations::json(covariance.as_ref()));
                 output::json(&value)?;
             }
             Format::Text => {
@@ -59,6 +96,10 @@ impl CalibrateCommand {
         if let Some(folder) = &self.common.out {
             let parameters = report::table::parameters(&result);
             output::file(&folder.join(PARAMETERS), &parameters, &loaded.files)?;
+            if let Some(covariance) = &covariance {
+                let table = report::correlations::table(covariance);
+                output::file(&folder.join(COVARIANCE), &table, &loaded.files)?;
+            }
             output::written(&folder.join(RESIDUALS), &loaded.files, |file| {
                 report::table::residuals(&result, file)?;
                 load::read_back(&result.problem)

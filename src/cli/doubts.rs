@@ -4,8 +4,8 @@
 use super::render;
 use crate::diagnostic::Diagnostic;
 use crate::estimate::calibrate::Calibration;
+use crate::estimate::global::misfit;
 use crate::estimate::unrecorded::{Unrecorded, unrecorded};
-use crate::report::text::DOUBTFUL;
 use crate::units::decimal;
 
 /// Residuals larger than stated by so much are no matter of uncertainties.
@@ -32,9 +32,8 @@ pub(super) fn tell_of_accelerations(fit: &Calibration) {
 /// than stated, too.
 pub(super) fn tell_beside_delays(fit: &Calibration, quiet: bool) {
     tell(fit, quiet);
-    let factor = fit.variance_factor().unwrap_or(1.0);
-    if !quiet && fit.is_sound() && factor > DOUBTFUL && factor.sqrt() <= SPOILT {
-        let times = factor.sqrt();
+    let misfit = misfit(fit).filter(|times| (1.0..=SPOILT).contains(times));
+    if let Some(times) = misfit.filter(|_| !quiet) {
         let message = format!(
             "the residuals of the joint fit are {} times as large as stated: the uncertainties do not hold",
             decimal(times, 1)

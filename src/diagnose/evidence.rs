@@ -19,7 +19,7 @@
 //! | `pieces` | the same with runs cut into pieces |
 //! | [`mod@basis`] | what two sets of columns have in common |
 //! | [`mod@scan`], `sampling` | which member of a family explains most, at which members it is looked for |
-//! | [`score`], [`tail`] | how unlikely an explanation is by chance |
+//! | [`score`] | how unlikely an explanation is by chance |
 //! | [`thresholds`], [`detection`] | from where on it counts, and how often an effect gets there |
 
 pub mod basis;
@@ -33,7 +33,6 @@ pub(in crate::diagnose) mod sampling;
 pub mod scan;
 pub mod score;
 mod shared;
-pub mod tail;
 pub mod thresholds;
 mod tied;
 

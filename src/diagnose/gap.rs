@@ -29,9 +29,9 @@ use crate::estimate::calibrate::rms;
 use self::folds::{Fold, folds, within_runs};
 use self::steps::Steps;
 use super::evidence::nominal::factored;
-use super::evidence::tail::student;
 use super::evidence::thresholds::LEAST_LAMBDA;
 use super::fitted::Fitted;
+use crate::statistics::student;
 
 /// Samples looked at for the floor at most.
 const MOST_SAMPLES: usize = 5_000;

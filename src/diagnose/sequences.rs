@@ -14,7 +14,7 @@ use crate::engine::stretches::Left;
 use crate::engine::{Point, Problem};
 use crate::estimate::median::upper_median;
 
-use super::evidence::tail::ln_normal;
+use crate::statistics::ln_normal;
 
 /// Standard deviation over median absolute deviation of a normal distribution.
 pub(super) const NORMAL: f64 = 1.482_602_2;

@@ -14,6 +14,9 @@ use crate::engine::programs::RowsProgram;
 /// What sees the Jacobian and the residuals of each sample.
 pub type Visitor<'a> = dyn FnMut(usize, &DMatrix<f64>, &[f64]) + 'a;
 
+/// The same with the sample itself.
+pub type SampleVisitor<'a> = dyn FnMut(Sample<'_>, &DMatrix<f64>, &[f64]) + 'a;
+
 /// One row of the samples of a chunk, not whitened.
 #[derive(Clone, Copy, Debug)]
 pub struct ChunkRows<'a> {
@@ -102,6 +105,38 @@ impl Problem {
                 }
                 if chunk.row + 1 == rows {
                     visit(chunk.stretch.first + lane, jacobian, &values[lane]);
+                }
+            }
+        });
+    }
+
+    /// Calls `visit(sample, jacobian, residual)` as [`Problem::visit_run`] does, with the sample
+    /// itself, and NaN for what was not read.
+    pub fn visit_samples(
+        &self,
+        part: usize,
+        run: usize,
+        point: &Point,
+        visit: &mut SampleVisitor<'_>,
+    ) {
+        let rows = self.parts[part].residual_count();
+        let movers = self.movers(part, run);
+        let size = self.layout.columns.touched_by(self.run_index(part, run)).len();
+        let mut jacobians = vec![DMatrix::zeros(rows, size); LANES];
+        let mut values = vec![vec![0.0; rows]; LANES];
+        self.visit_rows(part, run, point, &mut |chunk| {
+            let lanes = jacobians.iter_mut().zip(&mut values).enumerate();
+            for ((lane, (jacobian, values)), sample) in lanes.zip(chunk.stretch.each()) {
+                let there = chunk.present[lane] != 0.0;
+                jacobian.row_mut(chunk.row).fill(0.0);
+                values[chunk.row] = if there { chunk.lanes[0][lane] } else { f64::NAN };
+                for (direction, slope) in chunk.directions.iter().zip(&chunk.lanes[1..]) {
+                    for (column, by) in movers[*direction].iter().filter(|_| there) {
+                        jacobian[(chunk.row, *column)] += by * slope[lane];
+                    }
+                }
+                if chunk.row + 1 == rows {
+                    visit(sample, jacobian, values);
                 }
             }
         });

@@ -79,8 +79,21 @@ impl Batches {
     }
 }
 
+/// Over how many readings residuals are correlated at most; 0 where they are not.
+pub fn longest(fit: &Calibration) -> u64 {
+    all(fit).iter().map(|one| one.readings).max().unwrap_or(0)
+}
+
 /// The measurands whose residuals are correlated at an estimate, the worst first.
 pub fn autocorrelated(fit: &Calibration) -> Vec<Autocorrelated> {
+    let mut found = all(fit);
+    found.retain(|one| one.times > LEAST);
+    found.sort_by(|a, b| b.times.total_cmp(&a.times));
+    found
+}
+
+/// The measurands whose residuals are correlated, worth a word or not.
+fn all(fit: &Calibration) -> Vec<Autocorrelated> {
     let problem: &Problem = &fit.problem;
     let mut found: Vec<Autocorrelated> = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
@@ -113,7 +126,5 @@ pub fn autocorrelated(fit: &Calibration) -> Vec<Autocorrelated> {
             }
         }
     }
-    found.retain(|one| one.times > LEAST);
-    found.sort_by(|a, b| b.times.total_cmp(&a.times));
     found
 }

@@ -2,11 +2,13 @@
 
 use nalgebra::DMatrix;
 
+use crate::campaign::delay_range::USUAL;
 use crate::engine::{Point, Problem};
 use crate::estimate::align::Alignment;
 use crate::estimate::arrow::normal_matrix;
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
 use crate::estimate::combination::combinations;
+use crate::estimate::noise::Noise;
 use crate::estimate::remedies::Open;
 use crate::estimate::start::{Aligned, start};
 use crate::estimate::withheld::{limits, sensitivities, withheld};
@@ -86,12 +88,39 @@ pub struct Calibration {
     pub readings: usize,
     /// rms of the residuals of each measurand, SI.
     pub rms: Vec<(String, f64)>,
+    /// The noise of which uncertainties take account.
+    pub noise: Noise,
+    /// Why the fit is no result although it settled.
+    pub refused: Vec<Refused>,
+}
+
+/// Why a fit that settled is no result.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Refused {
+    /// A smaller model fits better.
+    Worse {
+        /// Effects that were put in.
+        effects: Vec<String>,
+        /// chi squared with them and without.
+        chi_squared: [f64; 2],
+    },
+    /// A delay is farther than the stated `delay_range`.
+    OutsideRange {
+        /// Name of the delay.
+        delay: String,
+        /// Its value (s).
+        value: f64,
+        /// The least and the greatest in the range (s).
+        range: [f64; 2],
+    },
 }
 
 impl Calibration {
     /// Whether the numbers can be used: converged, and all is determined.
     pub fn is_sound(&self) -> bool {
-        self.unobservable.is_empty() && self.fit.outcome == Outcome::Converged
+        self.unobservable.is_empty()
+            && self.refused.is_empty()
+            && self.fit.outcome == Outcome::Converged
     }
 
     /// Number of unknowns.
@@ -190,6 +219,19 @@ pub fn calibrate(mut problem: Problem, options: &Options) -> Result<Calibration,
     finish(problem, fit, levels, aligned)
 }
 
+/// The same from a point on.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_from(
+    mut problem: Problem,
+    start: Point,
+    options: &Options,
+) -> Result<Calibration, FitError> {
+    let (fit, levels) = fit_with_levels(&mut problem, start, options)?;
+    finish(problem, fit, levels, Vec::new())
+}
+
 /// Fits, estimates noise levels, fits again, until the levels stand.
 fn fit_with_levels(
     problem: &mut Problem,
@@ -250,6 +292,7 @@ pub fn finish(
         .collect();
     let withheld = withheld(&problem, &fit.point, examined.as_ref());
     let bounds = holding_bounds(&problem, &fit);
+    let refused = outside_range(&problem, &fit);
     let readings = count(&problem) + fit.normal.priors.len();
     let rms = rms(&problem, &fit.point);
     let aligned = aligned
@@ -267,7 +310,37 @@ pub fn finish(
         levels,
         readings,
         rms,
+        noise: Noise::Stated,
+        refused,
     })
+}
+
+/// Delays that are farther than the range that was stated for them.
+fn outside_range(problem: &Problem, fit: &Fit<Point>) -> Vec<Refused> {
+    let mut found: Vec<Refused> = Vec::new();
+    for (p, part) in problem.parts.iter().enumerate() {
+        let range = part.delay_range;
+        if range == USUAL || fit.outcome != Outcome::Converged {
+            continue;
+        }
+        for used in &problem.layout.used[p] {
+            for index in used {
+                let instance = &problem.layout.instances[*index];
+                let value = fit.point.values[*index][0];
+                if instance.name.ends_with(".delay")
+                    && problem.layout.is_free(*index)
+                    && !(range[0]..=range[1]).contains(&value)
+                {
+                    let delay = instance.name.clone();
+                    let one = Refused::OutsideRange { delay, value, range };
+                    if !found.contains(&one) {
+                        found.push(one);
+                    }
+                }
+            }
+        }
+    }
+    found
 }
 
 /// A value counts as on its bound within this part of it.

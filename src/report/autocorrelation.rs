@@ -4,11 +4,13 @@ use serde_json::{Value, json};
 
 use crate::estimate::autocorrelation::{Autocorrelated, autocorrelated};
 use crate::estimate::calibrate::Calibration;
+use crate::estimate::noise::Noise;
 use crate::units::decimal;
 
-/// Those of a fit whose numbers can be used.
+/// Those of a fit whose numbers can be used, and do not count it.
 pub fn correlated(result: &Calibration) -> Vec<Autocorrelated> {
-    if result.is_sound() { autocorrelated(result) } else { Vec::new() }
+    let is_counted = result.noise != Noise::Stated;
+    if result.is_sound() && !is_counted { autocorrelated(result) } else { Vec::new() }
 }
 
 /// What that does to uncertainties, in a sentence; empty where none are.
@@ -16,7 +18,7 @@ pub fn text(all: &[Autocorrelated]) -> String {
     let Some(worst) = all.first() else { return String::new() };
     let names: Vec<String> = all.iter().map(|one| format!("`{}`", one.measurand)).collect();
     format!(
-        "\nThe residuals of {} are correlated from reading to reading, over {} readings and more: uncertainties may be too small by up to {} times. `homepoint diagnose` estimates the noise.\n",
+        "\nThe residuals of {} are correlated from reading to reading, over {} readings and more: uncertainties may be too small by up to {} times. `calibrate --noise autocorrelated` counts it; `homepoint diagnose` looks for its cause.\n",
         names.join(", "),
         worst.readings,
         decimal(worst.times, 1)

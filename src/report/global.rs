@@ -1,25 +1,8 @@
-//! The global test of a fit: whether chi squared agrees with the stated uncertainties.
-//!
-//! Two-sided (Baarda 1968): residuals may be larger than stated, or smaller.
+//! The global test of a fit, in words.
 
-use crate::diagnose::evidence::tail::{ln_below, ln_chi_squared};
 use crate::estimate::calibrate::Calibration;
-
-/// Level below which residuals count as larger or smaller than stated.
-const LEVEL: f64 = 0.001;
-
-/// A smaller ratio of residuals to what is stated is not worth a sentence, however sure it is.
-const RATIO: f64 = 1.1;
-
-/// The probability that chi squared of a right model lies as far out or farther, on both sides;
-/// `None` without degrees of freedom or without a finite sum.
-pub fn p_value(result: &Calibration) -> Option<f64> {
-    let degrees = usize::try_from(result.degrees_of_freedom()).ok().filter(|count| *count > 0)?;
-    let chi_squared = Some(result.fit.cost).filter(|cost| cost.is_finite())?;
-    let above = ln_chi_squared(chi_squared, degrees).exp();
-    let below = ln_below(chi_squared, degrees).exp();
-    Some((2.0 * above.min(below)).min(1.0))
-}
+use crate::estimate::global::{misfit, p_value};
+use crate::estimate::noise::Noise;
 
 /// The line with the test.
 pub fn line(result: &Calibration) -> String {
@@ -36,13 +19,12 @@ pub fn line(result: &Calibration) -> String {
     )
 }
 
-/// What the test says of the stated uncertainties; empty if they agree with the residuals.
+/// What the test says of the stated uncertainties; empty if they agree with the residuals, or if
+/// uncertainties follow from the residuals themselves.
 pub fn verdict(result: &Calibration) -> String {
-    let rejects = p_value(result).is_some_and(|p| p < LEVEL);
-    let ratio = result.variance_factor().map_or(1.0, f64::sqrt);
-    if !result.is_sound() || !rejects || (1.0 / RATIO..RATIO).contains(&ratio) {
+    let Some(ratio) = misfit(result).filter(|_| result.noise == Noise::Stated) else {
         return String::new();
-    }
+    };
     if ratio > 1.0 {
         format!(
             "\nThe residuals are {ratio:.2} times as large as stated: the uncertainties do not hold. `homepoint diagnose` looks for the cause.\n"

@@ -7,9 +7,11 @@ use crate::estimate::combination::Combination;
 use crate::estimate::compare::Comparison;
 use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::delays::Summary;
+use crate::estimate::global::p_value;
 use crate::estimate::words::Unobservable;
 use crate::graph::Scope;
-use crate::report::{budget, global};
+use crate::report::budget;
+use crate::report::sentences::refused;
 
 /// The word for a scope.
 pub fn scope_word(scope: Scope) -> &'static str {
@@ -57,12 +59,13 @@ pub fn calibration(result: &Calibration) -> Value {
             "degrees_of_freedom": result.degrees_of_freedom(),
             "chi_squared": number(Some(result.fit.cost)),
             "variance_factor": number(result.variance_factor()),
-            "p": number(global::p_value(result)),
+            "p": number(p_value(result)),
             "iterations": result.fit.iterations,
             "converged": result.fit.outcome == crate::estimate::batch::Outcome::Converged,
             "rms": rms,
         },
         "unobservable": unobservable(&result.unobservable),
+        "refused": result.refused.iter().map(refused).collect::<Vec<_>>(),
         "contradicted": stated(&contradicted(result)),
     })
 }
@@ -103,7 +106,7 @@ pub fn unobservable(list: &[Unobservable]) -> Value {
 }
 
 /// A combination of components, SI.
-fn combination(one: &Combination) -> Value {
+pub(crate) fn combination(one: &Combination) -> Value {
     let terms: Map<String, Value> =
         one.terms.iter().map(|(name, factor)| (name.clone(), number(Some(*factor)))).collect();
     json!({

@@ -7,6 +7,7 @@ use crate::engine::Part;
 use crate::estimate::blind::ArmAngle;
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::newton::ReadingDelay;
+use crate::estimate::redundancy::{Checked, visit_checked};
 
 /// The header of a table of delays: one row a reading, its run, row of its data file, measurand,
 /// time, state, delay and uncertainties; at last the arm angle at the reference time, in [0, 2π),
@@ -63,20 +64,24 @@ pub fn parameters(result: &Calibration) -> String {
     text
 }
 
-/// One row a reading component: campaign, run, row of its data file, time, measurand, residual
-/// (SI).
+/// One row a reading component: campaign, run, row of its data file, time, measurand, residual with
+/// its unit, the residual over its standard deviation, redundancy number (empty where nothing
+/// controls the reading).
 ///
 /// # Errors
 /// Those of `out`.
 pub fn residuals(result: &Calibration, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "campaign,run,row,time [s],measurand,component,residual")?;
+    writeln!(
+        out,
+        "campaign,run,row,time [s],measurand,component,residual,unit,standardised [1],redundancy [1]"
+    )?;
     let mut written = Ok(());
     let problem = &result.problem;
     for (p, part) in problem.parts.iter().enumerate() {
         let label = quoted(part.label.as_deref().unwrap_or_default());
         for (r, run) in part.runs.iter().enumerate() {
             let name = quoted(&run.name);
-            problem.visit_residuals(p, r, &result.fit.point, &mut |sample, values| {
+            visit_checked(result, (p, r), &mut |sample, values| {
                 if written.is_ok() {
                     written = residual_rows(out, part, &format!("{label},{name}"), sample, values);
                 }
@@ -91,15 +96,25 @@ fn residual_rows(
     part: &Part,
     labels: &str,
     sample: Sample<'_>,
-    values: &[f64],
+    values: &[Checked],
 ) -> io::Result<()> {
     let (row, time) = (sample.row(), sample.time());
     for (measurand, slot) in part.system.assembly.names.measurands.iter().zip(part.slots()) {
         let name = &measurand.name;
+        let unit = if slot.components == 3 { "rad".to_owned() } else { measurand.unit.si_symbol() };
         for component in 0..slot.components {
-            let value = values[slot.residual + component];
-            if value.is_finite() {
-                writeln!(out, "{labels},{row},{time},{name},{component},{value:.9e}")?;
+            let Checked { residual, standardised, redundancy } = values[slot.residual + component];
+            if !residual.is_finite() {
+                continue;
+            }
+            write!(out, "{labels},{row},{time},{name},{component},{residual:.9e},{unit},")?;
+            if standardised.is_finite() {
+                write!(out, "{standardised:.6}")?;
+            }
+            if redundancy.is_finite() {
+                writeln!(out, ",{redundancy:.6}")?;
+            } else {
+                writeln!(out, ",")?;
             }
         }
     }

@@ -3,24 +3,24 @@
 use crate::engine::Part;
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, Estimate};
-use crate::estimate::combination::Combination;
 use crate::estimate::compare::Comparison;
 use crate::estimate::contradicted::{Contradicted, contradicted};
+use crate::estimate::correlations::covariance_of_estimates;
 use crate::estimate::delays::Delays;
 use crate::estimate::transformation::From;
 use crate::report::autocorrelation::{self, correlated};
 use crate::report::budget;
+use crate::report::correlations;
 use crate::report::figure;
 use crate::report::global;
 use crate::report::json::scope_word;
 use crate::report::layout::{align_right, drawn, table};
+use crate::report::noise;
+use crate::report::sentences::{refused, terms};
 use crate::units::{Dimension, Unit, decimal};
 
 /// Most rows of setup and run parameters that are shown; the rest is in the tables.
 const MOST_ROWS: usize = 60;
-
-/// A variance factor beyond this is no matter of stated uncertainties that are a little too small.
-pub const DOUBTFUL: f64 = 2.0;
 
 /// Normalised differences beyond which two estimates of a delay disagree.
 const DISAGREE: f64 = 5.0;
@@ -44,6 +44,7 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
     }
     text.push_str(&global::verdict(result));
     text.push_str(&autocorrelation::text(&correlated(result)));
+    text.push_str(&noise::text(&result.noise));
     text.push_str(&stated(&contradicted(result)));
     let estimates = result.estimates();
     let has_settled = result.fit.outcome == Outcome::Converged;
@@ -78,6 +79,9 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
     if shown.len() > MOST_ROWS {
         let rest = shown.len() - MOST_ROWS;
         text.push_str(&format!("... and {rest} more: `--out DIR` or `--format json` has all\n"));
+    }
+    if has_settled {
+        text.push_str(&correlations::text(covariance_of_estimates(result).as_ref()));
     }
     text
 }
@@ -139,6 +143,9 @@ pub fn trouble(result: &Calibration) -> String {
     if result.fit.outcome != Outcome::Converged {
         text.push_str(&format!("\nno result: {}\n", result.fit.outcome));
     }
+    for one in &result.refused {
+        text.push_str(&format!("\nno result: {}\n", refused(one)));
+    }
     if !result.unobservable.is_empty() {
         text.push_str("\nThese readings do not determine everything:\n");
     }
@@ -148,25 +155,6 @@ pub fn trouble(result: &Calibration) -> String {
             let size = figure::measured(sum.value, sum.sigma, &sum.declared);
             text.push_str(&format!("  determined all the same: {} = {size}\n", terms(sum)));
         }
-    }
-    text
-}
-
-/// `` `a` + 2.5 m/s `b` ``.
-fn terms(sum: &Combination) -> String {
-    let mut text = String::new();
-    for ((name, factor), unit) in sum.terms.iter().zip(&sum.factor_units) {
-        let sign = match (text.is_empty(), *factor < 0.0) {
-            (true, _) => "",
-            (false, true) => " - ",
-            (false, false) => " + ",
-        };
-        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-        let size = decimal(factor.abs(), 4);
-        let size = size.trim_end_matches('0').trim_end_matches('.');
-        let by =
-            if size == "1" && unit.is_empty() { String::new() } else { format!("{size}{unit} ") };
-        text.push_str(&format!("{sign}{by}`{name}`"));
     }
     text
 }

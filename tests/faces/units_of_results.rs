@@ -6,7 +6,7 @@ use std::path::Path;
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
-use homepoint::report::{global, json, text};
+use homepoint::report::{json, text};
 
 use crate::folder::Folder;
 
@@ -154,7 +154,7 @@ fn the_global_test_judges_residuals_from_both_sides() {
         let result = fitted(&level(times, ""));
         // 16 readings, four unknowns.
         assert_eq!(result.degrees_of_freedom(), 12);
-        let p = global::p_value(&result).unwrap();
+        let p = homepoint::estimate::global::p_value(&result).unwrap();
         let right = two_sided(result.fit.cost, 12);
         assert!((p / right - 1.0).abs() < 1e-9, "{p} {right}");
         assert_eq!(json::calibration(&result)["fit"]["p"].as_f64(), Some(p));

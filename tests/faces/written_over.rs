@@ -13,9 +13,10 @@ fn run(arguments: &[&str], folder: &Path) -> Output {
 }
 
 /// Tables by the commands that write them.
-const TABLES: [(&str, &str); 11] = [
+const TABLES: [(&str, &str); 12] = [
     ("calibrate", "parameters.csv"),
     ("calibrate", "residuals.csv"),
+    ("calibrate", "covariance.csv"),
     ("delays", "delays.csv"),
     ("delays", "replies.csv"),
     ("deviations", "deviations.csv"),

@@ -1,6 +1,7 @@
 //! Named problems with known solutions, for every estimator.
 
 pub(crate) mod camera;
+pub(crate) mod line;
 pub(crate) mod linear;
 mod stream;
 pub(crate) mod wahba;

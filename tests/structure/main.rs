@@ -16,7 +16,7 @@ use crate::imports::Crate;
 
 /// The layers from the ground up; a room may import from its own layer and those before it.
 const LAYERS: &[(&str, &[&str])] = &[
-    ("number", &["number", "units", "quaternion"]),
+    ("number", &["number", "units", "quaternion", "statistics"]),
     ("language", &["diagnostic", "formula", "graph", "document", "progress"]),
     ("nouns", &["model", "effect", "convention", "library", "campaign", "system"]),
     ("engine", &["engine"]),

@@ -11,8 +11,8 @@ use statrs::function::erf::erfc;
 use statrs::function::gamma::{gamma_ur, ln_gamma};
 
 use super::score::Support;
-use super::tail::ln_chi_squared;
 use super::thresholds::{ALIKE, LEAST_LAMBDA};
+use crate::statistics::ln_chi_squared;
 
 /// Steps of a bisection: far below what noise levels are known to.
 const STEPS: usize = 60;

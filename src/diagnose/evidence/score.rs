@@ -1,8 +1,8 @@
 //! How unlikely a candidate's gain is by chance.
 
 use super::Entry;
-use super::tail::{ln_chi_squared, ln_f};
 use super::thresholds::LEAST_LAMBDA;
+use crate::statistics::{ln_chi_squared, ln_f};
 
 /// Fewer stretches do not show how scores scatter.
 pub const LEAST_STRETCHES: usize = 20;

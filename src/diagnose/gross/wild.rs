@@ -5,7 +5,6 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnose::evidence::tail::{ln_below, ln_normal};
 use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, Noise, NoiseEffect};
@@ -14,6 +13,7 @@ use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, OfRun, Sequence, seen_from
 use crate::diagnose::stage::Stage;
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::median::upper_median;
+use crate::statistics::{ln_below, ln_normal};
 use crate::units::Unit;
 
 use super::empty_runs::{fitted_without_empty_runs, without_empty_runs};

@@ -1,7 +1,6 @@
 //! Scatter beyond what is stated, told as it is and named by the effects of the library that stand
 //! for it.
 
-use crate::diagnose::evidence::tail::{ln_chi_squared, ln_normal};
 use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{Level, Noise, NoiseEffect};
@@ -10,6 +9,7 @@ use crate::diagnose::stage::Stage;
 use crate::effect::Target;
 use crate::engine::layout::qualified;
 use crate::graph::MeasurandKind;
+use crate::statistics::{ln_chi_squared, ln_normal};
 
 /// Tells levels that are not as stated, and names the effects of the library that stand for scatter
 /// beyond it. What has a memory is no matter of levels: `white` is the part of the variance

@@ -10,7 +10,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnose::evidence::tail::ln_normal;
 use crate::diagnose::fitted::rebuilt;
 use crate::diagnose::found::NoiseEffect;
 use crate::diagnose::library::candidate::Candidate;
@@ -19,6 +18,7 @@ use crate::engine::noise::{active_randoms, covariance_of};
 use crate::engine::stretches::Left;
 use crate::engine::{Part, Problem};
 use crate::model::Process;
+use crate::statistics::ln_normal;
 use crate::system::RandomSetting;
 use crate::units::Unit;
 

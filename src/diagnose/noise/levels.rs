@@ -1,6 +1,5 @@
 //! Levels of the noise: stated uncertainties that follow how readings scatter.
 
-use crate::diagnose::evidence::tail::{ln_below, ln_chi_squared, ln_normal};
 use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::Noise;
@@ -8,6 +7,7 @@ use crate::diagnose::sequences::{Sequence, sequences};
 use crate::diagnose::stage::Stage;
 use crate::engine::Part;
 use crate::engine::stretches::Left;
+use crate::statistics::{ln_below, ln_chi_squared, ln_normal};
 
 use super::given::Given;
 

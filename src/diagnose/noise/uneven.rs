@@ -5,7 +5,6 @@
 //! `1.17 / √n`. By how much it scatters otherwise, those of its residuals say that are not wild.
 //! What one run has beyond the others would else be taken for an effect that acts there.
 
-use crate::diagnose::evidence::tail::ln_normal;
 use crate::diagnose::evidence::thresholds::{LEAST_RUNS, level};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::Noise;
@@ -14,6 +13,7 @@ use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, Sequence, sequences};
 use crate::diagnose::stage::Stage;
 use crate::engine::stretches::Left;
 use crate::estimate::median::upper_median;
+use crate::statistics::ln_normal;
 
 use super::neighbours::LEAST_READINGS;
 

@@ -9,7 +9,6 @@
 use nalgebra::DVector;
 
 use crate::diagnose::evidence::detection::{leads, solved};
-use crate::diagnose::evidence::tail::ln_normal;
 use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::fitted::{Fitted, rebuilt};
 use crate::diagnose::gross::wild::{counts, ln_wild};
@@ -22,6 +21,7 @@ use crate::effect::Effect;
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::library::Library;
 use crate::model::{ParameterDeclaration, Process};
+use crate::statistics::ln_normal;
 use crate::units::Unit;
 
 use super::sight::{CAUGHT, FAR};

@@ -12,7 +12,6 @@ use std::f64::consts::TAU;
 
 use nalgebra::Complex;
 
-use crate::diagnose::evidence::tail::ln_gamma_tail;
 use crate::diagnose::evidence::thresholds::FALSE_ALARMS;
 use crate::diagnose::library::place::Place;
 use crate::diagnose::sequences::{Sequence, sequences};
@@ -20,6 +19,7 @@ use crate::diagnose::stage::Stage;
 use crate::effect::Target;
 use crate::engine::gauss_markov::NoiseClock;
 use crate::library::Library;
+use crate::statistics::ln_gamma_tail;
 
 /// Samples in a piece: short ones for what dies away soon, long ones for what lasts.
 const PIECES: [u32; 2] = [32, 128];

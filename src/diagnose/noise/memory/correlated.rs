@@ -1,7 +1,7 @@
 //! Whether neighbours in time are alike, and for how long.
 
-use crate::diagnose::evidence::tail::ln_normal;
 use crate::diagnose::sequences::{Neighbours, Sequence};
+use crate::statistics::ln_normal;
 
 /// Noise with a memory: neighbours in time are alike.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,8 +9,8 @@
 use nalgebra::linalg::SymmetricTridiagonal;
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnose::evidence::tail::ln_gamma_tail;
 use crate::diagnose::evidence::{Entry, Evidence, Projected};
+use crate::statistics::ln_gamma_tail;
 
 use super::course::Steps;
 

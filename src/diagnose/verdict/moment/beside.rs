@@ -3,7 +3,6 @@
 
 use crate::diagnose::evidence::pieces::InPieces;
 use crate::diagnose::evidence::score::{likelihood_of_gain, of_gain};
-use crate::diagnose::evidence::tail::ln_f;
 use crate::diagnose::evidence::thresholds::{FURTHER, NAMED, TIE, level};
 use crate::diagnose::evidence::{Entry, Evidence};
 use crate::diagnose::fitted::Fitted;
@@ -12,6 +11,7 @@ use crate::diagnose::library::candidate::{Candidate, fitting};
 use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::sequences::Sequence;
 use crate::diagnose::stage::Stage;
+use crate::statistics::ln_f;
 
 use super::between::{Cuts, Found, Runs};
 use super::white::{WORTH, as_read};

@@ -1,0 +1,77 @@
+//! The noise for which uncertainties hold.
+
+use serde_json::{Value, json};
+
+use crate::estimate::noise::{Clusters, Estimated, Memory, Noise};
+use crate::report::json::number;
+use crate::units::decimal;
+
+/// In sentences; empty where it is as stated.
+pub fn text(noise: &Noise) -> String {
+    match noise {
+        Noise::Stated => String::new(),
+        Noise::Autocorrelated(all) => {
+            let each = all.iter().map(|one| format!("- {}\n", estimated(one)));
+            format!(
+                "\nUncertainties hold for noise as it was estimated:\n{}",
+                each.collect::<String>()
+            )
+        }
+        Noise::Sandwich(Clusters { count, samples: None }) => {
+            format!("\nUncertainties are cluster-robust, over {count} runs.\n")
+        }
+        Noise::Sandwich(Clusters { count, samples: Some(samples) }) => format!(
+            "\nUncertainties are cluster-robust, over {count} stretches of {samples} samples.\n"
+        ),
+    }
+}
+
+fn estimated(one: &Estimated) -> String {
+    let of = one.of.as_ref().map_or_else(String::new, |of| format!(" of `{of}`"));
+    let level =
+        format!("`{}`{of}: {} times the stated scatter", one.measurand, decimal(one.level, 2));
+    let part = |memory: &Option<Memory>| match memory {
+        None => "white".to_owned(),
+        Some(Memory { share, time }) => {
+            format!(
+                "{:.0} % of its variance correlated over {} s",
+                100.0 * share,
+                significant(*time)
+            )
+        }
+    };
+    let mut parts: Vec<String> = one.memory.iter().map(part).collect();
+    parts.dedup();
+    format!("{level}, {}", parts.join("; "))
+}
+
+/// Three digits that count.
+fn significant(value: f64) -> String {
+    let decimals = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0);
+    decimal(value, decimals as usize)
+}
+
+/// The same for programs.
+pub fn json(noise: &Noise) -> Value {
+    let value = match noise {
+        Noise::Stated => json!({ "model": "stated" }),
+        Noise::Autocorrelated(all) => {
+            let each = all.iter().map(|one| {
+                let memory = one.memory.iter().map(|memory| {
+                    memory.map(|one| json!({ "share": one.share, "time": one.time }))
+                });
+                json!({
+                    "measurand": one.measurand,
+                    "of": one.of,
+                    "level": number(Some(one.level)),
+                    "components": memory.collect::<Vec<_>>(),
+                })
+            });
+            json!({ "model": "autocorrelated", "measurands": each.collect::<Vec<_>>() })
+        }
+        Noise::Sandwich(Clusters { count, samples }) => {
+            json!({ "model": "sandwich", "clusters": count, "samples": samples })
+        }
+    };
+    json!({ "noise": value })
+}
