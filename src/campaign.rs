@@ -34,12 +34,14 @@
 //! | `measured`, `planned` | one measured run; one planned run |
 //! | `overlap` | runs of one setup that seem to be recorded at the same time |
 //! | [`load`] | a campaign file read against its model |
+//! | [`mod@begin`] | a campaign to begin with, from logs alone |
 //! | [`whole`] | a file that is whole or not there |
 //! | [`mod@write`], [`write_run`] | a campaign of the same form |
 //!
 //! No files import each other in a circle.
 
 mod attitude;
+pub mod begin;
 pub mod calibration;
 mod captured;
 mod certificate;

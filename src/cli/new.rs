@@ -1,19 +1,26 @@
-//! `homepoint new`: a model to start from.
+//! `homepoint new`: a model to start from, or a campaign begun from logs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::{Failure, output};
+use crate::campaign::begin::{NamedModel, begin};
 use crate::diagnostic::Diagnostic;
 use crate::document::files::Files;
-use crate::library;
+use crate::library::{self, Library, is_model_path};
 
 #[derive(Debug, Args)]
 pub(super) struct New {
-    /// The file to write, say my_instrument.toml
+    /// The file to write, say my_instrument.toml; with `--from` the campaign: `campaign` is campaign.toml
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    /// Begin a campaign from these logs: columns, units and a model are guessed, and marked as guesses
+    #[arg(long, value_name = "LOG", num_args = 1..)]
+    from: Vec<PathBuf>,
+    /// The campaign's model: a name in the library, or a file
+    #[arg(long, value_name = "MODEL", requires = "from")]
+    model: Option<String>,
     /// No warnings, no progress
     #[arg(long)]
     pub(super) quiet: bool,
@@ -21,11 +28,10 @@ pub(super) struct New {
 
 impl New {
     pub(super) fn run(&self) -> Result<(), Failure> {
-        if self.file.exists() {
-            return Err(Diagnostic::error(format!("{} exists already", self.file.display()))
-                .help("choose another name; nothing was written")
-                .into());
+        if !self.from.is_empty() {
+            return self.campaign();
         }
+        free(&self.file)?;
         let stem = self.file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
         let name: String = stem
             .chars()
@@ -42,4 +48,68 @@ impl New {
             self.file.display()
         ))
     }
+
+    /// Begins a campaign from logs.
+    fn campaign(&self) -> Result<(), Failure> {
+        let is_toml = self.file.extension().is_some_and(|extension| extension == "toml");
+        let path = if is_toml {
+            self.file.clone()
+        } else if self.file == Path::new("campaign") && !self.file.is_dir() {
+            PathBuf::from("campaign.toml")
+        } else {
+            self.file.join("campaign.toml")
+        };
+        free(&path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let library = Library::builtin()?;
+        let named = |name: &str| -> Result<NamedModel, Failure> {
+            let model = library.model(name, Path::new(""))?;
+            let is_file = is_model_path(name);
+            let name = if is_file { seen_from(folder, Path::new(name)) } else { name.into() };
+            Ok((name.display().to_string(), model))
+        };
+        let model = self.model.as_deref().map(named).transpose()?;
+        let known = library.models().iter().map(|(name, _)| named(name));
+        let known = known.collect::<Result<Vec<NamedModel>, Failure>>()?;
+        let logs: Vec<(PathBuf, PathBuf)> =
+            self.from.iter().map(|log| (log.clone(), seen_from(folder, log))).collect();
+        let begun = begin(&logs, model.as_ref(), &known)?;
+        let mut said = String::new();
+        if let Some((name, text)) = &begun.model {
+            let file = folder.join(name);
+            free(&file)?;
+            output::file(&file, text, &Files::default())?;
+            said += &format!(
+                "wrote {}: a model to begin with, no model of the library fits\n",
+                file.display()
+            );
+        }
+        output::file(&path, &begun.campaign, &Files::default())?;
+        said += &format!(
+            "wrote {0}\nnext: look at every line with `guessed` in it, then `homepoint check {0}`\n",
+            path.display()
+        );
+        output::text(&said)
+    }
+}
+
+/// Refuses a file that is there already.
+fn free(path: &Path) -> Result<(), Failure> {
+    if path.exists() {
+        return Err(Diagnostic::error(format!("{} exists already", path.display()))
+            .help("choose another name; nothing was written")
+            .into());
+    }
+    Ok(())
+}
+
+/// A path as it is named from a folder: short where it lies in it, else as it is, or absolute.
+fn seen_from(folder: &Path, path: &Path) -> PathBuf {
+    if folder.as_os_str().is_empty() {
+        return path.to_owned();
+    }
+    let (Ok(home), Ok(whole)) = (std::path::absolute(folder), std::path::absolute(path)) else {
+        return path.to_owned();
+    };
+    whole.strip_prefix(&home).map(Path::to_owned).unwrap_or(whole)
 }

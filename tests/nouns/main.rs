@@ -6,6 +6,7 @@ mod folder;
 #[path = "../problems/stream.rs"]
 mod stream;
 
+mod begin;
 mod campaign;
 mod every_effect;
 mod faults;

@@ -1,0 +1,196 @@
+//! A campaign to begin with, from logs alone: which file is the data and which the stream, what their
+//! columns are, and a model that fits, each guess marked as one.
+//!
+//! | file | answers |
+//! |---|---|
+//! | `survey` | the first rows of a table with all of its columns |
+//! | `guess`, `log` | what the columns seem to be; a file with that |
+//! | `models` | models to begin with, where none of the library fits |
+//! | `text` | lines of the campaign |
+
+mod guess;
+mod log;
+mod models;
+mod survey;
+mod text;
+
+use std::path::PathBuf;
+
+use crate::campaign::columns::reading_columns;
+use crate::campaign::formats::Role;
+use crate::campaign::header::TIME;
+use crate::campaign::roles::roles;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::model::Model;
+
+use guess::{Guess, Guessed, base};
+use log::Log;
+use survey::Survey;
+use text::{Table, Word};
+
+/// A campaign to begin with.
+#[derive(Clone, Debug)]
+pub struct Begun {
+    /// The text of campaign.toml.
+    pub campaign: String,
+    /// A model that was written for it: the name of its file, and its text.
+    pub model: Option<(String, String)>,
+}
+
+/// A model with the name under which a campaign knows it.
+pub type NamedModel = (String, Model);
+
+/// Begins a campaign of one or more logs: each with its path, and how the campaign names it. `model` is the model that is wanted, else one of `known`
+/// is taken that fits, or one is written.
+///
+/// # Errors
+/// A file that cannot be read as a table, that has no stamps, or nothing that moves.
+pub fn begin(
+    files: &[(PathBuf, PathBuf)],
+    model: Option<&NamedModel>,
+    known: &[NamedModel],
+) -> Result<Begun, Diagnostics> {
+    let mut logs = Vec::new();
+    let mut faults = Vec::new();
+    for (path, named) in files {
+        match Survey::of(path, named) {
+            Ok(survey) => logs.push(Log { guess: Guess::of(&survey), survey }),
+            Err(fault) => faults.push(fault),
+        }
+    }
+    for log in &logs {
+        if log.guess.time.is_none() {
+            let message = format!(
+                "`{}` has no column of stamps: none of numbers in order",
+                log.survey.path.display()
+            );
+            let help = "name the column in the campaign yourself (docs/files-as-they-are.md)";
+            faults.push(Diagnostic::error(message).help(help));
+        }
+    }
+    let logs = Diagnostics(faults).into_result(logs)?;
+    let Some((data, stream)) = parts(&logs) else {
+        return Err(Diagnostic::error("no file is named").help("--from a.csv b.csv").into());
+    };
+    let own = match model {
+        Some(own) => Some(fitted(own, data, stream)),
+        None => {
+            let all = known.iter().map(|own| fitted(own, data, stream));
+            all.filter(Fitted::is_whole).max_by_key(|fitted| fitted.readings)
+        }
+    };
+    let others = logs.len().saturating_sub(2);
+    if let Some(fitted) = own {
+        let campaign =
+            text::campaign(&fitted.name, &fitted.tables(data, stream), &fitted.sigmas, others);
+        return Ok(Begun { campaign, model: None });
+    }
+    let made = models::planar(data, stream).or_else(|| models::pairs(data, stream));
+    let Some(made) = made else {
+        let message = "no two columns that move go together";
+        let help =
+            "write a model first (`homepoint new my_rig.toml`), then add `--model my_rig.toml`";
+        return Err(Diagnostic::error(message).help(help).into());
+    };
+    let file = format!("{}.toml", made.name);
+    let campaign = text::campaign(&format!("./{file}"), &made.tables, &made.sigmas, others);
+    Ok(Begun { campaign, model: Some((file, made.text)) })
+}
+
+/// The file that is the data, and the one that is the stream: of several the one with more rows a
+/// second is the stream.
+fn parts(logs: &[Log]) -> Option<(&Log, &Log)> {
+    let spacing = |log: &Log| log.spacing().unwrap_or(f64::INFINITY);
+    let stream = logs.iter().min_by(|a, b| spacing(a).total_cmp(&spacing(b)))?;
+    let data = logs.iter().find(|log| !std::ptr::eq(*log, stream)).unwrap_or(stream);
+    Some((data, stream))
+}
+
+/// A model with the columns of two files that it may want.
+struct Fitted {
+    name: String,
+    data: Vec<Word>,
+    stream: Vec<Word>,
+    /// Names of inputs that no column is.
+    missing: usize,
+    readings: usize,
+    sigmas: Vec<(String, String)>,
+    is_swapped: bool,
+}
+
+impl Fitted {
+    fn is_whole(&self) -> bool {
+        self.missing == 0 && self.readings > 0
+    }
+
+    fn tables(&self, data: &Log, stream: &Log) -> Vec<Table> {
+        let (data, stream) = if self.is_swapped { (stream, data) } else { (data, stream) };
+        vec![
+            Table { path: data.survey.path.clone(), words: self.data.clone() },
+            Table { path: stream.survey.path.clone(), words: self.stream.clone() },
+        ]
+    }
+}
+
+/// Which columns a model may want, whichever file is the data.
+fn fitted(model: &NamedModel, data: &Log, stream: &Log) -> Fitted {
+    let one = try_fit(model, data, stream, false);
+    let other = try_fit(model, stream, data, true);
+    let score = |fitted: &Fitted| (fitted.is_whole(), fitted.readings, usize::MAX - fitted.missing);
+    if score(&other) > score(&one) { other } else { one }
+}
+
+fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: bool) -> Fitted {
+    let readings = reading_columns(model);
+    let inputs: Vec<&str> = model.inputs.iter().map(|input| input.name.as_str()).collect();
+    let names: Vec<&str> = readings.iter().map(|(_, name)| name.as_str()).collect();
+    let of_data = wanted(&names, data, &roles(model, true));
+    let of_stream = wanted(&inputs, stream, &roles(model, false));
+    let is_missing = |input: &&&str| of_stream.iter().all(|word| word.name != **input);
+    let missing = inputs.iter().filter(is_missing).count();
+    let sigmas = model
+        .measurands
+        .iter()
+        .filter(|one| of_data.iter().any(|word| word.name.starts_with(&one.name)))
+        .map(|one| (one.name.clone(), text::sigma(&one.name, &of_data, data, &one.unit)))
+        .collect();
+    let time = |log: &Log| Word::of(TIME, log, log.guess.time.as_ref());
+    Fitted {
+        name: name.clone(),
+        readings: of_data.len(),
+        data: time(data).into_iter().chain(of_data).collect(),
+        stream: time(stream).into_iter().chain(of_stream).collect(),
+        missing,
+        sigmas,
+        is_swapped,
+    }
+}
+
+/// The columns of a file for these names of a model: of the same name, else of the same role.
+fn wanted(names: &[&str], log: &Log, roles: &[(String, Role)]) -> Vec<Word> {
+    let columns = &log.survey.columns;
+    let guessed = |column: usize| {
+        let Guess { position, attitude, heading, others, .. } = &log.guess;
+        let position = position.iter().flatten();
+        let all = position.chain(attitude.iter().flatten()).chain(heading).chain(others);
+        all.into_iter().find(|guessed| guessed.column == column).cloned()
+    };
+    let of = |name: &&str| {
+        let same = columns.iter().position(|column| column.name == **name);
+        let alike =
+            || columns.iter().position(|column| base(&column.name).0 == name.to_lowercase());
+        let by_name = same.or_else(alike).and_then(|column| {
+            let known = guessed(column);
+            let unit = columns[column].unit.clone();
+            known.or(unit.map(|unit| Guessed { column, unit, why: String::new() }))
+        });
+        let role = roles.iter().find(|(own, _)| own == name).map(|(_, role)| *role);
+        let by_role = || match role? {
+            Role::Time => None,
+            Role::Position(axis) => Some(log.guess.position.as_ref()?[axis].clone()),
+            Role::Attitude(k) => Some(log.guess.attitude.as_ref()?[k].clone()),
+        };
+        Word::of(name, log, by_name.or_else(by_role).as_ref())
+    };
+    names.iter().filter_map(of).collect()
+}

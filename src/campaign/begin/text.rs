@@ -1,0 +1,150 @@
+//! Lines of a campaign to begin with.
+
+use std::path::PathBuf;
+
+use crate::campaign::begin::guess::Guessed;
+use crate::campaign::begin::log::Log;
+use crate::campaign::header::TIME;
+use crate::units::Unit;
+
+/// A part of the way that readings go, below which no scatter is guessed.
+const OF_WAY: f64 = 2e-3;
+
+/// A column under a name of the model.
+#[derive(Clone, Debug)]
+pub(super) struct Word {
+    pub(super) name: String,
+    pub(super) guessed: Guessed,
+    /// The column as `columns` names it; nothing where the file says all.
+    written: Option<String>,
+}
+
+impl Word {
+    /// Of a column of a log.
+    pub(super) fn of(name: &str, log: &Log, guessed: Option<&Guessed>) -> Option<Self> {
+        let guessed = guessed?.clone();
+        let column = log.survey.columns.get(guessed.column)?;
+        let known = match column.is_named {
+            true => quoted(&column.name),
+            false => column.name.clone(),
+        };
+        let is_said = column.is_named && column.name == name && column.unit.is_some();
+        let written = format!("{{ column = {known}, unit = {} }}", quoted(&guessed.unit.symbol));
+        Some(Self { name: name.to_owned(), guessed, written: (!is_said).then_some(written) })
+    }
+}
+
+/// A file with its columns.
+#[derive(Clone, Debug)]
+pub(super) struct Table {
+    pub(super) path: PathBuf,
+    pub(super) words: Vec<Word>,
+}
+
+impl Table {
+    /// As it stands behind `data =` or in `signals`.
+    fn text(&self, indent: &str) -> String {
+        let file = quoted(&self.path.display().to_string());
+        let lines: Vec<String> = self
+            .words
+            .iter()
+            .filter_map(|word| {
+                let why = match word.guessed.why.as_str() {
+                    "" => String::new(),
+                    why => format!("   # guessed: {why}"),
+                };
+                let written = word.written.as_ref()?;
+                Some(format!("{indent}    {} = {written},{why}\n", word.name))
+            })
+            .collect();
+        if lines.is_empty() {
+            return file;
+        }
+        format!("{{ file = {file}, columns = {{\n{}{indent}}} }}", lines.concat())
+    }
+}
+
+/// The whole campaign: data and stream, and the uncertainties of its measurands.
+pub(super) fn campaign(
+    model: &str,
+    tables: &[Table],
+    sigmas: &[(String, String)],
+    others: usize,
+) -> String {
+    let mut text = format!(
+        "# Begun by `homepoint new campaign`. Look at every line with `guessed`: units, roles and\n\
+         # uncertainties are guesses from names and values. Then: `homepoint check` this file.\n\
+         title = \"Begun from logs\"\nmodel = {}\n\n\
+         # Where the clocks differ by more than a log shows, say from when to when:\n\
+         # delay_range = [\"-8 s\", \"-4 s\"]\n\n[measurands]\n",
+        quoted(model)
+    );
+    for (name, sigma) in sigmas {
+        text += &format!(
+            "{name} = {{ sigma = {} }}   # guessed: scatter, or 0.2 % of the way; state what you know\n",
+            quoted(sigma)
+        );
+    }
+    text += "\n[[runs]]\nname = \"one\"\n";
+    if let [data, streams @ ..] = tables {
+        text += &format!("data = {}\n", data.text(""));
+        let streams: Vec<String> =
+            streams.iter().map(|stream| format!("    {},\n", stream.text("    "))).collect();
+        text += &format!(
+            "signals = [   # guessed: the file with more rows a second is the stream\n{}]\n",
+            streams.concat()
+        );
+    }
+    if others > 0 {
+        text += &format!(
+            "# {others} more files were named: add them to `signals`, or as runs of their own\n"
+        );
+    }
+    text
+}
+
+/// The scatter of a measurand from reading to reading, in a unit that suits it.
+pub(super) fn sigma(measurand: &str, words: &[Word], log: &Log, unit: &Unit) -> String {
+    let is_own = |word: &&Word| {
+        word.name == measurand
+            || word.name.strip_prefix(measurand).is_some_and(|rest| rest.starts_with('_'))
+    };
+    let own = words.iter().filter(is_own).filter(|word| word.name != TIME);
+    let largest = own
+        .map(|word| {
+            let values = &log.survey.columns[word.guessed.column].values;
+            // The angle of a rotation is twice that of its quaternion.
+            let twice = if word.name == measurand { 1.0 } else { 2.0 };
+            twice * scatter(values) * word.guessed.unit.factor
+        })
+        .fold(0.0, f64::max);
+    let symbol = if unit.offset == 0.0 { unit.symbol.as_str() } else { "K" };
+    format!("{:.1e} {symbol}", (largest / unit.factor).max(1e-12))
+}
+
+/// The standard deviation of values that change smoothly beside it, by their third differences; at
+/// least that of rounding to the smallest step.
+fn scatter(values: &[f64]) -> f64 {
+    let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let mut third: Vec<f64> = finite
+        .windows(4)
+        .map(|four| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs())
+        .collect();
+    let steps = finite.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let smallest = steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let rounding = if smallest.is_finite() { smallest / 12_f64.sqrt() } else { 0.0 };
+    let middle = third.len() / 2;
+    if third.is_empty() {
+        return rounding;
+    }
+    let median = *third.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let (least, most) = finite
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (value.min(a), value.max(b)));
+    // What a model leaves out is more than noise: a part of the way, at least.
+    (1.4826 * median / 20_f64.sqrt()).max(rounding).max(OF_WAY * (most - least))
+}
+
+pub(super) fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
