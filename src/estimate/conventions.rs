@@ -199,7 +199,9 @@ fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspected<'c>]) -> Option<Nex
             Some((Looked::at(problem, &quick.point, suspect.stretch())?, suspect))
         })
         .filter(|(looked, _)| {
+            // What is made larger must fit better, too: residuals of angles do not grow beyond a turn.
             let times = (stands.score - looked.score).exp();
+            let times = times.min(stands.variance_factor / looked.variance_factor);
             times > BETTER[0] || (times > BETTER[1] && looked.variance_factor < GOOD)
         })
         .collect();

@@ -103,11 +103,8 @@ pub(super) fn better_start(problem: &Problem) -> Option<(Point, Found)> {
         Tried::fit(problem, point, offset, iterations)
     };
     // A start outside the range that is stated is none.
-    let own = |thinned: &Thinned, iterations: usize| match offsets.holds(0.0) {
-        true => Some(look(thinned, 0.0, 0, iterations)?.variance_factor),
-        false => Some(f64::INFINITY),
-    };
-    if own(&few, ITERATIONS[1])? <= GOOD {
+    let is_in_range = offsets.holds(0.0);
+    if is_in_range && look(&few, 0.0, 0, ITERATIONS[1])?.variance_factor <= GOOD {
         return None;
     }
     let all: Vec<(f64, usize)> = (0..attitudes.count())
@@ -133,12 +130,14 @@ pub(super) fn better_start(problem: &Problem) -> Option<(Point, Found)> {
         let problem = more.late_by(one.offset, &[one.offset])?;
         Tried::fit(problem, one.point.clone(), one.offset, ITERATIONS[1])
     };
-    let own = own(&more, ITERATIONS[2])?;
-    let best = tried
-        .iter()
-        .take(FURTHER)
-        .filter_map(further)
-        .min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
+    let own = if is_in_range { look(&more, 0.0, 0, ITERATIONS[2]) } else { None };
+    let mut best = own.clone();
+    for one in tried.iter().take(FURTHER).filter_map(further) {
+        if best.as_ref().is_none_or(|best| is_better(&more, &one, best)) {
+            best = Some(one);
+        }
+    }
+    let (best, own) = (best?, own.map_or(f64::INFINITY, |own| own.variance_factor));
     if own <= GOOD || best.variance_factor > BETTER * own {
         return None;
     }
@@ -152,6 +151,22 @@ pub(super) fn better_start(problem: &Problem) -> Option<(Point, Found)> {
     let mut point = best.point;
     offsets.delay(&mut point, best.offset);
     Some((point, found))
+}
+
+/// Whether a fit is better than another one, on the samples for which streams are there at both of
+/// their offsets: a few samples are fitted more easily than many. One over fewer samples must fit
+/// far better there.
+fn is_better(some: &Thinned, one: &Tried, other: &Tried) -> bool {
+    let times = if one.readings < other.readings { BETTER } else { 1.0 };
+    let on_both = |fit: &Tried| {
+        let problem = some.late_by(fit.offset, &[one.offset, other.offset])?;
+        let again = Tried::fit(problem, fit.point.clone(), fit.offset, ITERATIONS[1])?;
+        Some(again.variance_factor)
+    };
+    match (on_both(one), on_both(other)) {
+        (Some(one), Some(other)) => one < times * other,
+        _ => one.variance_factor < times * other.variance_factor && one.readings >= other.readings,
+    }
 }
 
 /// Other minima that the readings cannot exclude, nearest first: other offsets of the clock, and

@@ -109,6 +109,7 @@ pub(in crate::estimate) fn cut(problem: &mut Problem, offset: f64) -> usize {
 }
 
 /// A fit from a start.
+#[derive(Clone)]
 pub(in crate::estimate) struct Tried {
     /// By how much samples are later (s).
     pub(in crate::estimate) offset: f64,
@@ -116,7 +117,9 @@ pub(in crate::estimate) struct Tried {
     pub(in crate::estimate) point: Point,
     /// Sum of squares there.
     pub(in crate::estimate) chi_squared: f64,
-    /// The same over the degrees of freedom.
+    /// Readings that it is a fit of.
+    pub(in crate::estimate) readings: usize,
+    /// The sum of squares over the degrees of freedom.
     pub(in crate::estimate) variance_factor: f64,
 }
 
@@ -128,7 +131,8 @@ impl Tried {
         offset: f64,
         iterations: usize,
     ) -> Option<Self> {
-        let free = problem.reading_count().checked_sub(problem.layout.columns.len())?;
+        let readings = problem.reading_count();
+        let free = readings.checked_sub(problem.layout.columns.len())?;
         let options = Options { max_iterations: iterations, ..Options::default() };
         let found = fit(&mut problem, start, &options).ok()?;
         let variance_factor = found.cost / free.max(1) as f64;
@@ -136,6 +140,7 @@ impl Tried {
             offset,
             point: found.point,
             chi_squared: found.cost,
+            readings,
             variance_factor,
         })
     }
