@@ -13,6 +13,7 @@
 //! | [`formats`], `roles` | formats of logs by name; which names of a model have a role in them |
 //! | [`header`], `row`, `repeats` | what a file's columns are; a line of it as numbers; what is wrong with rows, each cause once |
 //! | `words`, `table_entry` | what a campaign calls columns; how it names a file |
+//! | [`stamps`] | stamps as exact numbers since a moment that all files share |
 //! | `wraps`, `order`, `sorted`, `reordered` | stamps that begin anew; in which order rows are whose time goes back; a file read anew and sorted; its rows |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `points`, `smoothing`, [`spline`] | a stream gathered into knots; how much to smooth it; the curve |
@@ -25,7 +26,7 @@
 //! | [`recorder`] | samples taken in their order and kept as a record, within a budget of memory |
 //! | [`run`] | one run |
 //! | [`calibration`] | what is known of an input's values, and corrections of them |
-//! | `computed`, [`mod@delay_range`] | a column computed from others of its file; between which delays readings may lie |
+//! | `computed`, `computed_columns`, [`mod@delay_range`] | a column computed from others of its file; those of a table; between which delays readings may lie |
 //! | [`loaded`] | a campaign that is read, and how to read it |
 //! | `loader` | what the readers of runs share |
 //! | `certificate`, `readings`, `logged` | an input's certificate; the readings of a run; a logged stream made into a signal |
@@ -47,6 +48,7 @@ mod captured;
 mod certificate;
 mod columns;
 mod computed;
+mod computed_columns;
 pub mod declared;
 pub mod delay_range;
 mod described;
@@ -90,6 +92,7 @@ pub mod specification;
 mod spill;
 mod spilled;
 pub mod spline;
+pub mod stamps;
 pub mod statement;
 pub mod table;
 mod table_entry;

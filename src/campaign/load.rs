@@ -105,6 +105,7 @@ impl CampaignFile {
             specification: self.specification,
             measurand_degrees_of_freedom,
             delay_range: loader.delay_range,
+            zero: if self.timing.is_none() { loader.store.zero(None) } else { 0 },
             timing: self.timing,
             request_to_reply: loader.request_to_reply,
             warnings: loader.warnings,

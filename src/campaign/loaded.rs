@@ -105,6 +105,8 @@ pub struct Campaign {
     pub measurand_degrees_of_freedom: Vec<Option<f64>>,
     /// Between which delays readings may lie: streams must be there for all of them.
     pub delay_range: DelayRange,
+    /// From when the times of samples count (s): more digits of stamps are kept like that.
+    pub zero: i64,
     /// How reference times were captured, if the campaign says so.
     pub timing: Option<Timing>,
     /// The time from request to reply in each run that captured it.

@@ -85,7 +85,12 @@ impl Loader<'_> {
     pub(crate) fn table(&mut self, name: &Named, form: &Form, wanted: &[Wanted]) -> Option<Table> {
         let path = self.folder.join(&name.text);
         let table = Table::open_of(&mut self.files, &path, form, wanted, self.skip_bad_rows);
-        self.told(name, table)
+        let mut table = self.told(name, table)?;
+        // Captured times are small, and stay as they are.
+        if self.timing.is_none() {
+            table.count_from(self.store.zero(table.first_stamp()));
+        }
+        Some(table)
     }
 
     /// Reads a table of at most so many rows whole, for it stays in memory; `None` after a fault.

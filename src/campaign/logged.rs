@@ -34,15 +34,17 @@ impl Loader<'_> {
         };
         let (times, mut values): (Vec<f64>, Vec<f64>) =
             times.iter().zip(values).filter(|(_, value)| !value.is_nan()).unzip();
+        let zero = stream.zero() as f64;
+        let shown: Vec<f64> = times.iter().map(|time| time + zero).collect();
         let mut told = Vec::new();
         match self.inputs[index].period {
             Some(period) => {
                 take_turns_out(&times, &mut values, period);
                 told.extend(hardly_told(input, &values, period));
             }
-            None => told.extend(turns(input, &times, &values)),
+            None => told.extend(turns(input, &shown, &values)),
         }
-        told.extend(glitches(input, &times, &values));
+        told.extend(glitches(input, &shown, &values));
         let run = |one: Diagnostic| Diagnostic {
             message: format!("run `{}`: {}", entry.name.text, one.message),
             ..one

@@ -203,11 +203,12 @@ impl Loader<'_> {
             self.left_out.push(LeftOut { run: run.clone(), samples: outside, why });
         }
         if 2 * outside > all {
+            let zero = if self.timing.is_none() { self.store.zero(None) as f64 } else { 0.0 };
             let spans: Vec<String> = inputs
                 .iter()
                 .zip(&self.model.inputs)
                 .filter_map(|(track, input)| match track {
-                    Track::Logged(spline) => Some(held(&input.name, spline)),
+                    Track::Logged(spline) => Some(held(&input.name, spline, zero)),
                     _ => None,
                 })
                 .take(3)
@@ -224,8 +225,8 @@ impl Loader<'_> {
             );
             let help = format!(
                 "the samples go from {} s to {} s, the streams hold {}; a margin of delay_range = {} is kept{even}",
-                decimals(first, 3),
-                decimals(last, 3),
+                decimals(first + zero, 3),
+                decimals(last + zero, 3),
                 spans.join(", "),
                 self.delay_range.written(|text| format!("\"{text}\""))
             );
@@ -236,8 +237,9 @@ impl Loader<'_> {
 }
 
 /// What a stream holds of an input, in words.
-fn held(name: &str, spline: &Spline) -> String {
+fn held(name: &str, spline: &Spline, zero: f64) -> String {
     let ((from, to), (gaps, longest)) = (spline.span(), spline.gaps());
+    let (from, to) = (from + zero, to + zero);
     let [from, to, longest] = [from, to, longest].map(|time| decimals(time, 3));
     let gaps = match gaps {
         0 => String::new(),

@@ -12,6 +12,7 @@ use crate::campaign::samples::{Line, Samples, shape};
 use crate::campaign::signal::Track;
 use crate::campaign::spill::{BLOCK, Spill, Table};
 use crate::campaign::spilled::Spilled;
+use crate::campaign::stamps;
 
 /// Memory and, where that does not suffice, disk for the records of several runs.
 #[derive(Debug)]
@@ -19,12 +20,23 @@ pub struct Store {
     /// Bytes that may still be held.
     memory: u64,
     spill: Option<Spill>,
+    /// From when the stamps of all files count (s), once the first one is known.
+    zero: Option<i64>,
 }
 
 impl Store {
     /// A store that holds at most so many bytes in memory.
     pub fn new(memory: u64) -> Self {
-        Self { memory, spill: None }
+        Self { memory, spill: None, zero: None }
+    }
+
+    /// From when stamps count (s), where the first one is this.
+    pub(crate) fn zero(&mut self, first: Option<f64>) -> i64 {
+        match (self.zero, first) {
+            (Some(zero), _) => zero,
+            (None, Some(first)) => *self.zero.insert(stamps::zero(first)),
+            (None, None) => 0,
+        }
     }
 
     /// Bytes that may still be held.

@@ -8,6 +8,7 @@ use crate::campaign::form::Form;
 use crate::campaign::header::{Column, TIME};
 use crate::campaign::origin::Origin;
 use crate::campaign::repeats::{Cause, RowFault};
+use crate::campaign::stamps;
 use crate::campaign::wraps::Wraps;
 use crate::diagnostic::{self, Diagnostic};
 
@@ -20,7 +21,8 @@ fn not_finite(cell: &str, value: f64, column: &Column) -> Diagnostic {
 }
 
 /// A row before the one that came last: either may have the wrong time.
-fn backwards(origin: &Origin, time: f64, last: f64) -> Diagnostic {
+fn backwards(origin: &Origin, zero: i64, time: f64, last: f64) -> Diagnostic {
+    let [time, last] = [time, last].map(|time| time + zero as f64);
     let message = match origin.is_outside {
         true => "time runs backwards here".to_owned(),
         false => {
@@ -50,6 +52,8 @@ pub(crate) struct Reader {
     separator: Separator,
     decimal: Decimal,
     /// Whether stamps begin anew.
+    /// From when stamps count (s).
+    zero: i64,
     form_wraps: Option<f64>,
     wraps: Option<Wraps>,
     /// Cells that stand for a missing reading.
@@ -74,6 +78,7 @@ impl Reader {
             is_late: false,
             separator,
             decimal: form.decimal,
+            zero: 0,
             form_wraps: form.wraps,
             wraps: form.wraps.map(Wraps::new),
             missing: form.missing.clone(),
@@ -108,6 +113,16 @@ impl Reader {
         self.decimal == Decimal::Comma
     }
 
+    /// Lets stamps count from a moment (s).
+    pub(crate) fn count_from(&mut self, zero: i64) {
+        self.zero = zero;
+    }
+
+    /// From when stamps count (s).
+    pub(crate) fn zero(&self) -> i64 {
+        self.zero
+    }
+
     /// Lets time go back from now on.
     pub(crate) fn take_any_order(&mut self) {
         (self.any_order, self.last_time) = (true, f64::NEG_INFINITY);
@@ -127,7 +142,7 @@ impl Reader {
         let mut faults = Vec::new();
         let wanted = columns.iter().filter(|column| column.wanted.is_some());
         for (column, cell) in wanted.zip(cells.iter().copied()) {
-            let value = cell.map_or(f64::NAN, |cell| column.unit.to_si(cell));
+            let value = cell.map_or(f64::NAN, |cell| self.si(column.index, "", cell, column));
             let value = self.stamp(column.index, value);
             self.row[column.index] = value;
             let is_time = Some(column.index) == self.time;
@@ -138,7 +153,7 @@ impl Reader {
                 }
                 None if is_time => (Cause::NoTime, Diagnostic::error(NO_TIME)),
                 Some(_) if is_time && value < self.last_time => {
-                    (Cause::Backwards, backwards(&self.origin, value, self.last_time))
+                    (Cause::Backwards, backwards(&self.origin, self.zero, value, self.last_time))
                 }
                 _ => continue,
             };
@@ -203,13 +218,23 @@ impl Reader {
         if column.wanted.is_none() || cell.is_empty() {
             return true;
         }
-        match self.decimal.number(cell, self.separator).map(|value| column.unit.to_si(value)) {
+        let value = self.decimal.number(cell, self.separator);
+        match value.map(|value| self.si(index, cell, value, column)) {
             Some(value) if value.is_finite() => {
                 self.row[index] = self.stamp(index, value);
                 self.missing.is_empty() || !self.is_missing(cell)
             }
             _ => false,
         }
+    }
+
+    /// A value in SI; a stamp since the moment from which stamps count.
+    fn si(&self, index: usize, cell: &str, value: f64, column: &Column) -> f64 {
+        if self.zero == 0 || self.time != Some(index) {
+            return column.unit.to_si(value);
+        }
+        let exact = stamps::since(self.zero, cell, &column.unit);
+        exact.unwrap_or_else(|| column.unit.to_si(value) - self.zero as f64)
     }
 
     /// A value in SI; a stamp as if its counter had no end.
@@ -257,7 +282,8 @@ impl Reader {
             }
             match self.decimal.number(cell, self.separator) {
                 Some(value) if column.unit.to_si(value).is_finite() => {
-                    self.row[index] = self.stamp(index, column.unit.to_si(value));
+                    let si = self.si(index, cell, value, column);
+                    self.row[index] = self.stamp(index, si);
                 }
                 Some(value) => {
                     let at = self.origin.place(number, text, span);
@@ -272,7 +298,7 @@ impl Reader {
             }
             if Some(index) == self.time && self.is_before() {
                 let at = self.origin.place(number, text, span);
-                let what = backwards(&self.origin, self.row[index], self.last_time);
+                let what = backwards(&self.origin, self.zero, self.row[index], self.last_time);
                 faults.push(fault(Cause::Backwards, index, what.at(at)));
             }
         }

@@ -77,15 +77,16 @@ impl Table {
         let (from, to) = others.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), time| {
             (from.min(time), to.max(time))
         });
+        let zero = self.zero() as f64;
         let mut faults = Vec::new();
         for row in far.iter().copied() {
             let why = match self.is_outside() {
                 true => "the time is far from all others".to_owned(),
                 false => format!(
                     "the time {} s is far from all others, which go from {} s to {} s",
-                    number(time.values[row]),
-                    number(from),
-                    number(to)
+                    number(time.values[row] + zero),
+                    number(from + zero),
+                    number(to + zero)
                 ),
             };
             if self.is_lenient() {

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use crate::campaign::computed::Computation;
 use crate::campaign::form::Form;
 use crate::campaign::formats::Format;
-use crate::campaign::header::{self, Column, Header, Wanted};
+use crate::campaign::header::{self, Column, Header, TIME, Wanted};
 use crate::campaign::lines::Lines;
 use crate::campaign::origin::Origin;
 #[cfg(feature = "parquet")]
@@ -24,7 +24,6 @@ use crate::campaign::repeats::Repeats;
 use crate::campaign::row::Reader;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::document::files::{Files, Input, Refused, open_regular, reason, refused};
-use crate::units::Unit;
 
 /// How many rows that are left out of a file are listed; the rest is counted.
 pub const MOST_LISTED: usize = 10_000;
@@ -68,10 +67,11 @@ pub struct Table {
     /// Rows read so far.
     count: usize,
     pub(super) layout: Layout,
+    form: Form,
     /// The format in which it is, stated or recognised.
     pub(super) format: Option<&'static Format>,
     /// Columns computed from others, by their places.
-    computed: Vec<(usize, Computation)>,
+    pub(super) computed: Vec<(usize, Computation)>,
 }
 
 /// Where rows come from.
@@ -199,6 +199,7 @@ impl Table {
             faults: Repeats::default(),
             count: 0,
             layout,
+            form: form.clone(),
             format: None,
             computed: Vec::new(),
         }
@@ -243,23 +244,6 @@ impl Table {
         Ok(Self::new(path, origin, &Form::default(), columns, layout, source, skip))
     }
 
-    /// The same with columns that are computed from others.
-    fn with(mut self, computed: Vec<(String, Computation)>, wanted: &[Wanted]) -> Self {
-        for (name, computation) in computed {
-            let want = wanted.iter().find(|want| want.name == name);
-            self.computed.push((self.columns.len(), computation.clone()));
-            self.columns.push(Column {
-                name: name.clone(),
-                is_named: false,
-                wanted: Some(name),
-                unit: want.map_or_else(Unit::one, |want| want.unit.clone()),
-                index: computation.sources.first().copied().unwrap_or(0),
-                values: Vec::new(),
-            });
-        }
-        self
-    }
-
     /// Puts the next rows in the place of those at hand, at most so many; whether there are any.
     ///
     /// # Errors
@@ -272,30 +256,6 @@ impl Table {
             self.compute()?;
         }
         Ok(more)
-    }
-
-    /// Fills the columns that are computed from others.
-    fn compute(&mut self) -> Result<(), TableError> {
-        let mut computed = std::mem::take(&mut self.computed);
-        for (place, computation) in &mut computed {
-            let sources = computation.sources.clone();
-            let (before, own) = self.columns.split_at_mut(*place);
-            let Some(column) = own.first_mut() else { continue };
-            for row in 0..self.lines.len() {
-                let source = |name: usize| before[sources[name]].values[row];
-                let value = computation.value(source);
-                let is_missing = (0..sources.len()).any(|name| source(name).is_nan());
-                if !value.is_finite() && !is_missing {
-                    let message = format!("the formula for `{}` has no value here", column.name);
-                    let at = column.clone();
-                    let fault = Diagnostic::error(message).at(self.cell_place(row, &at));
-                    return Err(TableError::Content(fault.into()));
-                }
-                column.values.push(value);
-            }
-        }
-        self.computed = computed;
-        Ok(())
     }
 
     fn more_rows(&mut self, most: usize) -> Result<bool, TableError> {
@@ -351,6 +311,23 @@ impl Table {
             }
         }
         Ok(true)
+    }
+
+    /// The first stamp (s), as far as it is known before any row is read.
+    pub(crate) fn first_stamp(&self) -> Option<f64> {
+        let time = self.column(TIME)?;
+        let row = self.layout.numbers(&self.form).into_iter().next()?;
+        row.get(time.index).map(|stamp| time.unit.to_si(*stamp)).filter(|stamp| stamp.is_finite())
+    }
+
+    /// Lets stamps count from a moment (s), before any row is read.
+    pub(crate) fn count_from(&mut self, zero: i64) {
+        self.reader.count_from(zero);
+    }
+
+    /// From when stamps count (s).
+    pub(crate) fn zero(&self) -> i64 {
+        self.reader.zero()
     }
 
     /// Lists a bad row.

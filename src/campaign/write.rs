@@ -65,6 +65,7 @@ pub fn write_campaign_with(
         let capturing = timing.map(|(timing, entry)| timing.capturing(&entry.timing, replies));
         let path = folder.join(file);
         let mut table = RunTable::create_captured(&path, model, &run.record, capturing)?;
+        table.count_from(campaign.zero);
         fill(index, &mut table)?;
         warnings.extend(table.finish()?.into_iter().map(|gap| gap.warning(&run.name)));
     }

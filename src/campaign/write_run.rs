@@ -11,6 +11,7 @@ use crate::campaign::columns::{derived, reading_columns};
 use crate::campaign::header::{self, TIME};
 use crate::campaign::record::{Record, Stretch};
 use crate::campaign::signal::Track;
+use crate::campaign::stamps;
 use crate::campaign::timing::capturing::Capturing;
 use crate::campaign::whole::WholeFile;
 use crate::diagnostic::Diagnostic;
@@ -26,6 +27,8 @@ pub struct RunTable {
     capturing: Option<Capturing>,
     /// Whether there is a column of times.
     timed: bool,
+    /// From when times count (s).
+    zero: i64,
     /// Units of the captured columns, in the order of [`Track::columns`], and of the readings.
     captured: Vec<Unit>,
     readings: Vec<Unit>,
@@ -112,7 +115,7 @@ impl RunTable {
         let gap = |header| Gap { column: name(header), count: 0, rows: 0 };
         let gaps = header.iter().map(gap).collect();
         let (text, complete, rows) = (Vec::new(), false, 0);
-        Ok(Self { file, capturing, timed, captured, readings, text, complete, rows, gaps })
+        Ok(Self { file, capturing, zero: 0, timed, captured, readings, text, complete, rows, gaps })
     }
 
     /// Draws what is captured beside the readings from a seed; `run` is the run's number.
@@ -120,6 +123,11 @@ impl RunTable {
         if let Some(capturing) = &mut self.capturing {
             capturing.seed(seed, run);
         }
+    }
+
+    /// Lets times be written that count from another moment (s), see [`stamps`].
+    pub fn count_from(&mut self, zero: i64) {
+        self.zero = zero;
     }
 
     /// Whether readings that the record lacks are written, too: those of a planned run.
@@ -161,6 +169,10 @@ impl RunTable {
                     self.text.push(b',');
                 }
                 let value = unit.from_si(values[row]);
+                if self.zero != 0 && value.is_finite() && number == 0 && self.timed {
+                    self.text.extend_from_slice(stamps::written(self.zero, value).as_bytes());
+                    continue;
+                }
                 if value.is_finite() {
                     write!(self.text, "{value:?}")?;
                     continue;

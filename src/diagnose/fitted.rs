@@ -153,6 +153,7 @@ pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {
     made.instrument.clone_from(&part.instrument);
     made.rig.clone_from(&part.rig);
     made.delay_range = part.delay_range;
+    made.zero = part.zero;
     made.gauss_markov.clone_from(&part.gauss_markov);
     made.run_levels.clone_from(&part.run_levels);
     made

@@ -41,6 +41,8 @@ pub struct Part {
     pub output: DisplayUnits,
     /// Farthest delay looked for (s).
     pub delay_range: [f64; 2],
+    /// From when the times of samples count (s).
+    pub zero: i64,
     /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever
     /// the same position comes by; 0 where nothing is said. The estimates' weights do not hold it.
     pub calibration: Vec<f64>,
@@ -128,6 +130,7 @@ impl Part {
             run_levels: Vec::new(),
             output: DisplayUnits::default(),
             delay_range: USUAL,
+            zero: 0,
             calibration: Vec::new(),
             gauss_markov: vec![None; residual],
             program,

@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use crate::campaign::specification::{SPEEDS, Specification};
+use crate::campaign::stamps;
 use crate::engine::Problem;
 use crate::estimate::circle::{Circle, NoCircle};
 use crate::estimate::deviations::{NoDeviations, RunDeviations, Spread};
@@ -214,7 +215,8 @@ pub fn table(whole: Whole<'_>) -> String {
     for (run, Shown { head, found, gap }) in whole.runs.iter().enumerate() {
         let Ok(found) = found else { continue };
         let gaps = gap.as_ref().map(|gap| [&gap.as_read, &gap.without_delays]);
-        let data = &whole.problem.parts[whole.part].runs[run];
+        let part = &whole.problem.parts[whole.part];
+        let (data, zero) = (&part.runs[run], part.zero);
         let samples = data.record.whole();
         for one in &found.samples {
             let k = one.sample;
@@ -222,7 +224,7 @@ pub fn table(whole: Whole<'_>) -> String {
             text.push_str(&format!(
                 "{},{row},{},{:.9}",
                 quoted(&data.name),
-                samples.time[k],
+                stamps::written(zero, samples.time[k]),
                 one.arm_angle
             ));
             let rates = head.angles.iter().map(|angle| angle.rates[k]);

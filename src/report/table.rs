@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use crate::campaign::Sample;
+use crate::campaign::stamps;
 use crate::engine::Part;
 use crate::estimate::blind::ArmAngle;
 use crate::estimate::calibrate::Calibration;
@@ -27,6 +28,7 @@ pub fn delay(
     let run = quoted(&part.runs[reading.run].name);
     let measurand = &part.system.assembly.names.measurands[reading.measurand].name;
     let ReadingDelay { row, time, .. } = reading;
+    let time = stamps::written(part.zero, *time);
     write!(out, "{run},{row},{measurand},{time},{}", reading.state.word())?;
     let (standard, expanded) = (reading.standard_uncertainty(), reading.expanded_uncertainty());
     for value in [reading.delay, standard, expanded, reading.random, reading.common] {
@@ -98,7 +100,7 @@ fn residual_rows(
     sample: Sample<'_>,
     values: &[Checked],
 ) -> io::Result<()> {
-    let (row, time) = (sample.row(), sample.time());
+    let (row, time) = (sample.row(), stamps::written(part.zero, sample.time()));
     for (measurand, slot) in part.system.assembly.names.measurands.iter().zip(part.slots()) {
         let name = &measurand.name;
         let unit = if slot.components == 3 { "rad".to_owned() } else { measurand.unit.si_symbol() };

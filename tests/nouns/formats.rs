@@ -177,3 +177,42 @@ fn every_format_is_a_row_of_the_page() {
         assert!(page.contains(&format!("| `{}` |", format.name)), "{}", format.name);
     }
 }
+
+/// Nanoseconds of nineteen digits in data and stream: what is between two stamps is exact.
+#[test]
+fn stamps_of_nineteen_digits_keep_them() {
+    let stamp = |n: usize| 1_403_715_524_907_143_168_u64 + 5_000_003 * n as u64;
+    let rows = |head: &str, from: usize, count: usize| {
+        (from..from + count).fold(format!("{head}\n"), |text, n| {
+            format!("{text}{},{:.6},0,0,1,0,0,0\n", stamp(n), (0.01 * n as f64).sin())
+        })
+    };
+    let stream = rows("time [ns],arm_x [m],arm_y [m],arm_z [m],a [1],b [1],c [1],d [1]", 0, 3000);
+    let names =
+        "time [ns],x [m],y [m],z [m],attitude_w [1],attitude_x [1],attitude_y [1],attitude_z [1]";
+    let campaign = load(RUN, &rows(names, 500, 1000), &stream).unwrap();
+    let samples = campaign.runs[0].held();
+    for (n, time) in samples.time.iter().enumerate() {
+        let exact = (stamp(500 + n) - 1_403_000_000_000_000_000) as f64 / 1e9;
+        assert_eq!(time + (campaign.zero - 1_403_000_000) as f64, exact, "{n}");
+    }
+    let seconds = |ns: u64| format!("{}.{:09}", ns / 1_000_000_000, ns % 1_000_000_000);
+    // What is written is read the same.
+    let model = Model::parse(Source::new("poses.toml", MODEL)).unwrap();
+    let files =
+        [("poses.toml", MODEL), ("stream.csv", &stream), ("data.txt", &rows(names, 500, 1000))];
+    let folder = Folder::new("digits", &files);
+    let text = format!("model = \"poses.toml\"\n[[runs]]\nname = \"one\"\n{RUN}\n");
+    std::fs::write(folder.join("campaign.toml"), text).unwrap();
+    let first = CampaignFile::read(&folder).unwrap().load(&model, &LoadOptions::default()).unwrap();
+    let out = folder.join("out");
+    homepoint::campaign::write::write_campaign(&out, &first, &model, &first.runs).unwrap();
+    let written = std::fs::read_to_string(out.join("one.csv")).unwrap();
+    assert!(
+        written.lines().nth(3).unwrap().starts_with(&seconds(stamp(502))),
+        "{}",
+        &written[..300]
+    );
+    let second = CampaignFile::read(&out).unwrap().load(&model, &LoadOptions::default()).unwrap();
+    assert_eq!(second.runs[0].held().time, first.runs[0].held().time);
+}
