@@ -53,6 +53,8 @@ pub struct Convention {
     pub name: String,
     /// What is mistaken for what, in words.
     pub title: String,
+    /// The file.
+    pub source: Source,
     /// What it is about.
     pub form: Form,
     /// The kind of unit that its numbers have, if that matters.
@@ -70,7 +72,10 @@ impl Convention {
         let reader = Reader::new(&source);
         let table = reader.parse()?;
         let root = reader.root(&table, "a convention");
-        let text = |key: &'static str| Some(root.require(key)?.string()?.to_owned());
+        let text = |key: &'static str| {
+            let text = root.require(key)?.string()?;
+            Some(text.split_whitespace().collect::<Vec<_>>().join(" "))
+        };
         let (name, title) = (text("name"), text("title"));
         let form = root.require("of").and_then(|item| item.choice(FORMS));
         let unit = root.get("unit").and_then(|item| item.unit());
@@ -105,6 +110,7 @@ impl Convention {
         let convention = name.zip(title).zip(form).map(|((name, title), form)| Self {
             name,
             title,
+            source: reader.source().clone(),
             form,
             unit,
             formulas,

@@ -58,7 +58,8 @@ impl From<NoiseChoice> for NoiseModel {
 
 impl CalibrateCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
-        let loaded = load::load(&self.common)?;
+        let mut loaded = load::load(&self.common)?;
+        let suspicion = loaded.suspicion();
         loaded.keep_files(self.common.out.as_ref(), [PARAMETERS, RESIDUALS, COVARIANCE])?;
         load::refuse_correlated(&loaded.problem)?;
         load::tell_not_put_in(&loaded, false);
@@ -68,10 +69,7 @@ impl CalibrateCommand {
         doubts::tell(&result, self.common.quiet);
         let others = others(&result);
         let is_bad = result.variance_factor().is_none_or(|factor| factor > BAD);
-        let mistaken = match is_bad {
-            true => load::mistaken(&loaded.campaigns, &result.problem)?,
-            false => None,
-        };
+        let mistaken = if is_bad { suspicion.mistaken(&result.problem) } else { None };
         let result = with_noise(result, &Options::default(), self.noise.into())
             .map_err(|error| Failure::Could(error.to_string()))?;
         let covariance = covariance_of_estimates(&result);
@@ -115,6 +113,7 @@ pub(super) fn estimate(problem: Problem) -> Result<Calibration, Failure> {
     let result = calibrate(problem, &crate::estimate::batch::Options::default())
         .map_err(|error| Failure::Could(error.to_string()))?;
     load::trust(&result.problem)?;
+    load::refuse_impossible_sigma(&result.problem, &result.fit.point)?;
     if result.fit.outcome != Outcome::NotFinite {
         return Ok(result);
     }

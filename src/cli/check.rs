@@ -8,6 +8,7 @@ use clap::Args;
 use super::arguments::Memory;
 use super::{Failure, clean, output, progress, render};
 use crate::campaign::file::MOST_BYTES;
+use crate::convention::Convention;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::document::files::Files;
 use crate::effect::Effect;
@@ -82,6 +83,8 @@ impl Check {
             let source = Source::read_of(&mut Files::default(), path, MOST_BYTES)?;
             return if is_campaign(&source) {
                 self.campaign(path)
+            } else if is_convention(&source) {
+                Convention::parse(source).map(|_| "a convention".to_owned())
             } else if is_effect(&source) {
                 effect(library, own, &Arc::new(Effect::parse(source)?))
             } else {
@@ -139,6 +142,11 @@ fn is_effect(source: &Source) -> bool {
         line.starts_with("[patch]")
             || line.split('=').next().is_some_and(|key| key.trim() == "acts")
     })
+}
+
+/// Whether a file is a convention: it says what numbers are read as.
+fn is_convention(source: &Source) -> bool {
+    source.text.lines().any(|line| line.trim_start().starts_with("[as]"))
 }
 
 fn model(model: &Model) -> Result<String, Diagnostics> {

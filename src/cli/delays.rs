@@ -121,10 +121,20 @@ impl DelaysCommand {
             let value = report::conditions::repeatability_json(&loaded.labels, &agreement);
             load::merge(&mut whole, value);
         }
-        match self.common.format {
-            Format::Json => output::json(&whole),
-            Format::Text => output::text(&text),
+        let all = solved.iter().flat_map(|found| &found.measurands);
+        let (good, failed) =
+            all.fold((0, 0), |(good, failed), one| (good + one.solved, failed + one.failed));
+        if failed > good {
+            text.push_str(&format!(
+                "\nMost delays failed ({failed} readings, {good} solved): these are no result. `homepoint calibrate` estimates the joint delay; state its `start` or `delay_range`.\n"
+            ));
+            load::merge(&mut whole, json!({ "most_failed": true }));
         }
+        match self.common.format {
+            Format::Json => output::json(&whole)?,
+            Format::Text => output::text(&text)?,
+        }
+        if failed > good { Err(Failure::Told) } else { Ok(()) }
     }
 }
 

@@ -183,7 +183,7 @@ impl Diagnose {
             }
         }
         loaded.keep_files(self.common.out.as_ref(), [CANDIDATES])?;
-        let mistaken = load::mistaken(&loaded.campaigns, &loaded.problem)?;
+        let mistaken = loaded.suspicion().mistaken(&loaded.problem);
         let recipes = loaded.recipes.clone();
         let mut found = diagnose(loaded.problem, recipes, &wanted, &Options::default())
             .map_err(|error| Failure::Could(error.to_string()))?;

@@ -8,12 +8,13 @@ use serde_json::{Value, json};
 use super::arguments::{CampaignArguments, Format};
 use super::{Failure, clean, output, progress, render};
 use crate::campaign::load::Campaign;
+use crate::convention::Convention;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::document::files::Files;
-use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe, Request, correlated, open};
+use crate::engine::{Point, Problem};
 use crate::estimate::checks;
-use crate::estimate::conventions::{self, Mistaken};
+use crate::estimate::conventions::{Mistaken, mistaken};
 use crate::estimate::minima::{Found, improved};
 use crate::estimate::start::start;
 use crate::library::{self, effect_files};
@@ -44,6 +45,10 @@ pub(super) struct Loaded {
     pub(super) quiet: bool,
     /// All files that were read.
     pub(super) files: Files,
+    /// The conventions that may have been mistaken.
+    conventions: Vec<Convention>,
+    /// The problem before another start was looked for, if one was found.
+    as_opened: Option<Problem>,
 }
 
 impl Loaded {
@@ -95,16 +100,18 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         return Err(Diagnostic::error(message).help("name a folder for the tables").into());
     }
     let mut opened = read(arguments, &arguments.campaigns)?;
+    let folders = opened.campaigns.iter().map(|campaign| campaign.folder.as_path());
+    let conventions = library::conventions(folders)?;
+    let as_opened = opened.problem.clone();
     let (problem, found) = improved(opened.problem);
     opened.problem = problem;
-    if let Some(found) = found {
-        let warning = started(&found);
-        if !arguments.quiet {
-            render::all(std::slice::from_ref(&warning));
-        }
-        opened.warnings.push(warning);
+    let as_opened = (!found.is_empty()).then_some(as_opened);
+    let started: Vec<Diagnostic> = found.iter().map(started).collect();
+    if !arguments.quiet {
+        render::all(&started);
     }
-    refuse_impossible_sigma(&opened.problem)?;
+    opened.warnings.extend(started);
+    refuse_impossible_sigma(&opened.problem, &start(&opened.problem).0)?;
     let labels: Vec<String> = opened
         .problem
         .parts
@@ -151,12 +158,14 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         recipes: opened.recipes,
         quiet: arguments.quiet,
         files,
+        conventions,
+        as_opened,
     })
 }
 
 /// Refuses a standard uncertainty stated as a formula that is no positive number for some reading.
-fn refuse_impossible_sigma(problem: &Problem) -> Result<(), Failure> {
-    let Some((p, run, sample, m, sigma)) = problem.impossible_sigma(&start(problem).0) else {
+pub(super) fn refuse_impossible_sigma(problem: &Problem, at: &Point) -> Result<(), Failure> {
+    let Some((p, run, sample, m, sigma)) = problem.impossible_sigma(at) else {
         return Ok(());
     };
     let part = &problem.parts[p];
@@ -181,15 +190,16 @@ fn started(found: &Found) -> Diagnostic {
     let [own, best] = found.variance_factors.map(|factor| decimal(factor, 1));
     let [from, to] = found.offsets.map(|offset| decimal(offset, 1));
     let offset = decimal(found.offset, 3);
+    let of = found.delay.as_ref().map(|delay| format!(" (`{delay}`)")).unwrap_or_default();
     let known = found.variance_factors[0].is_finite();
     let message = if known {
         format!(
-            "the stated start fits badly (variance factor {own}); of {} others the one with clocks {offset} s apart fits far better ({best}): the fit starts there",
+            "the stated start fits badly (variance factor {own}); of {} others the one with clocks {offset} s apart{of} fits far better ({best}): the fit starts there",
             found.tried
         )
     } else {
         format!(
-            "of {} starts within `delay_range` the one with clocks {offset} s apart fits best (variance factor {best}): the fit starts there",
+            "of {} starts within `delay_range` the one with clocks {offset} s apart{of} fits best (variance factor {best}): the fit starts there",
             found.tried
         )
     };
@@ -225,13 +235,28 @@ pub(super) fn tell_not_put_in(loaded: &Loaded, tries: bool) {
     render::all(&told.collect::<Vec<_>>());
 }
 
-/// The conventions that were mistaken, where a problem fits badly.
-pub(super) fn mistaken(
-    loaded: &[Campaign],
-    problem: &Problem,
-) -> Result<Option<Mistaken>, Failure> {
-    let folders = loaded.iter().map(|campaign| campaign.folder.as_path());
-    Ok(conventions::mistaken(problem, &library::conventions(folders)?))
+impl Loaded {
+    /// What is needed to ask which conventions were mistaken, apart from the rest.
+    pub(super) fn suspicion(&mut self) -> Suspicion {
+        let conventions = std::mem::take(&mut self.conventions);
+        Suspicion { conventions, as_opened: self.as_opened.take() }
+    }
+}
+
+/// What is asked where a problem fits badly.
+pub(super) struct Suspicion {
+    conventions: Vec<Convention>,
+    /// The problem before another start was looked for, which a mistaken convention may mislead.
+    as_opened: Option<Problem>,
+}
+
+impl Suspicion {
+    /// The conventions that were mistaken.
+    pub(super) fn mistaken(&self, problem: &Problem) -> Option<Mistaken> {
+        let before = self.as_opened.as_ref().and_then(|one| mistaken(one, &self.conventions));
+        let all = before.into_iter().chain(mistaken(problem, &self.conventions));
+        all.min_by(|a, b| a.variance_factors[1].total_cmp(&b.variance_factors[1]))
+    }
 }
 
 /// Whether all samples could be read back from where they were kept: results are good for nothing

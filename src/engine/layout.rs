@@ -36,6 +36,8 @@ pub struct Instance {
     pub tangent: Tangent,
     /// Whether it acts on noise alone: then it is a level, not an unknown of least squares.
     pub noise_only: bool,
+    /// Whether its start was found by a search: nobody stated it.
+    pub start_found: bool,
 }
 
 impl Instance {
@@ -190,6 +192,7 @@ impl Layout {
                                 owner,
                                 tangent: Tangent::Fixed,
                                 noise_only: *noise_only,
+                                start_found: false,
                             });
                             blocks.push(block);
                             statements.push(Vec::new());

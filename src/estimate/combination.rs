@@ -77,7 +77,7 @@ pub fn combinations(
             factor_units: vec!["1".to_owned(), unit],
             value: first.value + factor * other.value,
             sigma: variance.sqrt(),
-            declared: Unit::coherent(first.unit.dimension),
+            declared: first.unit.clone(),
         })
     };
     let partners = others.iter().filter(|one| one.share >= PARTNER);

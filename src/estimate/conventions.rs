@@ -14,13 +14,15 @@
 use rayon::prelude::*;
 
 use crate::convention::Convention;
-use crate::engine::{Point, Problem};
+use crate::engine::{Part, Point, Problem};
 use crate::estimate::minima::better_start;
+use crate::estimate::minima::clocks::Clock;
 use crate::estimate::minima::starts::Attitudes;
 use crate::estimate::minima::thinned::{Thinned, Tried};
 use crate::estimate::start::start;
 use crate::formula::Expression;
 use crate::formula::show::text;
+use crate::units::Dimension;
 
 mod applied;
 mod channels;
@@ -36,8 +38,10 @@ const ITERATIONS: [usize; 3] = [4, 30, 60];
 const GOOD: f64 = 4.0;
 /// How many times better a convention must fit: at all, and where it fits well then.
 const BETTER: [f64; 2] = [25.0, 4.0];
-/// Conventions that are compared on more samples, starts that are fitted further.
-const FURTHER: usize = 3;
+/// Starts of a convention that are fitted further.
+const STARTS: usize = 3;
+/// Conventions that are compared on more samples.
+const FURTHER: usize = 6;
 /// Conventions that fit so many times worse than the best are not compared.
 const HOPELESS: f64 = 30.0;
 /// Conventions that fit up to so many times worse than the best are told beside it.
@@ -77,13 +81,13 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
     let first = problem.parts.first()?;
     let channels = Channels::of(&first.system.assembly.names);
     // A convention belongs to files: several campaigns of one model are read alike.
-    let is_one_model = problem.parts.iter().all(|part| {
-        let names = |part: &crate::engine::Part| -> Vec<String> {
-            part.system.assembly.names.measurands.iter().map(|one| one.name.clone()).collect()
-        };
-        names(part) == names(first)
-    });
-    if !is_one_model {
+    let names = |part: &Part| -> Vec<(String, Dimension)> {
+        let names = &part.system.assembly.names;
+        let read = names.measurands.iter().map(|one| (one.name.clone(), one.unit.dimension));
+        let logged = names.inputs.iter().map(|one| (one.name.clone(), one.unit.dimension));
+        read.chain(logged).collect()
+    };
+    if problem.parts.iter().any(|part| names(part) != names(first)) {
         return None;
     }
     let suspects: Vec<Suspected<'_>> = conventions
@@ -159,7 +163,9 @@ impl Looked {
         if self.variance_factor <= GOOD {
             return self;
         }
-        let found = better_start(&self.problem).map(|(_, found)| found.variance_factors[1]);
+        let clocks = Clock::all(&self.problem);
+        let [clock] = clocks.as_slice() else { return self };
+        let found = better_start(&self.problem, clock).map(|(_, found)| found.variance_factors[1]);
         let best = found.map_or(self.variance_factor, |found| found.min(self.variance_factor));
         Self::with(self.problem, best, stretch)
     }
@@ -205,11 +211,13 @@ fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspected<'c>]) -> Option<Nex
             times > BETTER[0] || (times > BETTER[1] && looked.variance_factor < GOOD)
         })
         .collect();
-    compared.sort_by(|a, b| a.0.score.total_cmp(&b.0.score));
+    let best = compared.iter().map(|(looked, _)| looked.score).min_by(f64::total_cmp)?;
+    compared.retain(|(looked, _)| looked.score < best + ALIKE.ln());
+    // Of those that fit alike the simplest: a sign before a turn, a turn before both.
+    compared.sort_by_key(|(_, suspect)| suspect.length());
     let mut compared = compared.into_iter();
     let (looked, suspect) = compared.next()?;
-    let alike = compared.filter(|(other, _)| other.score < looked.score + ALIKE.ln());
-    let alike = alike.map(|(_, suspect)| suspect).collect();
+    let alike = compared.map(|(_, suspect)| suspect).collect();
     let looked = looked.improved(suspect.stretch());
     Some(Next { suspect, looked, alike })
 }
@@ -230,7 +238,7 @@ impl Quick {
             Some(suspect) => suspect.applied(&stands)?,
             None => stands,
         };
-        let attitudes = Attitudes::of(&problem.layout);
+        let attitudes = Attitudes::of(&problem);
         let begin = start(&problem).0;
         let fit = |point: Point, iterations| Tried::fit(problem.clone(), point, 0.0, iterations);
         let mut all: Vec<Tried> = (0..attitudes.count())
@@ -242,7 +250,7 @@ impl Quick {
             .collect();
         all.sort_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor));
         let further =
-            all.iter().take(FURTHER).filter_map(|one| fit(one.point.clone(), ITERATIONS[1]));
+            all.iter().take(STARTS).filter_map(|one| fit(one.point.clone(), ITERATIONS[1]));
         let best = further.min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
         let score = best.variance_factor.ln() - stretch_of_each(&problem, stretch);
         Some(Self { score, point: best.point })

@@ -8,6 +8,7 @@
 //!
 //! | file | answers |
 //! |---|---|
+//! | `clocks` | which runs share a clock |
 //! | `thinned` | some samples of a problem, later by an offset |
 //! | `starts` | the offsets and attitudes to start from |
 
@@ -17,9 +18,11 @@ use crate::engine::{Point, Problem};
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::start::start;
 
+pub(super) mod clocks;
 pub(super) mod starts;
 pub(super) mod thinned;
 
+use clocks::Clock;
 use starts::{Attitudes, Offsets, scalars};
 use thinned::{Thinned, Tried, cut};
 
@@ -37,12 +40,17 @@ const LEAST: usize = 60;
 const GOOD: f64 = 4.0;
 /// Another start must fit so many times better.
 const BETTER: f64 = 0.5;
+/// The same of one that fits badly all the same, and the part of all readings that it must fit.
+const FAR_BETTER: f64 = 0.2;
+const KEPT: f64 = 0.9;
 /// Starts of a first look that are fitted further.
 const FURTHER: usize = 6;
 /// Other minima that are compared.
 const COMPARED: usize = 4;
 /// Other minima fit on some samples up to so many times worse before they are compared.
 const NEAR: f64 = 3.0;
+/// A variance factor beyond which the model is wrong, and other minima say nothing.
+const WRONG: f64 = 30.0;
 /// Difference in chi squared, in units of the variance factor, up to which the readings cannot
 /// exclude a minimum: five standard deviations.
 const EXCLUDED: f64 = 25.0;
@@ -60,6 +68,8 @@ pub struct Found {
     pub variance_factors: [f64; 2],
     /// Samples that no stream covers at that offset.
     pub left_out: usize,
+    /// A delay of the clock.
+    pub delay: Option<String>,
 }
 
 /// A minimum that the readings cannot exclude.
@@ -73,25 +83,39 @@ pub struct Other {
     pub chi_squared: f64,
 }
 
-/// The problem with a start from which it fits far better than from its own, if there is one.
-pub fn improved(mut problem: Problem) -> (Problem, Option<Found>) {
-    let found = better_start(&problem);
-    let Some((start, mut found)) = found else { return (problem, None) };
-    let layout = &mut problem.layout;
-    for index in 0..layout.instances.len() {
-        if layout.is_free(index) {
-            let components = start.components(layout, index);
-            layout.instances[index].setting.begin_at(components);
+/// The problem with a start from which it fits far better than from its own, and what was found; each
+/// clock is searched by itself.
+pub fn improved(mut problem: Problem) -> (Problem, Vec<Found>) {
+    let clocks = Clock::all(&problem);
+    let mut all = Vec::new();
+    let mut settled: Vec<usize> = Vec::new();
+    for clock in &clocks {
+        let alone = if clocks.len() > 1 { clock.alone(&problem) } else { problem.clone() };
+        let Some((start, mut found)) = better_start(&alone, clock) else { continue };
+        found.left_out = cut(&mut problem, clock, found.offset);
+        let layout = &mut problem.layout;
+        for index in clock.instances(&alone) {
+            if layout.is_free(index) && !settled.contains(&index) {
+                let components = start.components(layout, index);
+                layout.instances[index].setting.begin_at(components);
+                layout.instances[index].start_found = true;
+                settled.push(index);
+            }
         }
+        let delay = clock.delays.first().map(|index| &problem.layout.instances[*index]);
+        found.delay = delay.map(|one| match &one.of {
+            Some(of) => format!("{}@{of}", one.name),
+            None => one.name.clone(),
+        });
+        all.push(found);
     }
-    found.left_out = cut(&mut problem, found.offset);
-    (problem, Some(found))
+    (problem, all)
 }
 
 /// The start that fits far better than the stated one, if there is one.
-pub(super) fn better_start(problem: &Problem) -> Option<(Point, Found)> {
-    let offsets = Offsets::of(problem);
-    let attitudes = Attitudes::of(&problem.layout);
+pub(super) fn better_start(problem: &Problem, clock: &Clock) -> Option<(Point, Found)> {
+    let attitudes = Attitudes::of(problem);
+    let offsets = Offsets::of(problem, clock, attitudes.count());
     if offsets.all.len() < 2 && attitudes.count() < 2 {
         return None;
     }
@@ -138,7 +162,14 @@ pub(super) fn better_start(problem: &Problem) -> Option<(Point, Found)> {
         }
     }
     let (best, own) = (best?, own.map_or(f64::INFINITY, |own| own.variance_factor));
-    if own <= GOOD || best.variance_factor > BETTER * own {
+    // A fit that is still bad must be far better, and over nearly all samples: a few of them are
+    // fitted by chance.
+    let keeps_most = best.readings as f64 >= KEPT * more.readings() as f64;
+    let is_enough = match best.variance_factor <= GOOD {
+        true => best.variance_factor <= BETTER * own,
+        false => keeps_most && best.variance_factor <= FAR_BETTER * own,
+    };
+    if own <= GOOD || !is_enough {
         return None;
     }
     let found = Found {
@@ -147,6 +178,7 @@ pub(super) fn better_start(problem: &Problem) -> Option<(Point, Found)> {
         offset: best.offset + offsets.mean(&best.point),
         variance_factors: [own, best.variance_factor],
         left_out: 0,
+        delay: None,
     };
     let mut point = best.point;
     offsets.delay(&mut point, best.offset);
@@ -172,18 +204,28 @@ fn is_better(some: &Thinned, one: &Tried, other: &Tried) -> bool {
 /// Other minima that the readings cannot exclude, nearest first: other offsets of the clock, and
 /// parameters of the other sign.
 pub fn others(fit: &Calibration) -> Vec<Other> {
-    if !fit.is_sound() {
+    if !fit.is_sound() || fit.variance_factor().is_none_or(|factor| factor > WRONG) {
         return Vec::new();
     }
     let (problem, point) = (&fit.problem, &fit.fit.point);
-    let mut found = other_offsets(problem, point);
+    let clocks = Clock::all(problem);
+    let of = |clock: &Clock| match clocks.len() {
+        1 => other_offsets(problem, point, clock),
+        _ => other_offsets(&clock.alone(problem), point, clock),
+    };
+    let mut found: Vec<Other> = clocks.iter().flat_map(of).collect();
     found.extend(other_signs(problem, point));
     found
 }
 
-fn other_offsets(problem: &Problem, point: &Point) -> Vec<Other> {
-    let offsets = Offsets::of(problem);
+fn other_offsets(problem: &Problem, point: &Point, clock: &Clock) -> Vec<Other> {
+    let mut offsets = Offsets::of(problem, clock, 1);
     let Some(delay) = offsets.delays.first().copied() else { return Vec::new() };
+    if offsets.is_stated {
+        // Samples are later by their offset from the estimate, which may lie anywhere in the range.
+        let mean = offsets.mean(point);
+        offsets.all.iter_mut().for_each(|offset| *offset -= mean);
+    }
     let few = Thinned::of(problem, SAMPLES[0]);
     let at = |thinned: &Thinned, offset: f64, iterations: usize| {
         Tried::fit(thinned.late_by(offset, &[0.0, offset])?, point.clone(), offset, iterations)

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use crate::convention::Convention;
-use crate::diagnostic::{Diagnostics, Source};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source, Span};
 use crate::document::MAXIMUM_LENGTH;
 use crate::document::files::Files;
 use crate::library::{effect_files, embedded};
@@ -18,6 +18,11 @@ pub fn conventions<'p>(
 ) -> Result<Vec<Convention>, Diagnostics> {
     let (mut all, mut faults) = (Vec::new(), Vec::new());
     let mut add = |read: Result<Convention, Diagnostics>| match read {
+        Ok(one) if all.iter().any(|other: &Convention| other.name == one.name) => {
+            let message = format!("the convention `{}` is there already", one.name);
+            let error = Diagnostic::error(message).at(one.source.place(Span::default()));
+            faults.push(error.help("choose another name for it"));
+        }
         Ok(one) => all.push(one),
         Err(found) => faults.extend(found.0),
     };

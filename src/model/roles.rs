@@ -21,6 +21,9 @@ impl Model {
     }
 }
 
+/// Values of a name between which a role must change.
+const PROBES: [f64; 2] = [0.3, 0.7];
+
 /// A role as it is written.
 pub(super) struct Written {
     head: Option<String>,
@@ -74,6 +77,13 @@ fn written(
         item.error(message, &help);
         return None;
     }
+    if names.is_empty() {
+        item.error(
+            "a role is a name of the model, or a formula of one",
+            "as in \"90 deg - elevation\"",
+        );
+        return None;
+    }
     let quantity = head.map_or_else(|| role.clone(), |head| format!("{role}_{head}"));
     let owner = names.first().cloned().unwrap_or_default();
     let mut one = Written {
@@ -106,9 +116,28 @@ fn written(
         item.error(message, "state a quantity in [quantities] and use it in both");
         return None;
     }
-    if let Some(name) = [&one.quantity, &one.own].into_iter().find(|name| taken.contains_key(*name))
-    {
+    let is_taken = |name: &String| {
+        let makes = |other: &Written| {
+            let made = other.inverse.is_some() && (other.quantity == *name || other.own == *name);
+            made || (other.head.is_none() && other.role == *name)
+        };
+        taken.contains_key(name) || before.iter().any(makes)
+    };
+    if let Some(name) = [&one.quantity, &one.own].into_iter().find(|name| is_taken(name)) {
         item.error(format!("the name `{name}` is taken, but this role needs it"), "rename that");
+        return None;
+    }
+    let at = |owner: f64| {
+        let value = |name: &str| (name == one.owner).then_some(owner);
+        one.formula.root.value(&value).filter(|value| value.is_finite())
+    };
+    let is_invertible = at(PROBES[0]).zip(at(PROBES[1])).is_some_and(|(a, b)| a != b);
+    if !is_invertible {
+        let message = format!("the role `{}` does not change with `{}`", one.role, one.owner);
+        item.error(
+            message,
+            "a role is another way to state one name, as in \"90 deg - elevation\"",
+        );
         return None;
     }
     Some(one)

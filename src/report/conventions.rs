@@ -11,7 +11,7 @@ pub fn text(found: Option<&Mistaken>) -> String {
     let [before, after] = found.variance_factors.map(|factor| decimal(factor, 2));
     let what = if found.what.len() == 1 { "A convention" } else { "Conventions" };
     let mut text = format!(
-        "\n{what} may have been mistaken; set right, the variance factor falls from {before} to {after} ({} conventions tried):\n",
+        "\n{what} may have been mistaken; set right, the variance factor falls from {before} to {after} ({} ways to read the columns tried):\n",
         found.tried
     );
     for one in &found.what {

@@ -18,19 +18,27 @@ pub fn text(result: &Calibration, others: &[Other]) -> String {
         }
         let sigma = result.estimates_of(one.instance).first().and_then(|one| one.sigma);
         let value = |value: f64| figure::value(value, sigma, &instance.unit);
-        let values: Vec<String> =
-            others.iter().filter(own).map(|one| value(one.values[0])).collect();
-        let most = others.iter().filter(own).map(|one| one.chi_squared).fold(0.0, f64::max);
+        let values: Vec<String> = others
+            .iter()
+            .filter(own)
+            .map(|one| {
+                let (size, word) = (
+                    one.chi_squared.abs(),
+                    if one.chi_squared < 0.0 { "smaller" } else { "larger" },
+                );
+                format!("{} (chi squared {word} by {})", value(one.values[0]), decimal(size, 1))
+            })
+            .collect();
+        let of = instance.of.as_ref().map(|of| format!("@{of}")).unwrap_or_default();
         text.push_str(&format!(
-            "\nThe solution is ambiguous: `{}` = {} fits equally well as {} (chi squared larger by {}).\n",
+            "\nThe solution is ambiguous: beside `{}{of}` = {} the readings do not exclude {}, and perhaps more.\n",
             instance.name,
-            values.join(" or "),
             value(one.values[1]),
-            decimal(most, 1)
+            values.join(" or "),
         ));
     }
     if !others.is_empty() {
-        text.push_str("Other parameters may differ there, too; the uncertainties are those of one solution. State what is known: a value with its sigma, or bounds.\n");
+        text.push_str("Other parameters may differ there, too; the uncertainties are those of one solution. State what is known: a value with its sigma, a start, bounds or `delay_range`.\n");
     }
     text
 }

@@ -106,6 +106,47 @@ fn a_moving_hand_with_an_inverse_pose_is_named() {
     assert!(one.variance_factors[1] < 2.0, "{one:?}");
 }
 
+/// A search for the clock's offset is misled by a sign: through the program, the sign is named.
+#[test]
+fn a_search_for_the_clock_hides_no_convention() {
+    let camera = Camera::default();
+    let folder = camera.campaign("", &camera.hand_poses(), &camera.camera_poses(4));
+    changed(&folder, "camera.csv", "x", |value| -value);
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_homepoint"));
+    let output = command.arg("calibrate").arg(&*folder).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("(`mirrored_x`)"), "{text}");
+    // What is to be typed is typed: with it the model fits.
+    let line = text.lines().find_map(|line| line.strip_prefix("To use it, write in [[runs]]: "));
+    let path = folder.join("campaign.toml");
+    let campaign = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, format!("{campaign}{}\n", line.unwrap())).unwrap();
+    let opened = open(&Request::new([&*folder])).unwrap();
+    let fit =
+        homepoint::estimate::calibrate::calibrate(opened.problem, &Default::default()).unwrap();
+    assert!(fit.variance_factor().unwrap() < 1.3, "{:?}", fit.variance_factor());
+}
+
+/// Campaigns of models whose readings are called alike but whose inputs differ are not read alike.
+#[test]
+fn campaigns_of_unlike_models_have_no_convention() {
+    let camera = Camera::default();
+    let (first, second) = (camera.stops(12, 3), camera.stops(12, 4));
+    let model = homepoint::library::embedded::MODELS
+        .iter()
+        .find(|(name, _)| *name == "hand_eye")
+        .unwrap()
+        .1;
+    let other = model.replace("[parameters]", "spare = { unit = \"m\" }\n[parameters]");
+    std::fs::write(second.join("other.toml"), other).unwrap();
+    let path = second.join("campaign.toml");
+    let text = std::fs::read_to_string(&path).unwrap().replace("\"hand_eye\"", "\"other.toml\"");
+    std::fs::write(path, text).unwrap();
+    changed(&first, "stops.csv", "y", |value| -value);
+    let opened = open(&Request::new([first.to_path_buf(), second.to_path_buf()])).unwrap();
+    assert!(mistaken(&opened.problem, &conventions([]).unwrap()).is_none());
+}
+
 /// A model that lacks an effect fits badly, too: that is no convention.
 #[test]
 fn a_bad_model_has_no_convention_mistaken() {

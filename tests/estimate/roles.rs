@@ -4,6 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write as _;
 
+use homepoint::diagnostic::Source;
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
@@ -120,6 +121,35 @@ arm_angle = '-2 rad * pi * turns'
     let all = estimated(&folder, &["encoder_eccentricity"]);
     found(&all, "encoder_eccentricity.cosine", cosine);
     found(&all, "encoder_eccentricity.sine", sine);
+}
+
+#[test]
+fn roles_that_cannot_be_are_refused_with_their_place() {
+    let (model, _) = TELESCOPE.split_once("[roles]").unwrap();
+    let cases = [
+        ("vertical = \"pi\"", "a role is a name of the model"),
+        ("vertical = \"0 * elevation\"", "does not change with `elevation`"),
+        ("vertical = \"elevation / 0\"", "does not change with `elevation`"),
+        ("vertical = \"sin(elevation)\"", "cannot be turned round"),
+        ("vertical = \"elevation - azimuth\"", "does not change with"),
+        ("vertical = \"elevation + elevation\"", "cannot be turned round"),
+        ("vertical = \"altitude\"", "`altitude`"),
+        ("azimuth = \"elevation\"", "already taken in [measurands]"),
+        (
+            "elevation_without_role = \"azimuth\"\nvertical = \"90 deg - elevation\"",
+            "is taken, but this role needs it",
+        ),
+        (
+            "vertical_a = \"1 rad - azimuth\"\n[heads]\na = { vertical = \"90 deg - elevation\" }",
+            "is taken, but this role needs it",
+        ),
+    ];
+    for (roles, says) in cases {
+        let text = format!("{model}[roles]\n{roles}\n");
+        let found = homepoint::model::Model::parse(Source::new("model.toml", text)).err();
+        let messages = found.map(|faults| faults.messages()).unwrap_or_default();
+        assert!(messages.contains(says), "{roles}: {messages}");
+    }
 }
 
 #[test]

@@ -49,6 +49,11 @@ impl Suspected<'_> {
         is_linear.then_some((constants, factors))
     }
 
+    /// How much its formulas say: letters of them all.
+    pub(super) fn length(&self) -> usize {
+        self.convention.formulas.iter().map(|formula| formula.text.len()).sum()
+    }
+
     /// Logarithm of the factor by which the readings of one sample are stretched: what is made
     /// smaller scatters less, and says no more by that.
     pub(super) fn stretch(&self) -> f64 {

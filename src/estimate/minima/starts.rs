@@ -7,10 +7,13 @@ use crate::campaign::signal::Track;
 use crate::campaign::spline::Spline;
 use crate::engine::layout::Layout;
 use crate::engine::{Point, Problem};
+use crate::estimate::minima::clocks::Clock;
 use crate::graph::Kind;
 
 /// Most offsets to either side.
-const MOST_OFFSETS: usize = 120;
+const MOST_OFFSETS: usize = 400;
+/// Most starts: offsets to both sides by attitudes.
+const MOST_STARTS: usize = 6_000;
 /// Most attitudes.
 const MOST_ATTITUDES: usize = 24;
 /// Most scalars of the other sign.
@@ -28,23 +31,24 @@ pub(in crate::estimate) struct Offsets {
     pub(in crate::estimate) step: f64,
     /// All of them, the middle first: zero, unless a range to one side is stated.
     pub(in crate::estimate) all: Vec<f64>,
+    /// Whether a range is stated.
+    pub(in crate::estimate) is_stated: bool,
 }
 
 impl Offsets {
-    /// Those of a problem; zero alone where nothing is logged, or where what is known of a delay
-    /// says where to look.
-    pub(in crate::estimate) fn of(problem: &Problem) -> Self {
+    /// Those of a clock, so that there are not too many starts with so many attitudes; zero alone
+    /// where nothing is logged, or where what is known of a delay says where to look.
+    pub(in crate::estimate) fn of(problem: &Problem, clock: &Clock, attitudes: usize) -> Self {
         let layout = &problem.layout;
-        let is_delay = |index: &usize| {
-            layout.instances[*index].name.ends_with(".delay") && layout.is_free(*index)
-        };
-        let delays: Vec<usize> = (0..layout.instances.len()).filter(is_delay).collect();
+        let delays = clock.delays.clone();
         let is_known = delays.iter().any(|index| !is_open(layout, *index));
         let step = step(problem);
-        let none = Self { delays: Vec::new(), step: 0.0, all: vec![0.0] };
+        let none = Self { delays: Vec::new(), step: 0.0, all: vec![0.0], is_stated: false };
         let Some(step) = step.filter(|_| !is_known && !delays.is_empty()) else { return none };
         // A range that is stated is where to look; else the whole log.
-        let stated = problem.parts.iter().map(|part| part.delay_range);
+        let parts = problem.parts.iter().enumerate();
+        let parts = parts.filter(|(p, _)| clock.runs.iter().any(|(own, _)| own == p));
+        let stated = parts.map(|(_, part)| part.delay_range);
         let stated = stated.filter(|range| *range != USUAL);
         let [low, high] = stated.fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], range| {
             [low.max(range[0]), high.min(range[1])]
@@ -52,10 +56,13 @@ impl Offsets {
         let middle = 0.5 * (low + high);
         let (middle, width) =
             if middle.is_finite() { (middle, high - middle) } else { (0.0, high) };
-        let count = ((width / step).floor() as usize).min(MOST_OFFSETS);
+        let most = (MOST_STARTS / (2 * attitudes.max(1))).clamp(MOST_OFFSETS / 4, MOST_OFFSETS);
+        // A range that is stated is searched as a whole, if that can be done at all.
+        let most = if width.is_finite() { (8 * most).min(MOST_STARTS) } else { most };
+        let count = ((width / step).floor() as usize).min(most);
         let sides = (1..=count).flat_map(|n| [n as f64 * step, -(n as f64) * step]);
         let all = std::iter::once(0.0).chain(sides).map(|offset| middle + offset).collect();
-        Self { delays, step, all }
+        Self { delays, step, all, is_stated: width.is_finite() }
     }
 
     /// The least and the greatest offset (s).
@@ -86,7 +93,13 @@ impl Offsets {
 /// at all, by rms; `None` where nothing is logged.
 fn step(problem: &Problem) -> Option<f64> {
     let runs = problem.parts.iter().flat_map(|part| &part.runs);
-    let tracks = runs.flat_map(|run| run.record.inputs());
+    shortest_time(runs.flat_map(|run| run.record.inputs()))
+}
+
+/// The shortest time (s) in which one of these streams changes as much as it does at all, by rms.
+pub(in crate::estimate) fn shortest_time<'t>(
+    tracks: impl Iterator<Item = &'t Track>,
+) -> Option<f64> {
     let times = tracks.filter_map(|track| match track {
         Track::Logged(spline) => time_scale(spline),
         _ => None,
@@ -113,9 +126,17 @@ pub(in crate::estimate) struct Attitudes {
 }
 
 impl Attitudes {
-    pub(in crate::estimate) fn of(layout: &Layout) -> Self {
+    /// Those of the parameters that act in runs of a problem that have samples.
+    pub(in crate::estimate) fn of(problem: &Problem) -> Self {
+        let layout = &problem.layout;
+        let acts = |index: &usize| {
+            let runs = problem.parts.iter().zip(&layout.used);
+            let mut runs = runs.flat_map(|(part, used)| part.runs.iter().zip(used));
+            runs.any(|(run, used)| !run.record.is_empty() && used.contains(index))
+        };
         let mut all = vec![Vec::new()];
-        for index in (0..layout.instances.len()).filter(|index| is_open(layout, *index)) {
+        let open = (0..layout.instances.len()).filter(|index| is_open(layout, *index));
+        for index in open.filter(acts) {
             let one = &layout.instances[index];
             let values = match one.kind {
                 Kind::Rotation => rotations(),
@@ -181,7 +202,9 @@ pub(in crate::estimate) fn scalars(layout: &Layout) -> Vec<usize> {
 /// Whether an instance is estimated from nothing but readings: free, and without a value, a start or
 /// a bound of the user's.
 fn is_open(layout: &Layout, index: usize) -> bool {
-    let setting = &layout.instances[index].setting;
-    let said = [&setting.value, &setting.start, &setting.lower, &setting.upper];
+    let one = &layout.instances[index];
+    let setting = &one.setting;
+    let start = if one.start_found { &None } else { &setting.start };
+    let said = [&setting.value, start, &setting.lower, &setting.upper];
     layout.is_free(index) && said.iter().all(|one| one.is_none()) && setting.components.is_none()
 }

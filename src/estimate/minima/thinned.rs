@@ -10,6 +10,7 @@ use crate::campaign::Samples;
 use crate::campaign::signal::Track;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{Options, fit};
+use crate::estimate::minima::clocks::Clock;
 
 /// Samples that stand together.
 const STRETCH: usize = 4;
@@ -48,6 +49,11 @@ impl Thinned {
         Self { problem: thinned, readings, times }
     }
 
+    /// Readings of these samples.
+    pub(in crate::estimate) fn readings(&self) -> usize {
+        self.readings
+    }
+
     /// The samples taken later by an offset (s): those for which streams are there at all of some
     /// offsets. `None` where too few remain.
     pub(in crate::estimate) fn late_by(&self, offset: f64, within: &[f64]) -> Option<Problem> {
@@ -81,14 +87,15 @@ fn is_covered(samples: &Samples, at: usize, offsets: &[f64], margin: f64) -> boo
     })
 }
 
-/// Leaves the samples out for which no stream is there at an offset; how many.
-pub(in crate::estimate) fn cut(problem: &mut Problem, offset: f64) -> usize {
+/// Leaves the samples of a clock out for which no stream is there at an offset; how many.
+pub(in crate::estimate) fn cut(problem: &mut Problem, clock: &Clock, offset: f64) -> usize {
     let mut count = 0;
-    for part in &mut problem.parts {
+    for (p, part) in problem.parts.iter_mut().enumerate() {
         let width = part.slots().iter().map(|slot| slot.columns().end).max().unwrap_or(0);
         let [low, high] = part.delay_range;
         let margin = (0.5 * (high - low)).min(MARGIN);
-        for run in &mut part.runs {
+        let own = part.runs.iter_mut().enumerate();
+        for (_, run) in own.filter(|(r, _)| clock.runs.contains(&(p, *r))) {
             let mut lost: Vec<Range<usize>> = Vec::new();
             run.record.walk(|stretch| {
                 for sample in stretch.each() {

@@ -11,10 +11,14 @@ use crate::engine::lanes::{Chunk, LANES, Lanes, Workspace};
 use crate::engine::noise::active_randoms;
 use crate::engine::part::ParameterLeaves;
 use crate::engine::programs::DelayProgram;
+use crate::estimate::minima::starts::shortest_time;
 use crate::estimate::newton::careful::{Roots, Stage};
 use crate::estimate::newton::quick::{Evaluated, Quick, STEPS};
 use crate::estimate::newton::uncertainty::{Quadratic, Seconds, Weighted, along};
 use crate::estimate::newton::{Given, ReadingDelay, RunDelays, State};
+
+/// A delay within this part of the time in which streams change is near the reference time.
+const NEAR: f64 = 0.05;
 
 /// See the module.
 pub(super) struct Solver<'a> {
@@ -363,12 +367,15 @@ impl<'a> Solver<'a> {
 
 /// From which delay on the readings of `[campaign, run, measurand]` are solved: the reference time
 /// itself (Depenthal 2009, section 3.2.1), or the delay at the given point where that is beyond what
-/// is plausible of a delay: from far away the iteration may end at another one.
+/// is plausible of a delay, or a part of the time in which streams change: from far away the
+/// iteration may end at another one.
 fn origin(given: &Given<'_>, [part, run, measurand]: [usize; 3]) -> f64 {
     let layout = &given.problem.layout;
     let names = &given.problem.parts[part].system.assembly.names;
     let instance = layout.instance_in(part, run, names.measurands[measurand].delay);
     let known = given.point.values[instance][0];
     let plausible = layout.instances[instance].setting.plausible.unwrap_or(0.0);
-    if known.abs() > plausible { known } else { 0.0 }
+    let inputs = given.problem.parts[part].runs[run].record.inputs();
+    let near = shortest_time(inputs.iter()).map_or(f64::INFINITY, |time| NEAR * time);
+    if known.abs() > plausible.min(near) { known } else { 0.0 }
 }
