@@ -74,8 +74,48 @@ fn attitudes_that_leap_away_and_back_are_left_out() {
     // Lines count from 1, and the first is the header.
     let rows = "leaps away and back 5 times: 39 rows left out (rows 302, 413-420, 702-704, 1102-1126, 1502-1503)";
     assert!(told.iter().any(|one| one.contains(rows)), "{told:?}");
-    let empty = "has length 0 in 3 rows: left out (rows 2002-2004)";
+    let empty =
+        "is no rotation in 3 rows, its length is 0 or beyond 1000: left out (rows 2002-2004)";
     assert!(told.iter().any(|one| one.contains(empty)), "{told:?}");
+}
+
+/// A log that begins or ends in a burst, which comes again and again.
+#[test]
+fn a_log_that_begins_or_ends_with_a_wrong_attitude() {
+    let camera = Camera::default();
+    let half = Quaternion::from_components([0.0, 0.0, 0.6, 0.8]);
+    let last = camera.hand_poses().len() - 1;
+    let again: Vec<usize> = (0..last).step_by(7).collect();
+    for wrong in [vec![0], vec![last], vec![0, 500, 1000, 1500], again] {
+        let mut hand = camera.hand_poses();
+        for at in &wrong {
+            hand[*at].2 = hand[*at].2 * half;
+        }
+        let (found, told) = answer(&camera, &hand);
+        assert!((delay(&found) - camera.delay).abs() < 1e-3, "{wrong:?}: {}", delay(&found));
+        let count = format!("{} rows left out", wrong.len());
+        assert!(told.iter().any(|one| one.contains(&count)), "{wrong:?}: {told:?}");
+    }
+}
+
+/// Other names and factors of the components make no other quaternion.
+#[test]
+fn components_under_other_names_are_made_continuous() {
+    let camera = Camera::default();
+    let mut hand = camera.hand_poses();
+    hand.iter_mut().filter(|(_, _, q)| q.w < 0.0).for_each(|(_, _, q)| *q = negated(*q));
+    let folder = camera.campaign("", &hand, &camera.camera_poses(1));
+    let shipped = homepoint::library::embedded::MODELS.iter().find(|(name, _)| *name == "hand_eye");
+    let model = shipped.unwrap().1;
+    let other = "scalar = 'hand_qw'\nhand_turn = 'quaternion(1 * scalar, 2 * hand_qx / 2, hand_qy, hand_qz)'\n";
+    let line = model.lines().find(|line| line.starts_with("hand_turn")).unwrap();
+    std::fs::write(folder.join("other.toml"), model.replace(line, other)).unwrap();
+    let path = folder.join("campaign.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace("\"hand_eye\"", "\"other.toml\"")).unwrap();
+    let opened =
+        homepoint::engine::open::open(&homepoint::engine::open::Request::new([&*folder])).unwrap();
+    assert!(opened.warnings.iter().any(|one| one.message.contains("made continuous")));
 }
 
 /// A hand that turns fast between few rows leaps nowhere; one that is another body from a row on
