@@ -17,6 +17,7 @@
 //! | `wraps`, `order`, `sorted`, `reordered` | stamps that begin anew; in which order rows are whose time goes back; a file read anew and sorted; its rows |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `points`, `smoothing`, [`spline`] | a stream gathered into knots; how much to smooth it; the curve |
+//! | `steps` | streams that go in steps, which no curve follows |
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | `columns`, `captured` | the columns of a model's runs; an input recorded with each sample |
 //! | [`samples`] | the samples of a run or a stretch of it: times, inputs, readings |
@@ -94,6 +95,7 @@ mod spilled;
 pub mod spline;
 pub mod stamps;
 pub mod statement;
+mod steps;
 pub mod table;
 mod table_entry;
 pub mod timing;

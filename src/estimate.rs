@@ -2,6 +2,7 @@
 //!
 //! | file | answers |
 //! |---|---|
+//! | [`absorbed`] | members of effects that the model absorbs |
 //! | [`align`] | Horn's closed form: the transformation between two sets of points |
 //! | [`eigen`] | eigenvalues and singular values, for numbers of any size |
 //! | [`circle`] | the circle in space nearest to some points |
@@ -9,6 +10,7 @@
 //! | [`checks`] | whether the set-up can be as stated |
 //! | [`arrow`] | the normal equations solved by their blocks |
 //! | [`mod@autocorrelation`] | whether residuals are correlated from reading to reading |
+//! | [`members`] | which member of a family fits best |
 //! | [`minima`] | other starts, and other minima that fit as well |
 //! | [`batch`] | Levenberg-Marquardt over all unknowns |
 //! | [`conic`] | a step within bounds |
@@ -46,6 +48,7 @@
 //! | [`compare`] | both ways side by side |
 //! | [`mod@unrecorded`] | which accelerations the readings miss |
 
+pub mod absorbed;
 pub mod align;
 pub mod arrow;
 pub mod autocorrelation;
@@ -74,6 +77,7 @@ pub mod global;
 pub mod head;
 pub mod intersection;
 pub mod median;
+pub mod members;
 pub mod minima;
 mod nearby;
 pub mod nested;

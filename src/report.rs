@@ -17,6 +17,7 @@
 //! | [`power`], `power_text` | what a campaign can see |
 //! | [`timing`] | how reference times came about |
 //! | [`correlations`] | estimates that are correlated, and the covariance of all |
+//! | [`members`] | members of families that were chosen |
 //! | [`noise`] | for which noise uncertainties hold |
 //! | `sentences` | sums of parameters, and why a fit is no result |
 //! | [`table`] | results reading by reading, as CSV |
@@ -35,6 +36,7 @@ pub mod global;
 pub mod json;
 #[cfg(feature = "cli")]
 pub(crate) mod layout;
+pub mod members;
 pub mod minima;
 pub mod noise;
 #[cfg(feature = "cli")]

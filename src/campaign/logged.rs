@@ -11,6 +11,7 @@ use crate::campaign::header::TIME;
 use crate::campaign::loader::Loader;
 use crate::campaign::signal::{Track, unwrap};
 use crate::campaign::spline::{Spline, is_pause, mean_spacing};
+use crate::campaign::steps::steps;
 use crate::campaign::table::Table;
 use crate::diagnostic::{Diagnostic, decimals};
 use crate::model::InputDeclaration;
@@ -45,6 +46,7 @@ impl Loader<'_> {
             None => told.extend(turns(input, &shown, &values)),
         }
         told.extend(glitches(input, &shown, &values));
+        told.extend(steps(input, &times, &values));
         let run = |one: Diagnostic| Diagnostic {
             message: format!("run `{}`: {}", entry.name.text, one.message),
             ..one

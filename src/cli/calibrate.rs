@@ -8,9 +8,11 @@ use super::{Failure, doubts, load, output};
 use crate::diagnose::fitted::planned;
 use crate::engine::undefined::Farthest;
 use crate::engine::{Point, Problem};
+use crate::estimate::absorbed::calibrate_holding;
 use crate::estimate::batch::{Options, Outcome};
-use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::calibrate::Calibration;
 use crate::estimate::correlations::covariance_of_estimates;
+use crate::estimate::members::choose;
 use crate::estimate::minima::others;
 use crate::estimate::nested::against_nominal;
 use crate::estimate::noise_model::{NoiseModel, with_noise};
@@ -63,7 +65,8 @@ impl CalibrateCommand {
         loaded.keep_files(self.common.out.as_ref(), [PARAMETERS, RESIDUALS, COVARIANCE])?;
         load::refuse_correlated(&loaded.problem)?;
         load::tell_not_put_in(&loaded, false);
-        let result = estimate(loaded.problem)?;
+        let (problem, chosen) = choose(loaded.problem, &loaded.recipes, &self.common.with)?;
+        let result = estimate_with(problem, &self.common.with)?;
         let result = against_nominal(result, &self.common.with, &Options::default())
             .map_err(|error| Failure::Could(error.to_string()))?;
         doubts::tell(&result, self.common.quiet);
@@ -81,12 +84,14 @@ impl CalibrateCommand {
                 let correlated = report::autocorrelation::correlated(&result);
                 load::merge(&mut value, report::autocorrelation::json(&correlated));
                 load::merge(&mut value, report::conventions::json(mistaken.as_ref()));
+                load::merge(&mut value, report::members::json(&chosen));
                 load::merge(&mut value, report::noise::json(&result.noise));
                 load::merge(&mut value, report::correlations::json(covariance.as_ref()));
                 output::json(&value)?;
             }
             Format::Text => {
                 let text = report::text::calibration(&loaded.title, &result);
+                let text = text + &report::members::text(&chosen);
                 let text = text + &report::minima::text(&result, &others);
                 output::text(&(text + &report::conventions::text(mistaken.as_ref())))?;
             }
@@ -109,8 +114,13 @@ impl CalibrateCommand {
 
 /// Fits, or says which reading makes that impossible.
 pub(super) fn estimate(problem: Problem) -> Result<Calibration, Failure> {
+    estimate_with(problem, &[])
+}
+
+/// The same, with members of these effects held where the model absorbs them.
+pub(super) fn estimate_with(problem: Problem, effects: &[String]) -> Result<Calibration, Failure> {
     load::refuse_empty(&problem)?;
-    let result = calibrate(problem, &crate::estimate::batch::Options::default())
+    let result = calibrate_holding(problem, effects, &Options::default())
         .map_err(|error| Failure::Could(error.to_string()))?;
     load::trust(&result.problem)?;
     load::refuse_impossible_sigma(&result.problem, &result.fit.point)?;

@@ -135,28 +135,7 @@ impl Fitted {
 /// A part with another system; readings, stated uncertainties, levels and memory of noise as they
 /// are.
 pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {
-    let levels: Vec<(String, f64)> = part
-        .system
-        .randoms
-        .iter()
-        .zip(&part.random_sigma)
-        .map(|(random, sigma)| (random.name.clone(), *sigma))
-        .collect();
-    let mut made = Part::new(system, part.setups.clone(), part.runs.clone(), part.sigma.clone());
-    for (random, sigma) in made.system.randoms.iter().zip(&mut made.random_sigma) {
-        if let Some((_, level)) = levels.iter().find(|(name, _)| *name == random.name) {
-            *sigma = *level;
-        }
-    }
-    made.label.clone_from(&part.label);
-    made.output.clone_from(&part.output);
-    made.instrument.clone_from(&part.instrument);
-    made.rig.clone_from(&part.rig);
-    made.delay_range = part.delay_range;
-    made.zero = part.zero;
-    made.gauss_markov.clone_from(&part.gauss_markov);
-    made.run_levels.clone_from(&part.run_levels);
-    made
+    part.with_system(system)
 }
 
 /// The values of one problem's point in another problem; what is new starts at what is stated, else

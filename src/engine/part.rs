@@ -140,6 +140,34 @@ impl Part {
         }
     }
 
+    /// The same campaign with another system; readings, stated uncertainties, levels and memory of
+    /// noise are as they are.
+    pub fn with_system(&self, system: System) -> Self {
+        let levels: Vec<(String, f64)> = self
+            .system
+            .randoms
+            .iter()
+            .zip(&self.random_sigma)
+            .map(|(random, sigma)| (random.name.clone(), *sigma))
+            .collect();
+        let mut made =
+            Part::new(system, self.setups.clone(), self.runs.clone(), self.sigma.clone());
+        for (random, sigma) in made.system.randoms.iter().zip(&mut made.random_sigma) {
+            if let Some((_, level)) = levels.iter().find(|(name, _)| *name == random.name) {
+                *sigma = *level;
+            }
+        }
+        made.label.clone_from(&self.label);
+        made.output.clone_from(&self.output);
+        made.instrument.clone_from(&self.instrument);
+        made.rig.clone_from(&self.rig);
+        made.delay_range = self.delay_range;
+        made.zero = self.zero;
+        made.gauss_markov.clone_from(&self.gauss_markov);
+        made.run_levels.clone_from(&self.run_levels);
+        made
+    }
+
     /// The unit in which people read a measurand.
     pub fn unit_of(&self, measurand: usize) -> Unit {
         let one = &self.system.assembly.names.measurands[measurand];

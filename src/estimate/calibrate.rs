@@ -92,6 +92,17 @@ pub struct Calibration {
     pub noise: Noise,
     /// Why the fit is no result although it settled.
     pub refused: Vec<Refused>,
+    /// Members of effects that were held at zero because the model absorbs them.
+    pub held: Vec<Held>,
+}
+
+/// A member of an effect that was held at zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Held {
+    /// Its name.
+    pub name: String,
+    /// What does the same, in words.
+    pub why: String,
 }
 
 /// Why a fit that settled is no result.
@@ -312,6 +323,7 @@ pub fn finish(
         rms,
         noise: Noise::Stated,
         refused,
+        held: Vec::new(),
     })
 }
 

@@ -69,9 +69,7 @@ pub fn combinations(
         if own.is_some_and(|own| variance > BETTER * BETTER * own) || !variance.is_finite() {
             return None;
         }
-        let alike = first.unit.dimension == other.unit.dimension;
-        let units = [&first.unit, &other.unit].map(Unit::si_symbol);
-        let unit = if alike { "1".to_owned() } else { format!("{}/({})", units[0], units[1]) };
+        let unit = quotient(&first.unit, &other.unit);
         Some(Combination {
             terms: vec![(first.name.clone(), 1.0), (other.name.clone(), factor)],
             factor_units: vec!["1".to_owned(), unit],
@@ -82,6 +80,16 @@ pub fn combinations(
     };
     let partners = others.iter().filter(|one| one.share >= PARTNER);
     partners.filter_map(of_pair).take(MOST).collect()
+}
+
+/// The SI unit of the factor on a second term; `1` where the units are alike.
+pub(super) fn quotient(first: &Unit, other: &Unit) -> String {
+    let [first, other] = [first, other].map(|unit| (unit.dimension, unit.si_symbol()));
+    match other.1.contains([' ', '/', '*']) {
+        _ if first.0 == other.0 => "1".to_owned(),
+        true => format!("{}/({})", first.1, other.1),
+        false => format!("{}/{}", first.1, other.1),
+    }
 }
 
 /// The components that take part in a direction, largest share first.

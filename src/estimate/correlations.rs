@@ -6,7 +6,7 @@
 use nalgebra::DMatrix;
 
 use crate::estimate::calibrate::{Calibration, Estimate};
-use crate::estimate::combination::{Combination, component_names};
+use crate::estimate::combination::{Combination, component_names, quotient};
 use crate::estimate::withheld::sensitivities;
 use crate::units::Unit;
 
@@ -100,11 +100,7 @@ impl Covariance {
         let factor = -self.matrix[(i, j)] / self.matrix[(j, j)];
         let variance = self.matrix[(i, i)] * (1.0 - correlation * correlation);
         let (first, other) = (&self.estimates[i], &self.estimates[j]);
-        let alike = first.declared.dimension == other.declared.dimension;
-        let unit = match alike {
-            true => "1".to_owned(),
-            false => format!("{}/({})", first.unit, other.unit),
-        };
+        let unit = quotient(&first.declared, &other.declared);
         let value = |one: &Estimate| one.value.unwrap_or(f64::NAN);
         Correlated {
             names: [self.names[i].clone(), self.names[j].clone()],

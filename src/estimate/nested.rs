@@ -46,8 +46,11 @@ pub fn against_nominal(
     let settles = again.fit.outcome == Outcome::Converged;
     let is_better =
         settles && (result.fit.outcome != Outcome::Converged || again.fit.cost < result.fit.cost);
-    let mut best =
-        if is_better { Calibration { aligned: result.aligned, ..again } } else { result };
+    let mut best = if is_better {
+        Calibration { aligned: result.aligned, held: result.held, ..again }
+    } else {
+        result
+    };
     if best.fit.outcome == Outcome::Converged && is_worse(&best) {
         let chi_squared = [best.fit.cost, without.fit.cost];
         best.refused.push(Refused::Worse { effects: effects.to_vec(), chi_squared });
@@ -73,7 +76,7 @@ fn acts_on_noise(part: &Part, effects: &[String]) -> bool {
 }
 
 /// The problem with what these effects leave free held at zero.
-fn without(problem: &Problem, effects: &[String]) -> Problem {
+pub(super) fn without(problem: &Problem, effects: &[String]) -> Problem {
     let mut parts = problem.parts.clone();
     for part in &mut parts {
         let own = part.system.declared.iter().enumerate().filter_map(|(parameter, declared)| {

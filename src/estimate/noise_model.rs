@@ -113,9 +113,9 @@ fn autocorrelated(mut result: Calibration, options: &Options) -> Result<Calibrat
         let has_settled =
             known.len() == found.len() && known.iter().zip(&found).all(|(a, b)| is_near(a, b));
         known = found;
-        let Calibration { problem, fit, aligned, .. } = result;
+        let Calibration { problem, fit, aligned, held, .. } = result;
         result = calibrate_from(problem, fit.point, options)?;
-        result.aligned = aligned;
+        (result.aligned, result.held) = (aligned, held);
         if has_settled || !result.is_sound() {
             break;
         }

@@ -65,6 +65,7 @@ pub fn calibration(result: &Calibration) -> Value {
             "rms": rms,
         },
         "unobservable": unobservable(&result.unobservable),
+        "held": result.held.iter().map(|one| json!({ "name": one.name, "why": one.why })).collect::<Vec<_>>(),
         "refused": result.refused.iter().map(refused).collect::<Vec<_>>(),
         "contradicted": stated(&contradicted(result)),
     })

@@ -2,7 +2,7 @@
 
 use crate::engine::Part;
 use crate::estimate::batch::Outcome;
-use crate::estimate::calibrate::{Calibration, Estimate};
+use crate::estimate::calibrate::{Calibration, Estimate, Held};
 use crate::estimate::compare::Comparison;
 use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::correlations::covariance_of_estimates;
@@ -142,6 +142,9 @@ pub fn trouble(result: &Calibration) -> String {
     let mut text = String::new();
     if result.fit.outcome != Outcome::Converged {
         text.push_str(&format!("\nno result: {}\n", result.fit.outcome));
+    }
+    for Held { name, why } in &result.held {
+        text.push_str(&format!("\n`{name}` is held at zero, for the model absorbs it: {why}.\n"));
     }
     for one in &result.refused {
         text.push_str(&format!("\nno result: {}\n", refused(one)));

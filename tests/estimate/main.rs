@@ -13,6 +13,7 @@ mod scale;
 #[path = "../problems/seed.rs"]
 mod seed;
 
+mod absorbed;
 mod align;
 mod answers;
 mod arrow;

@@ -24,11 +24,10 @@ fn campaign(camera: &Camera, head: &str) -> Folder {
 fn on_flat_ground_a_tilt_or_a_height_is_the_remedy() {
     let found = fit(&campaign(&flat(), ""));
     let [open] = &found.unobservable[..] else { panic!("{:?}", found.unobservable) };
-    assert!(open.remedy.contains("tilted by 20 deg about its x axis"), "{}", open.remedy);
+    assert!(open.remedy.contains("tilted by 20 deg about its x or y axis"), "{}", open.remedy);
     assert!(open.remedy.contains("`camera_lever.z`"), "{}", open.remedy);
     assert!(!open.remedy.contains("opposite sense"), "{}", open.remedy);
     assert!(!open.remedy.contains("camera_lever.x"), "{}", open.remedy);
-    assert!(!open.remedy.contains("about its z axis"), "{}", open.remedy);
     // A ramp: the same motion, tilted for a while.
     let motion = |t: f64| {
         let (place, turn) = (flat().motion)(t);

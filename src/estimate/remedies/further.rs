@@ -72,7 +72,7 @@ pub(super) fn best_of_its_motion(
 /// for which it does.
 pub(super) fn others(open: &Open<'_>, direction: &Direction, tried: &Tried<'_>) -> Vec<String> {
     let problem = open.problem;
-    let mut found = Vec::new();
+    let mut found: Vec<(String, Vec<&str>)> = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         // The run with the most readings that the direction touches stands for all.
         let touches = |r: &usize| {
@@ -89,16 +89,25 @@ pub(super) fn others(open: &Open<'_>, direction: &Direction, tried: &Tried<'_>) 
             if tried.determined_by_run(problem.run_index(p, r), &sums) {
                 let words =
                     format!("measure one more run like `{}` {}", part.runs[r].name, other.words);
-                found.push(words);
+                match found.iter_mut().find(|(known, _)| *known == words) {
+                    Some((_, axes)) => axes.extend(other.axis),
+                    None => found.push((words, other.axis.into_iter().collect())),
+                }
             }
         }
     }
-    found
+    let whole = |(words, axes): (String, Vec<&str>)| match axes.is_empty() {
+        true => words,
+        false => format!("{words} about its {} axis", axes.join(" or ")),
+    };
+    found.into_iter().map(whole).collect()
 }
 
 /// Another input.
 struct Other {
     words: String,
+    /// About which axis it is tilted.
+    axis: Option<&'static str>,
     change: Input,
 }
 
@@ -170,9 +179,10 @@ fn changes(problem: &Problem, p: usize) -> Vec<Other> {
         {
             all.push(Other {
                 words: format!(
-                    "with the attitude `{}` ... `{}` tilted by 20 deg about its {axis} axis",
+                    "with the attitude `{}` ... `{}` tilted by 20 deg",
                     names[0], names[3]
                 ),
+                axis: Some(axis),
                 change: Input::Tilted(*quadruple, about),
             });
         }
@@ -190,6 +200,7 @@ fn changes(problem: &Problem, p: usize) -> Vec<Other> {
         };
         all.push(Other {
             words: format!("in which `{}` takes other values", declared.name),
+            axis: None,
             change: Input::Swept(input, by),
         });
     }
