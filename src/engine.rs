@@ -11,6 +11,7 @@
 //! | [`part`] | one campaign with its model; predictions and residuals of one sample |
 //! | [`problem`] | campaigns put together, with their unknowns |
 //! | [`noise`] | the covariance of the readings of one sample, and its whitening |
+//! | [`smoothed`] | what errors of smoothed streams add to readings |
 //! | [`gauss_markov`] | rows whitened along time, where noise is like itself for a while |
 //! | [`linearise`] | whitened residuals and Jacobians, summed by run: the only maker of Jacobians |
 //! | [`gram`] | the form of those sums, and what an estimator asks of a problem |
@@ -44,6 +45,7 @@ pub mod rows;
 mod shared;
 pub mod signatures;
 pub mod simulate;
+pub mod smoothed;
 pub mod stretches;
 pub mod switched_off;
 pub mod undefined;

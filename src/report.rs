@@ -19,6 +19,7 @@
 //! | [`correlations`] | estimates that are correlated, and the covariance of all |
 //! | [`members`] | members of families that were chosen |
 //! | [`noise`] | for which noise uncertainties hold |
+//! | [`smoothing`] | what errors of smoothed streams add to readings |
 //! | `sentences` | sums of parameters, and why a fit is no result |
 //! | [`table`] | results reading by reading, as CSV |
 
@@ -45,6 +46,7 @@ pub mod power;
 #[cfg(feature = "cli")]
 pub mod power_text;
 mod sentences;
+pub mod smoothing;
 pub mod table;
 #[cfg(feature = "cli")]
 pub mod text;

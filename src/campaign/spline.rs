@@ -7,7 +7,7 @@
 //! An interpolating curve is useless for derivatives: the second derivative of interpolated noise
 //! exceeds the true acceleration of a real encoder stream many times over.
 
-use crate::campaign::points::merge;
+use crate::campaign::points::{Points, merge};
 use crate::campaign::smoothing::{self, Curve};
 use crate::number::Number;
 
@@ -89,6 +89,9 @@ pub struct Spline {
     noise_gain: f64,
     /// Effective time constant (s).
     time_constant: f64,
+    /// Standard deviation of the raw values about the curve, by their scatter, and of one knot as
+    /// a part of it; only where the time constant was given.
+    scatter: Option<[f64; 2]>,
 }
 
 impl Spline {
@@ -119,6 +122,11 @@ impl Spline {
         let scatter = smoothing::misfit(&points, &curve);
         let mut spline = Self::from_curve(first + shift, points.x, &curve);
         spline.gaps = spline.guessed(mean_spacing(times), scatter);
+        if let Smoothing::TimeConstant(_) = smoothing {
+            let raw = scatter / (1.0 - curve.leverage).max(1e-3).sqrt();
+            let of_knot = (spline.knots.len() as f64 / values.len() as f64).sqrt();
+            spline.scatter = Some([raw, of_knot]);
+        }
         Ok(spline)
     }
 
@@ -163,6 +171,7 @@ impl Spline {
             gaps: Vec::new(),
             noise_gain: curve.leverage.sqrt(),
             time_constant: curve.time_constant,
+            scatter: None,
         }
     }
 
@@ -239,6 +248,30 @@ impl Spline {
     /// noise (`√(tr A Aᵀ / n)` is up to 13 % less).
     pub fn noise_gain(&self) -> f64 {
         self.noise_gain
+    }
+
+    /// The curve with one draw of its error. `None` where no time constant was given.
+    ///
+    /// Its error is noise of the raw values (`sigma`, else their scatter about the curve), smoothed
+    /// as they were, and what smoothing takes off the motion: what it takes off the curve, smoothed
+    /// once more, is nearly as much.
+    pub(crate) fn disturbed(
+        &self,
+        sigma: Option<f64>,
+        normal: &mut dyn FnMut() -> f64,
+    ) -> Option<Self> {
+        let [scatter, of_knot] = self.scatter?;
+        let sigma = of_knot * sigma.unwrap_or(scatter);
+        let last = self.ends[1];
+        let values = self.pieces.iter().map(|piece| piece[0]).chain([last]);
+        let y: Vec<f64> = values.take(self.knots.len()).map(|own| own + sigma * normal()).collect();
+        if y.len() != self.knots.len() {
+            return None;
+        }
+        let count = vec![1.0; y.len()];
+        let points = Points { x: self.knots.clone(), y, count };
+        let curve = smoothing::by_time_constant(&points, self.time_constant);
+        Some(Self { gaps: self.gaps.clone(), ..Self::from_curve(self.origin, points.x, &curve) })
     }
 
     /// The effective time constant (s), see `smoothing`.

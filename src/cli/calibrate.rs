@@ -85,6 +85,7 @@ impl CalibrateCommand {
                 load::merge(&mut value, report::autocorrelation::json(&correlated));
                 load::merge(&mut value, report::conventions::json(mistaken.as_ref()));
                 load::merge(&mut value, report::members::json(&chosen));
+                load::merge(&mut value, report::smoothing::json(&result));
                 load::merge(&mut value, report::noise::json(&result.noise));
                 load::merge(&mut value, report::correlations::json(covariance.as_ref()));
                 output::json(&value)?;

@@ -42,7 +42,11 @@ impl Part {
     /// Standard uncertainty of one reading of a measurand in a run (SI).
     pub fn sigma_in(&self, run: usize, measurand: usize) -> f64 {
         let level = self.run_levels.get(run).map_or(1.0, |levels| levels[measurand]);
-        level * self.sigma[measurand]
+        let own = level * self.sigma[measurand];
+        match self.smoothing_sigma.get(run) {
+            Some(added) if added[measurand] > 0.0 => own.hypot(added[measurand]),
+            _ => own,
+        }
     }
 }
 

@@ -35,6 +35,9 @@ pub struct Part {
     pub sigma: Vec<f64>,
     /// For each run a factor on that for each measurand; empty where all are 1.
     pub run_levels: Vec<Vec<f64>>,
+    /// For each run what errors of smoothed streams add to each measurand (SI); empty where it is
+    /// not counted.
+    pub smoothing_sigma: Vec<Vec<f64>>,
     /// Standard deviation of each random quantity (SI); 0 switches it off.
     pub random_sigma: Vec<f64>,
     /// Units in which people read its values, where stated.
@@ -128,6 +131,7 @@ impl Part {
             runs,
             sigma,
             run_levels: Vec::new(),
+            smoothing_sigma: Vec::new(),
             output: DisplayUnits::default(),
             delay_range: USUAL,
             zero: 0,
@@ -165,6 +169,7 @@ impl Part {
         made.zero = self.zero;
         made.gauss_markov.clone_from(&self.gauss_markov);
         made.run_levels.clone_from(&self.run_levels);
+        made.smoothing_sigma.clone_from(&self.smoothing_sigma);
         made
     }
 

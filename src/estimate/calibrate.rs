@@ -226,7 +226,12 @@ impl Calibration {
 /// poor fit is a result.
 pub fn calibrate(mut problem: Problem, options: &Options) -> Result<Calibration, FitError> {
     let (point, aligned) = start(&problem);
-    let (fit, levels) = fit_with_levels(&mut problem, point, options)?;
+    let (mut fit, mut levels) = fit_with_levels(&mut problem, point, options)?;
+    if fit.outcome == Outcome::Converged && problem.count_smoothing(&fit.point) {
+        let before = fit.iterations;
+        (fit, levels) = fit_with_levels(&mut problem, fit.point, options)?;
+        fit.iterations += before;
+    }
     finish(problem, fit, levels, aligned)
 }
 

@@ -17,6 +17,7 @@ use crate::report::json::scope_word;
 use crate::report::layout::{align_right, drawn, table};
 use crate::report::noise;
 use crate::report::sentences::{refused, terms};
+use crate::report::smoothing;
 use crate::units::{Dimension, Unit, decimal};
 
 /// Most rows of setup and run parameters that are shown; the rest is in the tables.
@@ -45,6 +46,7 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
     text.push_str(&global::verdict(result));
     text.push_str(&autocorrelation::text(&correlated(result)));
     text.push_str(&noise::text(&result.noise));
+    text.push_str(&smoothing::text(result));
     text.push_str(&stated(&contradicted(result)));
     let estimates = result.estimates();
     let has_settled = result.fit.outcome == Outcome::Converged;

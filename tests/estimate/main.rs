@@ -42,6 +42,7 @@ mod roles;
 mod seed_uncertainty;
 mod setups;
 mod shared_statements;
+mod smoothed_streams;
 mod stated_sigmas;
 mod time_referencing;
 mod traceability;

@@ -1,0 +1,136 @@
+//! What errors of smoothed streams do to the readings of each run.
+//!
+//! A stream with a stated `smooth` becomes a curve whose error follows from the scatter of the raw
+//! values about it: noise of that size, smoothed in the same way. Values, rates and accelerations
+//! of the curve are all off by it, together. How far that moves the predictions is computed with
+//! one draw of such noise for each stream; its root mean square joins the standard uncertainty of
+//! the measurand. Errors of a curve are alike over the time constant of the smoothing: the weights
+//! do not hold that, the test of the residuals for autocorrelation shows it.
+//!
+//! Where the `sigma` of an input is stated, what that says of it is in the weights already, and
+//! only the rest is added.
+
+use std::sync::Arc;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha12Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::campaign::record::Record;
+use crate::campaign::signal::Track;
+use crate::engine::noise::{CHUNK, active_randoms, covariance_of};
+use crate::engine::part::Part;
+use crate::engine::point::Point;
+use crate::engine::problem::Problem;
+use crate::number::Gradient;
+
+/// Samples of a run that are looked at.
+const SAMPLES: usize = 8192;
+/// Part of a reading's variance below which an added one is not worth counting.
+const NOTICED: f64 = 0.1;
+
+impl Problem {
+    /// Lets the weights count what errors of smoothed streams add to each measurand, at a point.
+    /// Whether they add anything that can be noticed; what was counted before stays.
+    pub fn count_smoothing(&mut self, point: &Point) -> bool {
+        let mut is_noticed = false;
+        for p in 0..self.parts.len() {
+            if !self.parts[p].smoothing_sigma.is_empty() {
+                continue;
+            }
+            let runs = self.parts[p].runs.len();
+            let found: Vec<Vec<f64>> = (0..runs).map(|r| self.smoothing_in(p, r, point)).collect();
+            if found.iter().flatten().any(|sigma| *sigma > 0.0) {
+                self.parts[p].smoothing_sigma = found;
+                is_noticed = true;
+            }
+        }
+        is_noticed
+    }
+
+    /// What errors of smoothed streams add to each measurand of a run (SI); 0 where it cannot be
+    /// noticed.
+    fn smoothing_in(&self, p: usize, r: usize, point: &Point) -> Vec<f64> {
+        let part = &self.parts[p];
+        let nothing = vec![0.0; part.sigma.len()];
+        let tracks = part.runs[r].record.inputs();
+        let curves: Vec<(usize, Track)> = (0..tracks.len())
+            .filter_map(|input| Some((input, disturbed(part, tracks, input)?)))
+            .collect();
+        if curves.is_empty() {
+            return nothing;
+        }
+        let thinned: Record = part.runs[r].record.spread(SAMPLES, 1).into();
+        let residuals = |record: Record| {
+            let mut problem = self.clone();
+            problem.parts[p].runs[r].record = record;
+            problem.residuals(p, r, point)
+        };
+        let mut moved = thinned.clone();
+        moved.edit(|samples| {
+            for (input, track) in curves {
+                samples.inputs[input] = track;
+            }
+        });
+        let counted = self.counted(p, r, point, &thinned);
+        let (as_they_are, off) = (residuals(thinned), residuals(moved));
+        let mut added = nothing;
+        for (m, slot) in part.slots().iter().enumerate() {
+            let rows = slot.residual..slot.residual + slot.components;
+            let (mut squares, mut count) = (0.0, 0.0);
+            for (one, other) in as_they_are.iter().zip(&off) {
+                for row in rows.clone() {
+                    let difference = one[row] - other[row];
+                    if difference.is_finite() {
+                        squares += difference * difference;
+                        count += 1.0;
+                    }
+                }
+            }
+            let own = part.sigma_in(r, m);
+            let variance = squares / f64::max(count, 1.0) - counted[m];
+            if variance > NOTICED * own * own {
+                added[m] = variance.sqrt();
+            }
+        }
+        added
+    }
+
+    /// The mean variance that stated errors of inputs bring into each measurand of a run.
+    fn counted(&self, p: usize, r: usize, point: &Point, record: &Record) -> Vec<f64> {
+        let part = &self.parts[p];
+        let active = active_randoms(part);
+        let mut sums = vec![(0.0, 0.0); part.sigma.len()];
+        if !active.is_empty() {
+            let parameters = self.parameters::<Gradient<CHUNK>>(p, r, point);
+            let mut workspace = Vec::new();
+            record.walk(|stretch| {
+                for sample in stretch.each() {
+                    let made = covariance_of(part, r, sample, &parameters, &active, &mut workspace);
+                    for (slot, sum) in part.slots().iter().zip(&mut sums) {
+                        for row in slot.residual..slot.residual + slot.components {
+                            for (column, random) in active.iter().enumerate() {
+                                let by = made.sensitivities[(row, column)];
+                                sum.0 += (by * part.random_sigma_in(r, *random)).powi(2);
+                            }
+                            sum.1 += 1.0;
+                        }
+                    }
+                }
+            });
+        }
+        sums.into_iter().map(|(sum, count)| sum / f64::max(count, 1.0)).collect()
+    }
+}
+
+/// The curve of an input whose `smooth` is stated, with one draw of its error.
+fn disturbed(part: &Part, tracks: &[Track], input: usize) -> Option<Track> {
+    let Track::Logged(spline) = &tracks[input] else { return None };
+    let declared = &part.system.assembly.names.inputs[input];
+    let stated = declared.error.map(|random| part.random_sigma[random]);
+    let mut numbers = ChaCha12Rng::seed_from_u64(input as u64 + 1);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut numbers) };
+    spline
+        .disturbed(stated.filter(|sigma| *sigma > 0.0), &mut normal)
+        .map(|one| Track::Logged(Arc::new(one)))
+}

@@ -1,0 +1,82 @@
+//! The error of a smoothed stream's curve in the weights: a gyro against the rate of an angle that
+//! is logged with noise.
+
+use std::fmt::Write;
+
+use homepoint::engine::open::{Request, open};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::{Calibration, calibrate};
+
+use crate::folder::Folder;
+use crate::problems::Stream;
+
+const MODEL: &str = "name = \"gyro\"\n[inputs]\nangle = { unit = \"rad\", signal = true, smooth = \"0.4 s\" }\n\
+    [parameters]\nbias = { unit = \"rad/s\", scope = \"rig\" }\ngain = { unit = \"1\", scope = \"rig\", start = \"1\" }\n\
+    [measurands]\nw = { value = 'gain * rate(angle) + bias', unit = \"rad/s\" }\n\
+    q = { value = 'angle', unit = \"rad\" }\n";
+/// Standard deviations of the gyro (rad/s), the other reading (rad), and the logged angle (rad).
+const GYRO: f64 = 2e-3;
+const OTHER: f64 = 0.05;
+
+fn angle(t: f64) -> (f64, f64) {
+    let (a, b) = (0.8, 1.1);
+    ((a * t).sin() + 0.3 * (b * t).cos(), a * (a * t).cos() - 0.3 * b * (b * t).sin())
+}
+
+fn fit(noise: f64, input: &str, seed: u64) -> Calibration {
+    let mut stream = Stream(seed);
+    let mut logged = String::from("time [s],angle [rad]\n");
+    for n in 0..6001 {
+        let t = -5.0 + 0.01 * f64::from(n);
+        writeln!(logged, "{t},{}", angle(t).0 + noise * stream.normal()).unwrap();
+    }
+    let mut read = String::from("time [s],w [rad/s],q [rad]\n");
+    for n in 0..1000 {
+        let t = 0.05 * f64::from(n);
+        let (value, rate) = angle(t);
+        let (w, q) = (rate + 0.01 + GYRO * stream.normal(), value + OTHER * stream.normal());
+        writeln!(read, "{t},{w},{q}").unwrap();
+    }
+    let campaign = format!(
+        "title = \"Gyro\"\nmodel = \"gyro.toml\"\n{input}\n[measurands]\nw = {{ sigma = \"{GYRO} rad/s\" }}\nq = {{ sigma = \"{OTHER} rad\" }}\n\
+         [[runs]]\nname = \"run\"\ndata = \"read.csv\"\nsignals = [\"logged.csv\"]\n"
+    );
+    let files = [
+        ("campaign.toml", &*campaign),
+        ("gyro.toml", MODEL),
+        ("logged.csv", &*logged),
+        ("read.csv", &*read),
+    ];
+    let folder = Folder::new("gyro", &files);
+    calibrate(open(&Request::new([&*folder])).unwrap().problem, &Options::default()).unwrap()
+}
+
+fn added(fit: &Calibration) -> Vec<f64> {
+    fit.problem.parts[0].smoothing_sigma.first().cloned().unwrap_or_default()
+}
+
+#[test]
+fn noise_of_a_smoothed_stream_is_in_the_weights() {
+    let noise = 2e-3;
+    let found = fit(noise, "", 5);
+    // The filter 1 / (1 + (ω s)⁴): the variance of its rate is σ² Δ / s³ times (1/2π) ∫ u² / (1 + u⁴)² du.
+    let s: f64 = 0.4 / std::f64::consts::TAU;
+    let integral = std::f64::consts::PI / (4.0 * 2.0_f64.sqrt());
+    let due = noise * (0.01 / s.powi(3) * integral / std::f64::consts::TAU).sqrt();
+    let found_w = added(&found)[0];
+    assert!((found_w / due - 1.0).abs() < 0.15, "{found_w} for {due}");
+    // The value of the curve moves the other reading by far less than it scatters.
+    assert_eq!(added(&found)[1], 0.0);
+    let factor = found.variance_factor().unwrap();
+    assert!((factor - 1.0).abs() < 0.12, "{factor}");
+    // Without the curve's noise residuals would be twice as large as stated.
+    assert!(due > 1.5 * GYRO);
+    // What is stated of the input says nothing of its rate.
+    let stated = fit(noise, "[inputs]\nangle = { sigma = \"2 mrad\" }", 5);
+    assert!((added(&stated)[0] / due - 1.0).abs() < 0.15, "{:?}", added(&stated));
+}
+
+#[test]
+fn a_stream_without_noise_changes_nothing() {
+    assert!(added(&fit(1e-6, "", 5)).is_empty());
+}
