@@ -52,6 +52,7 @@ impl Loader<'_> {
             ..one
         };
         self.warnings.extend(told.into_iter().map(run));
+        drop(shown);
         if let Some(corrections) = &self.inputs[index].corrections {
             for value in &mut values {
                 corrections.correct(value);

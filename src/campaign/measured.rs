@@ -73,9 +73,12 @@ impl Loader<'_> {
             None => None,
         };
         let before = self.reader.count();
-        let inputs: Vec<Track> = (0..self.model.inputs.len())
-            .map(|index| self.track(index, entry, &table, &streams))
-            .collect();
+        let mut inputs: Vec<Track> = Vec::with_capacity(self.model.inputs.len());
+        for index in 0..self.model.inputs.len() {
+            let mut track = self.track(index, entry, &table, &streams);
+            track.share_knots(inputs.last());
+            inputs.push(track);
+        }
         drop(streams);
         if table.column(TIME).is_none() && inputs.iter().any(Track::moves) {
             let message = format!("`{}` has no column `time [s]`", data.text);

@@ -54,6 +54,15 @@ impl Track {
         }
     }
 
+    /// Shares the knots of another track, where both are curves over the same.
+    pub(crate) fn share_knots(&mut self, other: Option<&Self>) {
+        if let (Self::Logged(own), Some(Self::Logged(other))) = (self, other)
+            && let Some(own) = Arc::get_mut(own)
+        {
+            own.share_knots(other);
+        }
+    }
+
     /// Whether it moves: it has a rate, or is a stream. Delays act only where something moves.
     pub fn moves(&self) -> bool {
         matches!(self, Self::Captured { rate: Some(_), .. } | Self::Logged(_))

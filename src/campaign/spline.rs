@@ -7,6 +7,8 @@
 //! An interpolating curve is useless for derivatives: the second derivative of interpolated noise
 //! exceeds the true acceleration of a real encoder stream many times over.
 
+use std::sync::Arc;
+
 use crate::campaign::points::{Points, merge};
 use crate::campaign::smoothing::{self, Curve};
 use crate::number::Number;
@@ -71,16 +73,18 @@ pub enum SplineError {
 }
 
 mod combined;
+mod pieces;
+
+use pieces::Pieces;
 
 /// A natural cubic spline: knots and, in each interval, a cubic.
 #[derive(Clone, Debug)]
 pub struct Spline {
     /// Knot times (s) since [`Spline::origin`], increasing; the first is 0.
-    pub knots: Vec<f64>,
+    pub knots: Arc<[f64]>,
     /// Time of the first knot (s); kept apart so that times of 10⁹ s lose no digits.
     pub origin: f64,
-    /// `[a, b, c, d]` of each interval: `a + b u + c u² + d u³`, `u` from its left knot.
-    pieces: Vec<[f64; 4]>,
+    pieces: Pieces,
     /// Value at the first and the last knot.
     ends: [f64; 2],
     /// Pauses over which the curve is a guess: seconds since the origin.
@@ -152,19 +156,11 @@ impl Spline {
 
     /// The piecewise cubic with given values and second derivatives at the knots.
     fn from_curve(origin: f64, knots: Vec<f64>, curve: &Curve) -> Self {
-        let pieces = knots
-            .windows(2)
-            .zip(curve.value.windows(2).zip(curve.second.windows(2)))
-            .map(|(x, (g, s))| {
-                let h = x[1] - x[0];
-                let slope = (g[1] - g[0]) / h - h * (2.0 * s[0] + s[1]) / 6.0;
-                [g[0], slope, s[0] / 2.0, (s[1] - s[0]) / (6.0 * h)]
-            })
-            .collect();
+        let pieces = Pieces::of(&knots, &curve.value, &curve.second);
         let first = curve.value.first().copied().unwrap_or(f64::NAN);
         let last = curve.value.last().copied().unwrap_or(f64::NAN);
         Self {
-            knots,
+            knots: knots.into(),
             origin,
             pieces,
             ends: [first, last],
@@ -184,7 +180,7 @@ impl Spline {
             return N::constant(f64::NAN);
         }
         let end = self.knots.last().copied().unwrap_or(0.0);
-        if at < 0.0 || at > end || self.pieces.is_empty() {
+        if at < 0.0 || at > end || self.pieces.len() == 0 {
             let value = self.ends[usize::from(at > 0.0)];
             return N::constant(if order == 0 { value } else { 0.0 });
         }
@@ -212,7 +208,7 @@ impl Spline {
 
     /// The `order`-th derivative at `x` since the origin, in a piece.
     fn within<N: Number>(&self, piece: usize, x: N, order: u8) -> N {
-        let [a, b, c, d] = self.pieces[piece];
+        let [a, b, c, d] = self.pieces.at(piece, &self.knots);
         let u = x - self.knots[piece];
         match order {
             0 => ((u * d + c) * u + b) * u + a,
@@ -263,13 +259,13 @@ impl Spline {
         let [scatter, of_knot] = self.scatter?;
         let sigma = of_knot * sigma.unwrap_or(scatter);
         let last = self.ends[1];
-        let values = self.pieces.iter().map(|piece| piece[0]).chain([last]);
+        let values = self.pieces.values().chain([last]);
         let y: Vec<f64> = values.take(self.knots.len()).map(|own| own + sigma * normal()).collect();
         if y.len() != self.knots.len() {
             return None;
         }
         let count = vec![1.0; y.len()];
-        let points = Points { x: self.knots.clone(), y, count };
+        let points = Points { x: self.knots.to_vec(), y, count };
         let curve = smoothing::by_time_constant(&points, self.time_constant);
         Some(Self { gaps: self.gaps.clone(), ..Self::from_curve(self.origin, points.x, &curve) })
     }

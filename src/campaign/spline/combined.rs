@@ -1,11 +1,19 @@
 //! Curves made of other curves over the same knots.
 
+use crate::campaign::spline::pieces::Pieces;
 use crate::campaign::spline::{Smoothing, Spline};
 
 /// Part of a curve's own time constant with which another is drawn through values at its knots.
 const FINE: f64 = 0.01;
 
 impl Spline {
+    /// Shares its knots with those of another curve, if they are the same.
+    pub(crate) fn share_knots(&mut self, other: &Self) {
+        if self.origin == other.origin && self.knots == other.knots {
+            self.knots = other.knots.clone();
+        }
+    }
+
     /// The times of the knots (s).
     pub(crate) fn moments(&self) -> impl Iterator<Item = f64> + '_ {
         self.knots.iter().map(|knot| self.origin + knot)
@@ -20,13 +28,9 @@ impl Spline {
         if !used.iter().all(|(_, one)| is_alike(one)) {
             return None;
         }
-        let mut sum = first.clone();
-        for (at, piece) in sum.pieces.iter_mut().enumerate() {
-            *piece = [constant, 0.0, 0.0, 0.0];
-            for (factor, one) in &used {
-                piece.iter_mut().zip(one.pieces[at]).for_each(|(sum, own)| *sum += factor * own);
-            }
-        }
+        let pieces: Vec<(f64, &Pieces)> =
+            used.iter().map(|(factor, one)| (*factor, &one.pieces)).collect();
+        let mut sum = Self { pieces: Pieces::sum(constant, &pieces)?, ..first.clone() };
         for (at, end) in sum.ends.iter_mut().enumerate() {
             *end = constant + used.iter().map(|(factor, one)| factor * one.ends[at]).sum::<f64>();
         }
