@@ -14,6 +14,7 @@
 //! | [`header`], `row`, `repeats` | what a file's columns are; a line of it as numbers; what is wrong with rows, each cause once |
 //! | `words`, `table_entry` | what a campaign calls columns; how it names a file |
 //! | [`stamps`] | stamps as exact numbers since a moment that all files share |
+//! | `clock` | whether the clock of a file was set forward |
 //! | `wraps`, `order`, `sorted`, `reordered` | stamps that begin anew; in which order rows are whose time goes back; a file read anew and sorted; its rows |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `points`, `smoothing`, [`spline`] | a stream gathered into knots; how much to smooth it; the curve |
@@ -47,6 +48,7 @@ pub mod begin;
 pub mod calibration;
 mod captured;
 mod certificate;
+mod clock;
 mod columns;
 mod computed;
 mod computed_columns;

@@ -10,11 +10,13 @@
 //! | [`parser`] | tokens to a tree: [`Formula::parse`] |
 //! | `compound` | how far the unit after a number reaches |
 //! | [`ast`] | the tree |
+//! | `angles` | which parts are angles |
 //! | `value` | the number that a formula of numbers has |
 //! | [`isolate`] | a formula turned round; a name changed |
 //! | [`show`] | a tree as text and as LaTeX |
 //! | [`error`] | why a text is not a formula |
 
+pub(crate) mod angles;
 pub mod ast;
 pub(crate) mod compound;
 pub mod error;

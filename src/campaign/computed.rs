@@ -1,7 +1,8 @@
 //! A column that is computed from others of its file, row by row: `zenith = "90 deg - elevation"`.
 
 use crate::diagnostic::Diagnostic;
-use crate::formula::{BinaryOperator, Expression, ExpressionKind, Formula, Function};
+use crate::formula::angles::{bare_angle, makes_angle};
+use crate::formula::{Expression, Formula};
 use crate::graph::{
     Graph, Input, Kind, Leaf, Measurand, MeasurandKind, Names, Node, NodeId, Parameter, Value,
     assemble,
@@ -105,65 +106,4 @@ fn steps(graph: &Graph, value: NodeId) -> Vec<(NodeId, Node)> {
 fn place(formula: &Formula, at: &Expression) -> crate::diagnostic::Place {
     let (start, end) = (formula.offset + at.span.start, formula.offset + at.span.end);
     formula.source.place(crate::diagnostic::Span::new(start, end))
-}
-
-/// A number without unit that is added to an angle.
-fn bare_angle<'e>(
-    root: &'e Expression,
-    is_angle: &dyn Fn(&str) -> bool,
-) -> Option<(&'e Expression, f64)> {
-    let mut found = None;
-    root.visit(&mut |one| {
-        let ExpressionKind::Binary(BinaryOperator::Add | BinaryOperator::Subtract, a, b) =
-            &one.kind
-        else {
-            return;
-        };
-        for (number, other) in [(a, b), (b, a)] {
-            if let (ExpressionKind::Number(value, None), true) =
-                (&number.kind, holds_angle(other, is_angle))
-                && *value != 0.0
-            {
-                found = Some((&**number, *value));
-            }
-        }
-    });
-    found
-}
-
-/// Whether the value of an expression is an angle.
-fn holds_angle(one: &Expression, is_angle: &dyn Fn(&str) -> bool) -> bool {
-    let holds = |one: &Expression| holds_angle(one, is_angle);
-    match &one.kind {
-        ExpressionKind::Name(name) => is_angle(name),
-        ExpressionKind::Number(_, unit) => unit.as_ref().is_some_and(Unit::is_angle),
-        ExpressionKind::Negate(inner) => holds(inner),
-        ExpressionKind::Binary(operator, a, b) => match operator {
-            BinaryOperator::Add | BinaryOperator::Subtract => holds(a) || holds(b),
-            BinaryOperator::Multiply => holds(a) != holds(b),
-            BinaryOperator::Divide => holds(a) && !holds(b),
-            BinaryOperator::Power => false,
-        },
-        ExpressionKind::Call(Function::Abs | Function::Min | Function::Max, arguments) => {
-            arguments.iter().any(holds)
-        }
-        _ => false,
-    }
-}
-
-/// Whether anything in a formula is an angle.
-fn makes_angle(root: &Expression, is_angle: &dyn Fn(&str) -> bool) -> bool {
-    let mut found = false;
-    root.visit(&mut |one| {
-        found |= match &one.kind {
-            ExpressionKind::Number(_, Some(unit)) => unit.is_angle(),
-            ExpressionKind::Name(name) => name == "pi" || is_angle(name),
-            ExpressionKind::Call(function, _) => matches!(
-                function,
-                Function::Asin | Function::Acos | Function::Atan | Function::Atan2
-            ),
-            _ => false,
-        };
-    });
-    found
 }

@@ -19,6 +19,8 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Span};
 use crate::document::COPY_INTO_FOLDER;
 use crate::document::entries::{Item, Named, get};
 use crate::document::files::Refused;
+use crate::formula::Formula;
+use crate::formula::angles::brings_angle;
 use crate::library::{effect_files, model_file};
 use crate::model::Model;
 use crate::units::Unit;
@@ -211,6 +213,9 @@ impl CampaignFile {
                         format!("`{}` stands beside a `sigma` that is a formula", also.key);
                     loader.reader.fault(also.span, message, "state one of them");
                 }
+                if let Some(formula) = over.and_then(|over| over.sigma.as_ref()) {
+                    check_angles(model, loader, (name, formula), &measurand.unit);
+                }
                 sigmas.push(1.0);
                 degrees.push(None);
                 continue;
@@ -365,4 +370,29 @@ fn setup_times(runs: &mut [Run]) {
 /// Whether a formula of the model names an input.
 fn needs(model: &Model, name: &str) -> bool {
     model.formulas().any(|formula| formula.root.names().iter().any(|(own, _)| *own == name))
+}
+
+/// A formula for the sigma of an angle needs a unit of angles.
+fn check_angles(
+    model: &Model,
+    loader: &mut Loader<'_>,
+    (name, formula): (&str, &Formula),
+    unit: &Unit,
+) {
+    // What a quantity is, only the graph finds out.
+    let may_be_angle = |name: &str| {
+        let inputs = model.inputs.iter().map(|one| (&one.name, &one.unit));
+        let parameters = model.parameters.iter().map(|one| (&one.name, &one.unit));
+        let read = model.measurands.iter().map(|one| (&one.name, &one.unit));
+        let mut known = inputs.chain(parameters).chain(read);
+        let known = known.find(|(own, _)| *own == name);
+        known.map_or(model.quantities.contains_key(name), |(_, unit)| unit.is_angle())
+    };
+    if unit.is_angle() && !brings_angle(&formula.root, &may_be_angle) {
+        let span = Span::new(formula.offset, formula.offset + formula.text.len());
+        let message =
+            format!("the standard uncertainty of the angle `{name}` has no unit of angles");
+        let help = "write the number with its unit, as in \"1 arcsec / cos(elevation)\"";
+        loader.reader.fault(span, message, help);
+    }
 }

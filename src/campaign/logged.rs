@@ -9,12 +9,14 @@ use std::sync::Arc;
 use crate::campaign::declared::RunEntry;
 use crate::campaign::header::TIME;
 use crate::campaign::loader::Loader;
+use crate::campaign::order;
 use crate::campaign::signal::{Track, unwrap};
 use crate::campaign::spline::{Spline, is_pause, mean_spacing};
 use crate::campaign::steps::steps;
 use crate::campaign::table::Table;
 use crate::diagnostic::{Diagnostic, decimals};
 use crate::model::InputDeclaration;
+use crate::units::Dimension;
 
 /// A stream that goes over so many periods counts turns by itself.
 const COUNTED: f64 = 1.2;
@@ -43,7 +45,10 @@ impl Loader<'_> {
                 take_turns_out(&times, &mut values, period);
                 told.extend(hardly_told(input, &values, period));
             }
-            None => told.extend(turns(input, &shown, &values)),
+            None => {
+                told.extend(turns(input, &shown, &values));
+                told.extend(counts(input, &shown, &values));
+            }
         }
         told.extend(glitches(input, &shown, &values));
         told.extend(steps(input, &times, &values));
@@ -135,6 +140,40 @@ fn turns(input: &InputDeclaration, times: &[f64], values: &[f64]) -> Option<Diag
     let help = format!(
         "the jump is taken for a motion; where the encoder begins anew with each turn, say so: `[inputs] {} = {{ period = \"360 deg\" }}`",
         input.name
+    );
+    Some(Diagnostic::warning(message).help(help))
+}
+
+/// Jumps of a counter are more than this part of its way, other steps less than that.
+const COUNTS: (f64, f64) = (0.5, 0.1);
+
+/// Warns of a count without period that jumps by the size of a counter and mostly goes on in small
+/// steps.
+fn counts(input: &InputDeclaration, times: &[f64], values: &[f64]) -> Option<Diagnostic> {
+    let is_count = input.unit.dimension == Dimension::NONE && !input.unit.is_angle();
+    let (least, most) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (value.min(a), value.max(b)));
+    let way = most - least;
+    let steps = || values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let large = steps().filter(|step| *step > COUNTS.1 * way).count();
+    let at = steps().position(|step| step > COUNTS.0 * way)?;
+    let jump = (values[at + 1] - values[at]).abs();
+    let size = order::size(jump / input.unit.factor)?;
+    let all_alike = steps().all(|step| step <= COUNTS.1 * way || (step / jump - 1.0).abs() < 0.05);
+    if !is_count || !all_alike || 20 * large > values.len() {
+        return None;
+    }
+    let symbol = if input.unit.symbol == "1" { "" } else { input.unit.symbol.as_str() };
+    let message = format!(
+        "the stream of `{}` jumps by about {size} at {} s, as a counter that begins anew",
+        input.name,
+        decimals(times[at], 3)
+    );
+    let help = format!(
+        "the jump is taken for a motion; if it is such a counter, say so: `[inputs] {} = {{ period = \"{}\" }}`",
+        input.name,
+        format!("{size} {symbol}").trim_end()
     );
     Some(Diagnostic::warning(message).help(help))
 }

@@ -1,6 +1,7 @@
 //! One measured run: its data file and its streams made into samples.
 
 use crate::campaign::captured::{Captured, columns_of};
+use crate::campaign::clock::Intervals;
 use crate::campaign::columns::{column_count, reading_columns};
 use crate::campaign::declared::{RunEntry, TableEntry};
 use crate::campaign::form::Form;
@@ -79,6 +80,7 @@ impl Loader<'_> {
             track.share_knots(inputs.last());
             inputs.push(track);
         }
+        let beside_it: Vec<(String, Intervals)> = streams.iter().map(stream_intervals).collect();
         drop(streams);
         if table.column(TIME).is_none() && inputs.iter().any(Track::moves) {
             let message = format!("`{}` has no column `time [s]`", data.text);
@@ -86,9 +88,36 @@ impl Loader<'_> {
             self.reader.fault(data.span, message, help);
         }
         self.check_readings(data, &table);
-        let record = self.rows(entry, data, &mut table, captures.as_mut(), &inputs);
+        let mut intervals = Intervals::default();
+        let record = self.rows(entry, data, &mut table, captures.as_mut(), &inputs, &mut intervals);
+        if table.column(TIME).is_some() && self.timing.is_none() {
+            self.tell_clocks(entry, &mut intervals, &table.name(), beside_it);
+        }
         self.note_read(&mut table);
         record.filter(|_| self.reader.count() == before)
+    }
+
+    /// Warns of clocks that were set forward in the middle of a run.
+    fn tell_clocks(
+        &mut self,
+        entry: &RunEntry,
+        data: &mut Intervals,
+        name: &str,
+        streams: Vec<(String, Intervals)>,
+    ) {
+        data.end();
+        let mut all = vec![(name.to_owned(), std::mem::take(data))];
+        // One log may be data and stream.
+        all.extend(streams.into_iter().filter(|(stream, _)| stream != name));
+        for number in 0..all.len() {
+            let (file, mut own) = all[number].clone();
+            let others = all.iter().enumerate().filter(|(other, _)| *other != number);
+            let others: Vec<Intervals> = others.map(|(_, (_, one))| one.clone()).collect();
+            if let Some(mut told) = own.told(&file, &others) {
+                told.message = format!("run `{}`: {}", entry.name.text, told.message);
+                self.warnings.push(told);
+            }
+        }
     }
 
     /// Takes the rows of a data file block by block.
@@ -99,6 +128,7 @@ impl Loader<'_> {
         table: &mut Table,
         mut captures: Option<&mut Captures>,
         inputs: &[Track],
+        intervals: &mut Intervals,
     ) -> Option<Record> {
         let begin = |this: &Self| {
             let input = |index: usize| {
@@ -117,6 +147,7 @@ impl Loader<'_> {
             if table.begins_sorted() {
                 // Rows that came before were not in their order.
                 (recorder, captured, readings) = begin(self);
+                *intervals = Intervals::default();
             }
             if let Some(captures) = &mut captures {
                 captures.refer(self, table)?;
@@ -125,6 +156,9 @@ impl Loader<'_> {
             samples.rows.clone_from(&table.lines);
             if !table.copy(TIME, &mut samples.time) {
                 samples.time.resize(count, 0.0);
+            }
+            if is_timed {
+                intervals.take(&samples.time, &table.lines);
             }
             let mut usable = vec![true; count];
             let tracks = samples.inputs.iter_mut().zip(&self.inputs);
@@ -224,6 +258,14 @@ impl Loader<'_> {
             acceleration: empty(&acceleration),
         }
     }
+}
+
+/// The intervals of a stream, with its name.
+fn stream_intervals(stream: &Table) -> (String, Intervals) {
+    let mut found = Intervals::default();
+    found.take(stream.values(TIME).unwrap_or_default(), &stream.lines);
+    found.end();
+    (stream.name(), found)
 }
 
 /// The same columns but for times.

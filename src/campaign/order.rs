@@ -97,13 +97,16 @@ const CLOCKS: [(&str, f64); 5] =
 /// The size of a counter that a step back (s) of stamps of a unit is close to, if any: powers of two
 /// and of ten, and clocks.
 pub(crate) fn counter(step: f64, unit: &Unit) -> Option<String> {
-    let is_close = |size: f64| (step / (size * unit.factor) - 1.0).abs() < CLOSE;
     let clock = CLOCKS.into_iter().find(|(_, size)| (step / size - 1.0).abs() < CLOSE);
+    let clock = clock.map(|(words, _)| words.to_owned());
+    clock.or_else(|| size(step / unit.factor).map(|size| format!("{size} {}", unit.symbol)))
+}
+
+/// The power of two or of ten that a step of a counter is close to, if any.
+pub(crate) fn size(step: f64) -> Option<f64> {
     let twos = (8..=48).map(|bits| 2_f64.powi(bits));
     let tens = (2..=15).map(|digits| 10_f64.powi(digits));
-    let size = || twos.chain(tens).find(|size| is_close(*size));
-    let clock = clock.map(|(words, _)| words.to_owned());
-    clock.or_else(|| size().map(|size| format!("{size} {}", unit.symbol)))
+    twos.chain(tens).find(|size| (step / size - 1.0).abs() < CLOSE)
 }
 
 /// What is said of rows that were sorted.

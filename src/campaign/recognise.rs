@@ -187,7 +187,12 @@ impl<'a> Head<'a> {
                 }
             }
         }
-        (found, found)
+        let fits = |own: &Separator| names(first, *own).len() == width(found);
+        let of_names = match found {
+            Separator::Blanks => SEPARATORS.into_iter().find(fits).unwrap_or(found),
+            _ => found,
+        };
+        (found, of_names)
     }
 
     /// The last comment before the first row that holds a name for each of its cells.
@@ -200,7 +205,9 @@ impl<'a> Head<'a> {
                 let is_name = |(name, _): &(&str, _)| name.parse::<f64>().is_err();
                 names.len() == width && names.iter().all(is_name)
             };
-            let separator = [separator].into_iter().chain(SEPARATORS).find(fits)?;
+            // Between blanks a comma would be part of a name.
+            let first = Some(separator).filter(|own| *own != Separator::Blanks);
+            let separator = first.into_iter().chain(SEPARATORS).find(fits)?;
             Some(Header { line: *line, text: (*text).to_owned(), start, separator })
         })
     }

@@ -25,6 +25,9 @@ const SAME_PART: f64 = 0.02;
 /// A stream pauses where nothing comes for so many of its mean spacings.
 const PAUSE: f64 = 10.0;
 
+/// Knots for which errors are drawn: of long streams the first say enough.
+const DRAWN: usize = 200_000;
+
 /// Over a pause the curve is a guess if it moves by so many times what values scatter about it.
 const GUESSED: f64 = 10.0;
 
@@ -260,12 +263,12 @@ impl Spline {
         let sigma = of_knot * sigma.unwrap_or(scatter);
         let last = self.ends[1];
         let values = self.pieces.values().chain([last]);
-        let y: Vec<f64> = values.take(self.knots.len()).map(|own| own + sigma * normal()).collect();
-        if y.len() != self.knots.len() {
+        let count = self.knots.len().min(DRAWN);
+        let y: Vec<f64> = values.take(count).map(|own| own + sigma * normal()).collect();
+        if y.len() != count {
             return None;
         }
-        let count = vec![1.0; y.len()];
-        let points = Points { x: self.knots.to_vec(), y, count };
+        let points = Points { x: self.knots[..count].to_vec(), y, count: vec![1.0; count] };
         let curve = smoothing::by_time_constant(&points, self.time_constant);
         Some(Self { gaps: self.gaps.clone(), ..Self::from_curve(self.origin, points.x, &curve) })
     }

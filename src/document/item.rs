@@ -257,6 +257,11 @@ impl<'r> Item<'r> {
         Formula::parse(source, offset, text).map_err(|fault| self.reader.report(fault)).ok()
     }
 
+    /// Notes a fault that has its place.
+    pub fn report(&self, fault: crate::diagnostic::Diagnostic) {
+        self.reader.report(fault);
+    }
+
     /// Whether it is a text that is a formula, where a quantity may stand too.
     pub fn is_formula(&self) -> bool {
         self.value.get_ref().as_str().is_some_and(Formula::is_meant)

@@ -60,7 +60,20 @@ impl Problem {
         if curves.is_empty() {
             return nothing;
         }
-        let thinned: Record = part.runs[r].record.spread(SAMPLES, 1).into();
+        let mut thinned: Record = part.runs[r].record.spread(SAMPLES, 1).into();
+        // Where a long stream has no draw there is nothing to compare.
+        let end = curves.iter().map(|(_, track)| match track {
+            Track::Logged(spline) => spline.span().1,
+            _ => f64::INFINITY,
+        });
+        let end = end.fold(f64::INFINITY, f64::min);
+        thinned.edit(|samples| {
+            let late: Vec<usize> =
+                (0..samples.len()).filter(|at| samples.time[*at] > end).collect();
+            for column in &mut samples.readings {
+                late.iter().for_each(|at| column[*at] = f64::NAN);
+            }
+        });
         let residuals = |record: Record| {
             let mut problem = self.clone();
             problem.parts[p].runs[r].record = record;

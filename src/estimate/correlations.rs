@@ -8,7 +8,6 @@ use nalgebra::DMatrix;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::combination::{Combination, component_names, quotient};
 use crate::estimate::withheld::sensitivities;
-use crate::units::Unit;
 
 /// Correlations beyond this are worth a word.
 pub const HIGH: f64 = 0.9;
@@ -110,7 +109,7 @@ impl Covariance {
                 factor_units: vec!["1".to_owned(), unit],
                 value: value(first) + factor * value(other),
                 sigma: variance.max(0.0).sqrt(),
-                declared: Unit::coherent(first.declared.dimension),
+                declared: first.declared.clone(),
             },
         }
     }

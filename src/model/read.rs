@@ -111,7 +111,12 @@ impl<'r> Body<'r> {
         let delays = self.delays(root.section("delays"), &measurands);
         let coordinates =
             root.section("coordinates").and_then(|section| self.coordinates(&section));
-        let roles = roles::declared(&self.taken, root);
+        let inputs_of = inputs.iter().map(|one| (&one.name, &one.unit));
+        let read = measurands.iter().map(|one| (&one.name, &one.unit));
+        let of_model = parameters.iter().map(|one| (&one.name, &one.unit));
+        let angles = inputs_of.chain(read).chain(of_model).filter(|(_, unit)| unit.is_angle());
+        let angles = angles.map(|(name, _)| name.clone()).collect();
+        let roles = roles::declared(&self.taken, &angles, root);
         root.finish();
         let mut model = Model {
             name: name?,

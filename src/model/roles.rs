@@ -5,10 +5,11 @@
 //! which that name goes: what an effect does to `vertical` reaches `elevation`. `[heads]` says the
 //! same for several heads.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-use crate::diagnostic::nearest;
+use crate::diagnostic::{Diagnostic, nearest};
 use crate::document::{Item, Section};
+use crate::formula::angles::bare_angle;
 use crate::formula::isolate::{isolated, rename};
 use crate::formula::{Expression, ExpressionKind, Formula};
 use crate::model::declaration::{Model, Role};
@@ -39,23 +40,27 @@ pub(super) struct Written {
 }
 
 /// The roles of a model file; `taken` are its names and the sections that gave them.
-pub(super) fn declared(taken: &HashMap<String, &'static str>, root: &Section<'_>) -> Vec<Written> {
+pub(super) fn declared(
+    taken: &HashMap<String, &'static str>,
+    angles: &HashSet<String>,
+    root: &Section<'_>,
+) -> Vec<Written> {
     let mut all: Vec<Written> = Vec::new();
     for item in root.section("roles").iter().flat_map(Section::entries) {
-        all.extend(written(taken, &item, None, &all));
+        all.extend(written((taken, angles), &item, None, &all));
     }
     for item in root.section("heads").iter().flat_map(Section::entries) {
         let Some((head, _)) = checked(&item, fault_of_owner(item.key())) else { continue };
         let Some(names) = item.section(&format!("the head `{head}`")) else { continue };
         for item in names.entries() {
-            all.extend(written(taken, &item, Some(&head), &all));
+            all.extend(written((taken, angles), &item, Some(&head), &all));
         }
     }
     all
 }
 
 fn written(
-    taken: &HashMap<String, &'static str>,
+    (taken, angles): (&HashMap<String, &'static str>, &HashSet<String>),
     item: &Item<'_>,
     head: Option<&str>,
     before: &[Written],
@@ -82,6 +87,13 @@ fn written(
             "a role is a name of the model, or a formula of one",
             "as in \"90 deg - elevation\"",
         );
+        return None;
+    }
+    if let Some((at, number)) = bare_angle(root, &|name| angles.contains(name)) {
+        let fault = Diagnostic::error(format!("`{number}` has no unit beside an angle"));
+        let place = formula.source.place(at.span.shifted(formula.offset));
+        let help = format!("write `{number} deg`, or another unit of angles");
+        item.report(fault.at(place).help(help));
         return None;
     }
     let quantity = head.map_or_else(|| role.clone(), |head| format!("{role}_{head}"));

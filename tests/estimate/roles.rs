@@ -134,6 +134,7 @@ fn roles_that_cannot_be_are_refused_with_their_place() {
         ("vertical = \"elevation - azimuth\"", "does not change with"),
         ("vertical = \"elevation + elevation\"", "cannot be turned round"),
         ("vertical = \"altitude\"", "`altitude`"),
+        ("vertical = \"90 - elevation\"", "`90` has no unit beside an angle"),
         ("azimuth = \"elevation\"", "already taken in [measurands]"),
         (
             "elevation_without_role = \"azimuth\"\nvertical = \"90 deg - elevation\"",

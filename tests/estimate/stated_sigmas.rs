@@ -109,11 +109,12 @@ fn what_is_no_standard_uncertainty_is_refused_with_its_place() {
     let zero = |number: usize, _: f64| if number == 6 { "0" } else { "2" }.to_owned();
     let negative = |number: usize, _: f64| if number == 6 { "-1" } else { "2" }.to_owned();
     let column = "sigma = \"azimuth_sigma\"";
-    let cases: [(Folder, &[&str]); 6] = [
+    let cases: [(Folder, &[&str]); 7] = [
         (campaign(column, zero), &["`azimuth` is 0 deg", "row 8", "sigma = \"azimuth_sigma\""]),
         (campaign(column, negative), &["`azimuth` is -", "row 8"]),
         // Above zero at the start, below it at the estimate.
         (campaign("sigma = \"1 arcsec - 0.1 * azimuth_zero\"", good), &["`azimuth` is -", "row 2"]),
+        (campaign("sigma = \"1 / cos(elevation)\"", good), &["no unit of angles"]),
         (campaign("sigma = \"no_such_column\"", good), &["no_such_column"]),
         (campaign("sigma = \"2 mm / cos(elevation)\"", good), &["m", "expected"]),
         (campaign("sigma = \"azimuth_sigma\", k = 2", good), &["`k` stands beside"]),

@@ -193,3 +193,64 @@ fn a_range_of_delays_leaves_out_the_rows_that_it_cannot_use() {
         assert!(fault.contains(words), "{top}\n{fault}");
     }
 }
+
+#[test]
+fn a_clock_that_was_set_forward_is_told_where_no_rows_are_lost() {
+    let data = |by: f64| {
+        rows("time [s],x [deg]", 2000, |n| {
+            format!("{:.4},1", 1.0 + 0.01 * n as f64 + if n < 900 { 0.0 } else { by })
+        })
+    };
+    let told = |by: f64, stream: &str| {
+        let found = load("", "", &data(by), stream).unwrap();
+        found.warnings.iter().map(|one| one.message.clone()).collect::<Vec<_>>().join("\n")
+    };
+    let found = told(0.083, &stream(30.0));
+    assert!(
+        found.contains("run `one`: `data.csv`: time jumps by 0.093000 s at row 902"),
+        "{found}"
+    );
+    assert_eq!(found.lines().count(), 1);
+    assert_eq!(told(0.08, &stream(30.0)), "", "rows were lost");
+    // The stream has the same pause.
+    let paused = stream(30.0).lines().enumerate().fold(String::new(), |text, (n, line)| {
+        let Some((time, angle)) = line.split_once(',').filter(|_| n > 1000) else {
+            return text + line + "\n";
+        };
+        text + &format!("{:.4},{angle}\n", time.parse::<f64>().unwrap() + 0.083)
+    });
+    assert_eq!(told(0.083, &paused), "");
+    let found = told(0.0, &paused);
+    assert!(found.contains("`stream.csv`: time jumps by 0.093000 s at row 1002"), "{found}");
+}
+
+#[test]
+fn a_count_that_begins_anew_is_offered_its_period() {
+    let model = MODEL.replace("q = { unit = \"rad\"", "q = { unit = \"count\"");
+    let encoder = |size: f64| {
+        rows("time [s],q [count]", 3000, |n| {
+            format!("{:.2},{}", 0.01 * n as f64, (40.0 * n as f64) % size)
+        })
+    };
+    let data = rows("time [s],x [deg]", 200, |n| format!("{:.1},1", 1.0 + 0.1 * n as f64));
+    let told = |inputs: &str, stream: &str| {
+        let campaign = format!(
+            "model = \"line.toml\"\n{inputs}\n[[runs]]\nname = \"one\"\ndata = \"data.csv\"\nsignals = [\"stream.csv\"]\n"
+        );
+        let files = [
+            ("line.toml", model.as_str()),
+            ("campaign.toml", &campaign),
+            ("data.csv", &data),
+            ("stream.csv", stream),
+        ];
+        let folder = Folder::new("counts", &files);
+        let model = Model::parse(Source::new("line.toml", model.as_str())).unwrap();
+        let file = CampaignFile::read(&folder).unwrap();
+        let found = file.load(&model, &LoadOptions::default()).unwrap();
+        found.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+    };
+    let found = told("", &encoder(65_536.0));
+    assert!(found.contains("`[inputs] q = { period = \"65536 count\" }`"), "{found}");
+    assert_eq!(told("[inputs]\nq = { period = \"65536 count\" }", &encoder(65_536.0)), "");
+    assert_eq!(told("", &encoder(1e9)), "");
+}
