@@ -78,6 +78,10 @@ impl Loader<'_> {
         for index in 0..self.model.inputs.len() {
             let mut track = self.track(index, entry, &table, &streams);
             track.share_knots(inputs.last());
+            if matches!(track, Track::Logged(_)) {
+                // The curve stands for them: of long streams each column counts.
+                streams.iter_mut().for_each(|one| one.forget(&self.model.inputs[index].name));
+            }
             inputs.push(track);
         }
         let beside_it: Vec<(String, Intervals)> = streams.iter().map(stream_intervals).collect();

@@ -407,6 +407,12 @@ impl Table {
         self.column(wanted).map(|column| column.values.as_slice())
     }
 
+    /// Drops the values at hand of a wanted column: nobody asks for them any more.
+    pub(crate) fn forget(&mut self, wanted: &str) {
+        let own = self.columns.iter_mut().find(|one| one.wanted.as_deref() == Some(wanted));
+        own.into_iter().for_each(|one| one.values = Vec::new());
+    }
+
     /// A wanted column, if the file has it.
     pub fn column(&self, wanted: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.wanted.as_deref() == Some(wanted))

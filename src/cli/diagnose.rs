@@ -204,10 +204,15 @@ impl Diagnose {
                 let mut value = loaded.head.clone();
                 load::merge(&mut value, report::diagnosis::json(&found, self.top));
                 load::merge(&mut value, report::conventions::json(mistaken.as_ref()));
+                load::merge(&mut value, report::smoothing::json(&found.nominal));
                 output::json(&value)?;
             }
             Format::Text => {
                 output::text(&report::diagnosis_text::text(&loaded.title, &found, self.top))?;
+                let smoothing = report::smoothing::text(&found.nominal);
+                if !smoothing.is_empty() {
+                    output::text(&(smoothing + report::smoothing::WHERE))?;
+                }
                 output::text(&report::conventions::text(mistaken.as_ref()))?;
                 if held_out.is_some() && found.effects.is_empty() {
                     output::text(
