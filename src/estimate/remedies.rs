@@ -6,8 +6,8 @@
 //!
 //! | file | answers |
 //! |---|---|
-//! | [`further`] | which further runs there could be, from the model's own inputs |
-//! | [`tried`] | whether rows that are added determine a direction |
+//! | `further` | which further runs there could be, from the model's own inputs |
+//! | `tried` | whether rows that are added determine a direction |
 
 use crate::engine::gram::Normal;
 use crate::engine::point::Point;
