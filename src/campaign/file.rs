@@ -110,7 +110,11 @@ impl CampaignFile {
         let path = if path.is_dir() { path.join("campaign.toml") } else { path.to_owned() };
         let mut files = Files::of(path.parent().unwrap_or(Path::new("")));
         let failed = |error: std::io::Error| {
-            let help = "name a campaign's folder, or its campaign.toml";
+            let named = path.with_extension("toml");
+            let help = match named != path && named.is_file() {
+                true => format!("did you mean `{}`?", named.display()),
+                false => "name a campaign's folder, or its campaign.toml".to_owned(),
+            };
             Diagnostics::from(Diagnostic::error(reason(&path, &error)).help(help))
         };
         let Input { file, is_outside, .. } = files.open(&path).map_err(failed)?;

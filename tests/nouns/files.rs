@@ -315,3 +315,12 @@ fn what_is_not_a_regular_file_is_refused() {
     }
     drop(socket);
 }
+
+/// `new campaign` writes `campaign.toml`: who goes on with `campaign` is told.
+#[test]
+fn a_campaign_without_its_extension_is_offered() {
+    let (_keep, folder) = folder();
+    let faults = homepoint::campaign::file::CampaignFile::read(&folder.join("campaign"));
+    let text = format!("{:?}", faults.err());
+    assert!(text.contains("did you mean") && text.contains("campaign.toml"), "{text}");
+}
