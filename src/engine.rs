@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`pointwise`] | the graph at one sample, over any number: the referee |
 //! | [`lanes`] | the graph over chunks of samples: the same, in bulk |
+//! | [`found_starts`] | starts that a search found |
 //! | [`layout`] | which unknowns there are, and their columns |
 //! | `shared` | one parameter from what several campaigns state of it |
 //! | [`point`] | the unknowns' values; how a step moves them; prior rows |
@@ -24,6 +25,7 @@
 //! | [`simulate`] | readings drawn from a model |
 
 pub(crate) mod blocks;
+pub mod found_starts;
 pub mod gauss_markov;
 pub mod gram;
 pub(crate) mod kept;

@@ -20,7 +20,7 @@ use crate::model::{Model, Override};
 use crate::report;
 use crate::system::{Selected, System, candidates, missing_names, stand_ins, testable};
 
-/// How many sets of roles that would let more effects be tested are told, and how many effects of
+/// How many sets of roles that would let more effects be tested are listed, and how many effects of
 /// each are named.
 const MOST_ROLES: usize = 3;
 const MOST_NAMED: usize = 4;

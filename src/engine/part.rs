@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use crate::campaign::delay_range::USUAL;
 use crate::campaign::{Run, Sample, Track};
+use crate::engine::found_starts::FoundStart;
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::engine::pointwise::{Leaves, Program};
 use crate::graph::{Clock, Leaf, MeasurandKind, NodeId, Value};
@@ -44,6 +45,8 @@ pub struct Part {
     pub output: DisplayUnits,
     /// Farthest delay looked for (s).
     pub delay_range: [f64; 2],
+    /// Starts that a search found.
+    pub found_starts: Vec<FoundStart>,
     /// From when the times of samples count (s).
     pub zero: i64,
     /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever
@@ -134,6 +137,7 @@ impl Part {
             smoothing_sigma: Vec::new(),
             output: DisplayUnits::default(),
             delay_range: USUAL,
+            found_starts: Vec::new(),
             zero: 0,
             calibration: Vec::new(),
             gauss_markov: vec![None; residual],
@@ -166,6 +170,7 @@ impl Part {
         made.instrument.clone_from(&self.instrument);
         made.rig.clone_from(&self.rig);
         made.delay_range = self.delay_range;
+        made.found_starts.clone_from(&self.found_starts);
         made.zero = self.zero;
         made.gauss_markov.clone_from(&self.gauss_markov);
         made.run_levels.clone_from(&self.run_levels);

@@ -7,6 +7,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::campaign::signal::Track;
+use crate::engine::found_starts::FoundStart;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share, qualified};
 use crate::engine::noise::impossible_factor;
@@ -41,7 +42,8 @@ pub struct Problem {
 impl Problem {
     /// Puts campaigns together; the weights are those at the starting point.
     pub fn new(parts: Vec<Part>) -> Self {
-        let layout = layout_of(&parts);
+        let mut layout = layout_of(&parts);
+        layout.begin_at_found(parts.iter().flat_map(|part| &part.found_starts));
         let mut problem = Self {
             parts,
             layout,
@@ -55,6 +57,19 @@ impl Problem {
         let start = Point::start(&problem.layout);
         problem.refresh_weights(&start);
         problem
+    }
+
+    /// Lets a parameter start where a search found it, in this problem and in all that are made of
+    /// its parts.
+    pub fn begin_at_found(&mut self, instance: usize, components: Vec<f64>) {
+        let one = &self.layout.instances[instance];
+        let found = FoundStart { name: one.name.clone(), of: one.of.clone(), components };
+        self.layout.begin_at_found(std::iter::once(&found));
+        for (part, used) in self.parts.iter_mut().zip(&self.layout.used) {
+            if used.iter().any(|used| used.contains(&instance)) {
+                part.found_starts.push(found.clone());
+            }
+        }
     }
 
     /// Whether anything moves in any run; else there are no delays.

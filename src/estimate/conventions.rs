@@ -44,7 +44,7 @@ const STARTS: usize = 3;
 const FURTHER: usize = 6;
 /// Conventions that fit so many times worse than the best are not compared.
 const HOPELESS: f64 = 30.0;
-/// Conventions that fit up to so many times worse than the best are told beside it.
+/// Conventions that fit up to so many times worse than the best are listed with it.
 const ALIKE: f64 = 1.5;
 /// Mistaken conventions that are looked for, one on top of the other.
 const MOST: usize = 2;

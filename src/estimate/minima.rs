@@ -93,12 +93,10 @@ pub fn improved(mut problem: Problem) -> (Problem, Vec<Found>) {
         let alone = if clocks.len() > 1 { clock.alone(&problem) } else { problem.clone() };
         let Some((start, mut found)) = better_start(&alone, clock) else { continue };
         found.left_out = cut(&mut problem, clock, found.offset);
-        let layout = &mut problem.layout;
         for index in clock.instances(&alone) {
-            if layout.is_free(index) && !settled.contains(&index) {
-                let components = start.components(layout, index);
-                layout.instances[index].setting.begin_at(components);
-                layout.instances[index].start_found = true;
+            if problem.layout.is_free(index) && !settled.contains(&index) {
+                let components = start.components(&problem.layout, index);
+                problem.begin_at_found(index, components);
                 settled.push(index);
             }
         }

@@ -86,21 +86,9 @@ pub fn replaced(formula: &Expression, of: &dyn Fn(&str) -> Option<Expression>) -
 
 /// Gives a name another one wherever it stands.
 pub fn rename(formula: &mut Expression, from: &str, to: &str) {
-    match &mut formula.kind {
-        ExpressionKind::Name(name) => {
-            if name == from {
-                to.clone_into(name);
-            }
-        }
-        ExpressionKind::Number(..) => {}
-        ExpressionKind::Member(inner, _) | ExpressionKind::Negate(inner) => rename(inner, from, to),
-        ExpressionKind::Vector(parts) => parts.iter_mut().for_each(|part| rename(part, from, to)),
-        ExpressionKind::Binary(_, left, right) => {
-            rename(left, from, to);
-            rename(right, from, to);
-        }
-        ExpressionKind::Call(_, arguments) => {
-            arguments.iter_mut().for_each(|part| rename(part, from, to));
-        }
-    }
+    let span = formula.span;
+    let other = |name: &str| {
+        (name == from).then(|| Expression { kind: ExpressionKind::Name(to.to_owned()), span })
+    };
+    *formula = replaced(formula, &other);
 }

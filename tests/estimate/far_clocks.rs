@@ -214,3 +214,14 @@ fn a_fit_of_a_few_samples_is_no_start() {
     let enough = found.iter().all(|one| one.left_out * 10 <= 250);
     assert!(enough && problem.reading_count() >= 225, "{found:?}");
 }
+
+/// Whatever is held or put in later starts where the search ended.
+#[test]
+fn problems_made_anew_of_the_same_data_start_where_the_search_ended() {
+    let camera = Camera { delay: 1.7, ..Camera::default() };
+    let (problem, found) = improved(opened(&campaign(&camera, "")).problem);
+    assert_eq!(found.len(), 1);
+    let again = homepoint::engine::Problem::new(problem.parts.clone());
+    let fit = calibrate(again, &Options::default()).unwrap();
+    assert!((delay(&fit) - 1.7).abs() < 2e-3, "{}", delay(&fit));
+}
