@@ -15,6 +15,7 @@ mod delays;
 mod deviations;
 mod diagnose;
 mod doubts;
+mod joint;
 mod load;
 mod new;
 mod output;

@@ -8,7 +8,7 @@ mod quoted;
 mod source;
 
 use quoted::short_quotes;
-pub use quoted::{decimals, number, shortened};
+pub use quoted::{counted, decimals, number, shortened};
 pub use source::{Place, Source, Span};
 
 /// How grave it is.

@@ -22,6 +22,7 @@
 //! | [`withheld`] | which components are withheld for it |
 //! | [`combination`] | which combinations are determined in spite of it |
 //! | [`remedies`] | what would determine them, tried on the sums of the fit |
+//! | `stationary` | parameters that act only by their square about their start |
 //! | [`words`] | them in words |
 //! | [`variance`] | levels of noise |
 //! | [`calibrate`] | all of these together |
@@ -89,6 +90,7 @@ pub mod redundancy;
 pub mod remedies;
 pub mod repeatability;
 pub mod start;
+mod stationary;
 pub mod systematic;
 pub mod transformation;
 pub mod unrecorded;

@@ -59,7 +59,7 @@ impl Unit {
     }
 
     /// Whether one of angles is a part of it, as of `deg/s`.
-    fn has_angle(&self) -> bool {
+    pub(crate) fn has_angle(&self) -> bool {
         self.symbol.split(|c: char| !c.is_alphabetic()).any(names_angle)
     }
 

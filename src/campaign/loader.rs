@@ -111,7 +111,7 @@ impl Loader<'_> {
         let before = table.bytes_read();
         let more = match table.more(most) {
             Err(TableError::Unordered) => table.sort().and_then(|told| {
-                self.warnings.push(told);
+                self.warnings.extend(told);
                 table.more(most)
             }),
             more => more,

@@ -51,10 +51,9 @@ pub(crate) struct Reader {
     is_late: bool,
     separator: Separator,
     decimal: Decimal,
-    /// Whether stamps begin anew.
     /// From when stamps count (s).
     zero: i64,
-    form_wraps: Option<f64>,
+    /// A counter of stamps that begins anew.
     wraps: Option<Wraps>,
     /// Cells that stand for a missing reading.
     missing: Vec<String>,
@@ -79,7 +78,6 @@ impl Reader {
             separator,
             decimal: form.decimal,
             zero: 0,
-            form_wraps: form.wraps,
             wraps: form.wraps.map(Wraps::new),
             missing: form.missing.clone(),
             row: vec![f64::NAN; columns.len()],
@@ -123,10 +121,10 @@ impl Reader {
         self.zero
     }
 
-    /// Lets time go back from now on.
+    /// Lets time go back from now on, and leaves stamps of a counter as they are.
     pub(crate) fn take_any_order(&mut self) {
         (self.any_order, self.last_time) = (true, f64::NEG_INFINITY);
-        self.wraps = self.form_wraps.map(Wraps::new);
+        self.wraps = None;
     }
 
     /// Takes a row of a file that is no text: the cells of the wanted columns, `None` where empty;

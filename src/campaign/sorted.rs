@@ -7,7 +7,8 @@ use crate::campaign::header::{Column, TIME};
 use crate::campaign::order::{self, Order};
 use crate::campaign::reordered::Reordered;
 use crate::campaign::table::{Table, TableError};
-use crate::diagnostic::{Diagnostic, Diagnostics, decimals, number};
+use crate::campaign::wraps;
+use crate::diagnostic::{Diagnostic, Diagnostics, counted, decimals, number};
 
 /// The most numbers that are sorted in memory.
 const MOST_NUMBERS: usize = 100_000_000;
@@ -22,22 +23,23 @@ impl Table {
     }
 
     /// Reads the whole file and sorts its rows by time; [`Table::more`] then begins anew. What is
-    /// to be said of it.
+    /// to be reported.
     ///
     /// # Errors
     /// The file cannot be read again, is too large, or should not be sorted: its clock was set.
-    pub(crate) fn sort(&mut self) -> Result<Diagnostic, TableError> {
+    pub(crate) fn sort(&mut self) -> Result<Option<Diagnostic>, TableError> {
         self.rewind()?;
         let wanted = self.columns.iter().filter(|column| column.wanted.is_some()).count();
         let most = MOST_NUMBERS / wanted.max(1);
         self.more(most.saturating_add(1))?;
-        let Some(time) = self.column(TIME).cloned() else { return Err(TableError::Unordered) };
+        let Some(mut time) = self.column(TIME).cloned() else { return Err(TableError::Unordered) };
         if self.lines.len() > most {
             let message = format!("the rows are not in the order of time, and more than {most}");
             let help = "so many are not sorted in memory: sort the file by time, e.g. with `sort -t, -k1,1g`";
             let fault = Diagnostic::error(message).at(self.header_place(&time)).help(help);
             return Err(TableError::Content(fault.into()));
         }
+        let bad = self.unwrap(&mut time)?;
         let (mut order, far, back, largest) = match order::judge(&time.values) {
             Order::Sort { order, far, back, largest } => (order, far, back, largest),
             Order::Set { row, count, by } => {
@@ -46,6 +48,8 @@ impl Table {
             }
         };
         self.take_far_out(&time, &far)?;
+        let is_bad = order::marked(time.values.len(), &bad);
+        order.retain(|row| !is_bad[*row]);
         let sorted = order.len();
         let columns: Vec<Vec<f64>> =
             self.columns.iter_mut().map(|column| std::mem::take(&mut column.values)).collect();
@@ -60,40 +64,78 @@ impl Table {
         let lines = std::mem::take(&mut self.lines);
         let count = lines.len();
         self.sorted = Some(Reordered { lines, columns, order, shown: 0, begins: false });
-        let mut message = match back {
-            0 => format!("{} rows have times far from all others", far.len()),
+        let mut message = match (back, far.len()) {
+            (0, 0) => return Ok(None),
+            (0, far) => format!(
+                "`{}`: the times of {} are far from all others",
+                self.name(),
+                counted(far, "row")
+            ),
             _ => order::told(&self.name(), count, back, largest),
         };
         if repeated > 0 {
             message += &format!("; {repeated} that repeat the row before were left out");
         }
-        Ok(Diagnostic::warning(message))
+        Ok(Some(Diagnostic::warning(message)))
+    }
+
+    /// Lets the stamps of a counter go on where it begins anew; the rows whose stamps are bad.
+    fn unwrap(&mut self, time: &mut Column) -> Result<Vec<usize>, TableError> {
+        let Some(size) = self.form.wraps else { return Ok(Vec::new()) };
+        let (values, bad) = wraps::unwrapped(&time.values, size);
+        if let Some(own) = self.values_mut(TIME) {
+            own.clone_from(&values);
+        }
+        let stamps = std::mem::replace(&mut time.values, values);
+        let (is_outside, zero) = (self.is_outside(), self.zero() as f64);
+        self.take_out(time, &bad, |row| match is_outside {
+            true => "the stamp leaps, and the rows behind it go on from before it".to_owned(),
+            false => format!(
+                "the stamp {} s leaps, and the rows behind it go on from before it",
+                number(stamps[row] + zero)
+            ),
+        })?;
+        Ok(bad)
     }
 
     /// Leaves rows out whose time is far from all others, or faults them.
     fn take_far_out(&mut self, time: &Column, far: &[usize]) -> Result<(), TableError> {
-        let others = |row: &usize| !far.contains(row);
-        let others = (0..time.values.len()).filter(others).map(|row| time.values[row]);
+        let is_far = order::marked(time.values.len(), far);
+        let others = time.values.iter().zip(&is_far).filter(|(_, is_far)| !**is_far);
+        let others = others.map(|(time, _)| *time);
         let (from, to) = others.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), time| {
             (from.min(time), to.max(time))
         });
         let zero = self.zero() as f64;
+        let (is_outside, times) = (self.is_outside(), &time.values);
+        self.take_out(time, far, |row| match is_outside {
+            true => "the time is far from all others".to_owned(),
+            false => format!(
+                "the time {} s is far from all others, which go from {} s to {} s",
+                number(times[row] + zero),
+                number(from + zero),
+                number(to + zero)
+            ),
+        })
+    }
+
+    /// Leaves rows out for a reason, or faults them.
+    fn take_out(
+        &mut self,
+        time: &Column,
+        rows: &[usize],
+        why: impl Fn(usize) -> String,
+    ) -> Result<(), TableError> {
         let mut faults = Vec::new();
-        for row in far.iter().copied() {
-            let why = match self.is_outside() {
-                true => "the time is far from all others".to_owned(),
-                false => format!(
-                    "the time {} s is far from all others, which go from {} s to {} s",
-                    number(time.values[row] + zero),
-                    number(from + zero),
-                    number(to + zero)
-                ),
-            };
+        for row in rows.iter().copied() {
             if self.is_lenient() {
-                self.leave_out(self.lines[row], why);
+                self.leave_out(self.lines[row], why(row));
             } else if faults.len() < MOST_FAR {
-                faults.push(Diagnostic::error(why).at(self.cell_place(row, time)));
+                faults.push(Diagnostic::error(why(row)).at(self.cell_place(row, time)));
             }
+        }
+        if let Some(last) = faults.last_mut().filter(|_| rows.len() > MOST_FAR) {
+            last.message += &format!(" (and {} more)", counted(rows.len() - MOST_FAR, "row"));
         }
         if let Some(last) = faults.last_mut() {
             last.help.push("--skip-bad-rows leaves such rows out".into());
@@ -104,7 +146,7 @@ impl Table {
 
     /// The fault of a clock that was set back, or of a counter that began anew.
     fn set(&self, time: &Column, row: usize, count: usize, by: f64) -> Diagnostic {
-        let times = if count == 1 { "once".to_owned() } else { format!("{count} times") };
+        let times = order::times(count);
         let message = format!(
             "time goes back {times}, here by {} s, and goes on from there: the clock was set or began anew",
             decimals(by, 6)

@@ -67,7 +67,7 @@ pub struct Table {
     /// Rows read so far.
     count: usize,
     pub(super) layout: Layout,
-    form: Form,
+    pub(super) form: Form,
     /// The format in which it is, stated or recognised.
     pub(super) format: Option<&'static Format>,
     /// Columns computed from others, by their places.
@@ -380,6 +380,9 @@ impl Table {
                     "the file has a header but no rows".to_owned(),
                     "write at least one row; a run that is not measured yet has `plan` in place of `data`",
                 ),
+                1 => {
+                    ("the only row of the file is bad".to_owned(), "mend it, or leave the run out")
+                }
                 count => (
                     format!("all {count} rows of the file are bad"),
                     "mend them, or leave the run out",

@@ -9,7 +9,7 @@ use super::arguments::Memory;
 use super::{Failure, clean, output, progress, render};
 use crate::campaign::file::MOST_BYTES;
 use crate::convention::Convention;
-use crate::diagnostic::{Diagnostic, Diagnostics, Source};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source, counted};
 use crate::document::files::Files;
 use crate::effect::Effect;
 use crate::engine::open::{Recipe, Request, open};
@@ -119,12 +119,12 @@ impl Check {
         let timing = timing.lines().chain(recognised);
         let timing = timing.map(|line| format!("\n  {}", clean::line(line))).collect::<String>();
         Ok(format!(
-            "a campaign of `{}`, {} runs in {} setups, {} readings, {} unknowns{}{timing}",
+            "a campaign of `{}`, {} in {}, {}, {}{}{timing}",
             opened.models[0].name,
-            part.runs.len(),
-            part.setups.len(),
-            opened.problem.reading_count(),
-            opened.problem.layout.columns.len(),
+            counted(part.runs.len(), "run"),
+            counted(part.setups.len(), "setup"),
+            counted(opened.problem.reading_count(), "reading"),
+            counted(opened.problem.layout.columns.len(), "unknown"),
             without_target(&opened.models[0]) + &testable_in(&opened.recipes[0])
         ))
     }

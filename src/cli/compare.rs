@@ -3,7 +3,8 @@
 use clap::Args;
 
 use super::arguments::{CampaignArguments, Format};
-use super::calibrate::{estimate, unsound};
+use super::calibrate::unsound;
+use super::joint::Joint;
 use super::{Failure, doubts, load, output};
 use crate::estimate::compare::compare;
 use crate::estimate::transformation::delays_of;
@@ -17,23 +18,24 @@ pub(super) struct CompareCommand {
 
 impl CompareCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
-        let loaded = load::load(&self.common)?;
+        let mut loaded = load::load(&self.common)?;
         if let Some(told) = load::nothing_moves(&loaded, self.common.format) {
             return told;
         }
         load::refuse_correlated(&loaded.problem)?;
         load::tell_not_put_in(&loaded, false);
-        let calibration = estimate(loaded.problem.clone())?;
+        let joint = Joint::of(&mut loaded, &self.common.with)?;
+        let calibration = &joint.fit;
         if !calibration.is_sound() {
-            return unsound(&calibration, &loaded.about, self.common.format);
+            return unsound(calibration, &loaded.about, self.common.format);
         }
-        doubts::tell_beside_delays(&calibration, self.common.quiet);
+        doubts::tell_beside_delays(calibration, self.common.quiet);
         let mut whole = loaded.head.clone();
         let mut text = String::new();
         for part in 0..calibration.problem.parts.len() {
-            let (from, delays) = delays_of(&loaded.problem, &calibration, part);
+            let (from, delays) = delays_of(&loaded.problem, calibration, part);
             load::trust(&loaded.problem)?;
-            let rows = compare(&calibration, part, &delays.measurands);
+            let rows = compare(calibration, part, &delays.measurands);
             text.push_str(&report::text::comparison(&loaded.titles[part], &from, &rows));
             load::put(
                 &mut whole,
@@ -42,6 +44,8 @@ impl CompareCommand {
                 report::json::comparison(&rows),
             );
         }
+        text.push_str(joint.text().trim_start_matches('\n'));
+        load::merge(&mut whole, joint.json());
         match self.common.format {
             Format::Json => output::json(&whole),
             Format::Text => output::text(&text),

@@ -8,7 +8,8 @@ use clap::Args;
 use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format, TransformationChoice};
-use super::calibrate::{estimate, unsound};
+use super::calibrate::unsound;
+use super::joint::Joint;
 use super::load::Loaded;
 use super::{Failure, doubts, load, output};
 use crate::estimate::bias::bias;
@@ -37,7 +38,7 @@ pub(super) struct DelaysCommand {
 
 impl DelaysCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
-        let loaded = load::load(&self.common)?;
+        let mut loaded = load::load(&self.common)?;
         if let Some(told) = load::nothing_moves(&loaded, self.common.format) {
             return told;
         }
@@ -47,7 +48,8 @@ impl DelaysCommand {
         load::tell_not_put_in(&loaded, false);
         let mut whole = loaded.head.clone();
         let mut text = String::new();
-        let given = given_transformation(&loaded, self.transformation, self.common.format)?;
+        let joint = Joint::of(&mut loaded, &self.common.with)?;
+        let given = given_transformation(&loaded, &joint, self.transformation, self.common.format)?;
         let mut solved = Vec::new();
         for (part, given) in given.iter().enumerate() {
             let runs = given.wanted(part);
@@ -121,6 +123,8 @@ impl DelaysCommand {
             let value = report::conditions::repeatability_json(&loaded.labels, &agreement);
             load::merge(&mut whole, value);
         }
+        text.push_str(joint.text().trim_start_matches('\n'));
+        load::merge(&mut whole, joint.json());
         let all = solved.iter().flat_map(|found| &found.measurands);
         let (good, failed) =
             all.fold((0, 0), |(good, failed), one| (good + one.solved, failed + one.failed));
@@ -142,18 +146,19 @@ impl DelaysCommand {
 /// sound.
 pub(super) fn given_transformation(
     loaded: &Loaded,
+    joint: &Joint,
     choice: TransformationChoice,
     format: Format,
 ) -> Result<Vec<Transformation>, Failure> {
     let choice = Choice::from(choice);
-    let joint = estimate(loaded.problem.clone())?;
+    let joint = &joint.fit;
     if !joint.is_sound() && matches!(choice, Choice::Best | Choice::Joint) {
-        unsound(&joint, &loaded.about, format)?;
+        unsound(joint, &loaded.about, format)?;
     }
-    doubts::tell_beside_delays(&joint, loaded.quiet);
+    doubts::tell_beside_delays(joint, loaded.quiet);
     (0..loaded.problem.parts.len())
         .map(|part| {
-            let found = transformation(&loaded.problem, Some(&joint), part, choice);
+            let found = transformation(&loaded.problem, Some(joint), part, choice);
             found.map_err(|why| not_there(&why, loaded))
         })
         .collect()

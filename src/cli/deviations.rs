@@ -5,6 +5,7 @@ use serde_json::json;
 
 use super::arguments::{CampaignArguments, Format, TransformationChoice};
 use super::delays::given_transformation;
+use super::joint::Joint;
 use super::{Failure, load, output};
 use crate::estimate::deviations::deviations;
 use crate::estimate::intersection::intersection;
@@ -21,7 +22,7 @@ pub(super) struct DeviationsCommand {
 
 impl DeviationsCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
-        let loaded = load::load(&self.common)?;
+        let mut loaded = load::load(&self.common)?;
         if let Some(told) = load::nothing_moves(&loaded, self.common.format) {
             return told;
         }
@@ -29,7 +30,8 @@ impl DeviationsCommand {
         load::refuse_correlated(&loaded.problem)?;
         let mut whole = loaded.head.clone();
         let mut told = String::new();
-        let given = given_transformation(&loaded, self.transformation, self.common.format)?;
+        let joint = Joint::of(&mut loaded, &self.common.with)?;
+        let given = given_transformation(&loaded, &joint, self.transformation, self.common.format)?;
         for (part, given) in given.iter().enumerate() {
             let runs: Vec<Shown> = (0..given.problem.parts[part].runs.len())
                 .map(|run| {
@@ -50,6 +52,8 @@ impl DeviationsCommand {
                 output::file(&folder.join(name), &table(shown), &loaded.files)?;
             }
         }
+        told.push_str(joint.text().trim_start_matches('\n'));
+        load::merge(&mut whole, joint.json());
         match self.common.format {
             Format::Json => output::json(&whole),
             Format::Text => output::text(&told),

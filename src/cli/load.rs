@@ -206,6 +206,12 @@ fn started(found: &Found) -> Diagnostic {
     let mut warning = Diagnostic::warning(message).help(format!(
         "tried were offsets from {from} to {to} s and several attitudes; state a `start` of delays and rotations, or `delay_range`, to look elsewhere"
     ));
+    if found.attitudes_left_out > 0 {
+        warning = warning.help(format!(
+            "{} combinations of attitudes were not tried, there are too many: state a `start` of those that are known",
+            found.attitudes_left_out
+        ));
+    }
     if found.left_out > 0 {
         warning = warning.help(format!(
             "{} samples are left out, for which no stream is there at this offset",

@@ -43,7 +43,12 @@ pub fn number(value: f64) -> String {
     if is_short { value.to_string() } else { format!("{value:e}") }
 }
 
-/// The same with so many decimals.
+/// So many of a noun: `1 row`, `2 rows`.
+pub fn counted(count: usize, noun: &str) -> String {
+    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
+}
+
+/// A number with so many decimals.
 pub fn decimals(value: f64, places: usize) -> String {
     if value.abs() < 1e15 { format!("{value:.places$}") } else { format!("{value:.places$e}") }
 }

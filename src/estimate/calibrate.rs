@@ -11,6 +11,7 @@ use crate::estimate::combination::combinations;
 use crate::estimate::noise::Noise;
 use crate::estimate::remedies::Open;
 use crate::estimate::start::{Aligned, start};
+use crate::estimate::stationary::Stationary;
 use crate::estimate::withheld::{limits, sensitivities, withheld};
 use crate::estimate::words::{Unobservable, describe};
 use crate::estimate::{covariance, observability, variance};
@@ -301,9 +302,15 @@ pub fn finish(
     let (point, normal) = (&fit.point, &fit.normal);
     let open = Open { problem: &problem, point, normal, limits: &limits, directions };
     let unobservable = (0..directions.len())
-        .map(|at| Unobservable {
-            determined: combinations(&problem, &fit.point, &covariance, directions, at),
-            ..describe(&problem, &directions[at], open.remedy(at))
+        .map(|at| match Stationary::of(&problem, point, &directions[at]) {
+            Some(found) => Unobservable {
+                words: found.words(),
+                ..describe(&problem, &directions[at], found.remedy())
+            },
+            None => Unobservable {
+                determined: combinations(&problem, point, &covariance, directions, at),
+                ..describe(&problem, &directions[at], open.remedy(at))
+            },
         })
         .collect();
     let withheld = withheld(&problem, &fit.point, examined.as_ref());

@@ -84,11 +84,18 @@ pub fn combinations(
 
 /// The SI unit of the factor on a second term; `1` where the units are alike.
 pub(super) fn quotient(first: &Unit, other: &Unit) -> String {
-    let [first, other] = [first, other].map(|unit| (unit.dimension, unit.si_symbol()));
-    match other.1.contains([' ', '/', '*']) {
-        _ if first.0 == other.0 => "1".to_owned(),
-        true => format!("{}/({})", first.1, other.1),
-        false => format!("{}/{}", first.1, other.1),
+    let [of_first, of_other] = [first, other].map(Unit::si_symbol);
+    if of_first == of_other {
+        return "1".to_owned();
+    }
+    // Without angles the unit follows from the dimensions; an angle has none.
+    if !first.has_angle() && !other.has_angle() {
+        return (first.dimension / other.dimension).to_string();
+    }
+    match of_other.contains([' ', '/', '*']) {
+        _ if of_other == "1" => of_first,
+        true => format!("{of_first}/({of_other})"),
+        false => format!("{of_first}/{of_other}"),
     }
 }
 
@@ -133,6 +140,30 @@ pub fn component_names(problem: &Problem, index: usize) -> Vec<String> {
         Kind::Scalar => vec![format!("{}{of}", instance.name)],
         Kind::Vector | Kind::Rotation => {
             ["x", "y", "z"].map(|axis| format!("{}.{axis}{of}", instance.name)).to_vec()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use super::*;
+
+    #[test]
+    fn the_unit_of_a_factor_makes_the_second_term_one_of_the_first() {
+        for (first, other, right) in [
+            ("mm", "m", "1"),
+            ("m", "m/s", "s"),
+            ("N", "N/kg", "kg"),
+            ("mm", "1", "m"),
+            ("1", "mm", "1/m"),
+            ("m", "deg", "m/rad"),
+            ("deg", "1", "rad"),
+            ("rad", "rad/s", "rad/(rad/s)"),
+        ] {
+            let [a, b] = [first, other].map(|symbol| Unit::parse(symbol).unwrap());
+            assert_eq!(quotient(&a, &b), right, "{first} over {other}");
         }
     }
 }

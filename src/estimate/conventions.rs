@@ -60,8 +60,10 @@ pub struct Mistaken {
     pub columns: Vec<(String, String)>,
     /// Variance factors: as the numbers stand, and with all that was mistaken set right.
     pub variance_factors: [f64; 2],
-    /// How many conventions were tried.
+    /// How many conventions were tried, with each of the numbers to which they may apply.
     pub tried: usize,
+    /// How many more there are.
+    pub not_tried: usize,
 }
 
 /// A convention and the numbers to which it was applied.
@@ -90,13 +92,13 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
     if problem.parts.iter().any(|part| names(part) != names(first)) {
         return None;
     }
-    let suspects: Vec<Suspected<'_>> = conventions
-        .iter()
-        .flat_map(|convention| {
-            let all = channels.for_convention(convention);
-            all.into_iter().map(move |channels| Suspected { convention, channels })
-        })
-        .collect();
+    let mut not_tried = 0;
+    let mut suspects: Vec<Suspected<'_>> = Vec::new();
+    for convention in conventions {
+        let (all, more) = channels.for_convention(convention);
+        suspects.extend(all.into_iter().map(|channels| Suspected { convention, channels }));
+        not_tried += more;
+    }
     let whole = Thinned::of(problem, SAMPLES[1]);
     let problem = whole.late_by(0.0, &[])?;
     let begin = start(&problem).0;
@@ -117,6 +119,7 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
             columns: Vec::new(),
             variance_factors: [own, own],
             tried: suspects.len(),
+            not_tried,
         });
         one.what.push(named(suspect));
         one.alike = alike.into_iter().map(named).collect();

@@ -68,6 +68,8 @@ pub struct Found {
     pub variance_factors: [f64; 2],
     /// Samples that no stream covers at that offset.
     pub left_out: usize,
+    /// Attitudes that were not tried, because there are too many.
+    pub attitudes_left_out: usize,
     /// A delay of the clock.
     pub delay: Option<String>,
 }
@@ -176,6 +178,7 @@ pub(super) fn better_start(problem: &Problem, clock: &Clock) -> Option<(Point, F
         offset: best.offset + offsets.mean(&best.point),
         variance_factors: [own, best.variance_factor],
         left_out: 0,
+        attitudes_left_out: attitudes.left_out,
         delay: None,
     };
     let mut point = best.point;

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use crate::diagnostic::counted;
 use crate::estimate::autocorrelation::{Autocorrelated, autocorrelated};
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::noise::Noise;
@@ -18,9 +19,9 @@ pub fn text(all: &[Autocorrelated]) -> String {
     let Some(worst) = all.first() else { return String::new() };
     let names: Vec<String> = all.iter().map(|one| format!("`{}`", one.measurand)).collect();
     format!(
-        "\nThe residuals of {} are correlated from reading to reading, over {} readings and more: uncertainties may be too small by up to {} times. `calibrate --noise autocorrelated` counts it; `homepoint diagnose` looks for its cause.\n",
+        "\nThe residuals of {} are correlated from reading to reading, over {} and more: uncertainties may be too small by up to {} times. `calibrate --noise sandwich` counts it, `--noise autocorrelated` weights by it, too; `homepoint diagnose` looks for its cause.\n",
         names.join(", "),
-        worst.readings,
+        counted(usize::try_from(worst.readings).unwrap_or(usize::MAX), "reading"),
         decimal(worst.times, 1)
     )
 }

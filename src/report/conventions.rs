@@ -11,8 +11,13 @@ pub fn text(found: Option<&Mistaken>) -> String {
     let [before, after] = found.variance_factors.map(|factor| decimal(factor, 2));
     let what = if found.what.len() == 1 { "A convention" } else { "Conventions" };
     let mut text = format!(
-        "\n{what} may have been mistaken; set right, the variance factor falls from {before} to {after} ({} ways to read the columns tried):\n",
-        found.tried
+        "\n{what} may have been mistaken; set right, the variance factor falls from {before} to {after} ({} ways to read the columns tried{}):\n",
+        found.tried,
+        if found.not_tried == 0 {
+            String::new()
+        } else {
+            format!(", {} more not", found.not_tried)
+        }
     );
     for one in &found.what {
         text.push_str(&format!("  {}\n", line(one)));
@@ -48,6 +53,7 @@ pub fn json(found: Option<&Mistaken>) -> Value {
             "columns": columns,
             "variance_factors": found.variance_factors,
             "tried": found.tried,
+            "not_tried": found.not_tried,
         })
     });
     json!({ "conventions": whole })

@@ -12,10 +12,11 @@ pub fn line(result: &Calibration) -> String {
         p if p < 1e-3 => format!("p = {p:.1e}"),
         p => format!("p = {p:.3}"),
     };
+    let degrees = result.degrees_of_freedom();
+    let degree = if degrees == 1 { "degree" } else { "degrees" };
     format!(
-        "global test: chi squared {:.1}, {} degrees of freedom, {shown} (two-sided)\n",
-        result.fit.cost,
-        result.degrees_of_freedom()
+        "global test: chi squared {:.1}, {degrees} {degree} of freedom, {shown} (two-sided)\n",
+        result.fit.cost
     )
 }
 

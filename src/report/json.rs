@@ -65,7 +65,7 @@ pub fn calibration(result: &Calibration) -> Value {
             "rms": rms,
         },
         "unobservable": unobservable(&result.unobservable),
-        "held": result.held.iter().map(|one| json!({ "name": one.name, "why": one.why })).collect::<Vec<_>>(),
+        "held": held(result)["held"],
         "refused": result.refused.iter().map(refused).collect::<Vec<_>>(),
         "contradicted": stated(&contradicted(result)),
     })
@@ -89,6 +89,12 @@ pub(crate) fn stated(list: &[Contradicted]) -> Value {
         .collect()
 }
 
+/// Members of effects that were held.
+pub fn held(result: &Calibration) -> Value {
+    let each = result.held.iter().map(|one| json!({ "name": one.name, "why": one.why }));
+    json!({ "held": each.collect::<Vec<_>>() })
+}
+
 /// What cannot be determined.
 pub fn unobservable(list: &[Unobservable]) -> Value {
     list.iter()
@@ -110,8 +116,12 @@ pub fn unobservable(list: &[Unobservable]) -> Value {
 pub(crate) fn combination(one: &Combination) -> Value {
     let terms: Map<String, Value> =
         one.terms.iter().map(|(name, factor)| (name.clone(), number(Some(*factor)))).collect();
+    let names = one.terms.iter().map(|(name, _)| name.clone());
+    let factor_units: Map<String, Value> =
+        names.zip(one.factor_units.iter().map(|unit| json!(unit))).collect();
     json!({
         "terms": terms,
+        "factor_units": factor_units,
         "value": number(Some(one.value)),
         "sigma": number(Some(one.sigma)),
         "unit": one.declared.si_symbol(),

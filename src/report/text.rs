@@ -1,5 +1,6 @@
 //! Tables and sentences for the terminal.
 
+use crate::diagnostic::counted;
 use crate::engine::Part;
 use crate::estimate::batch::Outcome;
 use crate::estimate::calibrate::{Calibration, Estimate, Held};
@@ -7,6 +8,7 @@ use crate::estimate::compare::Comparison;
 use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::correlations::covariance_of_estimates;
 use crate::estimate::delays::Delays;
+use crate::estimate::noise::Noise;
 use crate::estimate::transformation::From;
 use crate::report::autocorrelation::{self, correlated};
 use crate::report::budget;
@@ -42,6 +44,9 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
         text.push_str(
             "`homepoint diagnose` looks for readings and runs that keep it from settling.\n",
         );
+        if matches!(result.noise, Noise::Autocorrelated(_)) {
+            text.push_str("The noise that was estimated keeps it from settling: `--noise sandwich` keeps the values of the plain fit.\n");
+        }
     }
     text.push_str(&global::verdict(result));
     text.push_str(&autocorrelation::text(&correlated(result)));
@@ -100,10 +105,10 @@ fn fit(result: &Calibration) -> String {
         several => format!(" and {several} stated values"),
     };
     let mut text = format!(
-        "{} readings{stated}, {} unknowns, {} iterations: {factor}\n",
-        result.readings - result.fit.normal.priors.len(),
-        result.unknowns(),
-        result.fit.iterations
+        "{}{stated}, {}, {}: {factor}\n",
+        counted(result.readings - result.fit.normal.priors.len(), "reading"),
+        counted(result.unknowns(), "unknown"),
+        counted(result.fit.iterations, "iteration")
     );
     let rms: Vec<String> = result
         .rms
@@ -145,9 +150,7 @@ pub fn trouble(result: &Calibration) -> String {
     if result.fit.outcome != Outcome::Converged {
         text.push_str(&format!("\nno result: {}\n", result.fit.outcome));
     }
-    for Held { name, why } in &result.held {
-        text.push_str(&format!("\n`{name}` is held at zero, for the model absorbs it: {why}.\n"));
-    }
+    text.push_str(&held(result));
     for one in &result.refused {
         text.push_str(&format!("\nno result: {}\n", refused(one)));
     }
@@ -162,6 +165,14 @@ pub fn trouble(result: &Calibration) -> String {
         }
     }
     text
+}
+
+/// Members of effects that were held, a sentence each; empty if there are none.
+pub fn held(result: &Calibration) -> String {
+    let each = result.held.iter().map(|Held { name, why }| {
+        format!("\n`{name}` is held at zero, for the model absorbs it: {why}.\n")
+    });
+    each.collect()
 }
 
 /// Stated values that the readings contradict, one a line; empty if there are none.

@@ -44,6 +44,7 @@ mod setups;
 mod shared_statements;
 mod smoothed_streams;
 mod stated_sigmas;
+mod stationary;
 mod time_referencing;
 mod traceability;
 mod two_routes;

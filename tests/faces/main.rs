@@ -11,6 +11,7 @@ mod scale;
 
 mod examples;
 mod examples_again;
+mod joint_fit;
 mod json_keys;
 mod sessions;
 mod spilled_campaigns;

@@ -85,11 +85,15 @@ fn a_clock_that_was_set_and_a_counter_that_wraps_are_one_error_with_the_row() {
         format!("time [{unit}],x [m]\n{rows}")
     };
     let set = data(&|n| 0.01 * n as f64 - if n < 200 { 0.0 } else { 0.5 }, "s");
+    let twice = data(&|n| 0.01 * n as f64 - 0.5 * (n / 150) as f64, "s");
     let wraps = data(&|n| (n * 700 % 65_536) as f64, "ms");
     for skip in [false, true] {
         let faults = load(CAMPAIGN, &set, &stream, skip).unwrap_err();
         assert_eq!((faults.0.len(), faults.0[0].place.as_ref().unwrap().line), (1, 202));
         assert!(faults.to_string().contains("time goes back once, here by 0.490000 s"), "{faults}");
+        let faults = load(CAMPAIGN, &twice, &stream, skip).unwrap_err();
+        assert!(faults.to_string().contains("time goes back 2 times, here by"), "{faults}");
+        assert_eq!((faults.0.len(), faults.0[0].place.as_ref().unwrap().line), (1, 152));
         let faults = load(CAMPAIGN, &wraps, &stream, skip).unwrap_err();
         assert!(faults.to_string().contains("wraps = \"65536 ms\""), "{faults}");
     }

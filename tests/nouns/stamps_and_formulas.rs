@@ -15,6 +15,22 @@ const MODEL: &str = "name = \"line\"\ntitle = \"line\"\n[inputs]\nq = { unit = \
 
 /// A campaign with these lines at its top and in its run.
 fn load(top: &str, run: &str, data: &str, stream: &str) -> Result<Campaign, Diagnostics> {
+    load_with(&LoadOptions::default(), top, run, data, stream)
+}
+
+/// The same without bad rows.
+fn load_leniently(top: &str, run: &str, data: &str, stream: &str) -> Result<Campaign, Diagnostics> {
+    let options = LoadOptions { skip_bad_rows: true, ..LoadOptions::default() };
+    load_with(&options, top, run, data, stream)
+}
+
+fn load_with(
+    options: &LoadOptions,
+    top: &str,
+    run: &str,
+    data: &str,
+    stream: &str,
+) -> Result<Campaign, Diagnostics> {
     let named = |key: &str| run.contains(&format!("{key} ="));
     let data_line = if named("data") { "" } else { "data = \"data.csv\"\n" };
     let stream_line = if named("signals") { "" } else { "signals = [\"stream.csv\"]\n" };
@@ -29,7 +45,7 @@ fn load(top: &str, run: &str, data: &str, stream: &str) -> Result<Campaign, Diag
     ];
     let folder = Folder::new("stamps", &files);
     let model = Model::parse(Source::new("line.toml", MODEL)).unwrap();
-    CampaignFile::read(&folder)?.load(&model, &LoadOptions::default())
+    CampaignFile::read(&folder)?.load(&model, options)
 }
 
 fn rows(head: &str, count: usize, row: impl Fn(usize) -> String) -> String {
@@ -57,7 +73,8 @@ fn stamps_of_a_counter_that_begins_anew_go_on_where_it_is_stated() {
             format!("{},{:.4}", (7.0 * n as f64) % size, 0.001 * n as f64)
         })
     };
-    let right = load("", "", &plain("ms", 1e12), &stream(600.0)).unwrap();
+    let right_text = plain("ms", 1e12);
+    let right = load("", "", &right_text, &stream(600.0)).unwrap();
     let wrapped = plain("ms", 65_536.0);
     let stated = "data = { file = \"data.csv\", wraps = \"65536 ms\" }";
     let found = load("", stated, &wrapped, &stream(600.0)).unwrap();
@@ -69,6 +86,18 @@ fn stamps_of_a_counter_that_begins_anew_go_on_where_it_is_stated() {
     late.swap(20_000, 20_001);
     let found = load("", stated, &late.join("\n"), &stream(600.0)).unwrap();
     assert_eq!(numbers(&found), numbers(&right));
+    // A stamp that is wrong is no lap: it is reported, or left out, and the others keep their times.
+    let mut bad: Vec<&str> = wrapped.lines().collect();
+    bad[14_001] = "3,0";
+    let bad = bad.join("\n");
+    let faults = load("", stated, &bad, &stream(600.0)).unwrap_err();
+    assert_eq!((faults.0.len(), faults.0[0].place.as_ref().unwrap().line), (1, 14_002), "{faults}");
+    assert!(faults.to_string().contains("the stamp 0.003 s leaps"), "{faults}");
+    let found = load_leniently("", stated, &bad, &stream(600.0)).unwrap();
+    let mut without: Vec<&str> = right_text.lines().collect();
+    without.remove(14_001);
+    let without = load("", "", &without.join("\n"), &stream(600.0)).unwrap();
+    assert_eq!((numbers(&found), found.skipped_count), (numbers(&without), 1));
     // What is not stated is offered, with the line to type.
     for (text, words) in [
         (wrapped, "wraps = \"65536 ms\""),

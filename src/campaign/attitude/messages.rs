@@ -1,7 +1,8 @@
 //! What is said of the attitudes of a stream.
 
 use crate::campaign::attitude::Found;
-use crate::diagnostic::Diagnostic;
+use crate::campaign::order::times;
+use crate::diagnostic::{Diagnostic, counted};
 
 /// Ranges of rows that a message lists.
 const MOST_RANGES: usize = 40;
@@ -10,26 +11,28 @@ impl Found {
     /// What is to be said of `of`, whose rows stand in these lines.
     pub(super) fn told(&self, of: &str, lines: &[usize]) -> Vec<Diagnostic> {
         let rows = |ranges: &[[usize; 2]]| listed(ranges, lines);
-        let count = |ranges: &[[usize; 2]]| ranges.iter().map(|[a, b]| b - a + 1).sum::<usize>();
+        let rows_of = |ranges: &[[usize; 2]]| {
+            counted(ranges.iter().map(|[a, b]| b - a + 1).sum::<usize>(), "row")
+        };
         let mut all = Vec::new();
         if self.signs > 0 {
-            let message = format!("{of} changes its sign {} times: made continuous", self.signs);
+            let message = format!("{of} changes its sign {}: made continuous", times(self.signs));
             let help =
                 "q and -q are the same rotation; a curve through the components needs one sign";
             all.push(Diagnostic::warning(message).help(help));
         }
         if !self.empty.is_empty() {
             let message = format!(
-                "{of} is no rotation in {} rows, its length is 0 or beyond 1000: left out ({})",
-                count(&self.empty),
+                "{of} is no rotation in {}, its length is 0 or beyond 1000: left out ({})",
+                rows_of(&self.empty),
                 rows(&self.empty)
             );
             all.push(Diagnostic::warning(message));
         }
         if !self.lengths.is_empty() {
             let message = format!(
-                "{of} has a length off 1 by more than 1 % in {} rows: scaled to 1 ({})",
-                count(&self.lengths),
+                "{of} has a length off 1 by more than 1 % in {}: scaled to 1 ({})",
+                rows_of(&self.lengths),
                 rows(&self.lengths)
             );
             let help = "are these the four components of one quaternion?";
@@ -37,9 +40,9 @@ impl Found {
         }
         if !self.bursts.is_empty() {
             let message = format!(
-                "{of} leaps away and back {} times: {} rows left out ({})",
-                self.bursts.len(),
-                count(&self.bursts),
+                "{of} leaps away and back {}: {} left out ({})",
+                times(self.bursts.len()),
+                rows_of(&self.bursts),
                 rows(&self.bursts)
             );
             let help =
@@ -48,8 +51,8 @@ impl Found {
         }
         if !self.leaps.is_empty() {
             let message = format!(
-                "{of} leaps {} times and does not come back ({})",
-                self.leaps.len(),
+                "{of} leaps {} and does not come back ({})",
+                times(self.leaps.len()),
                 rows(&self.leaps)
             );
             let help = "the leap is taken for a motion: is it another frame or another marker from there on?";

@@ -5,8 +5,8 @@ use crate::formula::{Expression, ExpressionKind, Formula, Function};
 use crate::graph::{MeasurandKind, Names};
 use crate::units::{Dimension, Unit};
 
-/// Most pairs of numbers that are asked whether they have changed places.
-const MOST_PAIRS: usize = 40;
+/// Most pairs of numbers that are asked whether they have changed places; those beyond are counted.
+const MOST_PAIRS: usize = 1000;
 
 /// A column of readings, or an input.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -84,8 +84,8 @@ impl Channels {
         Self { numbers, vectors, quaternions }
     }
 
-    /// The numbers to which a convention may apply, together.
-    pub(super) fn for_convention(&self, convention: &Convention) -> Vec<Vec<Channel>> {
+    /// The numbers to which a convention may apply, together; and how many more there are.
+    pub(super) fn for_convention(&self, convention: &Convention) -> (Vec<Vec<Channel>>, usize) {
         let fits = |one: &Channel| {
             convention.unit.as_ref().is_none_or(|unit| unit.dimension == one.unit.dimension)
         };
@@ -106,7 +106,9 @@ impl Channels {
             }
         };
         all.retain(|channels| channels.iter().all(fits));
-        all
+        let more = all.len().saturating_sub(MOST_PAIRS);
+        all.truncate(MOST_PAIRS);
+        (all, more)
     }
 }
 
@@ -134,5 +136,5 @@ fn pairs(numbers: &[Channel]) -> Vec<Vec<Channel>> {
         .iter()
         .enumerate()
         .flat_map(|(at, first)| later(at).map(move |second| vec![first.clone(), second.clone()]));
-    all.filter(|two| is_alike(two)).take(MOST_PAIRS).collect()
+    all.filter(|two| is_alike(two)).collect()
 }

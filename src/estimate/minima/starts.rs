@@ -123,6 +123,8 @@ fn time_scale(spline: &Spline) -> Option<f64> {
 pub(in crate::estimate) struct Attitudes {
     /// For each start, which instances have which value; the first is as stated.
     all: Vec<Vec<(usize, [f64; 4])>>,
+    /// How many more there are, which nobody tries.
+    pub(super) left_out: usize,
 }
 
 impl Attitudes {
@@ -161,8 +163,9 @@ impl Attitudes {
             let more: Vec<_> = all.iter().flat_map(with).collect();
             all.extend(more);
         }
+        let left_out = all.len().saturating_sub(4 * MOST_ATTITUDES);
         all.truncate(4 * MOST_ATTITUDES);
-        Self { all }
+        Self { all, left_out }
     }
 
     pub(in crate::estimate) fn count(&self) -> usize {
