@@ -19,6 +19,7 @@
 //! | [`diagnosis`] | the answer as data |
 //! | [`power`] | what a design could see, before any data |
 
+pub mod budget;
 pub mod diagnosis;
 pub mod evidence;
 pub mod fitted;
@@ -82,6 +83,14 @@ pub fn diagnose(
     }
     let (problem, fit) = (diagnosis.nominal.problem.clone(), diagnosis.nominal.fit.clone());
     let fitted = Fitted { recipes, problem, fit };
+    if std::env::var_os("BUDGET").is_some() {
+        if let Some(found) = budget::driver::search(fitted, wanted, options)? {
+            for line in &found.log { println!("{line}"); }
+            println!("scale {:?}", found.scale);
+            for t in &found.judged.model { println!("MODEL {} {}", found.linear.terms[*t].name, found.judged.nameless.contains(t)); }
+        }
+        return Ok(diagnosis);
+    }
     let aside = (&diagnosis.lost[..], &gross);
     let Some(mut search) = search(fitted.clone(), aside, wanted, options)? else {
         return Ok(diagnosis);

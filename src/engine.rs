@@ -22,6 +22,7 @@
 //! | [`passes`] | sums for the same signatures again and again, with other constants |
 //! | [`undefined`] | which reading keeps a model from being computed |
 //! | [`stretches`] | what a step leaves of the readings, and its scores stretch by stretch |
+//! | [`whitened_rows`] | whitened rows one after the other |
 //! | [`simulate`] | readings drawn from a model |
 
 pub(crate) mod blocks;
@@ -52,6 +53,7 @@ pub mod stretches;
 pub mod switched_off;
 pub mod undefined;
 pub mod visits;
+pub mod whitened_rows;
 pub mod whitening;
 
 pub use layout::Layout;

@@ -106,7 +106,7 @@ pub(crate) fn in_waves<I: Sync, M, T: Send, E>(
 }
 
 impl Problem {
-    fn blocks(&self) -> Vec<Block> {
+    pub(super) fn blocks(&self) -> Vec<Block> {
         let mut blocks = Vec::new();
         for (part, data) in self.parts.iter().enumerate() {
             for (run, data) in data.runs.iter().enumerate() {

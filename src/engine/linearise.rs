@@ -41,6 +41,31 @@ impl Problem {
         RunGram { gram, readings }
     }
 
+    /// The same measurand by measurand: to which reading each sum belongs stays known.
+    pub(super) fn block_grams(
+        &self,
+        block: Block,
+        program: &RowsProgram,
+        plan: &Plan,
+        memory: &mut Memory,
+    ) -> Vec<RunGram> {
+        let made = |directions: &[usize]| Products::new(1 + directions.len(), self.set);
+        self.block_products(block, program, plan, memory, made);
+        let part = &self.parts[block.part];
+        let mut grams = vec![RunGram::empty(plan.size); part.slots().len()];
+        let residual = [(plan.size - 1, 1.0)];
+        if let Some(own) = memory.own(block.part) {
+            for (row, products) in own.products.iter().enumerate() {
+                let columns: Vec<&[(usize, f64)]> = std::iter::once(&residual[..])
+                    .chain(own.mixed.directions(row).iter().map(|d| plan.movers[*d].as_slice()))
+                    .collect();
+                scatter(&mut grams[part.measurand_of(row)].gram, products, &columns);
+            }
+        }
+        grams.iter_mut().for_each(|one| both_triangles(&mut one.gram));
+        grams
+    }
+
     /// The products of the columns of each row over a block, which are then in the memory; the
     /// number of readings. `made` makes the sums for a row that hangs on these directions.
     pub(super) fn block_products(

@@ -214,6 +214,26 @@ impl Problem {
         sums.finish(plans.iter().map(|plan| plan.size))
     }
 
+    /// The Gram sums of [`Problem::gram_with`] measurand by measurand, block after block of each
+    /// run; nothing is kept here. `take` gets the run's index in the campaign.
+    pub fn grams_by_measurand(
+        &self,
+        signatures: &Signatures,
+        point: &Point,
+        mut take: impl FnMut(usize, Vec<RunGram>),
+    ) {
+        let part = signatures.part;
+        let plans = self.plans_with(signatures, point);
+        let most = plans.iter().map(|plan| plan.size).max().unwrap_or(0);
+        self.in_order(
+            &Memories::default(),
+            most * most * self.parts[part].slots().len(),
+            |block| block.part == part,
+            |memory, block| self.block_grams(block, &signatures.program, &plans[block.run], memory),
+            |block, made| take(block.run, made),
+        );
+    }
+
     /// The plans of a campaign's runs, with a column for each signature.
     pub(super) fn plans_with(&self, signatures: &Signatures, point: &Point) -> Vec<Plan> {
         let (part, more) = (signatures.part, signatures.columns.len());

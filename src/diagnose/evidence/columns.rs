@@ -10,11 +10,11 @@ use crate::graph::Scope;
 
 /// One column: where its signature stands in the sums of which runs.
 #[derive(Clone, Debug)]
-pub(super) struct Column {
+pub(in crate::diagnose) struct Column {
     /// Run and index among its signatures, by ascending run.
-    pub(super) at: Vec<(usize, usize)>,
+    pub(in crate::diagnose) at: Vec<(usize, usize)>,
     /// The magnitude that its value usually has, where that is known.
-    pub(super) typical: Option<f64>,
+    pub(in crate::diagnose) typical: Option<f64>,
 }
 
 impl Column {
@@ -56,28 +56,37 @@ pub struct Owner {
 }
 
 /// Gives a signature its columns: one for each value that its scope has in the campaign.
-pub(super) fn join(
+pub(in crate::diagnose) fn join(
     problem: &Problem,
     part: usize,
     index: usize,
     signature: &Signature,
     columns: &mut Vec<(Owner, Column)>,
 ) {
-    let data = &problem.parts[part];
-    let label = |name: &str| qualified(data.label.as_deref(), name);
-    for (run, one) in data.runs.iter().enumerate() {
-        let of = match signature.scope {
-            Scope::Rig => data.rig.clone().or_else(|| data.label.clone()),
-            Scope::Instrument => data.instrument.clone().or_else(|| data.label.clone()),
-            Scope::Setup => Some(label(&data.setups[one.setup])),
-            Scope::Run | Scope::Sample => Some(label(&one.name)),
-        };
-        let (parameter, component) = (signature.parameter.clone(), signature.component);
-        let owner = Owner { parameter, component, of };
+    for run in 0..problem.parts[part].runs.len() {
+        let owner = owner_in(problem, part, run, signature);
         let at = (problem.run_index(part, run), index);
         match columns.iter_mut().find(|(known, _)| *known == owner) {
             Some((_, column)) => column.at.push(at),
             None => columns.push((owner, Column { at: vec![at], typical: signature.typical })),
         }
     }
+}
+
+/// Whose value a signature is in a run.
+pub(in crate::diagnose) fn owner_in(
+    problem: &Problem,
+    part: usize,
+    run: usize,
+    signature: &Signature,
+) -> Owner {
+    let data = &problem.parts[part];
+    let label = |name: &str| qualified(data.label.as_deref(), name);
+    let of = match signature.scope {
+        Scope::Rig => data.rig.clone().or_else(|| data.label.clone()),
+        Scope::Instrument => data.instrument.clone().or_else(|| data.label.clone()),
+        Scope::Setup => Some(label(&data.setups[data.runs[run].setup])),
+        Scope::Run | Scope::Sample => Some(label(&data.runs[run].name)),
+    };
+    Owner { parameter: signature.parameter.clone(), component: signature.component, of }
 }

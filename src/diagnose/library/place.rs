@@ -30,6 +30,17 @@ impl Place {
         Self { of, covariate: covariate.to_owned(), words, run: None, rows: None }
     }
 
+    /// The same from a row of a run on.
+    pub(in crate::diagnose) fn from(&self, run: &str, row: usize) -> Self {
+        let words = self.words.trim_end_matches(" over run");
+        Self {
+            words: format!("{words} that changes in run `{run}` at row {row}"),
+            run: Some(run.to_owned()),
+            rows: Some((row, None)),
+            ..self.clone()
+        }
+    }
+
     /// Whether it is a value for each run.
     pub fn is_of_runs(&self) -> bool {
         self.covariate == RUN

@@ -76,6 +76,31 @@ pub(super) fn by_sense(recipes: &[Recipe]) -> Vec<Candidate> {
     })
 }
 
+/// Those that are a bent line over an input, with knots where its values lie: for each campaign the
+/// inputs with their knots. A form that powers and waves do not have is seen so, and a value of its
+/// own for each of a few places.
+pub(in crate::diagnose) fn bent(recipes: &[Recipe], knots: &[Knots]) -> Vec<Candidate> {
+    offered(recipes, |model| {
+        let mut all = Vec::new();
+        let covariates: Vec<Covariate> = knots
+            .iter()
+            .filter_map(|(name, knots)| {
+                let input = model.inputs.iter().find(|one| one.name == *name)?;
+                Some(covariate::bent(input, knots))
+            })
+            .collect();
+        displacements(model, &covariates, &mut all);
+        if directions(model).is_empty() || !few_move(model) {
+            let plain = model.measurands.iter().filter(|one| one.kind != MeasurandKind::Rotation);
+            plain.for_each(|one| errors(one, covariates.iter().cloned(), &mut all));
+        }
+        all
+    })
+}
+
+/// An input and the places (SI) at which a line over it bends.
+pub(in crate::diagnose) type Knots = (String, Vec<f64>);
+
 fn offered(
     recipes: &[Recipe],
     effects: impl Fn(&Model) -> Vec<(Arc<Effect>, Place)>,

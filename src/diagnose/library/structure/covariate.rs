@@ -182,6 +182,27 @@ pub(super) fn by_sense(model: &Model, orders: usize) -> Vec<Covariate> {
     signals.map(own).collect()
 }
 
+/// A line over an input that bends at some places (SI).
+pub(super) fn bent(input: &InputDeclaration, knots: &[f64]) -> Covariate {
+    let (name, own) = (&input.name, input.unit.dimension);
+    let unit = if own == Dimension::NONE {
+        String::new()
+    } else {
+        format!(" {}", Unit::coherent(own).si_symbol())
+    };
+    let mut terms = vec![(name.clone(), own)];
+    let bend = |knot: &f64| {
+        let sign = if *knot < 0.0 { '+' } else { '-' };
+        (format!("abs({name} {sign} {:e}{unit})", knot.abs()), own)
+    };
+    terms.extend(knots.iter().map(bend));
+    Covariate {
+        over: name.clone(),
+        words: name.clone(),
+        ..Covariate::new(format!("bends of {name}"), "instrument", terms)
+    }
+}
+
 /// The reading of a measurand, otherwise one way than the other.
 pub(super) fn reading_by_sense(measurand: &MeasurandDeclaration) -> Option<Covariate> {
     let (name, own) = (&measurand.name, measurand.unit.dimension);

@@ -1,0 +1,30 @@
+//! The gap as a budget: which terms explain it, largest first, and what remains.
+//!
+//! | file | answers |
+//! |---|---|
+//! | [`price`] | from a drop of chi squared to a log Bayes factor |
+//! | [`sums`] | one pass over the readings: Gram sums by measurand |
+//! | [`terms`] | columns with a price: effects, basis blocks |
+//! | [`selection`] | terms beside a model, under noise that follows from the model |
+//! | [`search`] | the model that the sums bear out |
+//! | [`pieces`], [`held_out`], [`labels`] | sums by run, held-out evidence, groups of runs |
+//! | [`rows`] | whitened rows one after the other |
+//! | [`changes`] | change points as terms |
+//! | [`judge`] | when a row stands |
+//! | [`linear`] | a fitted model with everything that may be added to it |
+//! | [`driver`] | refit, relinearise, search again |
+
+pub mod changes;
+pub mod driver;
+pub mod held_out;
+pub mod judge;
+pub mod labels;
+pub mod linear;
+pub mod pieces;
+pub mod price;
+pub mod rows;
+pub mod search;
+pub mod selection;
+pub mod sums;
+pub mod terms;
+pub mod thresholds;

@@ -1,0 +1,280 @@
+//! Change points: something of one reading, of a clock or of a place that is different from one
+//! moment on.
+//!
+//! For each block with a value for each run (its column `x`, which acts from the moment on) the
+//! gain of every moment follows from running sums of `x a_j`, `x r` and `x x` over the samples in
+//! the order of time: one pass for all moments. Moments are tried in bins, the best then sample by
+//! sample. A change is a term with one value; the moments that were tried are its members.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::linear::Linear;
+use super::price::Gain;
+use super::rows::Base;
+use super::selection::Selection;
+use super::sums::Appended;
+use super::terms::{Kind, Term};
+use super::thresholds::ENTER;
+
+/// Moments tried at most in the first pass.
+const MOST_BINS: usize = 1500;
+/// Share of a change's squared length below which the model takes it up.
+const TAKEN_UP: f64 = 1e-6;
+
+/// A change found beside a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// What changes.
+    pub base: Base,
+    /// Index of the run among all, and the first sample after the change.
+    pub at: (usize, usize),
+    /// What it takes off chi squared.
+    pub gain: Gain,
+    /// Moments that were tried.
+    pub members: usize,
+}
+
+/// A moment from which on a value is different.
+#[derive(Clone, Copy, Debug)]
+struct Bin {
+    run: usize,
+    first: usize,
+}
+
+impl Linear {
+    /// For each value of a run that a block has the moment at which a change explains most beside a
+    /// model.
+    pub fn changes(&self, selection: &Selection<'_>, model: &[usize]) -> Vec<Change> {
+        let bases = self.bases();
+        let mut runs: Vec<usize> = (0..self.order.len()).collect();
+        runs.sort_by_key(|run| self.order[*run]);
+        let samples: usize = runs.iter().map(|run| self.samples_in(*run)).sum();
+        let step = samples.div_ceil(MOST_BINS).max(1);
+        let mut bins: Vec<Bin> = Vec::new();
+        for run in &runs {
+            let firsts = (0..self.samples_in(*run)).step_by(step);
+            bins.extend(firsts.map(|first| Bin { run: *run, first }));
+        }
+        let coarse = self.best_moments(selection, model, &bases, &bins);
+        let least = 2.0 * (ENTER + (samples.max(1) as f64).ln());
+        let strong = coarse.into_iter().filter(|one| one.gain.gain > least);
+        let mut found = Vec::new();
+        for one in strong {
+            let at = bins.iter().position(|bin| (bin.run, bin.first) == one.at).unwrap_or(0);
+            // Sample by sample between the neighbouring bins, coarse elsewhere.
+            let (low, high) = (at.saturating_sub(1), (at + 1).min(bins.len() - 1));
+            let mut around: Vec<Bin> = bins[..low].to_vec();
+            for bin in &bins[low..=high] {
+                let end = self.samples_in(bin.run).min(bin.first + step);
+                around.extend((bin.first..end).map(|first| Bin { run: bin.run, first }));
+            }
+            around.extend(&bins[high + 1..]);
+            let fine = self.best_moments(selection, model, &[one.base], &around);
+            found.extend(fine.into_iter().map(|one| Change { members: samples, ..one }));
+        }
+        found
+    }
+
+    /// The values of a run that blocks have.
+    fn bases(&self) -> Vec<Base> {
+        let mut bases = Vec::new();
+        for (candidate, one) in self.candidates.iter().enumerate() {
+            let place = one.place.as_ref();
+            if place.is_some_and(|place| place.is_of_runs()) {
+                let system = one.systems.iter().flatten().next();
+                let count = one.selected.effect.parameters.len();
+                let _ = system;
+                bases.extend((0..count).map(|signature| Base { candidate, signature }));
+            }
+        }
+        bases
+    }
+
+    /// Number of samples of a run.
+    pub fn samples_in(&self, run: usize) -> usize {
+        let (part, run) = self.part_of(run);
+        self.fitted.problem.parts[part].runs[run].record.len()
+    }
+
+    /// The campaign of a run, and its index there.
+    pub fn part_of(&self, run: usize) -> (usize, usize) {
+        let first = &self.fitted.problem.layout.first_run;
+        let part = first.partition_point(|first| *first <= run) - 1;
+        (part, run - first[part])
+    }
+
+    /// For each base the bin from which on a change explains most.
+    fn best_moments(
+        &self,
+        selection: &Selection<'_>,
+        model: &[usize],
+        bases: &[Base],
+        bins: &[Bin],
+    ) -> Vec<Change> {
+        let n = selection.columns(model).len();
+        let mut sums: Vec<DMatrix<f64>> =
+            bases.iter().map(|_| DMatrix::zeros(n + 2, bins.len())).collect();
+        let mut of_run: Vec<(usize, usize)> = vec![(0, 0); self.order.len()];
+        for (number, bin) in bins.iter().enumerate() {
+            let own = &mut of_run[bin.run];
+            *own = if own.1 == 0 { (number, number + 1) } else { (own.0, number + 1) };
+        }
+        self.visit(selection, model, bases, &mut |values| {
+            let (first, end) = of_run[values.run];
+            let own = &bins[first..end];
+            let at = own.partition_point(|bin| bin.first <= values.sample);
+            let bin = first + at.saturating_sub(1);
+            let weight = selection.scale[values.measurand].powi(-2);
+            for (sum, x) in sums.iter_mut().zip(values.further) {
+                if *x == 0.0 {
+                    continue;
+                }
+                let mut column = sum.column_mut(bin);
+                let column = column.as_mut_slice();
+                let x = x * weight;
+                for (sum, a) in column.iter_mut().zip(values.model) {
+                    *sum += x * a;
+                }
+                column[n] += x * values.residual;
+                column[n + 1] += x * x / weight;
+            }
+        });
+        let (factor, length, half) = selection.normal_equations(model);
+        let mut found = Vec::new();
+        for (base, sum) in bases.iter().zip(&sums) {
+            let mut running = DVector::<f64>::zeros(n + 2);
+            let mut best: Option<(f64, usize)> = None;
+            let total: f64 = sum.row(n + 1).iter().sum();
+            let part = |bin: usize| self.part_of(bins[bin].run).0;
+            for bin in (1..bins.len()).rev() {
+                if bin + 1 < bins.len() && part(bin) != part(bin + 1) {
+                    running.fill(0.0);
+                }
+                running += sum.column(bin);
+                let square = running[n + 1];
+                if square <= 0.0 || square >= total {
+                    continue;
+                }
+                let mut across = DVector::from_fn(n, |i, _| running[i] / length[i]);
+                factor.l_dirty().solve_lower_triangular_mut(&mut across);
+                let left = square - across.norm_squared();
+                if left < TAKEN_UP * square {
+                    continue;
+                }
+                let gain = (running[n] - across.dot(&half)).powi(2) / left;
+                if best.is_none_or(|(known, _)| gain > known) {
+                    best = Some((gain, bin));
+                }
+            }
+            found.extend(best.map(|(gain, bin)| Change {
+                base: *base,
+                at: (bins[bin].run, bins[bin].first),
+                gain: Gain { gain, degrees: 1 },
+                members: bins.len(),
+            }));
+        }
+        found
+    }
+
+    /// Adds changes as terms, with their sums.
+    pub fn with_changes(&mut self, changes: &[Change]) {
+        for change in changes {
+            if self.terms.iter().any(|term| term.change.as_ref() == Some(change)) {
+                continue;
+            }
+            let column = self.append(change);
+            let block = &self.candidates[change.base.candidate];
+            let (part, run) = self.part_of(change.at.0);
+            let run = &self.fitted.problem.parts[part].runs[run];
+            let row = run.record.row(change.at.1);
+            let place = block.place.as_ref().map(|place| place.from(&run.name, row));
+            self.terms.push(Term {
+                candidate: usize::MAX,
+                name: format!("change of {}", block.name),
+                kind: Kind::Block,
+                columns: vec![vec![(column, 1.0)]],
+                members: change.members,
+                ln_prior: 0.0,
+                is_of_runs: false,
+                place,
+                change: Some(change.clone()),
+            });
+        }
+    }
+
+    /// The column of a change, appended to the sums.
+    fn append(&mut self, change: &Change) -> usize {
+        let problem = &self.fitted.problem;
+        let mut added = Appended::default();
+        for (part, signatures) in self.signed.iter().enumerate() {
+            let own = change.base.candidate.to_string();
+            let mine = signatures.columns.iter().enumerate().filter(|(_, one)| one.effect == own);
+            let Some((index, _)) = mine.into_iter().nth(change.base.signature) else { continue };
+            let first = self.sums.first_measurand[part];
+            let data = &problem.parts[part];
+            let mut row = Vec::new();
+            problem.visit_whitened(signatures, &self.fitted.fit.point, &mut |lanes| {
+                let run = problem.run_index(part, lanes.run);
+                let touched = problem.layout.columns.touched_by(run).len();
+                let size = touched + signatures.columns.len() + 1;
+                row.resize(size, 0.0);
+                for lane in 0..lanes.stretch.len {
+                    let sample = lanes.stretch.first + lane;
+                    if !lanes.is_present(lane) || !self.is_after(change.at, (run, sample)) {
+                        continue;
+                    }
+                    lanes.put(lane, &mut row);
+                    row[size - 1] = lanes.residual[lane];
+                    let x = row[touched + index];
+                    if x != 0.0 {
+                        added.add((run, first + data.measurand_of(lanes.row)), x, &row);
+                    }
+                }
+            });
+        }
+        // Products with the changes that are there already follow from the later of two moments.
+        let known: Vec<(usize, Change)> = self
+            .terms
+            .iter()
+            .filter_map(|term| Some((term.columns.first()?.first()?.0, term.change.clone()?)))
+            .collect();
+        for (column, other) in known {
+            self.across(change, (column, &other), &mut added);
+        }
+        self.sums.append(&added)
+    }
+
+    /// Products of two changes.
+    fn across(&self, change: &Change, (column, other): (usize, &Change), added: &mut Appended) {
+        let problem = &self.fitted.problem;
+        for (part, signatures) in self.signed.iter().enumerate() {
+            let index = |change: &Change| {
+                let own = change.base.candidate.to_string();
+                let all = signatures.columns.iter().enumerate();
+                let (index, _) =
+                    all.filter(|(_, one)| one.effect == own).nth(change.base.signature)?;
+                Some(index)
+            };
+            let (Some(own), Some(theirs)) = (index(change), index(other)) else { continue };
+            let first = self.sums.first_measurand[part];
+            let data = &problem.parts[part];
+            let mut row = Vec::new();
+            problem.visit_whitened(signatures, &self.fitted.fit.point, &mut |lanes| {
+                let run = problem.run_index(part, lanes.run);
+                let touched = problem.layout.columns.touched_by(run).len();
+                row.resize(touched + signatures.columns.len() + 1, 0.0);
+                for lane in 0..lanes.stretch.len {
+                    let at = (run, lanes.stretch.first + lane);
+                    if lanes.is_present(lane)
+                        && self.is_after(change.at, at)
+                        && self.is_after(other.at, at)
+                    {
+                        lanes.put(lane, &mut row);
+                        let product = row[touched + own] * row[touched + theirs];
+                        added.add_to(first + data.measurand_of(lanes.row), column, product);
+                    }
+                }
+            });
+        }
+    }
+}

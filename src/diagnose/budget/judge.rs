@@ -1,0 +1,293 @@
+//! When a row stands: seven conditions, each with its reason.
+//!
+//! A row is judged beside all the structure there is: basis blocks enter until none has the
+//! evidence. The row that fails with the least held-out drop goes and does not come back; then the
+//! search goes on. What is too small for a name stays in the model without one.
+
+use nalgebra::DVector;
+
+use super::held_out::Folded;
+use super::pieces::Pieces;
+use super::price::{Gain, price};
+use super::search::{Log, Pools};
+use super::selection::{Selection, factored, gain_of};
+use super::terms::Combination;
+use super::thresholds::{
+    APART, APART_OF_ALL, APART_SHARE, BLOCKS_FOR_A_ROW, BORROWED, ENTER, HELD_OUT, MARGIN,
+    OWN_SHARE, OWN_SHARE_BELOW, ROW, ROW_BESIDE_REMAINDER, SHARE_OF_REMAINDER, SMALL_ROW,
+};
+
+/// Blocks that enter before a judgement at most.
+const MOST_BLOCKS: usize = 8;
+
+/// Why a row does not stand.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Objection {
+    /// It does not bring enough on held-out readings.
+    HeldOut(f64),
+    /// It is too small for a name beside what else there is.
+    Small(f64),
+    /// It gains more beside the blocks than without them.
+    Borrowed,
+    /// Its form lies within the remainder.
+    WithinRemainder(f64),
+    /// Its values differ between groups of runs.
+    Apart(String, f64),
+    /// Blocks in its place do as well.
+    Replaced(f64),
+    /// One block in the place of it and another row does as well.
+    Pair(String, f64),
+}
+
+/// What the judgement left.
+#[derive(Clone, Debug, Default)]
+pub struct Judged {
+    /// The model.
+    pub model: Vec<usize>,
+    /// Terms of the model that are too small for a name.
+    pub nameless: Vec<usize>,
+    /// Rows that were taken back, with the reason.
+    pub objections: Vec<(usize, Objection)>,
+}
+
+impl Selection<'_> {
+    /// Judges the rows of a model until every one stands. `pieces` has the sums of a model.
+    pub fn judge(
+        &mut self,
+        mut model: Vec<usize>,
+        mut pools: Pools,
+        pieces: &mut dyn FnMut(&Self, &[usize]) -> Pieces,
+        log: &mut Log,
+    ) -> Judged {
+        let mut objections: Vec<(usize, Objection)> = Vec::new();
+        let mut small: Vec<usize> = Vec::new();
+        loop {
+            for _ in 0..MOST_BLOCKS {
+                let ranked = self.ranked(&model, &pools.blocks, 0.0);
+                let Some(best) = ranked.first().filter(|best| best.ln_bayes >= ENTER) else { break };
+                log.push(format!("+ {} ({:.1})", self.terms[best.term].name, best.ln_bayes));
+                model.push(best.term);
+                model = self.prune(model, log);
+                model = self.grow(model, &pools.effects, ROW, 40, log);
+            }
+            let own = pieces(self, &model);
+            let Some((term, objection)) = self.worst(&model, &pools.blocks, &own) else { break };
+            log.push(format!("{} does not stand: {objection:?}", self.terms[term].name));
+            if matches!(objection, Objection::Small(_)) {
+                small.push(term);
+            }
+            objections.push((term, objection));
+            self.live[term] = false;
+            pools.effects.retain(|own| *own != term);
+            model.retain(|own| *own != term);
+            model = self.grow(model, &pools.effects, ROW, 40, log);
+        }
+        // What is too small for a name is still there.
+        let gain = |selection: &Self, model: &[usize], term: usize| selection.gain(model, term);
+        small.sort_by(|a, b| {
+            gain(self, &model, *b).gain.total_cmp(&gain(self, &model, *a).gain)
+        });
+        let mut nameless = Vec::new();
+        for term in small {
+            let found = gain(self, &model, term);
+            if self.ln_bayes_factor(term, found) < ENTER {
+                continue;
+            }
+            let with = [model.clone(), vec![term]].concat();
+            let own = pieces(self, &with);
+            let drop = Folded::new(self, &with, &own).drop(with.len() - 1);
+            if drop >= HELD_OUT {
+                model = with;
+                nameless.push(term);
+            }
+        }
+        Judged { model, nameless, objections }
+    }
+
+    /// The row that does not stand with the least held-out drop.
+    fn worst(
+        &self,
+        model: &[usize],
+        blocks: &[usize],
+        pieces: &Pieces,
+    ) -> Option<(usize, Objection)> {
+        let folded = Folded::new(self, model, pieces);
+        let gains = self.contributions(model);
+        let is_row = |term: usize| self.terms[term].is_effect();
+        let rows: Vec<usize> = (0..model.len()).filter(|at| is_row(model[*at])).collect();
+        let excess = |gain: Gain| (gain.gain - gain.degrees as f64).max(0.0);
+        let rest: f64 = (0..model.len())
+            .filter(|at| !is_row(model[*at]))
+            .map(|at| excess(gains[at]))
+            .sum();
+        let drops: Vec<f64> = rows.iter().map(|at| folded.drop(*at)).collect();
+        let named: Vec<usize> = rows.iter().map(|at| model[*at]).collect();
+        let without_blocks = if rest > 0.0 { self.contributions(&named) } else { Vec::new() };
+        let mut objections: Vec<(usize, Objection)> = Vec::new();
+        for (row, at) in rows.iter().enumerate() {
+            let gain = gains[*at].gain;
+            let beside = if rest > 0.0 { ROW_BESIDE_REMAINDER } else { 0.0 };
+            let least = ROW.max(SHARE_OF_REMAINDER * rest).max(beside);
+            let objection = if drops[row] < HELD_OUT {
+                Some(Objection::HeldOut(drops[row]))
+            } else if gain < least {
+                Some(Objection::Small(gain.sqrt()))
+            } else if rest > 0.0 && gain > BORROWED * without_blocks[row].gain {
+                Some(Objection::Borrowed)
+            } else if rest > 0.0 && gain < OWN_SHARE_BELOW {
+                let share = self.own_share(model, *at);
+                (share < OWN_SHARE).then_some(Objection::WithinRemainder(share))
+            } else {
+                None
+            };
+            objections.extend(objection.map(|one| (row, one)));
+        }
+        let total = self.chi_squared(&[]) - self.chi_squared(model);
+        if objections.is_empty() {
+            for (row, at) in rows.iter().enumerate() {
+                if let Some((label, ln_bayes, gain)) = self.apart(model, *at, pieces)
+                    && ln_bayes >= APART
+                    && gain > (APART_SHARE * gains[*at].gain).max(APART_OF_ALL * total)
+                {
+                    objections.push((row, Objection::Apart(label, gain)));
+                }
+            }
+        }
+        if objections.is_empty() && !blocks.is_empty() {
+            for (row, at) in rows.iter().enumerate() {
+                let margin =
+                    if gains[*at].gain < SMALL_ROW * rest { -MARGIN } else { 0.0 };
+                let evidence = self.replaced(model, &[model[*at]], blocks, BLOCKS_FOR_A_ROW);
+                if evidence > margin {
+                    objections.push((row, Objection::Replaced(evidence)));
+                }
+            }
+            for (second, b) in rows.iter().enumerate() {
+                for (first, a) in rows.iter().enumerate().take(second) {
+                    let evidence = self.replaced(model, &[model[*a], model[*b]], blocks, 1);
+                    if evidence > -MARGIN {
+                        let (out, other) =
+                            if drops[first] < drops[second] { (first, b) } else { (second, a) };
+                        let name = self.terms[model[*other]].name.clone();
+                        objections.push((out, Objection::Pair(name, evidence)));
+                    }
+                }
+            }
+        }
+        let worst = objections.into_iter().min_by(|a, b| drops[a.0].total_cmp(&drops[b.0]));
+        worst.map(|(row, objection)| (model[rows[row]], objection))
+    }
+
+    /// How much of the squared length of a row's form the blocks of the model leave to it.
+    fn own_share(&self, model: &[usize], at: usize) -> f64 {
+        let (values, _) = self.solved(model);
+        let columns = |range: &[usize]| -> usize {
+            range.iter().map(|term| self.terms[*term].columns.len()).sum()
+        };
+        let first = self.nominal() + columns(&model[..at]);
+        let count = self.terms[model[at]].columns.len();
+        let form = DVector::from_fn(count, |i, _| values[first + i]);
+        let others: Vec<usize> =
+            model.iter().copied().filter(|term| *term != model[at]).collect();
+        let rows: Vec<usize> =
+            others.iter().copied().filter(|term| self.terms[*term].is_effect()).collect();
+        let length = |beside: &[usize]| {
+            let left = self.left(beside, model[at]);
+            (form.transpose() * left * &form)[(0, 0)]
+        };
+        length(&others) / length(&rows).max(f64::MIN_POSITIVE)
+    }
+
+    /// The log Bayes factor of separate values of a row by groups of runs against one value for
+    /// all, the largest of all labels, and their gain.
+    fn apart(&self, model: &[usize], at: usize, pieces: &Pieces) -> Option<(String, f64, f64)> {
+        let term = &self.terms[model[at]];
+        let mut base: Vec<Combination> = self.columns(model);
+        base.push(self.residual().clone());
+        let k = term.columns.len();
+        let before: usize = model[..at].iter().map(|term| self.terms[*term].columns.len()).sum();
+        let own_at = self.nominal() + before;
+        let weights: Vec<f64> = self.scale.iter().map(|scale| scale.powi(-2)).collect();
+        let n = base.len() - 1;
+        let mut best: Option<(String, f64, f64)> = None;
+        for (label, groups) in &pieces.labels {
+            let count = groups.iter().copied().max().unwrap_or(0) + 1;
+            if count < 2 || count > 12 {
+                continue;
+            }
+            // Sums of each group: its own columns are zero elsewhere.
+            let of: Vec<_> = (0..count)
+                .map(|group| pieces.products(&weights, |piece| groups[piece.run] == group))
+                .collect();
+            let size = k * (count - 1);
+            let mut whole = of.iter().skip(1).fold(of[0].clone(), |sum, more| sum + more);
+            self.add_priors(&base, &mut whole);
+            let nominal = whole.view((0, 0), (n, n)).into_owned();
+            let (factor, length) = factored(&nominal);
+            let mut across = nalgebra::DMatrix::zeros(n, size);
+            let mut own = nalgebra::DMatrix::zeros(size, size);
+            let mut score = DVector::zeros(size);
+            for group in 1..count {
+                let first = k * (group - 1);
+                for j in 0..k {
+                    for i in 0..n {
+                        across[(i, first + j)] = of[group][(i, own_at + j)] / length[i];
+                    }
+                    for i in 0..k {
+                        own[(first + i, first + j)] = of[group][(own_at + i, own_at + j)];
+                    }
+                    score[first + j] = of[group][(own_at + j, n)];
+                }
+            }
+            let raw = own.diagonal().map(|square: f64| square.max(0.0).sqrt());
+            let mut half =
+                DVector::from_fn(n, |i, _| whole[(i, n)] / length[i]);
+            factor.l_dirty().solve_lower_triangular_mut(&mut half);
+            factor.l_dirty().solve_lower_triangular_mut(&mut across);
+            let left = own - across.tr_mul(&across);
+            let score = score - across.tr_mul(&half);
+            let gain = gain_of(&left, &score, &raw);
+            if gain.degrees == 0 {
+                continue;
+            }
+            let ln_bayes = 0.5 * gain.gain - price(gain, 1, 1);
+            if best.as_ref().is_none_or(|(_, known, _)| ln_bayes > *known) {
+                best = Some((label.clone(), ln_bayes, gain.gain));
+            }
+        }
+        best
+    }
+
+    fn add_priors(&self, combinations: &[Combination], sums: &mut nalgebra::DMatrix<f64>) {
+        for row in &self.sums.priors {
+            let value = |combination: &Combination| -> f64 {
+                let of = |column: usize| {
+                    if column == self.sums.residual() {
+                        return row.residual;
+                    }
+                    let own = row.coefficients.iter().filter(|(own, _)| *own == column);
+                    own.map(|(_, by)| by).sum()
+                };
+                combination.iter().map(|(column, by)| by * of(*column)).sum()
+            };
+            let row = DVector::from_iterator(combinations.len(), combinations.iter().map(value));
+            *sums += &row * row.transpose();
+        }
+    }
+
+    /// Log evidence of the model with blocks in the place of some rows, less that of the model.
+    fn replaced(&self, model: &[usize], out: &[usize], blocks: &[usize], most: usize) -> f64 {
+        let evidence = self.ln_evidence(model);
+        let mut new: Vec<usize> =
+            model.iter().copied().filter(|term| !out.contains(term)).collect();
+        let mut best = f64::NEG_INFINITY;
+        for _ in 0..most {
+            let ranked = self.ranked(&new, blocks, 0.0);
+            let Some(first) = ranked.first().filter(|one| one.ln_bayes >= ENTER) else { break };
+            new.push(first.term);
+            new = self.prune(new, &mut Log::new());
+            best = best.max(self.ln_evidence(&new) - evidence);
+        }
+        best
+    }
+}

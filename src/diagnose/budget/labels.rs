@@ -1,0 +1,112 @@
+//! What a campaign varies on purpose, as groups of its runs: setups, and the rate and the sense of
+//! each signal.
+
+use crate::diagnose::library::structure::{Knots, turns};
+use crate::engine::Problem;
+
+/// Relative difference of mean rates within one group.
+const SAME_RATE: f64 = 0.05;
+/// Samples of a run that its mean rates are found from.
+const SAMPLES: usize = 2048;
+/// Values of an input, in parts of its span, within one place.
+const SAME_PLACE: f64 = 1e-6;
+/// Places that each have a value of their own at most.
+const MOST_PLACES: usize = 16;
+/// Spans between the knots of an input with more places.
+const KNOTS: usize = 8;
+/// Mean rate, in parts of the largest, below which a signal stands still.
+const STILL: f64 = 1e-3;
+
+/// For each label its name and the group of each run; labels that divide nothing are not among
+/// them.
+pub fn labels(problem: &Problem) -> Vec<(String, Vec<usize>)> {
+    let mut setups = Vec::new();
+    let mut rates: Vec<(String, Vec<f64>)> = Vec::new();
+    let mut run_number = 0;
+    let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
+    for (number, part) in problem.parts.iter().enumerate() {
+        for run in &part.runs {
+            setups.push(number * 1000 + run.setup);
+            let samples = run.record.spread(SAMPLES, 1);
+            let inputs = part.system.assembly.names.inputs.iter();
+            for (input, track) in inputs.zip(&samples.inputs) {
+                let rate = |at: usize| -> f64 { track.at(at, samples.time[at], 0.0_f64, 1) };
+                let rates_here = (0..samples.len()).map(rate).filter(|rate| rate.is_finite());
+                let mean = rates_here.sum::<f64>() / samples.len().max(1) as f64;
+                let at = rates.iter().position(|(name, _)| *name == input.name);
+                let at = at.unwrap_or_else(|| {
+                    rates.push((input.name.clone(), vec![0.0; runs]));
+                    rates.len() - 1
+                });
+                rates[at].1[run_number] = mean;
+            }
+            run_number += 1;
+        }
+    }
+    let mut labels = vec![("setup".to_owned(), groups(&setups, |a, b| a == b))];
+    for (name, rates) in rates {
+        let most = rates.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
+        let sense: Vec<i8> = rates
+            .iter()
+            .map(|rate| if rate.abs() < STILL * most { 0 } else { rate.signum() as i8 })
+            .collect();
+        labels.push((format!("sense of {name}"), groups(&sense, |a, b| a == b)));
+        let same = |a: &f64, b: &f64| (a.abs() - b.abs()).abs() < SAME_RATE * most;
+        labels.push((format!("rate of {name}"), groups(&rates, same)));
+    }
+    labels.retain(|(_, groups)| groups.iter().any(|group| *group != groups[0]));
+    labels
+}
+
+/// Places at which a line over an input may bend, for each input that varies and does not turn: all
+/// of a few, or octiles of many.
+pub fn knots(problem: &Problem) -> Vec<Knots> {
+    let mut values: Vec<(String, Vec<f64>)> = Vec::new();
+    for part in &problem.parts {
+        let inputs = &part.system.assembly.names.inputs;
+        let straight = |number: usize| !turns(&inputs[number].unit);
+        for run in &part.runs {
+            let samples = run.record.spread(SAMPLES, 1);
+            for (number, track) in samples.inputs.iter().enumerate().filter(|(n, _)| straight(*n)) {
+                let own = (0..samples.len()).map(|at| track.at(at, samples.time[at], 0.0_f64, 0));
+                let own: Vec<f64> = own.filter(|value| value.is_finite()).collect();
+                match values.iter_mut().find(|(name, _)| *name == inputs[number].name) {
+                    Some((_, known)) => known.extend(own),
+                    None => values.push((inputs[number].name.clone(), own)),
+                }
+            }
+        }
+    }
+    values
+        .into_iter()
+        .filter_map(|(name, mut all)| {
+            all.sort_by(f64::total_cmp);
+            let span = all.last()? - all.first()?;
+            let mut places = all.clone();
+            places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);
+            if places.len() < 3 {
+                return None;
+            }
+            if places.len() > MOST_PLACES {
+                places = (0..=KNOTS).map(|k| all[k * (all.len() - 1) / KNOTS]).collect();
+                places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);
+            }
+            let inner = places.len().checked_sub(1)?;
+            (inner > 1).then(|| (name, places[1..inner].to_vec()))
+        })
+        .collect()
+}
+
+/// Numbers of groups whose values are the same as that of the first in them.
+fn groups<T>(values: &[T], same: impl Fn(&T, &T) -> bool) -> Vec<usize> {
+    let mut firsts: Vec<&T> = Vec::new();
+    values
+        .iter()
+        .map(|value| {
+            firsts.iter().position(|first| same(first, value)).unwrap_or_else(|| {
+                firsts.push(value);
+                firsts.len() - 1
+            })
+        })
+        .collect()
+}

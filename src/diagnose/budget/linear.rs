@@ -1,0 +1,266 @@
+//! A fitted model, linearised, with everything that may be added to it: effects of the library with
+//! the best member of each family, and basis blocks.
+//!
+//! Rows that are in the fit already are terms like the others: what they explain is added back to
+//! the residual.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::diagnose::evidence::Evidence;
+use crate::diagnose::evidence::scan::{ALL_BLIND, Scanned, scan, told};
+use crate::diagnose::evidence::score::score;
+use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::candidate::{Candidate, NotTestable};
+use crate::diagnose::library::catalogue::Made;
+use crate::diagnose::library::offer::Offer;
+use crate::diagnose::library::place::Place;
+use crate::diagnose::library::structure::bent;
+use crate::diagnose::library::wanted::Wanted;
+use crate::effect::{Family, Members};
+use crate::engine::point::from_components;
+use crate::engine::signatures::Signatures;
+
+use super::labels::knots;
+use super::pieces::Pieces;
+use super::selection::Selection;
+use super::sums::Sums;
+use super::terms::{Kind, Term};
+
+/// A linearised model with its terms.
+#[derive(Clone, Debug)]
+pub struct Linear {
+    /// The fit.
+    pub fitted: Fitted,
+    /// What may be added: effects, then blocks.
+    pub candidates: Vec<Candidate>,
+    /// The terms: those of the candidates, then the rows that are in the fit.
+    pub terms: Vec<Term>,
+    /// The sums of all columns.
+    pub sums: Sums,
+    /// Columns of rows in the fit with their values.
+    pub active: Vec<(usize, f64)>,
+    /// Effects on the noise alone.
+    pub noise: Vec<Candidate>,
+    /// Effects that cannot be tested.
+    pub not_testable: Vec<NotTestable>,
+    /// The signatures of the candidates in each campaign.
+    pub signed: Arc<Vec<Signatures>>,
+    /// For each run its place in the order of time.
+    pub order: Vec<usize>,
+    rows: std::ops::Range<usize>,
+}
+
+impl Linear {
+    /// Linearises a fit in which the named `rows` are effects of the diagnosis; `with_blocks` for
+    /// basis blocks, too. `scanned` has the members of families that need no scan again.
+    pub fn new(
+        fitted: Fitted,
+        rows: &[Row],
+        wanted: &Wanted,
+        with_blocks: bool,
+        scanned: &mut Scanned,
+    ) -> Option<Self> {
+        let made = wanted.catalogue.of(&fitted.recipes);
+        let Offer { effects, noise, mut not_testable } = wanted.of(made.offer.clone());
+        let (mut candidates, mut members, blind) = best_members(&fitted, &made, effects, scanned)?;
+        not_testable.extend(blind);
+        if with_blocks {
+            for block in &made.blocks {
+                if block.place.as_ref().is_some_and(Place::is_oscillation_of_one) {
+                    continue;
+                }
+                let found = if block.selected.effect.shape.is_empty() {
+                    Some((block.clone(), 1))
+                } else {
+                    scan(&fitted, block, scanned)
+                };
+                if let Some((found, tried)) = found {
+                    candidates.push(found);
+                    members.push(tried);
+                }
+            }
+            if std::env::var_os("KNOTS").is_some() { println!("{:?} {}", knots(&fitted.problem), bent(&fitted.recipes, &knots(&fitted.problem)).len()); }
+            for block in bent(&fitted.recipes, &knots(&fitted.problem)) {
+                candidates.push(block);
+                members.push(1);
+            }
+        }
+        let all: Vec<&Candidate> = candidates.iter().collect();
+        let signed = made.signatures(&fitted.problem, &all);
+        let priors = fitted.fit.normal.priors.clone();
+        let sums =
+            Sums::new(&fitted.problem, &fitted.fit.point, &signed, candidates.len(), priors);
+        let ln_prior = |candidate: &Candidate| {
+            if candidate.place.is_some() {
+                return 0.0;
+            }
+            wanted.prior.times(&candidate.selected.effect.name).ln()
+        };
+        let mut terms: Vec<Term> = candidates
+            .iter()
+            .zip(&members)
+            .enumerate()
+            .map(|(number, (one, members))| {
+                Term::of(&sums, number, one, (*members, ln_prior(one)))
+            })
+            .collect();
+        let mut active = Vec::new();
+        for row in rows {
+            let columns = columns_of(&fitted, &row.name);
+            active.extend(columns.iter().copied());
+            terms.push(Term {
+                candidate: usize::MAX,
+                name: row.name.clone(),
+                kind: Kind::Effect,
+                columns: columns.iter().map(|(column, _)| vec![(*column, 1.0)]).collect(),
+                members: row.members,
+                ln_prior: row.ln_prior,
+                is_of_runs: false,
+                place: None,
+                change: None,
+            });
+        }
+        let rows = candidates.len()..terms.len();
+        let order = order(&fitted);
+        Some(Self {
+            fitted,
+            candidates,
+            terms,
+            sums,
+            active,
+            noise,
+            not_testable,
+            signed,
+            order,
+            rows,
+        })
+    }
+
+    /// The terms that are rows in the fit.
+    pub fn rows(&self) -> Vec<usize> {
+        self.rows.clone().collect()
+    }
+
+    /// The row that a candidate would be.
+    pub fn row(&self, term: usize) -> Row {
+        let own = &self.terms[term];
+        Row { name: own.name.clone(), members: own.members, ln_prior: own.ln_prior }
+    }
+
+    /// Values of a term's parameters beside a model, as the sums find them best.
+    pub fn start(
+        &self,
+        selection: &Selection<'_>,
+        model: &[usize],
+        term: usize,
+    ) -> Vec<(String, usize, Option<String>, f64)> {
+        let with = [model, &[term]].concat();
+        let (values, _) = selection.solved(&with);
+        let own = &self.terms[term].columns;
+        let first = values.len() - own.len();
+        let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
+        for (number, combination) in own.iter().enumerate() {
+            for (column, by) in combination {
+                *sums.entry(*column).or_default() += by * values[first + number];
+            }
+        }
+        sums.into_iter()
+            .filter_map(|(column, value)| {
+                let owner = self.sums.owners.get(column.checked_sub(self.sums.nominal)?)?;
+                Some((owner.parameter.clone(), owner.component, owner.of.clone(), value))
+            })
+            .collect()
+    }
+
+    /// Sums of the columns of a model by pieces of the readings.
+    pub fn pieces(&self, selection: &Selection<'_>, model: &[usize]) -> Pieces {
+        Pieces::new(self, selection, model)
+    }
+}
+
+/// For each run its place in the order of time.
+fn order(fitted: &Fitted) -> Vec<usize> {
+    let mut runs: Vec<(usize, f64, usize)> = Vec::new();
+    for (number, part) in fitted.problem.parts.iter().enumerate() {
+        for (run, one) in part.runs.iter().enumerate() {
+            let first = one.record.first_time().unwrap_or(0.0);
+            runs.push((number, first, fitted.problem.run_index(number, run)));
+        }
+    }
+    runs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut order = vec![0; runs.len()];
+    runs.iter().enumerate().for_each(|(place, (.., run))| order[*run] = place);
+    order
+}
+
+/// A row of the budget that is in the fit.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The effect, with its head.
+    pub name: String,
+    /// Members of its family that were tried.
+    pub members: usize,
+    /// Log prior odds.
+    pub ln_prior: f64,
+}
+
+/// The columns of an effect in the fit, with their values.
+pub fn columns_of(fitted: &Fitted, name: &str) -> Vec<(usize, f64)> {
+    let (layout, point) = (&fitted.problem.layout, &fitted.fit.point);
+    let prefix = format!("{name}.");
+    let mut absent = point.clone();
+    let mut own: Vec<usize> = Vec::new();
+    for (index, instance) in layout.instances.iter().enumerate() {
+        if instance.name.starts_with(&prefix) {
+            absent.values[index] = from_components(instance.kind, &[0.0; 3]);
+            let columns = (0..instance.dimension()).flat_map(|k| layout.columns_of(index, k));
+            own.extend(columns.map(|(column, _)| column));
+        }
+    }
+    own.sort_unstable();
+    own.dedup();
+    let step = absent.step_to(layout, point);
+    own.into_iter().map(|column| (column, step[column])).collect()
+}
+
+/// Of each family the member that explains most, with the number of members tried, and families of
+/// which no member can be tested.
+fn best_members(
+    fitted: &Fitted,
+    made: &Made,
+    offered: Vec<Candidate>,
+    scanned: &mut Scanned,
+) -> Option<(Vec<Candidate>, Vec<usize>, Vec<NotTestable>)> {
+    let (mut best, mut tried, mut blind) = (Vec::new(), Vec::new(), Vec::new());
+    let is_range = |family: &Family| matches!(family.members, Members::Range { .. });
+    for family in offered.chunk_by(|a, b| a.name == b.name) {
+        let first = &family[0];
+        if family.len() > 1
+            && first.selected.effect.shape.values().all(is_range)
+            && let Some((found, members)) = scan(fitted, first, scanned)
+        {
+            best.push(found);
+            tried.push(members);
+            continue;
+        }
+        let members = told(&fitted.problem, family);
+        let count = members.len();
+        if count == 0 {
+            blind.push(NotTestable::here(&first.name, ALL_BLIND));
+            continue;
+        }
+        let mut winner = 0;
+        if count > 1 {
+            let fit = &fitted.fit;
+            let signatures = made.signatures(&fitted.problem, &members);
+            let evidence =
+                Evidence::with(&fitted.problem, &fit.normal, &fit.point, count, signatures)?;
+            let gain = |k: &usize| score(&evidence.entries[*k], 1).ln_p;
+            winner = (0..count).min_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(0);
+        }
+        best.push(members[winner].clone());
+        tried.push(count);
+    }
+    Some((best, tried, blind))
+}

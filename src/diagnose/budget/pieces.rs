@@ -1,0 +1,108 @@
+//! Sums of a model's columns by pieces of the readings: whole runs, or stretches of the few runs
+//! that there are. For tests that leave readings out, or give groups of runs values of their own.
+
+use nalgebra::DMatrix;
+
+use super::labels::labels;
+use super::linear::Linear;
+use super::selection::Selection;
+
+/// Fewer runs are cut into stretches.
+const FEW_RUNS: usize = 4;
+/// Folds that are held out one after the other; stretches of a run.
+pub const FOLDS: usize = 5;
+
+/// The sums of a model's columns, the residual last, over the pieces.
+#[derive(Clone, Debug)]
+pub struct Pieces {
+    /// The pieces.
+    pub pieces: Vec<Piece>,
+    /// Labels by which runs are grouped: what a campaign varies on purpose. For each a name and the
+    /// group of each run.
+    pub labels: Vec<(String, Vec<usize>)>,
+    size: usize,
+}
+
+/// A run or a stretch of it.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// Index of the run among all.
+    pub run: usize,
+    /// The fold that it belongs to.
+    pub fold: usize,
+    /// The columns that act in its run.
+    columns: Vec<usize>,
+    /// The sums of each measurand that has readings there.
+    sums: Vec<(usize, DMatrix<f64>)>,
+}
+
+impl Pieces {
+    /// The sums of a model of a linearised fit.
+    pub fn new(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Self {
+        let runs = linear.order.len();
+        let stretches = if runs < FEW_RUNS { FOLDS } else { 1 };
+        let size = selection.columns(model).len() + 1;
+        let mut pieces: Vec<Piece> = (0..runs * stretches)
+            .map(|number| Piece {
+                run: number / stretches,
+                fold: if stretches > 1 { number % stretches } else { number % FOLDS },
+                columns: Vec::new(),
+                sums: Vec::new(),
+            })
+            .collect();
+        let mut here: Vec<(usize, f64)> = Vec::new();
+        let mut lengths: Vec<usize> = (0..runs).map(|run| linear.samples_in(run)).collect();
+        lengths.iter_mut().for_each(|length| *length = (*length).max(1));
+        linear.visit(selection, model, &[], &mut |values| {
+            let stretch = (values.sample * stretches / lengths[values.run]).min(stretches - 1);
+            let piece = &mut pieces[values.run * stretches + stretch];
+            here.clear();
+            let all = values.model.iter().copied().chain([values.residual]).enumerate();
+            for (column, value) in all.filter(|(_, value)| *value != 0.0) {
+                here.push((piece.place(column), value));
+            }
+            let known = piece.sums.iter().position(|(own, _)| *own == values.measurand);
+            let known = known.unwrap_or_else(|| {
+                piece.sums.push((values.measurand, DMatrix::zeros(0, 0)));
+                piece.sums.len() - 1
+            });
+            let sums = &mut piece.sums[known].1;
+            if sums.nrows() < piece.columns.len() {
+                let old = std::mem::replace(sums, DMatrix::zeros(0, 0));
+                *sums = old.resize(piece.columns.len(), piece.columns.len(), 0.0);
+            }
+            for (j, y) in &here {
+                let mut column = sums.column_mut(*j);
+                let column = column.as_mut_slice();
+                here.iter().for_each(|(i, x)| column[*i] += x * y);
+            }
+        });
+        Self { pieces, labels: labels(&linear.fitted.problem), size }
+    }
+
+    /// The products of the columns over some pieces, each measurand with its weight.
+    pub fn products(&self, weights: &[f64], wanted: impl Fn(&Piece) -> bool) -> DMatrix<f64> {
+        let mut sum = DMatrix::zeros(self.size, self.size);
+        for piece in self.pieces.iter().filter(|piece| wanted(piece)) {
+            for (measurand, gram) in &piece.sums {
+                let weight = weights[*measurand];
+                for (j, right) in piece.columns.iter().enumerate().take(gram.ncols()) {
+                    for (i, left) in piece.columns.iter().enumerate().take(gram.nrows()) {
+                        sum[(*left, *right)] += weight * gram[(i, j)];
+                    }
+                }
+            }
+        }
+        sum
+    }
+}
+
+impl Piece {
+    /// The place of a column among those that act here.
+    fn place(&mut self, column: usize) -> usize {
+        self.columns.iter().position(|own| *own == column).unwrap_or_else(|| {
+            self.columns.push(column);
+            self.columns.len() - 1
+        })
+    }
+}

@@ -1,0 +1,208 @@
+//! The search for a model: terms enter, leave, are exchanged and taken apart, each by the same
+//! price.
+//!
+//! Effects come first; where none enters, the best basis block does, and effects may enter again. A
+//! row goes for an effect that is better, or for a block that is no wider and better by
+//! [`TIE`]. A wide block may hide several effects: each is taken out once and effects
+//! are grown in its place. Whether a row stands is for [`super::judge`] to say.
+
+use super::selection::Selection;
+use super::thresholds::{ENTER, MOST_ROWS, SWAP, TIE};
+
+/// Terms that enter in one go at most.
+const MOST: usize = 40;
+/// Rounds of blocks and effects.
+const ROUNDS: usize = 6;
+/// Swaps at most.
+const SWAPS: usize = 12;
+
+/// What a search does, step by step: for a reader who wants to know why.
+pub type Log = Vec<String>;
+
+/// The pools of a search.
+#[derive(Clone, Debug)]
+pub struct Pools {
+    /// Library effects.
+    pub effects: Vec<usize>,
+    /// Basis blocks.
+    pub blocks: Vec<usize>,
+}
+
+impl Pools {
+    /// Of a selection.
+    pub fn of(selection: &Selection<'_>) -> Self {
+        let of = |effect: bool| {
+            let all = 0..selection.terms.len();
+            all.filter(|term| selection.terms[*term].is_effect() == effect).collect()
+        };
+        Self { effects: of(true), blocks: of(false) }
+    }
+}
+
+impl Selection<'_> {
+    /// The model that the sums bear out, from a first one.
+    pub fn search(&mut self, start: &[usize], pools: &Pools, log: &mut Log) -> Vec<usize> {
+        self.set_scale(start);
+        let mut model = self.prune(start.to_vec(), log);
+        model = self.grow(model, &pools.effects, 0.0, MOST_ROWS + 4, log);
+        model = self.swap(model, pools, log);
+        for _ in 0..ROUNDS {
+            if pools.blocks.is_empty() {
+                break;
+            }
+            let before = sorted(&model);
+            self.set_scale(&model);
+            let best = self.ranked(&model, &pools.blocks, 0.0);
+            if let Some(best) = best.first().filter(|best| best.ln_bayes >= ENTER) {
+                self.note(log, "+", best.term, best.ln_bayes);
+                model.push(best.term);
+                self.set_scale(&model);
+                model = self.prune(model, log);
+            }
+            model = self.grow(model, &pools.effects, 0.0, MOST, log);
+            model = self.without_wide_blocks(model, pools, log);
+            model = self.swap(model, pools, log);
+            if sorted(&model) == before {
+                break;
+            }
+        }
+        self.set_scale(&model);
+        model
+    }
+
+    /// Lets the terms of a pool enter one after the other.
+    pub fn grow(
+        &mut self,
+        mut model: Vec<usize>,
+        pool: &[usize],
+        least: f64,
+        most: usize,
+        log: &mut Log,
+    ) -> Vec<usize> {
+        for _ in 0..most {
+            self.set_scale(&model);
+            let ranked = self.ranked(&model, pool, least);
+            let Some(best) = ranked.first().filter(|best| best.ln_bayes >= ENTER) else { break };
+            self.note(log, "+", best.term, best.ln_bayes);
+            model.push(best.term);
+            model = self.prune(model, log);
+            if !model.contains(&best.term) && self.ranked(&model, pool, least).first().is_some_and(|again| again.term == best.term) {
+                break;
+            }
+        }
+        model
+    }
+
+    /// Takes out the terms that are not worth their price any more.
+    pub fn prune(&self, mut model: Vec<usize>, log: &mut Log) -> Vec<usize> {
+        while !model.is_empty() {
+            let gains = self.contributions(&model);
+            let worst = model
+                .iter()
+                .zip(gains)
+                .map(|(term, gain)| (self.ln_bayes_factor(*term, gain), *term))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((ln_bayes, term)) = worst.filter(|(ln_bayes, _)| *ln_bayes < ENTER) else {
+                break;
+            };
+            self.note(log, "-", term, ln_bayes);
+            model.retain(|own| *own != term);
+        }
+        model
+    }
+
+    /// Exchanges rows for better ones.
+    fn swap(&self, mut model: Vec<usize>, pools: &Pools, log: &mut Log) -> Vec<usize> {
+        let simple = |degrees: usize| -> Vec<usize> {
+            let is_simple = |block: &&usize| {
+                let term = &self.terms[**block];
+                !term.is_of_runs && term.columns.len() <= degrees
+            };
+            pools.blocks.iter().filter(is_simple).copied().collect()
+        };
+        for _ in 0..SWAPS {
+            let mut best: Option<(f64, usize, usize)> = None;
+            for (term, gain) in model.iter().zip(self.contributions(&model)) {
+                let rest: Vec<usize> = model.iter().copied().filter(|own| own != term).collect();
+                let own = self.ln_bayes_factor(*term, gain);
+                let mut found: Vec<(f64, usize)> = Vec::new();
+                for one in self.ranked(&rest, &pools.effects, 0.0).into_iter().take(2) {
+                    if one.term != *term && one.ln_bayes >= ENTER.max(own + SWAP) {
+                        found.push((one.ln_bayes - own, one.term));
+                    }
+                }
+                if self.terms[*term].is_effect() {
+                    let plain = simple(gain.degrees);
+                    let ranked = self.ranked(&rest, &plain, 0.0);
+                    let better = ranked.first().filter(|one| one.ln_bayes >= ENTER.max(own) + TIE);
+                    found.extend(better.map(|one| (one.ln_bayes - own, one.term)));
+                }
+                for (gained, other) in found {
+                    if best.is_none_or(|(known, ..)| gained > known) {
+                        best = Some((gained, *term, other));
+                    }
+                }
+            }
+            let Some((gained, out, other)) = best else { break };
+            log.push(format!(
+                "{} for {} ({gained:.1})",
+                self.terms[other].name, self.terms[out].name
+            ));
+            model.retain(|own| *own != out);
+            model.push(other);
+            model = self.prune(model, log);
+        }
+        model
+    }
+
+    /// Takes each block out once and lets effects grow in its place, and beside it.
+    fn without_wide_blocks(
+        &mut self,
+        mut model: Vec<usize>,
+        pools: &Pools,
+        log: &mut Log,
+    ) -> Vec<usize> {
+        let blocks: Vec<usize> =
+            model.iter().copied().filter(|term| !self.terms[*term].is_effect()).collect();
+        for block in blocks {
+            if !model.contains(&block) {
+                continue;
+            }
+            let (scale, evidence) = (self.scale.clone(), self.ln_evidence(&model));
+            let rest: Vec<usize> = model.iter().copied().filter(|own| *own != block).collect();
+            let mut steps = Log::new();
+            let grown = self.grow(rest, &pools.effects, 0.0, MOST, &mut steps);
+            self.adopt_scale(&scale);
+            let is_new = |found: &[usize]| found.iter().any(|term| !model.contains(term));
+            if !is_new(&grown) {
+                continue;
+            }
+            let name = &self.terms[block].name;
+            let without = self.ln_evidence(&grown) - evidence;
+            if without > 0.0 {
+                log.push(format!("effects instead of {name} ({without:.1})"));
+                log.append(&mut steps);
+                model = grown;
+                continue;
+            }
+            let more = self.prune([grown, vec![block]].concat(), &mut steps);
+            let with = self.ln_evidence(&more) - evidence;
+            if with > SWAP && is_new(&more) {
+                log.push(format!("effects beside {name} ({with:.1})"));
+                log.append(&mut steps);
+                model = more;
+            }
+        }
+        model
+    }
+
+    fn note(&self, log: &mut Log, sign: &str, term: usize, ln_bayes: f64) {
+        log.push(format!("{sign} {} ({ln_bayes:.1})", self.terms[term].name));
+    }
+}
+
+fn sorted(model: &[usize]) -> Vec<usize> {
+    let mut sorted = model.to_vec();
+    sorted.sort_unstable();
+    sorted
+}

@@ -1,0 +1,450 @@
+//! Gram sums of all columns of a linearised model, by measurand: one pass over the readings, all
+//! that follows is algebra on them.
+//!
+//! Columns: the nominal parameters, then those of every candidate with one column for each value of
+//! a parameter. A column that acts in all runs is *wide*, one of a setup or of a run is *narrow*.
+//! Products of wide columns are summed over all runs, those of a narrow column with the wide ones
+//! too; products of two narrow columns are kept run by run. So memory grows with the number of runs
+//! and not with its square.
+//!
+//! It does not say which columns explain anything.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use crate::diagnose::evidence::Owner;
+use crate::diagnose::evidence::columns::{Column, join, owner_in};
+use crate::engine::gram::PriorRow;
+use crate::engine::signatures::{Signature, Signatures};
+use crate::engine::{Point, Problem};
+
+/// The sums of a linearised model.
+#[derive(Clone, Debug)]
+pub struct Sums {
+    /// Whose value each column of a candidate is, after the nominal ones.
+    pub owners: Vec<Owner>,
+    /// For each candidate its columns.
+    pub of_candidate: Vec<Vec<usize>>,
+    /// Typical magnitude of the value of each column, where it is declared.
+    pub typical: Vec<Option<f64>>,
+    /// Number of nominal columns.
+    pub nominal: usize,
+    /// Number of readings of each measurand of each campaign.
+    pub readings: Vec<usize>,
+    /// The first measurand of each campaign.
+    pub first_measurand: Vec<usize>,
+    /// Prior knowledge of nominal parameters.
+    pub priors: Vec<PriorRow>,
+    place: Vec<Placed>,
+    by_measurand: Vec<Store>,
+    locals: Arc<Vec<Local>>,
+}
+
+/// Products of one more column with the others.
+#[derive(Clone, Debug, Default)]
+pub struct Appended {
+    /// By run and measurand: with the columns of the run's Gram matrix, the residual last, and with
+    /// itself.
+    of_runs: BTreeMap<(usize, usize), (Vec<f64>, f64)>,
+    /// By measurand: with columns that were appended before.
+    others: Vec<(usize, usize, f64)>,
+}
+
+impl Appended {
+    /// Adds a whitened row of a run in which the column has the value `x`.
+    pub fn add(&mut self, at: (usize, usize), x: f64, row: &[f64]) {
+        let (sums, square) =
+            self.of_runs.entry(at).or_insert_with(|| (vec![0.0; row.len()], 0.0));
+        sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += x * value);
+        *square += x * x;
+    }
+
+    /// Adds a product with a column that was appended before.
+    pub fn add_to(&mut self, measurand: usize, column: usize, product: f64) {
+        let known = self.others.iter_mut().find(|one| (one.0, one.1) == (measurand, column));
+        match known {
+            Some(known) => known.2 += product,
+            None => self.others.push((measurand, column, product)),
+        }
+    }
+}
+
+/// Where a column stands.
+#[derive(Clone, Debug)]
+enum Placed {
+    Wide(usize),
+    /// Its number, and where it stands in the sums of which runs.
+    Narrow(usize, Vec<(usize, usize)>),
+}
+
+/// Sums of products.
+#[derive(Clone, Debug)]
+struct Store {
+    /// Of wide columns, the residual last.
+    wide: DMatrix<f64>,
+    /// Of narrow columns (one a column) with the wide ones and the residual.
+    strips: DMatrix<f64>,
+    /// Of the narrow columns of each run.
+    runs: Vec<DMatrix<f64>>,
+}
+
+impl Store {
+    fn empty(wide: usize, narrow: usize, runs: &[usize]) -> Self {
+        Self {
+            wide: DMatrix::zeros(wide + 1, wide + 1),
+            strips: DMatrix::zeros(wide + 1, narrow),
+            runs: runs.iter().map(|size| DMatrix::zeros(*size, *size)).collect(),
+        }
+    }
+
+    fn add(&mut self, other: &Self, factor: f64) {
+        let more = |sum: &mut DMatrix<f64>, other: &DMatrix<f64>| {
+            sum.iter_mut().zip(other.iter()).for_each(|(sum, more)| *sum += factor * more);
+        };
+        more(&mut self.wide, &other.wide);
+        more(&mut self.strips, &other.strips);
+        self.runs.iter_mut().zip(&other.runs).for_each(|(sum, other)| more(sum, other));
+    }
+}
+
+/// What a run's Gram matrix has in each place: the columns of all, and which of its own are narrow.
+#[derive(Clone, Debug)]
+struct Local {
+    columns: Vec<usize>,
+}
+
+impl Sums {
+    /// Sums the signatures of so many candidates at a point.
+    pub fn new(
+        problem: &Problem,
+        point: &Point,
+        signed: &Arc<Vec<Signatures>>,
+        candidates: usize,
+        priors: Vec<PriorRow>,
+    ) -> Self {
+        let nominal = problem.layout.columns.len();
+        let mut own: Vec<Vec<(Owner, Column)>> = vec![Vec::new(); candidates];
+        for (part, signatures) in signed.iter().enumerate() {
+            for (index, signature) in signatures.columns.iter().enumerate() {
+                let candidate = signature.effect.parse::<usize>().ok();
+                if let Some(own) = candidate.and_then(|n| own.get_mut(n)) {
+                    join(problem, part, index, signature, own);
+                }
+            }
+        }
+        let (mut owners, mut of_candidate, mut typical) = (Vec::new(), Vec::new(), Vec::new());
+        let mut at: Vec<Vec<(usize, usize)>> = Vec::new();
+        for own in own {
+            let first = nominal + owners.len();
+            of_candidate.push((first..first + own.len()).collect());
+            for (owner, column) in own {
+                owners.push(owner);
+                typical.push(column.typical);
+                at.push(column.at);
+            }
+        }
+        let locals = locals(problem, signed, &at);
+        let runs = locals.len();
+        let place = placed(problem, &at, runs);
+        let narrow_in = |local: &Local| {
+            local.columns.iter().filter(|c| matches!(place[**c], Placed::Narrow(..))).count()
+        };
+        let sizes: Vec<usize> = locals.iter().map(narrow_in).collect();
+        let count = |wide: bool| {
+            place.iter().filter(|one| matches!(one, Placed::Wide(_)) == wide).count()
+        };
+        let (wide, narrow) = (count(true), count(false));
+        let mut first_measurand = Vec::new();
+        let mut by_measurand: Vec<Store> = Vec::new();
+        let mut readings = Vec::new();
+        for (part, signatures) in signed.iter().enumerate() {
+            let first = by_measurand.len();
+            first_measurand.push(first);
+            let slots = problem.parts[part].slots().len();
+            by_measurand.extend((0..slots).map(|_| Store::empty(wide, narrow, &sizes)));
+            readings.extend(problem.parts[part].present());
+            let first_run = problem.layout.first_run[part];
+            problem.grams_by_measurand(signatures, point, |run, grams| {
+                let run = first_run + run;
+                for (measurand, gram) in grams.iter().enumerate() {
+                    let store = &mut by_measurand[first + measurand];
+                    add_run(store, &gram.gram, run, &locals[run], &place);
+                }
+            });
+        }
+        Self {
+            owners,
+            of_candidate,
+            typical,
+            nominal,
+            readings,
+            first_measurand,
+            priors,
+            place,
+            by_measurand,
+            locals: Arc::new(locals),
+        }
+    }
+
+    /// Appends a column; its number.
+    pub fn append(&mut self, added: &Appended) -> usize {
+        let wide = self.by_measurand.first().map_or(0, |store| store.wide.nrows() - 1);
+        for store in &mut self.by_measurand {
+            // Before the residual.
+            let take = |matrix: &mut DMatrix<f64>| std::mem::replace(matrix, DMatrix::zeros(0, 0));
+            store.wide = take(&mut store.wide).insert_row(wide, 0.0).insert_column(wide, 0.0);
+            store.strips = take(&mut store.strips).insert_row(wide, 0.0);
+        }
+        for ((run, measurand), (sums, square)) in &added.of_runs {
+            let store = &mut self.by_measurand[*measurand];
+            store.wide[(wide, wide)] += square;
+            for (value, column) in sums.iter().zip(&self.locals[*run].columns) {
+                match self.place.get(*column) {
+                    Some(Placed::Wide(at)) => {
+                        store.wide[(wide, *at)] += value;
+                        store.wide[(*at, wide)] += value;
+                    }
+                    Some(Placed::Narrow(at, _)) => store.strips[(wide, *at)] += value,
+                    None => {}
+                }
+            }
+            if let Some(residual) = sums.last() {
+                store.wide[(wide, wide + 1)] += residual;
+                store.wide[(wide + 1, wide)] += residual;
+            }
+        }
+        for (measurand, column, product) in &added.others {
+            if let Some(Placed::Wide(at)) = self.place.get(*column) {
+                let store = &mut self.by_measurand[*measurand];
+                store.wide[(wide, *at)] += product;
+                store.wide[(*at, wide)] += product;
+            }
+        }
+        self.place.push(Placed::Wide(wide));
+        self.owners.push(Owner { parameter: String::new(), component: 0, of: None });
+        self.typical.push(None);
+        self.place.len() - 1
+    }
+
+    /// The number of the residual's column.
+    pub fn residual(&self) -> usize {
+        self.place.len()
+    }
+
+    /// The column of a candidate's signature in a run.
+    pub fn column_in(
+        &self,
+        problem: &Problem,
+        candidate: usize,
+        part: usize,
+        run: usize,
+        signature: &Signature,
+    ) -> Option<usize> {
+        let owner = owner_in(problem, part, run, signature);
+        let own = &self.of_candidate[candidate];
+        own.iter().copied().find(|column| self.owners[column - self.nominal] == owner)
+    }
+
+    /// Number of columns without the residual.
+    pub fn len(&self) -> usize {
+        self.place.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.place.is_empty()
+    }
+
+    /// The sums with the weight of each measurand (one over its squared noise scale factor), prior
+    /// knowledge included.
+    pub fn weighted(&self, weights: &[f64]) -> Weighted<'_> {
+        let mut sum: Option<Store> = None;
+        for (store, weight) in self.by_measurand.iter().zip(weights) {
+            let sum = sum.get_or_insert_with(|| {
+                let sizes: Vec<usize> = store.runs.iter().map(DMatrix::nrows).collect();
+                Store::empty(store.wide.nrows() - 1, store.strips.ncols(), &sizes)
+            });
+            sum.add(store, *weight);
+        }
+        let mut weighted = Weighted { sums: self, store: sum.unwrap_or(Store::empty(0, 0, &[])) };
+        weighted.add_priors();
+        weighted
+    }
+
+    /// The sums of one measurand alone, without prior knowledge.
+    pub fn measurand(&self, number: usize) -> Weighted<'_> {
+        Weighted { sums: self, store: self.by_measurand[number].clone() }
+    }
+
+    /// The product of two columns in the sums of one measurand; the column after the last is the
+    /// residual.
+    pub fn product_in(&self, measurand: usize, a: usize, b: usize) -> f64 {
+        self.product_of(&self.by_measurand[measurand], a, b)
+    }
+
+    fn product_of(&self, store: &Store, a: usize, b: usize) -> f64 {
+        let residual = store.wide.nrows() - 1;
+        let place = |column: usize| self.place.get(column);
+        match (place(a), place(b)) {
+            (None, None) => store.wide[(residual, residual)],
+            (None, Some(one)) | (Some(one), None) => match one {
+                Placed::Wide(a) => store.wide[(residual, *a)],
+                Placed::Narrow(a, _) => store.strips[(residual, *a)],
+            },
+            (Some(Placed::Wide(a)), Some(Placed::Wide(b))) => store.wide[(*a, *b)],
+            (Some(Placed::Wide(a)), Some(Placed::Narrow(b, _)))
+            | (Some(Placed::Narrow(b, _)), Some(Placed::Wide(a))) => store.strips[(*a, *b)],
+            (Some(Placed::Narrow(_, a)), Some(Placed::Narrow(_, b))) => {
+                let (mut sum, mut rest) = (0.0, &b[..]);
+                for (run, i) in a {
+                    rest = &rest[rest.partition_point(|(known, _)| known < run)..];
+                    if let Some((_, j)) = rest.first().filter(|(known, _)| known == run) {
+                        sum += store.runs[*run][(*i, *j)];
+                    }
+                }
+                sum
+            }
+        }
+    }
+}
+
+/// Sums under given noise scale factors.
+#[derive(Clone, Debug)]
+pub struct Weighted<'a> {
+    /// Of which columns.
+    pub sums: &'a Sums,
+    store: Store,
+}
+
+impl Weighted<'_> {
+    /// The product of two columns; the column after the last is the residual.
+    pub fn product(&self, a: usize, b: usize) -> f64 {
+        self.sums.product_of(&self.store, a, b)
+    }
+
+    fn add_priors(&mut self) {
+        let residual = self.store.wide.nrows() - 1;
+        for row in &self.sums.priors {
+            let own = row.coefficients.iter().map(|(column, value)| (*column, *value));
+            let all: Vec<(Option<&Placed>, f64)> = own
+                .map(|(column, value)| (Some(&self.sums.place[column]), value))
+                .chain([(None, row.residual)])
+                .collect();
+            for (a, p) in &all {
+                for (b, q) in &all {
+                    let value = p * q;
+                    let wide = |one: &Option<&Placed>| match one {
+                        None => Some(residual),
+                        Some(Placed::Wide(at)) => Some(*at),
+                        Some(Placed::Narrow(..)) => None,
+                    };
+                    match (wide(a), wide(b), a, b) {
+                        (Some(a), Some(b), ..) => self.store.wide[(a, b)] += value,
+                        (Some(a), None, _, Some(Placed::Narrow(b, _))) => {
+                            self.store.strips[(a, *b)] += value;
+                        }
+                        (None, None, Some(Placed::Narrow(_, a)), Some(Placed::Narrow(_, b))) => {
+                            // In the first run that both act in: only sums over runs are asked for.
+                            let first = a.iter().find_map(|(run, i)| {
+                                let j = b.iter().find(|(other, _)| other == run)?.1;
+                                Some((*run, *i, j))
+                            });
+                            if let Some((run, i, j)) = first {
+                                self.store.runs[run][(i, j)] += value;
+                            }
+                        }
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The columns that each run's Gram matrix has.
+fn locals(
+    problem: &Problem,
+    signed: &[Signatures],
+    at: &[Vec<(usize, usize)>],
+) -> Vec<Local> {
+    let nominal = problem.layout.columns.len();
+    let mut all: Vec<Local> = Vec::new();
+    for (part, signatures) in signed.iter().enumerate() {
+        for run in 0..problem.parts[part].runs.len() {
+            let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
+            let mut columns = touched;
+            columns.resize(columns.len() + signatures.columns.len(), usize::MAX);
+            all.push(Local { columns });
+        }
+    }
+    let first: Vec<usize> = (0..all.len())
+        .map(|run| problem.layout.columns.touched_by(run).len())
+        .collect();
+    for (number, at) in at.iter().enumerate() {
+        for (run, index) in at {
+            all[*run].columns[first[*run] + index] = nominal + number;
+        }
+    }
+    all
+}
+
+/// Wide and narrow columns, and where the narrow ones stand in each run.
+fn placed(problem: &Problem, at: &[Vec<(usize, usize)>], runs: usize) -> Vec<Placed> {
+    let nominal = problem.layout.columns.len();
+    let mut acts: Vec<Vec<usize>> = vec![Vec::new(); nominal];
+    for run in 0..runs {
+        for column in problem.layout.columns.touched_by(run) {
+            acts[column].push(run);
+        }
+    }
+    acts.extend(at.iter().map(|at| at.iter().map(|(run, _)| *run).collect()));
+    let (mut wide, mut narrow) = (0, 0);
+    let mut next = vec![0; runs];
+    let place = |runs_of: &Vec<usize>| {
+        if runs_of.len() * 2 > runs {
+            wide += 1;
+            return Placed::Wide(wide - 1);
+        }
+        narrow += 1;
+        let mut own = Vec::with_capacity(runs_of.len());
+        for run in runs_of {
+            own.push((*run, next[*run]));
+            next[*run] += 1;
+        }
+        own.sort_unstable();
+        Placed::Narrow(narrow - 1, own)
+    };
+    acts.iter().map(place).collect()
+}
+
+/// Adds the Gram matrix of a run.
+fn add_run(store: &mut Store, gram: &DMatrix<f64>, run: usize, local: &Local, place: &[Placed]) {
+    let last = gram.nrows() - 1;
+    let residual = store.wide.nrows() - 1;
+    let (mut wide, mut narrow) = (vec![(last, residual)], Vec::new());
+    for (here, column) in local.columns.iter().enumerate() {
+        match place.get(*column) {
+            Some(Placed::Wide(at)) => wide.push((here, *at)),
+            Some(Placed::Narrow(number, at)) => {
+                if let Ok(found) = at.binary_search_by_key(&run, |(run, _)| *run) {
+                    narrow.push((here, *number, at[found].1));
+                }
+            }
+            None => {}
+        }
+    }
+    for (here, at) in &wide {
+        let from = gram.column(*here);
+        let mut to = store.wide.column_mut(*at);
+        wide.iter().for_each(|(other, there)| to[*there] += from[*other]);
+    }
+    for (here, number, at) in &narrow {
+        let from = gram.column(*here);
+        let mut to = store.strips.column_mut(*number);
+        wide.iter().for_each(|(other, there)| to[*there] += from[*other]);
+        let mut own = store.runs[run].column_mut(*at);
+        narrow.iter().for_each(|(other, _, there)| own[*there] += from[*other]);
+    }
+}

@@ -1,0 +1,97 @@
+//! Terms of a budget: columns with a price. A library effect, a basis block and whatever else may
+//! explain the gap are terms of the same form.
+
+use crate::diagnose::library::candidate::Candidate;
+use crate::diagnose::library::place::Place;
+
+use super::changes::Change;
+use super::sums::Sums;
+
+/// A linear combination of columns.
+pub type Combination = Vec<(usize, f64)>;
+
+/// What kind of explanation a term is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// An effect of the library.
+    Effect,
+    /// A basis block: an unmodelled effect as a free function of a covariate.
+    Block,
+}
+
+/// Columns with a price.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// Index of its candidate.
+    pub candidate: usize,
+    /// Name.
+    pub name: String,
+    /// What it is.
+    pub kind: Kind,
+    /// Its columns.
+    pub columns: Vec<Combination>,
+    /// Members of its family that were tried.
+    pub members: usize,
+    /// Log prior odds against the other terms of its kind.
+    pub ln_prior: f64,
+    /// Whether it has a value for each run.
+    pub is_of_runs: bool,
+    /// Where it sits, if it is no effect of the library.
+    pub place: Option<Place>,
+    /// The change at a moment that it is, if it is one.
+    pub change: Option<Change>,
+}
+
+impl Term {
+    /// Whether it is an effect of the library.
+    pub fn is_effect(&self) -> bool {
+        self.kind == Kind::Effect
+    }
+
+    /// The term of a candidate that is not in the fit.
+    pub fn of(
+        sums: &Sums,
+        number: usize,
+        candidate: &Candidate,
+        (members, ln_prior): (usize, f64),
+    ) -> Self {
+        let own = &sums.of_candidate[number];
+        let columns = if candidate.sums_to_zero() && own.len() > 1 {
+            let key = |column: &usize| {
+                let owner = &sums.owners[column - sums.nominal];
+                (owner.parameter.as_str(), owner.component)
+            };
+            let mut own = own.clone();
+            own.sort_by(|a, b| key(a).cmp(&key(b)));
+            own.chunk_by(|a, b| key(a) == key(b)).flat_map(contrasts).collect()
+        } else {
+            own.iter().map(|column| vec![(*column, 1.0)]).collect()
+        };
+        let kind = if candidate.place.is_none() { Kind::Effect } else { Kind::Block };
+        let is_of_runs = candidate.place.as_ref().is_some_and(|place| place.is_of_runs());
+        let name = candidate.name.clone();
+        let place = candidate.place.clone();
+        Self {
+            candidate: number,
+            name,
+            kind,
+            columns,
+            members,
+            ln_prior,
+            is_of_runs,
+            place,
+            change: None,
+        }
+    }
+}
+
+/// Combinations of columns whose coefficients sum to zero, orthonormal (Helmert).
+fn contrasts(columns: &[usize]) -> Vec<Combination> {
+    let helmert = |k: usize| {
+        let norm = ((k * (k + 1)) as f64).sqrt();
+        let mut one: Combination = columns[..k].iter().map(|c| (*c, 1.0 / norm)).collect();
+        one.push((columns[k], -(k as f64) / norm));
+        one
+    };
+    (1..columns.len()).map(helmert).collect()
+}

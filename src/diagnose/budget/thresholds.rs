@@ -1,0 +1,46 @@
+//! Every threshold of the budget, with its meaning, its unit and the measurement that chose it.
+//!
+//! docs/diagnosis.md has the measurements.
+
+/// Log Bayes factor from which a term enters, and below which it leaves. Clean campaigns: 0 of 148
+/// had a term.
+pub const ENTER: f64 = 5.0;
+/// Log Bayes factor within which two terms are aliases.
+pub const TIE: f64 = 3.0;
+/// Log Bayes factor by which a swap of effects must be better.
+pub const SWAP: f64 = 1.0;
+/// Drop of squared residuals on held-out readings that a row must bring: twice [`ENTER`].
+pub const HELD_OUT: f64 = 2.0 * ENTER;
+/// Gain of any row (noncentrality 8): an imitator of less leaves nothing that would show.
+pub const ROW: f64 = 64.0;
+/// Gain of a row beside a remainder (noncentrality 12): the remainder says that the library lacks
+/// something.
+pub const ROW_BESIDE_REMAINDER: f64 = 144.0;
+/// Share of the remainder's gain that a row must have: basis blocks leave so much to imitators.
+pub const SHARE_OF_REMAINDER: f64 = 0.03;
+/// A row that gains so many times more beside the blocks than without them mends their form.
+pub const BORROWED: f64 = 1.5;
+/// Share of the squared length of its form that a row must keep beside the blocks.
+pub const OWN_SHARE: f64 = 0.12;
+/// Gain from which a row is too strong for the test of [`OWN_SHARE`].
+pub const OWN_SHARE_BELOW: f64 = 900.0;
+/// Log Bayes factor of separate values of a row by setup, rate or sense, from which it is not one
+/// cause.
+pub const APART: f64 = 2.5;
+/// ... and the share of the row's gain that they must gain: linear forms are good to so much.
+pub const APART_SHARE: f64 = 0.01;
+/// ... and their share of all that the model explains.
+pub const APART_OF_ALL: f64 = 1e-3;
+/// Log evidence by which blocks in the place of a small row, or of two rows, must be worse.
+pub const MARGIN: f64 = 8.0;
+/// Share of the remainder's gain below which a row is small.
+pub const SMALL_ROW: f64 = 0.1;
+/// Blocks that may stand in the place of a row.
+pub const BLOCKS_FOR_A_ROW: usize = 3;
+/// Rows at most.
+pub const MOST_ROWS: usize = 12;
+/// Robust standard deviations from which a reading is an outlier, and standard scores from which
+/// jitter and autocorrelation are found.
+pub const NOISE: f64 = 5.0;
+/// Correlation of two terms from which they are confounded and reported as a group.
+pub const CONFOUNDED: f64 = 0.95;

@@ -1,0 +1,82 @@
+//! The whitened rows of a campaign shown one after the other: for sums that are grouped otherwise
+//! than by run, and for the residuals of a linearised model.
+//!
+//! It sums nothing.
+
+use crate::campaign::Stretch;
+use crate::engine::kept::Memory;
+use crate::engine::lanes::Lanes;
+use crate::engine::point::Point;
+use crate::engine::problem::Problem;
+use crate::engine::signatures::Signatures;
+
+/// One whitened row of the samples of a chunk.
+#[derive(Clone, Copy, Debug)]
+pub struct WhitenedLanes<'a> {
+    /// Index of the run in its campaign.
+    pub run: usize,
+    /// Which residual component.
+    pub row: usize,
+    /// The samples; lanes beyond them are zero.
+    pub stretch: Stretch<'a>,
+    /// 0 where there is no reading.
+    pub weights: &'a Lanes,
+    /// The whitened residual.
+    pub residual: &'a Lanes,
+    /// The directions on which the row hangs.
+    pub directions: &'a [usize],
+    /// For each direction of the program the columns that move it, and by how much: those that the
+    /// run touches, then those of the signatures.
+    pub movers: &'a [Vec<(usize, f64)>],
+    /// The derivatives along the directions.
+    pub slopes: &'a [&'a Lanes],
+}
+
+impl WhitenedLanes<'_> {
+    /// Whether there is a reading.
+    pub fn is_present(&self, lane: usize) -> bool {
+        lane < self.stretch.len && self.weights[lane] != 0.0
+    }
+
+    /// Puts the row of one sample into a vector, one number a column; others stay as they are.
+    pub fn put(&self, lane: usize, into: &mut [f64]) {
+        into.fill(0.0);
+        for (direction, slope) in self.directions.iter().zip(self.slopes) {
+            for (column, by) in &self.movers[*direction] {
+                into[*column] += by * slope[lane];
+            }
+        }
+    }
+}
+
+impl Problem {
+    /// Shows the whitened rows of a campaign at a point, the signatures' columns after those that
+    /// the run touches.
+    pub fn visit_whitened(
+        &self,
+        signatures: &Signatures,
+        point: &Point,
+        visit: &mut dyn FnMut(WhitenedLanes<'_>),
+    ) {
+        let plans = self.plans_with(signatures, point);
+        let mut memory = Memory::default();
+        for block in self.blocks() {
+            if block.part != signatures.part() {
+                continue;
+            }
+            let plan = &plans[block.run];
+            self.walk_rows(block, &signatures.program, plan, &mut memory, &mut |row| {
+                visit(WhitenedLanes {
+                    run: block.run,
+                    row: row.index,
+                    stretch: row.chunk.stretch(),
+                    weights: row.weights,
+                    residual: row.lanes[0],
+                    directions: row.directions,
+                    movers: &plan.movers,
+                    slopes: &row.lanes[1..],
+                });
+            });
+        }
+    }
+}
