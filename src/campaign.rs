@@ -12,7 +12,7 @@
 //! | `lines`, [`dialect`], [`form`], `recognise` | a file's lines; how they fall into cells and numbers; what is stated of it; what is recognised |
 //! | [`formats`], `roles` | formats of logs by name; which names of a model have a role in them |
 //! | [`header`], `row`, `repeats` | what a file's columns are; a line of it as numbers; what is wrong with rows, each cause once |
-//! | `words`, `table_entry` | what a campaign calls columns; how it names a file |
+//! | `words`, `table_entry`, `endings` | what a campaign calls columns; how it names a file; units at the end of a name |
 //! | [`stamps`] | stamps as exact numbers since a moment that all files share |
 //! | `clock` | whether the clock of a file was set forward |
 //! | `wraps`, `order`, `sorted`, `reordered` | stamps that begin anew; in which order rows are whose time goes back; a file read anew and sorted; its rows |
@@ -56,6 +56,7 @@ pub mod declared;
 pub mod delay_range;
 mod described;
 pub mod dialect;
+mod endings;
 mod expected;
 pub mod file;
 pub mod form;

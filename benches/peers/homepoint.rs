@@ -14,7 +14,7 @@ use homepoint::engine::open::{Request, open};
 use homepoint::engine::{Point, Problem};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
-use homepoint::estimate::newton::{Given, State, delays_of_run};
+use homepoint::estimate::newton::{Given, Solved, each_delay};
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
@@ -54,7 +54,7 @@ fn main() -> Outcome<()> {
         "check" => check(&problem, &truth)?,
         "J" => per_sample(samples, || linearise(&problem, &truth)),
         "J+NE" => per_sample(samples, || problem.normal(&truth)),
-        "newton" => newton(&problem, &truth, samples),
+        "newton" => newton(&problem, &truth, samples)?,
         "batch" => batch(problem)?,
         other => return Err(format!("no job `{other}`").into()),
     };
@@ -87,25 +87,25 @@ fn batch(problem: Problem) -> Outcome<Value> {
 }
 
 /// Each reading's own delay with its uncertainty.
-fn newton(problem: &Problem, point: &Point, samples: usize) -> Value {
+fn newton(problem: &Problem, point: &Point, samples: usize) -> Outcome<Value> {
     let columns = problem.columns().len();
     let covariance = DMatrix::zeros(columns, columns);
     let given = Given { problem, point, covariance: &covariance, range: 0.5 };
-    let all = || {
-        (0..3).map(|measurand| {
-            let runs = 0..problem.parts[0].runs.len();
-            runs.flat_map(|run| delays_of_run(&given, 0, run, measurand).readings)
-                .collect::<Vec<_>>()
-        })
+    let runs: Vec<usize> = (0..problem.parts[0].runs.len()).collect();
+    let all = |measurand: usize| -> Outcome<Vec<f64>> {
+        let mut delays = Vec::with_capacity(samples);
+        let delays_of = |_: usize, found: Solved| found.delays().collect::<Vec<f64>>();
+        each_delay(&given, 0, &runs, measurand, delays_of, |_, found| {
+            delays.extend(found);
+            Ok::<_, Box<dyn Error>>(())
+        })?;
+        Ok(delays)
     };
-    let seconds = timed(|| all().map(|delays| delays.len()).sum::<usize>());
-    let medians: Vec<f64> = all()
-        .map(|delays| {
-            let solved = delays.iter().filter(|one| one.state == State::Solved);
-            median(solved.map(|one| one.delay).collect())
-        })
-        .collect();
-    json!({"job": "newton", "ns_per_sample": seconds / samples as f64 * 1e9, "delays": medians})
+    let seconds =
+        timed(|| (0..3).map(|measurand| all(measurand).map_or(0, |all| all.len())).sum::<usize>());
+    let medians: Vec<f64> =
+        (0..3).map(|measurand| all(measurand).map(median)).collect::<Outcome<_>>()?;
+    Ok(json!({"job": "newton", "ns_per_sample": seconds / samples as f64 * 1e9, "delays": medians}))
 }
 
 /// Whitened residuals and Jacobians in the common order of columns.

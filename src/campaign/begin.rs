@@ -3,14 +3,17 @@
 //!
 //! | file | answers |
 //! |---|---|
+//! | `pairing` | which of several logs are of one recording |
 //! | `survey` | the first rows of a table with all of its columns |
 //! | `guess`, `log` | what the columns seem to be; a file with that |
-//! | `models` | models to begin with, where none of the library fits |
+//! | `models`, `planar` | models to begin with, where none of the library fits |
 //! | `text` | lines of the campaign |
 
 mod guess;
 mod log;
 mod models;
+mod pairing;
+mod planar;
 mod survey;
 mod text;
 
@@ -26,7 +29,7 @@ use crate::model::Model;
 use guess::{Guess, Guessed, base};
 use log::Log;
 use survey::Survey;
-use text::{Table, Word};
+use text::{Rest, Table, Word};
 
 /// A campaign to begin with.
 #[derive(Clone, Debug)]
@@ -35,6 +38,10 @@ pub struct Begun {
     pub campaign: String,
     /// A model that was written for it: the name of its file, and its text.
     pub model: Option<(String, String)>,
+    /// A table that was computed for that model, likewise.
+    pub table: Option<(String, String)>,
+    /// What is to be said of the logs.
+    pub notes: Vec<String>,
 }
 
 /// A model with the name under which a campaign knows it.
@@ -58,8 +65,9 @@ pub fn begin(
             Err(fault) => faults.push(fault),
         }
     }
+    let is_alone = files.len() == 1;
     for log in &logs {
-        if log.guess.time.is_none() {
+        if log.guess.time.is_none() && !is_alone {
             let message = format!(
                 "`{}` has no column of stamps: none of numbers in order",
                 log.survey.path.display()
@@ -69,9 +77,17 @@ pub fn begin(
         }
     }
     let logs = Diagnostics(faults).into_result(logs)?;
-    let Some((data, stream)) = parts(&logs) else {
-        return Err(Diagnostic::error("no file is named").help("--from a.csv b.csv").into());
+    let recordings = match logs.len() {
+        0 => return Err(Diagnostic::error("no file is named").help("--from a.csv b.csv").into()),
+        1 => vec![[0, 0]],
+        _ => pairing::recordings(&logs),
     };
+    let Some([data, stream]) = recordings.first().map(|own| own.map(|at| &logs[at])) else {
+        let message = "no two of the logs belong together";
+        return Err(Diagnostic::error(message).help("name two logs: --from a.csv b.csv").into());
+    };
+    let notes: Vec<String> = logs.iter().filter_map(Log::bad_rows).collect();
+    let rest = Rest::of(&logs, &recordings, &notes);
     let own = match model {
         Some(own) => Some(fitted(own, data, stream)),
         None => {
@@ -79,31 +95,31 @@ pub fn begin(
             all.filter(Fitted::is_whole).max_by_key(|fitted| fitted.readings)
         }
     };
-    let others = logs.len().saturating_sub(2);
     if let Some(fitted) = own {
         let campaign =
-            text::campaign(&fitted.name, &fitted.tables(data, stream), &fitted.sigmas, others);
-        return Ok(Begun { campaign, model: None });
+            text::campaign(&fitted.name, &fitted.tables(data, stream), &fitted.sigmas, &rest);
+        return Ok(Begun { campaign, model: None, table: None, notes });
     }
-    let made = models::planar(data, stream).or_else(|| models::pairs(data, stream));
+    let made = match is_alone && data.stands_still() {
+        true => models::stops(data),
+        false => planar::planar(data, stream).or_else(|| models::pairs(data, stream)),
+    };
     let Some(made) = made else {
-        let message = "no two columns that move go together";
+        let message = match is_alone {
+            true => {
+                "the columns of this one table do not say which are inputs and which are readings of them"
+            }
+            false => "no two columns that move go together",
+        };
         let help =
             "write a model first (`homepoint new my_rig.toml`), then add `--model my_rig.toml`";
-        return Err(Diagnostic::error(message).help(help).into());
+        let stops = "of rows that stand still (poses, stars) all columns go into `data`: docs/static-rigs.md";
+        let fault = Diagnostic::error(message).help(help);
+        return Err(if is_alone { fault.help(stops) } else { fault }.into());
     };
     let file = format!("{}.toml", made.name);
-    let campaign = text::campaign(&format!("./{file}"), &made.tables, &made.sigmas, others);
-    Ok(Begun { campaign, model: Some((file, made.text)) })
-}
-
-/// The file that is the data, and the one that is the stream: of several the one with more rows a
-/// second is the stream.
-fn parts(logs: &[Log]) -> Option<(&Log, &Log)> {
-    let spacing = |log: &Log| log.spacing().unwrap_or(f64::INFINITY);
-    let stream = logs.iter().min_by(|a, b| spacing(a).total_cmp(&spacing(b)))?;
-    let data = logs.iter().find(|log| !std::ptr::eq(*log, stream)).unwrap_or(stream);
-    Some((data, stream))
+    let campaign = text::campaign(&format!("./{file}"), &made.tables, &made.sigmas, &rest);
+    Ok(Begun { campaign, model: Some((file, made.text)), table: made.file, notes })
 }
 
 /// A model with the columns of two files that it may want.

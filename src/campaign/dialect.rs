@@ -81,7 +81,8 @@ impl Decimal {
         match self {
             Self::Point => cell.parse().ok(),
             Self::Comma => with_comma(cell),
-            Self::Open if separator == Separator::Comma => cell.parse().ok(),
+            // Between commas only a cell in quotes has one, and three digits may be thousands.
+            Self::Open if separator == Separator::Comma && may_be_thousands(cell) => None,
             Self::Open => match cell.parse() {
                 Ok(value) => {
                     if cell.contains('.') {
@@ -97,6 +98,12 @@ impl Decimal {
             },
         }
     }
+}
+
+/// Whether a comma stands before three digits, the last ones, and not after a zero alone.
+fn may_be_thousands(cell: &str) -> bool {
+    cell.split_once(',')
+        .is_some_and(|(whole, rest)| rest.len() == 3 && whole.trim_start_matches(['+', '-']) != "0")
 }
 
 /// A number with a decimal comma, or without decimals.
@@ -233,6 +240,14 @@ mod tests {
         let mut decimal = Decimal::Open;
         assert_eq!(decimal.number("0.5", Separator::Semicolon), Some(0.5));
         assert_eq!(decimal.number("1,234", Separator::Semicolon), None);
-        assert_eq!(Decimal::Open.number("1,5", Separator::Comma), None);
+        // Between commas in quotes alone, where it cannot be thousands.
+        assert_eq!(Decimal::Open.number("1,234", Separator::Comma), None);
+        let mut decimal = Decimal::Open;
+        assert_eq!(decimal.number("1,5", Separator::Comma), Some(1.5));
+        assert_eq!(decimal.number("1,234", Separator::Comma), Some(1.234));
+        assert_eq!(Decimal::Comma.number("1,234", Separator::Comma), Some(1.234));
+        let mut decimal = Decimal::Open;
+        assert_eq!(decimal.number("0.5", Separator::Comma), Some(0.5));
+        assert_eq!(decimal.number("1,5", Separator::Comma), None);
     }
 }

@@ -54,10 +54,6 @@ impl Form {
                 _ => None,
             });
             form.decimal = decimal.unwrap_or_default();
-            if (form.separator, form.decimal) == (Some(Separator::Comma), Decimal::Comma) {
-                let message = "commas separate cells or decimals, not both";
-                reader.fault(item.span, message, "state another separator: separator = \";\"");
-            }
         }
         form.wraps = get(entries, "wraps")
             .and_then(|item| reader.positive_of(item, "wraps", &Unit::second()));

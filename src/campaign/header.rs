@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use crate::campaign::computed::Computation;
 use crate::campaign::dialect::{self, names};
+use crate::campaign::endings;
 use crate::campaign::form::Form;
 use crate::campaign::formats::{Format, Role, unit_since_1970};
 use crate::campaign::origin::Origin;
@@ -319,7 +320,8 @@ pub(crate) fn read(
                 since_1970.and_then(|symbol| Unit::parse(symbol).ok()).unwrap_or(usual)
             });
             let stated = stated.cloned().or(usual);
-            let hint = since_1970.unwrap_or(&want.unit.symbol);
+            let hint = since_1970.or_else(|| ending(&column.name, &want.unit));
+            let hint = hint.unwrap_or(&want.unit.symbol);
             let accepts = (!is_source).then_some(&want.unit);
             let read = read_unit(origin, want, accepts, stated, (&column.name, hint), unit);
             match read.and_then(|unit| counts(unit, since_1970)) {
@@ -411,6 +413,12 @@ fn counts(unit: Unit, since_1970: Option<&str>) -> Result<Unit, Box<UnitFault>> 
         }
         _ => Ok(unit),
     }
+}
+
+/// The unit that the ending of a name says (`heading_deg`), where it may be that of a quantity.
+fn ending(name: &str, like: &Unit) -> Option<&'static str> {
+    let symbol = endings::ending(name)?;
+    Unit::parse(symbol).is_ok_and(|unit| like.accepts(&unit)).then_some(symbol)
 }
 
 type UnitFault = (Diagnostic, Option<(usize, usize)>);

@@ -47,6 +47,7 @@ impl CampaignFile {
         model: &Model,
         options: &LoadOptions,
     ) -> Result<Campaign, Diagnostics> {
+        self.files.show_outside(options.show_outside);
         self.declare_files(options.confined)?;
         let stated = options.delay_range.map(DelayRange::even).or(self.delay_range.clone());
         let mut loader = Loader {

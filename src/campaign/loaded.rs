@@ -28,6 +28,8 @@ pub struct LoadOptions {
     pub memory: u64,
     /// Refuse files outside the campaign's folder, links followed.
     pub confined: bool,
+    /// Show in messages what stands in files outside the campaign's folder.
+    pub show_outside: bool,
     /// Who is told how far reading has come.
     pub progress: Progress,
 }
@@ -42,6 +44,7 @@ impl Default for LoadOptions {
             delay_range: None,
             memory: MEMORY,
             confined: false,
+            show_outside: false,
             progress: Progress::default(),
         }
     }

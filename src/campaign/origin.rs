@@ -53,7 +53,9 @@ impl Origin {
     /// Faults of the file's content; says why nothing of it is shown.
     pub(crate) fn faults(&self, mut faults: Diagnostics) -> Diagnostics {
         if let (Some(last), true) = (faults.0.last_mut(), self.is_outside) {
-            last.help.push(format!("its content is not shown, for the file {OUTSIDE}"));
+            last.help.push(format!(
+                "its content is not shown, for the file {OUTSIDE}; --show-outside shows it"
+            ));
         }
         faults
     }

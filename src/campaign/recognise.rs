@@ -218,7 +218,7 @@ fn candidates(form: &Form) -> impl Iterator<Item = Separator> + use<> {
     let (stated, decimal) = (form.separator, form.decimal);
     SEPARATORS.into_iter().filter(move |separator| {
         stated.is_none_or(|stated| stated == *separator)
-            && (*separator, decimal) != (Separator::Comma, Decimal::Comma)
+            && (stated.is_some() || (*separator, decimal) != (Separator::Comma, Decimal::Comma))
     })
 }
 

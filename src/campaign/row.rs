@@ -323,7 +323,10 @@ impl Reader {
             Decimal::Comma if cell.contains('.') => {
                 what.help("the numbers of this file have decimal commas, this one has a point")
             }
-            Decimal::Point if cell.contains(',') && self.separator != Separator::Comma => {
+            Decimal::Open if self.separator == Separator::Comma && cell.contains(',') => what.help(
+                "thousands or decimals? Where they are decimals, state both in the campaign: separator = \",\", decimal = \",\"",
+            ),
+            Decimal::Point if cell.contains(',') => {
                 what.help("the numbers of this file have decimal points, this one has a comma")
             }
             _ => what,

@@ -119,6 +119,9 @@ pub(super) struct CampaignArguments {
     /// Read no file outside a campaign's folder: for campaigns of strangers
     #[arg(long)]
     pub(super) confined: bool,
+    /// Show in messages what stands in files outside a campaign's folder, too
+    #[arg(long, conflicts_with = "confined")]
+    pub(super) show_outside: bool,
     /// How the result is written
     #[arg(long, value_enum, default_value_t)]
     pub(super) format: Format,

@@ -36,6 +36,9 @@ pub(super) struct Check {
     /// Read no file outside a campaign's folder: for campaigns of strangers
     #[arg(long)]
     confined: bool,
+    /// Show in messages what stands in files outside a campaign's folder, too
+    #[arg(long, conflicts_with = "confined")]
+    show_outside: bool,
     /// No warnings, no progress
     #[arg(long)]
     pub(super) quiet: bool,
@@ -104,6 +107,7 @@ impl Check {
         let mut request = Request::new([path]);
         request.effects.clone_from(&self.effects);
         request.confined = self.confined;
+        request.show_outside = self.show_outside;
         request.progress = progress::shown(self.quiet);
         request.memory = Some(self.memory.for_samples());
         let opened = open(&request)?;

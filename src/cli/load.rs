@@ -83,6 +83,7 @@ pub(super) fn read(
     request.start.clone_from(&arguments.start);
     request.skip_bad_rows = arguments.skip_bad_rows;
     request.confined = arguments.confined;
+    request.show_outside = arguments.show_outside;
     request.progress = progress::shown(arguments.quiet);
     request.memory = Some(arguments.memory.for_samples());
     let mut opened = open(&request)?;

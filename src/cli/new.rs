@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, output};
+use super::{Failure, output, render};
 use crate::campaign::begin::{NamedModel, begin};
 use crate::diagnostic::Diagnostic;
 use crate::document::files::Files;
@@ -12,10 +12,12 @@ use crate::library::{self, Library, is_model_path};
 
 #[derive(Debug, Args)]
 pub(super) struct New {
-    /// The file to write, say my_instrument.toml; with `--from` the campaign: `campaign` is campaign.toml
+    /// The file to write: a model, say my_instrument.toml; with `--from` a campaign, or the folder in
+    /// which campaign.toml is written (`campaign` is ./campaign.toml)
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Begin a campaign from these logs: columns, units and a model are guessed, and marked as guesses
+    /// Begin a campaign from these logs: one table, or the logs of two recorders. Columns, units and a
+    /// model are guessed, and marked as guesses
     #[arg(long, value_name = "LOG", num_args = 1..)]
     from: Vec<PathBuf>,
     /// The campaign's model: a name in the library, or a file
@@ -84,11 +86,20 @@ impl New {
                 file.display()
             );
         }
+        if let Some((name, text)) = &begun.table {
+            let file = folder.join(name);
+            free(&file)?;
+            output::file(&file, text, &Files::default())?;
+            said += &format!("wrote {}: how the path of dead reckoning bends\n", file.display());
+        }
         output::file(&path, &begun.campaign, &Files::default())?;
         said += &format!(
             "wrote {0}\nnext: look at every line with `guessed` in it, then `homepoint check {0}`\n",
             path.display()
         );
+        if !self.quiet {
+            render::all(&begun.notes.iter().map(Diagnostic::warning).collect::<Vec<_>>());
+        }
         output::text(&said)
     }
 }

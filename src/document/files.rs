@@ -17,6 +17,8 @@ pub struct Files {
     home: Option<(PathBuf, PathBuf)>,
     /// Files outside the folder are refused.
     confined: bool,
+    /// Messages show what stands in files outside, too.
+    shown: bool,
     read: Vec<(PathBuf, Identity)>,
 }
 
@@ -93,6 +95,11 @@ impl Files {
         self.confined = confined;
     }
 
+    /// Whether messages show what stands in files outside the folder.
+    pub fn show_outside(&mut self, shown: bool) {
+        self.shown = shown;
+    }
+
     /// Opens a file for reading and remembers it.
     ///
     /// # Errors
@@ -104,7 +111,7 @@ impl Files {
         }
         let file = open_regular(path)?;
         self.note(path);
-        Ok(Input { path: path.to_owned(), file, is_outside })
+        Ok(Input { path: path.to_owned(), file, is_outside: is_outside && !self.shown })
     }
 
     /// Remembers a file that others read.

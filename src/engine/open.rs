@@ -46,6 +46,8 @@ pub struct Request {
     pub memory: Option<u64>,
     /// Refuse files outside a campaign's folder, see [`LoadOptions::confined`].
     pub confined: bool,
+    /// Show in messages what stands in such files, see [`LoadOptions::show_outside`].
+    pub show_outside: bool,
     /// Who is told how far reading and estimates have come.
     pub progress: Progress,
 }
@@ -149,6 +151,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         let options = LoadOptions {
             skip_bad_rows: request.skip_bad_rows,
             confined: request.confined,
+            show_outside: request.show_outside,
             progress: request.progress.clone(),
             ..LoadOptions::default()
         };

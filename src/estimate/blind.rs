@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use crate::campaign::{Run, Samples};
 use crate::engine::part::Part;
 use crate::estimate::nearby::Nearby;
-use crate::estimate::newton::{ReadingDelay, State};
+use crate::estimate::newton::{ReadingDelay, Solved, State};
 
 /// The input that is the arm's angle, in every model that has one, or what has its role.
 const ARM_ANGLE: &str = "arm_angle";
@@ -126,17 +126,17 @@ impl Sight {
 
 /// The arm's angle (rad, in [0, 2π)) at readings of a run, in their order, and whether they are
 /// blind; nothing of a model that has none.
-pub(crate) fn seen(input: Option<usize>, run: &Run, readings: &[ReadingDelay]) -> Vec<(f64, bool)> {
-    let (Some(input), [first, .., last]) = (input, readings) else { return Vec::new() };
+pub(crate) fn seen(input: Option<usize>, run: &Run, readings: &Solved) -> Vec<(f64, bool)> {
+    let (Some(input), Some(samples)) = (input, readings.samples()) else { return Vec::new() };
     let mut scratch = Samples::default();
-    let stretch = run.record.stretch(first.sample..last.sample + 1, &mut scratch);
+    let stretch = run.record.stretch(samples, &mut scratch);
     let track = &stretch.samples.inputs[input];
-    let angle = |reading: &ReadingDelay| {
+    let angle = |reading: ReadingDelay| {
         let at = stretch.start + reading.sample - stretch.first;
         let angle: f64 = track.at(at, reading.time, 0.0, 0);
         (angle.rem_euclid(TAU), reading.state == State::Blind)
     };
-    readings.iter().map(angle).filter(|(angle, _)| angle.is_finite()).collect()
+    readings.each().map(angle).filter(|(angle, _)| angle.is_finite()).collect()
 }
 
 /// An angle, whether it is blind, and how many readings say so.

@@ -102,7 +102,8 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// Angles that cannot be: beyond two turns.
+/// Angles that cannot be: beyond two turns, but for those that went there from the first turn without
+/// a leap, as a heading does that nobody wraps.
 fn angles(part: &Part) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (measurand, slot) in part.system.assembly.names.measurands.iter().zip(part.slots()) {
@@ -110,13 +111,17 @@ fn angles(part: &Part) -> Vec<Diagnostic> {
             continue;
         }
         for run in &part.runs {
-            let mut reading = None;
+            let (mut reading, mut last, mut leaps) = (None, None, false);
             run.record.walk(|stretch| {
                 let readings = &stretch.samples.readings[slot.column][stretch.range()];
-                let wide = || readings.iter().find(|value| value.abs() > 4.0 * PI);
-                reading = reading.or_else(|| wide().copied());
+                for value in readings.iter().copied().filter(|value| !value.is_nan()) {
+                    let step = last.map_or(value.abs() - PI, |last: f64| (value - last).abs());
+                    leaps |= step > PI;
+                    last = Some(value);
+                    reading = reading.or((value.abs() > 4.0 * PI).then_some(value));
+                }
             });
-            let Some(reading) = reading else { continue };
+            let Some(reading) = reading.filter(|_| leaps) else { continue };
             found.push(
                 Diagnostic::warning(format!(
                     "run `{}`: `{}` reads {} rad, more than two turns",

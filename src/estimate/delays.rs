@@ -16,7 +16,7 @@ use crate::engine::Point;
 use crate::engine::problem::Problem;
 use crate::estimate::blind::{BlindRange, Sight, seen};
 use crate::estimate::median::Median;
-use crate::estimate::newton::{Given, ReadingDelay, RunDelays, State, each_delay};
+use crate::estimate::newton::{Given, ReadingDelay, Solved, State, each_delay};
 use crate::graph::MeasurandKind;
 
 /// What came of one measurand's readings.
@@ -74,8 +74,8 @@ pub fn each<E>(
         given,
         part,
         runs,
-        |found| found.readings,
-        |all| all.iter().try_for_each(&mut *visit),
+        |found| found,
+        |all| all.each().try_for_each(|reading| visit(&reading)),
     )
 }
 
@@ -101,7 +101,7 @@ fn summarised<K: Send, E>(
     given: &Given<'_>,
     part: usize,
     runs: &[usize],
-    kept: impl Fn(RunDelays) -> K + Sync,
+    kept: impl Fn(Solved) -> K + Sync,
     mut visit: impl FnMut(K) -> Result<(), E>,
 ) -> Result<Delays, E> {
     let (problem, covariance) = (given.problem, given.covariance);
@@ -119,8 +119,8 @@ fn summarised<K: Send, E>(
         let mut tally = Tally::new(covariance.nrows());
         let mut sight = Sight::new(data);
         let input = sight.input();
-        let look = |run: usize, found: RunDelays| {
-            let angles = seen(input, &data.runs[run], &found.readings);
+        let look = |run: usize, found: Solved| {
+            let angles = seen(input, &data.runs[run], &found);
             (Sums::of(&found), angles, kept(found))
         };
         each_delay(given, part, runs, measurand, look, |run, (sums, angles, kept)| {
@@ -150,10 +150,10 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(found: &RunDelays) -> Self {
+    fn of(found: &Solved) -> Self {
         let sensitivity = found.weighted_sensitivity.clone();
         let mut sums = Self { sensitivity, ..Self::default() };
-        for reading in &found.readings {
+        for reading in found.each() {
             let place = match reading.state {
                 State::Solved => 0,
                 State::Blind => 1,

@@ -11,17 +11,18 @@ use std::convert::Infallible;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::campaign::record::Sample;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 
 mod careful;
 mod quick;
 mod runs;
+mod solved;
 mod solver;
 mod uncertainty;
 
 pub use runs::each_delay;
+pub use solved::Solved;
 
 /// A reading whose uncertainty exceeds the smallest of its run and measurand by this factor is
 /// blind.
@@ -127,51 +128,10 @@ pub fn delays_of_run(given: &Given<'_>, part: usize, run: usize, measurand: usiz
         measurand,
         |_, found| found,
         |_, found| {
-            // Most runs are one block.
-            match all.readings.is_empty() {
-                true => all.readings = found.readings,
-                false => all.readings.extend(found.readings),
-            }
-            all.weighted_sensitivity += found.weighted_sensitivity;
+            all.readings.extend(found.each());
+            all.weighted_sensitivity += &found.weighted_sensitivity;
             Ok::<_, Infallible>(())
         },
     );
     all
-}
-
-impl ReadingDelay {
-    /// A reading that has no delay, or none yet.
-    fn without_delay(run: usize, measurand: usize, sample: &Sample<'_>) -> Self {
-        let nothing = f64::NAN;
-        Self {
-            run,
-            sample: sample.number,
-            measurand,
-            row: sample.row(),
-            time: sample.time(),
-            state: State::Failed,
-            delay: nothing,
-            slope: nothing,
-            random: nothing,
-            random_at_reference: nothing,
-            common: nothing,
-            steps: 0,
-        }
-    }
-
-    /// Takes its delay away, for it is blind.
-    fn blind(&mut self) {
-        let nothing = f64::NAN;
-        self.state = State::Blind;
-        (self.delay, self.slope, self.random, self.common) = (nothing, nothing, nothing, nothing);
-        self.steps = 0;
-    }
-
-    /// Whether it sees its delay far worse than the best of its run, the random part of which is
-    /// `best` (s): by the slope at the reference time, or by that at the solution.
-    fn is_blind_beside(&self, best: f64) -> bool {
-        let random = [self.random_at_reference, self.random];
-        let is_within = |random: &f64| *random <= BLIND_RATIO * best;
-        !random[..if self.state == State::Solved { 2 } else { 1 }].iter().all(is_within)
-    }
 }

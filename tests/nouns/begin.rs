@@ -8,6 +8,9 @@ use homepoint::campaign::file::CampaignFile;
 use homepoint::campaign::load::Campaign;
 use homepoint::campaign::loaded::LoadOptions;
 use homepoint::diagnostic::Source;
+use homepoint::engine::open::{Request, open};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::library::Library;
 use homepoint::model::Model;
 
@@ -33,6 +36,9 @@ fn begun(
     let wanted = model.map(|name| known.iter().find(|(own, _)| own == name).unwrap());
     let begun = begin(&logs, wanted, &known).map_err(|faults| faults.to_string())?;
     std::fs::write(folder.join("campaign.toml"), &begun.campaign).unwrap();
+    if let Some((name, text)) = &begun.table {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
     let file = CampaignFile::read(&folder).unwrap_or_else(|f| panic!("{f}\n{}", begun.campaign));
     let (text, model) = match begun.model {
         Some((name, text)) => {
@@ -47,6 +53,22 @@ fn begun(
     let campaign = file.load(&model, &LoadOptions::default());
     let campaign = campaign.unwrap_or_else(|faults| panic!("{faults}\n{}", begun.campaign));
     Ok((begun.campaign, text, campaign))
+}
+
+/// The fit of what is begun.
+fn fitted(files: &[(&str, String)]) -> Calibration {
+    let texts: Vec<(&str, &str)> =
+        files.iter().map(|(name, text)| (*name, text.as_str())).collect();
+    let folder = Folder::new("begin", &texts);
+    let logs: Vec<(PathBuf, PathBuf)> =
+        files.iter().map(|(name, _)| (folder.join(name), PathBuf::from(name))).collect();
+    let begun = begin(&logs, None, &library()).unwrap();
+    let campaign = ("campaign.toml".to_owned(), begun.campaign);
+    for (name, text) in begun.model.into_iter().chain(begun.table).chain([campaign]) {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+    let problem = open(&Request::new([&*folder])).unwrap().problem;
+    calibrate(problem, &Options::default()).unwrap()
 }
 
 fn table(head: &str, every: f64, row: impl Fn(f64) -> String) -> String {
@@ -133,16 +155,127 @@ fn other_columns_go_in_pairs() {
     assert!(readings(&campaign) > 2000, "{text}");
 }
 
+/// A path of dead reckoning: it begins at zero, its turns are 2 % too large, its distances 1 % too long.
+fn reckoned() -> [(&'static str, String); 2] {
+    let course = |t: f64| 1.5 * (0.5 * t).sin();
+    let steps = 3000;
+    let (mut path, mut truth) = (vec![(0.0, 0.0, 0.0)], vec![(2.0, 1.0, course(0.0))]);
+    for n in 0..steps {
+        let (from, to) = (course(0.01 * n as f64), course(0.01 * (n + 1) as f64));
+        let (way, middle) = (0.003, 0.5 * (from + to));
+        let (x, y, heading) = truth[n];
+        truth.push((x + way * middle.cos(), y + way * middle.sin(), heading + to - from));
+        let (x, y, heading) = path[n];
+        let turned = 1.02 * (to - from);
+        let middle = heading + 0.5 * turned;
+        path.push((x + 1.01 * way * middle.cos(), y + 1.01 * way * middle.sin(), heading + turned));
+    }
+    let log = |all: &[(f64, f64, f64)], every: usize| {
+        let rows = all.iter().enumerate().step_by(every).map(|(n, (x, y, heading))| {
+            format!("{:.2},{x:.6},{y:.6},{heading:.7}\n", 0.01 * n as f64)
+        });
+        format!("t_s,x_m,y_m,th_rad\n{}", rows.collect::<String>())
+    };
+    [("wheels.csv", log(&path, 5)), ("cameras.csv", log(&truth, 1))]
+}
+
+#[test]
+fn the_scales_of_a_path_of_dead_reckoning_are_estimated() {
+    let files = reckoned();
+    let (text, model, campaign) = begun(&files, None).unwrap();
+    assert!(text.contains("data = { file = \"wheels.csv\""), "{text}");
+    assert!(model.contains("heading_scale") && model.contains("integral over the way"), "{model}");
+    assert!(readings(&campaign) > 3 * 500);
+    let found = fitted(&files);
+    let value = |name: &str| {
+        let estimates = found.estimates();
+        estimates.iter().find(|one| one.name == name).unwrap().value.unwrap()
+    };
+    assert!((value("heading_scale") - 0.02).abs() < 1e-3, "{}", value("heading_scale"));
+    assert!((value("distance_scale") - 0.01).abs() < 1e-3, "{}", value("distance_scale"));
+    assert!(value("lever_left").abs() < 2e-3 && value("lever_forward").abs() < 2e-3);
+    // A path that does not begin at zero is none.
+    let shifted = files.map(|(name, text)| (name, text.replace("0.000000,0.000000,", "1,1,")));
+    assert!(!begun(&shifted, None).unwrap().1.contains("heading_scale"));
+}
+
+#[test]
+fn of_four_logs_those_of_one_recording_go_together() {
+    let slow = |phase: f64| {
+        table("t_s,angle_rad,load", 0.1, |t| format!("{t:.1},{:.4},3", (t + phase).sin()))
+    };
+    let fast =
+        |phase: f64| table("t_s,angle_rad", 0.01, |t| format!("{t:.2},{:.5}", (t + phase).sin()));
+    let files = [
+        ("a_run-1.csv", slow(0.0)),
+        ("a_run-2.csv", slow(1.0)),
+        ("b_run-1.csv", fast(0.0)),
+        ("b_run-2.csv", fast(1.0)),
+    ];
+    let (text, _, _) = begun(&files, None).unwrap();
+    assert!(text.contains("data = { file = \"a_run-1.csv\""), "{text}");
+    assert!(text.contains("{ file = \"b_run-1.csv\""), "{text}");
+    assert!(text.contains("`a_run-2.csv` and `b_run-2.csv` are of another recording"), "{text}");
+}
+
+#[test]
+fn a_list_of_stars_has_no_streams() {
+    let row = |n: i32| {
+        let (azimuth, elevation) = (f64::from((n * 97) % 360), f64::from(20 + (n * 31) % 60));
+        let read = if azimuth > 180.0 { azimuth - 360.0 } else { azimuth };
+        format!(
+            "{n},{:.1},{:.5},{:.5},{azimuth:.5},{elevation:.5}\n",
+            70.0 * f64::from(n),
+            read + 0.01,
+            elevation - 0.02
+        )
+    };
+    let head = "i,lst_s,enc_az_deg,enc_el_deg,star_az_deg,star_el_deg\n";
+    let list = format!("{head}{}", (0..40).map(row).collect::<String>());
+    let files = [("stars.csv", list)];
+    let (text, model, campaign) = begun(&files, None).unwrap();
+    assert!(!text.contains("signals") && !text.contains("delay_range"), "{text}");
+    assert!(!model.contains("signal = true") && !model.contains("[delays]"), "{model}");
+    assert!(model.contains("az = { value = 'ref_az + az_offset', kind = \"angle\""), "{model}");
+    assert_eq!(readings(&campaign), 80);
+    let found = fitted(&files);
+    let offset = found.estimates().iter().find(|one| one.name == "az_offset").unwrap().value;
+    assert!((offset.unwrap().to_degrees() - 0.01).abs() < 1e-4, "{offset:?}");
+}
+
+#[test]
+fn columns_without_names_are_not_alike_by_their_numbers_and_bad_rows_are_told() {
+    let slow = table("0.0 1 5", 0.1, |t| format!("{:.1} {:.4} {:.4}", t + 0.1, t.sin(), t.cos()));
+    let fast = table("0.0 3 4", 0.01, |t| match (t * 100.0) as i32 {
+        700 => format!("{:.2} lost 4", t + 0.01),
+        _ => format!("{:.2} {:.4} 4", t + 0.01, t.cos()),
+    });
+    let folder = Folder::new("begin", &[("slow.txt", slow.as_str()), ("fast.txt", fast.as_str())]);
+    let logs = ["slow.txt", "fast.txt"].map(|name| (folder.join(name), PathBuf::from(name)));
+    let begun = begin(&logs, None, &library()).unwrap();
+    let model = begun.model.unwrap().1;
+    assert!(model.contains("No two columns are called alike"), "{model}");
+    let [note] = &begun.notes[..] else { panic!("{:?}", begun.notes) };
+    assert!(note.contains("`fast.txt`: 1 row has cells that are no numbers"), "{note}");
+    assert!(begun.campaign.contains(note), "{}", begun.campaign);
+}
+
 #[test]
 fn what_cannot_be_begun_says_why() {
     let still = "time [s],x [m]\n0,1\n1,1\n2,1\n".to_owned();
     let unordered = "a,b\n3,1\n1,2\n2,1\n0,4\n".to_owned();
     for (text, words) in [
         (String::new(), "holds no table of text"),
-        (unordered, "has no column of stamps"),
-        (still, "no two columns that move go together"),
+        (unordered.clone(), "do not say which are inputs"),
+        (still.clone(), "do not say which are inputs"),
     ] {
         let fault = begun(&[("log.csv", text)], None).unwrap_err();
+        assert!(fault.contains(words), "{fault}");
+    }
+    for (text, words) in
+        [(unordered, "has no column of stamps"), (still, "no two columns that move go together")]
+    {
+        let fault = begun(&[("log.csv", text.clone()), ("other.csv", text)], None).unwrap_err();
         assert!(fault.contains(words), "{fault}");
     }
     let none = [(PathBuf::from("none.csv"), PathBuf::from("none.csv"))];

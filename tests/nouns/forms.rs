@@ -80,6 +80,40 @@ fn separators_and_decimals_of_all_kinds_give_the_same_numbers() {
     }
 }
 
+/// Cells between commas, those with decimal commas in quotes, as spreadsheets write them.
+#[test]
+fn decimal_commas_between_commas_stand_in_quotes() {
+    let quoted: String = PLAIN
+        .lines()
+        .map(|line| {
+            let cell = |cell: &str| match cell.contains('.') && !cell.contains('[') {
+                true => format!("\"{}\"", cell.replace('.', ",")),
+                false => cell.to_owned(),
+            };
+            line.split(',').map(cell).collect::<Vec<_>>().join(",") + "\n"
+        })
+        .collect();
+    assert!(quoted.contains("\"1,5\""), "{quoted}");
+    assert_eq!(numbers(&load("", &quoted).unwrap()), plain(), "{quoted}");
+    // Thousands or decimals? Stated, they are decimals.
+    let thousands = "time [s],q [m],q_rate [m/s],x [m]\n0,\"1,500\",0,\"2,500\"\n1,\"1,500\",0,1\n";
+    let fault = load("", thousands).unwrap_err().to_string();
+    assert!(fault.contains("thousands or decimals?"), "{fault}");
+    let stated = "data = { file = \"data.csv\", separator = \",\", decimal = \",\" }";
+    assert!(numbers(&load(stated, thousands).unwrap()).contains("2.5"));
+    // Unquoted they are cells of their own.
+    let fault = load(stated, "time [s],q [m],q_rate [m/s],x [m]\n0,1,5,0,2\n").unwrap_err();
+    assert!(fault.to_string().contains("expected 4 cells"), "{fault}");
+}
+
+#[test]
+fn the_unit_that_is_offered_is_that_of_the_name() {
+    let bare = "time [s],q,q_rate [m/s],x_mm\n0,1.5,0.25,2500\n";
+    let words = "columns = { q = { unit = \"m\" }, x = \"x_mm\" }";
+    let fault = load(words, bare).unwrap_err().to_string();
+    assert!(fault.contains("write `x_mm [mm]`"), "{fault}");
+}
+
 #[test]
 fn columns_of_a_file_without_header_are_named_by_number() {
     let rows = PLAIN.split_once('\n').unwrap().1;
@@ -178,7 +212,10 @@ fn hostile_files_give_errors() {
     for (run, words) in [
         ("data = { file = \"data.csv\", separator = \"|\" }", "`|` is not a separator"),
         ("data = { file = \"data.csv\", decimal = \";\" }", "`;` is not a decimal"),
-        ("data = { file = \"data.csv\", separator = \",\", decimal = \",\" }", "not both"),
+        (
+            "data = { file = \"data.csv\", separator = \",\", decimal = \",\" }",
+            "have decimal commas, this one has a point",
+        ),
         ("data = { separator = \",\" }", "the file has no name"),
         ("data = { file = \"data.csv\", haeder = true }", "did you mean `header`?"),
         ("columns = { x = { column = 0 } }", "not the number of a column"),

@@ -1,44 +1,16 @@
 //! What the columns of a table seem to be: guesses from their names and their values.
 
 use crate::campaign::begin::survey::{Survey, Surveyed};
+use crate::campaign::endings::ending;
 use crate::campaign::formats::{Role, unit_since_1970};
-use crate::units::Unit;
+use crate::units::{Dimension, Unit};
 
 /// Of so many pairs of rows time may go back in one.
 const IN_ORDER: f64 = 0.99;
 /// How far the length of a quaternion may be off 1.
 const OFF_LENGTH: f64 = 0.02;
-/// Endings of names that are units, and the units.
-const ENDINGS: [(&str, &str); 28] = [
-    ("s", "s"),
-    ("sec", "s"),
-    ("secs", "s"),
-    ("seconds", "s"),
-    ("ms", "ms"),
-    ("msec", "ms"),
-    ("us", "us"),
-    ("usec", "us"),
-    ("ns", "ns"),
-    ("nsec", "ns"),
-    ("nanoseconds", "ns"),
-    ("m", "m"),
-    ("meters", "m"),
-    ("metres", "m"),
-    ("mm", "mm"),
-    ("cm", "cm"),
-    ("um", "um"),
-    ("km", "km"),
-    ("rad", "rad"),
-    ("radians", "rad"),
-    ("mrad", "mrad"),
-    ("deg", "deg"),
-    ("degrees", "deg"),
-    ("arcsec", "arcsec"),
-    ("gon", "gon"),
-    ("mps", "m/s"),
-    ("rpm", "rpm"),
-    ("hz", "Hz"),
-];
+/// Names of the numbers of rows.
+const NUMBERS: [&str; 9] = ["i", "n", "no", "nr", "id", "row", "index", "number", "count"];
 /// Names of stamps, of headings and of angles.
 const TIMES: [&str; 7] = ["t", "time", "stamp", "timestamp", "clock", "seconds", "sec"];
 const HEADINGS: [&str; 6] = ["th", "theta", "yaw", "heading", "psi", "phi"];
@@ -68,8 +40,8 @@ pub(super) struct Guess {
 /// The name without the ending that is a unit, in small letters; and the unit.
 pub(super) fn base(name: &str) -> (String, Option<Unit>) {
     let small = name.to_lowercase();
-    let ending = small.rsplit_once('_').and_then(|(base, ending)| {
-        let (_, unit) = ENDINGS.iter().find(|(own, _)| *own == ending)?;
+    let ending = ending(name).and_then(|unit| {
+        let (base, _) = small.rsplit_once('_')?;
         Some((base.to_owned(), Unit::parse(unit).ok()?))
     });
     match ending {
@@ -165,7 +137,15 @@ fn time(survey: &Survey) -> Option<Guessed> {
     let candidates: Vec<(usize, &Surveyed)> =
         names.filter(|(_, column)| in_order(column)).collect();
     let called = candidates.iter().find(|(_, column)| is_called(column));
-    let (column, own) = called.or_else(|| candidates.first())?;
+    let has_unit = |(_, column): &&(usize, &Surveyed)| {
+        let unit = column.unit.clone().or(base(&column.name).1);
+        unit.is_some_and(|unit| unit.dimension == Dimension::TIME)
+    };
+    let is_no_number_of_rows =
+        |(_, column): &&(usize, &Surveyed)| !NUMBERS.contains(&base(&column.name).0.as_str());
+    let (column, own) = called
+        .or_else(|| candidates.iter().find(has_unit))
+        .or_else(|| candidates.iter().find(is_no_number_of_rows))?;
     let first = own.values.first().copied().unwrap_or(0.0);
     let usual = unit_since_1970(first).unwrap_or_else(|| by_steps(&own.values));
     let what = if called.is_some() { "stamps" } else { "numbers in order, taken for stamps" };

@@ -10,7 +10,53 @@ pub(super) struct Log {
     pub(super) guess: Guess,
 }
 
+/// Rows farther apart (s) are stops, not a motion.
+const STOPS: f64 = 10.0;
+/// A third difference of so much of the whole way is no curve.
+const LEAP: f64 = 0.05;
+
 impl Log {
+    /// The names of its columns.
+    pub(super) fn heads(&self) -> Vec<&str> {
+        self.survey.columns.iter().map(|column| column.name.as_str()).collect()
+    }
+
+    /// What is to be said of rows that are no numbers.
+    pub(super) fn bad_rows(&self) -> Option<String> {
+        let rows = match self.survey.bad_rows {
+            0 => return None,
+            1 => "1 row has".to_owned(),
+            several => format!("{several} rows have"),
+        };
+        let file = self.survey.path.display();
+        Some(format!(
+            "`{file}`: {rows} cells that are no numbers: say what stands for a missing reading (`missing = [\"nan\"]` beside `file`), or compute with --skip-bad-rows"
+        ))
+    }
+
+    /// Its first and last stamp (s).
+    pub(super) fn span(&self) -> Option<[f64; 2]> {
+        let time = self.guess.time.as_ref()?;
+        let values = &self.survey.columns[time.column].values;
+        let si = |value: &f64| value * time.unit.factor;
+        Some([values.first().map(si)?, values.last().map(si)?])
+    }
+
+    /// Whether its rows are stops: without stamps, far apart, or in no curve.
+    pub(super) fn stands_still(&self) -> bool {
+        let Some(spacing) = self.spacing() else { return true };
+        let time = self.guess.time.as_ref().map(|time| time.column);
+        let columns = self.survey.columns.iter().enumerate();
+        let mut moving = columns.filter(|(at, column)| Some(*at) != time && column.moves());
+        spacing > STOPS || moving.all(|(_, column)| column.leaps() > LEAP)
+    }
+
+    /// Whether its pose in a plane begins at zero: the path of dead reckoning.
+    pub(super) fn begins_at_zero(&self, columns: &[usize]) -> bool {
+        let first = |at: &usize| self.survey.columns[*at].values.first().copied();
+        columns.iter().all(|at| first(at) == Some(0.0))
+    }
+
     /// The mean time between its rows (s).
     pub(super) fn spacing(&self) -> Option<f64> {
         let time = self.guess.time.as_ref()?;

@@ -13,7 +13,7 @@ use crate::document::files::{open_regular, reason};
 use crate::units::Unit;
 
 /// Rows that are looked at.
-const MOST_ROWS: usize = 20_000;
+const MOST_ROWS: usize = 200_000;
 /// Columns that are looked at.
 const MOST_COLUMNS: usize = 200;
 
@@ -30,6 +30,11 @@ pub(super) struct Surveyed {
 }
 
 impl Surveyed {
+    /// Whether most of its cells are numbers.
+    fn is_of_numbers(&self) -> bool {
+        2 * self.values.iter().filter(|value| value.is_finite()).count() > self.values.len()
+    }
+
     /// Whether most of its cells are numbers, and not all of them the same.
     pub(super) fn moves(&self) -> bool {
         let finite = self.values.iter().filter(|value| value.is_finite());
@@ -39,6 +44,26 @@ impl Surveyed {
             (least, most) = (least.min(*value), most.max(*value));
         }
         2 * count > self.values.len() && most > least
+    }
+
+    /// How much it leaps from row to row: the median of third differences over the whole way.
+    pub(super) fn leaps(&self) -> f64 {
+        let finite: Vec<f64> = self.values.iter().copied().filter(|v| v.is_finite()).collect();
+        let third = |four: &[f64]| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs();
+        let mut third: Vec<f64> = finite.windows(4).map(third).collect();
+        let middle = third.len() / 2;
+        let most = finite.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let least = finite.iter().copied().fold(f64::INFINITY, f64::min);
+        if third.is_empty() || most <= least {
+            return 0.0;
+        }
+        *third.select_nth_unstable_by(middle, f64::total_cmp).1 / (most - least)
+    }
+
+    /// The largest difference of two of its values.
+    pub(super) fn range(&self) -> f64 {
+        let finite = || self.values.iter().copied().filter(|value| value.is_finite());
+        finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -50,6 +75,10 @@ pub(super) struct Survey {
     pub(super) columns: Vec<Surveyed>,
     /// The format in which it seems to be.
     pub(super) format: Option<&'static Format>,
+    /// Rows with a cell that is no number, in a column of numbers, or with too few cells.
+    pub(super) bad_rows: usize,
+    /// Whether there are more rows than were looked at.
+    pub(super) is_cut: bool,
 }
 
 impl Survey {
@@ -94,17 +123,28 @@ impl Survey {
             lines.next().map_err(unreadable)?;
         }
         let mut decimal = form.decimal;
+        // For each row the columns whose cells are no numbers, though something stands there.
+        let mut words: Vec<Vec<usize>> = Vec::new();
         for _ in 0..MOST_ROWS {
             let Some((_, line)) = lines.next().map_err(unreadable)? else { break };
             let Ok(text) = std::str::from_utf8(line) else { continue };
             let mut row = cells(text, layout.separator);
-            for column in &mut columns {
-                let number =
-                    row.next().and_then(|(cell, _)| decimal.number(cell, layout.separator));
+            let mut own = Vec::new();
+            for (at, column) in columns.iter_mut().enumerate() {
+                let cell = row.next().map(|(cell, _)| cell);
+                let number = cell.and_then(|cell| decimal.number(cell, layout.separator));
+                let number = number.filter(|number| number.is_finite());
+                if number.is_none() && cell.is_none_or(|cell| !cell.is_empty()) {
+                    own.push(at);
+                }
                 column.values.push(number.unwrap_or(f64::NAN));
             }
+            words.push(own);
         }
-        Ok(Self { path: named.to_owned(), columns, format })
+        let is_cut = lines.next().map_err(unreadable)?.is_some();
+        let of_numbers: Vec<bool> = columns.iter().map(Surveyed::is_of_numbers).collect();
+        let bad_rows = words.iter().filter(|row| row.iter().any(|at| of_numbers[*at])).count();
+        Ok(Self { path: named.to_owned(), columns, format, bad_rows, is_cut })
     }
 
     /// How many rows were looked at.

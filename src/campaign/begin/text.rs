@@ -64,21 +64,50 @@ impl Table {
     }
 }
 
+/// What the campaign does not use, in comments.
+#[derive(Clone, Debug)]
+pub(super) struct Rest(Vec<String>);
+
+impl Rest {
+    /// Of all logs, the recordings that they make, and what is to be said of them.
+    pub(super) fn of(logs: &[Log], recordings: &[[usize; 2]], notes: &[String]) -> Self {
+        let name = |at: usize| logs[at].survey.path.display().to_string();
+        let mut lines: Vec<String> = recordings
+            .iter()
+            .skip(1)
+            .map(|[data, stream]| {
+                format!("guessed: `{}` and `{}` are of another recording: a run, or, with clocks of its own, a campaign of its own", name(*data), name(*stream))
+            })
+            .collect();
+        let is_left = |at: &usize| !recordings.iter().flatten().any(|own| own == at);
+        let left: Vec<String> =
+            (0..logs.len()).filter(is_left).map(|at| format!("`{}`", name(at))).collect();
+        if !left.is_empty() {
+            lines.push(format!("not used: {}; add it to `signals`, or as a run", left.join(", ")));
+        }
+        lines.extend_from_slice(notes);
+        Self(lines)
+    }
+}
+
 /// The whole campaign: data and stream, and the uncertainties of its measurands.
 pub(super) fn campaign(
     model: &str,
     tables: &[Table],
     sigmas: &[(String, String)],
-    others: usize,
+    rest: &Rest,
 ) -> String {
     let mut text = format!(
         "# Begun by `homepoint new campaign`. Look at every line with `guessed`: units, roles and\n\
          # uncertainties are guesses from names and values. Then: `homepoint check` this file.\n\
-         title = \"Begun from logs\"\nmodel = {}\n\n\
-         # Where the clocks differ by more than a log shows, say from when to when:\n\
-         # delay_range = [\"-8 s\", \"-4 s\"]\n\n[measurands]\n",
+         title = \"Begun from logs\"\nmodel = {}\n",
         quoted(model)
     );
+    if tables.len() > 1 {
+        text += "\n# Where the clocks differ by more than a log shows, say from when to when:\n\
+                 # delay_range = [\"-8 s\", \"-4 s\"]\n";
+    }
+    text += "\n[measurands]\n";
     for (name, sigma) in sigmas {
         text += &format!(
             "{name} = {{ sigma = {} }}   # guessed: scatter, or 0.2 % of the way; state what you know\n",
@@ -90,15 +119,15 @@ pub(super) fn campaign(
         text += &format!("data = {}\n", data.text(""));
         let streams: Vec<String> =
             streams.iter().map(|stream| format!("    {},\n", stream.text("    "))).collect();
-        text += &format!(
-            "signals = [   # guessed: the file with more rows a second is the stream\n{}]\n",
-            streams.concat()
-        );
+        if !streams.is_empty() {
+            text += &format!(
+                "signals = [   # guessed: the file with more rows a second is the stream\n{}]\n",
+                streams.concat()
+            );
+        }
     }
-    if others > 0 {
-        text += &format!(
-            "# {others} more files were named: add them to `signals`, or as runs of their own\n"
-        );
+    for line in &rest.0 {
+        text += &format!("# {line}\n");
     }
     text
 }

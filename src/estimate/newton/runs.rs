@@ -16,8 +16,9 @@ use crate::campaign::run::Samples;
 use crate::engine::blocks::in_waves;
 use crate::engine::lanes::{Chunk, LANES};
 use crate::engine::part::Part;
+use crate::estimate::newton::Given;
+use crate::estimate::newton::solved::Solved;
 use crate::estimate::newton::solver::Solver;
-use crate::estimate::newton::{Given, RunDelays};
 use crate::progress::Task;
 
 /// Samples in one block: few, so that no thread waits long for another at the end of a wave.
@@ -44,7 +45,7 @@ pub fn each_delay<T: Send, E>(
     part: usize,
     runs: &[usize],
     measurand: usize,
-    look: impl Fn(usize, RunDelays) -> T + Sync,
+    look: impl Fn(usize, Solved) -> T + Sync,
     mut visit: impl FnMut(usize, T) -> Result<(), E>,
 ) -> Result<(), E> {
     let data = &given.problem.parts[part];

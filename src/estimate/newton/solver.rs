@@ -12,10 +12,11 @@ use crate::engine::noise::active_randoms;
 use crate::engine::part::ParameterLeaves;
 use crate::engine::programs::DelayProgram;
 use crate::estimate::minima::starts::shortest_time;
+use crate::estimate::newton::Given;
 use crate::estimate::newton::careful::{Roots, Stage};
-use crate::estimate::newton::quick::{Evaluated, Quick, STEPS};
+use crate::estimate::newton::quick::{Evaluated, Quick};
+use crate::estimate::newton::solved::{Found, Judge, Lane, Smallest, Solved, SolvedLanes};
 use crate::estimate::newton::uncertainty::{Quadratic, Seconds, Weighted, along};
-use crate::estimate::newton::{Given, ReadingDelay, RunDelays, State};
 
 /// A delay within this part of the time in which streams change is near the reference time.
 const NEAR: f64 = 0.05;
@@ -39,45 +40,24 @@ pub(super) struct Solver<'a> {
     /// The smallest uncertainty at reference that is known of the run (s): it decides which
     /// readings are blind.
     pub(super) best: f64,
-    /// The readings so far.
-    readings: Vec<ReadingDelay>,
-    /// For each chunk the number of readings up to its end.
-    ends: Vec<usize>,
-    /// For each chunk `Σ w dt/dθ` of its solved readings, along the program's directions.
-    sums: Vec<Vec<f64>>,
+    /// What came of the chunks so far.
+    solved: SolvedLanes,
     waiting: Waiting,
 }
 
 /// Readings that wait to be solved carefully.
 #[derive(Debug)]
 struct Waiting {
-    places: Vec<Place>,
+    /// Where they belong among the samples of the block.
+    places: Vec<usize>,
     /// The columns that their program loads.
     columns: Vec<Lanes>,
     at_reference: Evaluated,
     reading: Lanes,
 }
 
-/// Where a reading belongs.
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    chunk: usize,
-    /// Among the readings.
-    index: usize,
-}
-
-/// What came of some lanes, as delays since the origin.
-struct Solution<'s> {
-    /// Slopes at the origin.
-    from: &'s Lanes,
-    delay: &'s Lanes,
-    slope: &'s Lanes,
-    is_solved: &'s [bool; LANES],
-    steps: &'s [u32; LANES],
-}
-
 impl<'a> Solver<'a> {
-    /// For at most `len` readings of `[campaign, run, measurand]`.
+    /// For at most `len` samples of `[campaign, run, measurand]`.
     pub(super) fn new(given: &'a Given<'a>, place: [usize; 3], len: usize) -> Self {
         let [part, run, measurand] = place;
         let problem = given.problem;
@@ -103,9 +83,7 @@ impl<'a> Solver<'a> {
             covariance: along(given, part, run, &program.directions),
             origin: origin(given, place),
             best: f64::INFINITY,
-            readings: Vec::with_capacity(len),
-            ends: Vec::new(),
-            sums: Vec::new(),
+            solved: SolvedLanes::new(0, len, program.directions.len()),
             waiting: Waiting {
                 places: Vec::with_capacity(LANES),
                 columns,
@@ -117,56 +95,49 @@ impl<'a> Solver<'a> {
 
     /// What came of the block, with the sums over the columns that the run touches. What is blind
     /// has no delay, whether one was found or not.
-    pub(super) fn finished(mut self) -> RunDelays {
-        let [part, run, _] = self.place;
+    pub(super) fn finished(self) -> Solved {
+        let [part, run, measurand] = self.place;
         let problem = self.given.problem;
         let touched = problem.layout.columns.touched_by(problem.run_index(part, run)).len();
         let movers = problem.movers(part, run);
         let mut weighted = DVector::zeros(touched);
         for (slot, direction) in self.program.directions.iter().enumerate() {
-            let sum: f64 = self.sums.iter().map(|sums| sums[slot]).sum();
+            let sum = self.solved.sum(slot);
             for (column, by) in &movers[*direction] {
                 weighted[*column] += by * sum;
             }
         }
-        let best = self.best;
-        let blind = |reading: &&mut ReadingDelay| reading.is_blind_beside(best);
-        self.readings.iter_mut().filter(blind).for_each(ReadingDelay::blind);
-        RunDelays { readings: self.readings, weighted_sensitivity: weighted }
+        Solved {
+            run,
+            measurand,
+            best: self.best,
+            origin: self.origin,
+            lanes: self.solved,
+            weighted_sensitivity: weighted,
+        }
     }
 
     /// The chunks with a reading that counts as solved and is blind, as others of the run show.
     pub(super) fn stale(&self) -> Vec<usize> {
-        let is_stale = |reading: &ReadingDelay| {
-            reading.state == State::Solved && reading.is_blind_beside(self.best)
-        };
-        let has_stale = |chunk: &usize| self.readings[self.range(*chunk)].iter().any(is_stale);
-        (0..self.ends.len()).filter(has_stale).collect()
-    }
-
-    fn range(&self, chunk: usize) -> std::ops::Range<usize> {
-        let start = chunk.checked_sub(1).map_or(0, |before| self.ends[before]);
-        start..self.ends[chunk]
+        (0..self.solved.chunks()).filter(|at| self.solved.is_stale(*at, self.best)).collect()
     }
 
     /// Evaluates the readings of a chunk at the reference time, to know the best of them.
     pub(super) fn look(&mut self, chunk: &Chunk<'_>) {
-        let (_, random) = self.at_reference(chunk);
-        let sigmas = self.readings_of(chunk).iter().zip(random);
-        let seen = sigmas.filter(|(reading, _)| !reading.is_nan()).map(|(_, sigma)| sigma);
-        self.best = seen.fold(self.best, f64::min);
+        self.at_reference(chunk, &self.reading_of(chunk));
     }
 
     /// Solves the readings of the next chunk, but for those that wait.
     pub(super) fn next(&mut self, chunk: &Chunk<'_>) {
-        let [_, run, measurand] = self.place;
-        let readings = chunk.stretch().each().zip(self.readings_of(chunk));
-        let present = readings.filter(|(_, reading)| !reading.is_nan());
-        let unsolved = |(sample, _)| ReadingDelay::without_delay(run, measurand, &sample);
-        self.readings.extend(present.map(unsolved));
-        self.ends.push(self.readings.len());
-        self.sums.push(Vec::new());
-        self.again(chunk, self.ends.len() - 1);
+        self.solved.push(chunk);
+        self.again(chunk, self.solved.chunks() - 1);
+    }
+
+    /// The readings of a chunk; NaN where there is none.
+    fn reading_of(&self, chunk: &Chunk<'_>) -> Lanes {
+        let mut reading = [f64::NAN; LANES];
+        reading[..chunk.len].copy_from_slice(self.readings_of(chunk));
+        reading
     }
 
     fn readings_of<'c>(&self, chunk: &Chunk<'c>) -> &'c [f64] {
@@ -175,61 +146,67 @@ impl<'a> Solver<'a> {
     }
 
     /// Value and slope of each reading of a chunk at the origin, and the random part of its delay's
-    /// standard uncertainty (s) with that slope; infinite where there is no slope.
-    fn at_reference(&mut self, chunk: &Chunk<'_>) -> (Evaluated, Lanes) {
+    /// standard uncertainty (s) with that slope; infinite where there is no slope. The best is known
+    /// then.
+    fn at_reference(&mut self, chunk: &Chunk<'_>, reading: &Lanes) -> (Evaluated, Lanes) {
         self.workspace.load(&self.program.code, chunk, &[[self.origin; LANES]], false);
         let at_reference = self.evaluate();
-        let random = self.random_part(&at_reference.slope);
-        (at_reference, random.map(|sigma| if sigma.is_nan() { f64::INFINITY } else { sigma }))
+        let mut random = self.random_part(&at_reference.slope);
+        let set = self.given.problem.instruction_set();
+        self.best = self.best.min(set.run(Smallest { reading, random: &mut random }));
+        (at_reference, random)
     }
 
     /// Solves the readings of a chunk, the number of which is known already.
     pub(super) fn again(&mut self, chunk: &Chunk<'_>, number: usize) {
-        let start = self.range(number).start;
-        let mut reading = [f64::NAN; LANES];
-        reading[..chunk.len].copy_from_slice(self.readings_of(chunk));
-        let (at_reference, random) = self.at_reference(chunk);
-        let lanes = (0..LANES).filter(|lane| !reading[*lane].is_nan());
-        let places: Vec<(usize, Place)> = lanes
-            .zip(start..)
-            .map(|(lane, index)| (lane, Place { chunk: number, index }))
-            .collect();
-        for (lane, place) in &places {
-            self.readings[place.index].random_at_reference = random[*lane];
-            self.best = self.best.min(random[*lane]);
-        }
+        let reading = self.reading_of(chunk);
+        let (at_reference, random_at_reference) = self.at_reference(chunk, &reading);
         let range = self.given.range;
         let set = self.given.problem.instruction_set();
         let quick = Quick::find(set, &at_reference, &reading, range, |delay| self.at(delay));
-        let solution = Solution {
-            from: &at_reference.slope,
+        let (random, common) = (self.random_part(&quick.slope), self.common_part(&quick.slope));
+        let mut found = Found {
             delay: &quick.delay,
             slope: &quick.slope,
-            is_solved: &quick.is_solved,
-            steps: &[STEPS; LANES],
+            random: &random,
+            random_at_reference: &random_at_reference,
+            common: &common,
+            state: [0; LANES],
+            steps: [0; LANES],
+            worst: 0.0,
+            weights: [0.0; LANES],
         };
-        let solved = |(lane, _): &&(usize, Place)| quick.is_solved[*lane];
-        let weights = self.finish(&solution, places.iter().filter(solved));
-        let mut sums = vec![0.0; self.program.directions.len()];
+        set.run(Judge {
+            reading: &reading,
+            from: &at_reference.slope,
+            is_solved: &quick.is_solved,
+            best: self.best,
+            found: &mut found,
+        });
+        self.solved.put(number, &found);
+        let sums = self.solved.sums_mut(number);
+        sums.fill(0.0);
         let columns = self.workspace.outputs(&self.program.code, 2);
-        set.run(Weighted { columns: &columns, weights: &weights, sums: &mut sums });
-        self.sums[number] = sums;
-        for (lane, place) in places.iter().filter(|(lane, _)| !quick.is_solved[*lane]) {
-            // What is blind for certain is not worth the steps.
-            if !self.readings[place.index].is_blind_beside(self.best) {
-                self.wait(*lane, *place, &at_reference, &reading);
+        set.run(Weighted { columns: &columns, weights: &found.weights, sums });
+        if quick.is_solved[..chunk.len].contains(&false) {
+            for lane in (0..chunk.len).filter(|lane| !quick.is_solved[*lane]) {
+                // What is blind for certain is not worth the steps.
+                let place = number * LANES + lane;
+                if self.solved.may_be_seen(place, self.best) {
+                    self.wait(lane, place, &at_reference, &reading);
+                }
             }
         }
     }
 
     /// Lets the reading of a lane wait.
-    fn wait(&mut self, lane: usize, place: Place, at_reference: &Evaluated, reading: &Lanes) {
+    fn wait(&mut self, lane: usize, place: usize, at_reference: &Evaluated, reading: &Lanes) {
         let waiting = &mut self.waiting;
         let to = waiting.places.len();
         waiting.places.push(place);
         let loaded = self.workspace.loaded(&self.program.code);
         for (column, values) in waiting.columns.iter_mut().zip(loaded) {
-            column[to..].fill(values[lane]);
+            column[to] = values[lane];
         }
         waiting.at_reference.value[to] = at_reference.value[lane];
         waiting.at_reference.slope[to] = at_reference.slope[lane];
@@ -247,6 +224,12 @@ impl<'a> Solver<'a> {
         if places.is_empty() {
             return;
         }
+        // Lanes that nobody waits in compute what the last one does.
+        let last = places.len() - 1;
+        self.waiting.columns.iter_mut().for_each(|column| {
+            let value = column[last];
+            column[last..].fill(value);
+        });
         self.workspace.reload(&self.waiting.columns);
         let Evaluated { value, slope } = self.waiting.at_reference;
         let start = [value, slope, self.waiting.reading];
@@ -254,22 +237,26 @@ impl<'a> Solver<'a> {
             let Evaluated { value, slope } = self.at(delay);
             [value, slope]
         });
-        let start_slope = slope;
+        let from = slope;
         let slope = self.at(&roots.delay).slope;
-        let is_solved = roots.stage.map(|stage| stage == Stage::Solved);
-        let solution = Solution {
-            from: &start_slope,
-            delay: &roots.delay,
-            slope: &slope,
-            is_solved: &is_solved,
-            steps: &roots.steps,
-        };
-        let lanes: Vec<(usize, Place)> = places.iter().copied().enumerate().collect();
-        let weights = self.finish(&solution, lanes.iter());
+        let (random, common) = (self.random_part(&slope), self.common_part(&slope));
         let columns = self.workspace.outputs(&self.program.code, 2);
-        for (lane, place) in lanes.iter().filter(|(lane, _)| weights[*lane] != 0.0) {
-            for (sum, column) in self.sums[place.chunk].iter_mut().zip(&columns) {
-                *sum += weights[*lane] * column[*lane];
+        for (at, place) in places.iter().enumerate() {
+            let found = Lane {
+                is_solved: roots.stage[at] == Stage::Solved,
+                is_here: slope[at].is_sign_positive() == from[at].is_sign_positive(),
+                delay: roots.delay[at],
+                slope: slope[at],
+                random: random[at],
+                common: common[at],
+                steps: roots.steps[at],
+            };
+            let weight = self.solved.take(*place, &found, self.best);
+            if weight != 0.0 {
+                let sums = self.solved.sums_mut(place / LANES);
+                for (sum, column) in sums.iter_mut().zip(&columns) {
+                    *sum += weight * column[at];
+                }
             }
         }
     }
@@ -328,40 +315,6 @@ impl<'a> Solver<'a> {
             seconds: &mut seconds,
         });
         seconds
-    }
-
-    /// Fills the readings of some lanes, evaluated last at their solution; the weights of those
-    /// that are solved and not blind, divided by `-m'`.
-    fn finish<'s>(
-        &mut self,
-        solution: &Solution<'_>,
-        lanes: impl Iterator<Item = &'s (usize, Place)>,
-    ) -> Lanes {
-        let random = self.random_part(solution.slope);
-        let common = self.common_part(solution.slope);
-        let mut weights = [0.0; LANES];
-        for (lane, place) in lanes {
-            let reading = &mut self.readings[place.index];
-            reading.steps = solution.steps[*lane];
-            reading.state = State::Failed;
-            let slope = solution.slope[*lane];
-            // Beyond a turning point of the prediction it is another reading's delay.
-            let is_here = slope.is_sign_positive() == solution.from[*lane].is_sign_positive();
-            if solution.is_solved[*lane] && is_here {
-                reading.state = State::Solved;
-                reading.delay = self.origin + solution.delay[*lane];
-                reading.slope = slope;
-                reading.random = random[*lane];
-                reading.common = common[*lane];
-            }
-            if reading.is_blind_beside(self.best) {
-                reading.state = State::Blind;
-            }
-            if reading.state == State::Solved {
-                weights[*lane] = -reading.random_at_reference.powi(-2) / reading.slope;
-            }
-        }
-        weights
     }
 }
 
