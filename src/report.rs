@@ -3,7 +3,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`conditions`] | transformations, their bias, self-calibration, agreement of campaigns |
-//! | [`conventions`] | conventions that were mistaken |
+//! | [`conventions`], `typed_columns` | conventions that were mistaken; what to type instead |
 //! | [`deviations`] | deviations of runs, and what the head must follow |
 //! | [`budget`] | uncertainty budgets of delays |
 //! | [`figure`] | a value with its standard uncertainty as people write it |
@@ -57,5 +57,6 @@ pub mod trials_replay;
 pub mod trials_replay_text;
 #[cfg(feature = "cli")]
 pub mod trials_text;
+mod typed_columns;
 #[cfg(feature = "cli")]
 mod verdict_text;

@@ -9,6 +9,7 @@ use crate::campaign::form::Form;
 use crate::campaign::formats::{Format, Role, unit_since_1970};
 use crate::campaign::origin::Origin;
 use crate::campaign::recognise::Layout;
+use crate::campaign::stamps::of_date;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::formula::Formula;
 use crate::units::Unit;
@@ -289,11 +290,13 @@ pub(crate) fn read(
             chosen.entry(index).or_insert(Chosen { want, stated: unit, usual: None });
         }
     }
-    let first_stamp = |index: usize| {
+    let first_cell = |index: usize| {
         let row = layout.rows.first()?;
-        let (cell, _) = dialect::cells(row, layout.separator).nth(index)?;
-        form.decimal.clone().number(cell, layout.separator)
+        dialect::cells(row, layout.separator).nth(index).map(|(cell, _)| cell)
     };
+    let first_stamp =
+        |index: usize| form.decimal.clone().number(first_cell(index)?, layout.separator);
+    let is_dated = |index| first_cell(index).is_some_and(|cell| of_date(0, cell).is_some());
     let mut columns = Vec::with_capacity(all.cells.len());
     for (index, (cell, span)) in all.cells.iter().enumerate() {
         if faults.len() >= MOST_FAULTS {
@@ -320,6 +323,10 @@ pub(crate) fn read(
                 since_1970.and_then(|symbol| Unit::parse(symbol).ok()).unwrap_or(usual)
             });
             let stated = stated.cloned().or(usual);
+            // A date has no unit, whatever stands there.
+            let is_dated = want.role == Some(Role::Time) && is_dated(index);
+            let (stated, unit) =
+                if is_dated { (Some(Unit::second()), None) } else { (stated, unit) };
             let hint = since_1970.or_else(|| ending(&column.name, &want.unit));
             let hint = hint.unwrap_or(&want.unit.symbol);
             let accepts = (!is_source).then_some(&want.unit);

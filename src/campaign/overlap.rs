@@ -1,7 +1,7 @@
 //! Runs of one setup that were recorded at the same time, as far as their times say.
 //!
 //! An instrument measures one run after the other. Where runs overlap times begin anew in each
-//! file, or a file is named twice: what drifts or wanders through a setup is then looked for along
+//! file, or a file is named twice: a drift or a random walk through a setup is then looked for along
 //! wrong times.
 
 use crate::campaign::Run;

@@ -6,6 +6,7 @@
 
 use crate::campaign::dialect::{Decimal, SEPARATORS, Separator, cells, names};
 use crate::campaign::form::Form;
+use crate::units::Unit;
 
 /// Rows by which a file's form is recognised.
 pub(crate) const ROWS: usize = 20;
@@ -33,6 +34,8 @@ pub(crate) struct Layout {
     pub(crate) width: usize,
     /// Line and text of the first row, the header where it is one.
     pub(crate) first: (usize, String),
+    /// Whether the row behind the header holds the units of its names, which stand in the header then.
+    pub(crate) has_units: bool,
     /// The first rows behind the header, long ones left out.
     pub(crate) rows: Vec<String>,
 }
@@ -64,6 +67,7 @@ impl Layout {
             header: Some(Header { line: 1, text: text.clone(), start: 0, separator }),
             width: names.len(),
             first: (1, text),
+            has_units: false,
             rows: Vec::new(),
         }
     }
@@ -112,17 +116,23 @@ impl<'a> Head<'a> {
         let has_header = form.header.unwrap_or_else(|| !is_row());
         let (separator, of_names) = self.separators(form, has_header);
         let width = cells(text, separator).count();
+        let mut has_units = false;
         let (header, width) = if has_header {
-            let header = Header { line, text: text.to_owned(), start: 0, separator: of_names };
-            (Some(header), names(text, of_names).len())
+            let with_units =
+                self.rows.get(1).and_then(|(_, units)| joined(text, units, of_names, separator));
+            has_units = with_units.is_some();
+            let text = with_units.unwrap_or_else(|| text.to_owned());
+            let width = names(&text, of_names).len();
+            (Some(Header { line, text, start: 0, separator: of_names }), width)
         } else if form.header == Some(false) {
             (None, width)
         } else {
             (self.commented(separator, width), width)
         };
-        let rows = self.rows.iter().skip(usize::from(has_header)).map(|(_, row)| *row);
+        let heads = usize::from(has_header) + usize::from(has_units);
+        let rows = self.rows.iter().skip(heads).map(|(_, row)| *row);
         let rows = rows.filter(|row| row.len() <= LONGEST_ROW).map(str::to_owned).collect();
-        Some(Layout { separator, header, width, first, rows })
+        Some(Layout { separator, header, width, first, has_units, rows })
     }
 
     /// Whether all cells of the first row are numbers, or empty, between some separator.
@@ -197,6 +207,7 @@ impl<'a> Head<'a> {
 
     /// The last comment before the first row that holds a name for each of its cells.
     fn commented(&self, separator: Separator, width: usize) -> Option<Header> {
+        let mut units: Option<&str> = None;
         self.comments.iter().rev().find_map(|(line, text)| {
             let bare = text.trim_start().trim_start_matches(COMMENT);
             let start = text.len() - bare.len();
@@ -208,9 +219,53 @@ impl<'a> Head<'a> {
             // Between blanks a comma would be part of a name.
             let first = Some(separator).filter(|own| *own != Separator::Blanks);
             let separator = first.into_iter().chain(SEPARATORS).find(fits)?;
-            Some(Header { line: *line, text: (*text).to_owned(), start, separator })
+            if units.is_none() && are_units(bare, separator) {
+                units = Some(bare);
+                return None;
+            }
+            let with_units = units.and_then(|units| joined(bare, units, separator, separator));
+            let (text, start) =
+                with_units.map_or(((*text).to_owned(), start), |joined| (joined, 0));
+            Some(Header { line: *line, text, start, separator })
         })
     }
+}
+
+/// Whether a row holds units, one or none for each name, and no numbers.
+fn are_units(row: &str, separator: Separator) -> bool {
+    let units: Vec<Option<String>> = cells(row, separator).map(|(cell, _)| unit(cell)).collect();
+    let is_any =
+        |unit: &Option<String>| unit.as_ref().is_some_and(|unit| !unit.is_empty() && unit != "1");
+    units.len() > 1 && units.iter().all(Option::is_some) && units.iter().any(is_any)
+}
+
+/// The unit in a cell of a row of units: with or without brackets, nothing for none.
+fn unit(cell: &str) -> Option<String> {
+    let bare = cell.strip_prefix('[').and_then(|cell| cell.strip_suffix(']'));
+    let bare = bare.or(cell.strip_prefix('(').and_then(|cell| cell.strip_suffix(')')));
+    let text = bare.unwrap_or(cell).trim();
+    let is_none = text.is_empty() || text == "-";
+    if is_none {
+        return Some(String::new());
+    }
+    let is_number = text.parse::<f64>().is_ok() && bare.is_none();
+    (!is_number && Unit::parse(text).is_ok()).then(|| text.to_owned())
+}
+
+/// A header with the row of units behind it: `name [unit]` for each of its names; `None` where that row
+/// holds no units, or names have units already.
+fn joined(header: &str, row: &str, of_names: Separator, separator: Separator) -> Option<String> {
+    let heads = names(header, of_names);
+    let units: Vec<(&str, (usize, usize))> = cells(row, separator).collect();
+    if !are_units(row, separator) || heads.len() != units.len() || header.contains('[') {
+        return None;
+    }
+    let cell = |((head, _), (cell, _)): (&(&str, _), &(&str, _))| match unit(cell) {
+        Some(unit) if !unit.is_empty() => format!("\"{head} [{unit}]\""),
+        _ => format!("\"{head}\""),
+    };
+    let cells: Vec<String> = heads.iter().zip(&units).map(cell).collect();
+    Some(cells.join(of_names.character()))
 }
 
 /// The separators that may be a file's.
@@ -287,6 +342,26 @@ mod tests {
         assert_eq!(found("1,2,nan\n"), (Comma, None, 3));
         // A comment before a header is none.
         assert_eq!(found("# a, b\nt,x\n1,2\n"), (Comma, named(&["t", "x"]), 2));
+    }
+
+    #[test]
+    fn a_row_of_units_behind_the_header_belongs_to_it() {
+        let header = named(&["t [s]", "x [mm]", "n"]);
+        for text in [
+            "t,x,n\ns,mm,-\n0,1,2\n1,2,3\n",
+            "t,x,n\n[s],[mm],\n0,1,2\n",
+            "# t, x, n\n# s, mm, -\n0,1,2\n",
+        ] {
+            assert_eq!(found(text), (Separator::Comma, header.clone(), 3), "{text}");
+            let layout = Head::of(text.as_bytes()).layout(&Form::default()).unwrap();
+            assert_eq!(layout.rows[0], "0,1,2");
+        }
+        let blanks = "t x n\n[s] [mm] [1]\n0 1 2\n";
+        let layout = Head::of(blanks.as_bytes()).layout(&Form::default()).unwrap();
+        assert!(layout.has_units && layout.separator == Separator::Blanks, "{layout:?}");
+        // Names that are units, and numbers, are none.
+        assert_eq!(found("t,x\n0,1\n").1, named(&["t", "x"]));
+        assert_eq!(found("s,m\n0,1\n").1, named(&["s", "m"]));
     }
 
     #[test]

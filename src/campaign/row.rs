@@ -217,7 +217,8 @@ impl Reader {
             return true;
         }
         let value = self.decimal.number(cell, self.separator);
-        match value.map(|value| self.si(index, cell, value, column)) {
+        let value = value.map(|value| self.si(index, cell, value, column));
+        match value.or_else(|| self.date(index, cell)) {
             Some(value) if value.is_finite() => {
                 self.row[index] = self.stamp(index, value);
                 self.missing.is_empty() || !self.is_missing(cell)
@@ -233,6 +234,11 @@ impl Reader {
         }
         let exact = stamps::since(self.zero, cell, &column.unit);
         exact.unwrap_or_else(|| column.unit.to_si(value) - self.zero as f64)
+    }
+
+    /// A stamp that is written as a date (s).
+    fn date(&self, index: usize, cell: &str) -> Option<f64> {
+        if self.time == Some(index) { stamps::of_date(self.zero, cell) } else { None }
     }
 
     /// A value in SI; a stamp as if its counter had no end.
@@ -288,11 +294,14 @@ impl Reader {
                     let what = not_finite(&self.origin.word(cell), value, column).at(at);
                     faults.push(fault(Cause::NotFinite, index, what));
                 }
-                None => {
-                    let at = self.origin.place(number, text, span);
-                    let what = self.not_a_number(cell, column).at(at);
-                    faults.push(fault(Cause::NotANumber, index, what));
-                }
+                None => match self.date(index, cell) {
+                    Some(date) => self.row[index] = self.stamp(index, date),
+                    None => {
+                        let at = self.origin.place(number, text, span);
+                        let what = self.not_a_number(cell, column).at(at);
+                        faults.push(fault(Cause::NotANumber, index, what));
+                    }
+                },
             }
             if Some(index) == self.time && self.is_before() {
                 let at = self.origin.place(number, text, span);

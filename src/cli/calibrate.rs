@@ -76,6 +76,7 @@ impl CalibrateCommand {
         let result = with_noise(result, &Options::default(), self.noise.into())
             .map_err(|error| Failure::Could(error.to_string()))?;
         let covariance = covariance_of_estimates(&result);
+        let runs = load::runs(&loaded.campaigns);
         match self.common.format {
             Format::Json => {
                 let mut value = loaded.head.clone();
@@ -83,7 +84,7 @@ impl CalibrateCommand {
                 load::merge(&mut value, report::minima::json(&result, &others));
                 let correlated = report::autocorrelation::correlated(&result);
                 load::merge(&mut value, report::autocorrelation::json(&correlated));
-                load::merge(&mut value, report::conventions::json(mistaken.as_ref()));
+                load::merge(&mut value, report::conventions::json_for(mistaken.as_ref(), runs));
                 load::merge(&mut value, report::members::json(&chosen));
                 load::merge(&mut value, report::smoothing::json(&result));
                 load::merge(&mut value, report::noise::json(&result.noise));
@@ -94,7 +95,7 @@ impl CalibrateCommand {
                 let text = report::text::calibration(&loaded.title, &result);
                 let text = text + &report::members::text(&chosen);
                 let text = text + &report::minima::text(&result, &others);
-                output::text(&(text + &report::conventions::text(mistaken.as_ref())))?;
+                output::text(&(text + &report::conventions::text_for(mistaken.as_ref(), runs)))?;
             }
         }
         if let Some(folder) = &self.common.out {

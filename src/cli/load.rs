@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::arguments::{CampaignArguments, Format};
 use super::{Failure, clean, output, progress, render};
+use crate::campaign::declared::RunEntry;
 use crate::campaign::load::Campaign;
 use crate::convention::Convention;
 use crate::diagnostic::{Diagnostic, Span};
@@ -49,6 +50,11 @@ pub(super) struct Loaded {
     conventions: Vec<Convention>,
     /// The problem before another start was looked for, if one was found.
     as_opened: Option<Problem>,
+}
+
+/// The runs of the first campaign as its file has them.
+pub(super) fn runs(campaigns: &[Campaign]) -> &[RunEntry] {
+    campaigns.first().map_or(&[], |campaign| &campaign.entries)
 }
 
 impl Loaded {

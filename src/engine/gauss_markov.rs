@@ -1,4 +1,4 @@
-//! Rows whitened along time, where a part of a reading's noise is like itself for a while.
+//! Rows whitened along time, where a part of a reading's noise is autocorrelated.
 //!
 //! The noise of a row is white noise and a first-order Gauss-Markov process: a part `share` of the
 //! variance whose correlation is `exp(-Δt / time)`. A Kalman filter of one state predicts each
@@ -16,7 +16,7 @@
 use crate::campaign::Samples;
 use crate::engine::lanes::{Chunk, LANES, Lanes};
 
-/// A part of the noise of a row that is like itself for a while.
+/// The autocorrelated part of the noise of a row (first-order Gauss-Markov).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussMarkov {
     /// Its part of the variance, from 0 to below 1.

@@ -52,7 +52,7 @@ pub struct Part {
     /// Standard uncertainty (SI) that the calibration of each input leaves open, the same whenever
     /// the same position comes by; 0 where nothing is said. The estimates' weights do not hold it.
     pub calibration: Vec<f64>,
-    /// For each residual component the part of its noise that is like itself for a while; `None`
+    /// For each residual component the autocorrelated part of its noise; `None`
     /// where the noise is white.
     pub gauss_markov: Vec<Option<GaussMarkov>>,
     program: Program,

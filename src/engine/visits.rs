@@ -87,26 +87,8 @@ impl Problem {
     /// predictions (rows: residual components; columns: those the run touches, in their order) and
     /// `reading - prediction`, neither whitened, missing readings as zero rows.
     pub fn visit_run(&self, part: usize, run: usize, point: &Point, visit: &mut Visitor<'_>) {
-        let rows = self.parts[part].residual_count();
-        let movers = self.movers(part, run);
-        let size = self.layout.columns.touched_by(self.run_index(part, run)).len();
-        let mut jacobians = vec![DMatrix::zeros(rows, size); LANES];
-        let mut values = vec![vec![0.0; rows]; LANES];
-        self.visit_rows(part, run, point, &mut |chunk| {
-            for lane in 0..chunk.stretch.len {
-                let there = chunk.present[lane] != 0.0;
-                let jacobian = &mut jacobians[lane];
-                jacobian.row_mut(chunk.row).fill(0.0);
-                values[lane][chunk.row] = if there { chunk.lanes[0][lane] } else { 0.0 };
-                for (direction, slope) in chunk.directions.iter().zip(&chunk.lanes[1..]) {
-                    for (column, by) in movers[*direction].iter().filter(|_| there) {
-                        jacobian[(chunk.row, *column)] += by * slope[lane];
-                    }
-                }
-                if chunk.row + 1 == rows {
-                    visit(chunk.stretch.first + lane, jacobian, &values[lane]);
-                }
-            }
+        self.each_sample((part, run), point, 0.0, &mut |sample, jacobian, values| {
+            visit(sample.number, jacobian, values);
         });
     }
 
@@ -119,6 +101,17 @@ impl Problem {
         point: &Point,
         visit: &mut SampleVisitor<'_>,
     ) {
+        self.each_sample((part, run), point, f64::NAN, visit);
+    }
+
+    /// The same with `missing` for what was not read.
+    fn each_sample(
+        &self,
+        (part, run): (usize, usize),
+        point: &Point,
+        missing: f64,
+        visit: &mut SampleVisitor<'_>,
+    ) {
         let rows = self.parts[part].residual_count();
         let movers = self.movers(part, run);
         let size = self.layout.columns.touched_by(self.run_index(part, run)).len();
@@ -129,7 +122,7 @@ impl Problem {
             for ((lane, (jacobian, values)), sample) in lanes.zip(chunk.stretch.each()) {
                 let there = chunk.present[lane] != 0.0;
                 jacobian.row_mut(chunk.row).fill(0.0);
-                values[chunk.row] = if there { chunk.lanes[0][lane] } else { f64::NAN };
+                values[chunk.row] = if there { chunk.lanes[0][lane] } else { missing };
                 for (direction, slope) in chunk.directions.iter().zip(&chunk.lanes[1..]) {
                     for (column, by) in movers[*direction].iter().filter(|_| there) {
                         jacobian[(chunk.row, *column)] += by * slope[lane];

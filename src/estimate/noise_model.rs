@@ -24,7 +24,7 @@ use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate, calibrate_from};
 use crate::estimate::noise::{Clusters, Estimated, Memory, Noise};
 
-mod likelihood;
+pub(crate) mod likelihood;
 
 use likelihood::{Sequence, likeliest};
 

@@ -2,11 +2,13 @@
 
 use serde_json::{Value, json};
 
+use crate::campaign::declared::RunEntry;
 use crate::estimate::conventions::{Instead, Mistaken};
+use crate::report::typed_columns::TypedColumns;
 use crate::units::decimal;
 
-/// A paragraph; empty if none was mistaken.
-pub fn text(found: Option<&Mistaken>) -> String {
+/// A paragraph, with what to type in these runs; empty if none was mistaken.
+pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
     let Some(found) = found else { return String::new() };
     let [before, after] = found.variance_factors.map(|factor| decimal(factor, 2));
     let what = if found.what.len() == 1 { "A convention" } else { "Conventions" };
@@ -25,12 +27,8 @@ pub fn text(found: Option<&Mistaken>) -> String {
     for one in &found.alike {
         text.push_str(&format!("  or, about as well: {}\n", line(one)));
     }
-    let columns: Vec<String> =
-        found.columns.iter().map(|(name, formula)| format!("{name} = \"{formula}\"")).collect();
-    text.push_str(&format!(
-        "To use it, write in [[runs]]: columns = {{ {} }}\n",
-        columns.join(", ")
-    ));
+    let typed = TypedColumns::of(&found.columns, runs);
+    text.push_str(&format!("To use it, write {}: {}\n", typed.place, typed.line()));
     text
 }
 
@@ -39,14 +37,13 @@ fn line(one: &Instead) -> String {
 }
 
 /// The same for programs: null if none was mistaken.
-pub fn json(found: Option<&Mistaken>) -> Value {
+pub fn json_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> Value {
     let each = |all: &[Instead]| -> Value {
         let one = |one: &Instead| json!({ "convention": one.name, "title": one.title, "of": one.numbers });
         all.iter().map(one).collect()
     };
     let whole = found.map(|found| {
-        let columns: serde_json::Map<String, Value> =
-            found.columns.iter().map(|(name, formula)| (name.clone(), json!(formula))).collect();
+        let columns = TypedColumns::of(&found.columns, runs).entries;
         json!({
             "mistaken": each(&found.what),
             "alike": each(&found.alike),
@@ -57,4 +54,14 @@ pub fn json(found: Option<&Mistaken>) -> Value {
         })
     });
     json!({ "conventions": whole })
+}
+
+/// The paragraph in the model's names, for files that have them.
+pub fn text(found: Option<&Mistaken>) -> String {
+    text_for(found, &[])
+}
+
+/// The same for programs.
+pub fn json(found: Option<&Mistaken>) -> Value {
+    json_for(found, &[])
 }

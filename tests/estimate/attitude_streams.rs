@@ -93,7 +93,8 @@ fn a_log_that_begins_or_ends_with_a_wrong_attitude() {
         }
         let (found, told) = answer(&camera, &hand);
         assert!((delay(&found) - camera.delay).abs() < 1e-3, "{wrong:?}: {}", delay(&found));
-        let count = format!("{} rows left out", wrong.len());
+        let rows = if wrong.len() == 1 { "1 row" } else { &*format!("{} rows", wrong.len()) };
+        let count = format!(": {rows} left out");
         assert!(told.iter().any(|one| one.contains(&count)), "{wrong:?}: {told:?}");
     }
 }
@@ -134,7 +135,7 @@ fn a_fast_turn_is_no_leap() {
     hand[150..].iter_mut().for_each(|(_, _, q)| *q = *q * other);
     let told = warned(&hand);
     assert!(
-        told.iter().any(|one| one.contains("leaps 1 times and does not come back (row 152)")),
+        told.iter().any(|one| one.contains("leaps once and does not come back (row 152)")),
         "{told:?}"
     );
 }

@@ -127,6 +127,33 @@ fn a_search_for_the_clock_hides_no_convention() {
     assert!(fit.variance_factor().unwrap() < 1.3, "{:?}", fit.variance_factor());
 }
 
+/// Where the campaign calls columns otherwise, what is to be typed does so, too, and goes with what is
+/// there.
+#[test]
+fn what_is_to_be_typed_keeps_the_columns_that_are_there() {
+    let camera = Camera::default();
+    let folder = camera.campaign("", &camera.hand_poses(), &camera.camera_poses(4));
+    changed(&folder, "camera.csv", "x", |value| -value);
+    let heads = [("x", "east"), ("y", "north"), ("z", "up")];
+    renamed(&folder, "camera.csv", &heads);
+    let path = folder.join("campaign.toml");
+    let campaign = std::fs::read_to_string(&path).unwrap();
+    let kept = "y = \"north [m]\", z = { column = \"up\", unit = \"m\" }";
+    let columns = format!("columns = {{ x = \"east [m]\", {kept} }}\n");
+    std::fs::write(&path, format!("{campaign}{columns}")).unwrap();
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_homepoint"));
+    let output = command.arg("calibrate").arg(&*folder).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let line = text.lines().find(|line| line.starts_with("To use it, write among the `columns`"));
+    let (_, line) = line.unwrap_or_else(|| panic!("{text}")).split_once("columns = { ").unwrap();
+    assert_eq!(line, "x_as_read = \"east [m]\", x = \"-x_as_read\" }", "{text}");
+    std::fs::write(&path, format!("{campaign}columns = {{ {kept}, {line}\n")).unwrap();
+    let opened = open(&Request::new([&*folder])).unwrap();
+    let fit =
+        homepoint::estimate::calibrate::calibrate(opened.problem, &Default::default()).unwrap();
+    assert!(fit.variance_factor().unwrap() < 1.3, "{:?}", fit.variance_factor());
+}
+
 /// Campaigns of models whose readings are called alike but whose inputs differ are not read alike.
 #[test]
 fn campaigns_of_unlike_models_have_no_convention() {

@@ -235,3 +235,28 @@ fn what_is_unusual_in_a_file_is_said() {
     assert_eq!(told(&german), "`data.csv`: cells between semicolons, decimal commas");
     assert_eq!(told(&format!("#{PLAIN}")), "`data.csv`: the comment in line 1 as header row");
 }
+
+/// Dates in the column of stamps, and units in a row of their own.
+#[test]
+fn dates_and_rows_of_units_are_read() {
+    let dated = |t: f64| format!("2025-03-26T{:02}:00:{:06.3}Z", 12, t);
+    let plain = "time [s],q [m],q_rate [m/s],x [mm]\n";
+    let rows = |time: &dyn Fn(f64) -> String, head: &str| {
+        let row = |n: i32| format!("{},{n},0,{}\n", time(0.25 * f64::from(n)), 10 * n);
+        format!("{head}{}", (0..8).map(row).collect::<String>())
+    };
+    let right = load("", rows(&|t| format!("{}", 1_742_990_400.0 + t), plain)).unwrap();
+    let bare = "time,q,q_rate,x\n,m,m/s,mm\n";
+    let units = plain.replace(" [s]", "");
+    for head in [bare, &*units, plain] {
+        let found = load("", rows(&dated, head)).unwrap_or_else(|faults| panic!("{head}{faults}"));
+        assert_eq!(numbers(&found), numbers(&right), "{head}");
+    }
+    let found = load("", rows(&|t| t.to_string(), "time,q,q_rate,x\n[s],[m],[m/s],[mm]\n"));
+    assert_eq!(
+        numbers(&found.unwrap()),
+        numbers(&load("", rows(&|t| t.to_string(), plain)).unwrap())
+    );
+    let fault = load("", rows(&dated, plain).replace("00:00.500Z", "0:99Z")).unwrap_err();
+    assert!(fault.to_string().contains("expected a number in column `time`"), "{fault}");
+}

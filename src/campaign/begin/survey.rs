@@ -8,6 +8,7 @@ use crate::campaign::formats::Format;
 use crate::campaign::header::split;
 use crate::campaign::lines::Lines;
 use crate::campaign::recognise::{Head, ROWS};
+use crate::campaign::stamps::of_date;
 use crate::diagnostic::Diagnostic;
 use crate::document::files::{open_regular, reason};
 use crate::units::Unit;
@@ -122,6 +123,9 @@ impl Survey {
         if header.is_some_and(|header| header.line == layout.first.0) {
             lines.next().map_err(unreadable)?;
         }
+        if layout.has_units {
+            lines.next().map_err(unreadable)?;
+        }
         let mut decimal = form.decimal;
         // For each row the columns whose cells are no numbers, though something stands there.
         let mut words: Vec<Vec<usize>> = Vec::new();
@@ -134,6 +138,7 @@ impl Survey {
                 let cell = row.next().map(|(cell, _)| cell);
                 let number = cell.and_then(|cell| decimal.number(cell, layout.separator));
                 let number = number.filter(|number| number.is_finite());
+                let number = number.or_else(|| cell.and_then(|cell| of_date(0, cell)));
                 if number.is_none() && cell.is_none_or(|cell| !cell.is_empty()) {
                     own.push(at);
                 }

@@ -20,10 +20,10 @@ const LONGEST: f64 = 0.25;
 const REFINED: usize = 30;
 
 /// One residual component, run after run: residuals in units of what is stated, with their times.
-pub(super) struct Sequence {
+pub(crate) struct Sequence {
     runs: Vec<Vec<(f64, f64)>>,
     /// How many residuals.
-    pub(super) count: usize,
+    pub(crate) count: usize,
     /// Mean interval, and the longest run (s).
     interval: f64,
     duration: f64,
@@ -31,14 +31,14 @@ pub(super) struct Sequence {
 
 /// What the likelihood says of a sequence.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Likeliest {
-    pub(super) variance: f64,
+pub(crate) struct Likeliest {
+    pub(crate) variance: f64,
     /// A correlated part.
-    pub(super) memory: Option<Memory>,
+    pub(crate) memory: Option<Memory>,
 }
 
 impl Sequence {
-    pub(super) fn of(part: &Part, left: &[Left], row: usize) -> Self {
+    pub(crate) fn of(part: &Part, left: &[Left], row: usize) -> Self {
         let all: usize = left.iter().map(|one| one.residuals[row].len()).sum();
         let share = (ENOUGH as f64 / all.max(1) as f64).min(1.0);
         let (mut runs, mut steps, mut total, mut duration) = (Vec::new(), 0, 0.0, 0.0_f64);
@@ -86,7 +86,7 @@ impl Sequence {
 }
 
 /// The level and the correlated part of largest likelihood.
-pub(super) fn likeliest(sequence: &Sequence) -> Likeliest {
+pub(crate) fn likeliest(sequence: &Sequence) -> Likeliest {
     let squares = sequence.runs.iter().flatten().map(|(_, value)| value * value).sum::<f64>();
     let variance = squares / sequence.count.max(1) as f64;
     let white = Likeliest { variance, memory: None };
