@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::campaign::Run;
-use crate::diagnose::verdict::answer::Verdict;
 use crate::diagnose::{Diagnosis, diagnose, judge};
 use crate::diagnostic::Diagnostic;
 use crate::engine::layout::Instance;
@@ -162,6 +161,10 @@ fn apart(one: &Instance, other: &Instance) -> Option<String> {
     })
 }
 
+/// A variance factor, with what was found, beyond which it is asked whether a convention was
+/// mistaken.
+const BAD: f64 = 4.0;
+
 /// The table that `--out` asks for.
 const CANDIDATES: &str = "candidates.csv";
 
@@ -183,14 +186,19 @@ impl Diagnose {
             }
         }
         loaded.keep_files(self.common.out.as_ref(), [CANDIDATES])?;
-        let mistaken = loaded.suspicion().mistaken(&loaded.problem);
+        let suspicion = loaded.suspicion();
+        let as_loaded = loaded.problem.clone();
         let recipes = loaded.recipes.clone();
         let mut found = diagnose(loaded.problem, recipes, &wanted, &Options::default())
             .map_err(|error| Failure::Could(error.to_string()))?;
         if let Some(held_out) = &held_out {
-            judge(&mut found, held_out, &wanted, &Options::default())
+            judge(&mut found, held_out, &Options::default())
                 .map_err(|error| Failure::Could(error.to_string()))?;
         }
+        let fitted = found.explained.as_ref().unwrap_or(&found.nominal);
+        let factor = fitted.variance_factor().unwrap_or(f64::INFINITY);
+        let is_bad = found.verdict.has_remainder() || !found.verdict.is_made();
+        let mistaken = if is_bad && factor > BAD { suspicion.mistaken(&as_loaded) } else { None };
         if !self.common.quiet {
             render::all(&own_untested(&loaded.recipes, &found));
             doubts::tell_of_accelerations(&found.nominal);
@@ -203,7 +211,10 @@ impl Diagnose {
             Format::Json => {
                 let mut value = loaded.head.clone();
                 load::merge(&mut value, report::diagnosis::json(&found, self.top));
-                load::merge(&mut value, report::conventions::json(mistaken.as_ref()));
+                load::merge(
+                    &mut value,
+                    report::conventions::json_for(mistaken.as_ref(), load::runs(&loaded.campaigns)),
+                );
                 load::merge(&mut value, report::smoothing::json(&found.nominal));
                 output::json(&value)?;
             }
@@ -213,15 +224,18 @@ impl Diagnose {
                 if !smoothing.is_empty() {
                     output::text(&(smoothing + report::smoothing::WHERE))?;
                 }
-                output::text(&report::conventions::text(mistaken.as_ref()))?;
-                if held_out.is_some() && found.effects.is_empty() {
+                output::text(&report::conventions::text_for(
+                    mistaken.as_ref(),
+                    load::runs(&loaded.campaigns),
+                ))?;
+                if held_out.is_some() && found.rows.is_empty() {
                     output::text(
-                        "\nNo effect was named: there is nothing to judge on the held-out campaign.\n",
+                        "\nNo effect stands as a row: there is nothing to judge on the held-out campaign.\n",
                     )?;
                 }
             }
         }
-        if found.verdict == Verdict::Unobservable { Err(Failure::Told) } else { Ok(()) }
+        if found.verdict.is_made() { Ok(()) } else { Err(Failure::Told) }
     }
 
     /// Another campaign, read as the first ones were.

@@ -12,14 +12,24 @@
 //! | [`changes`] | change points as terms |
 //! | [`judge`] | when a row stands |
 //! | [`linear`] | a fitted model with everything that may be added to it |
+//! | [`memory`] | autocorrelated noise against basis blocks |
+//! | [`noise`] | outliers, jitter, autocorrelation in the residuals |
+//! | [`answer`], `assemble` | the verdict, and the answer as data |
+//! | [`absorbed`], [`member`] | effects that show in no reading; uncertainty of family members |
 //! | [`driver`] | refit, relinearise, search again |
 
+pub mod absorbed;
+pub mod answer;
+mod assemble;
 pub mod changes;
 pub mod driver;
 pub mod held_out;
 pub mod judge;
 pub mod labels;
 pub mod linear;
+pub mod member;
+pub mod memory;
+pub mod noise;
 pub mod pieces;
 pub mod price;
 pub mod rows;

@@ -12,12 +12,10 @@
 //! |---|---|
 //! | [`steps`] | the models with one effect after the other |
 //! | `folds` | what is left out at a time |
-//! | `refuted` | whether effects are borne out there |
 //! | [`mod@holdout`] | the same on a campaign that no model was fitted to |
 
 pub(super) mod folds;
 pub mod holdout;
-pub(super) mod refuted;
 pub mod steps;
 
 use nalgebra::{DMatrix, DVector};

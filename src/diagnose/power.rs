@@ -10,6 +10,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`mod@design`] | predicted readings instead of recorded ones |
+//! | [`prospect`] | the library before a design |
 //! | [`mod@sight`] | sizes, from the columns of one pass |
 //! | [`noise`] | the same for effects on the noise |
 //! | [`mod@remedies`] | what would be added to a campaign, tried |
@@ -20,12 +21,14 @@
 
 pub mod design;
 pub mod noise;
+pub mod prospect;
 pub mod remedies;
 pub mod sight;
 pub mod words;
 
 use std::collections::BTreeMap;
 
+use prospect::{Prospect, stretch};
 use remedies::{Remedy, remedies};
 use sight::{Sight, Way, shift, sight};
 
@@ -35,14 +38,12 @@ use crate::estimate::batch::FitError;
 use crate::estimate::calibrate::{Calibration, finish};
 use crate::units::Unit;
 
+use super::budget::absorbed::{acts_as, why_silent};
 use super::evidence::detection::bar;
 use super::evidence::scan::members;
 use super::evidence::score::Support;
 use super::evidence::thresholds::level;
 use super::library::wanted::Wanted;
-use super::noise::whiten::stretch;
-use super::stage::Stage;
-use super::verdict::silent::{acts_as, why_silent};
 
 /// An effect that is seen only beyond so many times its usual size does not act.
 const BEYOND: f64 = 1e4;
@@ -142,14 +143,14 @@ pub fn power(
     if !power.nominal.is_sound() {
         return Ok(power);
     }
-    let Some(stage) = design::stage(fitted, wanted) else { return Ok(power) };
+    let Some(stage) = design::prospect(fitted, wanted) else { return Ok(power) };
     let mut rows = rows(&stage, wanted);
     let open = |row: &Row| matches!(row.state, State::Alias | State::Absorbed | State::NotTestable);
     let tried = if rows.iter().any(open) { remedies(&stage.fitted) } else { Vec::new() };
     let tried: Vec<(Remedy, Vec<Row>)> = tried
         .into_iter()
         .filter_map(|(remedy, fitted)| {
-            Some((remedy, self::rows(&design::stage(fitted, wanted)?, wanted)))
+            Some((remedy, self::rows(&design::prospect(fitted, wanted)?, wanted)))
         })
         .collect();
     for row in &mut rows {
@@ -160,13 +161,13 @@ pub fn power(
 }
 
 /// The library's rows before a design, without words.
-fn rows(stage: &Stage, wanted: &Wanted) -> Vec<Row> {
+fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
     let names: Vec<&str> = {
         let mut names: Vec<&str> = stage.candidates.iter().map(|one| one.name.as_str()).collect();
         names.dedup();
         names
     };
-    let own = stretch(&stage.fitted.problem, 0.0);
+    let own = stretch(&stage.fitted.problem);
     let runs = stage.fitted.problem.parts.iter().flat_map(|part| &part.runs);
     let stretches: usize = runs.map(|run| run.record.len().div_ceil(own)).sum();
     let support = Support { stretches, memory: 0.0 };
@@ -217,14 +218,14 @@ fn not_testable(name: &str, why: String) -> Row {
     }
 }
 
-fn row(stage: &Stage, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Row {
+fn row(stage: &Prospect, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Row {
     let Some((way, number)) = ways.first().zip(numbers.first()) else {
         return not_testable("", String::new());
     };
     let name = &way.candidate.name;
     let Some(owner) = way.entry.owners.first().filter(|_| ways.iter().any(|w| w.entry.acts()))
     else {
-        return not_testable(name, why_silent(stage, *number));
+        return not_testable(name, why_silent(&stage.fitted, &stage.candidates[*number].selected));
     };
     if ways.iter().any(|way| !way.entry.finite) {
         let why = "the recordings do not hold an input that it acts on, or its slope where its parameters are zero is no number".to_owned();
@@ -247,7 +248,10 @@ fn row(stage: &Stage, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Row {
         _ => State::Visible,
     };
     let with = if absorbed {
-        acts_as(stage, *number).split(", ").map(str::to_owned).collect()
+        acts_as(&stage.fitted, &stage.evidence.takers(stage.entry(*number)))
+            .split(", ")
+            .map(str::to_owned)
+            .collect()
     } else {
         seen.with
     };
@@ -276,7 +280,7 @@ fn row(stage: &Stage, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Row {
 }
 
 /// Each free delay with its columns and their coefficients.
-fn delay_rows(stage: &Stage) -> Vec<(String, Vec<(usize, f64)>)> {
+fn delay_rows(stage: &Prospect) -> Vec<(String, Vec<(usize, f64)>)> {
     let layout = &stage.fitted.problem.layout;
     let delays = layout.instances.iter().enumerate();
     let delays = delays.filter(|(_, instance)| instance.name.ends_with(".delay"));

@@ -4,11 +4,10 @@
 use std::collections::BTreeMap;
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::found::{LeftOut, Level, Lost, Noise, NoiseEffect, Reading, Stretch};
+use crate::diagnose::found::{LeftOut, Level, Lost, NoiseEffect, Reading, Stretch};
 use crate::engine::layout::qualified;
 use crate::graph::names::MeasurandKind;
 use crate::model::Shape;
-use crate::report::diagnosis::{last_noise, last_stage, noise_in_use};
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
 use crate::report::text::unit_of;
@@ -27,76 +26,37 @@ fn is_rectangular(one: &NoiseEffect) -> bool {
 /// The noise as it was found.
 pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
-    let in_use = noise_in_use(diagnosis);
-    if diagnosis.noise.is_empty() && !in_use.is_empty() {
-        text.push_str(
-            "Noise of which the fit takes account beside it (part of it may be the gap itself):\n",
-        );
-    }
-    for one in in_use.iter().filter(|one| one.name != "lost_samples") {
+    for one in &diagnosis.noise {
         let figure = figure::measured(one.value, one.sigma, &one.unit);
-        let of = one.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
-        text.push_str(&format!("\n{}\n  {}{of} = {figure}", one.name, one.parameter));
-        if !one.also.is_empty() {
-            text.push_str(&format!(", the same for {}", one.also.join(" and ")));
-        }
-        if let Some(memory) = one.memory {
-            let second = Unit::coherent(Dimension::TIME);
-            let memory = figure::size(memory, &second);
-            text.push_str(&format!(", with a memory of {memory}; the weights take account of it"));
-        }
-        text.push('\n');
+        text.push_str(&format!("\n{}\n  {} = {figure}\n", one.name, one.parameter));
         if is_rectangular(one) {
             let width = figure::size(12.0_f64.sqrt() * one.value, &one.unit);
             text.push_str(&format!(
                 "  That is a standard deviation: steps of {width} scatter so.\n"
             ));
         }
-        text.push_str(&alike(&one.aliases));
     }
-    let Some(found) = last_noise(diagnosis) else { return text };
-    for Level { measurand, of, factor } in &found.levels {
-        if !is_shown(*factor) {
-            continue;
-        }
-        let hint = if (0.1..10.0).contains(factor) { "" } else { " Is its unit right?" };
-        let factor = if *factor < 0.1 { format!("{factor:.1e}") } else { decimal(*factor, 2) };
+    let shown: Vec<String> = diagnosis.levels.iter().map(level).collect();
+    if !shown.is_empty() {
+        text.push_str(&format!("\nnoise (times as stated): {}\n", shown.join(", ")));
+    }
+    for (measurand, of, noise) in &diagnosis.autocorrelation {
+        let time = figure::size(noise.time, &Unit::coherent(Dimension::TIME));
         text.push_str(&format!(
-            "`{measurand}`{} scatters {factor} times as much as stated; the fit uses what it finds.{hint}\n",
-            in_campaign(of.as_deref())
+            "The noise of `{measurand}`{} is autocorrelated: {:.0} % of its variance over {time}; the weights take account of it.\n",
+            in_campaign(of.as_deref()),
+            100.0 * noise.share
         ));
     }
-    for (measurand, run, factor) in &found.run_levels {
-        text.push_str(&format!(
-            "`{measurand}` scatters {} times as much in run `{run}` as in most; the fit uses that.\n",
-            decimal(*factor, 2)
-        ));
-    }
-    let is_named = |measurand: &str, of: &Option<String>| {
-        let parameter = |one: &NoiseEffect| format!("{}.{measurand}", one.name);
-        let own = |one: &&NoiseEffect| one.of == *of && one.parameter == parameter(one);
-        in_use.iter().filter(own).any(|one| one.memory.is_some())
-    };
-    for (measurand, of, memory) in found.memories.iter().filter(|(name, of, _)| !is_named(name, of))
-    {
-        let time = figure::size(memory.time, &Unit::coherent(Dimension::TIME));
-        let share = 100.0 * memory.share;
-        if share < 0.5 {
-            continue;
-        }
-        text.push_str(&format!(
-            "`{measurand}`{} has a memory of {time} in {share:.0} % of its variance; the weights take account of it.\n",
-            in_campaign(of.as_deref())
-        ));
-    }
-    text.push_str(&left_out(diagnosis, found));
-    if found.memory > 0.0 {
-        text.push_str(&format!(
-            "Readings next to each other are alike (correlation {:.2}): what is left has a memory.\n",
-            found.memory
-        ));
-    }
+    text.push_str(&left_out(diagnosis, &diagnosis.left_out));
     text
+}
+
+fn level(one: &Level) -> String {
+    let Level { measurand, of, factor } = one;
+    let hint = if (0.1..10.0).contains(factor) { "" } else { " (is its unit right?)" };
+    let factor = if *factor < 0.1 { format!("{factor:.1e}") } else { decimal(*factor, 2) };
+    format!("{measurand}{} {factor}{hint}", in_campaign(of.as_deref()))
 }
 
 /// In which campaign, where there are several.
@@ -105,7 +65,7 @@ fn in_campaign(of: Option<&str>) -> String {
 }
 
 /// What is left out, by row, and what that does to the delays.
-fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
+fn left_out(diagnosis: &Diagnosis, found: &LeftOut) -> String {
     let mut text = String::new();
     for one in &diagnosis.lost {
         let (Lost { name, rows: (first, last), periods, .. }, side) =
@@ -117,12 +77,12 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
         ));
     }
     let (codes, wild): (Vec<&Reading>, Vec<&Reading>) =
-        found.left_out.readings.iter().partition(|one| one.code.is_some());
+        found.readings.iter().partition(|one| one.code.is_some());
     text.push_str(&codes_left_out(diagnosis, &codes));
     let all = wild.len();
     if all > 0 {
         let are = if all == 1 { "reading is" } else { "readings are" };
-        text.push_str(&format!("{all} wild {are} left out:"));
+        text.push_str(&format!("{all} {are} left out as outliers:"));
         let shown = if all <= SHOWN + 1 { all } else { SHOWN };
         for one in &wild[..shown] {
             let Reading { run, row, measurand, deviations, .. } = one;
@@ -136,13 +96,13 @@ fn left_out(diagnosis: &Diagnosis, found: &Noise) -> String {
         }
         text.push_str(if all > shown { "\n  ... all with `--format json`\n" } else { "\n" });
     }
-    for RunLeftOut { measurand, run, out, all } in &runs_left_out(diagnosis, &found.left_out) {
+    for RunLeftOut { measurand, run, out, all } in &runs_left_out(diagnosis, found) {
         let part = if out == all { format!("All {all}") } else { format!("{out} of {all}") };
         text.push_str(&format!(
             "{part} readings of `{measurand}` in run `{run}` are left out: look at its file (units, setup, clock, a step).\n"
         ));
     }
-    text.push_str(&stretches_left_out(&found.left_out));
+    text.push_str(&stretches_left_out(found));
     let second = Unit::coherent(Dimension::TIME);
     let mut rows = table(&["nominal delay", "with all readings", "without those left out"]);
     for one in &diagnosis.delays {
@@ -207,8 +167,7 @@ fn runs_left_out(diagnosis: &Diagnosis, left_out: &LeftOut) -> Vec<RunLeftOut> {
         *counts.entry((&one.run, &one.measurand)).or_default() += one.readings;
     }
     let mut all = Vec::new();
-    let Some(stage) = last_stage(diagnosis) else { return all };
-    for part in &stage.fitted.problem.parts {
+    for part in &diagnosis.nominal.problem.parts {
         let names = &part.system.assembly.names.measurands;
         for (index, run) in part.runs.iter().enumerate() {
             let run = qualified(part.label.as_deref(), &run.name);
@@ -249,17 +208,4 @@ fn stretches_left_out(left_out: &LeftOut) -> String {
     }
     text.push_str(if of_rows.len() > shown { "\n  ... all with `--format json`\n" } else { "\n" });
     text
-}
-
-/// What an effect cannot be told from.
-pub(super) fn alike(aliases: &[String]) -> String {
-    if aliases.is_empty() {
-        return String::new();
-    }
-    format!("  These data cannot tell it from `{}`.\n", aliases.join("`, `"))
-}
-
-/// Whether figures show that a level is not what is stated.
-pub(super) fn is_shown(factor: f64) -> bool {
-    (factor - 1.0).abs() >= 0.005
 }

@@ -9,11 +9,9 @@ pub mod mixed;
 
 use serde::{Deserialize, Serialize};
 
+use crate::diagnose::budget::answer::Verdict;
+use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::wanted::Wanted;
-use crate::diagnose::search::Search;
-use crate::diagnose::search::probability::beside_walks;
-use crate::diagnose::stage::Stage;
-use crate::diagnose::verdict::answer::Verdict;
 use crate::diagnose::{Diagnosis, diagnose};
 use crate::engine::Problem;
 use crate::engine::gram::LeastSquares;
@@ -98,7 +96,8 @@ pub struct Outcome {
 impl Outcome {
     /// Whether there is a diagnosis.
     pub fn is_diagnosed(&self) -> bool {
-        self.failed.is_none() && self.verdict != Verdict::Unobservable.word()
+        let none = [Verdict::Unobservable.word(), Verdict::NotConverged.word()];
+        self.failed.is_none() && !none.contains(&self.verdict.as_str())
     }
 
     /// Whether exactly what is true is said.
@@ -169,7 +168,7 @@ fn truth(number: usize, trial: &Trial, drawn: &Drawn) -> Outcome {
 
 fn judge(outcome: &mut Outcome, design: &Design, drawn: &Drawn, trial: &Trial, found: &Diagnosis) {
     outcome.verdict = found.verdict.word().to_owned();
-    outcome.named = found.effects.iter().map(|one| one.candidate.name.clone()).collect();
+    outcome.named = found.rows.iter().map(|one| one.name.clone()).collect();
     outcome.noise = found.noise.iter().map(|one| one.name.clone()).collect();
     findings::write(outcome, found);
     let names: Vec<&str> = found.candidates.iter().map(|one| one.name.as_str()).collect();
@@ -187,30 +186,25 @@ fn judge(outcome: &mut Outcome, design: &Design, drawn: &Drawn, trial: &Trial, f
         (Kind::Withheld, _) => found.verdict == Verdict::Unknown,
         (Kind::One | Kind::Two, _) => outcome.declared && are_right,
         (Kind::Mixture, _) => {
-            let has_remainder = has_remainder(found.verdict);
+            let has_remainder = found.verdict.has_remainder();
             outcome.declared && are_right && has_remainder == (drawn.outside > 0)
         }
         (Kind::Situation, situation) => situation.as_ref().is_some_and(|situation| {
             let is_known = |name: &String| is_right(name) || situation.names.contains(name);
-            let is_seen = situation.unmodelled.is_none_or(|it| it == has_remainder(found.verdict));
+            let is_seen = situation.unmodelled.is_none_or(|it| it == found.verdict.has_remainder());
             all_named && named.iter().all(is_known) && is_seen
         }),
     };
     if let Some(mixture) = &mut outcome.mixture {
-        mixture.judge(design, known, &outcome.named, has_remainder(found.verdict));
+        mixture.judge(design, known, &outcome.named, found.verdict.has_remainder());
     }
-    if let (true, Some(search)) = (outcome.mixed, &found.search) {
-        probability(outcome, design, drawn, trial.kind, search);
+    if outcome.mixed {
+        probability(outcome, design, drawn, trial.kind, found);
     }
     outcome.closed = found.gap.as_ref().and_then(|gap| gap.closed);
     if outcome.closed.is_some() {
         outcome.closed_in_truth = closed_in_truth(outcome.lambda, drawn, found);
     }
-}
-
-/// Whether a verdict says that something is there which no named effect explains.
-fn has_remainder(verdict: Verdict) -> bool {
-    matches!(verdict, Verdict::Unknown | Verdict::ShapeDiffers)
 }
 
 /// Where the first of the true effects stands, effects that are alike counted once.
@@ -228,16 +222,19 @@ fn rank(design: &Design, drawn: &Drawn, names: &[&str]) -> Option<usize> {
 }
 
 /// How good the probabilities are.
-fn probability(outcome: &mut Outcome, design: &Design, drawn: &Drawn, kind: Kind, search: &Search) {
-    let Some(stage) = search.stages.first() else { return };
-    let each = beside_walks(stage);
-    let unknown: f64 = each[stage.effects..].iter().sum();
-    let nothing = 1.0 - each.iter().sum::<f64>();
+fn probability(
+    outcome: &mut Outcome,
+    design: &Design,
+    drawn: &Drawn,
+    kind: Kind,
+    found: &Diagnosis,
+) {
+    let Some([nothing, _, unknown]) = found.causes else { return };
     // Classes of effects, each with a name to know it by; the true one first.
     let mut classes: Vec<(Option<&str>, f64)> = vec![(None, 0.0)];
     let truth = if kind == Kind::Withheld { None } else { drawn.doses.first() };
-    for (candidate, own) in stage.candidates[..stage.effects].iter().zip(&each) {
-        let name = candidate.name.as_str();
+    for candidate in &found.candidates {
+        let (name, own) = (candidate.name.as_str(), &candidate.probability);
         if truth.is_some_and(|dose| design.is_named(dose, name)) {
             classes[0].1 += own;
             continue;
@@ -273,22 +270,22 @@ fn probability(outcome: &mut Outcome, design: &Design, drawn: &Drawn, kind: Kind
 /// model, for then the units are others.
 fn closed_in_truth(lambda: f64, drawn: &Drawn, found: &Diagnosis) -> Option<f64> {
     let truth = drawn.noiseless()?;
-    let search = found.search.as_ref()?;
-    let (first, last) = (search.stages.first()?, search.stages.get(found.effects.len())?);
-    if !last.noise_found.selected().is_empty() {
+    let steps = found.steps.as_ref()?;
+    if !found.noise.is_empty() {
         return None;
     }
-    let missed = |stage: &Stage, weighed: &Problem| {
-        let mut problem = stage.fitted.problem.clone();
+    let missed = |fitted: &Fitted, weighed: &Problem| {
+        let mut problem = fitted.problem.clone();
         take_readings(&mut problem, &truth);
         for (part, weighed) in problem.parts.iter_mut().zip(&weighed.parts) {
             part.sigma.clone_from(&weighed.sigma);
         }
-        problem.reweight(&stage.fitted.fit.point);
-        problem.cost(&stage.fitted.fit.point)
+        problem.reweight(&fitted.fit.point);
+        problem.cost(&fitted.fit.point)
     };
     // Levels of noise that were found to be others than stated are units, too.
-    let (found_units, stated_units) = (&last.fitted.problem, &drawn.problem);
+    let (first, last) = (&steps.nominal, steps.last());
+    let (found_units, stated_units) = (&last.problem, &drawn.problem);
     let before = missed(first, found_units);
     let whole = drawn.doses.len() as f64 * lambda * lambda * before / missed(first, stated_units);
     (whole > 0.0).then(|| (before - missed(last, found_units)) / whole)

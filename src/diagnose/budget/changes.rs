@@ -6,7 +6,7 @@
 //! the order of time: one pass for all moments. Moments are tried in bins, the best then sample by
 //! sample. A change is a term with one value; the moments that were tried are its members.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::linear::Linear;
 use super::price::Gain;
@@ -18,6 +18,8 @@ use super::thresholds::ENTER;
 
 /// Moments tried at most in the first pass.
 const MOST_BINS: usize = 1500;
+/// Bases whose changes are located sample by sample at most.
+const MOST_STRONG: usize = 4;
 /// Share of a change's squared length below which the model takes it up.
 const TAKEN_UP: f64 = 1e-6;
 
@@ -41,9 +43,23 @@ struct Bin {
     first: usize,
 }
 
+/// The columns of a model that is a part of another, among those of that.
+fn columns_within(selection: &Selection<'_>, whole: &[usize], part: &[usize]) -> Vec<usize> {
+    let mut kept: Vec<usize> = (0..selection.nominal()).collect();
+    let mut first = selection.nominal();
+    for term in whole {
+        let count = selection.terms[*term].columns.len();
+        if part.contains(term) {
+            kept.extend(first..first + count);
+        }
+        first += count;
+    }
+    kept
+}
+
 impl Linear {
     /// For each value of a run that a block has the moment at which a change explains most beside a
-    /// model.
+    /// model, and beside the model without each of its rows.
     pub fn changes(&self, selection: &Selection<'_>, model: &[usize]) -> Vec<Change> {
         let bases = self.bases();
         let mut runs: Vec<usize> = (0..self.order.len()).collect();
@@ -55,9 +71,22 @@ impl Linear {
             let firsts = (0..self.samples_in(*run)).step_by(step);
             bins.extend(firsts.map(|first| Bin { run: *run, first }));
         }
-        let coarse = self.best_moments(selection, model, &bases, &bins);
+        let rows = model.iter().filter(|term| selection.terms[**term].is_effect());
+        let without = |out: &usize| model.iter().copied().filter(|own| own != out).collect();
+        let models: Vec<Vec<usize>> =
+            std::iter::once(model.to_vec()).chain(rows.map(without)).collect();
+        let coarse = self.best_moments(selection, (model, &models), &bases, &bins);
         let least = 2.0 * (ENTER + (samples.max(1) as f64).ln());
-        let strong = coarse.into_iter().filter(|one| one.gain.gain > least);
+        let mut strong: Vec<Change> =
+            coarse.into_iter().filter(|one| one.gain.gain > least).collect();
+        strong.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
+        let mut known: Vec<Base> = Vec::new();
+        strong.retain(|one| {
+            let is_new = !known.contains(&one.base);
+            known.push(one.base);
+            is_new
+        });
+        strong.truncate(MOST_STRONG);
         let mut found = Vec::new();
         for one in strong {
             let at = bins.iter().position(|bin| (bin.run, bin.first) == one.at).unwrap_or(0);
@@ -69,7 +98,7 @@ impl Linear {
                 around.extend((bin.first..end).map(|first| Bin { run: bin.run, first }));
             }
             around.extend(&bins[high + 1..]);
-            let fine = self.best_moments(selection, model, &[one.base], &around);
+            let fine = self.best_moments(selection, (model, &models), &[one.base], &around);
             found.extend(fine.into_iter().map(|one| Change { members: samples, ..one }));
         }
         found
@@ -103,15 +132,16 @@ impl Linear {
         (part, run - first[part])
     }
 
-    /// For each base the bin from which on a change explains most.
+    /// For each base and each of some models, all of them parts of one, the bin from which on a
+    /// change explains most.
     fn best_moments(
         &self,
         selection: &Selection<'_>,
-        model: &[usize],
+        (whole, models): (&[usize], &[Vec<usize>]),
         bases: &[Base],
         bins: &[Bin],
     ) -> Vec<Change> {
-        let n = selection.columns(model).len();
+        let n = selection.columns(whole).len();
         let mut sums: Vec<DMatrix<f64>> =
             bases.iter().map(|_| DMatrix::zeros(n + 2, bins.len())).collect();
         let mut of_run: Vec<(usize, usize)> = vec![(0, 0); self.order.len()];
@@ -119,7 +149,7 @@ impl Linear {
             let own = &mut of_run[bin.run];
             *own = if own.1 == 0 { (number, number + 1) } else { (own.0, number + 1) };
         }
-        self.visit(selection, model, bases, &mut |values| {
+        self.visit(selection, whole, bases, &mut |values| {
             let (first, end) = of_run[values.run];
             let own = &bins[first..end];
             let at = own.partition_point(|bin| bin.first <= values.sample);
@@ -139,39 +169,50 @@ impl Linear {
                 column[n + 1] += x * x / weight;
             }
         });
-        let (factor, length, half) = selection.normal_equations(model);
-        let mut found = Vec::new();
-        for (base, sum) in bases.iter().zip(&sums) {
-            let mut running = DVector::<f64>::zeros(n + 2);
-            let mut best: Option<(f64, usize)> = None;
-            let total: f64 = sum.row(n + 1).iter().sum();
-            let part = |bin: usize| self.part_of(bins[bin].run).0;
-            for bin in (1..bins.len()).rev() {
-                if bin + 1 < bins.len() && part(bin) != part(bin + 1) {
-                    running.fill(0.0);
-                }
-                running += sum.column(bin);
-                let square = running[n + 1];
-                if square <= 0.0 || square >= total {
-                    continue;
-                }
-                let mut across = DVector::from_fn(n, |i, _| running[i] / length[i]);
-                factor.l_dirty().solve_lower_triangular_mut(&mut across);
-                let left = square - across.norm_squared();
-                if left < TAKEN_UP * square {
-                    continue;
-                }
-                let gain = (running[n] - across.dot(&half)).powi(2) / left;
-                if best.is_none_or(|(known, _)| gain > known) {
-                    best = Some((gain, bin));
+        // From each bin on to the end of its campaign.
+        let part = |bin: usize| self.part_of(bins[bin].run).0;
+        let totals: Vec<f64> = sums.iter().map(|sum| sum.row(n + 1).iter().sum()).collect();
+        for sum in &mut sums {
+            for bin in (0..bins.len().saturating_sub(1)).rev() {
+                if part(bin) == part(bin + 1) {
+                    let later = sum.column(bin + 1).into_owned();
+                    let mut own = sum.column_mut(bin);
+                    own += later;
                 }
             }
-            found.extend(best.map(|(gain, bin)| Change {
-                base: *base,
-                at: (bins[bin].run, bins[bin].first),
-                gain: Gain { gain, degrees: 1 },
-                members: bins.len(),
-            }));
+        }
+        let mut found = Vec::new();
+        for model in models {
+            let kept = columns_within(selection, whole, model);
+            let (inverse, length, half) = selection.normal_equations(model);
+            for ((base, sum), total) in bases.iter().zip(&sums).zip(&totals) {
+                let scaled = DMatrix::from_fn(kept.len(), bins.len(), |i, bin| {
+                    sum[(kept[i], bin)] / length[i]
+                });
+                let across = &inverse * scaled;
+                let mut best: Option<(f64, usize)> = None;
+                for bin in 1..bins.len() {
+                    let square = sum[(n + 1, bin)];
+                    if square <= 0.0 || square >= *total {
+                        continue;
+                    }
+                    let across = across.column(bin);
+                    let left = square - across.norm_squared();
+                    if left < TAKEN_UP * square {
+                        continue;
+                    }
+                    let gain = (sum[(n, bin)] - across.dot(&half)).powi(2) / left;
+                    if best.is_none_or(|(known, _)| gain > known) {
+                        best = Some((gain, bin));
+                    }
+                }
+                found.extend(best.map(|(gain, bin)| Change {
+                    base: *base,
+                    at: (bins[bin].run, bins[bin].first),
+                    gain: Gain { gain, degrees: 1 },
+                    members: bins.len(),
+                }));
+            }
         }
         found
     }
@@ -198,6 +239,8 @@ impl Linear {
                 is_of_runs: false,
                 place,
                 change: Some(change.clone()),
+                reduced_from: None,
+                may_enter: true,
             });
         }
     }

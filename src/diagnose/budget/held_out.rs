@@ -73,7 +73,20 @@ impl Folded {
         let n = self.whole.nrows() - 1;
         let others: Vec<usize> = (0..n).filter(|column| !own.contains(column)).collect();
         let all: Vec<usize> = (0..n).collect();
-        self.folds.iter().map(|fold| self.left(fold, &others, &others) - self.left(fold, &all, &others)).sum()
+        self.folds
+            .iter()
+            .map(|fold| self.left(fold, &others, &others) - self.left(fold, &all, &others))
+            .sum()
+    }
+
+    /// The drop of held-out squared residuals that all terms bring together.
+    pub fn drop_of_all(&self) -> f64 {
+        let first = self.terms.first().map_or(0, |own| own.start);
+        let n = self.whole.nrows() - 1;
+        let nominal: Vec<usize> = (0..first.min(n)).collect();
+        let all: Vec<usize> = (0..n).collect();
+        let drop = |fold| self.left(fold, &nominal, &nominal) - self.left(fold, &all, &nominal);
+        if self.terms.is_empty() { 0.0 } else { self.folds.iter().map(drop).sum() }
     }
 
     /// Squared residuals of a fold under the columns `fitted` to the other folds; those of `free`

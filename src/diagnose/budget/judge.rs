@@ -14,7 +14,7 @@ use super::selection::{Selection, factored, gain_of};
 use super::terms::Combination;
 use super::thresholds::{
     APART, APART_OF_ALL, APART_SHARE, BLOCKS_FOR_A_ROW, BORROWED, ENTER, HELD_OUT, MARGIN,
-    OWN_SHARE, OWN_SHARE_BELOW, ROW, ROW_BESIDE_REMAINDER, SHARE_OF_REMAINDER, SMALL_ROW,
+    OWN_SHARE, OWN_SHARE_BELOW, ROW, ROW_BESIDE_REMAINDER, SHARE_OF_REMAINDER, SMALL_ROW, TIE,
 };
 
 /// Blocks that enter before a judgement at most.
@@ -37,6 +37,21 @@ pub enum Objection {
     Replaced(f64),
     /// One block in the place of it and another row does as well.
     Pair(String, f64),
+}
+
+impl Objection {
+    /// Its key.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::HeldOut(_) => "fails_on_held_out",
+            Self::Small(_) => "too_small",
+            Self::Borrowed => "corrects_the_remainder",
+            Self::WithinRemainder(_) => "within_the_remainder",
+            Self::Apart(..) => "differs_between_groups",
+            Self::Replaced(_) => "unmodelled_fits_as_well",
+            Self::Pair(..) => "one_unmodelled_for_two",
+        }
+    }
 }
 
 /// What the judgement left.
@@ -64,14 +79,25 @@ impl Selection<'_> {
         loop {
             for _ in 0..MOST_BLOCKS {
                 let ranked = self.ranked(&model, &pools.blocks, 0.0);
-                let Some(best) = ranked.first().filter(|best| best.ln_bayes >= ENTER) else { break };
+                let best = ranked.first().copied().filter(|best| best.ln_bayes >= ENTER);
+                let Some(best) = best else { break };
                 log.push(format!("+ {} ({:.1})", self.terms[best.term].name, best.ln_bayes));
-                model.push(best.term);
+                let block = self.beside_rows(&model, best.term);
+                model.push(block);
                 model = self.prune(model, log);
                 model = self.grow(model, &pools.effects, ROW, 40, log);
             }
             let own = pieces(self, &model);
             let Some((term, objection)) = self.worst(&model, &pools.blocks, &own) else { break };
+            if matches!(objection, Objection::WithinRemainder(_) | Objection::Replaced(_))
+                && let Some(block) = self.needless_beside(&model, term)
+            {
+                log.push(format!("- {}: rows do as well", self.terms[block].name));
+                self.live[block] = false;
+                model.retain(|own| *own != block);
+                model = self.grow(model, &pools.effects, ROW, 40, log);
+                continue;
+            }
             log.push(format!("{} does not stand: {objection:?}", self.terms[term].name));
             if matches!(objection, Objection::Small(_)) {
                 small.push(term);
@@ -84,9 +110,7 @@ impl Selection<'_> {
         }
         // What is too small for a name is still there.
         let gain = |selection: &Self, model: &[usize], term: usize| selection.gain(model, term);
-        small.sort_by(|a, b| {
-            gain(self, &model, *b).gain.total_cmp(&gain(self, &model, *a).gain)
-        });
+        small.sort_by(|a, b| gain(self, &model, *b).gain.total_cmp(&gain(self, &model, *a).gain));
         let mut nameless = Vec::new();
         for term in small {
             let found = gain(self, &model, term);
@@ -116,10 +140,8 @@ impl Selection<'_> {
         let is_row = |term: usize| self.terms[term].is_effect();
         let rows: Vec<usize> = (0..model.len()).filter(|at| is_row(model[*at])).collect();
         let excess = |gain: Gain| (gain.gain - gain.degrees as f64).max(0.0);
-        let rest: f64 = (0..model.len())
-            .filter(|at| !is_row(model[*at]))
-            .map(|at| excess(gains[at]))
-            .sum();
+        let rest: f64 =
+            (0..model.len()).filter(|at| !is_row(model[*at])).map(|at| excess(gains[at])).sum();
         let drops: Vec<f64> = rows.iter().map(|at| folded.drop(*at)).collect();
         let named: Vec<usize> = rows.iter().map(|at| model[*at]).collect();
         let without_blocks = if rest > 0.0 { self.contributions(&named) } else { Vec::new() };
@@ -155,8 +177,7 @@ impl Selection<'_> {
         }
         if objections.is_empty() && !blocks.is_empty() {
             for (row, at) in rows.iter().enumerate() {
-                let margin =
-                    if gains[*at].gain < SMALL_ROW * rest { -MARGIN } else { 0.0 };
+                let margin = if gains[*at].gain < SMALL_ROW * rest { -MARGIN } else { 0.0 };
                 let evidence = self.replaced(model, &[model[*at]], blocks, BLOCKS_FOR_A_ROW);
                 if evidence > margin {
                     objections.push((row, Objection::Replaced(evidence)));
@@ -178,6 +199,27 @@ impl Selection<'_> {
         worst.map(|(row, objection)| (model[rows[row]], objection))
     }
 
+    /// A block that takes the form of a row, and without which the evidence is no less.
+    fn needless_beside(&self, model: &[usize], row: usize) -> Option<usize> {
+        let evidence = self.ln_evidence(model);
+        let rest: Vec<usize> = model.iter().copied().filter(|own| *own != row).collect();
+        let blocks = rest.iter().copied().filter(|term| !self.terms[*term].is_effect());
+        let left = self.form_left(&rest, model, row);
+        let mut best: Option<(f64, usize)> = None;
+        for block in blocks {
+            let without: Vec<usize> = rest.iter().copied().filter(|own| *own != block).collect();
+            if self.form_left(&without, model, row) < 2.0 * left {
+                continue;
+            }
+            let with_row = [without, vec![row]].concat();
+            let own = self.ln_evidence(&with_row) - evidence;
+            if own > -TIE && best.is_none_or(|(known, _)| own > known) {
+                best = Some((own, block));
+            }
+        }
+        best.map(|(_, block)| block)
+    }
+
     /// How much of the squared length of a row's form the blocks of the model leave to it.
     fn own_share(&self, model: &[usize], at: usize) -> f64 {
         let (values, _) = self.solved(model);
@@ -187,8 +229,7 @@ impl Selection<'_> {
         let first = self.nominal() + columns(&model[..at]);
         let count = self.terms[model[at]].columns.len();
         let form = DVector::from_fn(count, |i, _| values[first + i]);
-        let others: Vec<usize> =
-            model.iter().copied().filter(|term| *term != model[at]).collect();
+        let others: Vec<usize> = model.iter().copied().filter(|term| *term != model[at]).collect();
         let rows: Vec<usize> =
             others.iter().copied().filter(|term| self.terms[*term].is_effect()).collect();
         let length = |beside: &[usize]| {
@@ -240,8 +281,7 @@ impl Selection<'_> {
                 }
             }
             let raw = own.diagonal().map(|square: f64| square.max(0.0).sqrt());
-            let mut half =
-                DVector::from_fn(n, |i, _| whole[(i, n)] / length[i]);
+            let mut half = DVector::from_fn(n, |i, _| whole[(i, n)] / length[i]);
             factor.l_dirty().solve_lower_triangular_mut(&mut half);
             factor.l_dirty().solve_lower_triangular_mut(&mut across);
             let left = own - across.tr_mul(&across);
@@ -278,9 +318,15 @@ impl Selection<'_> {
     /// Log evidence of the model with blocks in the place of some rows, less that of the model.
     fn replaced(&self, model: &[usize], out: &[usize], blocks: &[usize], most: usize) -> f64 {
         let evidence = self.ln_evidence(model);
-        let mut new: Vec<usize> =
-            model.iter().copied().filter(|term| !out.contains(term)).collect();
+        // Blocks that were reduced beside a row are whole again without it.
+        let whole = |term: &usize| self.terms[*term].reduced_from.unwrap_or(*term);
+        let kept = model.iter().filter(|term| !out.contains(term));
+        let mut new: Vec<usize> = kept.map(whole).collect();
         let mut best = f64::NEG_INFINITY;
+        if model.iter().any(|term| self.terms[*term].reduced_from.is_some()) {
+            new = self.prune(new, &mut Log::new());
+            best = self.ln_evidence(&new) - evidence;
+        }
         for _ in 0..most {
             let ranked = self.ranked(&new, blocks, 0.0);
             let Some(first) = ranked.first().filter(|one| one.ln_bayes >= ENTER) else { break };

@@ -14,18 +14,26 @@ use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::catalogue::Made;
 use crate::diagnose::library::offer::Offer;
-use crate::diagnose::library::place::Place;
+use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::library::structure::bent;
 use crate::diagnose::library::wanted::Wanted;
 use crate::effect::{Family, Members};
 use crate::engine::point::from_components;
 use crate::engine::signatures::Signatures;
+use crate::system::Selected;
 
 use super::labels::knots;
 use super::pieces::Pieces;
 use super::selection::Selection;
 use super::sums::Sums;
 use super::terms::{Kind, Term};
+
+/// Share of a row's form that a block over the same reading leaves, below which its covariate is
+/// the row.
+const OWN_COVARIATE: f64 = 0.1;
+
+/// Values of parameters where a fit begins: name, component, owner, value (SI).
+pub type Start = Vec<(String, usize, Option<String>, f64)>;
 
 /// A linearised model with its terms.
 #[derive(Clone, Debug)]
@@ -53,7 +61,7 @@ pub struct Linear {
 
 impl Linear {
     /// Linearises a fit in which the named `rows` are effects of the diagnosis; `with_blocks` for
-    /// basis blocks, too. `scanned` has the members of families that need no scan again.
+    /// basis blocks, too. `scanned` has the members of families of blocks that need no scan again.
     pub fn new(
         fitted: Fitted,
         rows: &[Row],
@@ -63,11 +71,14 @@ impl Linear {
     ) -> Option<Self> {
         let made = wanted.catalogue.of(&fitted.recipes);
         let Offer { effects, noise, mut not_testable } = wanted.of(made.offer.clone());
-        let (mut candidates, mut members, blind) = best_members(&fitted, &made, effects, scanned)?;
+        let (mut candidates, mut members, blind) =
+            best_members(&fitted, &made, effects, &mut Scanned::new())?;
         not_testable.extend(blind);
         if with_blocks {
             for block in &made.blocks {
-                if block.place.as_ref().is_some_and(Place::is_oscillation_of_one) {
+                let measurands = fitted.problem.parts.iter().map(|part| part.slots().len());
+                let several = measurands.max().unwrap_or(0) > 1;
+                if several && block.place.as_ref().is_some_and(Place::is_oscillation_of_one) {
                     continue;
                 }
                 let found = if block.selected.effect.shape.is_empty() {
@@ -80,7 +91,6 @@ impl Linear {
                     members.push(tried);
                 }
             }
-            if std::env::var_os("KNOTS").is_some() { println!("{:?} {}", knots(&fitted.problem), bent(&fitted.recipes, &knots(&fitted.problem)).len()); }
             for block in bent(&fitted.recipes, &knots(&fitted.problem)) {
                 candidates.push(block);
                 members.push(1);
@@ -89,8 +99,7 @@ impl Linear {
         let all: Vec<&Candidate> = candidates.iter().collect();
         let signed = made.signatures(&fitted.problem, &all);
         let priors = fitted.fit.normal.priors.clone();
-        let sums =
-            Sums::new(&fitted.problem, &fitted.fit.point, &signed, candidates.len(), priors);
+        let sums = Sums::new(&fitted.problem, &fitted.fit.point, &signed, candidates.len(), priors);
         let ln_prior = |candidate: &Candidate| {
             if candidate.place.is_some() {
                 return 0.0;
@@ -101,9 +110,7 @@ impl Linear {
             .iter()
             .zip(&members)
             .enumerate()
-            .map(|(number, (one, members))| {
-                Term::of(&sums, number, one, (*members, ln_prior(one)))
-            })
+            .map(|(number, (one, members))| Term::of(&sums, number, one, (*members, ln_prior(one))))
             .collect();
         let mut active = Vec::new();
         for row in rows {
@@ -119,6 +126,8 @@ impl Linear {
                 is_of_runs: false,
                 place: None,
                 change: None,
+                reduced_from: None,
+                may_enter: true,
             });
         }
         let rows = candidates.len()..terms.len();
@@ -137,6 +146,36 @@ impl Linear {
         })
     }
 
+    /// Takes the terms that a search made, and which of them may enter.
+    pub fn take_terms(&mut self, mut terms: Vec<Term>, live: Vec<bool>) {
+        terms.iter_mut().zip(live).for_each(|(term, live)| term.may_enter = live);
+        self.terms = terms;
+    }
+
+    /// Takes blocks out of the competition whose covariate is what a row does: an error of a reading
+    /// over that reading, where most of what varies in it is the row.
+    pub fn without_own_covariates(&mut self) {
+        let selection = Selection::new(&self.sums, &self.terms, &self.active);
+        let rows = self.rows();
+        let mut out = Vec::new();
+        for (number, term) in self.terms.iter().enumerate() {
+            let Some(Place { of: Of::Measurand(name), covariate, .. }) = &term.place else {
+                continue;
+            };
+            if !covariate.contains(name.as_str()) {
+                continue;
+            }
+            let takes = |row: &usize| {
+                let left = selection.form_left(&[number], &rows, *row);
+                left < OWN_COVARIATE * selection.form_left(&[], &rows, *row)
+            };
+            if rows.iter().any(takes) {
+                out.push(number);
+            }
+        }
+        out.into_iter().for_each(|number| self.terms[number].may_enter = false);
+    }
+
     /// The terms that are rows in the fit.
     pub fn rows(&self) -> Vec<usize> {
         self.rows.clone().collect()
@@ -148,16 +187,27 @@ impl Linear {
         Row { name: own.name.clone(), members: own.members, ln_prior: own.ln_prior }
     }
 
+    /// Log prior of the size of an effect in a fit: a Cauchy distribution about zero whose width is
+    /// the typical magnitude, at its largest value.
+    pub fn ln_size_prior(&self, fitted: &Fitted, name: &str) -> f64 {
+        let prefix = format!("{name}.");
+        let layout = &fitted.problem.layout;
+        let own =
+            layout.instances.iter().enumerate().filter(|(_, one)| one.name.starts_with(&prefix));
+        let ratio = own.filter_map(|(index, one)| {
+            let typical = one.setting.typical?;
+            let value = fitted.fit.point.values[index];
+            let most = value[..one.dimension()].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            Some(most / typical)
+        });
+        -ratio.fold(0.0, f64::max).powi(2).ln_1p()
+    }
+
     /// Values of a term's parameters beside a model, as the sums find them best.
-    pub fn start(
-        &self,
-        selection: &Selection<'_>,
-        model: &[usize],
-        term: usize,
-    ) -> Vec<(String, usize, Option<String>, f64)> {
+    pub fn start(&self, selection: &Selection<'_>, model: &[usize], term: usize) -> Start {
         let with = [model, &[term]].concat();
         let (values, _) = selection.solved(&with);
-        let own = &self.terms[term].columns;
+        let own = &selection.terms[term].columns;
         let first = values.len() - own.len();
         let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
         for (number, combination) in own.iter().enumerate() {
@@ -167,7 +217,16 @@ impl Linear {
         }
         sums.into_iter()
             .filter_map(|(column, value)| {
-                let owner = self.sums.owners.get(column.checked_sub(self.sums.nominal)?)?;
+                let Some(own) = column.checked_sub(self.sums.nominal) else {
+                    let layout = &self.fitted.problem.layout;
+                    return layout.instances.iter().enumerate().find_map(|(index, instance)| {
+                        let mut own = layout.own_columns(index);
+                        let (component, _) = own.find(|(_, other)| *other == column)?;
+                        let of = instance.whose().map(str::to_owned);
+                        Some((instance.name.clone(), component, of, value))
+                    });
+                };
+                let owner = self.sums.owners.get(own)?;
                 Some((owner.parameter.clone(), owner.component, owner.of.clone(), value))
             })
             .collect()
@@ -192,6 +251,14 @@ fn order(fitted: &Fitted) -> Vec<usize> {
     let mut order = vec![0; runs.len()];
     runs.iter().enumerate().for_each(|(place, (.., run))| order[*run] = place);
     order
+}
+
+/// The name of an effect with its head.
+pub fn name_of(selected: &Selected) -> String {
+    match &selected.head {
+        Some(head) => format!("{}.{head}", selected.effect.name),
+        None => selected.effect.name.clone(),
+    }
 }
 
 /// A row of the budget that is in the fit.

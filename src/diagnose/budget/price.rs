@@ -51,9 +51,8 @@ mod tests {
                 let steps = 20_000;
                 let (low, high) = (-20.0 * width - score, 20.0 * width + score);
                 let step = (high - low) / f64::from(steps);
-                let density = |x: f64| {
-                    (x * score - 0.5 * x * x - 0.5 * (x / width).powi(2)).exp() / width
-                };
+                let density =
+                    |x: f64| (x * score - 0.5 * x * x - 0.5 * (x / width).powi(2)).exp() / width;
                 (0..steps).map(|i| density(low + step * f64::from(i))).sum::<f64>() * step
                     / (2.0 * std::f64::consts::PI).sqrt()
             };

@@ -68,7 +68,7 @@ impl Linear {
             number_of(base.candidate);
         }
         for term in model {
-            let term = &self.terms[*term];
+            let term = &selection.terms[*term];
             if let Some(change) = &term.change {
                 number_of(change.base.candidate);
             } else if term.candidate != usize::MAX {
@@ -80,7 +80,7 @@ impl Linear {
         let columns: Vec<(Combination, Option<Change>)> = {
             let nominal = selection.columns(&[]).into_iter().map(|one| (one, None));
             let of_terms = model.iter().flat_map(|term| {
-                let term = &self.terms[*term];
+                let term = &selection.terms[*term];
                 term.columns.iter().map(|one| (one.clone(), term.change.clone()))
             });
             nominal.chain(of_terms).collect()

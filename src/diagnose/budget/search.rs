@@ -46,6 +46,7 @@ impl Selection<'_> {
         let mut model = self.prune(start.to_vec(), log);
         model = self.grow(model, &pools.effects, 0.0, MOST_ROWS + 4, log);
         model = self.swap(model, pools, log);
+        let mut tried: Vec<usize> = Vec::new();
         for _ in 0..ROUNDS {
             if pools.blocks.is_empty() {
                 break;
@@ -53,14 +54,15 @@ impl Selection<'_> {
             let before = sorted(&model);
             self.set_scale(&model);
             let best = self.ranked(&model, &pools.blocks, 0.0);
-            if let Some(best) = best.first().filter(|best| best.ln_bayes >= ENTER) {
+            if let Some(best) = best.first().copied().filter(|best| best.ln_bayes >= ENTER) {
                 self.note(log, "+", best.term, best.ln_bayes);
-                model.push(best.term);
+                let block = self.beside_rows(&model, best.term);
+                model.push(block);
                 self.set_scale(&model);
                 model = self.prune(model, log);
             }
             model = self.grow(model, &pools.effects, 0.0, MOST, log);
-            model = self.without_wide_blocks(model, pools, log);
+            model = self.without_wide_blocks(model, pools, &mut tried, log);
             model = self.swap(model, pools, log);
             if sorted(&model) == before {
                 break;
@@ -86,7 +88,12 @@ impl Selection<'_> {
             self.note(log, "+", best.term, best.ln_bayes);
             model.push(best.term);
             model = self.prune(model, log);
-            if !model.contains(&best.term) && self.ranked(&model, pool, least).first().is_some_and(|again| again.term == best.term) {
+            if !model.contains(&best.term)
+                && self
+                    .ranked(&model, pool, least)
+                    .first()
+                    .is_some_and(|again| again.term == best.term)
+            {
                 break;
             }
         }
@@ -127,7 +134,7 @@ impl Selection<'_> {
                 let own = self.ln_bayes_factor(*term, gain);
                 let mut found: Vec<(f64, usize)> = Vec::new();
                 for one in self.ranked(&rest, &pools.effects, 0.0).into_iter().take(2) {
-                    if one.term != *term && one.ln_bayes >= ENTER.max(own + SWAP) {
+                    if one.term != *term && one.ln_bayes >= ENTER.max(own + TIE) {
                         found.push((one.ln_bayes - own, one.term));
                     }
                 }
@@ -160,14 +167,16 @@ impl Selection<'_> {
         &mut self,
         mut model: Vec<usize>,
         pools: &Pools,
+        tried: &mut Vec<usize>,
         log: &mut Log,
     ) -> Vec<usize> {
         let blocks: Vec<usize> =
             model.iter().copied().filter(|term| !self.terms[*term].is_effect()).collect();
         for block in blocks {
-            if !model.contains(&block) {
+            if !model.contains(&block) || tried.contains(&block) {
                 continue;
             }
+            tried.push(block);
             let (scale, evidence) = (self.scale.clone(), self.ln_evidence(&model));
             let rest: Vec<usize> = model.iter().copied().filter(|own| *own != block).collect();
             let mut steps = Log::new();
@@ -177,7 +186,7 @@ impl Selection<'_> {
             if !is_new(&grown) {
                 continue;
             }
-            let name = &self.terms[block].name;
+            let name = self.terms[block].name.clone();
             let without = self.ln_evidence(&grown) - evidence;
             if without > 0.0 {
                 log.push(format!("effects instead of {name} ({without:.1})"));
@@ -185,12 +194,15 @@ impl Selection<'_> {
                 model = grown;
                 continue;
             }
-            let more = self.prune([grown, vec![block]].concat(), &mut steps);
+            let beside = self.beside_rows(&grown, block);
+            let more = self.prune([grown, vec![beside]].concat(), &mut steps);
             let with = self.ln_evidence(&more) - evidence;
             if with > SWAP && is_new(&more) {
                 log.push(format!("effects beside {name} ({with:.1})"));
                 log.append(&mut steps);
                 model = more;
+            } else if beside != block {
+                self.live[block] = true;
             }
         }
         model

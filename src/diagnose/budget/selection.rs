@@ -13,10 +13,16 @@ use super::price::{Gain, ln_bayes_factor, price};
 use super::sums::{Sums, Weighted};
 use super::terms::{Combination, Term};
 use crate::diagnose::evidence::basis::basis;
+use crate::estimate::eigen;
 
 /// Added to the diagonal of scaled normal equations: what the readings do not determine stays where
 /// it is.
 const RIDGE: f64 = 1e-10;
+/// Share of the squared length of a row's form that a block leaves to it, below which it contains
+/// the form.
+const CONTAINED: f64 = 0.01;
+/// Share of a direction of a block from which it is a row's form.
+const WITHIN: f64 = 0.5;
 /// Rounds in which noise scale factors and model settle.
 const ROUNDS: usize = 3;
 
@@ -26,7 +32,7 @@ pub struct Selection<'a> {
     /// The sums.
     pub sums: &'a Sums,
     /// The terms.
-    pub terms: &'a [Term],
+    pub terms: Vec<Term>,
     /// Whether each may enter.
     pub live: Vec<bool>,
     /// Noise scale factor of each measurand: found over stated standard deviation.
@@ -46,6 +52,8 @@ pub struct Selection<'a> {
 struct Factored {
     columns: Vec<Combination>,
     factor: Cholesky<f64, Dyn>,
+    /// `L⁻¹`: one product with it is quicker than a triangular solution for many columns.
+    inverse: DMatrix<f64>,
     length: DVector<f64>,
     /// `L⁻¹ b` of scaled columns.
     half: DVector<f64>,
@@ -53,7 +61,7 @@ struct Factored {
 
 impl<'a> Selection<'a> {
     /// Of terms; `active` rows that are in the fit with their values (column and value).
-    pub fn new(sums: &'a Sums, terms: &'a [Term], active: &[(usize, f64)]) -> Self {
+    pub fn new(sums: &'a Sums, terms: &[Term], active: &[(usize, f64)]) -> Self {
         let in_fit = |column: usize| active.iter().any(|(own, _)| *own == column);
         let nominal = (0..sums.nominal).filter(|column| !in_fit(*column));
         let mut residual = vec![(sums.residual(), 1.0)];
@@ -63,7 +71,7 @@ impl<'a> Selection<'a> {
         let weighted = sums.weighted(&vec![1.0; scale.len()]);
         let mut selection = Self {
             sums,
-            terms,
+            terms: terms.to_vec(),
             live: terms.iter().map(|one| !one.columns.is_empty()).collect(),
             scale,
             nominal: nominal.map(|column| vec![(column, 1.0)]).collect(),
@@ -128,9 +136,30 @@ impl<'a> Selection<'a> {
         }
         let score = DVector::from_fn(n, |i, _| self.score_of(&columns[i]));
         let (factor, length) = factored(&matrix);
-        let mut half = score.component_div(&length);
-        factor.l_dirty().solve_lower_triangular_mut(&mut half);
-        Factored { columns, factor, length, half }
+        let inverse = inverse_lower(&factor);
+        let half = &inverse * score.component_div(&length);
+        Factored { columns, factor, inverse, length, half }
+    }
+
+    /// Squared length of a column.
+    pub fn square(&self, column: &Combination) -> f64 {
+        self.product(column, column)
+    }
+
+    /// For each nominal column its part, as a length, of what nominal parameters absorb of a
+    /// term's first column.
+    pub fn shares_of_nominal(&self, term: usize) -> Vec<(usize, f64)> {
+        let model = self.factored(&[]);
+        let own = self.terms[term].columns.iter();
+        let Some(column) = own.into_iter().find(|column| self.square(column) > 0.0) else {
+            return Vec::new();
+        };
+        let across = model.columns.iter().zip(model.length.iter());
+        let across = across.map(|(other, length)| self.product(other, column) / length);
+        let mut share = DVector::from_iterator(model.columns.len(), across);
+        model.factor.solve_mut(&mut share);
+        let shares = model.columns.iter().zip(share.iter());
+        shares.map(|(column, share)| (column[0].0, share.abs())).collect()
     }
 
     /// Chi squared of a model.
@@ -153,14 +182,11 @@ impl<'a> Selection<'a> {
         (values, inverse)
     }
 
-    /// The normal equations of a model, columns scaled to unit length: the Cholesky factor `L`, the
-    /// lengths, and `L⁻¹` times the scores.
-    pub fn normal_equations(
-        &self,
-        model: &[usize],
-    ) -> (Cholesky<f64, Dyn>, DVector<f64>, DVector<f64>) {
-        let Factored { factor, length, half, .. } = self.factored(model);
-        (factor, length, half)
+    /// The normal equations of a model, columns scaled to unit length, with `L` their Cholesky factor:
+    /// `L⁻¹`, the lengths, and `L⁻¹` times the scores.
+    pub fn normal_equations(&self, model: &[usize]) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
+        let Factored { inverse, length, half, .. } = self.factored(model);
+        (inverse, length, half)
     }
 
     /// `S` and `g` of some columns beside a model, and their raw lengths.
@@ -176,7 +202,7 @@ impl<'a> Selection<'a> {
                 across[(i, j)] = self.product(&model.columns[i], column) / model.length[i];
             }
         }
-        model.factor.l_dirty().solve_lower_triangular_mut(&mut across);
+        let across = &model.inverse * across;
         let own = DMatrix::from_fn(k, k, |i, j| self.product(&columns[i], &columns[j]));
         let raw = own.diagonal().map(|square| square.max(0.0).sqrt());
         let score = DVector::from_fn(k, |j, _| self.score_of(&columns[j]));
@@ -210,6 +236,99 @@ impl<'a> Selection<'a> {
     /// Number of candidates of a term's kind.
     fn candidates(&self, term: usize) -> usize {
         if self.terms[term].is_effect() { self.effects } else { self.blocks }
+    }
+
+    /// The block with which a model goes on when a block enters: the block itself, or, where rows of
+    /// the model have forms that lie within it, the directions that are left beside these. A named
+    /// form keeps what it explains; the block explains the rest.
+    pub fn beside_rows(&mut self, model: &[usize], block: usize) -> usize {
+        let with = [model, &[block]].concat();
+        let within: Vec<usize> = model
+            .iter()
+            .copied()
+            .filter(|term| self.terms[*term].is_effect())
+            .filter(|term| {
+                let rest: Vec<usize> = with.iter().copied().filter(|own| own != term).collect();
+                let before: Vec<usize> = model.iter().copied().filter(|own| own != term).collect();
+                self.form_left(&rest, model, *term)
+                    < CONTAINED * self.form_left(&before, model, *term)
+            })
+            .collect();
+        if within.is_empty() {
+            return block;
+        }
+        let rest: Vec<usize> = model.iter().copied().filter(|own| !within.contains(own)).collect();
+        let factored = self.factored(&rest);
+        let columns = self.terms[block].columns.clone();
+        let rows = within.iter().flat_map(|term| self.terms[*term].columns.clone());
+        let all: Vec<Combination> = columns.iter().cloned().chain(rows).collect();
+        let (left, _, raw) = self.beside(&factored, &all);
+        let (k, r) = (columns.len(), all.len() - columns.len());
+        // Coordinates of the rows' forms in the block: S_bb⁻¹ S_br, columns of unit length.
+        let own = DMatrix::from_fn(k, k, |i, j| left[(i, j)] / (raw[i] * raw[j]));
+        let across = DMatrix::from_fn(k, r, |i, j| left[(i, k + j)] / (raw[i] * raw[k + j]));
+        let Some(factor) = Cholesky::new(own + DMatrix::identity(k, k) * RIDGE) else {
+            return block;
+        };
+        // What is orthogonal, in the metric of S, to the rows' forms.
+        let lower = factor.l();
+        let Some(forms) = lower.solve_lower_triangular(&across) else { return block };
+        // Forms of unit length, orthogonal to each other.
+        let rows = DMatrix::from_fn(r, r, |i, j| left[(k + i, k + j)] / (raw[k + i] * raw[k + j]));
+        let (orthonormal, _) = basis(&rows, &DVector::from_element(r, 1.0));
+        let forms = forms * orthonormal;
+        let Some(eigen) = eigen::symmetric(&forms * forms.transpose()) else { return block };
+        let Some(back) = lower.transpose().solve_upper_triangular(&eigen.eigenvectors) else {
+            return block;
+        };
+        let mut reduced = Vec::new();
+        for (number, share) in eigen.eigenvalues.iter().enumerate() {
+            if *share < WITHIN {
+                let mut combination: Combination = Vec::new();
+                for (i, column) in columns.iter().enumerate() {
+                    let by = back[(i, number)] / raw[i];
+                    combination.extend(column.iter().map(|(at, own)| (*at, own * by)));
+                }
+                reduced.push(combination);
+            }
+        }
+        let reduced_from = self.terms[block].reduced_from.or(Some(block));
+        let term = Term { columns: reduced, reduced_from, ..self.terms[block].clone() };
+        self.live.push(!term.columns.is_empty());
+        self.live[block] = false;
+        self.terms.push(term);
+        self.terms.len() - 1
+    }
+
+    /// A term's form with what nominal parameters absorb of it taken off, as one combination of
+    /// columns.
+    pub fn beyond_nominal(&self, term: usize, values: &[f64]) -> Combination {
+        let mut form: Combination = Vec::new();
+        for (column, value) in self.terms[term].columns.iter().zip(values) {
+            form.extend(column.iter().map(|(at, by)| (*at, by * value)));
+        }
+        let nominal = self.factored(&[]);
+        let across = nominal.columns.iter().zip(nominal.length.iter());
+        let across = across.map(|(other, length)| self.product(other, &form) / length);
+        let mut share = DVector::from_iterator(nominal.columns.len(), across);
+        nominal.factor.solve_mut(&mut share);
+        for ((column, length), share) in
+            nominal.columns.iter().zip(nominal.length.iter()).zip(share.iter())
+        {
+            form.extend(column.iter().map(|(at, by)| (*at, -by * share / length)));
+        }
+        form
+    }
+
+    /// Squared length of what a model leaves of the form that a term has in another one.
+    pub fn form_left(&self, beside: &[usize], model: &[usize], term: usize) -> f64 {
+        let (values, _) = self.solved(model);
+        let mut first = self.nominal();
+        for own in model.iter().take_while(|own| **own != term) {
+            first += self.terms[*own].columns.len();
+        }
+        let form = values.rows(first, self.terms[term].columns.len()).into_owned();
+        (form.transpose() * self.left(beside, term) * &form)[(0, 0)]
     }
 
     /// Terms of a pool beside a model, best first: log Bayes factor, term, gain. Those that gain
@@ -246,6 +365,15 @@ impl<'a> Selection<'a> {
         -0.5 * self.chi_squared(model) - prices.sum::<f64>()
     }
 
+    /// What the terms of a model cost together.
+    pub fn ln_price_of(&self, model: &[usize]) -> f64 {
+        let prices = model
+            .iter()
+            .zip(self.contributions(model))
+            .map(|(term, gain)| price(gain, self.terms[*term].members, self.candidates(*term)));
+        prices.sum()
+    }
+
     /// Lets the noise scale factors follow from a model: the residual sum of squares of each
     /// measurand over its readings less the model's degrees of freedom.
     pub fn set_scale(&mut self, model: &[usize]) {
@@ -264,9 +392,8 @@ impl<'a> Selection<'a> {
                 }
                 let product = |a: &Combination, b: &Combination| -> f64 {
                     let with = |(i, p): &(usize, f64)| {
-                        let sum = |(j, q): &(usize, f64)| {
-                            q * self.sums.product_in(measurand, *i, *j)
-                        };
+                        let sum =
+                            |(j, q): &(usize, f64)| q * self.sums.product_in(measurand, *i, *j);
                         p * b.iter().map(sum).sum::<f64>()
                     };
                     a.iter().map(with).sum()
@@ -320,6 +447,14 @@ pub fn gain_of(left: &DMatrix<f64>, score: &DVector<f64>, raw: &DVector<f64>) ->
     Gain { gain: score.norm_squared(), degrees: score.len() }
 }
 
+/// `L⁻¹` of a factor.
+fn inverse_lower(factor: &Cholesky<f64, Dyn>) -> DMatrix<f64> {
+    let n = factor.l_dirty().nrows();
+    let mut inverse = DMatrix::identity(n, n);
+    factor.l_dirty().solve_lower_triangular_mut(&mut inverse);
+    inverse
+}
+
 /// The factor of normal equations whose columns are scaled to unit length, and the lengths.
 pub fn factored(matrix: &DMatrix<f64>) -> (Cholesky<f64, Dyn>, DVector<f64>) {
     let n = matrix.nrows();
@@ -337,7 +472,10 @@ pub fn factored(matrix: &DMatrix<f64>) -> (Cholesky<f64, Dyn>, DVector<f64>) {
         if ridge > 1.0 {
             let unit = DMatrix::identity(n, n);
             // Sums that are no numbers: nothing is taken off anything.
-            return (Cholesky::new_with_substitute(unit, 1.0).unwrap_or_else(|| unreachable!()), length);
+            return (
+                Cholesky::new_with_substitute(unit, 1.0).unwrap_or_else(|| unreachable!()),
+                length,
+            );
         }
         ridge *= 10.0;
     }

@@ -55,8 +55,7 @@ pub struct Appended {
 impl Appended {
     /// Adds a whitened row of a run in which the column has the value `x`.
     pub fn add(&mut self, at: (usize, usize), x: f64, row: &[f64]) {
-        let (sums, square) =
-            self.of_runs.entry(at).or_insert_with(|| (vec![0.0; row.len()], 0.0));
+        let (sums, square) = self.of_runs.entry(at).or_insert_with(|| (vec![0.0; row.len()], 0.0));
         sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += x * value);
         *square += x * x;
     }
@@ -152,9 +151,8 @@ impl Sums {
             local.columns.iter().filter(|c| matches!(place[**c], Placed::Narrow(..))).count()
         };
         let sizes: Vec<usize> = locals.iter().map(narrow_in).collect();
-        let count = |wide: bool| {
-            place.iter().filter(|one| matches!(one, Placed::Wide(_)) == wide).count()
-        };
+        let count =
+            |wide: bool| place.iter().filter(|one| matches!(one, Placed::Wide(_)) == wide).count();
         let (wide, narrow) = (count(true), count(false));
         let mut first_measurand = Vec::new();
         let mut by_measurand: Vec<Store> = Vec::new();
@@ -364,11 +362,7 @@ impl Weighted<'_> {
 }
 
 /// The columns that each run's Gram matrix has.
-fn locals(
-    problem: &Problem,
-    signed: &[Signatures],
-    at: &[Vec<(usize, usize)>],
-) -> Vec<Local> {
+fn locals(problem: &Problem, signed: &[Signatures], at: &[Vec<(usize, usize)>]) -> Vec<Local> {
     let nominal = problem.layout.columns.len();
     let mut all: Vec<Local> = Vec::new();
     for (part, signatures) in signed.iter().enumerate() {
@@ -379,9 +373,8 @@ fn locals(
             all.push(Local { columns });
         }
     }
-    let first: Vec<usize> = (0..all.len())
-        .map(|run| problem.layout.columns.touched_by(run).len())
-        .collect();
+    let first: Vec<usize> =
+        (0..all.len()).map(|run| problem.layout.columns.touched_by(run).len()).collect();
     for (number, at) in at.iter().enumerate() {
         for (run, index) in at {
             all[*run].columns[first[*run] + index] = nominal + number;

@@ -40,6 +40,10 @@ pub struct Term {
     pub place: Option<Place>,
     /// The change at a moment that it is, if it is one.
     pub change: Option<Change>,
+    /// The block of which it is what rows leave, if it is that.
+    pub reduced_from: Option<usize>,
+    /// Whether it may enter a model: a block that was reduced beside rows may not.
+    pub may_enter: bool,
 }
 
 impl Term {
@@ -81,6 +85,8 @@ impl Term {
             is_of_runs,
             place,
             change: None,
+            reduced_from: None,
+            may_enter: true,
         }
     }
 }

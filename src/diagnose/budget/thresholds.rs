@@ -7,7 +7,7 @@
 pub const ENTER: f64 = 5.0;
 /// Log Bayes factor within which two terms are aliases.
 pub const TIE: f64 = 3.0;
-/// Log Bayes factor by which a swap of effects must be better.
+/// Log evidence by which effects beside a block that was taken out must be better than the block.
 pub const SWAP: f64 = 1.0;
 /// Drop of squared residuals on held-out readings that a row must bring: twice [`ENTER`].
 pub const HELD_OUT: f64 = 2.0 * ENTER;

@@ -49,7 +49,8 @@ pub fn scan(
     known: &mut Scanned,
 ) -> Option<(Candidate, usize)> {
     if let Some((_, candidate, members)) = known.iter().find(|(name, ..)| *name == family.name) {
-        return Some((candidate.clone(), *members));
+        let value = candidate.selected.member.values().next()?;
+        return Some((with_member(fitted, family, *value)?, *members));
     }
     let effect = &family.selected.effect;
     let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;

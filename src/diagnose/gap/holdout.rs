@@ -10,10 +10,6 @@
 
 use crate::diagnose::fitted::{Fitted, rebuilt};
 use crate::diagnose::gross::lost::{self, Among};
-use crate::diagnose::library::wanted::Wanted;
-use crate::diagnose::noise::whiten::stretch;
-use crate::diagnose::stage::Stage;
-use crate::diagnose::verdict::leftover;
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::{Opened, Recipe};
 use crate::engine::{Part, Point, Problem};
@@ -52,7 +48,6 @@ pub enum HoldoutError {
 pub fn holdout(
     opened: &Opened,
     models: &Steps,
-    wanted: &Wanted,
     in_data: bool,
     options: &Options,
 ) -> Result<Gap, HoldoutError> {
@@ -84,7 +79,7 @@ pub fn holdout(
     let drops = before.drops(&last);
     let floor = floor(&last.judged);
     let after = last.rms.clone();
-    let left = last.leftover(wanted, options)?;
+    let left = last.leftover();
     let (part, interval) = closed(&drops, left);
     let drop = taken(&drops);
     Ok(Gap {
@@ -171,17 +166,10 @@ impl Scored {
         apart
     }
 
-    /// Squared length of the largest structure that is left in what is judged.
-    fn leftover(self, wanted: &Wanted, options: &Options) -> Result<f64, FitError> {
-        let Some(mut stage) = Stage::new(self.judged.again(options)?, wanted) else {
-            return Ok(0.0);
-        };
-        let structure = stage.structure();
-        let problem = &stage.fitted.problem;
-        let length = stretch(problem, 0.0);
-        let remains = stage.evidence.left(problem, &stage.fitted.fit.point, &structure, length);
-        stage.judge_scatter(&remains);
-        Ok(leftover(&stage))
+    /// Squared residuals beyond those of noise.
+    fn leftover(&self) -> f64 {
+        let squares: f64 = self.squares.iter().sum();
+        (squares - self.judged.problem.reading_count() as f64).max(0.0)
     }
 }
 

@@ -1,12 +1,12 @@
-//! The same readings and weights with a model that grows by one adopted effect after the other:
+//! The same readings and weights with a model that grows by one row after the other:
 //! what each of them contributes.
 
+use crate::diagnose::budget::linear::name_of;
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::search::Adopted;
 use crate::estimate::batch::{FitError, Options};
 use crate::system::Selected;
 
-/// Models from the nominal one to the one with every adopted effect.
+/// Models from the nominal one to the one with every row.
 #[derive(Clone, Debug)]
 pub struct Steps {
     /// Without the effects.
@@ -16,20 +16,18 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Those of a model in which some effects were adopted, in this order.
+    /// Those of a model in which some effects are rows, in this order.
     ///
     /// # Errors
     /// [`FitError`] where a model cannot be fitted at all.
-    pub fn of(whole: &Fitted, effects: &[Adopted], options: &Options) -> Result<Self, FitError> {
-        let selected: Vec<&Selected> = effects.iter().map(|one| &one.candidate.selected).collect();
+    pub fn of(whole: &Fitted, effects: &[Selected], options: &Options) -> Result<Self, FitError> {
+        let selected: Vec<&Selected> = effects.iter().collect();
         let upto = |count: usize| match &selected[count..] {
             [] => Ok(whole.clone()),
             later => whole.without(later, options),
         };
-        let with = effects
-            .iter()
-            .enumerate()
-            .map(|(number, one)| Ok((one.candidate.name.clone(), upto(number + 1)?)));
+        let with =
+            effects.iter().enumerate().map(|(number, one)| Ok((name_of(one), upto(number + 1)?)));
         Ok(Self { nominal: upto(0)?, with: with.collect::<Result<_, FitError>>()? })
     }
 

@@ -1,7 +1,6 @@
 //! Delays with all readings and without those that are left out, with the same noise.
 
 use crate::diagnose::fitted::{Fitted, carried};
-use crate::diagnose::stage::Stage;
 use crate::engine::Problem;
 use crate::estimate::batch::{Fit, FitError, Options};
 use crate::estimate::calibrate::{Calibration, finish};
@@ -21,13 +20,13 @@ pub struct Twice {
     pub sigma: Option<f64>,
 }
 
-/// The delays of campaigns as they are given and as a stage has them.
+/// The delays of campaigns as they are given and as a fit without some readings has them.
 pub(in crate::diagnose) fn twice(
     whole: &Calibration,
-    stage: &Stage,
+    stage: &Fitted,
     options: &Options,
 ) -> Result<Vec<Twice>, FitError> {
-    let Fitted { problem, fit, recipes } = stage.fitted.clone();
+    let Fitted { problem, fit, recipes } = stage.clone();
     let mut parts = problem.parts.clone();
     for (part, given) in parts.iter_mut().zip(&whole.problem.parts) {
         if part.runs.len() != given.runs.len() {

@@ -5,16 +5,12 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnose::evidence::thresholds::level;
-use crate::diagnose::fitted::Fitted;
-use crate::diagnose::found::{LeftOut, Noise, NoiseEffect};
+use crate::diagnose::found::LeftOut;
 use crate::diagnose::library::place::Place;
 use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, OfRun, Sequence, seen_from};
-use crate::diagnose::stage::Stage;
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::median::upper_median;
 use crate::statistics::{ln_below, ln_normal};
-use crate::units::Unit;
 
 use super::empty_runs::{fitted_without_empty_runs, without_empty_runs};
 use super::left_out::{Far, readings_out, runs_out};
@@ -36,25 +32,6 @@ pub(in crate::diagnose) const RUNS_APART: usize = 3;
 pub(in crate::diagnose) const ONE_OF: usize = 4;
 /// Where more readings than this share are far out, the noise has long tails and none is left out.
 const MOST_WILD: f64 = 0.05;
-
-/// Leaves wild readings of a stage out. `white` is what is left as if there were no memory: one
-/// wild reading is one there, not the beginning of several.
-pub(in crate::diagnose) fn without_wild(
-    stage: &Stage,
-    white: &[Sequence],
-    noise: &mut Noise,
-) -> Option<Fitted> {
-    without(stage, noise, white, 0.0, |_, deviation| TRIM * deviation)
-}
-
-/// Leaves gross readings of a stage out.
-pub(in crate::diagnose) fn without_gross(
-    stage: &Stage,
-    white: &[Sequence],
-    noise: &mut Noise,
-) -> Option<Fitted> {
-    without(stage, noise, white, PEELED, gross)
-}
 
 /// Leaves gross readings of campaigns out as they are seen from a point that a fit ran to and did
 /// not settle at: one reading of 99999 among thousands keeps it from that. The others, and what is
@@ -84,24 +61,6 @@ pub(super) fn gross(residuals: &[f64], deviation: f64) -> f64 {
     let present = residuals.iter().map(|value| value.abs()).filter(|size| !size.is_nan());
     let of_run = upper_median(&mut present.collect::<Vec<f64>>()).unwrap_or(0.0) * NORMAL;
     GROSS * of_run.max(deviation)
-}
-
-/// Leaves readings beyond a limit out, which are at least some part of the farthest: the limit is
-/// one of the residuals of a run and the robust standard deviation in all.
-fn without(
-    stage: &Stage,
-    noise: &mut Noise,
-    white: &[Sequence],
-    peeled: f64,
-    limit: impl Fn(&[f64], f64) -> f64,
-) -> Option<Fitted> {
-    let mut fitted = stage.fitted.clone();
-    let out = trim(&mut fitted.problem, white, peeled, limit);
-    if out.is_empty() {
-        return None;
-    }
-    noise.left_out.extend(out);
-    Some(fitted_without_empty_runs(fitted))
 }
 
 /// Leaves readings beyond a limit out and lists them, each once, however many components it has.
@@ -169,29 +128,6 @@ fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
         }
     }
     wrong
-}
-
-/// Names outliers where there are more wild readings than chance gives.
-pub(in crate::diagnose) fn name_wild(stage: &Stage, noise: &mut Noise) {
-    let wild = noise.wild();
-    let readings = stage.fitted.problem.reading_count() + wild;
-    let ln_p = ln_wild(wild, &counts(&stage.fitted.problem));
-    if wild > 0 && ln_p <= level(stage.noise.len() + 1) {
-        let share = wild as f64 / readings as f64;
-        noise.effects.push(NoiseEffect {
-            name: "outliers".to_owned(),
-            selected: None,
-            parameter: "outliers.share".to_owned(),
-            of: None,
-            unit: Unit::one(),
-            value: share,
-            sigma: (share / readings as f64).sqrt(),
-            also: Vec::new(),
-            aliases: Vec::new(),
-            memory: None,
-            ln_p,
-        });
-    }
 }
 
 /// Number of readings of each measurand of each campaign.

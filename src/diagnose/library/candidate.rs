@@ -126,7 +126,11 @@ pub fn fitting(
 ) -> Option<Candidate> {
     let mut found = Vec::new();
     for (campaign, recipe) in recipes.iter().enumerate() {
-        if let Ok(system) = recipe.with(std::slice::from_ref(selected)) {
+        let system = match place {
+            Some(_) => recipe.with_first(selected),
+            None => recipe.with(std::slice::from_ref(selected)),
+        };
+        if let Ok(system) = system {
             let at = (campaign, recipes.len());
             join(&mut found, at, selected.clone(), place.cloned(), system);
         }

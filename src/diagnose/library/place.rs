@@ -30,6 +30,12 @@ impl Place {
         Self { of, covariate: covariate.to_owned(), words, run: None, rows: None }
     }
 
+    /// Of something that is too small for a name, and like an effect.
+    pub(in crate::diagnose) fn like(effect: &str) -> Self {
+        let words = format!("something small that is like `{effect}`");
+        Self::new(Of::Channel(effect.to_owned()), "small", words)
+    }
+
     /// The same from a row of a run on.
     pub(in crate::diagnose) fn from(&self, run: &str, row: usize) -> Self {
         let words = self.words.trim_end_matches(" over run");

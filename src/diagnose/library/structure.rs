@@ -109,7 +109,7 @@ fn offered(
     for (campaign, recipe) in recipes.iter().enumerate() {
         for (effect, place) in effects(&recipe.model) {
             let selected = Selected { effect, head: None, member: BTreeMap::new() };
-            if let Ok(system) = recipe.with(std::slice::from_ref(&selected)) {
+            if let Ok(system) = recipe.with_first(&selected) {
                 join(&mut found, (campaign, recipes.len()), selected, Some(place), system);
             }
         }

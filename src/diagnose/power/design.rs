@@ -7,16 +7,16 @@ use crate::diagnose::evidence::Evidence;
 use crate::diagnose::evidence::scan::{ALL_BLIND, told};
 use crate::diagnose::evidence::score::score;
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::found::Noise;
 use crate::diagnose::library::candidate::NotTestable;
 use crate::diagnose::library::offer::offer;
 use crate::diagnose::library::wanted::Wanted;
-use crate::diagnose::stage::Stage;
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::Recipe;
 use crate::engine::simulate::draw_run;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{Fit, Outcome};
+
+use super::prospect::Prospect;
 
 /// Campaigns with the readings that are predicted at a point, as if just fitted. Runs that are not
 /// measured yet have every reading; others those that were recorded. Noise levels that nobody
@@ -56,7 +56,7 @@ pub fn design(recipes: Vec<Recipe>, mut problem: Problem, point: Point) -> Fitte
 
 /// The library before a design: every effect at every head with every member of its families, and
 /// no unknown structure. `None` where the model's own parameters are not determined.
-pub fn stage(fitted: Fitted, wanted: &Wanted) -> Option<Stage> {
+pub fn prospect(fitted: Fitted, wanted: &Wanted) -> Option<Prospect> {
     let mut offer = wanted.of(offer(&fitted.recipes));
     let mut candidates = Vec::new();
     for family in offer.effects.chunk_by(|a, b| a.name == b.name) {
@@ -71,19 +71,13 @@ pub fn stage(fitted: Fitted, wanted: &Wanted) -> Option<Stage> {
     let like = |n: usize| candidates.iter().filter(|one| one.name == candidates[n].name).count();
     let members: Vec<usize> = (0..candidates.len()).map(like).collect();
     let scores = evidence.entries.iter().zip(&members).map(|(entry, m)| score(entry, *m)).collect();
-    Some(Stage {
-        effects: candidates.len(),
-        inflation: vec![1.0; candidates.len()],
+    Some(Prospect {
         fitted,
         candidates,
         members,
         noise: offer.noise,
         not_testable: offer.not_testable,
-        prior: wanted.prior.clone(),
         evidence,
         scores,
-        noise_found: Noise::default(),
-        stretches: 0,
-        logarithms: Default::default(),
     })
 }

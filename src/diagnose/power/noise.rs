@@ -2,7 +2,7 @@
 //!
 //! Each has a statistic that is normal of variance one without it and has a mean with it: shared
 //! errors `s² √W` with `W = Σ (a_m a_n)²` over pairs of readings of a sample
-//! ([`crate::diagnose::noise::jitter`]), a level `((1 + k)² - 1) √(n / 2)`, memory its correlation
+//! ([`crate::diagnose::budget::noise`]), a level `((1 + k)² - 1) √(n / 2)`, memory its correlation
 //! times `√n`. Where the mean exceeds the bar by the quantile of [`CAUGHT`] the effect is declared
 //! with that probability.
 
@@ -14,9 +14,7 @@ use crate::diagnose::fitted::{Fitted, rebuilt};
 use crate::diagnose::gross::wild::{counts, ln_wild};
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::library::wanted::Wanted;
-use crate::diagnose::noise::excess::patches_level;
-use crate::diagnose::noise::jitter::{stride, white_randoms};
-use crate::diagnose::stage::Stage;
+use crate::diagnose::power::prospect::{Prospect, patches_level, stride, white_randoms};
 use crate::effect::Effect;
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::library::Library;
@@ -35,7 +33,7 @@ const WILD: &str = "outliers";
 const NOT_FORETOLD: &str = "`diagnose` looks for it in the readings; its size is not foretold here";
 
 /// The rows of the effects on the noise, and of the built-in detectors.
-pub fn rows(stage: &Stage, wanted: &Wanted) -> Vec<Row> {
+pub fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
     let problem = &stage.fitted.problem;
     let rows: usize = problem.parts.iter().map(|part| part.residual_count()).sum();
     let level = level(rows + stage.noise.len());
@@ -91,7 +89,7 @@ struct Shared<'a> {
 }
 
 impl<'a> Shared<'a> {
-    fn new(stage: &'a Stage, candidate: &'a Candidate) -> Option<Self> {
+    fn new(stage: &'a Prospect, candidate: &'a Candidate) -> Option<Self> {
         let (name, unit) = white_randoms(candidate).into_iter().next()?;
         let (products, typical) = pattern(stage, candidate, &name)?;
         let strength = products.iter().flatten().map(|one| one * one).sum::<f64>().sqrt();
@@ -138,7 +136,7 @@ impl<'a> Shared<'a> {
 
 /// `a_m a_n` of the whitened derivatives along a random quantity, for every pair of readings of
 /// every sample that is looked at, in each campaign, and its usual size.
-fn pattern(stage: &Stage, candidate: &Candidate, name: &str) -> Option<(Vec<Vec<f64>>, f64)> {
+fn pattern(stage: &Prospect, candidate: &Candidate, name: &str) -> Option<(Vec<Vec<f64>>, f64)> {
     let Fitted { problem, fit, .. } = &stage.fitted;
     let (mut all, mut typical) = (vec![Vec::new(); problem.parts.len()], 1.0);
     let stride = stride(problem);
@@ -174,12 +172,14 @@ fn pattern(stage: &Stage, candidate: &Candidate, name: &str) -> Option<(Vec<Vec<
 }
 
 /// A level of the noise.
-fn scatter(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Row> {
+fn scatter(stage: &Prospect, candidate: &Candidate, level: f64) -> Option<Row> {
     let parameter = candidate.selected.effect.parameters.first()?;
     let problem = &stage.fitted.problem;
     let readings = problem.parts.iter().enumerate().flat_map(|(p, part)| {
         let present = part.present().into_iter().enumerate();
-        present.filter(move |(m, _)| patches_level(candidate, stage, (p, *m))).map(|(_, n)| n)
+        present
+            .filter(move |(m, _)| patches_level(candidate, &stage.fitted, (p, *m)))
+            .map(|(_, n)| n)
     });
     let readings = readings.max().unwrap_or(0);
     if readings == 0 {
@@ -206,7 +206,7 @@ fn scatter(stage: &Stage, candidate: &Candidate, level: f64) -> Option<Row> {
 }
 
 /// Wild readings.
-fn wild(stage: &Stage, effect: &Effect) -> Row {
+fn wild(stage: &Prospect, effect: &Effect) -> Row {
     let readings = stage.fitted.problem.reading_count();
     let counts = counts(&stage.fitted.problem);
     let level = level(stage.noise.len() + 1);

@@ -1,6 +1,6 @@
 //! A sentence for each row of the table that a person can act on.
 
-use crate::diagnose::stage::Stage;
+use crate::diagnose::power::prospect::Prospect;
 
 use super::remedies::Remedy;
 use super::{Row, State};
@@ -12,7 +12,7 @@ const MOST_TIMES: f64 = 200.0;
 const FEW_TIMES: f64 = 3.0;
 
 /// What to do about an effect; `tried` are designs with one thing more each.
-pub fn words(row: &Row, stage: &Stage, tried: &[(Remedy, Vec<Row>)]) -> String {
+pub fn words(row: &Row, stage: &Prospect, tried: &[(Remedy, Vec<Row>)]) -> String {
     let visible = |other: &Row| other.state == State::Visible;
     let seen = |other: &Row| matches!(other.state, State::Visible | State::Alias);
     let helps = |good: fn(&Row) -> bool| helps(row, tried, good);
@@ -59,7 +59,7 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-fn of_visible(row: &Row, stage: &Stage, tried: &[(Remedy, Vec<Row>)]) -> String {
+fn of_visible(row: &Row, stage: &Prospect, tried: &[(Remedy, Vec<Row>)]) -> String {
     let (Some(seen), Some(told)) = (row.detectable, row.identifiable) else {
         return String::new();
     };

@@ -32,6 +32,15 @@ impl Recipe {
         System::build(&self.model, &all, &self.overrides, &self.input_sigma)
     }
 
+    /// The model with an effect before those in use: it acts on what the model says without them.
+    ///
+    /// # Errors
+    /// As [`System::build`].
+    pub fn with_first(&self, first: &Selected) -> Result<System, Diagnostics> {
+        let all: Vec<Selected> = std::iter::once(first).chain(&self.effects).cloned().collect();
+        System::build(&self.model, &all, &self.overrides, &self.input_sigma)
+    }
+
     /// Why an effect that is not in use cannot be tested here: it is there although its parameters
     /// are zero.
     pub fn remains(&self, selected: &Selected, overrides: &[Override]) -> Option<Diagnostic> {

@@ -6,9 +6,11 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::found::{self, LeftOut};
+use crate::diagnose::budget::answer::{Remainder, Row};
+use crate::diagnose::found::LeftOut;
 use crate::diagnose::library::place::Of;
-use crate::diagnose::search::Adopted;
+use crate::estimate::calibrate::Estimate;
+use crate::report;
 
 use super::Outcome;
 
@@ -77,14 +79,14 @@ pub struct Excluded {
 
 /// Writes it into an outcome.
 pub(super) fn write(outcome: &mut Outcome, found: &Diagnosis) {
-    let reason = found.why.as_ref().map_or("", |(why, _)| why.word());
+    let reason = found.doubtful.first().map_or("", |one| one.objection.word());
     outcome.reason = Some(reason.to_owned());
-    outcome.location = Some(found.locations.iter().take(LOCATIONS).map(location).collect());
+    outcome.location = Some(found.remainder.iter().take(LOCATIONS).map(location).collect());
     outcome.sizes = Some(sizes(found));
     outcome.excluded = Some(excluded(found));
 }
 
-fn location(one: &found::Location) -> Location {
+fn location(one: &Remainder) -> Location {
     let (Of::Measurand(of) | Of::Channel(of)) = &one.place.of;
     Location {
         of: of.clone(),
@@ -96,10 +98,10 @@ fn location(one: &found::Location) -> Location {
 }
 
 fn sizes(found: &Diagnosis) -> Vec<EffectSize> {
-    let named = found.effects.iter().map(|one| EffectSize {
-        effect: one.candidate.name.clone(),
+    let named = found.rows.iter().map(|one| EffectSize {
+        effect: one.name.clone(),
         role: Role::Named,
-        values: estimates(found, one),
+        values: estimates(one),
     });
     let noise = found.noise.iter().map(|one| EffectSize {
         effect: one.name.clone(),
@@ -114,58 +116,38 @@ fn sizes(found: &Diagnosis) -> Vec<EffectSize> {
     named.chain(noise).chain(nearest(found)).collect()
 }
 
-/// The estimates of a named effect; their uncertainties count how well the members of its families
-/// are known.
-fn estimates(found: &Diagnosis, adopted: &Adopted) -> Vec<Value> {
-    let name = &adopted.candidate.name;
-    let prefix = format!("{name}.");
-    let members = || found.members.iter().filter(|one| one.effect == *name);
-    let all = found.explained.iter().flat_map(|one| one.estimates());
-    let own = all.filter(|one| one.name.starts_with(&prefix)).map(|one| {
-        let shares = members().flat_map(|member| &member.shares);
-        let own = shares.filter(|(instance, _)| one.instance == Some(*instance));
-        let u = one.sigma.map(|sigma| own.fold(sigma, |u, (_, share)| u.hypot(*share)));
-        Value { parameter: one.name, of: one.of, value: one.value, u }
-    });
-    own.collect()
+/// The estimates of a row.
+fn estimates(row: &Row) -> Vec<Value> {
+    let value = |one: &Estimate| Value {
+        parameter: one.name.clone(),
+        of: one.of.clone(),
+        value: one.value,
+        u: one.sigma,
+    };
+    row.values.iter().map(value).collect()
 }
 
 /// The nearest effect, as the test against the nominal model has it.
 fn nearest(found: &Diagnosis) -> Option<EffectSize> {
-    let nearest = found.nearest.as_ref()?;
-    let stage = found.search.as_ref().and_then(|search| search.stages.first());
-    let values = stage.and_then(|stage| {
-        let of = |name: &str| stage.candidates.iter().position(|one| one.name == name);
-        let entry = stage.entry(of(&nearest.name)?);
-        let own = entry.values();
-        let each = entry.owners.iter().zip(&own).zip(entry.basis.row_iter());
-        let each = each.map(|((owner, value), row)| Value {
-            parameter: format!("{}[{}]", owner.parameter, owner.component),
-            of: owner.of.clone(),
-            value: Some(*value),
-            u: Some(row.norm()),
-        });
-        Some(each.collect::<Vec<_>>())
+    let nearest = report::diagnosis::nearest(found)?;
+    let each = nearest.values.iter().map(|one| Value {
+        parameter: format!("{}[{}]", one.parameter, one.component),
+        of: one.of.clone(),
+        value: Some(one.value),
+        u: None,
     });
-    Some(EffectSize {
-        effect: nearest.name.clone(),
-        role: Role::Nearest,
-        values: values.unwrap_or_default(),
-    })
+    Some(EffectSize { effect: nearest.name.clone(), role: Role::Nearest, values: each.collect() })
 }
 
 fn excluded(found: &Diagnosis) -> Vec<Excluded> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    let stage = found.search.as_ref().and_then(|search| search.stages.get(found.effects.len()));
-    if let Some(LeftOut { readings, runs, stretches }) = stage.map(|one| &one.noise_found.left_out)
-    {
-        for one in readings {
-            let reason = if one.code.is_some() { "error_code" } else { "outlier" };
-            *counts.entry(reason).or_default() += 1;
-        }
-        for (reason, all) in [("run", runs), ("part_of_run", stretches)] {
-            all.iter().for_each(|one| *counts.entry(reason).or_default() += one.readings);
-        }
+    let LeftOut { readings, runs, stretches } = &found.left_out;
+    for one in readings {
+        let reason = if one.code.is_some() { "error_code" } else { "outlier" };
+        *counts.entry(reason).or_default() += 1;
+    }
+    for (reason, all) in [("run", runs), ("part_of_run", stretches)] {
+        all.iter().for_each(|one| *counts.entry(reason).or_default() += one.readings);
     }
     for one in &found.lost {
         *counts.entry("lost_samples").or_default() += one.samples.len();

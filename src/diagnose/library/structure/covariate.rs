@@ -130,6 +130,15 @@ fn wave(phase: &str) -> Vec<(String, Dimension)> {
 /// What moves, with waves of so many orders.
 pub(super) fn of_motion(model: &Model, orders: usize) -> Vec<Covariate> {
     let mut all = Vec::new();
+    for input in model.inputs.iter().filter(|input| !input.signal) {
+        let (name, own) = (&input.name, input.unit.dimension);
+        if turns(&input.unit) {
+            all.push(Covariate::waves(name, orders));
+        } else {
+            let powers = vec![(name.clone(), own), (format!("{name}^2"), own * own)];
+            all.push(Covariate::new(name.clone(), "instrument", powers));
+        }
+    }
     for signal in model.inputs.iter().filter(|input| input.signal) {
         let (name, own) = (&signal.name, signal.unit.dimension);
         let rate = own / Dimension::TIME;

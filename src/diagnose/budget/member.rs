@@ -8,11 +8,11 @@
 use std::f64::consts::SQRT_2;
 
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::library::candidate::Candidate;
-use crate::diagnose::search::Adopted;
-use crate::diagnose::stage::Stage;
 use crate::effect::Members;
 use crate::estimate::batch::{FitError, Options};
+use crate::system::Selected;
+
+use super::linear::name_of;
 
 /// Steps to members beside the best, as parts of it or of a range through zero: the first.
 const FIRST: f64 = 1e-3;
@@ -41,27 +41,23 @@ pub struct MemberUncertainty {
 ///
 /// # Errors
 /// [`FitError`] where a model cannot be fitted at all.
-pub fn members(
-    stage: &Stage,
-    effects: &[Adopted],
+pub fn member_uncertainties(
+    fitted: &Fitted,
+    effects: &[Selected],
     options: &Options,
 ) -> Result<Vec<MemberUncertainty>, FitError> {
     let mut found = Vec::new();
-    for one in effects {
-        let selected = &one.candidate.selected;
+    for selected in effects {
         for (family, declared) in &selected.effect.shape {
             let Members::Range { from, to } = declared.members else { continue };
             let name = format!("{}.{family}", selected.effect.name);
-            let overrides = stage.fitted.recipes.iter().flat_map(|recipe| &recipe.overrides);
+            let overrides = fitted.recipes.iter().flat_map(|recipe| &recipe.overrides);
             if overrides.into_iter().any(|said| said.name == name) {
                 continue;
             }
             let range = (family.as_str(), [from, to]);
-            let Some((sigma, shares)) = beside(&stage.fitted, &one.candidate, range, options)?
-            else {
-                continue;
-            };
-            let (effect, family) = (one.candidate.name.clone(), family.clone());
+            let Some((sigma, shares)) = beside(fitted, selected, range, options)? else { continue };
+            let (effect, family) = (name_of(selected), family.clone());
             found.push(MemberUncertainty { effect, family, sigma, shares });
         }
     }
@@ -75,13 +71,12 @@ type Known = (f64, Vec<(usize, f64)>);
 /// rise.
 fn beside(
     fitted: &Fitted,
-    candidate: &Candidate,
+    selected: &Selected,
     (family, [from, to]): (&str, [f64; 2]),
     options: &Options,
 ) -> Result<Option<Known>, FitError> {
-    let selected = &candidate.selected;
     let Some(best) = selected.member.get(family).copied() else { return Ok(None) };
-    let own = values(fitted, candidate);
+    let own = values(fitted, selected);
     let without = fitted.without(&[selected], options)?;
     let start: Vec<_> =
         own.iter().map(|(_, name, of, value)| (name.clone(), 0, of.clone(), *value)).collect();
@@ -104,7 +99,7 @@ fn beside(
         if RISE.contains(&rise) {
             let farther = step * (below.cost() - above.cost()) / (4.0 * rise);
             let sigma = (step / rise.sqrt()).hypot(farther);
-            let [below, above] = [&below, &above].map(|one| values(one, candidate));
+            let [below, above] = [&below, &above].map(|one| values(one, selected));
             let value = |all: &[Value], like: &Value| {
                 let same = all.iter().find(|one| (&one.1, &one.2) == (&like.1, &like.2));
                 same.map(|one| one.3)
@@ -130,8 +125,8 @@ fn beside(
 type Value = (usize, String, Option<String>, f64);
 
 /// The values of an effect that are numbers.
-fn values(fitted: &Fitted, candidate: &Candidate) -> Vec<Value> {
-    let name = format!("{}.", candidate.name);
+fn values(fitted: &Fitted, selected: &Selected) -> Vec<Value> {
+    let name = format!("{}.", name_of(selected));
     let Fitted { problem, fit, .. } = fitted;
     let instances = problem.layout.instances.iter().enumerate();
     instances

@@ -1,52 +1,61 @@
-//! Effects that show in no reading: those that nominal parameters take up, and those that change
+//! Effects that show in no reading: those that nominal parameters absorb, and those that change
 //! none.
 
 use crate::campaign::Track;
+use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{NotTestable, with_only};
-use crate::diagnose::stage::Stage;
 use crate::engine::open::Recipe;
 use crate::graph::recognise;
 use crate::system::Selected;
 
-/// An effect that nominal parameters take up.
+use super::linear::Linear;
+use super::selection::Selection;
+
+/// An effect that nominal parameters absorb.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Absorbed {
     /// The effect.
     pub name: String,
-    /// The parameters that take it up.
+    /// The parameters that absorb it.
     pub acts_as: String,
 }
 
-/// Effects that nominal parameters take up, and effects that change no reading here.
-pub fn silent(stage: &Stage) -> (Vec<Absorbed>, Vec<NotTestable>) {
+/// Share of the largest part above which a parameter is named as absorbing an effect.
+const TAKES_PART: f64 = 0.05;
+
+/// Effects that nominal parameters absorb, and effects that change no reading here.
+pub fn absorbed(linear: &Linear, selection: &Selection<'_>) -> (Vec<Absorbed>, Vec<NotTestable>) {
     let mut absorbed = Vec::new();
-    let mut not_testable = stage.not_testable.clone();
-    for number in (0..stage.effects).filter(|n| stage.entry(*n).degrees() == 0) {
-        let name = stage.candidates[number].name.clone();
-        let entry = stage.entry(number);
-        if !entry.finite {
+    let mut not_testable = linear.not_testable.clone();
+    for (term, own) in linear.terms.iter().enumerate() {
+        if !own.is_effect() || own.candidate == usize::MAX || selection.gain(&[], term).degrees > 0
+        {
+            continue;
+        }
+        let lengths = own.columns.iter().map(|column| selection.square(column));
+        let square: f64 = lengths.sum();
+        if !square.is_finite() {
             let why = "the recordings do not hold an input that it acts on, or its slope where its parameters are zero is no number";
-            not_testable.push(NotTestable::here(&name, why));
-        } else if !entry.acts() {
-            not_testable.push(NotTestable::here(&name, why_silent(stage, number)));
+            not_testable.push(NotTestable::here(&own.name, why));
+        } else if square <= 0.0 {
+            let selected = &linear.candidates[own.candidate].selected;
+            let why = why_silent(&linear.fitted, selected);
+            not_testable.push(NotTestable::here(&own.name, why));
         } else {
-            absorbed.push(Absorbed { name, acts_as: acts_as(stage, number) });
+            let acts_as = acts_as(&linear.fitted, &selection.shares_of_nominal(term));
+            absorbed.push(Absorbed { name: own.name.clone(), acts_as });
         }
     }
     not_testable.sort_by(|a, b| a.name.cmp(&b.name));
     (absorbed, not_testable)
 }
 
-/// Share of an effect's length above which a parameter is named as taking it up.
-const TAKES_PART: f64 = 0.05;
-
-/// The nominal parameters that take an effect up.
-pub(in crate::diagnose) fn acts_as(stage: &Stage, number: usize) -> String {
-    let layout = &stage.fitted.problem.layout;
-    let takers = stage.evidence.takers(stage.entry(number));
-    let most = takers.first().map_or(0.0, |(_, share)| *share);
+/// The nominal parameters that absorb an effect, from the part that each column has in that.
+pub fn acts_as(fitted: &Fitted, shares: &[(usize, f64)]) -> String {
+    let layout = &fitted.problem.layout;
+    let most = shares.iter().fold(0.0_f64, |most, (_, share)| most.max(*share));
     let mut names: Vec<&str> = Vec::new();
-    for (column, _) in takers.iter().filter(|(_, share)| *share >= TAKES_PART * most) {
+    for (column, _) in shares.iter().filter(|(_, share)| *share >= TAKES_PART * most) {
         let owner = layout.instances.iter().enumerate().find(|(index, instance)| {
             (0..instance.dimension())
                 .any(|k| layout.columns_of(*index, k).iter().any(|(c, _)| c == column))
@@ -61,13 +70,11 @@ pub(in crate::diagnose) fn acts_as(stage: &Stage, number: usize) -> String {
 }
 
 /// Why an effect changes no reading here.
-pub(in crate::diagnose) fn why_silent(stage: &Stage, number: usize) -> String {
-    let selected = &stage.candidates[number].selected;
-    let absent: Vec<String> = stage
-        .fitted
+pub fn why_silent(fitted: &Fitted, selected: &Selected) -> String {
+    let absent: Vec<String> = fitted
         .recipes
         .iter()
-        .zip(&stage.fitted.problem.parts)
+        .zip(&fitted.problem.parts)
         .flat_map(|(recipe, part)| {
             let is_absent = |input: &u32| {
                 let lacks =

@@ -1,0 +1,280 @@
+//! The answer as data, and the verdict as a pure function of what was found.
+
+use std::collections::BTreeMap;
+
+use crate::diagnose::found::{LeftOut, Level, Lost, NoiseEffect};
+use crate::diagnose::gap::Gap;
+use crate::diagnose::gap::steps::Steps;
+use crate::diagnose::gross::twice::Twice;
+use crate::diagnose::library::candidate::NotTestable;
+use crate::diagnose::library::place::Place;
+use crate::engine::gauss_markov::GaussMarkov;
+use crate::estimate::calibrate::{Calibration, Estimate};
+use crate::estimate::contradicted::Contradicted;
+use crate::units::Unit;
+
+use super::absorbed::Absorbed;
+use super::judge::Objection;
+use super::price::Gain;
+
+/// What a diagnosis says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Verdict {
+    /// The residuals are consistent with noise as stated.
+    Adequate,
+    /// Rows of the budget, or noise of another form than stated, leave residuals that are
+    /// consistent with noise.
+    Explained,
+    /// Rows explain a part of the gap; a remainder stays.
+    PartlyExplained,
+    /// There is a gap, and no row stands.
+    Unknown,
+    /// The readings do not determine the nominal parameters.
+    Unobservable,
+    /// The fit of the nominal parameters did not converge.
+    NotConverged,
+}
+
+impl Verdict {
+    /// Its key.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::Explained => "explained",
+            Self::PartlyExplained => "partly_explained",
+            Self::Unknown => "unknown",
+            Self::Unobservable => "unobservable",
+            Self::NotConverged => "not_converged",
+        }
+    }
+
+    /// Whether there is a diagnosis at all.
+    pub fn is_made(self) -> bool {
+        !matches!(self, Self::Unobservable | Self::NotConverged)
+    }
+
+    /// Whether something is there that no row explains.
+    pub fn has_remainder(self) -> bool {
+        matches!(self, Self::PartlyExplained | Self::Unknown)
+    }
+}
+
+/// Noise scale factor beyond which residuals are no noise: something is there, whatever form it
+/// has.
+pub const FAR_BEYOND_STATED: f64 = 5.0;
+
+/// What the verdict follows from.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Findings {
+    /// Rows that stand.
+    pub rows: usize,
+    /// Parts of the remainder: basis blocks, and what is too small for a name.
+    pub remainder: usize,
+    /// Forms of noise other than stated: effects on the noise, readings that are left out.
+    pub noise: usize,
+    /// The largest noise scale factor beside the rows, of the part of the noise that is white.
+    pub largest_scale: f64,
+}
+
+/// The verdict.
+pub fn decide(found: Findings) -> Verdict {
+    let has_remainder = found.remainder > 0 || found.largest_scale > FAR_BEYOND_STATED;
+    match (found.rows > 0, has_remainder) {
+        (true, true) => Verdict::PartlyExplained,
+        (true, false) => Verdict::Explained,
+        (false, true) => Verdict::Unknown,
+        (false, false) if found.noise > 0 => Verdict::Explained,
+        (false, false) => Verdict::Adequate,
+    }
+}
+
+/// A row of the budget: an effect that explains a part of the gap.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The effect, with its head.
+    pub name: String,
+    /// The member of each of its families.
+    pub member: BTreeMap<String, f64>,
+    /// Standard uncertainty (SI) of members that are ranges.
+    pub member_sigma: BTreeMap<String, f64>,
+    /// Its values beside the whole budget, the remainder among it.
+    pub values: Vec<Estimate>,
+    /// What it takes off chi squared beside all others.
+    pub gain: Gain,
+    /// Log Bayes factor of the budget with and without it.
+    pub ln_bayes: f64,
+    /// Part of the gap that it closes on held-out readings, beside all others.
+    pub closes: f64,
+    /// Part of the gap that it would close alone.
+    pub alone: f64,
+    /// Posterior probability that it, and not an alias or an unmodelled effect, is there.
+    pub posterior: f64,
+    /// Drop of squared residuals on held-out readings.
+    pub held_out: f64,
+    /// Effects that these readings do not distinguish from it.
+    pub aliases: Vec<String>,
+    /// Rows whose values are correlated with its own, and how much.
+    pub confounded: Vec<(String, f64)>,
+    /// Ratio of its largest value to the typical magnitude.
+    pub ratio_to_typical: Option<f64>,
+}
+
+/// A part of the remainder.
+#[derive(Clone, Debug)]
+pub struct Remainder {
+    /// Where it sits.
+    pub place: Place,
+    /// What it takes off chi squared beside all others.
+    pub gain: Gain,
+    /// Its part of the gap.
+    pub share: f64,
+    /// Its rms in the measurand in which it is largest (SI), and that measurand.
+    pub rms: Option<(f64, String)>,
+    /// Amplitude of a wave (SI), where it is one.
+    pub amplitude: Option<f64>,
+    /// The effect that is nearest to it, and the part of its gain that this explains.
+    pub nearest: Option<(String, f64)>,
+}
+
+/// A value of an effect that is not in the fit, as the sums find it.
+#[derive(Clone, Debug)]
+pub struct Size {
+    /// The parameter's full name.
+    pub parameter: String,
+    /// Component of it.
+    pub component: usize,
+    /// The setup, run, rig or instrument that it holds for.
+    pub of: Option<String>,
+    /// The value (SI).
+    pub value: f64,
+    /// Unit in which the parameter is declared.
+    pub unit: Unit,
+}
+
+/// An effect that explains something, but does not stand as a row.
+#[derive(Clone, Debug)]
+pub struct Doubtful {
+    /// The effect.
+    pub name: String,
+    /// What it takes off chi squared beside the nominal model and the rows.
+    pub gain: Gain,
+    /// Why it does not stand.
+    pub objection: Objection,
+    /// Its values, as the sums find them.
+    pub values: Vec<Size>,
+}
+
+/// A testable effect against the nominal model.
+#[derive(Clone, Debug)]
+pub struct Ranked {
+    /// The effect.
+    pub name: String,
+    /// The member of each of its families.
+    pub member: BTreeMap<String, f64>,
+    /// What it takes off chi squared alone.
+    pub gain: Gain,
+    /// Its log Bayes factor.
+    pub ln_bayes: f64,
+    /// Part of the gap that it explains alone.
+    pub share: f64,
+    /// Posterior probability that it is the cause, if one cause is all that is there.
+    pub probability: f64,
+    /// Its values as the sums find them.
+    pub values: Vec<Size>,
+}
+
+/// The answer.
+#[derive(Clone, Debug)]
+pub struct Diagnosis {
+    /// The joint estimate with the nominal model.
+    pub nominal: Calibration,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The rows of the budget, largest first.
+    pub rows: Vec<Row>,
+    /// The remainder, largest part first.
+    pub remainder: Vec<Remainder>,
+    /// What does not stand as a row.
+    pub doubtful: Vec<Doubtful>,
+    /// Effects on the noise.
+    pub noise: Vec<NoiseEffect>,
+    /// Noise scale factors that are not as stated.
+    pub levels: Vec<Level>,
+    /// Measurands with autocorrelated noise, with their campaigns where there are several.
+    pub autocorrelation: Vec<(String, Option<String>, GaussMarkov)>,
+    /// The joint estimate with the rows; `None` without any.
+    pub explained: Option<Calibration>,
+    /// How far the gap shrinks with the rows, on readings that they were not fitted to; `None`
+    /// without rows.
+    pub gap: Option<Gap>,
+    /// All testable effects, best first.
+    pub candidates: Vec<Ranked>,
+    /// Posterior probabilities of nothing, of an effect of the library and of an unmodelled effect,
+    /// if one of them is all that is there.
+    pub causes: Option<[f64; 3]>,
+    /// Effects that nominal parameters absorb.
+    pub absorbed: Vec<Absorbed>,
+    /// Effects that cannot be tested here.
+    pub not_testable: Vec<NotTestable>,
+    /// Readings that are left out.
+    pub left_out: LeftOut,
+    /// Stretches of lost samples.
+    pub lost: Vec<Lost>,
+    /// The delays with and without the readings that are left out.
+    pub delays: Vec<Twice>,
+    /// Stated values that the readings contradict.
+    pub contradicted: Vec<Contradicted>,
+    /// The fits without the rows and with one after the other.
+    pub steps: Option<Steps>,
+    /// The steps of the search.
+    pub log: Vec<String>,
+}
+
+impl Diagnosis {
+    /// Of a nominal model alone.
+    pub fn without_search(nominal: Calibration, verdict: Verdict, lost: Vec<Lost>) -> Self {
+        Self {
+            nominal,
+            verdict,
+            rows: Vec::new(),
+            remainder: Vec::new(),
+            doubtful: Vec::new(),
+            noise: Vec::new(),
+            levels: Vec::new(),
+            autocorrelation: Vec::new(),
+            explained: None,
+            gap: None,
+            candidates: Vec::new(),
+            causes: None,
+            absorbed: Vec::new(),
+            not_testable: Vec::new(),
+            left_out: LeftOut::default(),
+            lost,
+            delays: Vec::new(),
+            contradicted: Vec::new(),
+            steps: None,
+            log: Vec::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Findings, Verdict, decide};
+
+    #[test]
+    fn the_verdict_follows_from_rows_and_remainder() {
+        let of = |rows, remainder, noise, largest_scale| {
+            decide(Findings { rows, remainder, noise, largest_scale })
+        };
+        assert_eq!(of(0, 0, 0, 1.0), Verdict::Adequate);
+        assert_eq!(of(0, 0, 0, 4.5), Verdict::Adequate);
+        assert_eq!(of(0, 0, 0, 7.0), Verdict::Unknown);
+        assert_eq!(of(0, 0, 3, 1.0), Verdict::Explained);
+        assert_eq!(of(0, 0, 3, 402.0), Verdict::Unknown);
+        assert_eq!(of(2, 0, 0, 1.2), Verdict::Explained);
+        assert_eq!(of(2, 0, 0, 7.0), Verdict::PartlyExplained);
+        assert_eq!(of(2, 1, 0, 1.0), Verdict::PartlyExplained);
+        assert_eq!(of(0, 1, 0, 1.0), Verdict::Unknown);
+    }
+}

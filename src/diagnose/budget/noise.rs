@@ -1,0 +1,231 @@
+//! The noise as it is found in the residuals of a model: outliers, timestamp jitter,
+//! autocorrelation. Structure comes first: what no term explains is judged here.
+//!
+//! Noise scale factors are part of every model ([`super::selection`]).
+
+use std::collections::BTreeMap;
+
+use crate::diagnose::found::{LeftOut, Reading};
+use crate::engine::Problem;
+use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
+
+use super::linear::Linear;
+use super::rows::Values;
+use super::selection::Selection;
+use super::thresholds::NOISE;
+
+/// From a median of absolute values to a standard deviation.
+const OF_A_MEDIAN: f64 = 1.4826;
+/// Fewer outliers are those of a normal distribution.
+const LEAST_OUTLIERS: usize = 3;
+/// Lags over which an autocorrelation is fitted.
+const LAGS: usize = 40;
+/// A correlation below this share of the first ends the fit.
+const FADED: f64 = 0.2;
+
+/// The noise of a model's residuals.
+#[derive(Clone, Debug, Default)]
+pub struct NoiseFound {
+    /// Readings that are far out: run (of all), sample, measurand (of all campaigns), and how many
+    /// robust standard deviations.
+    pub outliers: Vec<(usize, usize, usize, f64)>,
+    /// Variance of the reference times (s²), and its standard score.
+    pub jitter: Option<(f64, f64)>,
+    /// Autocorrelated noise, by campaign and residual component.
+    pub autocorrelation: Vec<(usize, usize, GaussMarkov)>,
+}
+
+impl NoiseFound {
+    /// Whether the noise is white and without outliers.
+    pub fn is_plain(&self) -> bool {
+        self.outliers.is_empty() && self.jitter.is_none() && self.autocorrelation.is_empty()
+    }
+}
+
+/// Residuals of one component by run: sample, time (s), whitened residual.
+pub type Component = BTreeMap<usize, Vec<(usize, f64, f64)>>;
+
+/// The residuals of a model by campaign, measurand (of all campaigns) and residual component.
+pub fn components(
+    linear: &Linear,
+    selection: &Selection<'_>,
+    model: &[usize],
+) -> BTreeMap<(usize, usize, usize), Component> {
+    let (values, _) = selection.solved(model);
+    let mut components: BTreeMap<(usize, usize, usize), Component> = BTreeMap::new();
+    linear.visit(selection, model, &[], &mut |row: Values<'_>| {
+        let explained: f64 = row.model.iter().zip(values.iter()).map(|(x, b)| x * b).sum();
+        let part = linear.part_of(row.run).0;
+        let component = components.entry((part, row.measurand, row.row)).or_default();
+        let own = component.entry(row.run).or_default();
+        own.push((row.sample, row.time, row.residual - explained));
+    });
+    components
+}
+
+/// Looks at the residuals of a model.
+pub fn noise(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> NoiseFound {
+    let (values, _) = selection.solved(model);
+    let delays = delay_columns(linear, selection);
+    let mut components: BTreeMap<(usize, usize, usize), Component> = BTreeMap::new();
+    // By sample: sums of u, u², v, v² over its readings.
+    let mut samples: BTreeMap<(usize, usize), [f64; 4]> = BTreeMap::new();
+    linear.visit(selection, model, &[], &mut |row: Values<'_>| {
+        let explained: f64 = row.model.iter().zip(values.iter()).map(|(x, b)| x * b).sum();
+        let residual = row.residual - explained;
+        let part = linear.part_of(row.run).0;
+        let component = components.entry((part, row.measurand, row.row)).or_default();
+        component.entry(row.run).or_default().push((row.sample, row.time, residual));
+        let scale = selection.scale[row.measurand];
+        let rate: f64 = delays.iter().map(|column| row.model[*column]).sum();
+        if rate != 0.0 {
+            let (u, v) = (residual * rate / scale.powi(2), (rate / scale).powi(2));
+            let sums = samples.entry((row.run, row.sample)).or_default();
+            sums.iter_mut().zip([u, u * u, v, v * v]).for_each(|(sum, more)| *sum += more);
+        }
+    });
+    let mut found = NoiseFound::default();
+    for ((_, measurand, _), runs) in &components {
+        found.outliers.extend(outliers(*measurand, runs));
+    }
+    // A reading of several components is left out once.
+    found.outliers.sort_by(|a, b| (a.0, a.1, a.2).cmp(&(b.0, b.1, b.2)).then(b.3.total_cmp(&a.3)));
+    found.outliers.dedup_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2));
+    if found.outliers.len() < LEAST_OUTLIERS {
+        found.outliers.clear();
+    }
+    found.jitter = jitter(samples.values());
+    let problem = &linear.fitted.problem;
+    for ((part, _, row), runs) in &components {
+        if problem.parts[*part].gauss_markov[*row].is_some() {
+            continue;
+        }
+        let correlated = autocorrelation(runs);
+        found.autocorrelation.extend(correlated.map(|one| (*part, *row, one)));
+    }
+    found
+}
+
+/// Places, among a model's columns, of the delays.
+fn delay_columns(linear: &Linear, selection: &Selection<'_>) -> Vec<usize> {
+    let layout = &linear.fitted.problem.layout;
+    let delays: Vec<usize> = (0..layout.instances.len())
+        .filter(|index| layout.instances[*index].name.ends_with(".delay"))
+        .flat_map(|index| layout.own_columns(index).map(|(_, column)| column).collect::<Vec<_>>())
+        .collect();
+    let nominal = selection.columns(&[]);
+    let is_delay = |place: &usize| delays.contains(&nominal[*place][0].0);
+    (0..nominal.len()).filter(is_delay).collect()
+}
+
+/// Readings beyond [`NOISE`] robust standard deviations.
+fn outliers(measurand: usize, runs: &Component) -> Vec<(usize, usize, usize, f64)> {
+    let mut sizes: Vec<f64> = runs.values().flatten().map(|one| one.2.abs()).collect();
+    if sizes.is_empty() {
+        return Vec::new();
+    }
+    let middle = sizes.len() / 2;
+    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+    let deviation = OF_A_MEDIAN * *median;
+    let mut found = Vec::new();
+    for (run, values) in runs {
+        for (sample, _, value) in values {
+            if value.abs() > NOISE * deviation && deviation > 0.0 {
+                found.push((*run, *sample, measurand, value.abs() / deviation));
+            }
+        }
+    }
+    found
+}
+
+/// The variance of reference times from products of residuals of different readings of one sample,
+/// which noise scale factors cannot make.
+fn jitter<'a>(samples: impl Iterator<Item = &'a [f64; 4]>) -> Option<(f64, f64)> {
+    let (mut products, mut weights) = (0.0, 0.0);
+    for [u, uu, v, vv] in samples {
+        products += 0.5 * (u * u - uu);
+        weights += 0.5 * (v * v - vv);
+    }
+    let score = products / weights.sqrt();
+    (weights > 0.0 && score > NOISE).then(|| (products / weights, score))
+}
+
+/// The Gauss-Markov part of a component's residuals, where neighbours are correlated.
+fn autocorrelation(runs: &Component) -> Option<GaussMarkov> {
+    let (mut sums, mut count) = ([0.0; LAGS + 1], 0);
+    let (mut duration, mut steps, mut longest) = (0.0, 0, 0.0_f64);
+    for values in runs.values() {
+        for (lag, sum) in sums.iter_mut().enumerate() {
+            let pairs = values.iter().zip(values.iter().skip(lag));
+            *sum += pairs.map(|(a, b)| a.2 * b.2).sum::<f64>();
+        }
+        count += values.len();
+        if let (Some(first), Some(last)) = (values.first(), values.last()) {
+            duration += last.1 - first.1;
+            steps += values.len() - 1;
+            longest = longest.max(last.1 - first.1);
+        }
+    }
+    let correlation = |lag: usize| sums[lag] / sums[0];
+    if sums[0] <= 0.0 || steps == 0 || correlation(1) * (count as f64).sqrt() <= NOISE {
+        return None;
+    }
+    let interval = duration / f64::from(u32::try_from(steps).ok()?);
+    // ln r_k = ln share - k interval / time, each weighted by its squared correlation.
+    let (mut n, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for lag in 1..=LAGS {
+        let own = correlation(lag);
+        if own < FADED * correlation(1) {
+            break;
+        }
+        let (w, k, l) = (own * own, lag as f64, own.ln());
+        n += w;
+        x += w * k;
+        y += w * l;
+        xx += w * k * k;
+        xy += w * k * l;
+    }
+    let spread = n * xx - x * x;
+    let slope = if spread > 1e-12 { (n * xy - x * y) / spread } else { -1.0 };
+    let slope = slope.clamp(-5.0, -1e-3);
+    let share = ((y - slope * x) / n).exp().clamp(0.01, 0.98);
+    let time = (interval / -slope).min(0.25 * longest.max(interval));
+    (interval > 0.0).then_some(GaussMarkov { share, time, clock: NoiseClock::Stamps })
+}
+
+/// Leaves readings out of a problem; what was left out, by row of the data file.
+pub fn leave_out(
+    problem: &mut Problem,
+    first_measurand: &[usize],
+    outliers: &[(usize, usize, usize, f64)],
+) -> LeftOut {
+    let mut left_out = LeftOut::default();
+    let mut parts = std::mem::take(&mut problem.parts);
+    let mut first_run = 0;
+    for (number, part) in parts.iter_mut().enumerate() {
+        let names: Vec<_> =
+            part.system.assembly.names.measurands.iter().map(|one| one.name.clone()).collect();
+        let columns: Vec<_> = part.slots().iter().map(|slot| slot.columns()).collect();
+        for (index, run) in part.runs.iter_mut().enumerate() {
+            let own = outliers.iter().filter(|one| one.0 == first_run + index);
+            let own: Vec<_> = own
+                .filter_map(|one| Some((one.1, one.2.checked_sub(first_measurand[number])?, one.3)))
+                .filter(|one| one.1 < columns.len())
+                .collect();
+            for (sample, measurand, deviations) in &own {
+                left_out.readings.push(Reading {
+                    run: run.name.as_str().into(),
+                    row: run.record.row(*sample),
+                    measurand: names[*measurand].as_str().into(),
+                    deviations: *deviations,
+                    code: None,
+                });
+            }
+            let out = own.iter().map(|one| (one.0..one.0 + 1, columns[one.1].clone()));
+            run.record.leave_out(out);
+        }
+        first_run += part.runs.len();
+    }
+    *problem = Problem { progress: problem.progress.clone(), ..Problem::new(parts) };
+    left_out
+}
