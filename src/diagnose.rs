@@ -89,7 +89,7 @@ pub fn diagnose(
 
 /// The answer where a stated value is wrong altogether: beside it nothing else can be judged.
 fn of_misstated(whole: Calibration, misstated: Misstated) -> Diagnosis {
-    let Misstated { contradicted, .. } = misstated;
+    let Misstated { contradicted } = misstated;
     let place = Place::of_stated(&contradicted.parameter, contradicted.estimate.of.as_deref());
     let mut diagnosis = Diagnosis::without_search(whole, Verdict::Unknown, Vec::new());
     diagnosis.remainder = vec![Remainder {

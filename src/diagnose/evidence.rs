@@ -16,7 +16,6 @@
 //! | `columns` | which column is which value of which candidate |
 //! | `entry` | what a pass says of one candidate |
 //! | `tied`, `shared`, `left` | candidates together, what they have in common, what they leave |
-//! | `pieces` | the same with runs cut into pieces |
 //! | [`mod@basis`] | what two sets of columns have in common |
 //! | [`mod@scan`], `sampling` | which member of a family explains most, at which members it is looked for |
 //! | [`score`] | how unlikely an explanation is by chance |
@@ -28,7 +27,6 @@ pub mod detection;
 mod entry;
 mod left;
 pub(super) mod nominal;
-pub(super) mod pieces;
 pub(in crate::diagnose) mod sampling;
 pub mod scan;
 pub mod score;

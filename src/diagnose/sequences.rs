@@ -4,17 +4,12 @@
 //! a point are as they are, in SI units. What they say is judged elsewhere.
 
 use std::collections::BTreeSet;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
-use crate::campaign::Run;
-use crate::campaign::record::Record;
-use crate::engine::gauss_markov::NoiseClock;
 use crate::engine::layout::qualified;
 use crate::engine::stretches::Left;
 use crate::engine::{Point, Problem};
 use crate::estimate::median::upper_median;
-
-use crate::statistics::ln_normal;
 
 /// Standard deviation over median absolute deviation of a normal distribution.
 pub(super) const NORMAL: f64 = 1.482_602_2;
@@ -43,33 +38,7 @@ impl OfRun {
 pub(super) struct Sequence {
     pub(super) measurand: usize,
     pub(super) part: usize,
-    /// The component.
-    pub(super) row: usize,
     pub(super) runs: Vec<Arc<Vec<f64>>>,
-    pub(super) times: Arc<Times>,
-}
-
-/// The times of the samples of runs, made when they are asked for.
-pub(super) struct Times {
-    records: Vec<Record>,
-    by_stamps: OnceLock<Vec<Vec<f64>>>,
-    by_numbers: OnceLock<Vec<Vec<f64>>>,
-}
-
-impl Times {
-    fn of(runs: &[Run]) -> Self {
-        let records = runs.iter().map(|run| run.record.clone()).collect();
-        Self { records, by_stamps: OnceLock::new(), by_numbers: OnceLock::new() }
-    }
-
-    /// The times of all samples of each run (s).
-    fn by(&self, clock: NoiseClock) -> &[Vec<f64>] {
-        let made = match clock {
-            NoiseClock::Stamps => &self.by_stamps,
-            NoiseClock::Numbers => &self.by_numbers,
-        };
-        made.get_or_init(|| self.records.iter().map(|record| times(record, clock)).collect())
-    }
 }
 
 impl Sequence {
@@ -104,29 +73,10 @@ impl Sequence {
         upper_median(&mut sizes).map(|median| NORMAL * median)
     }
 
-    /// Their mean square.
-    pub(super) fn variance(&self) -> f64 {
-        let add = |(sum, count), value: f64| (sum + value * value, count + 1.0);
-        let (sum, count) = self.present().fold((0.0, 0.0), add);
-        if count > 0.0 { sum / count } else { 0.0 }
-    }
-
     /// The only one of one campaign, whose samples have no times.
     #[cfg(test)]
     pub(super) fn of_runs(runs: Vec<Arc<Vec<f64>>>) -> Self {
-        Self { measurand: 0, part: 0, row: 0, runs, times: Arc::new(Times::of(&[])) }
-    }
-
-    /// The times of all samples of each run (s).
-    pub(super) fn times(&self, clock: NoiseClock) -> &[Vec<f64>] {
-        self.times.by(clock)
-    }
-
-    /// The median time between samples (s).
-    pub(super) fn interval(&self, clock: NoiseClock) -> Option<f64> {
-        let pairs = self.times(clock).iter().flat_map(|times| times.windows(2));
-        upper_median(&mut pairs.map(|pair| pair[1] - pair[0]).collect::<Vec<f64>>())
-            .filter(|interval| *interval > 0.0)
+        Self { measurand: 0, part: 0, runs }
     }
 }
 
@@ -134,54 +84,14 @@ impl Sequence {
 pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
     let mut all = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
-        let times = Arc::new(Times::of(&part.runs));
         for row in 0..part.residual_count() {
             let runs = (0..part.runs.len())
                 .map(|run| Arc::clone(&left[problem.run_index(p, run)].residuals[row]))
                 .collect();
-            let (measurand, times) = (part.measurand_of(row), Arc::clone(&times));
-            all.push(Sequence { measurand, part: p, row, runs, times });
+            all.push(Sequence { measurand: part.measurand_of(row), part: p, runs });
         }
     }
     all
-}
-
-/// The times of a run's samples (s).
-fn times(record: &Record, clock: NoiseClock) -> Vec<f64> {
-    let mut times = Vec::with_capacity(record.len());
-    record.walk(|stretch| {
-        times.extend_from_slice(&clock.of(stretch.samples)[stretch.range()]);
-    });
-    times
-}
-
-/// Sums over neighbours in a run.
-pub(super) struct Neighbours {
-    pub(super) products: f64,
-    pub(super) squares: f64,
-    pub(super) pairs: f64,
-}
-
-impl Neighbours {
-    pub(super) fn of(run: &[f64]) -> Self {
-        let mut sums = Self { products: 0.0, squares: 0.0, pairs: 0.0 };
-        for pair in run.windows(2).filter(|pair| pair.iter().all(|value| !value.is_nan())) {
-            sums.products += pair[0] * pair[1];
-            sums.squares += 0.5 * (pair[0].powi(2) + pair[1].powi(2));
-            sums.pairs += 1.0;
-        }
-        sums
-    }
-
-    /// Their correlation.
-    pub(super) fn correlation(&self) -> f64 {
-        if self.squares > 0.0 { self.products / self.squares } else { 0.0 }
-    }
-
-    /// Logarithm of its probability by chance.
-    pub(super) fn ln_p(&self) -> f64 {
-        ln_normal(self.correlation() * self.pairs.sqrt())
-    }
 }
 
 /// All residuals at a point, as they are.

@@ -39,12 +39,7 @@ pub struct Contradicted {
     pub components: usize,
 }
 
-impl Contradicted {
-    /// Whether it is of the same stated value.
-    pub(crate) fn is_same(&self, other: &Self) -> bool {
-        self.parameter == other.parameter && self.estimate.of == other.estimate.of
-    }
-}
+impl Contradicted {}
 
 /// The stated values that the readings contradict, farthest first; none of a fit that is not sound.
 ///

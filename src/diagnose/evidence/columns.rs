@@ -1,8 +1,6 @@
 //! The columns that candidates have in the sums, and whose values they are: one for each value that
 //! a parameter has over its scope.
 
-use std::ops::Range;
-
 use crate::engine::Problem;
 use crate::engine::layout::qualified;
 use crate::engine::signatures::Signature;
@@ -18,15 +16,6 @@ pub(in crate::diagnose) struct Column {
 }
 
 impl Column {
-    /// Where it stands in ranges of runs.
-    pub(super) fn within(&self, runs: &[Range<usize>]) -> Vec<(usize, usize)> {
-        let before = |run: usize| self.at.partition_point(|(own, _)| *own < run);
-        runs.iter()
-            .flat_map(|runs| &self.at[before(runs.start)..before(runs.end)])
-            .copied()
-            .collect()
-    }
-
     /// The runs in which two columns act, with where each stands there.
     pub(super) fn beside<'a>(
         &'a self,

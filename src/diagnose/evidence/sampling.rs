@@ -75,16 +75,6 @@ impl Sampling {
         };
         self.runs.get(run).is_some_and(|one| one.as_ref().is_some_and(is_slow))
     }
-
-    /// Whether waves of two frequencies (Hz) are one in a run that is sampled evenly: less than
-    /// half a turn of phase apart over all of it.
-    pub(in crate::diagnose) fn is_one(&self, run: usize, frequency: f64, other: f64) -> bool {
-        let is_one = |(interval, duration): &(f64, f64)| {
-            let folded = |one: f64| (one - (one * interval).round() / interval).abs();
-            (folded(frequency) - folded(other)).abs() * duration < 0.5
-        };
-        self.runs.get(run).is_some_and(|one| one.as_ref().is_some_and(is_one))
-    }
 }
 
 /// Half the reciprocal of the longest interval of which all are multiples; infinite where there is

@@ -1,7 +1,5 @@
 //! Candidates put together, and columns of which some are one.
 
-use std::ops::Range;
-
 use super::columns::Column;
 use super::{Entry, Evidence, Owner, Projected};
 
@@ -26,11 +24,6 @@ impl Evidence {
         self.tied_of(&own.owners, &own.columns, |_, column| {
             column.at.iter().copied().filter(|(run, _)| wanted(*run)).collect()
         })
-    }
-
-    /// The same in ranges of runs.
-    pub(super) fn tied_within(&self, own: &Entry, wanted: &[Range<usize>]) -> Entry {
-        self.tied_of(&own.owners, &own.columns, |_, column| column.within(wanted))
     }
 
     fn tied_of(

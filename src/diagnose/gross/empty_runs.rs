@@ -1,7 +1,6 @@
 //! Runs of which no reading is left: they go as wholes where something of their own, or of a setup
 //! of which no reading is left, is to be estimated, for nothing would determine it.
 
-use crate::diagnose::fitted::{Fitted, carried};
 use crate::engine::layout::qualified;
 use crate::engine::{Part, Problem};
 use crate::graph::Scope;
@@ -23,15 +22,6 @@ pub(in crate::diagnose) fn without_empty_runs(problem: &Problem) -> Option<Probl
     let count = |parts: &[Part]| -> usize { parts.iter().map(|part| part.runs.len()).sum() };
     let is_less = count(&parts) < count(&problem.parts);
     is_less.then(|| Problem { progress: problem.progress.clone(), ..Problem::new(parts) })
-}
-
-/// The same of a fitted model, to be fitted again.
-pub(super) fn fitted_without_empty_runs(mut fitted: Fitted) -> Fitted {
-    if let Some(rest) = without_empty_runs(&fitted.problem) {
-        fitted.fit.point = carried(&fitted.problem, &fitted.fit.point, &rest);
-        fitted.problem = rest;
-    }
-    fitted
 }
 
 fn kept<T: Clone>(all: &[T], stays: impl Fn(usize) -> bool) -> Vec<T> {

@@ -13,10 +13,9 @@ use crate::graph::Kind;
 
 use super::settle::{SOUND_WITHOUT, is_spoilt};
 
-/// A value that is wrong, and the fit without it.
+/// A value that is wrong.
 pub(in crate::diagnose) struct Misstated {
     pub(in crate::diagnose) contradicted: Contradicted,
-    pub(in crate::diagnose) without: Calibration,
 }
 
 /// The stated value without which a spoilt fit is sound, if there is one.
@@ -48,7 +47,7 @@ pub(in crate::diagnose) fn misstated(
                 && best.as_ref().is_none_or(|(least, _)| factor < *least)
                 && let Some(contradicted) = against(whole, &without, name)
             {
-                best = Some((factor, Misstated { contradicted, without }));
+                best = Some((factor, Misstated { contradicted }));
             }
         }
     }

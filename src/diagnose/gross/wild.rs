@@ -12,7 +12,7 @@ use crate::engine::{Part, Point, Problem};
 use crate::estimate::median::upper_median;
 use crate::statistics::{ln_below, ln_normal};
 
-use super::empty_runs::{fitted_without_empty_runs, without_empty_runs};
+use super::empty_runs::without_empty_runs;
 use super::left_out::{Far, readings_out, runs_out};
 
 /// Readings farther out are left out, in robust standard deviations.

@@ -32,12 +32,6 @@ impl Candidate {
         !parameters.is_empty() && parameters.iter().all(|one| one.process == Process::Walk)
     }
 
-    /// Whether both fit some campaign.
-    pub(in crate::diagnose) fn is_beside(&self, other: &Self) -> bool {
-        let mut both = self.systems.iter().zip(&other.systems);
-        both.any(|(own, other)| own.is_some() && other.is_some())
-    }
-
     /// The usual size (SI) of one of its parameters, by full name.
     pub fn typical(&self, parameter: &str) -> Option<f64> {
         self.find(parameter).and_then(|(system, index)| system.settings[index].typical)

@@ -16,7 +16,7 @@ use crate::system::Selected;
 
 use super::candidate::Candidate;
 use super::offer::{Offer, offer};
-use super::structure::{blocks, by_sense, changes};
+use super::structure::blocks;
 
 /// Models with certain effects that are kept at most: those used last. Each takes some 50 MB.
 const MOST_MODELS: usize = 8;
@@ -37,10 +37,6 @@ pub struct Made {
     pub offer: Offer,
     /// Blocks of unknown structure.
     pub blocks: Vec<Candidate>,
-    /// Blocks that say what may change from run to run.
-    pub(in crate::diagnose) changes: Vec<Candidate>,
-    /// Blocks that say what goes otherwise there than back.
-    pub(in crate::diagnose) by_sense: Vec<Candidate>,
     signatures: Mutex<HashMap<String, Arc<Vec<Signatures>>>>,
 }
 
@@ -54,8 +50,6 @@ impl Catalogue {
         let made = Arc::new(Made {
             offer: offer(recipes),
             blocks: blocks(recipes),
-            changes: changes(recipes),
-            by_sense: by_sense(recipes),
             signatures: Mutex::default(),
         });
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);

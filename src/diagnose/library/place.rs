@@ -62,52 +62,10 @@ impl Place {
         self.is_oscillation() && matches!(self.of, Of::Measurand(_))
     }
 
-    /// The measurand that alone is wrong, in its reading or in its time; `None` where it may be
-    /// all.
-    pub(in crate::diagnose) fn measurand(&self) -> Option<&str> {
-        match &self.of {
-            Of::Measurand(name) => Some(name),
-            Of::Channel(name) => name.strip_prefix(TIME_OF).filter(|of| *of != ALL_READINGS),
-        }
-    }
-
     /// A displacement of the instrument, or of all that it looks at.
     pub(super) fn of_rig(covariate: &str, when: &str) -> Self {
         let words = format!("a displacement of the instrument or the rig {when}");
         Self::new(Of::Channel("rig".to_owned()), covariate, words)
-    }
-
-    /// Where the rig was displaced between a run and the one before it.
-    pub(in crate::diagnose) fn before_run(name: &str) -> Self {
-        Self::of_rig(RUN, &format!("before run `{name}`"))
-    }
-
-    /// Where the rig was displaced while a run went on.
-    pub(in crate::diagnose) fn of_rig_during(name: &str) -> Self {
-        Self::of_rig(RUN, &format!("in the course of run `{name}`"))
-    }
-
-    /// Where the rig was displaced in a run alone.
-    pub(in crate::diagnose) fn of_rig_in(name: &str) -> Self {
-        let place = Self::of_rig(RUN, &format!("in run `{name}`"));
-        Self { run: Some(name.to_owned()), ..place }
-    }
-
-    /// Of a block with a value for each run: in which runs, in words, and which it is if it is one
-    /// alone.
-    pub(in crate::diagnose) fn in_runs(&self, which: &str, run: Option<&str>) -> Self {
-        let what = self.words.trim_end_matches(&format!(" over {RUN}"));
-        Self { words: format!("{what} {which}"), run: run.map(str::to_owned), ..self.clone() }
-    }
-
-    /// The same with the rows of the only run.
-    pub(in crate::diagnose) fn in_rows(
-        &self,
-        which: &str,
-        run: Option<&str>,
-        rows: Option<(usize, Option<usize>)>,
-    ) -> Self {
-        Self { rows, ..self.in_runs(which, run) }
     }
 
     /// Of a parameter whose stated value the readings contradict.
@@ -117,34 +75,11 @@ impl Place {
         Self::new(Of::Channel("stated values".to_owned()), parameter, words)
     }
 
-    /// Of a reading that oscillates, but not as a steady wave (Hz).
-    pub(in crate::diagnose) fn of_ringing(measurand: &str, frequency: f64) -> Self {
-        let words = format!("an oscillation of `{measurand}` near {{member}} Hz");
-        Self::new(Of::Measurand(measurand.to_owned()), OSCILLATION, words).at(frequency)
-    }
-
     /// Of a reading that is left out in a run.
     pub(in crate::diagnose) fn of_run(measurand: &str, run: &str) -> Self {
         let words = format!("an error of `{measurand}` in run `{run}`");
         let place = Self::new(Of::Measurand(measurand.to_owned()), RUN, words);
         Self { run: Some(run.to_owned()), ..place }
-    }
-
-    /// Of a reading that is left out in a run, where it is off from a row of its file on or up to
-    /// another.
-    pub(in crate::diagnose) fn of_rows(
-        measurand: &str,
-        run: &str,
-        rows: Option<(usize, Option<usize>)>,
-    ) -> Self {
-        let mut place = Self::of_run(measurand, run);
-        place.rows = rows;
-        place.words += &match rows {
-            Some((first, Some(last))) => format!(" in rows {first} to {last}"),
-            Some((first, None)) => format!(" from row {first} on"),
-            None => String::new(),
-        };
-        place
     }
 
     /// Of a family, with the member that was found.

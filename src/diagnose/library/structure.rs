@@ -50,30 +50,18 @@ pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
     offered(recipes, effects)
 }
 
-/// Those that say what may change from run to run, and the place of the rig.
-pub(super) fn changes(recipes: &[Recipe]) -> Vec<Candidate> {
-    offered(recipes, |model| {
-        let mut all = effects(model);
-        all.retain(|(_, place)| place.is_of_runs());
-        rig(model, [over_runs()], &mut all);
-        all
-    })
-}
-
-/// Those that say what goes otherwise there than back: hysteresis, lost motion, the drag of a
-/// cable. They are many, and nearly all of what they say is said by others; so they are asked of
-/// what others leave, or say worse.
-pub(super) fn by_sense(recipes: &[Recipe]) -> Vec<Candidate> {
-    offered(recipes, |model| {
-        let mut all = Vec::new();
-        let covariates = covariate::by_sense(model, orders(model).min(SENSE_ORDERS));
-        displacements(model, &covariates, &mut all);
-        for measurand in model.measurands.iter().filter(|one| one.kind != MeasurandKind::Rotation) {
-            let own = reading_by_sense(measurand);
-            errors(measurand, covariates.iter().cloned().chain(own), &mut all);
-        }
-        all
-    })
+/// Direction-dependent errors: hysteresis, backlash, the drag of a cable. Where many things move they
+/// are too many.
+fn by_sense(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+    if !few_move(model) {
+        return;
+    }
+    let covariates = covariate::by_sense(model, orders(model).min(SENSE_ORDERS));
+    displacements(model, &covariates, all);
+    for measurand in model.measurands.iter().filter(|one| one.kind != MeasurandKind::Rotation) {
+        let own = reading_by_sense(measurand);
+        errors(measurand, covariates.iter().cloned().chain(own), all);
+    }
 }
 
 /// Those that are a bent line over an input, with knots where its values lie: for each campaign the
@@ -120,11 +108,12 @@ fn offered(
 fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     let mut all = Vec::new();
     channels(model, &mut all);
-    rig(model, [over_time(), waves::slow()], &mut all);
+    rig(model, [over_time(), waves::slow(), over_runs()], &mut all);
     pedestal(model, &mut all);
     timing(model, &mut all);
     readings(model, &mut all);
     attitudes(model, &mut all);
+    by_sense(model, &mut all);
     all.extend(waves::in_time(model));
     all
 }
