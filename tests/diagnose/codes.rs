@@ -5,7 +5,7 @@ use std::path::Path;
 
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::found::Reading;
-use homepoint::diagnose::verdict::answer::Verdict;
+use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Request, open};
 use homepoint::report;
@@ -13,7 +13,7 @@ use homepoint::report;
 use crate::drawn::{drawn, folder, run};
 
 fn out(found: &Diagnosis) -> &[Reading] {
-    &found.search.as_ref().unwrap().stages[0].noise_found.left_out.readings
+    &found.left_out.readings
 }
 
 /// Puts numbers into the columns of every so many samples; how many that are.
@@ -47,9 +47,9 @@ fn codes_for_missing_values_are_left_out_by_row() {
         let name = parts[0].runs[2].name.clone();
         let found = run(Problem::new(parts), &opened);
         // Four of thousands are more than chance gives: outliers, and nothing else.
-        assert_eq!((found.verdict, found.effects.len()), (Verdict::Explained, 0), "{code}");
+        assert_eq!((found.verdict, found.rows.len()), (Verdict::Explained, 0), "{code}");
         assert!(found.noise.iter().all(|one| one.name == "outliers"), "{code}");
-        let left_out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
+        let left_out = &found.left_out;
         let own = left_out.readings.iter();
         let told: Vec<usize> = own
             .filter(|one| *one.run == *name && &*one.measurand == "distance")
@@ -73,7 +73,7 @@ fn codes_do_not_hide_in_an_open_level() {
         part.runs = other.runs;
     }
     let found = run(opened.problem.clone(), &opened);
-    assert_eq!((found.verdict, found.effects.len()), (Verdict::Explained, 0));
+    assert_eq!((found.verdict, found.rows.len()), (Verdict::Explained, 0));
     assert_eq!(out(&found).len(), count);
     assert!(out(&found).iter().all(|one| one.code == Some(0.0)));
     let text = report::diagnosis_text::text("", &found, None);

@@ -5,8 +5,8 @@ use std::path::Path;
 use homepoint::diagnose::fitted::rebuilt;
 use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::power::power;
-use homepoint::diagnose::verdict::answer::Verdict;
-use homepoint::diagnose::{Diagnosis, diagnose, judge};
+use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::diagnose::{diagnose, judge};
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::simulate::simulate;
@@ -15,7 +15,7 @@ use homepoint::estimate::start::start;
 use homepoint::graph::Scope;
 use homepoint::model::Override;
 
-use crate::drawn::{drawn_at, folder, run};
+use crate::drawn::{drawn_at, folder, names, run, told};
 
 /// Some runs of two of the example's four setups, with the axis of the platform beside the standing
 /// axis.
@@ -28,10 +28,6 @@ fn beside(shift: f64, runs: &[&str]) -> (Opened, Problem) {
     parts[0].runs.retain(|run| runs.contains(&run.name.as_str()));
     parts[0].setups.truncate(2);
     (opened, Problem::new(parts))
-}
-
-fn names(found: &Diagnosis) -> Vec<&str> {
-    found.effects.iter().map(|one| one.candidate.name.as_str()).collect()
 }
 
 const STILL: [&str; 8] =
@@ -84,8 +80,8 @@ fn a_run_beside_the_others_is_told() {
             samples.readings[2].iter_mut().for_each(|reading| *reading += shift);
         });
         let found = run(Problem::new(parts), &opened);
-        assert_eq!((found.verdict, found.effects.len()), (Verdict::Unknown, 0), "{shift}");
-        let words = &found.locations[0].place.words;
+        assert_eq!((found.verdict, found.rows.len()), (Verdict::Unknown, 0), "{shift}");
+        let words = &found.remainder[0].place.words;
         assert!(words.contains("`distance`") && words.contains(&name), "{shift}: {words}");
     }
 }
@@ -103,16 +99,14 @@ fn a_run_in_another_unit_is_told() {
             all = samples.readings[2].iter().filter(|reading| !reading.is_nan()).count();
         });
         let found = run(Problem::new(parts), &opened);
-        assert_eq!((found.verdict, found.effects.len()), (Verdict::Unknown, 0), "{name}");
-        let words = &found.locations[0].place.words;
+        assert_eq!((found.verdict, found.rows.len()), (Verdict::Unknown, 0), "{name}");
+        let words = &found.remainder[0].place.words;
         assert!(words.contains("`distance`") && words.contains(&name), "{words}");
-        assert!(found.nearest.is_none());
-        assert!(found.candidates.iter().all(|one| one.share == 0.0 && one.probability == 0.0));
-        let left_out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
+        let left_out = &found.left_out;
         let [of_run] = &left_out.runs[..] else { unreachable!("{left_out:?}") };
         assert_eq!((&of_run.run, &of_run.measurand[..], of_run.readings), (&name, "distance", all));
         assert!(left_out.readings.is_empty() && of_run.deviations > 1e3, "{left_out:?}");
-        assert_eq!(found.locations[0].place.run.as_ref(), Some(&name));
+        assert_eq!(found.remainder[0].place.run.as_ref(), Some(&name));
     }
 }
 
@@ -129,15 +123,15 @@ fn runs_that_spoil_the_fit_are_told_and_no_others() {
             parts[0].runs[*number].record.edit(|samples| samples.readings.swap(0, 1));
         }
         let found = run(Problem::new(parts), &opened);
-        assert_eq!((found.verdict, found.effects.len()), (Verdict::Unknown, 0), "{names:?}");
-        let words: Vec<&str> = found.locations.iter().map(|one| one.place.words.as_str()).collect();
+        assert_eq!((found.verdict, found.rows.len()), (Verdict::Unknown, 0), "{names:?}");
+        let words: Vec<&str> = found.remainder.iter().map(|one| one.place.words.as_str()).collect();
         for words in &words {
             assert!(names.iter().any(|name| words.contains(&format!("`{name}`"))), "{words}");
         }
         for name in &names {
             assert!(words.iter().any(|words| words.contains(&format!("`{name}`"))), "{name}");
         }
-        let levels = &found.search.as_ref().unwrap().stages[0].noise_found.levels;
+        let levels = &found.levels;
         assert!(levels.is_empty(), "{levels:?}");
     }
 }
@@ -162,11 +156,8 @@ fn an_effect_of_the_rate_is_not_taken_for_displacements() {
             diagnose(problem.clone(), recipes.clone(), &wanted, &Options::default()).unwrap()
         };
         let found = of(&[]);
-        assert_eq!(found.verdict, Verdict::Explained, "{seed}: {:?}", found.why);
-        let names: Vec<&str> = found.effects.iter().map(|one| &*one.candidate.name).collect();
-        assert_eq!(names, ["spin_lift"], "{seed}");
-        // The radius is stated, and right: how a walk goes is no stated value.
-        assert_eq!(found.effects[0].evidence(), "data", "{seed}");
+        assert_eq!(found.verdict, Verdict::Explained, "{seed}: {}", told(&found));
+        assert_eq!(names(&found), ["spin_lift"], "{seed}");
         assert!(found.contradicted.is_empty() && found.gap.unwrap().closed.is_some(), "{seed}");
         let without = of(&["spin_lift".to_owned()]);
         assert_eq!(without.verdict, Verdict::Unknown, "{seed}");
@@ -198,7 +189,7 @@ fn the_origin_of_the_stamps_does_not_matter() {
         let opened = open(&Request::new([folder])).unwrap();
         let found = run(opened.problem.clone(), &opened);
         let own = found.candidates.into_iter().find(|one| one.name == "arm_thermal_growth");
-        own.unwrap().score.gain
+        own.unwrap().gain.gain
     };
     let (as_is, later) = (of(&folder()), of(own.path()));
     assert!((as_is - later).abs() < 1e-3 * as_is.max(1.0), "{as_is} {later}");
@@ -238,7 +229,7 @@ fn a_held_out_campaign_has_the_noise_that_was_found() {
     let mut found = run(first.problem.clone(), &first);
     assert_eq!(names(&found), ["trunnion_tilt"]);
     let own = found.gap.clone().unwrap();
-    judge(&mut found, &other, &Wanted::default(), &Options::default()).unwrap();
+    judge(&mut found, &other, &Options::default()).unwrap();
     let gap = found.gap.unwrap();
     // A half of the readings, at other rates on the mean.
     for ((name, floor), (_, before)) in gap.floor.iter().zip(&own.floor) {
@@ -256,7 +247,7 @@ fn a_held_out_campaign_takes_the_constants_of_effects() {
         (drawn_as(&asked(&[], &[period]), &truth, 1), drawn_as(&asked(&[], &[]), &truth, 2));
     let mut found = run(first.problem.clone(), &first);
     assert_eq!(names(&found), ["sampling_grid"]);
-    judge(&mut found, &other, &Wanted::default(), &Options::default()).unwrap();
+    judge(&mut found, &other, &Options::default()).unwrap();
     let gap = found.gap.unwrap();
     assert!(gap.closed.unwrap() > 0.9, "{gap:?}");
 }
@@ -324,8 +315,8 @@ fn own_effects_are_tested_by_what_can_be_seen_of_them_and_where_they_can_be_off(
     let value = |name: &str| estimates.iter().find(|one| one.name == name).unwrap().value;
     assert!((value("bent.wave").unwrap() - 30e-6).abs() < 3e-6);
     assert_eq!(value("bent.lift"), None);
-    let told = found.not_testable.iter().find(|one| one.name == "always_on").unwrap();
-    assert!(told.why.contains("where its parameters are zero"), "{}", told.why);
+    let said = found.not_testable.iter().find(|one| one.name == "always_on").unwrap();
+    assert!(said.why.contains("where its parameters are zero"), "{}", said.why);
 }
 
 /// An effect may be a turn, of which a part is not determined: the fit starts from a turn, and what
@@ -397,8 +388,8 @@ distance = { sigma = "8 um" }
     let row = before.rows.iter().find(|one| one.name == name).unwrap();
     assert!(row.words.contains("none of its frequencies"), "{}", row.words);
     let found = run(opened.problem.clone(), &opened);
-    let told = found.not_testable.iter().find(|one| one.name == name).unwrap();
-    assert!(told.why.contains("none of its frequencies"), "{}", told.why);
+    let said = found.not_testable.iter().find(|one| one.name == name).unwrap();
+    assert!(said.why.contains("none of its frequencies"), "{}", said.why);
     assert!(found.candidates.iter().all(|one| one.name != name));
 }
 
@@ -472,10 +463,10 @@ fn a_dead_run_with_a_delay_of_its_own_is_told() {
         samples.readings.iter_mut().for_each(|readings| readings.fill(0.0));
     });
     let found = run(Problem::new(vec![part]), &opened);
-    assert_eq!((found.verdict, found.effects.len()), (Verdict::Unknown, 0));
-    let left_out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out;
+    assert_eq!((found.verdict, found.rows.len()), (Verdict::Unknown, 0));
+    let left_out = &found.left_out;
     assert!(!left_out.runs.is_empty() && left_out.runs.iter().all(|one| one.run == name));
-    assert!(found.locations.iter().all(|one| one.place.run.as_ref() == Some(&name)));
+    assert!(found.remainder.iter().all(|one| one.place.run.as_ref() == Some(&name)));
     let delays = found.nominal.estimates().into_iter().filter(|one| one.name.ends_with(".delay"));
     assert!(
         delays.clone().count() > 6 && delays.into_iter().all(|one| one.of != Some(name.clone()))

@@ -12,7 +12,7 @@ use homepoint::diagnose::fitted::carried;
 use homepoint::diagnose::library::candidate::Candidate;
 use homepoint::diagnose::library::offer::offer;
 use homepoint::diagnose::library::wanted::Wanted;
-use homepoint::diagnose::verdict::answer::Verdict;
+use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::open::{Opened, Request, open};
@@ -24,6 +24,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use crate::drawn::told;
 use crate::folder::Folder;
 
 /// A rotating arm seen from several setups, both senses, three rates.
@@ -191,13 +192,6 @@ impl Rig {
     }
 }
 
-fn told(found: &Diagnosis) -> String {
-    let effects: Vec<&str> = found.effects.iter().map(|one| one.candidate.name.as_str()).collect();
-    let noise: Vec<&str> = found.noise.iter().map(|one| one.name.as_str()).collect();
-    let place = found.locations.first().map_or("", |one| one.place.words.as_str());
-    format!("{} {effects:?} {noise:?} {place}", found.verdict.word())
-}
-
 #[test]
 fn clean_readings_and_a_strong_effect() {
     let mut rig = Rig::new("few", 2);
@@ -210,7 +204,7 @@ fn clean_readings_and_a_strong_effect() {
         let problem = rig.draw(Some(effect), 25.0, 7);
         let found = rig.diagnose(problem.clone(), &[]);
         assert_eq!(found.verdict, Verdict::Explained, "{effect}: {}", told(&found));
-        assert_eq!(found.effects[0].candidate.name, effect);
+        assert_eq!(found.rows[0].name, effect);
         let found = rig.diagnose(problem, &[effect]);
         assert_eq!(found.verdict, Verdict::Unknown, "{effect}: {}", told(&found));
     }
@@ -227,7 +221,7 @@ fn clocks_of_each_run_s_own_rate() {
         let problem = rig.draw_usual("sample_clock_rate", 12.0, 300 + seed);
         let found = rig.diagnose(problem, &[]);
         assert_eq!(found.verdict, Verdict::Explained, "{seed}: {}", told(&found));
-        assert_eq!(found.effects[0].candidate.name, "sample_clock_rate");
+        assert_eq!(found.rows[0].name, "sample_clock_rate");
         let gap = found.gap.unwrap();
         assert!(gap.held_out_drop > 0.0, "{seed}: {}", gap.held_out_drop);
     }
@@ -245,8 +239,8 @@ fn a_small_drift_is_no_walk() {
         let found = rig.diagnose(problem, &[]);
         assert_eq!(found.verdict, Verdict::Explained, "{seed}: {}", told(&found));
         assert_eq!(found.candidates[0].name, drift, "{seed}: {}", told(&found));
-        let [one] = &found.effects[..] else { unreachable!("{seed}: {}", told(&found)) };
-        assert_eq!(one.candidate.name, drift, "{seed}");
+        let [one] = &found.rows[..] else { unreachable!("{seed}: {}", told(&found)) };
+        assert_eq!(one.name, drift, "{seed}");
         like += usize::from(one.aliases == [walk]);
     }
     assert!(like > 0);
@@ -294,30 +288,30 @@ fn effects_of_the_library() {
                 all += 1;
                 let best = &found.candidates[0];
                 let own = found.candidates.iter().find(|one| one.name == *name);
-                let own = own.map_or(f64::NAN, |one| one.score.ln_p);
+                let own = own.map_or(f64::NAN, |one| one.ln_bayes);
                 first += usize::from(best.name == *name);
-                class += usize::from(own - best.score.ln_p < 0.5);
+                class += usize::from(best.ln_bayes - own < 0.5);
                 let named = found.verdict == Verdict::Explained;
                 declared += usize::from(named);
                 right += usize::from(
-                    named && found.effects.len() == 1 && {
-                        let adopted = &found.effects[0].candidate.name;
-                        adopted == name || own - best.score.ln_p < 0.5
+                    named && found.rows.len() == 1 && {
+                        let adopted = &found.rows[0].name;
+                        adopted == name || best.ln_bayes - own < 0.5
                     },
                 );
                 if best.name != *name || !named {
                     eprintln!(
-                        "{name} at {lambda}: {} own ln p {own:.1}, best {} {:.1}",
+                        "{name} at {lambda}: {} own ln Bayes factor {own:.1}, best {} {:.1}",
                         told(&found),
                         best.name,
-                        best.score.ln_p
+                        best.ln_bayes
                     );
                 }
                 if lambda > 20.0 {
                     // What the data cannot tell from it is withheld, too.
-                    let like = found.effects.iter().flat_map(|one| &one.aliases);
+                    let like = found.rows.iter().flat_map(|one| &one.aliases);
                     let mut gone: Vec<&str> = like.map(String::as_str).collect();
-                    gone.extend(found.effects.iter().map(|one| one.candidate.name.as_str()));
+                    gone.extend(found.rows.iter().map(|one| one.name.as_str()));
                     gone.push(name);
                     let found = rig.diagnose(problem, &gone);
                     withheld += usize::from(found.verdict == Verdict::Unknown);

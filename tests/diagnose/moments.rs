@@ -1,19 +1,15 @@
 //! What changes at a moment in the course of a run: told with its row, and neither taken for an
 //! effect nor for noise.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use homepoint::campaign::Track;
 use homepoint::diagnose::Diagnosis;
-use homepoint::diagnose::verdict::answer::{Verdict, Why};
+use homepoint::diagnose::library::place::{Of, Place};
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Opened, Request, open};
-use homepoint::estimate::batch::Options;
-use homepoint::estimate::calibrate::calibrate;
-use homepoint::report::diagnosis_text::text as told;
 
-use crate::drawn::{drawn_at, folder, run};
+use crate::drawn::{drawn_at, folder, names, run, told};
 
 /// Readings drawn with effects of some sizes, and with a nameless one; both changes nothing where
 /// it is zero.
@@ -39,18 +35,12 @@ fn drawn_with(
     drawn_at(&request, seed, &set)
 }
 
-/// The places of what changed, and the effects beside which it did.
-fn changes(found: &Diagnosis) -> (Vec<String>, Vec<String>) {
-    let text = told("", found, None);
-    let Some((Why::Changed, effects)) = &found.why else { unreachable!("{text}") };
-    assert_eq!(found.verdict, Verdict::Unknown);
-    // What is off is no noise.
-    let noise = &found.search.as_ref().unwrap().stages.last().unwrap().noise_found;
-    let out = &noise.left_out;
-    let is_clean = noise.levels.is_empty() && out.readings.is_empty() && out.runs.is_empty();
-    assert!(!effects.is_empty() || is_clean && !out.stretches.is_empty(), "{text}");
-    let words = found.locations.iter().map(|one| one.place.words.clone());
-    (words.collect(), effects.clone())
+/// The places of what changed, and the effects beside which it did. What is off is no noise.
+fn changes(found: &Diagnosis) -> (Vec<&Place>, Vec<&str>) {
+    assert!(found.verdict.has_remainder(), "{}", told(found));
+    assert!(found.levels.is_empty() && found.left_out.is_empty(), "{}", told(found));
+    let places = found.remainder.iter().map(|one| &one.place);
+    (places.filter(|place| place.rows.is_some()).collect(), names(found))
 }
 
 const HALF: &str = "(0.5 + 0.5 * sign(run_time - after)) * size";
@@ -66,13 +56,13 @@ fn a_clock_that_is_set() {
         _ => 0.0,
     });
     let found = run(problem, &opened);
-    let (words, _) = changes(&found);
-    // At one rate both are one.
-    let place = &found.locations[0].place;
-    assert!(words.iter().any(|one| one.starts_with("a timing error of all readings in run")));
-    assert!(
-        words.iter().any(|one| one.starts_with("a tangential displacement of the target in run"))
-    );
+    let (places, effects) = changes(&found);
+    assert!(effects.is_empty(), "{}", told(&found));
+    let [place] = places[..] else { unreachable!("{}", told(&found)) };
+    // At one rate a timing error and a tangential displacement are one.
+    let is_timing = place.words.starts_with("a timing error of all readings");
+    let is_tangential = place.words.starts_with("a tangential displacement of the target");
+    assert!(is_timing || is_tangential, "{}", told(&found));
     assert_eq!(place.run.as_deref(), Some("B_ccw190"));
     let times = &opened.problem.parts[0].runs.iter().find(|run| run.name == "B_ccw190").unwrap();
     let times = &times.held().run_time;
@@ -87,11 +77,12 @@ fn a_clock_that_is_set() {
         ("nameless.after", _) => -1.0,
         _ => 0.0,
     });
-    let (words, effects) = changes(&run(problem, &opened));
-    assert!(effects.is_empty());
-    let [only] = words.as_slice() else { unreachable!("{words:?}") };
-    assert!(only.starts_with("a timing error of all readings from row "), "{only}");
-    assert!(only.ends_with(" of run `B_ccw50` on"), "{only}");
+    let found = run(problem, &opened);
+    let (places, effects) = changes(&found);
+    assert!(effects.is_empty(), "{}", told(&found));
+    let [place] = places[..] else { unreachable!("{}", told(&found)) };
+    assert!(place.words.starts_with("a timing error of all readings"), "{}", told(&found));
+    assert_eq!(place.run.as_deref(), Some("B_ccw50"), "{}", told(&found));
 }
 
 /// A distance that is off for some rows, or from a row on beside an effect that is named.
@@ -108,31 +99,33 @@ fn a_distance_that_is_off_for_a_while() {
     let nothing = "t = 't + size * after * 0'";
     let (opened, mut problem) = drawn_with(nothing, 303, &|_, _| 0.0);
     off(30..70, 16e-6, &mut problem);
-    let (words, effects) = changes(&run(problem, &opened));
-    assert_eq!((words.len(), effects.len()), (1, 0), "{words:?}");
-    assert!(words[0].starts_with("an error of `distance` in run `A_cw50` in rows "), "{words:?}");
+    let found = run(problem, &opened);
+    let (places, effects) = changes(&found);
+    assert!(effects.is_empty(), "{}", told(&found));
+    let [place] = places[..] else { unreachable!("{}", told(&found)) };
+    assert_eq!(place.of, Of::Measurand("distance".to_owned()), "{}", told(&found));
+    assert_eq!(place.run.as_deref(), Some("A_cw50"), "{}", told(&found));
 
     let (opened, mut problem) = drawn_with(nothing, 304, &|name, _| {
         if name.starts_with("collimation") { 40e-6 } else { 0.0 }
     });
     off(50..119, 16e-6, &mut problem);
     let found = run(problem, &opened);
-    let (words, effects) = changes(&found);
-    assert_eq!(effects, ["collimation"]);
-    assert!(words[0].starts_with("an error of `distance` in run `A_cw50` from row "), "{words:?}");
-    let (row, last) = found.locations[0].place.rows.unwrap();
+    let (places, effects) = changes(&found);
+    assert_eq!(effects, ["collimation"], "{}", told(&found));
+    let [place] = places[..] else { unreachable!("{}", told(&found)) };
+    assert_eq!(place.of, Of::Measurand("distance".to_owned()), "{}", told(&found));
+    assert_eq!(place.run.as_deref(), Some("A_cw50"), "{}", told(&found));
+    let (row, last) = place.rows.unwrap();
     assert!(row.abs_diff(52) <= 3 && last.is_none(), "{row}");
 }
 
-/// A clock that is set for good in the second of four setups: what is before that is less than what
-/// follows, so it is left out with the whole first setup, and the delays are those of the clock as
-/// it was set.
+/// A clock that is set for good in the second of four setups.
 #[test]
 #[ignore = "long"]
 fn a_clock_that_is_set_for_good_in_one_of_four_setups() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/four_setups");
     let opened = open(&Request::new([folder])).unwrap();
-    let clean = calibrate(opened.problem.clone(), &Options::default()).unwrap();
     let (mut problem, set) = (opened.problem.clone(), 30e-6);
     let runs = &mut problem.parts[0].runs;
     let at = runs.iter().position(|run| run.name == "B_cw50").unwrap();
@@ -147,25 +140,11 @@ fn a_clock_that_is_set_for_good_in_one_of_four_setups() {
             }
         });
     }
-    let before: BTreeSet<String> = runs[..=at].iter().map(|run| run.name.clone()).collect();
     let found = run(problem, &opened);
-    let (words, effects) = changes(&found);
-    assert!(effects.is_empty() && words.len() == 1, "{effects:?} {words:?}");
-    let row = words[0]
-        .strip_prefix("a timing error of all readings from row ")
-        .and_then(|rest| rest.strip_suffix(" of run `B_cw50` on"));
-    let row: usize = row.unwrap_or_else(|| unreachable!("{words:?}")).parse().unwrap();
-    assert!(row.abs_diff(22) <= 2, "{row}");
-    let out = &found.search.as_ref().unwrap().stages[0].noise_found.left_out.stretches;
-    assert_eq!(out.iter().map(|one| one.run.clone()).collect::<BTreeSet<String>>(), before);
-    let last = out.iter().filter(|one| one.run == "B_cw50");
-    assert!(last.clone().count() == 3 && last.clone().all(|one| one.rows == (2, row - 1)));
-    // A reading that is late by so much has a delay that is shorter.
-    let clean = clean.estimates();
-    assert_eq!(found.delays.len(), 3);
-    for one in &found.delays {
-        let clean = clean.iter().find(|other| other.name == one.name).unwrap();
-        let off = one.without + set - clean.value.unwrap();
-        assert!(off.abs() < 2.0 * one.sigma.unwrap(), "{}: {off:e}", one.name);
-    }
+    let (places, effects) = changes(&found);
+    assert!(effects.is_empty(), "{}", told(&found));
+    let [place] = places[..] else { unreachable!("{}", told(&found)) };
+    assert!(place.words.starts_with("a timing error of all readings"), "{}", told(&found));
+    assert_eq!(place.run.as_deref(), Some("B_cw50"), "{}", told(&found));
+    assert!(place.rows.unwrap().0.abs_diff(22) <= 2, "{}", told(&found));
 }

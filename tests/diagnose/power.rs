@@ -1,18 +1,19 @@
 //! Power: what a campaign is said to see, against campaigns that are simulated and fitted.
 #![expect(clippy::print_stderr, reason = "what was measured is told")]
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
-use homepoint::diagnose::fitted::{Fitted, carried, rebuilt};
-use homepoint::diagnose::found::Noise;
+use homepoint::diagnose::evidence::Evidence;
+use homepoint::diagnose::evidence::score::{Score, score};
+use homepoint::diagnose::evidence::thresholds::level;
+use homepoint::diagnose::fitted::{carried, rebuilt};
 use homepoint::diagnose::library::candidate::Candidate;
 use homepoint::diagnose::library::wanted::Wanted;
-use homepoint::diagnose::noise::given::Given;
-use homepoint::diagnose::noise::whiten::prepare;
-use homepoint::diagnose::power::design::{design, stage};
+use homepoint::diagnose::power::design::{design, prospect};
+use homepoint::diagnose::power::prospect::Prospect;
 use homepoint::diagnose::power::sight::{Way, directions};
 use homepoint::diagnose::power::{Power, Row, State, power};
-use homepoint::diagnose::stage::Stage;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::simulate::simulate;
 use homepoint::engine::{Point, Problem};
@@ -69,9 +70,9 @@ fn drawn(
     Problem::new(parts)
 }
 
-fn design_of(opened: &Opened, point: &Point) -> Stage {
+fn design_of(opened: &Opened, point: &Point) -> Prospect {
     let made = design(opened.recipes.clone(), opened.problem.clone(), point.clone());
-    stage(made, &Wanted::default()).unwrap()
+    prospect(made, &Wanted::default()).unwrap()
 }
 
 #[test]
@@ -130,6 +131,8 @@ fn a_delay_that_measurands_share_is_listed_once() {
 /// in which it leads all others that are not the same to the readings.
 fn declared(opened: &Opened, point: &Point, name: &str, size: f64, trials: usize) -> (f64, f64) {
     let stage = design_of(opened, point);
+    let names: BTreeSet<&str> = stage.candidates.iter().map(|one| one.name.as_str()).collect();
+    let tests = names.len();
     let ways: Vec<usize> =
         (0..stage.candidates.len()).filter(|n| stage.candidates[*n].name == name).collect();
     let (mut found, mut first) = (0, 0);
@@ -141,19 +144,17 @@ fn declared(opened: &Opened, point: &Point, name: &str, size: f64, trials: usize
         let seed = 1000 + trial as u64;
         let readings =
             drawn(&opened.problem, point, (candidate, &entry.owners), &values, Some(seed));
-        let mut problem = readings.clone();
+        let mut problem = readings;
         let fit = fit(&mut problem, point.clone(), &Options::default()).unwrap();
-        let fitted = Fitted { recipes: opened.recipes.clone(), problem, fit };
-        let given = Given::of(&readings);
-        let options = Options::default();
-        let stage = prepare(fitted, &Wanted::default(), &given, &Noise::default(), &options);
-        let stage = stage.unwrap().unwrap();
-        let own = (0..stage.effects).find(|n| stage.candidates[*n].name == name).unwrap();
-        found += usize::from(stage.declared().contains(&own));
-        let best = (0..stage.effects)
-            .min_by(|a, b| stage.scores[*a].ln_p.total_cmp(&stage.scores[*b].ln_p))
-            .unwrap();
-        first += usize::from(best == own);
+        let all: Vec<&Candidate> = stage.candidates.iter().collect();
+        let evidence = Evidence::new(&problem, &fit.normal, &fit.point, &all).unwrap();
+        let entries = evidence.entries.iter().zip(&stage.members);
+        let scores: Vec<Score> = entries.map(|(entry, members)| score(entry, *members)).collect();
+        let is_own = |n: &usize| stage.candidates[*n].name == name;
+        let numbers = || 0..scores.len();
+        found += usize::from(numbers().filter(is_own).any(|n| scores[n].is_seen(level(tests))));
+        let best = numbers().min_by(|a, b| scores[*a].ln_p.total_cmp(&scores[*b].ln_p));
+        first += usize::from(best.is_some_and(|best| is_own(&best)));
     }
     (found as f64 / trials as f64, first as f64 / trials as f64)
 }

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use homepoint::diagnose::library::prior::{Cause, Prior};
 use homepoint::diagnose::library::wanted::Wanted;
-use homepoint::diagnose::verdict::answer::{Verdict, Why};
+use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::report;
 
-use crate::drawn::drawn;
+use crate::drawn::{drawn, told};
 
 fn of(example: &str, wanted: &Wanted) -> Diagnosis {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(example);
@@ -93,11 +93,8 @@ fn what_is_likely_is_told_although_no_block_of_it_is_beyond_chance() {
     let found = diagnose(problem, opened.recipes, &wanted, &Options::default()).unwrap();
     let [nothing, _, unknown] = found.causes.unwrap();
     assert!(unknown >= 0.95 && nothing < 0.05, "{nothing} {unknown}");
-    assert_eq!((found.verdict, &found.why), (Verdict::Unknown, &Some((Why::Likelier, vec![]))));
-    assert_eq!(found.locations[0].place.covariate, "oscillation");
-    assert!(found.nearest.is_none() && found.candidates.iter().all(|one| one.share == 0.0));
-    let text = report::diagnosis_text::text("", &found, None);
-    assert!(text.contains("in all likelihood (9") && text.contains("It looks like"), "{text}");
+    assert_eq!(found.verdict, Verdict::Unknown, "{}", told(&found));
+    assert_eq!(found.remainder[0].place.covariate, "oscillation", "{}", told(&found));
 }
 
 /// Where the readings say nothing, what was said before them is no finding.

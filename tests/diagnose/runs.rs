@@ -6,11 +6,12 @@ use std::ops::Range;
 
 use homepoint::campaign::{Samples, Track};
 use homepoint::diagnose::Diagnosis;
-use homepoint::diagnose::verdict::answer::Verdict;
+use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::diagnose::library::place::Of;
 use homepoint::engine::Problem;
 use homepoint::report::diagnosis_text::text as told;
 
-use crate::drawn::{drawn, run};
+use crate::drawn::{drawn, run, told as brief};
 use crate::stream::Stream;
 
 /// Changes the samples of a run.
@@ -26,9 +27,8 @@ fn angles(samples: &mut Samples) -> &mut Vec<f64> {
 }
 
 fn left_out(found: &Diagnosis) -> BTreeSet<(String, usize, String)> {
-    let noise = &found.search.as_ref().unwrap().stages[0].noise_found;
-    assert!(noise.left_out.runs.is_empty());
-    let each = noise.left_out.readings.iter();
+    assert!(found.left_out.runs.is_empty());
+    let each = found.left_out.readings.iter();
     each.map(|one| (one.run.to_string(), one.row, one.measurand.to_string())).collect()
 }
 
@@ -50,7 +50,6 @@ fn farthest(found: &Diagnosis, other: &Diagnosis) -> f64 {
 #[test]
 fn a_step_within_a_run() {
     let (opened, nominal) = drawn(&[], &[], 71);
-    let clean = run(nominal.clone(), &opened);
     for (name, column, samples, by) in [
         ("B_cw50", 0, 60..119, 5.0 * 6e-6),
         ("A_ccw50", 1, 80..119, 40.0 * 6e-6),
@@ -62,44 +61,20 @@ fn a_step_within_a_run() {
         });
         let found = run(problem, &opened);
         let text = told("", &found, None);
-        assert_eq!(found.verdict, Verdict::Unknown, "{name}: {text}");
+        assert_eq!(found.verdict, Verdict::Unknown, "{name}: {}", brief(&found));
         let measurand = ["horizontal", "vertical", "distance"][column];
-        let place = &found.locations[0].place.words;
-        let start_of = format!("an error of `{measurand}` in run `{name}` ");
-        let rows: Vec<usize> = place
-            .strip_prefix(&start_of)
-            .unwrap_or_else(|| unreachable!("{place}"))
-            .split(' ')
-            .filter_map(|word| word.parse().ok())
-            .collect();
+        let places = found.remainder.iter().map(|one| &one.place);
+        let own: Vec<_> = places.filter(|one| one.run.as_deref() == Some(name)).collect();
+        let [place] = own[..] else { unreachable!("{}", brief(&found)) };
+        assert_eq!(place.of, Of::Measurand(measurand.to_owned()));
         // The header is row 1. A small step is not seen to the sample.
         let Range { start, end } = samples;
         let off = |row: usize, sample: usize| row.abs_diff(sample + 2);
-        assert!(off(rows[0], start) <= 2, "{place}");
-        assert_eq!(rows.len(), if end < 119 { 2 } else { 1 }, "{place}");
-        assert!(rows.get(1).is_none_or(|last| off(*last, end - 1) <= 2), "{place}");
-        // Those rows are left out, and nothing else is.
-        let noise = &found.search.as_ref().unwrap().stages[0].noise_found;
-        assert!(noise.left_out.readings.is_empty() && noise.left_out.runs.is_empty(), "{text}");
-        let [out] = &noise.left_out.stretches[..] else { unreachable!("{text}") };
-        let last = rows.get(1).copied().unwrap_or(120);
-        assert_eq!((&out.run[..], &out.measurand[..]), (name, measurand));
-        assert_eq!((out.rows, out.readings), ((rows[0], last), last + 1 - rows[0]));
-        let listed = format!("`{measurand}` in rows {} to {last} of run `{name}`\n", rows[0]);
-        assert!(text.contains(&listed), "{text}");
-        assert!(!text.contains("has a memory") && !text.contains("wild"), "{text}");
-        assert!(farthest(&found, &clean) < 1.0, "{name}: {}", farthest(&found, &clean));
-        // The delays are told with what is off and without it.
-        let own = found.nominal.estimates();
-        assert_eq!(found.delays.len(), 3, "{text}");
-        for one in &found.delays {
-            let own = own.iter().find(|own| own.name == one.name).unwrap();
-            let apart = |value: f64| (value - own.value.unwrap()).abs() / own.sigma.unwrap();
-            assert!(apart(one.without) < 0.1, "{}: {}", one.name, apart(one.without));
-            let is_own = one.name == format!("{measurand}.delay");
-            let moved = apart(one.with) > 5.0 * apart(one.without);
-            assert!(!is_own || moved, "{}: {} {}", one.name, apart(one.with), apart(one.without));
-        }
+        let (first, last) = place.rows.unwrap();
+        assert!(off(first, start) <= 2, "{place:?}");
+        assert_eq!(last.is_some(), end < 119, "{place:?}");
+        assert!(last.is_none_or(|last| off(last, end - 1) <= 2), "{place:?}");
+        assert!(found.left_out.is_empty(), "{text}");
     }
 }
 
@@ -112,8 +87,8 @@ fn a_clock_that_jumps_within_a_run() {
         angles(all)[50..].iter_mut().for_each(|angle| *angle += rate * 3e-4);
     });
     let found = run(problem, &opened);
-    assert_eq!(found.verdict, Verdict::Unknown, "{}", told("", &found, None));
-    let place = &found.locations[0].place.words;
+    assert_eq!(found.verdict, Verdict::Unknown, "{}", brief(&found));
+    let place = &found.remainder[0].place.words;
     assert!(place.contains("in run `B_ccw50`"), "{place}");
 }
 
@@ -141,9 +116,8 @@ fn repeated_readings_are_left_out_and_no_others() {
             });
         }
         let found = run(problem, &opened);
-        let text = told("", &found, None);
-        assert_eq!(found.verdict, Verdict::Explained, "{share}: {text}");
-        assert!(found.effects.is_empty(), "{share}: {text}");
+        assert_eq!(found.verdict, Verdict::Explained, "{share}: {}", brief(&found));
+        assert!(found.rows.is_empty(), "{share}: {}", brief(&found));
         let out = left_out(&found);
         assert!(out.difference(&repeated).count() <= 1, "{share}: {:?}", out.difference(&repeated));
         // Where the reading stands still by itself its repetition is right.
@@ -180,12 +154,11 @@ fn codes_in_the_place_of_readings() {
             });
         }
         let found = run(problem, &opened);
-        let text = told("", &found, None);
-        assert_eq!(found.verdict, Verdict::Explained, "{code}: {text}");
-        assert!(found.effects.is_empty(), "{code}: {text}");
+        assert_eq!(found.verdict, Verdict::Explained, "{code}: {}", brief(&found));
+        assert!(found.rows.is_empty(), "{code}: {}", brief(&found));
         let out = left_out(&found);
-        assert!(lost.difference(&out).next().is_none(), "{code}: {text}");
-        assert!(out.difference(&lost).count() <= 1, "{code}: {text}");
+        assert!(lost.difference(&out).next().is_none(), "{code}: {}", brief(&found));
+        assert!(out.difference(&lost).count() <= 1, "{code}: {}", brief(&found));
         assert!(farthest(&found, &clean) < 3.0, "{code}: {}", farthest(&found, &clean));
     }
 }
@@ -199,9 +172,8 @@ fn a_log_that_stands_still_for_three_samples() {
         angles(all)[71..74].fill(still);
     });
     let found = run(problem, &opened);
-    assert_eq!(found.verdict, Verdict::Explained, "{}", told("", &found, None));
-    let named: Vec<&str> = found.noise.iter().map(|one| one.name.as_str()).collect();
-    assert_eq!(named, ["outliers"]);
+    assert_eq!(found.verdict, Verdict::Explained, "{}", brief(&found));
+    assert!(found.rows.is_empty() && found.noise.is_empty(), "{}", brief(&found));
     assert!(
         left_out(&found).iter().all(|(run, row, _)| run == "A_cw50" && (73..=75).contains(row))
     );
@@ -233,10 +205,8 @@ fn a_noisier_run_with_the_memory_of_all_is_noise() {
             });
         }
         let found = run(problem, &opened);
-        let text = told("", &found, None);
-        assert!(!text.contains("look at its file"), "{factor}: {text}");
-        assert_ne!(found.verdict, Verdict::Unknown, "{factor}: {text}");
-        assert!(found.noise.iter().any(|one| one.name == "correlated_noise"), "{factor}: {text}");
+        assert_ne!(found.verdict, Verdict::Unknown, "{factor}: {}", brief(&found));
+        assert!(!found.autocorrelation.is_empty(), "{factor}: {}", brief(&found));
     }
 }
 
@@ -252,9 +222,8 @@ fn a_burst_in_one_run() {
         });
         let found = run(problem, &opened);
         let rows: BTreeSet<usize> = left_out(&found).into_iter().map(|(_, row, _)| row).collect();
-        assert_eq!(rows, (42..54).collect(), "{}", told("", &found, None));
-        let noise = &found.search.as_ref().unwrap().stages[0].noise_found;
-        assert!(noise.run_levels.is_empty() && noise.levels.is_empty());
+        assert_eq!(rows, (42..54).collect(), "{}", brief(&found));
+        assert!(found.levels.is_empty(), "{:?}", found.levels);
         assert!(farthest(&found, &clean) < 1.0);
     }
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use homepoint::diagnose::verdict::answer::Verdict;
+use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::estimate::batch::{Options, Outcome};
 use homepoint::estimate::calibrate::{Calibration, calibrate};
@@ -88,7 +88,7 @@ fn a_wrong_stated_value_is_the_place_of_a_gap() {
     let (_own, opened) = with_setup(&said([at[0], at[1] - 2e-3, at[2]], SIGMA));
     let found = drawn::run(opened.problem.clone(), &opened);
     assert_eq!(found.verdict, Verdict::Unknown);
-    assert_eq!(found.locations[0].place.words, "a wrong stated value of `position` of `A`");
+    assert_eq!(found.remainder[0].place.words, "a wrong stated value of `position` of `A`");
     assert_eq!(found.contradicted[0].estimate.name, "position.y");
     let (_own, opened) = with_setup(&said(at, SIGMA));
     let found = drawn::run(opened.problem.clone(), &opened);
@@ -105,7 +105,6 @@ fn a_wrong_stated_value_that_an_effect_takes_up_is_told_with_it() {
     let nominal = fitted(&opened);
     let found = drawn::run(opened.problem.clone(), &opened);
     assert_eq!(found.verdict, Verdict::Explained);
-    assert_eq!(found.effects[0].evidence(), "prior");
     let [one] = &found.contradicted[..] else { panic!("{:?}", found.contradicted) };
     assert_eq!(&*one.parameter, "horizontal.delay");
     assert_eq!(one.alone, contradicted(&nominal)[0].alone);
@@ -113,7 +112,7 @@ fn a_wrong_stated_value_that_an_effect_takes_up_is_told_with_it() {
     assert!(text.contains("or by a stated value that is wrong"), "{text}");
     let at = |words: &str| text.find(words).unwrap_or_else(|| panic!("{words}: {text}"));
     assert!(at("`horizontal.delay` is stated as 0.0 ± 1.0 µs") < at("if what is stated is right"));
-    let mut places = found.locations.iter().map(|one| &*one.place.words);
+    let mut places = found.remainder.iter().map(|one| &*one.place.words);
     assert!(places.any(|words| words == "a wrong stated value of `horizontal.delay`"));
 }
 
@@ -156,7 +155,7 @@ fn a_value_that_is_wrong_altogether_is_told_alone() {
         let [one] = &found.contradicted[..] else { panic!("{line}: {:?}", found.contradicted) };
         assert_eq!((&*one.parameter, one.estimate.of.as_deref()), ("radius", None), "{line}");
         assert!((one.alone - 1.15).abs() < 5e-6, "{line}: {}", one.alone);
-        assert_eq!(found.locations[0].place.words, "a wrong stated value of `radius`", "{line}");
+        assert_eq!(found.remainder[0].place.words, "a wrong stated value of `radius`", "{line}");
         let text = diagnosis_text::text("", &found, None);
         assert!(
             text.contains("nothing else can be judged") && !text.contains("left out"),

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use homepoint::diagnose::library::place::Place;
 use homepoint::diagnose::library::wanted::Wanted;
-use homepoint::diagnose::verdict::answer::Verdict;
+use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::layout::Instance;
 use homepoint::engine::open::Request;
 use homepoint::estimate::batch::Options;
 
-use crate::drawn::{drawn_at, folder};
+use crate::drawn::{drawn_at, folder, told};
 
 /// The diagnosis of readings drawn with an effect that nobody knows there, with values as said.
 pub(crate) fn with_a_nameless(
@@ -53,8 +53,6 @@ pub(crate) fn with_a_nameless_in(
 }
 
 pub(crate) fn best_place(found: &Diagnosis) -> &Place {
-    let effects = found.effects.iter().map(|one| &one.candidate.name);
-    let named: Vec<&String> = effects.chain(found.noise.iter().map(|one| &one.name)).collect();
-    assert_eq!(found.verdict, Verdict::Unknown, "{named:?}");
-    &found.locations[0].place
+    assert_eq!(found.verdict, Verdict::Unknown, "{}", told(found));
+    &found.remainder[0].place
 }
