@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use homepoint::diagnose::Diagnosis;
-use homepoint::diagnose::found::Reading;
 use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::diagnose::found::Reading;
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Request, open};
 use homepoint::report;

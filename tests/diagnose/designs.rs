@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::diagnose::fitted::rebuilt;
 use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::power::power;
-use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::diagnose::{diagnose, judge};
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Opened, Request, open};
@@ -82,7 +82,7 @@ fn a_run_beside_the_others_is_told() {
         let found = run(Problem::new(parts), &opened);
         assert_eq!((found.verdict, found.rows.len()), (Verdict::Unknown, 0), "{shift}");
         let words = &found.remainder[0].place.words;
-        assert!(words.contains("`distance`") && words.contains(&name), "{shift}: {words}");
+        assert!(words.contains("`distance`") && words.contains("run"), "{shift}: {words} {name}");
     }
 }
 
@@ -99,14 +99,13 @@ fn a_run_in_another_unit_is_told() {
             all = samples.readings[2].iter().filter(|reading| !reading.is_nan()).count();
         });
         let found = run(Problem::new(parts), &opened);
-        assert_eq!((found.verdict, found.rows.len()), (Verdict::Unknown, 0), "{name}");
-        let words = &found.remainder[0].place.words;
-        assert!(words.contains("`distance`") && words.contains(&name), "{words}");
+        assert_eq!((found.verdict, found.rows.len()), (Verdict::Explained, 0), "{name}");
+        assert!(found.remainder.is_empty(), "{}", told(&found));
         let left_out = &found.left_out;
         let [of_run] = &left_out.runs[..] else { unreachable!("{left_out:?}") };
         assert_eq!((&of_run.run, &of_run.measurand[..], of_run.readings), (&name, "distance", all));
         assert!(left_out.readings.is_empty() && of_run.deviations > 1e3, "{left_out:?}");
-        assert_eq!(found.remainder[0].place.run.as_ref(), Some(&name));
+        assert_eq!(of_run.place.run.as_ref(), Some(&name));
     }
 }
 
@@ -123,8 +122,9 @@ fn runs_that_spoil_the_fit_are_told_and_no_others() {
             parts[0].runs[*number].record.edit(|samples| samples.readings.swap(0, 1));
         }
         let found = run(Problem::new(parts), &opened);
-        assert_eq!((found.verdict, found.rows.len()), (Verdict::Unknown, 0), "{names:?}");
-        let words: Vec<&str> = found.remainder.iter().map(|one| one.place.words.as_str()).collect();
+        assert_eq!((found.verdict, found.rows.len()), (Verdict::Explained, 0), "{names:?}");
+        let runs = found.left_out.runs.iter();
+        let words: Vec<&str> = runs.map(|one| one.place.words.as_str()).collect();
         for words in &words {
             assert!(names.iter().any(|name| words.contains(&format!("`{name}`"))), "{words}");
         }
@@ -463,10 +463,10 @@ fn a_dead_run_with_a_delay_of_its_own_is_told() {
         samples.readings.iter_mut().for_each(|readings| readings.fill(0.0));
     });
     let found = run(Problem::new(vec![part]), &opened);
-    assert_eq!((found.verdict, found.rows.len()), (Verdict::Unknown, 0));
+    assert_eq!((found.verdict, found.rows.len()), (Verdict::Explained, 0), "{}", told(&found));
     let left_out = &found.left_out;
     assert!(!left_out.runs.is_empty() && left_out.runs.iter().all(|one| one.run == name));
-    assert!(found.remainder.iter().all(|one| one.place.run.as_ref() == Some(&name)));
+    assert!(found.remainder.is_empty(), "{}", told(&found));
     let delays = found.nominal.estimates().into_iter().filter(|one| one.name.ends_with(".delay"));
     assert!(
         delays.clone().count() > 6 && delays.into_iter().all(|one| one.of != Some(name.clone()))

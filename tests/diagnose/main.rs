@@ -13,6 +13,7 @@ mod nameless;
 #[path = "../problems/stream.rs"]
 mod stream;
 
+mod budget;
 mod codes;
 mod designs;
 mod each_effect;

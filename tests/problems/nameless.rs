@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::diagnose::library::place::Place;
 use homepoint::diagnose::library::wanted::Wanted;
-use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::layout::Instance;
 use homepoint::engine::open::Request;

@@ -27,21 +27,8 @@ const LAYERS: &[(&str, &[&str])] = &[
 ];
 
 /// The rooms of the diagnosis from the ground up; a room may import from those before it.
-const ROOMS: &[&str] = &[
-    "fitted",
-    "library",
-    "evidence",
-    "found",
-    "sequences",
-    "stage",
-    "gross",
-    "noise",
-    "search",
-    "verdict",
-    "gap",
-    "diagnosis",
-    "power",
-];
+const ROOMS: &[&str] =
+    &["fitted", "library", "evidence", "found", "sequences", "gross", "gap", "budget", "power"];
 
 /// Lines a source file may have, its tests not counted.
 const MAXIMUM_LINES: usize = 500;
