@@ -111,14 +111,14 @@ fn results_have_the_promised_keys() {
 #[test]
 fn diagnoses_have_the_promised_keys() {
     let mut found = BTreeSet::new();
-    let (whole, options) = (Wanted::default(), Options::default());
+    let options = Options::default();
     let tilt = ["trunnion_tilt.tilt=6 arcsec"];
     let (opened, problem) = drawn(&["trunnion_tilt"], &tilt, 9);
     let (mut other, again) = drawn(&["trunnion_tilt"], &tilt, 10);
     other.problem = again;
     let mut explained = run(problem, &opened);
     paths(&report::diagnosis::json(&explained, None), "explained", &mut found);
-    judge(&mut explained, &other, &whole, &options).unwrap();
+    judge(&mut explained, &other, &options).unwrap();
     let gap = &report::diagnosis::json(&explained, None)["gap"];
     paths(gap, "held out: gap", &mut found);
     let (opened, problem) = drawn(&["tracking_reversal"], &[], 3);

@@ -183,13 +183,16 @@ fn a_diagnosis_is_the_same_and_takes_no_memory_for_what_it_leaves_out() {
         let Opened { problem, recipes, .. } = opened(&folder, &[], memory);
         diagnose(problem, recipes, &Wanted::default(), &Options::default()).unwrap()
     });
-    let noise =
-        |one: &Diagnosis| one.search.as_ref().unwrap().stages.last().unwrap().noise_found.clone();
-    assert!(noise(&found[0]).left_out.readings.len() >= 6, "{:?}", noise(&found[0]).left_out);
-    assert_eq!(format!("{:?}", noise(&found[0])), format!("{:?}", noise(&found[1])));
-    let told = |one: &Diagnosis| format!("{:?} {:?} {:?}", one.verdict, one.candidates, one.gap);
+    assert!(found[0].left_out.readings.len() >= 6, "{:?}", found[0].left_out);
+    let noise = |one: &Diagnosis| {
+        format!("{:?} {:?} {:?} {:?}", one.left_out, one.noise, one.levels, one.autocorrelation)
+    };
+    assert_eq!(noise(&found[0]), noise(&found[1]));
+    let told = |one: &Diagnosis| {
+        format!("{:?} {:?} {:?} {:?}", one.verdict, one.rows, one.candidates, one.gap)
+    };
     assert_eq!(told(&found[0]), told(&found[1]));
-    let last = &found[1].search.as_ref().unwrap().stages.last().unwrap().fitted.problem;
+    let last = &found[1].nominal.problem;
     assert!(last.parts[0].runs.iter().all(|run| run.record.is_spilled()));
 }
 
