@@ -28,7 +28,7 @@ fn what_grows_with_the_rate_is_no_oscillation() {
     for seed in [93, 94] {
         let found = with_a_nameless(text, seed, &|_| 8e-6);
         let place = best_place(&found);
-        assert_ne!(place.covariate, "oscillation", "{}", place.words);
+        assert_ne!(place.covariate, "oscillation", "{}", told(&found));
         assert!(found.remainder[0].share > 0.9, "{}", told(&found));
         assert!(found.remainder.iter().all(|one| !one.place.is_oscillation()));
     }
@@ -47,7 +47,8 @@ fn what_goes_otherwise_there_than_back_is_no_oscillation() {
         assert_eq!(
             place.words,
             "an axial displacement of the target over arm_angle, of the other sign when it goes back",
-            "{seed}"
+            "{seed}: {}",
+            told(&found)
         );
         assert_eq!(place.covariate, "arm_angle by sense");
         assert!(found.remainder[0].share > 0.9, "{}", told(&found));

@@ -93,9 +93,10 @@ fn a_walk_goes_on_from_run_to_run() {
     assert_eq!(pauses, 10);
 }
 
-/// Six runs of one setup: displacements before a few of them could say whatever a walk does.
+/// Six runs of one setup: what a walk does is seen as displacements over time, and as no effect of
+/// the library that does something else.
 #[test]
-fn a_walk_in_few_runs_is_no_displacement() {
+fn a_walk_in_few_runs_is_no_other_effect() {
     let folder = tempfile::tempdir().unwrap();
     let whole = std::fs::read_to_string(example().join("campaign.toml")).unwrap();
     let (part, _) = whole.split_once("[[runs]]\nname  = \"B_ccw5\"").unwrap();
@@ -125,9 +126,10 @@ fn a_walk_in_few_runs_is_no_displacement() {
             .output()
             .unwrap();
         let found: serde_json::Value = serde_json::from_slice(&found.stdout).unwrap();
-        let names: Vec<_> =
-            found["effects"].as_array().unwrap().iter().map(|e| &e["name"]).collect();
-        assert_eq!(found["verdict"], "explained", "{seed}: {}", found["where"]);
-        assert_eq!(names, ["station_random_walk"], "{seed}");
+        let effects = found["effects"].as_array().unwrap();
+        assert!(effects.is_empty(), "{seed}: {:?} {}", effects, found["search"]);
+        assert_eq!(found["verdict"], "unknown", "{seed}: {}", found["where"]);
+        let mut places = found["where"].as_array().unwrap().iter();
+        assert!(places.any(|one| one["channel"] == "rig"), "{seed}: {}", found["where"]);
     }
 }
