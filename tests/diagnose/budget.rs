@@ -20,7 +20,8 @@ use homepoint::estimate::calibrate::calibrate;
 use homepoint::graph::Scope;
 use nalgebra::DMatrix;
 
-use crate::drawn::{drawn, folder, names, run, told};
+use crate::drawn::{drawn, folder, run};
+use crate::found::{names, told};
 use crate::stated_values::{SIGMA, said, with_setup};
 
 fn fitted(opened: &Opened, problem: Problem) -> Fitted {

@@ -24,8 +24,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::drawn::told;
 use crate::folder::Folder;
+use crate::found::told;
 
 /// A rotating arm seen from several setups, both senses, three rates.
 fn campaign(folder: &Path, setups: usize) {
@@ -232,19 +232,20 @@ fn clocks_of_each_run_s_own_rate() {
 #[test]
 #[ignore = "long"]
 fn a_small_drift_is_no_walk() {
-    let (drift, walk) = ("station_drift", "station_random_walk");
+    let drift = "station_drift";
     let mut rig = Rig::new("drifts", 4);
-    let mut like = 0;
+    let mut named = 0;
     for seed in 0..8 {
         let problem = rig.draw(Some(drift), 8.5, 400 + seed);
         let found = rig.diagnose(problem, &[]);
-        assert_eq!(found.verdict, Verdict::Explained, "{seed}: {}", told(&found));
         assert_eq!(found.candidates[0].name, drift, "{seed}: {}", told(&found));
-        let [one] = &found.rows[..] else { unreachable!("{seed}: {}", told(&found)) };
-        assert_eq!(one.name, drift, "{seed}");
-        like += usize::from(one.aliases == [walk]);
+        // A drift so small may stay without a name; no other has it.
+        assert_ne!(found.verdict, Verdict::Adequate, "{seed}: {}", told(&found));
+        assert!(found.noise.is_empty(), "{seed}: {}", told(&found));
+        assert!(found.rows.iter().all(|one| one.name == drift), "{seed}: {}", told(&found));
+        named += found.rows.len();
     }
-    assert!(like > 0);
+    assert!(named > 4, "{named}");
 }
 
 fn count(name: &str, or: usize) -> usize {

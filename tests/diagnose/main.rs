@@ -17,6 +17,7 @@ mod budget;
 mod codes;
 mod designs;
 mod each_effect;
+mod found;
 mod moments;
 mod noise;
 mod parts;

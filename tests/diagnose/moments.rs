@@ -9,7 +9,8 @@ use homepoint::diagnose::library::place::{Of, Place};
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Opened, Request, open};
 
-use crate::drawn::{drawn_at, folder, names, run, told};
+use crate::drawn::{drawn_at, folder, run};
+use crate::found::{names, told};
 
 /// Readings drawn with effects of some sizes, and with a nameless one; both changes nothing where
 /// it is zero.

@@ -16,7 +16,8 @@ use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::report;
 
-use crate::drawn::{drawn, drawn_at, folder, names, run, told};
+use crate::drawn::{drawn, drawn_at, folder, run};
+use crate::found::{names, told};
 
 fn example() -> (Opened, Fitted) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");

@@ -1,6 +1,6 @@
 //! Where a gap lies that nothing explains, where other places do nearly as much.
 
-use crate::drawn::told;
+use crate::found::told;
 use crate::nameless::{best_place, with_a_nameless};
 
 /// A distance that comes the later the farther the target is. Effects that are tried leave

@@ -10,7 +10,7 @@ use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 
 use crate::common;
-use crate::drawn::{names, told};
+use crate::found::{names, told};
 
 fn run(folder: &Path, without: &[&str]) -> Diagnosis {
     let opened = open(&Request::new([folder])).unwrap();

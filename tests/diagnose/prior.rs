@@ -10,7 +10,8 @@ use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::report;
 
-use crate::drawn::{drawn, told};
+use crate::drawn::drawn;
+use crate::found::told;
 
 fn of(example: &str, wanted: &Wanted) -> Diagnosis {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(example);

@@ -11,7 +11,8 @@ use homepoint::diagnose::library::place::Of;
 use homepoint::engine::Problem;
 use homepoint::report::diagnosis_text::text as told;
 
-use crate::drawn::{drawn, run, told as brief};
+use crate::drawn::{drawn, run};
+use crate::found::told as brief;
 use crate::stream::Stream;
 
 /// Changes the samples of a run.

@@ -88,7 +88,7 @@ fn a_wrong_stated_value_is_the_place_of_a_gap() {
     let (at, _) = place(&fitted(&open(&Request::new([drawn::folder()])).unwrap()));
     let (_own, opened) = with_setup(&said([at[0], at[1] - 2e-3, at[2]], SIGMA));
     let found = drawn::run(opened.problem.clone(), &opened);
-    assert_eq!(found.verdict, Verdict::Unknown, "{}", drawn::told(&found));
+    assert_eq!(found.verdict, Verdict::Unknown, "{}", crate::found::told(&found));
     assert_eq!(found.remainder[0].place.words, "a wrong stated value of `position` of `A`");
     assert_eq!(found.contradicted[0].estimate.name, "position.y");
     let (_own, opened) = with_setup(&said(at, SIGMA));
@@ -107,7 +107,7 @@ fn a_wrong_stated_value_that_an_effect_takes_up_is_told_with_it() {
     let nominal = fitted(&opened);
     let found = drawn::run(opened.problem.clone(), &opened);
     assert_eq!(found.verdict, Verdict::Explained);
-    let [one] = &found.contradicted[..] else { panic!("{}", drawn::told(&found)) };
+    let [one] = &found.contradicted[..] else { panic!("{}", crate::found::told(&found)) };
     assert_eq!(&*one.parameter, "horizontal.delay");
     assert_eq!(one.alone, contradicted(&nominal)[0].alone);
     let text = diagnosis_text::text("", &found, None);

@@ -9,7 +9,8 @@ use homepoint::engine::layout::Instance;
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 
-use crate::drawn::{drawn_at, folder, told};
+use crate::drawn::{drawn_at, folder};
+use crate::found::told;
 use crate::nameless::{
     best_place, with_a_nameless, with_a_nameless_and_without, with_a_nameless_in,
 };
@@ -332,7 +333,7 @@ fn a_rig_that_creeps_to_rest() {
 /// A camera that reads its attitude wrong where the hand is high, or swings on its mount: without
 /// blocks of rotations either is noise with a memory.
 #[test]
-#[ignore = "long"]
+#[ignore = "wrong answer, see the issue of the diagnosis"]
 fn what_an_attitude_reads_wrong() {
     let example = || Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/hand_eye");
     let own = "attitude = 'attitude * turn([0, 0, wrong * hand_z / 1 m])'";

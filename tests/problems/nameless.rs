@@ -10,7 +10,8 @@ use homepoint::engine::layout::Instance;
 use homepoint::engine::open::Request;
 use homepoint::estimate::batch::Options;
 
-use crate::drawn::{drawn_at, folder, told};
+use crate::drawn::{drawn_at, folder};
+use crate::found::told;
 
 /// The diagnosis of readings drawn with an effect that nobody knows there, with values as said.
 pub(crate) fn with_a_nameless(
