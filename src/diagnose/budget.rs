@@ -14,6 +14,7 @@
 //! | [`linear`] | a fitted model with everything that may be added to it |
 //! | [`memory`] | autocorrelated noise against basis blocks |
 //! | [`noise`] | outliers, jitter, autocorrelation in the residuals |
+//! | [`noise_scale`] | noise scale factors that are not as stated |
 //! | [`answer`], `assemble` | the verdict, and the answer as data |
 //! | [`absorbed`], [`member`] | effects that show in no reading; uncertainty of family members |
 //! | [`driver`] | refit, relinearise, search again |
@@ -30,6 +31,7 @@ pub mod linear;
 pub mod member;
 pub mod memory;
 pub mod noise;
+pub mod noise_scale;
 pub mod pieces;
 pub mod price;
 pub mod rows;

@@ -132,6 +132,14 @@ impl Fitted {
     }
 }
 
+/// The name of an effect with its head.
+pub fn name_of(selected: &Selected) -> String {
+    match &selected.head {
+        Some(head) => format!("{}.{head}", selected.effect.name),
+        None => selected.effect.name.clone(),
+    }
+}
+
 /// A part with another system; readings, stated uncertainties, levels and memory of noise as they
 /// are.
 pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {

@@ -6,35 +6,23 @@
 //! the order of time: one pass for all moments. Moments are tried in bins, the best then sample by
 //! sample. A change is a term with one value; the moments that were tried are its members.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::linear::Linear;
 use super::price::Gain;
-use super::rows::Base;
 use super::selection::Selection;
 use super::sums::Appended;
-use super::terms::{Kind, Term};
+use super::terms::{Base, Change, Kind, Term};
 use super::thresholds::ENTER;
 
 /// Moments tried at most in the first pass.
 const MOST_BINS: usize = 1500;
 /// Bases whose changes are located sample by sample at most.
 const MOST_STRONG: usize = 4;
+/// Places in a run at which a stretch begins or ends at most.
+const MOST_ENDS: usize = 40;
 /// Share of a change's squared length below which the model takes it up.
 const TAKEN_UP: f64 = 1e-6;
-
-/// A change found beside a model.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Change {
-    /// What changes.
-    pub base: Base,
-    /// Index of the run among all, and the first sample after the change.
-    pub at: (usize, usize),
-    /// What it takes off chi squared.
-    pub gain: Gain,
-    /// Moments that were tried.
-    pub members: usize,
-}
 
 /// A moment from which on a value is different.
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +87,9 @@ impl Linear {
             }
             around.extend(&bins[high + 1..]);
             let fine = self.best_moments(selection, (model, &models), &[one.base], &around);
-            found.extend(fine.into_iter().map(|one| Change { members: samples, ..one }));
+            found.extend(
+                fine.into_iter().map(|one| Change { members: one.members.max(samples), ..one }),
+            );
         }
         found
     }
@@ -209,12 +199,79 @@ impl Linear {
                 found.extend(best.map(|(gain, bin)| Change {
                     base: *base,
                     at: (bins[bin].run, bins[bin].first),
+                    end: None,
                     gain: Gain { gain, degrees: 1 },
                     members: bins.len(),
+                }));
+                let across_of = (&across, &half);
+                found.extend(self.best_stretch(sum, across_of, bins).map(|mut one| {
+                    one.base = *base;
+                    one
                 }));
             }
         }
         found
+    }
+
+    /// The stretch of a run in which a change explains most, of all that begin and end with bins;
+    /// running sums of a base as `best_moments` has them.
+    fn best_stretch(
+        &self,
+        sum: &DMatrix<f64>,
+        (across, half): (&DMatrix<f64>, &DVector<f64>),
+        bins: &[Bin],
+    ) -> Option<Change> {
+        let n = sum.nrows() - 2;
+        let mut best: Option<(f64, usize, usize)> = None;
+        let mut tried = 0;
+        let mut first = 0;
+        while first < bins.len() {
+            let run = bins[first].run;
+            let count = bins[first..].iter().take_while(|bin| bin.run == run).count();
+            let next = first + count;
+            let is_last =
+                next >= bins.len() || self.part_of(bins[next].run).0 != self.part_of(run).0;
+            let step = count.div_ceil(MOST_ENDS).max(1);
+            for from in (first..next).step_by(step) {
+                for to in (from + step..=next).step_by(step) {
+                    let whole = to == next && is_last;
+                    tried += 1;
+                    let beyond = |row: usize| if whole { 0.0 } else { sum[(row, to)] };
+                    let square = sum[(n + 1, from)] - beyond(n + 1);
+                    if square <= 0.0 {
+                        continue;
+                    }
+                    let (mut taken, mut along) = (0.0, 0.0);
+                    for i in 0..half.len() {
+                        let own = across[(i, from)] - if whole { 0.0 } else { across[(i, to)] };
+                        taken += own * own;
+                        along += own * half[i];
+                    }
+                    let left = square - taken;
+                    if left < TAKEN_UP * square {
+                        continue;
+                    }
+                    let score = sum[(n, from)] - beyond(n) - along;
+                    let gain = score * score / left;
+                    if best.is_none_or(|(known, ..)| gain > known) {
+                        best = Some((gain, from, to));
+                    }
+                }
+            }
+            first = next;
+        }
+        best.map(|(gain, from, to)| {
+            let run = bins[from].run;
+            let same = bins.get(to).filter(|bin| bin.run == run);
+            let end = same.map_or_else(|| self.samples_in(run), |bin| bin.first);
+            Change {
+                base: Base { candidate: 0, signature: 0 },
+                at: (run, bins[from].first),
+                end: Some(end),
+                gain: Gain { gain, degrees: 1 },
+                members: tried,
+            }
+        })
     }
 
     /// Adds changes as terms, with their sums.
@@ -228,7 +285,8 @@ impl Linear {
             let (part, run) = self.part_of(change.at.0);
             let run = &self.fitted.problem.parts[part].runs[run];
             let row = run.record.row(change.at.1);
-            let place = block.place.as_ref().map(|place| place.from(&run.name, row));
+            let last = change.end.map(|end| run.record.row(end.saturating_sub(1)));
+            let place = block.place.as_ref().map(|place| place.from(&run.name, (row, last)));
             self.terms.push(Term {
                 candidate: usize::MAX,
                 name: format!("change of {}", block.name),
@@ -263,7 +321,7 @@ impl Linear {
                 row.resize(size, 0.0);
                 for lane in 0..lanes.stretch.len {
                     let sample = lanes.stretch.first + lane;
-                    if !lanes.is_present(lane) || !self.is_after(change.at, (run, sample)) {
+                    if !lanes.is_present(lane) || !self.acts(change, (run, sample)) {
                         continue;
                     }
                     lanes.put(lane, &mut row);
@@ -308,10 +366,7 @@ impl Linear {
                 row.resize(touched + signatures.columns.len() + 1, 0.0);
                 for lane in 0..lanes.stretch.len {
                     let at = (run, lanes.stretch.first + lane);
-                    if lanes.is_present(lane)
-                        && self.is_after(change.at, at)
-                        && self.is_after(other.at, at)
-                    {
+                    if lanes.is_present(lane) && self.acts(change, at) && self.acts(other, at) {
                         lanes.put(lane, &mut row);
                         let product = row[touched + own] * row[touched + theirs];
                         added.add_to(first + data.measurand_of(lanes.row), column, product);

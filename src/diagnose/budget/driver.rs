@@ -4,21 +4,21 @@
 //! stand, lead to another round.
 
 use crate::diagnose::evidence::scan::Scanned;
-use crate::diagnose::fitted::Fitted;
+use crate::diagnose::fitted::{Fitted, name_of};
 use crate::diagnose::found::{LeftOut, NoiseEffect};
 use crate::diagnose::library::wanted::Wanted;
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::estimate::batch::{FitError, Options};
 
-use super::changes::Change;
 use super::judge::{Judged, Objection};
 use super::linear::{Linear, Row};
 use super::memory::instead_of_blocks;
 use super::noise::{leave_out, noise};
+use super::pieces::Pieces;
 use super::price::ln_bayes_factor;
-use super::rows::Base;
 use super::search::{Log, Pools};
 use super::selection::Selection;
+use super::terms::{Base, Change};
 use super::thresholds::{ENTER, MOST_ROWS};
 
 /// Rounds in which change points are looked for.
@@ -182,17 +182,6 @@ impl Search<'_> {
             let pools = Pools::of(&selection);
             model = selection.search(&model, &pools, &mut self.log);
             scale.clone_from(&selection.scale);
-            if round == 0 {
-                let is_row = |term: &usize| selection.terms[*term].is_effect();
-                let rows: Vec<usize> = model.iter().copied().filter(is_row).collect();
-                if let Some(noise) = instead_of_blocks(&linear, &selection, &model, &rows) {
-                    drop(selection);
-                    self.log.push("autocorrelated noise explains more than blocks".to_owned());
-                    let fitted = linear.fitted.clone();
-                    self.take_autocorrelation(fitted, &noise)?;
-                    return self.compete();
-                }
-            }
             let found = if round < CHANGE_ROUNDS {
                 changes(&linear, &selection, &model, pools.blocks.len())
             } else {
@@ -208,11 +197,22 @@ impl Search<'_> {
         }
         let mut selection = self.selection(&linear);
         selection.adopt_scale(&scale);
+        let is_row = |term: &usize| selection.terms[*term].is_effect();
+        let rows: Vec<usize> = model.iter().copied().filter(is_row).collect();
+        if let Some(noise) = instead_of_blocks(&linear, &selection, &model, &rows) {
+            drop(selection);
+            self.log.push("autocorrelated noise explains more than blocks".to_owned());
+            let fitted = linear.fitted.clone();
+            self.take_autocorrelation(fitted, &noise)?;
+            return self.compete();
+        }
         let pools = Pools::of(&selection);
         let judged = selection.judge(
             model,
             pools,
-            &mut |selection: &Selection<'_>, model: &[usize]| linear.pieces(selection, model),
+            &mut |selection: &Selection<'_>, model: &[usize]| {
+                Pieces::new(&linear, selection, model)
+            },
             &mut self.log,
         );
         selection.set_scale(&judged.model);
@@ -347,7 +347,7 @@ impl Search<'_> {
         for row in &leave {
             let name = &linear.terms[*row].name;
             let selected = fitted.recipes.iter().flat_map(|recipe| &recipe.effects);
-            let selected = selected.into_iter().find(|one| super::linear::name_of(one) == *name);
+            let selected = selected.into_iter().find(|one| name_of(one) == *name);
             if let Some(selected) = selected.cloned() {
                 fitted = fitted.without(&[&selected], self.options)?;
             }

@@ -17,6 +17,8 @@ use super::thresholds::{
     OWN_SHARE, OWN_SHARE_BELOW, ROW, ROW_BESIDE_REMAINDER, SHARE_OF_REMAINDER, SMALL_ROW, TIE,
 };
 
+/// Groups of runs that have values of their own at most.
+const MOST_GROUPS: usize = 12;
 /// Blocks that enter before a judgement at most.
 const MOST_BLOCKS: usize = 8;
 
@@ -253,7 +255,7 @@ impl Selection<'_> {
         let mut best: Option<(String, f64, f64)> = None;
         for (label, groups) in &pieces.labels {
             let count = groups.iter().copied().max().unwrap_or(0) + 1;
-            if count < 2 || count > 12 {
+            if !(2..=MOST_GROUPS).contains(&count) {
                 continue;
             }
             // Sums of each group: its own columns are zero elsewhere.
@@ -268,16 +270,16 @@ impl Selection<'_> {
             let mut across = nalgebra::DMatrix::zeros(n, size);
             let mut own = nalgebra::DMatrix::zeros(size, size);
             let mut score = DVector::zeros(size);
-            for group in 1..count {
+            for (group, sums) in of.iter().enumerate().skip(1) {
                 let first = k * (group - 1);
                 for j in 0..k {
                     for i in 0..n {
-                        across[(i, first + j)] = of[group][(i, own_at + j)] / length[i];
+                        across[(i, first + j)] = sums[(i, own_at + j)] / length[i];
                     }
                     for i in 0..k {
-                        own[(first + i, first + j)] = of[group][(own_at + i, own_at + j)];
+                        own[(first + i, first + j)] = sums[(own_at + i, own_at + j)];
                     }
-                    score[first + j] = of[group][(own_at + j, n)];
+                    score[first + j] = sums[(own_at + j, n)];
                 }
             }
             let raw = own.diagonal().map(|square: f64| square.max(0.0).sqrt());

@@ -20,10 +20,8 @@ use crate::diagnose::library::wanted::Wanted;
 use crate::effect::{Family, Members};
 use crate::engine::point::from_components;
 use crate::engine::signatures::Signatures;
-use crate::system::Selected;
 
 use super::labels::knots;
-use super::pieces::Pieces;
 use super::selection::Selection;
 use super::sums::Sums;
 use super::terms::{Kind, Term};
@@ -231,11 +229,6 @@ impl Linear {
             })
             .collect()
     }
-
-    /// Sums of the columns of a model by pieces of the readings.
-    pub fn pieces(&self, selection: &Selection<'_>, model: &[usize]) -> Pieces {
-        Pieces::new(self, selection, model)
-    }
 }
 
 /// For each run its place in the order of time.
@@ -251,14 +244,6 @@ fn order(fitted: &Fitted) -> Vec<usize> {
     let mut order = vec![0; runs.len()];
     runs.iter().enumerate().for_each(|(place, (.., run))| order[*run] = place);
     order
-}
-
-/// The name of an effect with its head.
-pub fn name_of(selected: &Selected) -> String {
-    match &selected.head {
-        Some(head) => format!("{}.{head}", selected.effect.name),
-        None => selected.effect.name.clone(),
-    }
 }
 
 /// A row of the budget that is in the fit.

@@ -7,12 +7,10 @@
 
 use std::f64::consts::SQRT_2;
 
-use crate::diagnose::fitted::Fitted;
+use crate::diagnose::fitted::{Fitted, name_of};
 use crate::effect::Members;
 use crate::estimate::batch::{FitError, Options};
 use crate::system::Selected;
-
-use super::linear::name_of;
 
 /// Steps to members beside the best, as parts of it or of a range through zero: the first.
 const FIRST: f64 = 1e-3;

@@ -37,10 +37,16 @@ pub struct Piece {
 }
 
 impl Pieces {
-    /// The sums of a model of a linearised fit.
+    /// The sums of a model of a linearised fit. Where rows of the model have values of each run's
+    /// own, folds are stretches of runs: a run that is held out whole would not know them.
     pub fn new(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Self {
         let runs = linear.order.len();
-        let stretches = if runs < FEW_RUNS { FOLDS } else { 1 };
+        let is_of_runs = |term: &&usize| {
+            let term = &selection.terms[**term];
+            term.is_effect() && term.columns.len() >= runs
+        };
+        let within = runs < FEW_RUNS || model.iter().any(|term| is_of_runs(&term));
+        let stretches = if within { FOLDS } else { 1 };
         let size = selection.columns(model).len() + 1;
         let mut pieces: Vec<Piece> = (0..runs * stretches)
             .map(|number| Piece {

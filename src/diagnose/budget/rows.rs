@@ -5,10 +5,9 @@
 
 use crate::diagnose::library::catalogue::sign;
 
-use super::changes::Change;
 use super::linear::Linear;
 use super::selection::Selection;
-use super::terms::Combination;
+use super::terms::{Base, Change, Combination};
 
 /// One whitened reading in a linearised model.
 #[derive(Clone, Copy, Debug)]
@@ -29,16 +28,6 @@ pub struct Values<'a> {
     pub further: &'a [f64],
     /// The residual of the nominal model.
     pub residual: f64,
-}
-
-/// A column of a candidate that has one value for each run: which candidate, and which of its
-/// parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Base {
-    /// The candidate.
-    pub candidate: usize,
-    /// Which of its signatures.
-    pub signature: usize,
 }
 
 /// A column of a model among those of a run.
@@ -141,7 +130,7 @@ impl Linear {
                     let sample = lanes.stretch.first + lane;
                     values.clear();
                     values.extend(cells[lanes.run].iter().map(|cell| {
-                        let acts = |change: &Change| self.is_after(change.at, (run, sample));
+                        let acts = |change: &Change| self.acts(change, (run, sample));
                         if !cell.change.as_ref().is_none_or(acts) {
                             return 0.0;
                         }
@@ -163,6 +152,14 @@ impl Linear {
                     });
                 }
             });
+        }
+    }
+
+    /// Whether a change acts on a sample (run and number).
+    pub fn acts(&self, change: &Change, sample: (usize, usize)) -> bool {
+        match change.end {
+            None => self.is_after(change.at, sample),
+            Some(end) => change.at.0 == sample.0 && (change.at.1..end).contains(&sample.1),
         }
     }
 

@@ -81,21 +81,20 @@ impl Selection<'_> {
         most: usize,
         log: &mut Log,
     ) -> Vec<usize> {
+        let mut seen: Vec<Vec<usize>> = Vec::new();
         for _ in 0..most {
+            // Terms may drive each other out in turn.
+            let now = sorted(&model);
+            if seen.contains(&now) {
+                break;
+            }
+            seen.push(now);
             self.set_scale(&model);
             let ranked = self.ranked(&model, pool, least);
             let Some(best) = ranked.first().filter(|best| best.ln_bayes >= ENTER) else { break };
             self.note(log, "+", best.term, best.ln_bayes);
             model.push(best.term);
             model = self.prune(model, log);
-            if !model.contains(&best.term)
-                && self
-                    .ranked(&model, pool, least)
-                    .first()
-                    .is_some_and(|again| again.term == best.term)
-            {
-                break;
-            }
         }
         model
     }

@@ -4,11 +4,36 @@
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::library::place::Place;
 
-use super::changes::Change;
+use super::price::Gain;
 use super::sums::Sums;
 
 /// A linear combination of columns.
 pub type Combination = Vec<(usize, f64)>;
+
+/// A column of a candidate that has one value for each run: which candidate, and which of its
+/// parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Base {
+    /// The candidate.
+    pub candidate: usize,
+    /// Which of its signatures.
+    pub signature: usize,
+}
+
+/// A change found beside a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// What changes.
+    pub base: Base,
+    /// Index of the run among all, and the first sample after the change.
+    pub at: (usize, usize),
+    /// The sample of that run before which it ends; `None` if it goes on to the end of the campaign.
+    pub end: Option<usize>,
+    /// What it takes off chi squared.
+    pub gain: Gain,
+    /// Moments that were tried.
+    pub members: usize,
+}
 
 /// What kind of explanation a term is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,7 @@
 //! The same readings and weights with a model that grows by one row after the other:
 //! what each of them contributes.
 
-use crate::diagnose::budget::linear::name_of;
-use crate::diagnose::fitted::Fitted;
+use crate::diagnose::fitted::{Fitted, name_of};
 use crate::estimate::batch::{FitError, Options};
 use crate::system::Selected;
 

@@ -36,13 +36,17 @@ impl Place {
         Self::new(Of::Channel(effect.to_owned()), "small", words)
     }
 
-    /// The same from a row of a run on.
-    pub(in crate::diagnose) fn from(&self, run: &str, row: usize) -> Self {
+    /// The same from a row of a run on, to another or to the end of the campaign.
+    pub(in crate::diagnose) fn from(&self, run: &str, (row, last): (usize, Option<usize>)) -> Self {
         let words = self.words.trim_end_matches(" over run");
+        let when = match last {
+            None => format!("that changes in run `{run}` at row {row}"),
+            Some(last) => format!("in run `{run}` from row {row} to row {last}"),
+        };
         Self {
-            words: format!("{words} that changes in run `{run}` at row {row}"),
+            words: format!("{words} {when}"),
             run: Some(run.to_owned()),
-            rows: Some((row, None)),
+            rows: Some((row, last)),
             ..self.clone()
         }
     }
