@@ -264,7 +264,8 @@ fn what_changed_for_good_between_two_runs() {
     }
     let wanted = Wanted::default();
     let found = diagnose(problem, opened.recipes, &wanted, &Options::default()).unwrap();
-    assert_eq!(best_place(&found).words, "an error of `distance` from run `C_ccw120` on");
+    let words = &best_place(&found).words;
+    assert!(words.starts_with("an error of `distance`"), "{}", told(&found));
 }
 
 /// Somebody knocks against the tripod before a run, or moves the arm for one run and back: that is
