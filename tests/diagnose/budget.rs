@@ -386,7 +386,7 @@ fn with_a_right_row_in_the_model_the_rest_is_named() {
     }
 }
 
-/// A column that says nothing, as an effect of its own and as an input, changes no row.
+/// An effect that nominal parameters absorb changes no row.
 #[test]
 fn an_effect_that_does_nothing_here_changes_no_row() {
     let own = tempfile::tempdir().unwrap();
