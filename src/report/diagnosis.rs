@@ -27,7 +27,7 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
             "library": number(Some(library)),
             "unmodelled": number(Some(unknown)),
         })),
-        "nearest": nearest(diagnosis).map(candidate),
+        "nearest": diagnosis.nearest().map(candidate),
         "absorbed": diagnosis.absorbed.iter()
             .map(|one| json!({ "name": one.name, "acts_as": one.acts_as }))
             .collect::<Vec<_>>(),
@@ -50,14 +50,6 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         "fit": calibration(&diagnosis.nominal)["fit"],
         "unobservable": unobservable(&diagnosis.nominal.unobservable),
     })
-}
-
-/// Where no row stands, the effect that by itself explains most.
-pub(crate) fn nearest(diagnosis: &Diagnosis) -> Option<&Ranked> {
-    let is_unknown = diagnosis.rows.is_empty() && diagnosis.verdict.has_remainder();
-    let by_evidence = |a: &&Ranked, b: &&Ranked| a.ln_bayes.total_cmp(&b.ln_bayes);
-    let nearest = diagnosis.candidates.iter().filter(|_| is_unknown).max_by(by_evidence);
-    nearest.filter(|one| one.ln_bayes > 0.0)
 }
 
 /// One row a candidate, best first.

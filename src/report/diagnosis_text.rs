@@ -6,7 +6,6 @@ use crate::diagnose::budget::answer::{Remainder, Row, Size};
 use crate::diagnose::budget::judge::Objection;
 use crate::diagnose::library::candidate::NotTestable;
 use crate::estimate::calibrate::Estimate;
-use crate::report::diagnosis::nearest;
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
 use crate::report::noise_text::noise;
@@ -262,7 +261,7 @@ fn because(objection: &Objection) -> String {
 
 /// Where no row stands: the nearest effect, and how large the gap is.
 fn unexplained(diagnosis: &Diagnosis) -> String {
-    let Some(nearest) = nearest(diagnosis) else { return String::new() };
+    let Some(nearest) = diagnosis.nearest() else { return String::new() };
     let sizes = match sizes(&nearest.values) {
         none if none.is_empty() => none,
         some => format!(" ({some})"),

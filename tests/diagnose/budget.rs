@@ -1,12 +1,12 @@
 //! The core of the budget, each number by a second route: sums against dense products of rows, gains
 //! and held-out drops against nonlinear fits, and what must change no row.
 
-use homepoint::diagnose::budget::changes::Change;
 use homepoint::diagnose::budget::held_out::Folded;
 use homepoint::diagnose::budget::linear::Linear;
+use homepoint::diagnose::budget::pieces::Pieces;
 use homepoint::diagnose::budget::price::Gain;
-use homepoint::diagnose::budget::rows::Base;
 use homepoint::diagnose::budget::selection::Selection;
+use homepoint::diagnose::budget::terms::{Base, Change};
 use homepoint::diagnose::evidence::scan::Scanned;
 use homepoint::diagnose::fitted::Fitted;
 use homepoint::diagnose::library::wanted::Wanted;
@@ -123,6 +123,7 @@ fn sums_are_products_of_rows() {
     };
     let change = |candidate: usize, at: (usize, usize)| Change {
         base: Base { candidate, signature: 0 },
+        end: None,
         at,
         gain: Gain::default(),
         members: 1,
@@ -242,7 +243,7 @@ fn a_held_out_drop_is_what_fits_to_the_other_folds_leave() {
         .iter()
         .map(|name| linear.terms.iter().position(|one| one.name == *name).unwrap())
         .collect();
-    let folded = Folded::new(&selection, &model, &linear.pieces(&selection, &model));
+    let folded = Folded::new(&selection, &model, &Pieces::new(&linear, &selection, &model));
     let with = |model: &[usize]| {
         model.iter().fold(fitted.clone(), |fitted, term| {
             let selected = &linear.candidates[*term].selected;

@@ -215,7 +215,7 @@ fn clean_readings_and_a_strong_effect() {
 /// kind: where slow runs had forty times the rates of fast ones, unknown structure would be
 /// likelier.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn clocks_of_each_run_s_own_rate() {
     let mut rig = Rig::new("clocks", 4);
     for seed in 0..4 {

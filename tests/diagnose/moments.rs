@@ -106,7 +106,6 @@ fn off(rows: std::ops::Range<usize>, by: f64, problem: &mut Problem) {
 const NOTHING: &str = "t = 't + size * after * 0'";
 
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
 fn a_distance_that_is_off_for_a_while() {
     let (opened, mut problem) = drawn_with(NOTHING, 303, &|_, _| 0.0);
     off(30..70, 16e-6, &mut problem);
@@ -119,7 +118,6 @@ fn a_distance_that_is_off_for_a_while() {
 }
 
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
 fn a_distance_that_is_off_from_a_row_on_beside_an_effect() {
     let (opened, mut problem) = drawn_with(NOTHING, 304, &|name, _| {
         if name.starts_with("collimation") { 40e-6 } else { 0.0 }

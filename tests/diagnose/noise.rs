@@ -186,7 +186,7 @@ fn a_small_walk_is_told_with_the_drift_that_does_as_much() {
 }
 
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_sharp_line_between_the_members_of_any_grid_is_found() {
     let set = [
         "arm_torsion_oscillation.frequency=7.1373 Hz",
@@ -240,7 +240,7 @@ fn every_example_has_its_verdict() {
 
 /// A torsion passes for what a grid of sampling instants does whose period nobody states.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_grid_whose_period_is_not_stated_is_no_torsion() {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/03_ltd500");
     let opened = open(&Request::new([example])).unwrap();
@@ -323,7 +323,7 @@ fn jitter_has_one_name() {
 }
 
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn jitter_has_its_size_within_its_uncertainty() {
     for (seed, jitter) in [(31, 0.1e-3), (32, 0.4e-3)] {
         let set = [&*format!("timestamp_jitter.jitter={jitter} s")];
@@ -344,7 +344,7 @@ fn times_that_are_off_by_so_much_that_their_square_shows() {
 }
 
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn times_that_are_off_by_three_milliseconds() {
     times_off(&[("stamp_rounding.rounding", 2.9e-3, 5)]);
 }
@@ -414,7 +414,7 @@ fn values_that_sum_to_zero_are_found_as_they_are() {
 
 /// A run that is noisier than the others has levels of its own: no effect, no wild readings.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_noisier_run_is_no_effect() {
     let (opened, mut problem) = drawn(&[], &[], 71);
     let (_, other) = drawn(&[], &[], 72);
@@ -436,7 +436,7 @@ fn a_noisier_run_is_no_effect() {
 /// A jitter of the campaign's own model is estimated beside a gap; it must not keep what the gap
 /// was.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn jitter_of_the_model_itself_is_judged_beside_what_is_adopted() {
     let with = ["timestamp_jitter", "trunnion_tilt"];
     let set = ["timestamp_jitter.jitter=0.1 ms", "trunnion_tilt.tilt=60 arcsec"];

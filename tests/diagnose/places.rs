@@ -21,7 +21,7 @@ fn what_wrong_effects_leave_in_few_runs_is_not_the_gap() {
 /// A pull on the arm that grows with its rate: the fast runs, which hold most of it, are sampled
 /// evenly and rarely, so that it has the frequency of some oscillation there.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn what_grows_with_the_rate_is_no_oscillation() {
     let text = "[parameters]\nby = { unit = \"m/(rad/s)\", typical = \"10 um/(rad/s)\", scope = \"instrument\" }\n\
                 [patch]\ntarget = 'target + by * rate(arm_angle) * sin(arm_angle) * [1, 0, 0]'\n";
@@ -37,7 +37,6 @@ fn what_grows_with_the_rate_is_no_oscillation() {
 /// A cable that drags the arm's bearing another way than it goes: for runs one way a wave, for
 /// those the other way its reverse, which is an oscillation at each rate.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
 fn what_goes_otherwise_there_than_back_is_no_oscillation() {
     let text = "[parameters]\ndrag = { unit = \"m\", typical = \"10 um\", scope = \"instrument\" }\n\
                 [patch]\ntarget = 'target + drag * sign(rate(arm_angle)) * cos(3 * arm_angle) * [0, 0, 1]'\n";

@@ -63,7 +63,7 @@ fn odds_after_the_readings_go_with_odds_before() {
 
 /// The library's part stays what it is: where one effect is likelier the others give way.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_likelier_effect_leaves_the_library_its_part() {
     let (usual, three) =
         (with(Prior::default()), with(Prior::default().with("collimation", 3.0).unwrap()));
@@ -74,7 +74,7 @@ fn a_likelier_effect_leaves_the_library_its_part() {
 /// An effect is as probable as any other, however many heads it may sit at: where it is looked for
 /// at one of two only, that one has all of it.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn heads_share_what_their_effect_has_before_the_readings() {
     let both = of("06_igps_two_stations", &Wanted::default());
     let without = Wanted::new(&[], &["servo_quadratic_lag.b".to_owned()]);
@@ -90,7 +90,7 @@ fn heads_share_what_their_effect_has_before_the_readings() {
 /// A weak swing of the arm of which no block is beyond chance, but which is likelier than nothing
 /// by far.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn what_is_likely_is_told_although_no_block_of_it_is_beyond_chance() {
     let torsion = "arm_torsion_oscillation";
     let set =

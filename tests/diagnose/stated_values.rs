@@ -83,7 +83,7 @@ fn a_stated_value_is_judged_as_without_it() {
 }
 
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_wrong_stated_value_is_the_place_of_a_gap() {
     let (at, _) = place(&fitted(&open(&Request::new([drawn::folder()])).unwrap()));
     let (_own, opened) = with_setup(&said([at[0], at[1] - 2e-3, at[2]], SIGMA));
@@ -99,7 +99,7 @@ fn a_wrong_stated_value_is_the_place_of_a_gap() {
 
 /// A delay that is stated wrong is as an effect that delays: both are told.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_wrong_stated_value_that_an_effect_takes_up_is_told_with_it() {
     let (_own, opened) = with_radius(
         "radius = { value = \"1.15 m\", sigma = \"1 um\" }\n\"horizontal.delay\" = { value = \"0 us\", sigma = \"1 us\" }",

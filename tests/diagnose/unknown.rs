@@ -271,7 +271,7 @@ fn what_changed_for_good_between_two_runs() {
 /// Somebody knocks against the tripod before a run, or moves the arm for one run and back: that is
 /// no walk, although it looks like one.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_rig_that_was_displaced() {
     let text = "[parameters]\nmoved = { unit = \"m\", typical = \"10 um\", scope = \"run\" }\n\
                 [patch]\nposition = 'position + moved * [1, -0.5, 0.3]'\n";
@@ -334,7 +334,7 @@ fn a_rig_that_creeps_to_rest() {
 /// A camera that reads its attitude wrong where the hand is high, or swings on its mount: without
 /// blocks of rotations either is noise with a memory.
 #[test]
-#[ignore = "wrong answer, see the issue of the diagnosis"]
+#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn what_an_attitude_reads_wrong() {
     let example = || Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/hand_eye");
     let own = "attitude = 'attitude * turn([0, 0, wrong * hand_z / 1 m])'";

@@ -231,6 +231,14 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Where no row stands, the effect that by itself explains most for its price.
+    pub fn nearest(&self) -> Option<&Ranked> {
+        let is_unknown = self.rows.is_empty() && self.verdict.has_remainder();
+        let by_evidence = |a: &&Ranked, b: &&Ranked| a.ln_bayes.total_cmp(&b.ln_bayes);
+        let nearest = self.candidates.iter().filter(|_| is_unknown).max_by(by_evidence);
+        nearest.filter(|one| one.ln_bayes > 0.0)
+    }
+
     /// Of a nominal model alone.
     pub fn without_search(nominal: Calibration, verdict: Verdict, lost: Vec<Lost>) -> Self {
         Self {

@@ -19,6 +19,8 @@ use super::thresholds::ENTER;
 const MOST_BINS: usize = 1500;
 /// Bases whose changes are located sample by sample at most.
 const MOST_STRONG: usize = 4;
+/// Samples of a stretch at least: fewer are outliers.
+const LEAST_STRETCH: usize = 8;
 /// Places in a run at which a stretch begins or ends at most.
 const MOST_ENDS: usize = 40;
 /// Share of a change's squared length below which the model takes it up.
@@ -68,10 +70,11 @@ impl Linear {
         let mut strong: Vec<Change> =
             coarse.into_iter().filter(|one| one.gain.gain > least).collect();
         strong.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
-        let mut known: Vec<Base> = Vec::new();
+        let mut known: Vec<(Base, bool)> = Vec::new();
         strong.retain(|one| {
-            let is_new = !known.contains(&one.base);
-            known.push(one.base);
+            let kind = (one.base, one.end.is_some());
+            let is_new = !known.contains(&kind);
+            known.push(kind);
             is_new
         });
         strong.truncate(MOST_STRONG);
@@ -235,6 +238,11 @@ impl Linear {
             for from in (first..next).step_by(step) {
                 for to in (from + step..=next).step_by(step) {
                     let whole = to == next && is_last;
+                    let end = bins.get(to).filter(|bin| bin.run == run);
+                    let end = end.map_or_else(|| self.samples_in(run), |bin| bin.first);
+                    if end - bins[from].first < LEAST_STRETCH {
+                        continue;
+                    }
                     tried += 1;
                     let beyond = |row: usize| if whole { 0.0 } else { sum[(row, to)] };
                     let square = sum[(n + 1, from)] - beyond(n + 1);

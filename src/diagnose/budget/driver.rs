@@ -392,10 +392,11 @@ fn changes(
     let ln_bayes = |one: &Change| ln_bayes_factor(one.gain, one.members, blocks);
     found.retain(|one| ln_bayes(one) >= ENTER);
     found.sort_by(|a, b| ln_bayes(b).total_cmp(&ln_bayes(a)));
-    let mut bases: Vec<Base> = Vec::new();
+    let mut known: Vec<(Base, bool)> = Vec::new();
     found.retain(|one| {
-        let is_new = !bases.contains(&one.base);
-        bases.push(one.base);
+        let kind = (one.base, one.end.is_some());
+        let is_new = !known.contains(&kind);
+        known.push(kind);
         is_new
     });
     found.truncate(MOST_CHANGES);

@@ -10,7 +10,6 @@ use crate::diagnose::budget::answer::{Remainder, Row};
 use crate::diagnose::found::LeftOut;
 use crate::diagnose::library::place::Of;
 use crate::estimate::calibrate::Estimate;
-use crate::report;
 
 use super::Outcome;
 
@@ -129,7 +128,7 @@ fn estimates(row: &Row) -> Vec<Value> {
 
 /// The nearest effect, as the test against the nominal model has it.
 fn nearest(found: &Diagnosis) -> Option<EffectSize> {
-    let nearest = report::diagnosis::nearest(found)?;
+    let nearest = found.nearest()?;
     let each = nearest.values.iter().map(|one| Value {
         parameter: format!("{}[{}]", one.parameter, one.component),
         of: one.of.clone(),
