@@ -124,14 +124,4 @@ mod tests {
         assert_eq!(slow(0.2), [false; 3]);
         assert_eq!(slow(20.1), [true, false, true]);
     }
-
-    #[test]
-    fn frequencies_fold_together_in_a_run() {
-        let runs = Sampling::made(vec![Some((0.365, 43.0)), None, Some((0.1, 43.0))]);
-        let is_one = |other| [0, 1, 2].map(|run| runs.is_one(run, 6.01, other));
-        // 2 / 0.365 s less than 6.01 Hz.
-        assert_eq!(is_one(0.5278), [true, false, false]);
-        assert_eq!(is_one(0.55), [false; 3]);
-        assert_eq!(is_one(6.015), [true, false, true]);
-    }
 }
