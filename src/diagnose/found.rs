@@ -1,7 +1,7 @@
 //! What is found beside effects, as data: in the noise, in a few runs, in readings that are left
 //! out, and places.
 //!
-//! How it is found is for [`super::gross`], [`super::noise`] and [`super::verdict`] to say.
+//! How it is found is for [`super::gross`] and [`super::budget`] to say.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -3,7 +3,7 @@
 //!
 //! With the nominal columns and those of the model's terms `M`, a term `j` has
 //! `S = H_jj - H_jM H_MM⁻¹ H_Mj` and the score `g` likewise; it takes `gᵀ S⁺ g` off chi squared,
-//! over the directions of which more than [`ABSORBED`] of their length is left. Where none is left
+//! over the directions of which more than a share of 3e-4 of their length is left. Where none is left
 //! the term is absorbed and never enters. It searches nothing.
 
 use nalgebra::linalg::Cholesky;
