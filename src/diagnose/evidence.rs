@@ -15,8 +15,8 @@
 //! | `nominal` | what the nominal parameters can follow |
 //! | `columns` | which column is which value of which candidate |
 //! | `entry` | what a pass says of one candidate |
-//! | `tied`, `shared`, `left` | candidates together, what they have in common, what they leave |
-//! | [`mod@basis`] | what two sets of columns have in common |
+//! | `shared` | what candidates have in common with each other and with nominal parameters |
+//! | [`mod@basis`] | directions in which columns differ beyond the nominal parameters |
 //! | [`mod@scan`], `sampling` | which member of a family explains most, at which members it is looked for |
 //! | [`score`] | how unlikely an explanation is by chance |
 //! | [`thresholds`], [`detection`] | from where on it counts, and how often an effect gets there |
@@ -25,14 +25,12 @@ pub mod basis;
 pub(super) mod columns;
 pub mod detection;
 mod entry;
-mod left;
 pub(super) mod nominal;
 pub(in crate::diagnose) mod sampling;
 pub mod scan;
 pub mod score;
 mod shared;
 pub mod thresholds;
-mod tied;
 
 use std::sync::Arc;
 
@@ -58,8 +56,6 @@ const NEGLIGIBLE: f64 = 1e-4;
 pub struct Evidence {
     /// One for each candidate, in their order.
     pub entries: Vec<Entry>,
-    /// The signatures in each campaign.
-    signatures: Arc<Vec<Signatures>>,
     /// Sums of each run over all campaigns.
     runs: Arc<Vec<RunGram>>,
     /// The nominal columns of each run.
@@ -92,22 +88,6 @@ impl Evidence {
         Some(evidence)
     }
 
-    /// The same; the last candidate is projected only, and has no entry.
-    pub fn beside(
-        problem: &Problem,
-        normal: &Normal,
-        point: &Point,
-        candidates: &[&Candidate],
-    ) -> Option<(Self, Projected)> {
-        let signed = sign(problem, candidates);
-        let (mut evidence, mut columns) =
-            Self::summed(problem, normal, point, candidates.len(), signed)?;
-        let (owners, last) = columns.pop()?;
-        let last = evidence.projected(owners, last);
-        evidence.enter(columns);
-        Some((evidence, last))
-    }
-
     /// All sums, and the columns of each candidate.
     fn summed(
         problem: &Problem,
@@ -135,7 +115,7 @@ impl Evidence {
             }
         }
         let runs = Arc::new(runs);
-        let evidence = Self { entries: Vec::new(), signatures: signed, runs, touched, nominal };
+        let evidence = Self { entries: Vec::new(), runs, touched, nominal };
         Some((evidence, columns.into_iter().map(|own| own.into_iter().unzip()).collect()))
     }
 

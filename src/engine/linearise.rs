@@ -16,6 +16,9 @@ use crate::engine::programs::RowsProgram;
 /// Rows and columns of a tile of a matrix.
 const TILE: usize = 16;
 
+/// What sees the products of a row, with the columns of a Gram matrix that each stands for.
+type ProductsVisitor<'a> = dyn FnMut(usize, &Products, &[&[(usize, f64)]]) + 'a;
+
 impl Problem {
     /// The sums over a block of what a program computes.
     pub(super) fn block_gram(
@@ -25,18 +28,11 @@ impl Problem {
         plan: &Plan,
         memory: &mut Memory,
     ) -> RunGram {
-        let made = |directions: &[usize]| Products::new(1 + directions.len(), self.set);
-        let readings = self.block_products(block, program, plan, memory, made);
         let mut gram = DMatrix::zeros(plan.size, plan.size);
-        let residual = [(plan.size - 1, 1.0)];
-        if let Some(own) = memory.own(block.part) {
-            for (row, products) in own.products.iter().enumerate() {
-                let columns: Vec<&[(usize, f64)]> = std::iter::once(&residual[..])
-                    .chain(own.mixed.directions(row).iter().map(|d| plan.movers[*d].as_slice()))
-                    .collect();
-                scatter(&mut gram, products, &columns);
-            }
-        }
+        let readings =
+            self.scatter_block(block, program, plan, memory, &mut |_, products, columns| {
+                scatter(&mut gram, products, columns);
+            });
         both_triangles(&mut gram);
         RunGram { gram, readings }
     }
@@ -49,21 +45,37 @@ impl Problem {
         plan: &Plan,
         memory: &mut Memory,
     ) -> Vec<RunGram> {
-        let made = |directions: &[usize]| Products::new(1 + directions.len(), self.set);
-        self.block_products(block, program, plan, memory, made);
         let part = &self.parts[block.part];
         let mut grams = vec![RunGram::empty(plan.size); part.slots().len()];
+        self.scatter_block(block, program, plan, memory, &mut |row, products, columns| {
+            scatter(&mut grams[part.measurand_of(row)].gram, products, columns);
+        });
+        grams.iter_mut().for_each(|one| both_triangles(&mut one.gram));
+        grams
+    }
+
+    /// Shows the products of each row over a block with the columns that they stand for; the number
+    /// of readings.
+    fn scatter_block(
+        &self,
+        block: Block,
+        program: &RowsProgram,
+        plan: &Plan,
+        memory: &mut Memory,
+        take: &mut ProductsVisitor<'_>,
+    ) -> usize {
+        let made = |directions: &[usize]| Products::new(1 + directions.len(), self.set);
+        let readings = self.block_products(block, program, plan, memory, made);
         let residual = [(plan.size - 1, 1.0)];
         if let Some(own) = memory.own(block.part) {
             for (row, products) in own.products.iter().enumerate() {
                 let columns: Vec<&[(usize, f64)]> = std::iter::once(&residual[..])
                     .chain(own.mixed.directions(row).iter().map(|d| plan.movers[*d].as_slice()))
                     .collect();
-                scatter(&mut grams[part.measurand_of(row)].gram, products, &columns);
+                take(row, products, &columns);
             }
         }
-        grams.iter_mut().for_each(|one| both_triangles(&mut one.gram));
-        grams
+        readings
     }
 
     /// The products of the columns of each row over a block, which are then in the memory; the

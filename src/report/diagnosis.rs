@@ -80,6 +80,7 @@ fn row(one: &Row) -> Value {
         "alone": number(Some(one.alone)),
         "held_out_drop": number(Some(one.held_out)),
         "aliases": one.aliases,
+        "unmodelled_alias": one.unmodelled_alias,
         "confounded": confounded
             .map(|(name, r)| json!({ "with": name, "correlation": number(Some(*r)) }))
             .collect::<Vec<_>>(),

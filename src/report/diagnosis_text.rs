@@ -104,6 +104,9 @@ fn remarks(row: &Row) -> String {
     if !row.aliases.is_empty() {
         remarks.push(format!("alias: {}", row.aliases.join(", ")));
     }
+    if let Some(words) = &row.unmodelled_alias {
+        remarks.push(format!("{words} would fit as well"));
+    }
     for (other, correlation) in &row.confounded {
         remarks.push(format!("confounded with {other} (r = {correlation:.2})"));
     }
@@ -235,7 +238,12 @@ fn doubtful(diagnosis: &Diagnosis) -> String {
 fn sizes(values: &[Size]) -> String {
     let shown = values.iter().take(SHORT).map(|one| {
         let name = one.parameter.rsplit_once('.').map_or(one.parameter.as_str(), |(_, last)| last);
-        format!("{name} {}", figure::value(one.value, None, &one.unit))
+        let has_several =
+            values.iter().any(|o| o.parameter == one.parameter && o.component != one.component);
+        let axis = if has_several { [".x", ".y", ".z"][one.component.min(2)] } else { "" };
+        let of = one.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
+        let sign = if one.value < 0.0 { "-" } else { "" };
+        format!("{name}{axis}{of} {sign}{}", figure::size(one.value.abs(), &one.unit))
     });
     shown.collect::<Vec<_>>().join(", ")
 }
@@ -281,7 +289,7 @@ fn next(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
     if !wanting.is_empty() && diagnosis.verdict.has_remainder() {
         text.push_str(&format!(
-            "\nNot tried, for want of a constant that `--set NAME=VALUE` or [parameters] states: {}.\n",
+            "\nNot tried, because a constant is missing that `--set NAME=VALUE` or [parameters] states: {}.\n",
             wanting.join(", ")
         ));
     }

@@ -20,6 +20,10 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
     };
     let closed = closed(diagnosis);
     match diagnosis.verdict {
+        Verdict::Adequate if diagnosis.nominal.degrees_of_freedom() <= 0 => {
+            "Adequate, but nothing is tested: there are no more readings than parameters."
+                .to_owned()
+        }
         Verdict::Adequate => match largest_scale(diagnosis) {
             Some((name, factor)) => format!(
                 "Adequate: no effect and no unmodelled structure is found; `{name}` scatters {} times as much as stated.",

@@ -268,7 +268,7 @@ fn an_effect_that_wants_a_constant_is_not_forgotten() {
     let (verdict, text) = told(&request);
     assert_eq!(verdict, Verdict::Explained);
     assert!(text.contains("\nsampling_grid "), "{text}");
-    assert!(!text.contains("for want of a constant"), "{text}");
+    assert!(!text.contains("because a constant is missing"), "{text}");
 }
 
 /// A memory is in the weights, and said, even where no effect of the library may stand for it.

@@ -2,7 +2,7 @@
 
 use crate::campaign::begin::log::Log;
 
-/// Data and stream of each recording, the most alike first; what is left over has no partner. Of two
+/// Data and stream of each recording, the most alike first; the others have no partner. Of two
 /// logs the one with more rows a second is the stream.
 pub(super) fn recordings(logs: &[Log]) -> Vec<[usize; 2]> {
     let all_alike = logs.windows(2).all(|two| two[0].heads() == two[1].heads());

@@ -113,6 +113,8 @@ pub struct Row {
     pub held_out: f64,
     /// Effects that these readings do not distinguish from it.
     pub aliases: Vec<String>,
+    /// The unmodelled effect that would explain as much in its place, if there is one.
+    pub unmodelled_alias: Option<String>,
     /// Rows whose values are correlated with its own, and how much.
     pub confounded: Vec<(String, f64)>,
     /// Ratio of its largest value to the typical magnitude.

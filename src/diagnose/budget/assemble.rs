@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::diagnose::fitted::{Fitted, name_of};
 use crate::diagnose::gap::gap;
 use crate::diagnose::gap::steps::Steps;
-use crate::diagnose::library::place::Place;
+use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::library::prior::{Cause, Prior};
 use crate::engine::Problem;
 use crate::estimate::batch::{FitError, Options};
@@ -194,6 +194,10 @@ impl Budget<'_> {
             posterior: 1.0 / (1.0 + odds),
             held_out: folded.drop(at),
             aliases,
+            unmodelled_alias: blocks
+                .first()
+                .filter(|one| one.ln_bayes > ln_bayes - TIE)
+                .and_then(|one| Some(linear.terms[one.term].place.as_ref()?.words.clone())),
             confounded: self.confounded(at),
         }
     }
@@ -333,16 +337,22 @@ impl Budget<'_> {
         found
     }
 
-    /// The rms of what a term does, in the measurand in which it is largest against the noise (SI).
+    /// The rms of what a term does (SI): of an error of a measurand in that one, else in the one in
+    /// which it is largest against the noise.
     fn rms(&self, term: usize, values: &[f64]) -> Option<(f64, String)> {
         let Self { linear, selection, .. } = self;
+        let own = match &linear.terms[term].place {
+            Some(Place { of: Of::Measurand(name), .. }) => Some(name),
+            _ => None,
+        };
         let form = selection.beyond_nominal(term, values);
         let mut best: Option<(f64, f64, String)> = None;
         for (part, data) in linear.fitted.problem.parts.iter().enumerate() {
             for measurand in 0..data.slots().len() {
                 let number = linear.sums.first_measurand[part] + measurand;
                 let readings = linear.sums.readings[number] as f64;
-                if readings == 0.0 {
+                let name = &data.system.assembly.names.measurands[measurand].name;
+                if readings == 0.0 || own.is_some_and(|own| own != name) {
                     continue;
                 }
                 let mut square = 0.0;
@@ -353,8 +363,7 @@ impl Budget<'_> {
                 let rms = (square.max(0.0) / readings).sqrt();
                 let against = rms / selection.scale[number];
                 if best.as_ref().is_none_or(|(known, ..)| against > *known) {
-                    let name = data.system.assembly.names.measurands[measurand].name.clone();
-                    best = Some((against, rms * data.sigma[measurand], name));
+                    best = Some((against, rms * data.sigma[measurand], name.clone()));
                 }
             }
         }

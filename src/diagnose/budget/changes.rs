@@ -103,9 +103,7 @@ impl Linear {
         for (candidate, one) in self.candidates.iter().enumerate() {
             let place = one.place.as_ref();
             if place.is_some_and(|place| place.is_of_runs()) {
-                let system = one.systems.iter().flatten().next();
                 let count = one.selected.effect.parameters.len();
-                let _ = system;
                 bases.extend((0..count).map(|signature| Base { candidate, signature }));
             }
         }
@@ -313,17 +311,49 @@ impl Linear {
 
     /// The column of a change, appended to the sums.
     fn append(&mut self, change: &Change) -> usize {
-        let problem = &self.fitted.problem;
         let mut added = Appended::default();
+        self.visit_change(change, &mut |(run, _), measurand, x, row| {
+            added.add((run, measurand), x, row);
+        });
+        let known: Vec<(usize, Change)> = self
+            .terms
+            .iter()
+            .filter_map(|term| Some((term.columns.first()?.first()?.0, term.change.clone()?)))
+            .collect();
+        for (column, other) in known {
+            let places: Vec<Option<usize>> =
+                (0..self.order.len()).map(|run| self.place_of(run, other.base)).collect();
+            self.visit_change(change, &mut |(run, sample), measurand, x, row| {
+                if let Some(theirs) = places[run].filter(|_| self.acts(&other, (run, sample))) {
+                    added.add_to(measurand, column, x * row[theirs]);
+                }
+            });
+        }
+        self.sums.append(&added)
+    }
+
+    /// Where a base stands among the columns of a run.
+    fn place_of(&self, run: usize, base: Base) -> Option<usize> {
+        let (part, own) = (self.part_of(run).0, base.candidate.to_string());
+        let mine = self.signed[part].columns.iter().enumerate();
+        let (index, _) = mine.filter(|(_, one)| one.effect == own).nth(base.signature)?;
+        Some(self.fitted.problem.layout.columns.touched_by(run).len() + index)
+    }
+
+    /// Shows every reading on which a change acts: run and sample, measurand, value of the change's
+    /// column, the row with the residual last.
+    fn visit_change(&self, change: &Change, see: &mut ChangeVisitor<'_>) {
+        let problem = &self.fitted.problem;
         for (part, signatures) in self.signed.iter().enumerate() {
-            let own = change.base.candidate.to_string();
-            let mine = signatures.columns.iter().enumerate().filter(|(_, one)| one.effect == own);
-            let Some((index, _)) = mine.into_iter().nth(change.base.signature) else { continue };
             let first = self.sums.first_measurand[part];
             let data = &problem.parts[part];
+            let runs = 0..data.runs.len();
+            let places: Vec<Option<usize>> =
+                runs.map(|run| self.place_of(problem.run_index(part, run), change.base)).collect();
             let mut row = Vec::new();
             problem.visit_whitened(signatures, &self.fitted.fit.point, &mut |lanes| {
                 let run = problem.run_index(part, lanes.run);
+                let Some(place) = places[lanes.run] else { return };
                 let touched = problem.layout.columns.touched_by(run).len();
                 let size = touched + signatures.columns.len() + 1;
                 row.resize(size, 0.0);
@@ -334,53 +364,15 @@ impl Linear {
                     }
                     lanes.put(lane, &mut row);
                     row[size - 1] = lanes.residual[lane];
-                    let x = row[touched + index];
-                    if x != 0.0 {
-                        added.add((run, first + data.measurand_of(lanes.row)), x, &row);
-                    }
-                }
-            });
-        }
-        // Products with the changes that are there already follow from the later of two moments.
-        let known: Vec<(usize, Change)> = self
-            .terms
-            .iter()
-            .filter_map(|term| Some((term.columns.first()?.first()?.0, term.change.clone()?)))
-            .collect();
-        for (column, other) in known {
-            self.across(change, (column, &other), &mut added);
-        }
-        self.sums.append(&added)
-    }
-
-    /// Products of two changes.
-    fn across(&self, change: &Change, (column, other): (usize, &Change), added: &mut Appended) {
-        let problem = &self.fitted.problem;
-        for (part, signatures) in self.signed.iter().enumerate() {
-            let index = |change: &Change| {
-                let own = change.base.candidate.to_string();
-                let all = signatures.columns.iter().enumerate();
-                let (index, _) =
-                    all.filter(|(_, one)| one.effect == own).nth(change.base.signature)?;
-                Some(index)
-            };
-            let (Some(own), Some(theirs)) = (index(change), index(other)) else { continue };
-            let first = self.sums.first_measurand[part];
-            let data = &problem.parts[part];
-            let mut row = Vec::new();
-            problem.visit_whitened(signatures, &self.fitted.fit.point, &mut |lanes| {
-                let run = problem.run_index(part, lanes.run);
-                let touched = problem.layout.columns.touched_by(run).len();
-                row.resize(touched + signatures.columns.len() + 1, 0.0);
-                for lane in 0..lanes.stretch.len {
-                    let at = (run, lanes.stretch.first + lane);
-                    if lanes.is_present(lane) && self.acts(change, at) && self.acts(other, at) {
-                        lanes.put(lane, &mut row);
-                        let product = row[touched + own] * row[touched + theirs];
-                        added.add_to(first + data.measurand_of(lanes.row), column, product);
+                    if row[place] != 0.0 {
+                        let measurand = first + data.measurand_of(lanes.row);
+                        see((run, sample), measurand, row[place], &row);
                     }
                 }
             });
         }
     }
 }
+
+/// What sees the readings on which a change acts.
+type ChangeVisitor<'a> = dyn FnMut((usize, usize), usize, f64, &[f64]) + 'a;

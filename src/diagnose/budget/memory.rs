@@ -44,7 +44,7 @@ pub fn instead_of_blocks(
     }
     let mut by_noise = 0.0;
     let mut found = Vec::new();
-    for ((part, _, row), runs) in components(linear, &of_rows, rows) {
+    for ((part, _, row), runs) in components(linear, &of_rows, rows, &mut |_, _| {}) {
         if let Some((noise, gained)) = likeliest(&runs).filter(|(_, gained)| *gained > SURE) {
             by_noise += gained;
             found.push((part, row, noise));

@@ -45,11 +45,13 @@ impl NoiseFound {
 /// Residuals of one component by run: sample, time (s), whitened residual.
 pub type Component = BTreeMap<usize, Vec<(usize, f64, f64)>>;
 
-/// The residuals of a model by campaign, measurand (of all campaigns) and residual component.
+/// The residuals of a model by campaign, measurand (of all campaigns) and residual component; `see`
+/// is shown each of them with its row.
 pub fn components(
     linear: &Linear,
     selection: &Selection<'_>,
     model: &[usize],
+    see: &mut dyn FnMut(&Values<'_>, f64),
 ) -> BTreeMap<(usize, usize, usize), Component> {
     let (values, _) = selection.solved(model);
     let mut components: BTreeMap<(usize, usize, usize), Component> = BTreeMap::new();
@@ -58,24 +60,19 @@ pub fn components(
         let part = linear.part_of(row.run).0;
         let component = components.entry((part, row.measurand, row.row)).or_default();
         let own = component.entry(row.run).or_default();
-        own.push((row.sample, row.time, row.residual - explained));
+        let residual = row.residual - explained;
+        own.push((row.sample, row.time, residual));
+        see(&row, residual);
     });
     components
 }
 
 /// Looks at the residuals of a model.
 pub fn noise(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> NoiseFound {
-    let (values, _) = selection.solved(model);
     let delays = delay_columns(linear, selection);
-    let mut components: BTreeMap<(usize, usize, usize), Component> = BTreeMap::new();
     // By sample: sums of u, u², v, v² over its readings.
     let mut samples: BTreeMap<(usize, usize), [f64; 4]> = BTreeMap::new();
-    linear.visit(selection, model, &[], &mut |row: Values<'_>| {
-        let explained: f64 = row.model.iter().zip(values.iter()).map(|(x, b)| x * b).sum();
-        let residual = row.residual - explained;
-        let part = linear.part_of(row.run).0;
-        let component = components.entry((part, row.measurand, row.row)).or_default();
-        component.entry(row.run).or_default().push((row.sample, row.time, residual));
+    let components = components(linear, selection, model, &mut |row, residual| {
         let scale = selection.scale[row.measurand];
         let rate: f64 = delays.iter().map(|column| row.model[*column]).sum();
         if rate != 0.0 {

@@ -271,11 +271,6 @@ impl Sums {
         weighted
     }
 
-    /// The sums of one measurand alone, without prior knowledge.
-    pub fn measurand(&self, number: usize) -> Weighted<'_> {
-        Weighted { sums: self, store: self.by_measurand[number].clone() }
-    }
-
     /// The product of two columns in the sums of one measurand; the column after the last is the
     /// residual.
     pub fn product_in(&self, measurand: usize, a: usize, b: usize) -> f64 {

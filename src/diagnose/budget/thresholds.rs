@@ -1,6 +1,5 @@
-//! Every threshold of the budget, with its meaning, its unit and the measurement that chose it.
-//!
-//! docs/diagnosis.md has the measurements.
+//! The thresholds of evidence, with their meaning and unit; docs/diagnosis.md has the measurements
+//! that chose them. Limits of effort (rounds, bins) stand with what they limit.
 
 /// Log Bayes factor from which a term enters, and below which it leaves. Clean campaigns: 0 of 148
 /// had a term.

@@ -19,18 +19,6 @@ pub struct Projected {
     pub(super) coupling: DMatrix<f64>,
 }
 
-impl Projected {
-    /// Whose values its columns are.
-    pub fn owners(&self) -> &[Owner] {
-        &self.owners
-    }
-
-    /// The run in which each column acts, the first of several.
-    pub fn runs(&self) -> impl Iterator<Item = usize> {
-        self.columns.iter().map(|column| column.at.first().map_or(0, |(run, _)| *run))
-    }
-}
-
 /// What a pass says of one candidate.
 #[derive(Clone, Debug)]
 pub struct Entry {
@@ -76,11 +64,6 @@ impl Entry {
     /// What its best values take off the sum of squares.
     pub fn gain(&self) -> f64 {
         self.score.norm_squared()
-    }
-
-    /// Its best values, one a column.
-    pub fn values(&self) -> DVector<f64> {
-        &self.basis * &self.score
     }
 
     /// Whether it changes readings at all.

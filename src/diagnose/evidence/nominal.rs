@@ -8,7 +8,7 @@
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use crate::engine::gram::{Normal, PriorRow};
+use crate::engine::gram::Normal;
 use crate::estimate::arrow::normal_matrix;
 
 /// Share of a column's squared length below which what is left of it beside the columns before it
@@ -24,8 +24,6 @@ pub(super) struct Nominal {
     pub(super) length: DVector<f64>,
     /// What the readings say of each column.
     pub(super) score: DVector<f64>,
-    /// Prior knowledge.
-    pub(super) priors: Vec<PriorRow>,
 }
 
 impl Nominal {
@@ -33,7 +31,7 @@ impl Nominal {
     pub(super) fn of(normal: &Normal) -> Option<Self> {
         let (hessian, score) = normal_matrix(normal).ok()?;
         let (factor, length) = factored(&hessian)?;
-        Some(Self { factor, length, score, priors: normal.priors.clone() })
+        Some(Self { factor, length, score })
     }
 
     /// `H_nn⁻¹` times a matrix.

@@ -7,9 +7,6 @@ use crate::statistics::{ln_chi_squared, ln_f};
 /// Fewer stretches do not show how scores scatter.
 pub const LEAST_STRETCHES: usize = 20;
 
-/// Stretches that a campaign is cut into.
-pub const STRETCHES: usize = 60;
-
 /// A score test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
@@ -23,9 +20,6 @@ pub struct Score {
 }
 
 impl Score {
-    /// Nothing.
-    pub const NONE: Self = Self { gain: 0.0, degrees: 0, ln_p: 0.0 };
-
     /// Whether it is below a level of chance (a logarithm), and large enough to be declared.
     pub fn is_seen(&self, level: f64) -> bool {
         self.ln_p <= level && self.lambda() >= LEAST_LAMBDA
@@ -74,12 +68,4 @@ impl Support {
             ln_f(gain / (d * inflation.max(1.0)), d, self.stretches as f64 - 1.0)
         }
     }
-}
-
-/// Logarithm of the likelihood ratio, against nothing, of normal values of the likeliest variance
-/// that take so much off the sum of squares.
-pub fn likelihood_of_gain(gain: f64, degrees: usize) -> f64 {
-    let degrees = degrees as f64;
-    let excess = gain - degrees;
-    if excess > 0.0 { 0.5 * (excess - degrees * (gain / degrees).ln()) } else { 0.0 }
 }

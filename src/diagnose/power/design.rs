@@ -5,7 +5,6 @@ use std::convert::Infallible;
 
 use crate::diagnose::evidence::Evidence;
 use crate::diagnose::evidence::scan::{ALL_BLIND, told};
-use crate::diagnose::evidence::score::score;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::NotTestable;
 use crate::diagnose::library::offer::offer;
@@ -70,7 +69,6 @@ pub fn prospect(fitted: Fitted, wanted: &Wanted) -> Option<Prospect> {
     let evidence = Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, &all)?;
     let like = |n: usize| candidates.iter().filter(|one| one.name == candidates[n].name).count();
     let members: Vec<usize> = (0..candidates.len()).map(like).collect();
-    let scores = evidence.entries.iter().zip(&members).map(|(entry, m)| score(entry, *m)).collect();
     Some(Prospect {
         fitted,
         candidates,
@@ -78,6 +76,5 @@ pub fn prospect(fitted: Fitted, wanted: &Wanted) -> Option<Prospect> {
         noise: offer.noise,
         not_testable: offer.not_testable,
         evidence,
-        scores,
     })
 }

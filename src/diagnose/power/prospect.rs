@@ -2,7 +2,6 @@
 
 use crate::diagnose::evidence::Entry;
 use crate::diagnose::evidence::Evidence;
-use crate::diagnose::evidence::score::Score;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::effect::Target;
@@ -31,8 +30,6 @@ pub struct Prospect {
     pub not_testable: Vec<NotTestable>,
     /// What the pass over the design says of each candidate.
     pub evidence: Evidence,
-    /// The score test of each.
-    pub scores: Vec<Score>,
 }
 
 impl Prospect {
