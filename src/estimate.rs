@@ -74,6 +74,7 @@ pub mod delays;
 pub mod deviations;
 pub mod differences;
 pub mod eigen;
+pub(crate) mod factored;
 pub mod global;
 pub mod head;
 pub mod intersection;

@@ -12,18 +12,23 @@
 //! | [`changes`] | change points as terms |
 //! | [`judge`] | when a row stands |
 //! | [`linear`] | a fitted model with everything that may be added to it |
+//! | [`families`] | which member of a family stands for it |
 //! | [`memory`] | autocorrelated noise against basis blocks |
 //! | [`noise`] | outliers, jitter, autocorrelation in the residuals |
 //! | [`noise_scale`] | noise scale factors that are not as stated |
 //! | [`answer`], `assemble` | the verdict, and the answer as data |
+//! | [`solved`] | values of rows, beside a remainder whose values have a prior |
 //! | [`absorbed`], [`member`] | effects that show in no reading; uncertainty of family members |
+//! | [`confounded`] | effects that the readings do not separate from a row |
 //! | [`driver`] | refit, relinearise, search again |
 
 pub mod absorbed;
 pub mod answer;
 mod assemble;
 pub mod changes;
+pub mod confounded;
 pub mod driver;
+pub mod families;
 pub mod held_out;
 pub mod judge;
 pub mod labels;
@@ -37,6 +42,7 @@ pub mod price;
 pub mod rows;
 pub mod search;
 pub mod selection;
+pub mod solved;
 pub mod sums;
 pub mod terms;
 pub mod thresholds;

@@ -98,6 +98,29 @@ pub fn covariance_of(
     SampleCovariance { covariance, sensitivities }
 }
 
+/// Sum of squares of the factors on what is stated as a measurand's standard uncertainty, over the
+/// readings of a run, and their number.
+pub(super) fn factor_squares(
+    part: &Part,
+    run: usize,
+    parameters: &[[f64; 4]],
+    measurand: usize,
+) -> (f64, usize) {
+    let randoms = vec![0.0; part.random_sigma.len()];
+    let slot = &part.slots()[measurand];
+    let (mut workspace, mut sum, mut count) = (Vec::new(), 0.0, 0);
+    part.runs[run].record.walk(|stretch| {
+        for sample in stretch.each().filter(|sample| part.is_present(*sample, slot)) {
+            let leaves =
+                SampleLeaves { parameters, randoms: &randoms, columns: part.columns(), sample };
+            let outputs = part.evaluate(&leaves, &mut workspace);
+            sum += slot.sigma_factor.map_or(1.0, |output| outputs[output]).powi(2);
+            count += 1;
+        }
+    });
+    (sum, count)
+}
+
 /// The first reading of a run whose standard uncertainty is below zero, or none where it must be
 /// one: sample, measurand and the factor on what is stated.
 pub(super) fn impossible_factor(

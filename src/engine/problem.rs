@@ -10,7 +10,7 @@ use crate::campaign::signal::Track;
 use crate::engine::found_starts::FoundStart;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share, qualified};
-use crate::engine::noise::impossible_factor;
+use crate::engine::noise::{factor_squares, impossible_factor};
 use crate::engine::part::Part;
 use crate::engine::point::{Point, seeded};
 use crate::engine::programs::Programs;
@@ -212,6 +212,19 @@ impl Problem {
             })?;
             Some((part.system.assembly.names.measurands[measurand].name.as_str(), factor))
         })
+    }
+
+    /// Root mean square of the stated standard uncertainty (SI) of the readings of a measurand at a
+    /// point: where it is a formula it has another value for each.
+    pub fn rms_sigma(&self, point: &Point, part: usize, measurand: usize) -> f64 {
+        let own = &self.parts[part];
+        if own.slots()[measurand].sigma_factor.is_none() {
+            return own.sigma[measurand];
+        }
+        let runs = (0..own.runs.len())
+            .map(|run| factor_squares(own, run, &self.parameters(part, run, point), measurand));
+        let (sum, count) = runs.fold((0.0, 0), |all, run| (all.0 + run.0, all.1 + run.1));
+        own.sigma[measurand] * (sum / count.max(1) as f64).sqrt()
     }
 
     /// The first reading for which a standard uncertainty that is stated as a formula is no positive

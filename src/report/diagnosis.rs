@@ -82,7 +82,20 @@ fn row(one: &Row) -> Value {
         "aliases": one.aliases,
         "unmodelled_alias": one.unmodelled_alias,
         "confounded": confounded
-            .map(|(name, r)| json!({ "with": name, "correlation": number(Some(*r)) }))
+            .map(|other| json!({
+                "with": other.name,
+                "is_row": other.is_row,
+                "correlation": number(Some(other.correlation)),
+                "factor": number(other.factor),
+                "apart": other.apart.iter().map(|(size, sigma)| json!({
+                    "parameter": size.parameter,
+                    "component": size.component,
+                    "of": size.of,
+                    "value": number(Some(size.value)),
+                    "sigma": number(Some(*sigma)),
+                    "unit": size.unit.si_symbol(),
+                })).collect::<Vec<_>>(),
+            }))
             .collect::<Vec<_>>(),
         "ratio_to_typical": number(one.ratio_to_typical),
         "parameters": one.values.iter().map(estimate).collect::<Vec<_>>(),

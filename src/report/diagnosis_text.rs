@@ -52,7 +52,7 @@ fn budget(diagnosis: &Diagnosis) -> String {
     let mut rows = table(&["effect", "value (k = 1)", "closes", "alone", "posterior", "remarks"]);
     for one in &diagnosis.rows {
         rows.add_row([
-            one.name.clone(),
+            group(one),
             short(one),
             share(one.closes),
             share(one.alone),
@@ -71,6 +71,12 @@ fn budget(diagnosis: &Diagnosis) -> String {
         ]);
     }
     format!("\n{}", drawn(&rows))
+}
+
+/// A row with the effects that are told with it.
+fn group(row: &Row) -> String {
+    let others = row.grouped().map(|other| format!(" ~ {}", other.name));
+    row.name.clone() + &others.collect::<String>()
 }
 
 /// The first values of a row.
@@ -107,8 +113,13 @@ fn remarks(row: &Row) -> String {
     if let Some(words) = &row.unmodelled_alias {
         remarks.push(format!("{words} would fit as well"));
     }
-    for (other, correlation) in &row.confounded {
-        remarks.push(format!("confounded with {other} (r = {correlation:.2})"));
+    for other in row.confounded.iter().filter(|other| other.is_row) {
+        let (name, correlation) = (&other.name, other.correlation);
+        remarks.push(format!("confounded with {name} (r = {correlation:.2})"));
+    }
+    for other in row.grouped() {
+        let (name, correlation) = (&other.name, other.correlation);
+        remarks.push(format!("apart from {name} not determined (r = {correlation:.3})"));
     }
     remarks.join("; ")
 }
@@ -135,7 +146,8 @@ fn remainder_words(one: &Remainder) -> String {
 fn values(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
     for row in &diagnosis.rows {
-        if row.values.len() <= SHORT && row.member.is_empty() {
+        let is_grouped = row.grouped().any(|other| !other.apart.is_empty());
+        if row.values.len() <= SHORT && row.member.is_empty() && !is_grouped {
             continue;
         }
         text.push_str(&format!("\n{}\n", row.name));
@@ -154,6 +166,21 @@ fn values(diagnosis: &Diagnosis) -> String {
                 |value| format!("= {}", measured(one, value)),
             );
             text.push_str(&format!("  {}{of} {shown}\n", one.name));
+        }
+        text.push_str(&apart(row));
+    }
+    text
+}
+
+/// The values of a row and of effects that are told with it, where both are in the fit.
+fn apart(row: &Row) -> String {
+    let mut text = String::new();
+    for other in row.grouped().filter(|other| !other.apart.is_empty()) {
+        text.push_str(&format!("  with {} in the fit, too:\n", other.name));
+        for (size, sigma) in &other.apart {
+            let of = size.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
+            let shown = figure::measured(size.value, *sigma, &size.unit);
+            text.push_str(&format!("    {}{of} = {shown}\n", size.parameter));
         }
     }
     text

@@ -1,13 +1,13 @@
 //! The core of the budget, each number by a second route: sums against dense products of rows, gains
 //! and held-out drops against nonlinear fits, and what must change no row.
 
+use homepoint::diagnose::budget::families::Families;
 use homepoint::diagnose::budget::held_out::Folded;
 use homepoint::diagnose::budget::linear::Linear;
 use homepoint::diagnose::budget::pieces::Pieces;
 use homepoint::diagnose::budget::price::Gain;
 use homepoint::diagnose::budget::selection::Selection;
 use homepoint::diagnose::budget::terms::{Base, Change};
-use homepoint::diagnose::evidence::scan::Scanned;
 use homepoint::diagnose::fitted::Fitted;
 use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::{Diagnosis, diagnose};
@@ -32,7 +32,7 @@ fn fitted(opened: &Opened, problem: Problem) -> Fitted {
 fn linear(fitted: &Fitted, only: &[&str], with_blocks: bool) -> Linear {
     let only: Vec<String> = only.iter().map(|name| (*name).to_owned()).collect();
     let wanted = Wanted::new(&only, &[]);
-    Linear::new(fitted.clone(), &[], &wanted, with_blocks, &mut Scanned::new()).unwrap()
+    Linear::new(fitted.clone(), &[], &wanted, with_blocks, &mut Families::default()).unwrap()
 }
 
 /// The example, with a stated place of one setup.

@@ -15,6 +15,7 @@ mod stream;
 
 mod budget;
 mod codes;
+mod confounded;
 mod designs;
 mod each_effect;
 mod found;

@@ -16,6 +16,7 @@ use crate::units::Unit;
 use super::absorbed::Absorbed;
 use super::judge::Objection;
 use super::price::Gain;
+use super::thresholds::CONFOUNDED;
 
 /// What a diagnosis says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -115,10 +116,37 @@ pub struct Row {
     pub aliases: Vec<String>,
     /// The unmodelled effect that would explain as much in its place, if there is one.
     pub unmodelled_alias: Option<String>,
-    /// Rows whose values are correlated with its own, and how much.
-    pub confounded: Vec<(String, f64)>,
+    /// Effects that the readings hardly separate from it: rows, and near aliases outside the fit.
+    pub confounded: Vec<Confounded>,
     /// Ratio of its largest value to the typical magnitude.
     pub ratio_to_typical: Option<f64>,
+}
+
+impl Row {
+    /// Effects outside the fit that are told with the row, for the readings do not distinguish them.
+    pub fn grouped(&self) -> impl Iterator<Item = &Confounded> {
+        let is_close = |one: &&Confounded| {
+            !one.is_row && (one.correlation.abs() >= CONFOUNDED || self.aliases.contains(&one.name))
+        };
+        self.confounded.iter().filter(is_close)
+    }
+}
+
+/// Another effect that is confounded with a row.
+#[derive(Clone, Debug)]
+pub struct Confounded {
+    /// The effect.
+    pub name: String,
+    /// Whether it is a row itself.
+    pub is_row: bool,
+    /// Correlation of their values where both are in the fit.
+    pub correlation: f64,
+    /// Where both have one value: how much of the other one the row's value holds for each unit of
+    /// it (SI). `row + factor * other` is well determined.
+    pub factor: Option<f64>,
+    /// Values of the row and of the other effect where both are in the fit, with standard
+    /// uncertainties; empty where they are not determined apart.
+    pub apart: Vec<(Size, f64)>,
 }
 
 /// A part of the remainder.

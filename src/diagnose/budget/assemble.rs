@@ -5,30 +5,29 @@ use std::collections::BTreeMap;
 use crate::diagnose::fitted::{Fitted, name_of};
 use crate::diagnose::gap::gap;
 use crate::diagnose::gap::steps::Steps;
-use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::library::prior::{Cause, Prior};
-use crate::engine::Problem;
 use crate::estimate::batch::{FitError, Options};
-use crate::estimate::calibrate::{Calibration, Estimate, finish};
+use crate::estimate::calibrate::finish;
 use crate::estimate::contradicted::contradicted;
 use crate::system::Selected;
-use crate::units::Unit;
 
 use super::absorbed::absorbed;
-use super::answer::{
-    Diagnosis, Doubtful, FAR_BEYOND_STATED, Findings, Ranked, Remainder, Row, Size, decide,
-};
+use super::answer::{Diagnosis, Doubtful, FAR_BEYOND_STATED, Findings, Ranked, Row, Size, decide};
+use super::confounded::near_aliases;
 use super::driver::Found;
 use super::held_out::Folded;
 use super::judge::Objection;
-use super::linear::{Linear, Start, columns_of};
+use super::linear::{Linear, Start};
 use super::member::member_uncertainties;
 use super::noise_scale::{autocorrelation, levels, scale_noise, scatter, white_scale};
 use super::pieces::Pieces;
 use super::price::Gain;
 use super::search::Pools;
 use super::selection::Selection;
-use super::thresholds::{CONFOUNDED, ENTER, TIE};
+use super::solved::{Solved, ratio_to_typical};
+use super::thresholds::{ENTER, TIE};
+
+mod remainder;
 
 /// Effects that are compared with a row.
 const RIVALS: usize = 8;
@@ -61,7 +60,10 @@ impl Diagnosis {
             &Pieces::new(&linear, &selection, &judged.model),
         );
         let gains = selection.contributions(&judged.model);
-        let shares = budget.shares(&folded);
+        let mut solved = Solved::of(&selection, &judged.model, &rest, &gains);
+        let named: Vec<usize> = stands.iter().map(|at| judged.model[*at]).collect();
+        let of_rows = Folded::new(&selection, &named, &Pieces::new(&linear, &selection, &named));
+        let shares = shares(&of_rows, &folded);
         if !stands.is_empty() {
             let mut with_rows = linear.fitted.clone();
             scale_noise(&mut with_rows.problem, &linear, &scale);
@@ -80,8 +82,14 @@ impl Diagnosis {
             let members = member_uncertainties(&with_rows, &selected, options)?;
             let Fitted { problem, fit, .. } = with_rows.clone();
             let explained = finish(problem, fit, Vec::new(), Vec::new())?;
-            for at in &stands {
-                let own = budget.row(*at, &explained, &gains, &folded, &shares);
+            for (at, closes) in stands.iter().zip(&shares) {
+                let mut own = budget.row(*at, &gains, &folded);
+                own.closes = *closes;
+                own.confounded = solved.confounded_rows(*at);
+                let budget = (judged.model.as_slice(), rest.as_slice(), gains.as_slice());
+                own.confounded.extend(near_aliases(&linear, &selection, &mut solved, budget, *at));
+                own.values = solved.values(&linear, &own.name, *at, &explained);
+                own.ratio_to_typical = ratio_to_typical(&linear.fitted.problem, &own.values);
                 self.rows.push(own);
             }
             for row in &mut self.rows {
@@ -105,7 +113,7 @@ impl Diagnosis {
         } else {
             self.contradicted = contradicted(&self.nominal);
         }
-        self.remainder = budget.remainder(&rest, &gains);
+        self.remainder = budget.remainder(&rest, &gains, &solved);
         self.doubtful = budget.doubtful(&objections);
         (self.candidates, self.causes) = budget.candidates(prior);
         let (found, not_testable) = absorbed(&linear, &selection);
@@ -127,6 +135,13 @@ impl Diagnosis {
     }
 }
 
+/// For each row the part of the gap that it closes on held-out readings beside the other rows: what
+/// the remainder could take over from it is the row's.
+fn shares(of_rows: &Folded, of_all: &Folded) -> Vec<f64> {
+    let all = of_all.drop_of_all().max(f64::MIN_POSITIVE);
+    (0..of_rows.terms()).map(|row| (of_rows.drop(row).max(0.0) / all).min(1.0)).collect()
+}
+
 /// A model on its sums.
 struct Budget<'a> {
     linear: &'a Linear,
@@ -139,25 +154,12 @@ fn excess(gain: Gain) -> f64 {
 }
 
 impl Budget<'_> {
-    /// For each term the part of the gap that it closes on held-out readings.
-    fn shares(&self, folded: &Folded) -> Vec<f64> {
-        let drops: Vec<f64> = (0..self.model.len()).map(|at| folded.drop(at).max(0.0)).collect();
-        let all = folded.drop_of_all().max(f64::MIN_POSITIVE);
-        drops.iter().map(|drop| (drop / all).min(1.0)).collect()
-    }
-
     fn without(&self, term: usize) -> Vec<usize> {
         self.model.iter().copied().filter(|own| *own != term).collect()
     }
 
-    fn row(
-        &self,
-        at: usize,
-        explained: &Calibration,
-        gains: &[Gain],
-        folded: &Folded,
-        shares: &[f64],
-    ) -> Row {
+    /// A row without its values.
+    fn row(&self, at: usize, gains: &[Gain], folded: &Folded) -> Row {
         let Self { linear, selection, .. } = self;
         let term = self.model[at];
         let own = &linear.terms[term];
@@ -178,18 +180,17 @@ impl Budget<'_> {
         let odds: f64 = others.chain([-ln_bayes]).map(f64::exp).sum();
         let effects = linear.fitted.recipes.iter().flat_map(|recipe| &recipe.effects);
         let selected = effects.into_iter().find(|one| name_of(one) == own.name);
-        let values = self.values(&own.name, at, explained);
         let alone = selection.gain(&[], term);
         let total = selection.chi_squared(&[]) - selection.chi_squared(self.model);
         Row {
             name: own.name.clone(),
             member: selected.map(|one| one.member.clone()).unwrap_or_default(),
             member_sigma: BTreeMap::new(),
-            ratio_to_typical: ratio_to_typical(&linear.fitted.problem, &values),
-            values,
+            ratio_to_typical: None,
+            values: Vec::new(),
             gain: gains[at],
             ln_bayes,
-            closes: shares[at],
+            closes: 0.0,
             alone: (excess(alone) / total.max(f64::MIN_POSITIVE)).min(1.0),
             posterior: 1.0 / (1.0 + odds),
             held_out: folded.drop(at),
@@ -198,80 +199,8 @@ impl Budget<'_> {
                 .first()
                 .filter(|one| one.ln_bayes > ln_bayes - TIE)
                 .and_then(|one| Some(linear.terms[one.term].place.as_ref()?.words.clone())),
-            confounded: self.confounded(at),
+            confounded: Vec::new(),
         }
-    }
-
-    /// Where the columns of a term begin among those of the model.
-    fn first(&self, at: usize) -> usize {
-        let terms = &self.linear.terms;
-        let before: usize = self.model[..at].iter().map(|term| terms[*term].columns.len()).sum();
-        self.selection.nominal() + before
-    }
-
-    /// The values of a row beside the whole budget.
-    fn values(&self, name: &str, at: usize, explained: &Calibration) -> Vec<Estimate> {
-        let (values, covariance) = self.selection.solved(self.model);
-        let first = self.first(at);
-        let own: Vec<usize> =
-            columns_of(&self.linear.fitted, name).into_iter().map(|(column, _)| column).collect();
-        let layout = &self.linear.fitted.problem.layout;
-        let prefix = format!("{name}.");
-        let mut component: BTreeMap<usize, usize> = BTreeMap::new();
-        let all = explained.estimates().into_iter().filter(|one| one.name.starts_with(&prefix));
-        all.map(|mut one| {
-            let Some(instance) = one.instance else { return one };
-            let k = component.entry(instance).or_default();
-            let columns = layout.columns_of(instance, *k);
-            *k += 1;
-            let place = |column: usize| own.iter().position(|own| *own == column);
-            let placed: Vec<(usize, f64)> = columns
-                .iter()
-                .filter_map(|(column, by)| Some((first + place(*column)?, *by)))
-                .collect();
-            if placed.is_empty() || one.value.is_none() || one.sigma.is_none() {
-                return one;
-            }
-            let value: f64 = placed.iter().map(|(column, by)| by * values[*column]).sum();
-            let mut variance = 0.0;
-            for (i, p) in &placed {
-                variance += placed.iter().map(|(j, q)| p * q * covariance[(*i, *j)]).sum::<f64>();
-            }
-            one.value = Some(value);
-            one.sigma = Some(variance.max(0.0).sqrt());
-            one
-        })
-        .collect()
-    }
-
-    /// Rows whose values are correlated with those of a row.
-    fn confounded(&self, at: usize) -> Vec<(String, f64)> {
-        let (_, covariance) = self.selection.solved(self.model);
-        let range = |at: usize| {
-            let first = self.first(at);
-            first..first + self.linear.terms[self.model[at]].columns.len()
-        };
-        let mut found = Vec::new();
-        for other in (0..self.model.len()).filter(|other| *other != at) {
-            let own = &self.linear.terms[self.model[other]];
-            if !own.is_effect() {
-                continue;
-            }
-            let mut most = 0.0_f64;
-            for i in range(at) {
-                for j in range(other) {
-                    let root = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-                    let correlation = covariance[(i, j)] / root;
-                    if correlation.abs() > most.abs() {
-                        most = correlation;
-                    }
-                }
-            }
-            if most.abs() >= CONFOUNDED {
-                found.push((own.name.clone(), most));
-            }
-        }
-        found
     }
 
     /// Effects that did not stand as rows, the last reason of each.
@@ -300,74 +229,6 @@ impl Budget<'_> {
             }
         }
         found
-    }
-
-    /// The parts of the remainder.
-    fn remainder(&self, rest: &[usize], gains: &[Gain]) -> Vec<Remainder> {
-        let Self { linear, selection, .. } = self;
-        let (values, _) = selection.solved(self.model);
-        let pools = Pools::of(selection);
-        let total = selection.chi_squared(&[]) - selection.chi_squared(self.model);
-        let total = total.max(f64::MIN_POSITIVE);
-        let mut found: Vec<Remainder> = rest
-            .iter()
-            .map(|at| {
-                let term = &linear.terms[self.model[*at]];
-                let first = self.first(*at);
-                let own: Vec<f64> = (0..term.columns.len()).map(|k| values[first + k]).collect();
-                let place = term.place.clone().unwrap_or_else(|| Place::like(&term.name));
-                let rest = self.without(self.model[*at]);
-                let ranked = selection.ranked(&rest, &pools.effects, 0.0);
-                let nearest = ranked.first().filter(|one| one.ln_bayes > 0.0).map(|one| {
-                    let share = one.gain.gain / gains[*at].gain.max(f64::MIN_POSITIVE);
-                    (linear.terms[one.term].name.clone(), share.min(1.0))
-                });
-                let is_wave = own.len() == 2 && term.members > 1;
-                Remainder {
-                    place,
-                    gain: gains[*at],
-                    share: (excess(gains[*at]) / total).min(1.0),
-                    rms: self.rms(self.model[*at], &own),
-                    amplitude: is_wave.then(|| own[0].hypot(own[1])),
-                    nearest,
-                }
-            })
-            .collect();
-        found.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
-        found
-    }
-
-    /// The rms of what a term does (SI): of an error of a measurand in that one, else in the one in
-    /// which it is largest against the noise.
-    fn rms(&self, term: usize, values: &[f64]) -> Option<(f64, String)> {
-        let Self { linear, selection, .. } = self;
-        let own = match &linear.terms[term].place {
-            Some(Place { of: Of::Measurand(name), .. }) => Some(name),
-            _ => None,
-        };
-        let form = selection.beyond_nominal(term, values);
-        let mut best: Option<(f64, f64, String)> = None;
-        for (part, data) in linear.fitted.problem.parts.iter().enumerate() {
-            for measurand in 0..data.slots().len() {
-                let number = linear.sums.first_measurand[part] + measurand;
-                let readings = linear.sums.readings[number] as f64;
-                let name = &data.system.assembly.names.measurands[measurand].name;
-                if readings == 0.0 || own.is_some_and(|own| own != name) {
-                    continue;
-                }
-                let mut square = 0.0;
-                for (i, p) in &form {
-                    let of = |(j, q): &(usize, f64)| q * linear.sums.product_in(number, *i, *j);
-                    square += p * form.iter().map(of).sum::<f64>();
-                }
-                let rms = (square.max(0.0) / readings).sqrt();
-                let against = rms / selection.scale[number];
-                if best.as_ref().is_none_or(|(known, ..)| against > *known) {
-                    best = Some((against, rms * data.sigma[measurand], name.clone()));
-                }
-            }
-        }
-        best.map(|(_, rms, name)| (rms, name))
     }
 
     /// All effects against the nominal model alone, and the probabilities of nothing, of one of
@@ -409,27 +270,12 @@ impl Budget<'_> {
 
 /// Values with the units in which their parameters are declared.
 fn sizes(linear: &Linear, values: Start) -> Vec<Size> {
-    let unit = |name: &str| {
-        let names = linear.candidates.iter().filter(|one| {
-            name.strip_prefix(one.name.as_str()).is_some_and(|rest| rest.starts_with('.'))
-        });
-        names.map(|one| one.unit(name)).next().unwrap_or_else(Unit::one)
-    };
     let size = |(parameter, component, of, value): (String, usize, Option<String>, f64)| Size {
-        unit: unit(&parameter),
+        unit: linear.unit_of(&parameter),
         parameter,
         component,
         of,
         value,
     };
     values.into_iter().map(size).collect()
-}
-
-/// The ratio of the largest value to its typical magnitude.
-fn ratio_to_typical(problem: &Problem, values: &[Estimate]) -> Option<f64> {
-    let ratio = |one: &Estimate| {
-        let typical = problem.layout.instances[one.instance?].setting.typical?;
-        Some(one.value?.abs() / typical)
-    };
-    values.iter().filter_map(ratio).reduce(f64::max)
 }

@@ -6,46 +6,22 @@
 //! the order of time: one pass for all moments. Moments are tried in bins, the best then sample by
 //! sample. A change is a term with one value; the moments that were tried are its members.
 
-use nalgebra::{DMatrix, DVector};
-
+use self::moments::Bin;
 use super::linear::Linear;
-use super::price::Gain;
 use super::selection::Selection;
 use super::sums::Appended;
 use super::terms::{Base, Change, Kind, Term};
 use super::thresholds::ENTER;
 
+mod moments;
+
 /// Moments tried at most in the first pass.
 const MOST_BINS: usize = 1500;
 /// Bases whose changes are located sample by sample at most.
 const MOST_STRONG: usize = 4;
-/// Samples of a stretch at least: fewer are outliers.
-const LEAST_STRETCH: usize = 8;
-/// Places in a run at which a stretch begins or ends at most.
-const MOST_ENDS: usize = 40;
-/// Share of a change's squared length below which the model takes it up.
-const TAKEN_UP: f64 = 1e-6;
-
-/// A moment from which on a value is different.
-#[derive(Clone, Copy, Debug)]
-struct Bin {
-    run: usize,
-    first: usize,
-}
-
-/// The columns of a model that is a part of another, among those of that.
-fn columns_within(selection: &Selection<'_>, whole: &[usize], part: &[usize]) -> Vec<usize> {
-    let mut kept: Vec<usize> = (0..selection.nominal()).collect();
-    let mut first = selection.nominal();
-    for term in whole {
-        let count = selection.terms[*term].columns.len();
-        if part.contains(term) {
-            kept.extend(first..first + count);
-        }
-        first += count;
-    }
-    kept
-}
+/// Share of a row's log Bayes factor that a change in its place has at least: it may stand for this
+/// row and another one.
+const IN_PLACE: f64 = 0.5;
 
 impl Linear {
     /// For each value of a run that a block has the moment at which a change explains most beside a
@@ -65,10 +41,17 @@ impl Linear {
         let without = |out: &usize| model.iter().copied().filter(|own| own != out).collect();
         let models: Vec<Vec<usize>> =
             std::iter::once(model.to_vec()).chain(rows.map(without)).collect();
-        let coarse = self.best_moments(selection, (model, &models), &bases, &bins);
-        let least = 2.0 * (ENTER + (samples.max(1) as f64).ln());
+        let own: Vec<f64> = model
+            .iter()
+            .zip(selection.contributions(model))
+            .filter(|(term, _)| selection.terms[**term].is_effect())
+            .map(|(term, gain)| IN_PLACE * selection.ln_bayes_factor(*term, gain))
+            .collect();
+        let least: Vec<f64> = std::iter::once(ENTER).chain(own).collect();
+        let coarse = self.best_moments(selection, (model, &models, &least), &bases, &bins);
+        let weak = 2.0 * (ENTER + (samples.max(1) as f64).ln());
         let mut strong: Vec<Change> =
-            coarse.into_iter().filter(|one| one.gain.gain > least).collect();
+            coarse.into_iter().filter(|one| one.gain.gain > weak).collect();
         strong.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
         let mut known: Vec<(Base, bool)> = Vec::new();
         strong.retain(|one| {
@@ -89,7 +72,7 @@ impl Linear {
                 around.extend((bin.first..end).map(|first| Bin { run: bin.run, first }));
             }
             around.extend(&bins[high + 1..]);
-            let fine = self.best_moments(selection, (model, &models), &[one.base], &around);
+            let fine = self.best_moments(selection, (model, &models, &least), &[one.base], &around);
             found.extend(
                 fine.into_iter().map(|one| Change { members: one.members.max(samples), ..one }),
             );
@@ -121,163 +104,6 @@ impl Linear {
         let first = &self.fitted.problem.layout.first_run;
         let part = first.partition_point(|first| *first <= run) - 1;
         (part, run - first[part])
-    }
-
-    /// For each base and each of some models, all of them parts of one, the bin from which on a
-    /// change explains most.
-    fn best_moments(
-        &self,
-        selection: &Selection<'_>,
-        (whole, models): (&[usize], &[Vec<usize>]),
-        bases: &[Base],
-        bins: &[Bin],
-    ) -> Vec<Change> {
-        let n = selection.columns(whole).len();
-        let mut sums: Vec<DMatrix<f64>> =
-            bases.iter().map(|_| DMatrix::zeros(n + 2, bins.len())).collect();
-        let mut of_run: Vec<(usize, usize)> = vec![(0, 0); self.order.len()];
-        for (number, bin) in bins.iter().enumerate() {
-            let own = &mut of_run[bin.run];
-            *own = if own.1 == 0 { (number, number + 1) } else { (own.0, number + 1) };
-        }
-        self.visit(selection, whole, bases, &mut |values| {
-            let (first, end) = of_run[values.run];
-            let own = &bins[first..end];
-            let at = own.partition_point(|bin| bin.first <= values.sample);
-            let bin = first + at.saturating_sub(1);
-            let weight = selection.scale[values.measurand].powi(-2);
-            for (sum, x) in sums.iter_mut().zip(values.further) {
-                if *x == 0.0 {
-                    continue;
-                }
-                let mut column = sum.column_mut(bin);
-                let column = column.as_mut_slice();
-                let x = x * weight;
-                for (sum, a) in column.iter_mut().zip(values.model) {
-                    *sum += x * a;
-                }
-                column[n] += x * values.residual;
-                column[n + 1] += x * x / weight;
-            }
-        });
-        // From each bin on to the end of its campaign.
-        let part = |bin: usize| self.part_of(bins[bin].run).0;
-        let totals: Vec<f64> = sums.iter().map(|sum| sum.row(n + 1).iter().sum()).collect();
-        for sum in &mut sums {
-            for bin in (0..bins.len().saturating_sub(1)).rev() {
-                if part(bin) == part(bin + 1) {
-                    let later = sum.column(bin + 1).into_owned();
-                    let mut own = sum.column_mut(bin);
-                    own += later;
-                }
-            }
-        }
-        let mut found = Vec::new();
-        for model in models {
-            let kept = columns_within(selection, whole, model);
-            let (inverse, length, half) = selection.normal_equations(model);
-            for ((base, sum), total) in bases.iter().zip(&sums).zip(&totals) {
-                let scaled = DMatrix::from_fn(kept.len(), bins.len(), |i, bin| {
-                    sum[(kept[i], bin)] / length[i]
-                });
-                let across = &inverse * scaled;
-                let mut best: Option<(f64, usize)> = None;
-                for bin in 1..bins.len() {
-                    let square = sum[(n + 1, bin)];
-                    if square <= 0.0 || square >= *total {
-                        continue;
-                    }
-                    let across = across.column(bin);
-                    let left = square - across.norm_squared();
-                    if left < TAKEN_UP * square {
-                        continue;
-                    }
-                    let gain = (sum[(n, bin)] - across.dot(&half)).powi(2) / left;
-                    if best.is_none_or(|(known, _)| gain > known) {
-                        best = Some((gain, bin));
-                    }
-                }
-                found.extend(best.map(|(gain, bin)| Change {
-                    base: *base,
-                    at: (bins[bin].run, bins[bin].first),
-                    end: None,
-                    gain: Gain { gain, degrees: 1 },
-                    members: bins.len(),
-                }));
-                let across_of = (&across, &half);
-                found.extend(self.best_stretch(sum, across_of, bins).map(|mut one| {
-                    one.base = *base;
-                    one
-                }));
-            }
-        }
-        found
-    }
-
-    /// The stretch of a run in which a change explains most, of all that begin and end with bins;
-    /// running sums of a base as `best_moments` has them.
-    fn best_stretch(
-        &self,
-        sum: &DMatrix<f64>,
-        (across, half): (&DMatrix<f64>, &DVector<f64>),
-        bins: &[Bin],
-    ) -> Option<Change> {
-        let n = sum.nrows() - 2;
-        let mut best: Option<(f64, usize, usize)> = None;
-        let mut tried = 0;
-        let mut first = 0;
-        while first < bins.len() {
-            let run = bins[first].run;
-            let count = bins[first..].iter().take_while(|bin| bin.run == run).count();
-            let next = first + count;
-            let is_last =
-                next >= bins.len() || self.part_of(bins[next].run).0 != self.part_of(run).0;
-            let step = count.div_ceil(MOST_ENDS).max(1);
-            for from in (first..next).step_by(step) {
-                for to in (from + step..=next).step_by(step) {
-                    let whole = to == next && is_last;
-                    let end = bins.get(to).filter(|bin| bin.run == run);
-                    let end = end.map_or_else(|| self.samples_in(run), |bin| bin.first);
-                    if end - bins[from].first < LEAST_STRETCH {
-                        continue;
-                    }
-                    tried += 1;
-                    let beyond = |row: usize| if whole { 0.0 } else { sum[(row, to)] };
-                    let square = sum[(n + 1, from)] - beyond(n + 1);
-                    if square <= 0.0 {
-                        continue;
-                    }
-                    let (mut taken, mut along) = (0.0, 0.0);
-                    for i in 0..half.len() {
-                        let own = across[(i, from)] - if whole { 0.0 } else { across[(i, to)] };
-                        taken += own * own;
-                        along += own * half[i];
-                    }
-                    let left = square - taken;
-                    if left < TAKEN_UP * square {
-                        continue;
-                    }
-                    let score = sum[(n, from)] - beyond(n) - along;
-                    let gain = score * score / left;
-                    if best.is_none_or(|(known, ..)| gain > known) {
-                        best = Some((gain, from, to));
-                    }
-                }
-            }
-            first = next;
-        }
-        best.map(|(gain, from, to)| {
-            let run = bins[from].run;
-            let same = bins.get(to).filter(|bin| bin.run == run);
-            let end = same.map_or_else(|| self.samples_in(run), |bin| bin.first);
-            Change {
-                base: Base { candidate: 0, signature: 0 },
-                at: (run, bins[from].first),
-                end: Some(end),
-                gain: Gain { gain, degrees: 1 },
-                members: tried,
-            }
-        })
     }
 
     /// Adds changes as terms, with their sums.

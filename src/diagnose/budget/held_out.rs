@@ -67,6 +67,11 @@ impl Folded {
         Self { whole, folds, prior, terms }
     }
 
+    /// Number of terms.
+    pub fn terms(&self) -> usize {
+        self.terms.len()
+    }
+
     /// The drop of held-out squared residuals that a term (by its place in the model) brings.
     pub fn drop(&self, term: usize) -> f64 {
         let own = &self.terms[term];

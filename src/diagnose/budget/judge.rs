@@ -5,20 +5,20 @@
 //! search goes on. What is too small for a name stays in the model without one.
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 use super::held_out::Folded;
 use super::pieces::Pieces;
-use super::price::{Gain, price};
+use super::price::Gain;
 use super::search::{Log, Pools};
-use super::selection::{Selection, factored, gain_of};
-use super::terms::Combination;
+use super::selection::Selection;
 use super::thresholds::{
     APART, APART_OF_ALL, APART_SHARE, BLOCKS_FOR_A_ROW, BORROWED, ENTER, HELD_OUT, MARGIN,
     OWN_SHARE, OWN_SHARE_BELOW, ROW, ROW_BESIDE_REMAINDER, SHARE_OF_REMAINDER, SMALL_ROW, TIE,
 };
 
-/// Groups of runs that have values of their own at most.
-const MOST_GROUPS: usize = 12;
+mod apart;
+
 /// Blocks that enter before a judgement at most.
 const MOST_BLOCKS: usize = 8;
 
@@ -178,24 +178,27 @@ impl Selection<'_> {
             }
         }
         if objections.is_empty() && !blocks.is_empty() {
-            for (row, at) in rows.iter().enumerate() {
-                let margin = if gains[*at].gain < SMALL_ROW * rest { -MARGIN } else { 0.0 };
-                let evidence = self.replaced(model, &[model[*at]], blocks, BLOCKS_FOR_A_ROW);
-                if evidence > margin {
-                    objections.push((row, Objection::Replaced(evidence)));
-                }
-            }
-            for (second, b) in rows.iter().enumerate() {
-                for (first, a) in rows.iter().enumerate().take(second) {
-                    let evidence = self.replaced(model, &[model[*a], model[*b]], blocks, 1);
-                    if evidence > -MARGIN {
-                        let (out, other) =
-                            if drops[first] < drops[second] { (first, b) } else { (second, a) };
-                        let name = self.terms[model[*other]].name.clone();
-                        objections.push((out, Objection::Pair(name, evidence)));
-                    }
-                }
-            }
+            let evidence = self.ln_evidence(model);
+            let one = |row: usize| {
+                let at = rows[row];
+                let margin = if gains[at].gain < SMALL_ROW * rest { -MARGIN } else { 0.0 };
+                let own = self.replaced(model, &[model[at]], blocks, BLOCKS_FOR_A_ROW) - evidence;
+                (own > margin).then_some((row, Objection::Replaced(own)))
+            };
+            let two = |(first, second): (usize, usize)| {
+                let pair = [model[rows[first]], model[rows[second]]];
+                let own = self.replaced(model, &pair, blocks, 1) - evidence;
+                let is_first = drops[first] < drops[second];
+                let (out, other) = if is_first { (first, pair[1]) } else { (second, pair[0]) };
+                let name = || self.terms[other].name.clone();
+                (own > -MARGIN).then(|| (out, Objection::Pair(name(), own)))
+            };
+            let pairs: Vec<(usize, usize)> = (0..rows.len())
+                .flat_map(|second| (0..second).map(move |first| (first, second)))
+                .collect();
+            let ones: Vec<_> = (0..rows.len()).into_par_iter().filter_map(one).collect();
+            let twos: Vec<_> = pairs.into_par_iter().filter_map(two).collect();
+            objections.extend(ones.into_iter().chain(twos));
         }
         let worst = objections.into_iter().min_by(|a, b| drops[a.0].total_cmp(&drops[b.0]));
         worst.map(|(row, objection)| (model[rows[row]], objection))
@@ -241,85 +244,8 @@ impl Selection<'_> {
         length(&others) / length(&rows).max(f64::MIN_POSITIVE)
     }
 
-    /// The log Bayes factor of separate values of a row by groups of runs against one value for
-    /// all, the largest of all labels, and their gain.
-    fn apart(&self, model: &[usize], at: usize, pieces: &Pieces) -> Option<(String, f64, f64)> {
-        let term = &self.terms[model[at]];
-        let mut base: Vec<Combination> = self.columns(model);
-        base.push(self.residual().clone());
-        let k = term.columns.len();
-        let before: usize = model[..at].iter().map(|term| self.terms[*term].columns.len()).sum();
-        let own_at = self.nominal() + before;
-        let weights: Vec<f64> = self.scale.iter().map(|scale| scale.powi(-2)).collect();
-        let n = base.len() - 1;
-        let mut best: Option<(String, f64, f64)> = None;
-        for (label, groups) in &pieces.labels {
-            let count = groups.iter().copied().max().unwrap_or(0) + 1;
-            if !(2..=MOST_GROUPS).contains(&count) {
-                continue;
-            }
-            // Sums of each group: its own columns are zero elsewhere.
-            let of: Vec<_> = (0..count)
-                .map(|group| pieces.products(&weights, |piece| groups[piece.run] == group))
-                .collect();
-            let size = k * (count - 1);
-            let mut whole = of.iter().skip(1).fold(of[0].clone(), |sum, more| sum + more);
-            self.add_priors(&base, &mut whole);
-            let nominal = whole.view((0, 0), (n, n)).into_owned();
-            let (factor, length) = factored(&nominal);
-            let mut across = nalgebra::DMatrix::zeros(n, size);
-            let mut own = nalgebra::DMatrix::zeros(size, size);
-            let mut score = DVector::zeros(size);
-            for (group, sums) in of.iter().enumerate().skip(1) {
-                let first = k * (group - 1);
-                for j in 0..k {
-                    for i in 0..n {
-                        across[(i, first + j)] = sums[(i, own_at + j)] / length[i];
-                    }
-                    for i in 0..k {
-                        own[(first + i, first + j)] = sums[(own_at + i, own_at + j)];
-                    }
-                    score[first + j] = sums[(own_at + j, n)];
-                }
-            }
-            let raw = own.diagonal().map(|square: f64| square.max(0.0).sqrt());
-            let mut half = DVector::from_fn(n, |i, _| whole[(i, n)] / length[i]);
-            factor.l_dirty().solve_lower_triangular_mut(&mut half);
-            factor.l_dirty().solve_lower_triangular_mut(&mut across);
-            let left = own - across.tr_mul(&across);
-            let score = score - across.tr_mul(&half);
-            let gain = gain_of(&left, &score, &raw);
-            if gain.degrees == 0 {
-                continue;
-            }
-            let ln_bayes = 0.5 * gain.gain - price(gain, 1, 1);
-            if best.as_ref().is_none_or(|(_, known, _)| ln_bayes > *known) {
-                best = Some((label.clone(), ln_bayes, gain.gain));
-            }
-        }
-        best
-    }
-
-    fn add_priors(&self, combinations: &[Combination], sums: &mut nalgebra::DMatrix<f64>) {
-        for row in &self.sums.priors {
-            let value = |combination: &Combination| -> f64 {
-                let of = |column: usize| {
-                    if column == self.sums.residual() {
-                        return row.residual;
-                    }
-                    let own = row.coefficients.iter().filter(|(own, _)| *own == column);
-                    own.map(|(_, by)| by).sum()
-                };
-                combination.iter().map(|(column, by)| by * of(*column)).sum()
-            };
-            let row = DVector::from_iterator(combinations.len(), combinations.iter().map(value));
-            *sums += &row * row.transpose();
-        }
-    }
-
-    /// Log evidence of the model with blocks in the place of some rows, less that of the model.
+    /// Log evidence of the model with blocks in the place of some rows.
     fn replaced(&self, model: &[usize], out: &[usize], blocks: &[usize], most: usize) -> f64 {
-        let evidence = self.ln_evidence(model);
         // Blocks that were reduced beside a row are whole again without it.
         let whole = |term: &usize| self.terms[*term].reduced_from.unwrap_or(*term);
         let kept = model.iter().filter(|term| !out.contains(term));
@@ -327,14 +253,14 @@ impl Selection<'_> {
         let mut best = f64::NEG_INFINITY;
         if model.iter().any(|term| self.terms[*term].reduced_from.is_some()) {
             new = self.prune(new, &mut Log::new());
-            best = self.ln_evidence(&new) - evidence;
+            best = self.ln_evidence(&new);
         }
         for _ in 0..most {
             let ranked = self.ranked(&new, blocks, 0.0);
             let Some(first) = ranked.first().filter(|one| one.ln_bayes >= ENTER) else { break };
             new.push(first.term);
             new = self.prune(new, &mut Log::new());
-            best = best.max(self.ln_evidence(&new) - evidence);
+            best = best.max(self.ln_evidence(&new));
         }
         best
     }

@@ -7,20 +7,17 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::diagnose::evidence::Evidence;
-use crate::diagnose::evidence::scan::{ALL_BLIND, Scanned, scan, told};
-use crate::diagnose::evidence::score::score;
+use crate::diagnose::evidence::scan::scan;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
-use crate::diagnose::library::catalogue::Made;
 use crate::diagnose::library::offer::Offer;
 use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::library::structure::bent;
 use crate::diagnose::library::wanted::Wanted;
-use crate::effect::{Family, Members};
 use crate::engine::point::from_components;
 use crate::engine::signatures::Signatures;
 
+use super::families::{Families, best_members};
 use super::labels::knots;
 use super::selection::Selection;
 use super::sums::Sums;
@@ -59,18 +56,18 @@ pub struct Linear {
 
 impl Linear {
     /// Linearises a fit in which the named `rows` are effects of the diagnosis; `with_blocks` for
-    /// basis blocks, too. `scanned` has the members of families of blocks that need no scan again.
+    /// basis blocks, too. `scanned` has the members of families that need no scan again.
     pub fn new(
         fitted: Fitted,
         rows: &[Row],
         wanted: &Wanted,
         with_blocks: bool,
-        scanned: &mut Scanned,
+        scanned: &mut Families,
     ) -> Option<Self> {
         let made = wanted.catalogue.of(&fitted.recipes);
         let Offer { effects, noise, mut not_testable } = wanted.of(made.offer.clone());
         let (mut candidates, mut members, blind) =
-            best_members(&fitted, &made, effects, &mut Scanned::new())?;
+            best_members(&fitted, &made, effects, &mut scanned.effects)?;
         not_testable.extend(blind);
         if with_blocks {
             for block in &made.blocks {
@@ -82,7 +79,7 @@ impl Linear {
                 let found = if block.selected.effect.shape.is_empty() {
                     Some((block.clone(), 1))
                 } else {
-                    scan(&fitted, block, scanned)
+                    scan(&fitted, block, &mut scanned.blocks)
                 };
                 if let Some((found, tried)) = found {
                     candidates.push(found);
@@ -201,6 +198,20 @@ impl Linear {
         -ratio.fold(0.0, f64::max).powi(2).ln_1p()
     }
 
+    /// The parameter of which a column is a component, and whose value it is.
+    pub fn parameter_of(&self, column: usize) -> Option<(String, usize, Option<String>)> {
+        let Some(own) = column.checked_sub(self.sums.nominal) else {
+            let layout = &self.fitted.problem.layout;
+            return layout.instances.iter().enumerate().find_map(|(index, instance)| {
+                let mut own = layout.own_columns(index);
+                let (component, _) = own.find(|(_, other)| *other == column)?;
+                Some((instance.name.clone(), component, instance.whose().map(str::to_owned)))
+            });
+        };
+        let owner = self.sums.owners.get(own)?;
+        Some((owner.parameter.clone(), owner.component, owner.of.clone()))
+    }
+
     /// Values of a term's parameters beside a model, as the sums find them best.
     pub fn start(&self, selection: &Selection<'_>, model: &[usize], term: usize) -> Start {
         let with = [model, &[term]].concat();
@@ -215,17 +226,8 @@ impl Linear {
         }
         sums.into_iter()
             .filter_map(|(column, value)| {
-                let Some(own) = column.checked_sub(self.sums.nominal) else {
-                    let layout = &self.fitted.problem.layout;
-                    return layout.instances.iter().enumerate().find_map(|(index, instance)| {
-                        let mut own = layout.own_columns(index);
-                        let (component, _) = own.find(|(_, other)| *other == column)?;
-                        let of = instance.whose().map(str::to_owned);
-                        Some((instance.name.clone(), component, of, value))
-                    });
-                };
-                let owner = self.sums.owners.get(own)?;
-                Some((owner.parameter.clone(), owner.component, owner.of.clone(), value))
+                let (name, component, of) = self.parameter_of(column)?;
+                Some((name, component, of, value))
             })
             .collect()
     }
@@ -274,45 +276,4 @@ pub fn columns_of(fitted: &Fitted, name: &str) -> Vec<(usize, f64)> {
     own.dedup();
     let step = absent.step_to(layout, point);
     own.into_iter().map(|column| (column, step[column])).collect()
-}
-
-/// Of each family the member that explains most, with the number of members tried, and families of
-/// which no member can be tested.
-fn best_members(
-    fitted: &Fitted,
-    made: &Made,
-    offered: Vec<Candidate>,
-    scanned: &mut Scanned,
-) -> Option<(Vec<Candidate>, Vec<usize>, Vec<NotTestable>)> {
-    let (mut best, mut tried, mut blind) = (Vec::new(), Vec::new(), Vec::new());
-    let is_range = |family: &Family| matches!(family.members, Members::Range { .. });
-    for family in offered.chunk_by(|a, b| a.name == b.name) {
-        let first = &family[0];
-        if family.len() > 1
-            && first.selected.effect.shape.values().all(is_range)
-            && let Some((found, members)) = scan(fitted, first, scanned)
-        {
-            best.push(found);
-            tried.push(members);
-            continue;
-        }
-        let members = told(&fitted.problem, family);
-        let count = members.len();
-        if count == 0 {
-            blind.push(NotTestable::here(&first.name, ALL_BLIND));
-            continue;
-        }
-        let mut winner = 0;
-        if count > 1 {
-            let fit = &fitted.fit;
-            let signatures = made.signatures(&fitted.problem, &members);
-            let evidence =
-                Evidence::with(&fitted.problem, &fit.normal, &fit.point, count, signatures)?;
-            let gain = |k: &usize| score(&evidence.entries[*k], 1).ln_p;
-            winner = (0..count).min_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(0);
-        }
-        best.push(members[winner].clone());
-        tried.push(count);
-    }
-    Some((best, tried, blind))
 }

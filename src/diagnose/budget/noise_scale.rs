@@ -1,6 +1,7 @@
 //! The noise scale factors of a budget: which are not as stated, which are far beyond noise, and the
 //! problem with the noise that was found.
 
+use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::Level;
 use crate::diagnose::library::place::{Of, Place};
 use crate::engine::Problem;
@@ -59,7 +60,9 @@ pub fn scatter(linear: &Linear, scale: &[f64]) -> Vec<Remainder> {
                     run: None,
                     rows: None,
                 };
-                let rms = Some((factor * data.sigma[measurand], own.name.clone()));
+                let Fitted { problem, fit, .. } = &linear.fitted;
+                let sigma = problem.rms_sigma(&fit.point, part, measurand);
+                let rms = Some((factor * sigma, own.name.clone()));
                 found.push(Remainder {
                     place,
                     gain: Gain::default(),

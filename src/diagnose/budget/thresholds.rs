@@ -43,3 +43,6 @@ pub const MOST_ROWS: usize = 12;
 pub const NOISE: f64 = 5.0;
 /// Correlation of two terms from which they are confounded and reported as a group.
 pub const CONFOUNDED: f64 = 0.95;
+/// Squared cosine of the form of an effect outside the fit with a row's, from which it is a near
+/// alias: the row's uncertainty allows for it.
+pub const NEAR_ALIAS: f64 = 0.8;

@@ -1,0 +1,85 @@
+//! The parts of the remainder with their places and sizes.
+
+use crate::diagnose::budget::answer::Remainder;
+use crate::diagnose::budget::price::Gain;
+use crate::diagnose::budget::search::Pools;
+use crate::diagnose::budget::solved::Solved;
+use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::place::{Of, Place};
+
+use super::{Budget, excess};
+
+impl Budget<'_> {
+    /// The parts of the remainder.
+    pub(super) fn remainder(
+        &self,
+        rest: &[usize],
+        gains: &[Gain],
+        solved: &Solved,
+    ) -> Vec<Remainder> {
+        let Self { linear, selection, .. } = self;
+        let pools = Pools::of(selection);
+        let total = selection.chi_squared(&[]) - selection.chi_squared(self.model);
+        let total = total.max(f64::MIN_POSITIVE);
+        let mut found: Vec<Remainder> = rest
+            .iter()
+            .map(|at| {
+                let term = &linear.terms[self.model[*at]];
+                let own: Vec<f64> = solved.of_term(*at).to_vec();
+                let place = term.place.clone().unwrap_or_else(|| Place::like(&term.name));
+                let rest = self.without(self.model[*at]);
+                let ranked = selection.ranked(&rest, &pools.effects, 0.0);
+                let nearest = ranked.first().filter(|one| one.ln_bayes > 0.0).map(|one| {
+                    let share = one.gain.gain / gains[*at].gain.max(f64::MIN_POSITIVE);
+                    (linear.terms[one.term].name.clone(), share.min(1.0))
+                });
+                let is_wave = own.len() == 2 && term.members > 1;
+                Remainder {
+                    place,
+                    gain: gains[*at],
+                    share: (excess(gains[*at]) / total).min(1.0),
+                    rms: self.rms(self.model[*at], &own),
+                    amplitude: is_wave.then(|| own[0].hypot(own[1])),
+                    nearest,
+                }
+            })
+            .collect();
+        found.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
+        found
+    }
+
+    /// The rms of what a term does (SI): of an error of a measurand in that one, else in the one in
+    /// which it is largest against the noise.
+    fn rms(&self, term: usize, values: &[f64]) -> Option<(f64, String)> {
+        let Self { linear, selection, .. } = self;
+        let own = match &linear.terms[term].place {
+            Some(Place { of: Of::Measurand(name), .. }) => Some(name),
+            _ => None,
+        };
+        let Fitted { problem, fit, .. } = &linear.fitted;
+        let sigma_of = |part, measurand| problem.rms_sigma(&fit.point, part, measurand);
+        let form = selection.beyond_nominal(term, values);
+        let mut best: Option<(f64, f64, String)> = None;
+        for (part, data) in linear.fitted.problem.parts.iter().enumerate() {
+            for measurand in 0..data.slots().len() {
+                let number = linear.sums.first_measurand[part] + measurand;
+                let readings = linear.sums.readings[number] as f64;
+                let name = &data.system.assembly.names.measurands[measurand].name;
+                if readings == 0.0 || own.is_some_and(|own| own != name) {
+                    continue;
+                }
+                let mut square = 0.0;
+                for (i, p) in &form {
+                    let of = |(j, q): &(usize, f64)| q * linear.sums.product_in(number, *i, *j);
+                    square += p * form.iter().map(of).sum::<f64>();
+                }
+                let rms = (square.max(0.0) / readings).sqrt();
+                let against = rms / selection.scale[number];
+                if best.as_ref().is_none_or(|(known, ..)| against > *known) {
+                    best = Some((against, rms * sigma_of(part, measurand), name.clone()));
+                }
+            }
+        }
+        best.map(|(_, rms, name)| (rms, name))
+    }
+}

@@ -1,0 +1,204 @@
+//! Effects that the readings do not separate from a row: other rows whose values are correlated with
+//! its own, and effects outside the fit whose form is nearly the row's.
+//!
+//! Only a combination of the two is well determined. Where the other effect is outside the fit, it
+//! may be there all the same; the row's standard uncertainty allows for that, at the typical size of
+//! the other one and with the posterior probability that it is there, too (model average). It does
+//! not say which of the two is there: that is the posterior of the row.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::diagnose::evidence::basis::basis;
+use crate::units::Unit;
+
+use super::answer::{Confounded, Size};
+use super::linear::Linear;
+use super::price::Gain;
+use super::selection::Selection;
+use super::solved::Solved;
+use super::thresholds::{CONFOUNDED, NEAR_ALIAS};
+
+/// Effects outside the fit that are compared with a row at most.
+const MOST: usize = 4;
+/// Correlation beyond which two effects have no values apart.
+const ONE: f64 = 0.9999;
+
+impl Solved {
+    /// Rows whose values are correlated with those of a row.
+    pub fn confounded_rows(&self, at: usize) -> Vec<Confounded> {
+        let others = (0..self.terms.len()).filter(|other| *other != at && self.is_effect[*other]);
+        others
+            .map(|other| (other, self.correlation(at, other)))
+            .filter(|(_, correlation)| correlation.abs() >= CONFOUNDED)
+            .map(|(other, correlation)| Confounded {
+                name: self.names[other].clone(),
+                is_row: true,
+                correlation,
+                factor: self.factor(at, other),
+                apart: Vec::new(),
+            })
+            .collect()
+    }
+
+    /// The largest correlation of a value of one term with one of another.
+    fn correlation(&self, one: usize, other: usize) -> f64 {
+        let mut most = 0.0_f64;
+        for i in self.terms[one].clone() {
+            for j in self.terms[other].clone() {
+                let root = (self.covariance[(i, i)] * self.covariance[(j, j)]).sqrt();
+                let correlation = self.covariance[(i, j)] / root;
+                if correlation.abs() > most.abs() {
+                    most = correlation;
+                }
+            }
+        }
+        most
+    }
+
+    /// `k` where `row + k * other` is uncorrelated with the other one, of two effects with one value.
+    fn factor(&self, row: usize, other: usize) -> Option<f64> {
+        let (row, other) = (self.terms[row].clone(), self.terms[other].clone());
+        let slope = |i: usize, j: usize| -self.covariance[(i, j)] / self.covariance[(j, j)];
+        (row.len() == 1 && other.len() == 1).then(|| slope(row.start, other.start))
+    }
+
+    /// What the values of a term vary with those of another, `E(row | other) = K other`, and the
+    /// inverse covariance of the other's.
+    fn slope(&self, row: usize, other: usize) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+        let (row, other) = (self.terms[row].clone(), self.terms[other].clone());
+        let part = |rows: &std::ops::Range<usize>, columns: &std::ops::Range<usize>| {
+            let (first, count) = ((rows.start, columns.start), (rows.len(), columns.len()));
+            self.covariance.view(first, count).into_owned()
+        };
+        let inverse = part(&other, &other).cholesky()?.inverse();
+        Some((part(&row, &other) * &inverse, inverse))
+    }
+
+    /// Adds what an effect outside the fit may put into the values of a row: `with` has both in it.
+    fn widen(&mut self, at: usize, with: &Self, typical: &[Option<f64>], ln_bayes: f64) {
+        let other = with.terms.len() - 1;
+        let Some((slope, inverse)) = with.slope(at, other) else { return };
+        let found = DVector::from_column_slice(with.of_term(other));
+        let own = DVector::from_column_slice(self.of_term(at));
+        // Without a typical size the other one is as large as the row.
+        let reach = own.norm() / slope.norm().max(f64::MIN_POSITIVE);
+        let typical = typical.iter().map(|typical| typical.unwrap_or(reach).powi(-2));
+        let prior = DMatrix::from_diagonal(&DVector::from_iterator(found.len(), typical));
+        let Some(factor) = (&inverse + prior).cholesky() else { return };
+        let covariance = factor.inverse();
+        let mean = &covariance * &inverse * found;
+        let probability = 1.0 / (1.0 + (-ln_bayes).exp());
+        let spread = &slope * (covariance + &mean * mean.transpose()) * slope.transpose();
+        let first = self.terms[at].start;
+        let mut place = self.covariance.view_mut((first, first), spread.shape());
+        place += spread * probability;
+    }
+}
+
+/// Effects outside the fit whose form is nearly that of a row, with what they may put into its
+/// values added to these.
+pub fn near_aliases(
+    linear: &Linear,
+    selection: &Selection<'_>,
+    solved: &mut Solved,
+    (model, rest, gains): (&[usize], &[usize], &[Gain]),
+    at: usize,
+) -> Vec<Confounded> {
+    let mut found = Vec::new();
+    for (term, _) in selection.near(model, at, solved.of_term(at)).into_iter().take(MOST) {
+        let with = [model, &[term]].concat();
+        let both = Solved::of(selection, &with, rest, gains);
+        let columns = selection.terms[term].columns.iter();
+        let typical: Vec<Option<f64>> =
+            columns.map(|column| linear.sums.typical_of(column.first()?.0)).collect();
+        let ln_bayes = selection.ln_bayes_factor(term, selection.gain(model, term));
+        solved.widen(at, &both, &typical, ln_bayes);
+        let correlation = both.correlation(at, model.len());
+        let apart = if correlation.abs() < ONE {
+            let own = both.measured(linear, selection, model[at], at);
+            own.into_iter().chain(both.measured(linear, selection, term, model.len())).collect()
+        } else {
+            Vec::new()
+        };
+        found.push(Confounded {
+            name: linear.terms[term].name.clone(),
+            is_row: false,
+            correlation,
+            factor: both.factor(at, model.len()),
+            apart,
+        });
+    }
+    found
+}
+
+impl Solved {
+    /// The values of a term with their standard uncertainties.
+    fn measured(
+        &self,
+        linear: &Linear,
+        selection: &Selection<'_>,
+        term: usize,
+        at: usize,
+    ) -> Vec<(Size, f64)> {
+        let columns = selection.terms[term].columns.iter().zip(self.terms[at].clone());
+        columns
+            .filter_map(|(column, place)| {
+                let (name, component, of) = linear.parameter_of(column.first()?.0)?;
+                let size = Size {
+                    unit: linear.unit_of(&name),
+                    parameter: name,
+                    component,
+                    of,
+                    value: self.values[place],
+                };
+                Some((size, self.covariance[(place, place)].max(0.0).sqrt()))
+            })
+            .collect()
+    }
+}
+
+impl Selection<'_> {
+    /// Effects outside a model whose form is nearly that of one of its terms (by its place) with
+    /// given values: with the squared cosine, largest first.
+    fn near(&self, model: &[usize], at: usize, values: &[f64]) -> Vec<(usize, f64)> {
+        let term = model[at];
+        let rest: Vec<usize> = model.iter().copied().filter(|own| *own != term).collect();
+        let factored = self.factored(&rest);
+        let own = &self.terms[term].columns;
+        let values = DVector::from_column_slice(values);
+        let mut found: Vec<(usize, f64)> = (0..self.terms.len())
+            .filter(|other| {
+                self.live[*other] && self.terms[*other].is_effect() && !model.contains(other)
+            })
+            .filter_map(|other| {
+                let both: Vec<_> = own.iter().chain(&self.terms[other].columns).cloned().collect();
+                let (left, _, raw) = self.beside(&factored, &both);
+                let (k, n) = (own.len(), both.len());
+                let form = left.view((0, 0), (k, k)) * &values;
+                let square = values.dot(&form);
+                let across = left.view((k, 0), (n - k, k)) * &values;
+                let others = left.view((k, k), (n - k, n - k)).into_owned();
+                let raw = raw.rows(k, n - k).into_owned();
+                let (basis, _) = basis(&others, &raw);
+                let cosine = basis.tr_mul(&across).norm_squared() / square;
+                (square > 0.0 && cosine >= NEAR_ALIAS).then_some((other, cosine.min(1.0)))
+            })
+            .collect();
+        found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        found
+    }
+}
+
+impl Linear {
+    /// The unit in which a parameter of a candidate or of a row is declared.
+    pub fn unit_of(&self, parameter: &str) -> Unit {
+        let instances = &self.fitted.problem.layout.instances;
+        if let Some(own) = instances.iter().find(|one| one.name == parameter) {
+            return own.unit.clone();
+        }
+        let names = self.candidates.iter().filter(|one| {
+            parameter.strip_prefix(one.name.as_str()).is_some_and(|rest| rest.starts_with('.'))
+        });
+        names.map(|one| one.unit(parameter)).next().unwrap_or_else(Unit::one)
+    }
+}

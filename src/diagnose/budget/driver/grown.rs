@@ -1,0 +1,79 @@
+//! Effects enter the fit one after the other, each the best of some that were refitted.
+
+use crate::diagnose::budget::linear::Linear;
+use crate::diagnose::budget::search::Pools;
+use crate::diagnose::budget::selection::Ranked;
+use crate::diagnose::budget::thresholds::{ENTER, MOST_ROWS};
+use crate::diagnose::fitted::Fitted;
+use crate::estimate::batch::FitError;
+
+use super::Search;
+
+/// Candidates that are refitted before one enters.
+const SERIOUS: usize = 3;
+/// Gain of a serious candidate, in parts of the best.
+const SERIOUS_SHARE: f64 = 0.5;
+
+impl Search<'_> {
+    /// Effects enter one after the other, each with a refit. Families are scanned again where one of
+    /// them may be the next to enter, and all of them before it ends.
+    pub(super) fn grow(&mut self) -> Result<Option<()>, FitError> {
+        // Effects scanned at the present fit; `None` for all.
+        let mut fresh: Option<Vec<String>> = None;
+        while self.rows.len() < MOST_ROWS {
+            let linear =
+                Linear::new(self.fitted.clone(), &self.rows, self.wanted, false, &mut self.scanned);
+            let Some(linear) = linear else { return Ok(None) };
+            let mut selection = self.selection(&linear);
+            let model = linear.rows();
+            selection.set_scale(&model);
+            let pools = Pools::of(&selection);
+            let ranked = selection.ranked(&model, &pools.effects, 0.0);
+            let best = ranked.first().filter(|best| best.ln_bayes >= ENTER);
+            let serious: Vec<_> = best.map_or_else(Vec::new, |best| {
+                let is_serious = |one: &&Ranked| {
+                    one.ln_bayes >= ENTER && one.gain.gain >= SERIOUS_SHARE * best.gain.gain
+                };
+                ranked.iter().filter(is_serious).take(SERIOUS).collect()
+            });
+            if let Some(known) = &mut fresh {
+                let name = |one: &&Ranked| linear.terms[one.term].name.clone();
+                let is_stale = |name: &String| self.scanned.knows(name) && !known.contains(name);
+                let stale: Vec<String> = serious.iter().map(name).filter(is_stale).collect();
+                if serious.is_empty() {
+                    fresh = None;
+                    self.scanned.effects.clear();
+                    continue;
+                }
+                if !stale.is_empty() {
+                    stale.iter().for_each(|name| self.scanned.forget(name));
+                    known.extend(stale);
+                    continue;
+                }
+            }
+            let Some(best) = best else { break };
+            let mut next: Option<(f64, usize, Fitted)> = None;
+            for one in serious {
+                let start = linear.start(&selection, &model, one.term);
+                let selected = &linear.candidates[one.term].selected;
+                let with = self.fitted.with(selected, &start, self.options)?;
+                let Some(with) = with.filter(Fitted::is_sound) else { continue };
+                // What a candidate costs more than another counts against it, and its size.
+                let price = one.gain.gain - 2.0 * one.ln_bayes;
+                let size = linear.ln_size_prior(&with, &linear.terms[one.term].name);
+                let cost = with.cost() + price - 2.0 * size;
+                if next.as_ref().is_none_or(|(least, ..)| cost < *least) {
+                    next = Some((cost, one.term, with));
+                }
+            }
+            let Some((_, term, with)) = next else { break };
+            let name = &linear.terms[term].name;
+            self.log.push(format!("{name} enters the fit ({:.1})", best.ln_bayes));
+            let row = linear.row(term);
+            self.rows.push(row);
+            self.fitted = with;
+            fresh = Some(Vec::new());
+        }
+        Ok(Some(()))
+    }
+}

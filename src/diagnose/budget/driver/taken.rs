@@ -1,0 +1,166 @@
+//! What a round found goes into the fit: effects on the noise, rows that stand; and rows that do not
+//! stand leave it.
+
+use crate::diagnose::budget::judge::Judged;
+use crate::diagnose::budget::linear::Linear;
+use crate::diagnose::budget::noise::{leave_out, noise};
+use crate::diagnose::fitted::{Fitted, name_of};
+use crate::diagnose::found::NoiseEffect;
+use crate::engine::gauss_markov::GaussMarkov;
+use crate::estimate::batch::FitError;
+
+use super::{Search, named_objections};
+
+/// The effect that is timestamp jitter.
+const JITTER: &str = "timestamp_jitter";
+
+impl Search<'_> {
+    /// Takes what is found in the noise into the problem; whether there was something.
+    pub(super) fn take_noise(
+        &mut self,
+        linear: &Linear,
+        judged: &Judged,
+        scale: &[f64],
+    ) -> Result<bool, FitError> {
+        let mut selection = self.selection(linear);
+        selection.adopt_scale(scale);
+        let found = noise(linear, &selection, &judged.model);
+        drop(selection);
+        if found.is_plain() {
+            return Ok(false);
+        }
+        let mut fitted = linear.fitted.clone();
+        let known = self.noise.iter().any(|one| one.memory.is_none());
+        if let Some((variance, score)) = found.jitter.filter(|_| !known)
+            && let Some(with) = self.with_jitter(&fitted, linear, variance, score)?
+        {
+            self.log.push(format!("timestamp jitter {:.3e} s", variance.sqrt()));
+            self.fitted = with;
+            return Ok(true);
+        }
+        if !found.outliers.is_empty() {
+            self.log.push(format!("{} outliers are left out", found.outliers.len()));
+            let first = &linear.sums.first_measurand;
+            self.left_out.extend(leave_out(&mut fitted.problem, first, &found.outliers));
+            self.fitted = fitted.again(self.options)?;
+            return Ok(true);
+        }
+        if found.autocorrelation.is_empty() {
+            return Ok(false);
+        }
+        self.take_autocorrelation(fitted, &found.autocorrelation)?;
+        Ok(true)
+    }
+
+    /// Goes on with autocorrelated noise.
+    pub(super) fn take_autocorrelation(
+        &mut self,
+        mut fitted: Fitted,
+        found: &[(usize, usize, GaussMarkov)],
+    ) -> Result<(), FitError> {
+        for (part, row, noise) in found {
+            self.log.push(format!(
+                "autocorrelated noise in component {row}: share {:.2}, {:.3e} s",
+                noise.share, noise.time
+            ));
+            fitted.problem.parts[*part].gauss_markov[*row] = Some(*noise);
+        }
+        self.fitted = fitted.again(self.options)?;
+        Ok(())
+    }
+
+    /// The model with timestamp jitter of a variance (s²), where the library offers it.
+    fn with_jitter(
+        &mut self,
+        fitted: &Fitted,
+        linear: &Linear,
+        variance: f64,
+        score: f64,
+    ) -> Result<Option<Fitted>, FitError> {
+        let candidate = linear.noise.iter().find(|one| one.name.starts_with(JITTER));
+        let Some(candidate) = candidate else { return Ok(None) };
+        let Some(with) = fitted.with(&candidate.selected, &[], self.options)? else {
+            return Ok(None);
+        };
+        let mut with = with;
+        let prefix = format!("{}.", candidate.name);
+        let system = candidate.systems.iter().flatten().next();
+        let random = system.and_then(|system| {
+            system.randoms.iter().find(|random| random.name.starts_with(&prefix))
+        });
+        let Some(random) = random else { return Ok(None) };
+        let value = variance.sqrt();
+        with.set_random(&random.name, value);
+        let with = with.again(self.options)?;
+        self.noise.push(NoiseEffect {
+            name: candidate.name.clone(),
+            selected: Some(candidate.selected.clone()),
+            parameter: random.name.clone(),
+            also: Vec::new(),
+            of: None,
+            unit: random.unit.clone(),
+            value,
+            sigma: 0.5 * value / score,
+            aliases: Vec::new(),
+            memory: None,
+            ln_p: -0.5 * score * score,
+        });
+        Ok(Some(with))
+    }
+
+    /// Puts the rows that stand into the fit, and no others; whether the fit changed.
+    pub(super) fn take_rows(
+        &mut self,
+        linear: &Linear,
+        judged: &Judged,
+        scale: &[f64],
+    ) -> Result<bool, FitError> {
+        for (term, _) in &judged.objections {
+            self.refused.push(linear.terms[*term].name.clone());
+        }
+        self.objections.extend(named_objections(linear, judged));
+        let stands =
+            |term: &&usize| linear.terms[**term].is_effect() && !judged.nameless.contains(*term);
+        let wanted: Vec<usize> = judged.model.iter().filter(stands).copied().collect();
+        let in_fit = linear.rows();
+        let leave: Vec<usize> =
+            in_fit.iter().copied().filter(|row| !wanted.contains(row)).collect();
+        let enter: Vec<usize> =
+            wanted.iter().copied().filter(|row| !in_fit.contains(row)).collect();
+        let mut names: Vec<String> =
+            wanted.iter().map(|term| linear.terms[*term].name.clone()).collect();
+        names.sort_unstable();
+        if (leave.is_empty() && enter.is_empty()) || self.seen.contains(&names) {
+            return Ok(false);
+        }
+        self.seen.push(names);
+        let mut selection = self.selection(linear);
+        selection.adopt_scale(scale);
+        let mut fitted = linear.fitted.clone();
+        for row in &leave {
+            let name = &linear.terms[*row].name;
+            let selected = fitted.recipes.iter().flat_map(|recipe| &recipe.effects);
+            let selected = selected.into_iter().find(|one| name_of(one) == *name);
+            if let Some(selected) = selected.cloned() {
+                fitted = fitted.without(&[&selected], self.options)?;
+            }
+            self.rows.retain(|own| own.name != *name);
+            self.log.push(format!("{name} leaves the fit"));
+        }
+        for term in &enter {
+            let rest: Vec<usize> = judged.model.iter().copied().filter(|own| own != term).collect();
+            let start = linear.start(&selection, &rest, *term);
+            let selected = &linear.candidates[linear.terms[*term].candidate].selected;
+            let with = fitted.with(selected, &start, self.options)?;
+            if let Some(with) = with.filter(Fitted::is_sound) {
+                self.rows.push(linear.row(*term));
+                self.log.push(format!("{} enters the fit", linear.terms[*term].name));
+                fitted = with;
+            } else {
+                self.refused.push(linear.terms[*term].name.clone());
+            }
+        }
+        self.fitted = fitted;
+        Ok(true)
+    }
+}

@@ -1,0 +1,72 @@
+//! Families: effects and blocks with a constant that nobody knows (a period, a width). Which member
+//! stands for each, and which were found before.
+
+use crate::diagnose::evidence::Evidence;
+use crate::diagnose::evidence::scan::{ALL_BLIND, Scanned, scan, told};
+use crate::diagnose::evidence::score::score;
+use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::candidate::{Candidate, NotTestable};
+use crate::diagnose::library::catalogue::Made;
+use crate::effect::{Family, Members};
+
+/// Best members of families as they were found.
+#[derive(Clone, Debug, Default)]
+pub struct Families {
+    /// Of effects.
+    pub effects: Scanned,
+    /// Of basis blocks.
+    pub blocks: Scanned,
+}
+
+impl Families {
+    /// Whether a member of an effect was found before.
+    pub fn knows(&self, effect: &str) -> bool {
+        self.effects.iter().any(|(name, ..)| name == effect)
+    }
+
+    /// Lets an effect be scanned again.
+    pub fn forget(&mut self, effect: &str) {
+        self.effects.retain(|(name, ..)| name != effect);
+    }
+}
+
+/// Of each family the member that explains most, with the number of members tried, and families of
+/// which no member can be tested.
+pub fn best_members(
+    fitted: &Fitted,
+    made: &Made,
+    offered: Vec<Candidate>,
+    scanned: &mut Scanned,
+) -> Option<(Vec<Candidate>, Vec<usize>, Vec<NotTestable>)> {
+    let (mut best, mut tried, mut blind) = (Vec::new(), Vec::new(), Vec::new());
+    let is_range = |family: &Family| matches!(family.members, Members::Range { .. });
+    for family in offered.chunk_by(|a, b| a.name == b.name) {
+        let first = &family[0];
+        if family.len() > 1
+            && first.selected.effect.shape.values().all(is_range)
+            && let Some((found, members)) = scan(fitted, first, scanned)
+        {
+            best.push(found);
+            tried.push(members);
+            continue;
+        }
+        let members = told(&fitted.problem, family);
+        let count = members.len();
+        if count == 0 {
+            blind.push(NotTestable::here(&first.name, ALL_BLIND));
+            continue;
+        }
+        let mut winner = 0;
+        if count > 1 {
+            let fit = &fitted.fit;
+            let signatures = made.signatures(&fitted.problem, &members);
+            let evidence =
+                Evidence::with(&fitted.problem, &fit.normal, &fit.point, count, signatures)?;
+            let gain = |k: &usize| score(&evidence.entries[*k], 1).ln_p;
+            winner = (0..count).min_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(0);
+        }
+        best.push(members[winner].clone());
+        tried.push(count);
+    }
+    Some((best, tried, blind))
+}

@@ -1,0 +1,94 @@
+//! Whether the values of a row differ between groups of runs.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::diagnose::budget::pieces::Pieces;
+use crate::diagnose::budget::price::price;
+use crate::diagnose::budget::selection::Selection;
+use crate::diagnose::budget::selection::normal::{factored, gain_of};
+use crate::diagnose::budget::terms::Combination;
+
+/// Groups of runs that have values of their own at most.
+const MOST_GROUPS: usize = 12;
+
+impl Selection<'_> {
+    /// The log Bayes factor of separate values of a row by groups of runs against one value for
+    /// all, the largest of all labels, and their gain.
+    pub(super) fn apart(
+        &self,
+        model: &[usize],
+        at: usize,
+        pieces: &Pieces,
+    ) -> Option<(String, f64, f64)> {
+        let term = &self.terms[model[at]];
+        let mut base: Vec<Combination> = self.columns(model);
+        base.push(self.residual().clone());
+        let k = term.columns.len();
+        let before: usize = model[..at].iter().map(|term| self.terms[*term].columns.len()).sum();
+        let own_at = self.nominal() + before;
+        let weights: Vec<f64> = self.scale.iter().map(|scale| scale.powi(-2)).collect();
+        let n = base.len() - 1;
+        let mut best: Option<(String, f64, f64)> = None;
+        for (label, groups) in &pieces.labels {
+            let count = groups.iter().copied().max().unwrap_or(0) + 1;
+            if !(2..=MOST_GROUPS).contains(&count) {
+                continue;
+            }
+            // Sums of each group: its own columns are zero elsewhere.
+            let of: Vec<_> = (0..count)
+                .map(|group| pieces.products(&weights, |piece| groups[piece.run] == group))
+                .collect();
+            let size = k * (count - 1);
+            let mut whole = of.iter().skip(1).fold(of[0].clone(), |sum, more| sum + more);
+            self.add_priors(&base, &mut whole);
+            let nominal = whole.view((0, 0), (n, n)).into_owned();
+            let (inverse, length) = factored(&nominal);
+            let mut across = DMatrix::zeros(n, size);
+            let mut own = DMatrix::zeros(size, size);
+            let mut score = DVector::zeros(size);
+            for (group, sums) in of.iter().enumerate().skip(1) {
+                let first = k * (group - 1);
+                for j in 0..k {
+                    for i in 0..n {
+                        across[(i, first + j)] = sums[(i, own_at + j)] / length[i];
+                    }
+                    for i in 0..k {
+                        own[(first + i, first + j)] = sums[(own_at + i, own_at + j)];
+                    }
+                    score[first + j] = sums[(own_at + j, n)];
+                }
+            }
+            let raw = own.diagonal().map(|square: f64| square.max(0.0).sqrt());
+            let half = &inverse * DVector::from_fn(n, |i, _| whole[(i, n)] / length[i]);
+            let across = &inverse * across;
+            let left = own - across.tr_mul(&across);
+            let score = score - across.tr_mul(&half);
+            let gain = gain_of(&left, &score, &raw);
+            if gain.degrees == 0 {
+                continue;
+            }
+            let ln_bayes = 0.5 * gain.gain - price(gain, 1, 1);
+            if best.as_ref().is_none_or(|(_, known, _)| ln_bayes > *known) {
+                best = Some((label.clone(), ln_bayes, gain.gain));
+            }
+        }
+        best
+    }
+
+    fn add_priors(&self, combinations: &[Combination], sums: &mut DMatrix<f64>) {
+        for row in &self.sums.priors {
+            let value = |combination: &Combination| -> f64 {
+                let of = |column: usize| {
+                    if column == self.sums.residual() {
+                        return row.residual;
+                    }
+                    let own = row.coefficients.iter().filter(|(own, _)| *own == column);
+                    own.map(|(_, by)| by).sum()
+                };
+                combination.iter().map(|(column, by)| by * of(*column)).sum()
+            };
+            let row = DVector::from_iterator(combinations.len(), combinations.iter().map(value));
+            *sums += &row * row.transpose();
+        }
+    }
+}

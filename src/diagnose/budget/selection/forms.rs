@@ -1,0 +1,128 @@
+//! Forms: what a term does beyond the nominal parameters, and how much of that others take up.
+
+use nalgebra::linalg::Cholesky;
+use nalgebra::{DMatrix, DVector};
+
+use super::Selection;
+use crate::diagnose::budget::terms::{Combination, Term};
+use crate::diagnose::evidence::basis::basis;
+use crate::estimate::eigen;
+
+/// Added to the diagonal of a block's own sums, columns of unit length.
+const RIDGE: f64 = 1e-10;
+/// Share of the squared length of a row's form that a block leaves to it, below which it contains
+/// the form.
+const CONTAINED: f64 = 0.01;
+/// Share of a direction of a block from which it is a row's form.
+const WITHIN: f64 = 0.5;
+
+impl Selection<'_> {
+    /// For each nominal column its part, as a length, of what nominal parameters absorb of a
+    /// term's first column.
+    pub fn shares_of_nominal(&self, term: usize) -> Vec<(usize, f64)> {
+        let model = self.factored(&[]);
+        let own = self.terms[term].columns.iter();
+        let Some(column) = own.into_iter().find(|column| self.square(column) > 0.0) else {
+            return Vec::new();
+        };
+        let across = model.columns.iter().zip(model.length.iter());
+        let across = across.map(|(other, length)| self.product(other, column) / length);
+        let share = DVector::from_iterator(model.columns.len(), across);
+        let share = model.inverse.tr_mul(&(&model.inverse * share));
+        let shares = model.columns.iter().zip(share.iter());
+        shares.map(|(column, share)| (column[0].0, share.abs())).collect()
+    }
+
+    /// The block with which a model goes on when a block enters: the block itself, or, where rows of
+    /// the model have forms that lie within it, the directions that are left beside these. A named
+    /// form keeps what it explains; the block explains the rest.
+    pub fn beside_rows(&mut self, model: &[usize], block: usize) -> usize {
+        let with = [model, &[block]].concat();
+        let within: Vec<usize> = model
+            .iter()
+            .copied()
+            .filter(|term| self.terms[*term].is_effect())
+            .filter(|term| {
+                let rest: Vec<usize> = with.iter().copied().filter(|own| own != term).collect();
+                let before: Vec<usize> = model.iter().copied().filter(|own| own != term).collect();
+                self.form_left(&rest, model, *term)
+                    < CONTAINED * self.form_left(&before, model, *term)
+            })
+            .collect();
+        if within.is_empty() {
+            return block;
+        }
+        let rest: Vec<usize> = model.iter().copied().filter(|own| !within.contains(own)).collect();
+        let factored = self.factored(&rest);
+        let columns = self.terms[block].columns.clone();
+        let rows = within.iter().flat_map(|term| self.terms[*term].columns.clone());
+        let all: Vec<Combination> = columns.iter().cloned().chain(rows).collect();
+        let (left, _, raw) = self.beside(&factored, &all);
+        let (k, r) = (columns.len(), all.len() - columns.len());
+        // Coordinates of the rows' forms in the block: S_bb⁻¹ S_br, columns of unit length.
+        let own = DMatrix::from_fn(k, k, |i, j| left[(i, j)] / (raw[i] * raw[j]));
+        let across = DMatrix::from_fn(k, r, |i, j| left[(i, k + j)] / (raw[i] * raw[k + j]));
+        let Some(factor) = Cholesky::new(own + DMatrix::identity(k, k) * RIDGE) else {
+            return block;
+        };
+        // What is orthogonal, in the metric of S, to the rows' forms.
+        let lower = factor.l();
+        let Some(forms) = lower.solve_lower_triangular(&across) else { return block };
+        // Forms of unit length, orthogonal to each other.
+        let rows = DMatrix::from_fn(r, r, |i, j| left[(k + i, k + j)] / (raw[k + i] * raw[k + j]));
+        let (orthonormal, _) = basis(&rows, &DVector::from_element(r, 1.0));
+        let forms = forms * orthonormal;
+        let Some(eigen) = eigen::symmetric(&forms * forms.transpose()) else { return block };
+        let Some(back) = lower.transpose().solve_upper_triangular(&eigen.eigenvectors) else {
+            return block;
+        };
+        let mut reduced = Vec::new();
+        for (number, share) in eigen.eigenvalues.iter().enumerate() {
+            if *share < WITHIN {
+                let mut combination: Combination = Vec::new();
+                for (i, column) in columns.iter().enumerate() {
+                    let by = back[(i, number)] / raw[i];
+                    combination.extend(column.iter().map(|(at, own)| (*at, own * by)));
+                }
+                reduced.push(combination);
+            }
+        }
+        let reduced_from = self.terms[block].reduced_from.or(Some(block));
+        let term = Term { columns: reduced, reduced_from, ..self.terms[block].clone() };
+        self.live.push(!term.columns.is_empty());
+        self.live[block] = false;
+        self.terms.push(term);
+        self.terms.len() - 1
+    }
+
+    /// A term's form with what nominal parameters absorb of it taken off, as one combination of
+    /// columns.
+    pub fn beyond_nominal(&self, term: usize, values: &[f64]) -> Combination {
+        let mut form: Combination = Vec::new();
+        for (column, value) in self.terms[term].columns.iter().zip(values) {
+            form.extend(column.iter().map(|(at, by)| (*at, by * value)));
+        }
+        let nominal = self.factored(&[]);
+        let across = nominal.columns.iter().zip(nominal.length.iter());
+        let across = across.map(|(other, length)| self.product(other, &form) / length);
+        let share = DVector::from_iterator(nominal.columns.len(), across);
+        let share = nominal.inverse.tr_mul(&(&nominal.inverse * share));
+        for ((column, length), share) in
+            nominal.columns.iter().zip(nominal.length.iter()).zip(share.iter())
+        {
+            form.extend(column.iter().map(|(at, by)| (*at, -by * share / length)));
+        }
+        form
+    }
+
+    /// Squared length of what a model leaves of the form that a term has in another one.
+    pub fn form_left(&self, beside: &[usize], model: &[usize], term: usize) -> f64 {
+        let (values, _) = self.solved(model);
+        let mut first = self.nominal();
+        for own in model.iter().take_while(|own| **own != term) {
+            first += self.terms[*own].columns.len();
+        }
+        let form = values.rows(first, self.terms[term].columns.len()).into_owned();
+        (form.transpose() * self.left(beside, term) * &form)[(0, 0)]
+    }
+}

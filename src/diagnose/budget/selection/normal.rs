@@ -1,0 +1,71 @@
+//! The normal equations of a model, factored, and the gain of columns beside it.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::diagnose::budget::price::Gain;
+use crate::diagnose::budget::terms::Combination;
+use crate::diagnose::evidence::basis::basis;
+use crate::estimate::factored;
+
+/// Added to the diagonal of scaled normal equations: what the readings do not determine stays where
+/// it is.
+const RIDGE: f64 = 1e-10;
+
+/// A model's normal equations, factored.
+#[derive(Debug)]
+pub struct Factored {
+    /// The columns: nominal ones, then those of the terms.
+    pub columns: Vec<Combination>,
+    /// `L⁻¹`, `L` their Cholesky factor: one product with it is quicker than a triangular solution.
+    pub inverse: DMatrix<f64>,
+    /// The lengths that the columns are scaled by.
+    pub length: DVector<f64>,
+    /// `L⁻¹ b` of scaled columns.
+    pub half: DVector<f64>,
+}
+
+impl Factored {
+    /// The values of the columns and their covariance.
+    pub fn solved(&self) -> (DVector<f64>, DMatrix<f64>) {
+        let values = self.inverse.tr_mul(&self.half).component_div(&self.length);
+        let mut covariance = self.inverse.tr_mul(&self.inverse);
+        for (j, mut column) in covariance.column_iter_mut().enumerate() {
+            column.component_div_assign(&self.length);
+            column /= self.length[j];
+        }
+        (values, covariance)
+    }
+}
+
+/// The gain of a score `g` with Schur complement `S`.
+pub fn gain_of(left: &DMatrix<f64>, score: &DVector<f64>, raw: &DVector<f64>) -> Gain {
+    if !left.iter().chain(score.iter()).all(|value| value.is_finite()) || left.nrows() == 0 {
+        return Gain::default();
+    }
+    let (basis, _) = basis(left, raw);
+    let score = basis.tr_mul(score);
+    Gain { gain: score.norm_squared(), degrees: score.len() }
+}
+
+/// `L⁻¹` of the Cholesky factor `L` of normal equations whose columns are scaled to unit length, and
+/// the lengths.
+pub fn factored(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
+    let n = matrix.nrows();
+    let length = matrix.diagonal().map(|square| if square > 0.0 { square.sqrt() } else { 1.0 });
+    let scaled = |ridge: f64| {
+        DMatrix::from_fn(n, n, |i, j| {
+            matrix[(i, j)] / (length[i] * length[j]) + f64::from(i == j) * ridge
+        })
+    };
+    let mut ridge = RIDGE;
+    loop {
+        if let Some((_, inverse)) = factored::factored(&scaled(ridge)) {
+            return (inverse, length);
+        }
+        if ridge > 1.0 {
+            // Sums that are no numbers: nothing is taken off anything.
+            return (DMatrix::identity(n, n), length);
+        }
+        ridge *= 10.0;
+    }
+}

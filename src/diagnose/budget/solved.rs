@@ -1,0 +1,125 @@
+//! Values of a budget with their covariance. The values of rows have no prior; those of the
+//! remainder have: normal about zero, as wide as what was found of the remainder.
+//!
+//! A block of the remainder may contain nearly all of a row's form. Without a prior it would take
+//! the row's value with it, and what is left to the row would be a small difference of large values.
+//! With it the row keeps what both may explain, with a standard uncertainty that says how much of it
+//! the remainder may be. It does not say which terms are in the budget.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::engine::Problem;
+use crate::estimate::calibrate::{Calibration, Estimate};
+
+use super::linear::{Linear, columns_of};
+use super::price::Gain;
+use super::selection::Selection;
+
+/// Least mean square of a value of the remainder, in its own standard uncertainties, that its prior
+/// has.
+const LEAST: f64 = 1e-3;
+
+/// The values of a budget's columns: nominal ones, then those of its terms in order.
+#[derive(Clone, Debug)]
+pub struct Solved {
+    pub(super) values: DVector<f64>,
+    pub(super) covariance: DMatrix<f64>,
+    /// The columns of each term.
+    pub(super) terms: Vec<Range<usize>>,
+    pub(super) is_effect: Vec<bool>,
+    pub(super) names: Vec<String>,
+}
+
+impl Solved {
+    /// Of a model whose terms at `rest` are the remainder.
+    pub fn of(selection: &Selection<'_>, model: &[usize], rest: &[usize], gains: &[Gain]) -> Self {
+        let mut terms = Vec::new();
+        let mut first = selection.nominal();
+        for term in model {
+            let count = selection.terms[*term].columns.len();
+            terms.push(first..first + count);
+            first += count;
+        }
+        let priors: Vec<(usize, DMatrix<f64>)> = rest
+            .iter()
+            .filter_map(|at| Some((terms[*at].start, prior(selection, model[*at], gains[*at])?)))
+            .collect();
+        let (values, covariance) = selection.solved_under(model, &priors);
+        let own = |term: &usize| &selection.terms[*term];
+        Self {
+            values,
+            covariance,
+            terms,
+            is_effect: model.iter().map(|term| own(term).is_effect()).collect(),
+            names: model.iter().map(|term| own(term).name.clone()).collect(),
+        }
+    }
+
+    /// The values of a term, by its place in the model.
+    pub fn of_term(&self, at: usize) -> &[f64] {
+        &self.values.as_slice()[self.terms[at].clone()]
+    }
+
+    /// The values of a row beside the whole budget.
+    pub fn values(
+        &self,
+        linear: &Linear,
+        name: &str,
+        at: usize,
+        explained: &Calibration,
+    ) -> Vec<Estimate> {
+        let Self { values, covariance, .. } = self;
+        let first = self.terms[at].start;
+        let own: Vec<usize> =
+            columns_of(&linear.fitted, name).into_iter().map(|(column, _)| column).collect();
+        let layout = &linear.fitted.problem.layout;
+        let prefix = format!("{name}.");
+        let mut component: BTreeMap<usize, usize> = BTreeMap::new();
+        let all = explained.estimates().into_iter().filter(|one| one.name.starts_with(&prefix));
+        all.map(|mut one| {
+            let Some(instance) = one.instance else { return one };
+            let k = component.entry(instance).or_default();
+            let columns = layout.columns_of(instance, *k);
+            *k += 1;
+            let place = |column: usize| own.iter().position(|own| *own == column);
+            let placed: Vec<(usize, f64)> = columns
+                .iter()
+                .filter_map(|(column, by)| Some((first + place(*column)?, *by)))
+                .collect();
+            if placed.is_empty() || one.value.is_none() || one.sigma.is_none() {
+                return one;
+            }
+            let value: f64 = placed.iter().map(|(column, by)| by * values[*column]).sum();
+            let mut variance = 0.0;
+            for (i, p) in &placed {
+                variance += placed.iter().map(|(j, q)| p * q * covariance[(*i, *j)]).sum::<f64>();
+            }
+            one.value = Some(value);
+            one.sigma = Some(variance.max(0.0).sqrt());
+            one
+        })
+        .collect()
+    }
+}
+
+/// The inverse covariance of the values of a term of the remainder beforehand: in the metric of what
+/// it does beyond the nominal parameters, with the mean square, per degree of freedom, of what was found beyond noise: what rows
+/// hide of it is not taken to be larger than what is seen.
+fn prior(selection: &Selection<'_>, term: usize, gain: Gain) -> Option<DMatrix<f64>> {
+    let alone = selection.left(&[], term);
+    let excess = (gain.gain - gain.degrees as f64).max(0.0);
+    let mean_square = (excess / gain.degrees.max(1) as f64).max(LEAST);
+    alone.iter().all(|value| value.is_finite()).then(|| alone / mean_square)
+}
+
+/// The ratio of the largest value to its typical magnitude.
+pub fn ratio_to_typical(problem: &Problem, values: &[Estimate]) -> Option<f64> {
+    let ratio = |one: &Estimate| {
+        let typical = problem.layout.instances[one.instance?].setting.typical?;
+        Some(one.value?.abs() / typical)
+    };
+    values.iter().filter_map(ratio).reduce(f64::max)
+}
