@@ -10,10 +10,11 @@
 //! | [`pieces`], [`held_out`], [`labels`] | sums by run, held-out evidence, groups of runs |
 //! | [`rows`] | whitened rows one after the other |
 //! | [`changes`] | change points as terms |
+//! | `stated` | stated values that are wrong, as terms |
 //! | [`judge`] | when a row stands |
 //! | [`linear`] | a fitted model with everything that may be added to it |
 //! | [`families`] | which member of a family stands for it |
-//! | [`memory`] | autocorrelated noise against basis blocks |
+//! | [`noise_or_blocks`], [`memory`], [`noise_of_runs`] | noise that is autocorrelated or differs between runs, against blocks |
 //! | [`noise`] | outliers, jitter, autocorrelation in the residuals |
 //! | [`noise_scale`] | noise scale factors that are not as stated |
 //! | [`answer`], `assemble` | the verdict, and the answer as data |
@@ -36,6 +37,8 @@ pub mod linear;
 pub mod member;
 pub mod memory;
 pub mod noise;
+pub mod noise_of_runs;
+pub mod noise_or_blocks;
 pub mod noise_scale;
 pub mod pieces;
 pub mod price;
@@ -43,6 +46,7 @@ pub mod rows;
 pub mod search;
 pub mod selection;
 pub mod solved;
+mod stated;
 pub mod sums;
 pub mod terms;
 pub mod thresholds;

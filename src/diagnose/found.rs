@@ -45,6 +45,8 @@ pub struct Level {
     pub measurand: String,
     /// Its campaign, where there are several.
     pub of: Option<String>,
+    /// The run, where the noise of that one differs from the others'.
+    pub run: Option<String>,
     /// The factor on the standard uncertainty that is stated.
     pub factor: f64,
 }

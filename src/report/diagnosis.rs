@@ -36,7 +36,12 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
             .collect::<Vec<_>>(),
         "gap": diagnosis.gap.as_ref().map(gap),
         "noise_scale": diagnosis.levels.iter().map(|one| {
-            json!({ "measurand": one.measurand, "of": one.of, "factor": number(Some(one.factor)) })
+            json!({
+                "measurand": one.measurand,
+                "of": one.of,
+                "run": one.run,
+                "factor": number(Some(one.factor)),
+            })
         }).collect::<Vec<_>>(),
         "autocorrelation": diagnosis.autocorrelation.iter().map(|(measurand, of, noise)| json!({
             "measurand": measurand,

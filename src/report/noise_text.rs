@@ -53,10 +53,11 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
 }
 
 fn level(one: &Level) -> String {
-    let Level { measurand, of, factor } = one;
+    let Level { measurand, of, run, factor } = one;
     let hint = if (0.1..10.0).contains(factor) { "" } else { " (is its unit right?)" };
     let factor = if *factor < 0.1 { format!("{factor:.1e}") } else { decimal(*factor, 2) };
-    format!("{measurand}{} {factor}{hint}", in_campaign(of.as_deref()))
+    let run = run.as_ref().map_or_else(String::new, |run| format!(" in run `{run}`"));
+    format!("{measurand}{run}{} {factor}{hint}", in_campaign(of.as_deref()))
 }
 
 /// In which campaign, where there are several.

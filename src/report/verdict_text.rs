@@ -41,7 +41,10 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
             let left_out = left_out.then(|| "readings that are left out".to_owned());
             let correlated =
                 (!diagnosis.autocorrelation.is_empty()).then(|| "autocorrelated noise".to_owned());
-            let what: Vec<String> = names.into_iter().chain(correlated).chain(left_out).collect();
+            let of_runs = diagnosis.levels.iter().any(|one| one.run.is_some());
+            let of_runs = of_runs.then(|| "noise that differs between runs".to_owned());
+            let noise = names.into_iter().chain(correlated).chain(of_runs);
+            let what: Vec<String> = noise.chain(left_out).collect();
             format!("Explained by {}; the residuals are consistent with that.", what.join(" and "))
         }
         Verdict::Explained => {

@@ -158,6 +158,12 @@ fn sums_are_products_of_rows() {
     }
     // The radius, and the three components of a place: a wide column and narrow ones.
     let problem = &fitted.problem;
+    // Each has a column of its own, which acts in its equation alone: that it is wrong.
+    let is_stated = |term: &&homepoint::diagnose::budget::terms::Term| {
+        term.place.as_ref().is_some_and(|place| place.words.starts_with("a wrong stated value"))
+    };
+    let of_stated = linear.terms.iter().filter(is_stated).flat_map(|term| &term.columns);
+    let of_stated: Vec<usize> = of_stated.map(|one| one[0].0).collect();
     let mut stated = 0;
     for (index, instance) in problem.layout.instances.iter().enumerate() {
         let setting = &instance.setting;
@@ -171,6 +177,12 @@ fn sums_are_products_of_rows() {
             whole[(column, size - 1)] += left / sigma;
             whole[(size - 1, column)] += left / sigma;
             whole[(size - 1, size - 1)] += left * left;
+            let own = of_stated[stated];
+            whole[(own, own)] += 1.0;
+            for (other, product) in [(column, sigma.recip()), (size - 1, left)] {
+                whole[(own, other)] += product;
+                whole[(other, own)] += product;
+            }
             stated += 1;
         }
     }

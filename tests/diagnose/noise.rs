@@ -186,7 +186,6 @@ fn a_small_walk_is_told_with_the_drift_that_does_as_much() {
 }
 
 #[test]
-#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_sharp_line_between_the_members_of_any_grid_is_found() {
     let set = [
         "arm_torsion_oscillation.frequency=7.1373 Hz",
@@ -414,7 +413,6 @@ fn values_that_sum_to_zero_are_found_as_they_are() {
 
 /// A run that is noisier than the others has levels of its own: no effect, no wild readings.
 #[test]
-#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_noisier_run_is_no_effect() {
     let (opened, mut problem) = drawn(&[], &[], 71);
     let (_, other) = drawn(&[], &[], 72);

@@ -128,7 +128,6 @@ fn an_effect_too_small_for_its_campaign_is_not_declared() {
 }
 
 #[test]
-#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn what_no_library_holds_is_unknown_and_has_its_place() {
     let Some((found, _)) = practice("outside_any_library") else { return };
     assert_eq!(found.verdict, Verdict::Unknown, "{}", told(&found));

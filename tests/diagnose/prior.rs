@@ -63,7 +63,6 @@ fn odds_after_the_readings_go_with_odds_before() {
 
 /// The library's part stays what it is: where one effect is likelier the others give way.
 #[test]
-#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_likelier_effect_leaves_the_library_its_part() {
     let (usual, three) =
         (with(Prior::default()), with(Prior::default().with("collimation", 3.0).unwrap()));

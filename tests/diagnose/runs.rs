@@ -205,7 +205,6 @@ fn lasting(seed: u64, count: usize, share: f64, decay: f64) -> Vec<f64> {
 
 /// A memory that all runs have is noise, even where one run is much noisier than the others.
 #[test]
-#[ignore = "a known wrong answer: docs/diagnosis-evidence.md"]
 fn a_noisier_run_with_the_memory_of_all_is_noise() {
     let (opened, nominal) = drawn(&[], &[], 75);
     for (factor, seed) in [(1.0, 1), (4.0, 2)] {

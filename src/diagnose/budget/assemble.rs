@@ -128,6 +128,7 @@ impl Diagnosis {
             remainder: self.remainder.len(),
             noise: self.noise.len()
                 + self.autocorrelation.len()
+                + self.levels.iter().filter(|one| one.run.is_some()).count()
                 + usize::from(!self.left_out.is_empty() || !self.lost.is_empty()),
             largest_scale,
         });

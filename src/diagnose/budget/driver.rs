@@ -11,7 +11,7 @@ use crate::estimate::batch::{FitError, Options};
 use super::families::Families;
 use super::judge::{Judged, Objection};
 use super::linear::{Linear, Row};
-use super::memory::instead_of_blocks;
+use super::noise_or_blocks::{Instead, instead_of_blocks};
 use super::pieces::Pieces;
 use super::search::{Log, Pools};
 use super::selection::Selection;
@@ -156,9 +156,12 @@ impl Search<'_> {
         let rows: Vec<usize> = model.iter().copied().filter(is_row).collect();
         if let Some(noise) = instead_of_blocks(&linear, &selection, &model, &rows) {
             drop(selection);
-            self.log.push("autocorrelated noise explains more than blocks".to_owned());
+            self.log.push("noise explains more than blocks".to_owned());
             let fitted = linear.fitted.clone();
-            self.take_autocorrelation(fitted, &noise)?;
+            match noise {
+                Instead::Autocorrelated(noise) => self.take_autocorrelation(fitted, &noise)?,
+                Instead::OfRuns(noise) => self.take_noise_of_runs(fitted, &noise)?,
+            }
             return self.compete();
         }
         let pools = Pools::of(&selection);

@@ -13,8 +13,9 @@ use super::price::Gain;
 use super::search::{Log, Pools};
 use super::selection::Selection;
 use super::thresholds::{
-    APART, APART_OF_ALL, APART_SHARE, BLOCKS_FOR_A_ROW, BORROWED, ENTER, HELD_OUT, MARGIN,
-    OWN_SHARE, OWN_SHARE_BELOW, ROW, ROW_BESIDE_REMAINDER, SHARE_OF_REMAINDER, SMALL_ROW, TIE,
+    APART, APART_OF_ALL, APART_SHARE, BLOCKS_FOR_A_ROW, BORROWED, ENTER, HELD_OUT, LONE_MARGIN,
+    LONE_SHARE, MARGIN, OWN_SHARE, OWN_SHARE_BELOW, ROW, ROW_BESIDE_REMAINDER, SHARE_OF_REMAINDER,
+    SMALL_ROW, TIE,
 };
 
 mod apart;
@@ -181,13 +182,18 @@ impl Selection<'_> {
             let evidence = self.ln_evidence(model);
             let one = |row: usize| {
                 let at = rows[row];
-                let margin = if gains[at].gain < SMALL_ROW * rest { -MARGIN } else { 0.0 };
-                let own = self.replaced(model, &[model[at]], blocks, BLOCKS_FOR_A_ROW) - evidence;
-                (own > margin).then_some((row, Objection::Replaced(own)))
+                let gain = gains[at].gain;
+                let margin = if gain < SMALL_ROW * rest { MARGIN } else { 0.0 };
+                let (own, simpler) = self.replaced(model, &[model[at]], blocks, BLOCKS_FOR_A_ROW);
+                // One unmodelled cause may be both the only row and the remainder.
+                let is_lone = rows.len() == 1 && rest > LONE_SHARE * gain;
+                let one_cause = is_lone && simpler - evidence > -LONE_MARGIN;
+                let own = own - evidence;
+                (own > -margin || one_cause).then_some((row, Objection::Replaced(own)))
             };
             let two = |(first, second): (usize, usize)| {
                 let pair = [model[rows[first]], model[rows[second]]];
-                let own = self.replaced(model, &pair, blocks, 1) - evidence;
+                let own = self.replaced(model, &pair, blocks, 1).0 - evidence;
                 let is_first = drops[first] < drops[second];
                 let (out, other) = if is_first { (first, pair[1]) } else { (second, pair[0]) };
                 let name = || self.terms[other].name.clone();
@@ -244,23 +250,37 @@ impl Selection<'_> {
         length(&others) / length(&rows).max(f64::MIN_POSITIVE)
     }
 
-    /// Log evidence of the model with blocks in the place of some rows.
-    fn replaced(&self, model: &[usize], out: &[usize], blocks: &[usize], most: usize) -> f64 {
+    /// Log evidence of the model with blocks in the place of some rows, and that of such models with
+    /// fewer terms.
+    fn replaced(
+        &self,
+        model: &[usize],
+        out: &[usize],
+        blocks: &[usize],
+        most: usize,
+    ) -> (f64, f64) {
         // Blocks that were reduced beside a row are whole again without it.
         let whole = |term: &usize| self.terms[*term].reduced_from.unwrap_or(*term);
         let kept = model.iter().filter(|term| !out.contains(term));
         let mut new: Vec<usize> = kept.map(whole).collect();
-        let mut best = f64::NEG_INFINITY;
+        let mut best = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        let mut take = |new: &[usize]| {
+            let evidence = self.ln_evidence(new);
+            best.0 = evidence.max(best.0);
+            if new.len() < model.len() {
+                best.1 = evidence.max(best.1);
+            }
+        };
         if model.iter().any(|term| self.terms[*term].reduced_from.is_some()) {
             new = self.prune(new, &mut Log::new());
-            best = self.ln_evidence(&new);
+            take(&new);
         }
         for _ in 0..most {
             let ranked = self.ranked(&new, blocks, 0.0);
             let Some(first) = ranked.first().filter(|one| one.ln_bayes >= ENTER) else { break };
             new.push(first.term);
             new = self.prune(new, &mut Log::new());
-            best = best.max(self.ln_evidence(&new));
+            take(&new);
         }
         best
     }

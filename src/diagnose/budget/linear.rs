@@ -127,7 +127,7 @@ impl Linear {
         }
         let rows = candidates.len()..terms.len();
         let order = order(&fitted);
-        Some(Self {
+        let mut linear = Self {
             fitted,
             candidates,
             terms,
@@ -138,7 +138,11 @@ impl Linear {
             signed,
             order,
             rows,
-        })
+        };
+        if with_blocks {
+            linear.with_stated_values();
+        }
+        Some(linear)
     }
 
     /// Takes the terms that a search made, and which of them may enter.

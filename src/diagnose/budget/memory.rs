@@ -1,16 +1,13 @@
-//! Autocorrelated noise in competition with basis blocks: which of them explains more of what rows
-//! leave.
-//!
-//! A random walk or a slow noise is fitted by many blocks one after the other, each of which looks
-//! significant under white noise; and an unmodelled effect makes residuals that are correlated in
-//! time. The log likelihoods of the two, each with its price, decide: that of the rows with
-//! Gauss-Markov noise against that of the rows with the blocks and white noise.
+//! Autocorrelated noise in what rows leave: the Gauss-Markov noise of largest likelihood.
 
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 
 use super::linear::Linear;
 use super::noise::{Component, components};
 use super::selection::Selection;
+
+/// Gauss-Markov noise of a campaign's residual component.
+pub type OfComponent = (usize, usize, GaussMarkov);
 
 /// Shares and times (in intervals) that are tried.
 const SHARES: [f64; 6] = [0.3, 0.6, 0.85, 0.95, 0.99, 0.999];
@@ -21,36 +18,23 @@ const LONGEST: f64 = 0.25;
 const REFINED: usize = 24;
 /// Log likelihood beyond which noise is autocorrelated at all: five standard deviations, and the
 /// price of two values.
-const SURE: f64 = 20.0;
+pub const SURE: f64 = 20.0;
 
-/// Gauss-Markov noise by campaign and residual component, where it explains more than the blocks
-/// of a model do; `rows` are the model's rows.
-pub fn instead_of_blocks(
+/// Gauss-Markov noise by campaign and residual component, in what rows leave, and by how much it
+/// raises the log likelihood, less its price.
+pub fn autocorrelated(
     linear: &Linear,
     selection: &Selection<'_>,
-    model: &[usize],
     rows: &[usize],
-) -> Option<Vec<(usize, usize, GaussMarkov)>> {
-    if model.len() == rows.len() || linear.fitted.problem.has_memory() {
-        return None;
-    }
-    let mut of_rows = selection.clone();
-    of_rows.set_scale(rows);
-    let mut by_blocks = selection.ln_price_of(rows) - selection.ln_price_of(model);
-    for (number, readings) in linear.sums.readings.iter().enumerate() {
-        if *readings > 0 {
-            by_blocks += *readings as f64 * (of_rows.scale[number] / selection.scale[number]).ln();
-        }
-    }
-    let mut by_noise = 0.0;
-    let mut found = Vec::new();
-    for ((part, _, row), runs) in components(linear, &of_rows, rows, &mut |_, _| {}) {
-        if let Some((noise, gained)) = likeliest(&runs).filter(|(_, gained)| *gained > SURE) {
-            by_noise += gained;
+) -> (f64, Vec<OfComponent>) {
+    let (mut gained, mut found) = (0.0, Vec::new());
+    for ((part, _, row), runs) in components(linear, selection, rows, &mut |_, _| {}) {
+        if let Some((noise, own)) = likeliest(&runs).filter(|(_, own)| *own > SURE) {
+            gained += own;
             found.push((part, row, noise));
         }
     }
-    (by_noise > by_blocks && !found.is_empty()).then_some(found)
+    (gained, found)
 }
 
 /// The Gauss-Markov noise of largest likelihood, and its log likelihood ratio against white noise

@@ -24,7 +24,17 @@ pub fn levels(linear: &Linear, scale: &[f64]) -> Vec<Level> {
             let score = (factor - 1.0) * (2.0 * linear.sums.readings[number] as f64).sqrt();
             if score.abs() > LEVEL.0 && (factor - 1.0).abs() > LEVEL.1 {
                 let of = data.label.clone().filter(|_| several);
-                found.push(Level { measurand: own.name.clone(), of, factor });
+                found.push(Level { measurand: own.name.clone(), of, run: None, factor });
+            }
+            for (run, levels) in data.run_levels.iter().enumerate() {
+                if levels[measurand] != 1.0 {
+                    found.push(Level {
+                        measurand: own.name.clone(),
+                        of: data.label.clone().filter(|_| several),
+                        run: Some(data.runs[run].name.clone()),
+                        factor: factor * levels[measurand],
+                    });
+                }
             }
         }
     }

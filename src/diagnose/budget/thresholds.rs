@@ -34,6 +34,10 @@ pub const APART_OF_ALL: f64 = 1e-3;
 pub const MARGIN: f64 = 8.0;
 /// Share of the remainder's gain below which a row is small.
 pub const SMALL_ROW: f64 = 0.1;
+/// Share of the only row's gain that a remainder has from which the two may be one unmodelled cause...
+pub const LONE_SHARE: f64 = 0.2;
+/// ... unless fewer terms without the row are worse by so much log evidence. Withheld effects: 3 to 37.
+pub const LONE_MARGIN: f64 = 40.0;
 /// Blocks that may stand in the place of a row.
 pub const BLOCKS_FOR_A_ROW: usize = 3;
 /// Rows at most.

@@ -4,6 +4,7 @@
 use crate::diagnose::budget::judge::Judged;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::noise::{leave_out, noise};
+use crate::diagnose::budget::noise_of_runs::OfRun;
 use crate::diagnose::fitted::{Fitted, name_of};
 use crate::diagnose::found::NoiseEffect;
 use crate::engine::gauss_markov::GaussMarkov;
@@ -64,6 +65,27 @@ impl Search<'_> {
                 noise.share, noise.time
             ));
             fitted.problem.parts[*part].gauss_markov[*row] = Some(*noise);
+        }
+        self.fitted = fitted.again(self.options)?;
+        Ok(())
+    }
+
+    /// Goes on with noise that differs from run to run.
+    pub(super) fn take_noise_of_runs(
+        &mut self,
+        mut fitted: Fitted,
+        found: &[OfRun],
+    ) -> Result<(), FitError> {
+        let names = fitted.problem.run_names();
+        for (number, run, measurand, factor) in found {
+            let name = &names[fitted.problem.run_index(*number, *run)];
+            let part = &mut fitted.problem.parts[*number];
+            let known = &part.system.assembly.names.measurands[*measurand].name;
+            self.log.push(format!("{factor:.2} times the noise of `{known}` in run `{name}`"));
+            if part.run_levels.is_empty() {
+                part.run_levels = vec![vec![1.0; part.sigma.len()]; part.runs.len()];
+            }
+            part.run_levels[*run][*measurand] = *factor;
         }
         self.fitted = fitted.again(self.options)?;
         Ok(())

@@ -1,0 +1,88 @@
+//! Noise that is larger or smaller in some runs than in the others: which runs, and whether that
+//! explains more than basis blocks do.
+//!
+//! Under one noise scale factor for all, the noise of a noisier run looks like an oscillation with a
+//! phase for each run. The log likelihoods of the two decide, each with its price.
+
+use std::collections::BTreeMap;
+
+use super::linear::Linear;
+use super::noise::{Component, components};
+use super::selection::Selection;
+use super::thresholds::NOISE;
+
+/// Factor between the noise of a run and that of the others from which it has its own.
+const FACTOR: f64 = 1.3;
+/// From a median of absolute values to a standard deviation.
+const OF_A_MEDIAN: f64 = 1.4826;
+/// Standard deviation of the logarithm of that from `n` readings, times `√n`.
+const SCATTER: f64 = 1.17;
+/// Readings of a run of which the noise is judged at least.
+const LEAST: usize = 20;
+
+/// Noise of a run: campaign, run in it, measurand in it, factor on the noise of the others.
+pub type OfRun = (usize, usize, usize, f64);
+
+/// Runs whose noise differs from the others' in what some terms leave, and by how much their own
+/// factors raise the log likelihood, less their price.
+pub fn noise_of_runs(
+    linear: &Linear,
+    selection: &Selection<'_>,
+    model: &[usize],
+) -> (f64, Vec<OfRun>) {
+    let mut by_measurand: BTreeMap<(usize, usize), Vec<Component>> = BTreeMap::new();
+    for ((part, measurand, _), runs) in components(linear, selection, model, &mut |_, _| {}) {
+        by_measurand.entry((part, measurand)).or_default().push(runs);
+    }
+    let (mut gained, mut found) = (0.0, Vec::new());
+    for ((part, measurand), components) in by_measurand {
+        let mut of_run: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        for (run, values) in components.into_iter().flatten() {
+            of_run.entry(run).or_default().extend(values.iter().map(|(.., value)| value.abs()));
+        }
+        of_run.retain(|_, sizes| sizes.len() >= LEAST);
+        if of_run.len() < 3 {
+            continue;
+        }
+        let robust: BTreeMap<usize, f64> =
+            of_run.iter_mut().map(|(run, sizes)| (*run, OF_A_MEDIAN * median(sizes))).collect();
+        let usual = median(&mut robust.values().copied().collect::<Vec<f64>>());
+        let is_own = |run: &usize| {
+            let ratio = (robust[run] / usual).ln();
+            let score = ratio.abs() * (of_run[run].len() as f64).sqrt() / SCATTER;
+            score > NOISE && ratio.abs() > FACTOR.ln()
+        };
+        let own: Vec<usize> = of_run.keys().copied().filter(is_own).collect();
+        if own.is_empty() || 2 * own.len() > of_run.len() {
+            continue;
+        }
+        // Outliers are no noise.
+        let sums = |run: &usize| {
+            let kept = of_run[run].iter().filter(|size| **size <= NOISE * robust[run]);
+            kept.fold((0.0, 0.0), |(n, sum), size| (n + 1.0, sum + size * size))
+        };
+        let ln_likelihood = |runs: &[usize]| {
+            let (n, sum) = runs.iter().map(sums).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+            if n > 0.0 { -0.5 * n * (sum / n).ln() } else { 0.0 }
+        };
+        let all: Vec<usize> = of_run.keys().copied().collect();
+        let others: Vec<usize> = all.iter().copied().filter(|run| !own.contains(run)).collect();
+        let (n, sum) = others.iter().map(sums).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let readings = all.iter().map(sums).map(|(n, _)| n).sum::<f64>();
+        gained += ln_likelihood(&others) - ln_likelihood(&all);
+        for run in own {
+            gained += ln_likelihood(&[run]) - 0.5 * readings.ln() - (all.len() as f64).ln();
+            let own = sums(&run);
+            let factor = (own.1 / own.0 / (sum / n)).sqrt();
+            let (_, of_part) = linear.part_of(run);
+            let first = linear.sums.first_measurand[part];
+            found.push((part, of_part, measurand - first, factor));
+        }
+    }
+    (gained, found)
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
