@@ -139,7 +139,8 @@ pub struct Confounded {
     pub name: String,
     /// Whether it is a row itself.
     pub is_row: bool,
-    /// Correlation of their values where both are in the fit.
+    /// Correlation of their values where both are in the fit; of effects with several values that of
+    /// their forms.
     pub correlation: f64,
     /// Where both have one value: how much of the other one the row's value holds for each unit of
     /// it (SI). `row + factor * other` is well determined.

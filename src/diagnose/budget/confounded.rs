@@ -105,7 +105,7 @@ pub fn near_aliases(
     at: usize,
 ) -> Vec<Confounded> {
     let mut found = Vec::new();
-    for (term, _) in selection.near(model, at, solved.of_term(at)).into_iter().take(MOST) {
+    for (term, cosine) in selection.near(model, at, solved.of_term(at)).into_iter().take(MOST) {
         let with = [model, &[term]].concat();
         let both = Solved::of(selection, &with, rest, gains);
         let columns = selection.terms[term].columns.iter();
@@ -113,7 +113,10 @@ pub fn near_aliases(
             columns.map(|column| linear.sums.typical_of(column.first()?.0)).collect();
         let ln_bayes = selection.ln_bayes_factor(term, selection.gain(model, term));
         solved.widen(at, &both, &typical, ln_bayes);
-        let correlation = both.correlation(at, model.len());
+        // Of several values each pair has another correlation: that of the forms is told.
+        let factor = both.factor(at, model.len());
+        let of_forms = -cosine.sqrt();
+        let correlation = factor.map_or(of_forms, |_| both.correlation(at, model.len()));
         let apart = if correlation.abs() < ONE {
             let own = both.measured(linear, selection, model[at], at);
             own.into_iter().chain(both.measured(linear, selection, term, model.len())).collect()
@@ -124,7 +127,7 @@ pub fn near_aliases(
             name: linear.terms[term].name.clone(),
             is_row: false,
             correlation,
-            factor: both.factor(at, model.len()),
+            factor,
             apart,
         });
     }
