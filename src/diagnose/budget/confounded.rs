@@ -20,6 +20,8 @@ use super::thresholds::{CONFOUNDED, NEAR_ALIAS};
 
 /// Effects outside the fit that are compared with a row at most.
 const MOST: usize = 4;
+/// Share of its squared length below which an effect is taken up by the other rows.
+const TAKEN_UP: f64 = 0.01;
 /// Correlation beyond which two effects have no values apart.
 const ONE: f64 = 0.9999;
 
@@ -166,7 +168,7 @@ impl Selection<'_> {
     fn near(&self, model: &[usize], at: usize, values: &[f64]) -> Vec<(usize, f64)> {
         let term = model[at];
         let rest: Vec<usize> = model.iter().copied().filter(|own| *own != term).collect();
-        let factored = self.factored(&rest);
+        let (factored, nominal) = (self.factored(&rest), self.factored(&[]));
         let own = &self.terms[term].columns;
         let values = DVector::from_column_slice(values);
         let mut found: Vec<(usize, f64)> = (0..self.terms.len())
@@ -181,6 +183,11 @@ impl Selection<'_> {
                 let square = values.dot(&form);
                 let across = left.view((k, 0), (n - k, k)) * &values;
                 let others = left.view((k, k), (n - k, n - k)).into_owned();
+                // What another row takes up is told there.
+                let (alone, ..) = self.beside(&nominal, &self.terms[other].columns);
+                if others.trace() < TAKEN_UP * alone.trace() {
+                    return None;
+                }
                 let raw = raw.rows(k, n - k).into_owned();
                 let (basis, _) = basis(&others, &raw);
                 let cosine = basis.tr_mul(&across).norm_squared() / square;
