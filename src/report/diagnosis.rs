@@ -92,7 +92,7 @@ fn row(one: &Row) -> Value {
                 "is_row": other.is_row,
                 "correlation": number(Some(other.correlation)),
                 "factor": number(other.factor),
-                "apart": other.apart.iter().map(|(size, sigma)| json!({
+                "joint": other.joint.iter().map(|(size, sigma)| json!({
                     "parameter": size.parameter,
                     "component": size.component,
                     "of": size.of,

@@ -73,7 +73,7 @@ fn budget(diagnosis: &Diagnosis) -> String {
     format!("\n{}", drawn(&rows))
 }
 
-/// A row with the effects that are told with it.
+/// A row with the effects that are reported with it.
 fn group(row: &Row) -> String {
     let others = row.grouped().map(|other| format!(" ~ {}", other.name));
     row.name.clone() + &others.collect::<String>()
@@ -113,13 +113,10 @@ fn remarks(row: &Row) -> String {
     if let Some(words) = &row.unmodelled_alias {
         remarks.push(format!("{words} would fit as well"));
     }
-    for other in row.confounded.iter().filter(|other| other.is_row) {
+    let rows = row.confounded.iter().filter(|other| other.is_row);
+    for other in rows.chain(row.grouped()) {
         let (name, correlation) = (&other.name, other.correlation);
-        remarks.push(format!("confounded with {name} (r = {correlation:.2})"));
-    }
-    for other in row.grouped() {
-        let (name, correlation) = (&other.name, other.correlation);
-        remarks.push(format!("apart from {name} not determined (r = {correlation:.3})"));
+        remarks.push(format!("confounded with {name} (r = {correlation:.3})"));
     }
     remarks.join("; ")
 }
@@ -146,7 +143,7 @@ fn remainder_words(one: &Remainder) -> String {
 fn values(diagnosis: &Diagnosis) -> String {
     let mut text = String::new();
     for row in &diagnosis.rows {
-        let is_grouped = row.grouped().any(|other| !other.apart.is_empty());
+        let is_grouped = row.grouped().any(|other| !other.joint.is_empty());
         if row.values.len() <= SHORT && row.member.is_empty() && !is_grouped {
             continue;
         }
@@ -167,17 +164,17 @@ fn values(diagnosis: &Diagnosis) -> String {
             );
             text.push_str(&format!("  {}{of} {shown}\n", one.name));
         }
-        text.push_str(&apart(row));
+        text.push_str(&joint(row));
     }
     text
 }
 
-/// The values of a row and of effects that are told with it, where both are in the fit.
-fn apart(row: &Row) -> String {
+/// The values of a row and of effects that are reported with it, where both are in the fit.
+fn joint(row: &Row) -> String {
     let mut text = String::new();
-    for other in row.grouped().filter(|other| !other.apart.is_empty()) {
+    for other in row.grouped().filter(|other| !other.joint.is_empty()) {
         text.push_str(&format!("  with {} in the fit, too:\n", other.name));
-        for (size, sigma) in &other.apart {
+        for (size, sigma) in &other.joint {
             let of = size.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
             let shown = figure::measured(size.value, *sigma, &size.unit);
             text.push_str(&format!("    {}{of} = {shown}\n", size.parameter));

@@ -1,4 +1,4 @@
-//! Effects that the readings hardly separate, on stars of a two-axis mount: they are told as a group
+//! Effects that the readings hardly separate, on stars of a two-axis mount: they are reported as a group
 //! with the combination that is well determined, and the uncertainty allows for the other one.
 
 use std::fmt::Write as _;
@@ -77,7 +77,7 @@ fn found(seed: u64, across: f64, tilt: f64) -> Diagnosis {
 }
 
 #[test]
-fn two_forms_that_are_nearly_one_are_told_as_a_group() {
+fn two_forms_that_are_nearly_one_are_a_group() {
     let found = found(1, 10.0, 6.0);
     let [row] = &found.rows[..] else { unreachable!("{}", told(&found)) };
     let [other] = &row.confounded[..] else { unreachable!("{}", told(&found)) };
@@ -91,8 +91,8 @@ fn two_forms_that_are_nearly_one_are_told_as_a_group() {
     let value = row.values[0].value.unwrap() / ARCSEC;
     assert!((value - combined).abs() < 1.0, "{value} for {combined}");
     // Apart, both are right within their uncertainties, which are far larger.
-    assert_eq!(other.apart.len(), 2);
-    for (size, sigma) in &other.apart {
+    assert_eq!(other.joint.len(), 2);
+    for (size, sigma) in &other.joint {
         let effect = size.parameter.split('.').next().unwrap();
         let error = size.value - ARCSEC * truth(effect);
         assert!(error.abs() < 4.0 * sigma && *sigma > 0.3 * ARCSEC, "{error} {sigma}");

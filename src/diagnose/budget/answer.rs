@@ -123,7 +123,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Effects outside the fit that are told with the row, for the readings do not distinguish them.
+    /// Effects outside the fit that are reported with the row, for the readings do not distinguish them.
     pub fn grouped(&self) -> impl Iterator<Item = &Confounded> {
         let is_close = |one: &&Confounded| {
             !one.is_row && (one.correlation.abs() >= CONFOUNDED || self.aliases.contains(&one.name))
@@ -146,8 +146,8 @@ pub struct Confounded {
     /// it (SI). `row + factor * other` is well determined.
     pub factor: Option<f64>,
     /// Values of the row and of the other effect where both are in the fit, with standard
-    /// uncertainties; empty where they are not determined apart.
-    pub apart: Vec<(Size, f64)>,
+    /// uncertainties; empty where the two are not determined separately.
+    pub joint: Vec<(Size, f64)>,
 }
 
 /// A part of the remainder.

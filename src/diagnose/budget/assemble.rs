@@ -61,10 +61,11 @@ impl Diagnosis {
         );
         let gains = selection.contributions(&judged.model);
         let mut solved = Solved::of(&selection, &judged.model, &rest, &gains);
-        let named: Vec<usize> = stands.iter().map(|at| judged.model[*at]).collect();
-        let of_rows = Folded::new(&selection, &named, &Pieces::new(&linear, &selection, &named));
-        let shares = shares(&of_rows, &folded);
         if !stands.is_empty() {
+            let named: Vec<usize> = stands.iter().map(|at| judged.model[*at]).collect();
+            let of_rows =
+                Folded::new(&selection, &named, &Pieces::new(&linear, &selection, &named));
+            let shares = shares(&of_rows, &folded);
             let mut with_rows = linear.fitted.clone();
             scale_noise(&mut with_rows.problem, &linear, &scale);
             let with_rows = with_rows.again(options)?;

@@ -9,7 +9,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::evidence::basis::basis;
-use crate::units::Unit;
 
 use super::answer::{Confounded, Size};
 use super::linear::Linear;
@@ -22,7 +21,7 @@ use super::thresholds::{CONFOUNDED, NEAR_ALIAS};
 const MOST: usize = 4;
 /// Share of its squared length below which an effect is taken up by the other rows.
 const TAKEN_UP: f64 = 0.01;
-/// Correlation beyond which two effects have no values apart.
+/// Correlation beyond which two effects have no separate values.
 const ONE: f64 = 0.9999;
 
 impl Solved {
@@ -37,7 +36,7 @@ impl Solved {
                 is_row: true,
                 correlation,
                 factor: self.factor(at, other),
-                apart: Vec::new(),
+                joint: Vec::new(),
             })
             .collect()
     }
@@ -115,11 +114,11 @@ pub fn near_aliases(
             columns.map(|column| linear.sums.typical_of(column.first()?.0)).collect();
         let ln_bayes = selection.ln_bayes_factor(term, selection.gain(model, term));
         solved.widen(at, &both, &typical, ln_bayes);
-        // Of several values each pair has another correlation: that of the forms is told.
+        // Of several values each pair has another correlation: that of the forms is reported.
         let factor = both.factor(at, model.len());
         let of_forms = -cosine.sqrt();
         let correlation = factor.map_or(of_forms, |_| both.correlation(at, model.len()));
-        let apart = if correlation.abs() < ONE {
+        let joint = if correlation.abs() < ONE {
             let own = both.measured(linear, selection, model[at], at);
             own.into_iter().chain(both.measured(linear, selection, term, model.len())).collect()
         } else {
@@ -130,7 +129,7 @@ pub fn near_aliases(
             is_row: false,
             correlation,
             factor,
-            apart,
+            joint,
         });
     }
     found
@@ -183,7 +182,7 @@ impl Selection<'_> {
                 let square = values.dot(&form);
                 let across = left.view((k, 0), (n - k, k)) * &values;
                 let others = left.view((k, k), (n - k, n - k)).into_owned();
-                // What another row takes up is told there.
+                // What another row takes up is reported there.
                 let (alone, ..) = self.beside(&nominal, &self.terms[other].columns);
                 if others.trace() < TAKEN_UP * alone.trace() {
                     return None;
@@ -196,19 +195,5 @@ impl Selection<'_> {
             .collect();
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
         found
-    }
-}
-
-impl Linear {
-    /// The unit in which a parameter of a candidate or of a row is declared.
-    pub fn unit_of(&self, parameter: &str) -> Unit {
-        let instances = &self.fitted.problem.layout.instances;
-        if let Some(own) = instances.iter().find(|one| one.name == parameter) {
-            return own.unit.clone();
-        }
-        let names = self.candidates.iter().filter(|one| {
-            parameter.strip_prefix(one.name.as_str()).is_some_and(|rest| rest.starts_with('.'))
-        });
-        names.map(|one| one.unit(parameter)).next().unwrap_or_else(Unit::one)
     }
 }

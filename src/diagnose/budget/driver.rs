@@ -18,8 +18,8 @@ use super::selection::Selection;
 use super::terms::{Base, Change};
 use super::thresholds::ENTER;
 
-mod grown;
-mod taken;
+mod forward;
+mod update;
 
 /// Rounds in which change points are looked for.
 const CHANGE_ROUNDS: usize = 2;

@@ -34,13 +34,7 @@ impl Folded {
     /// Of a model.
     pub fn new(selection: &Selection<'_>, model: &[usize], pieces: &Pieces) -> Self {
         let mut combinations: Vec<Combination> = selection.columns(model);
-        let mut terms = Vec::new();
-        let mut first = selection.nominal();
-        for term in model {
-            let count = selection.terms[*term].columns.len();
-            terms.push(first..first + count);
-            first += count;
-        }
+        let terms = selection.ranges(model);
         combinations.push(selection.residual().clone());
         let weights: Vec<f64> = selection.scale.iter().map(|scale| scale.powi(-2)).collect();
         let residual = selection.sums.residual();

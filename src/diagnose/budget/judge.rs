@@ -4,7 +4,6 @@
 //! evidence. The row that fails with the least held-out drop goes and does not come back; then the
 //! search goes on. What is too small for a name stays in the model without one.
 
-use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::held_out::Folded;
@@ -18,7 +17,7 @@ use super::thresholds::{
     SMALL_ROW, TIE,
 };
 
-mod apart;
+mod groups;
 
 /// Blocks that enter before a judgement at most.
 const MOST_BLOCKS: usize = 8;
@@ -170,7 +169,7 @@ impl Selection<'_> {
         let total = self.chi_squared(&[]) - self.chi_squared(model);
         if objections.is_empty() {
             for (row, at) in rows.iter().enumerate() {
-                if let Some((label, ln_bayes, gain)) = self.apart(model, *at, pieces)
+                if let Some((label, ln_bayes, gain)) = self.separate_values(model, *at, pieces)
                     && ln_bayes >= APART
                     && gain > (APART_SHARE * gains[*at].gain).max(APART_OF_ALL * total)
                 {
@@ -234,18 +233,13 @@ impl Selection<'_> {
     /// How much of the squared length of a row's form the blocks of the model leave to it.
     fn own_share(&self, model: &[usize], at: usize) -> f64 {
         let (values, _) = self.solved(model);
-        let columns = |range: &[usize]| -> usize {
-            range.iter().map(|term| self.terms[*term].columns.len()).sum()
-        };
-        let first = self.nominal() + columns(&model[..at]);
-        let count = self.terms[model[at]].columns.len();
-        let form = DVector::from_fn(count, |i, _| values[first + i]);
+        let form = values.rows(self.ranges(model)[at].start, self.terms[model[at]].columns.len());
         let others: Vec<usize> = model.iter().copied().filter(|term| *term != model[at]).collect();
         let rows: Vec<usize> =
             others.iter().copied().filter(|term| self.terms[*term].is_effect()).collect();
         let length = |beside: &[usize]| {
             let left = self.left(beside, model[at]);
-            (form.transpose() * left * &form)[(0, 0)]
+            (form.transpose() * left * form)[(0, 0)]
         };
         length(&others) / length(&rows).max(f64::MIN_POSITIVE)
     }

@@ -17,6 +17,8 @@ use crate::diagnose::library::wanted::Wanted;
 use crate::engine::point::from_components;
 use crate::engine::signatures::Signatures;
 
+use crate::units::Unit;
+
 use super::families::{Families, best_members};
 use super::labels::knots;
 use super::selection::Selection;
@@ -216,6 +218,17 @@ impl Linear {
         Some((owner.parameter.clone(), owner.component, owner.of.clone()))
     }
 
+    /// The unit in which a parameter of a candidate or of a row is declared.
+    pub fn unit_of(&self, parameter: &str) -> Unit {
+        let instances = &self.fitted.problem.layout.instances;
+        if let Some(own) = instances.iter().find(|one| one.name == parameter) {
+            return own.unit.clone();
+        }
+        let names = self.candidates.iter().filter(|one| {
+            parameter.strip_prefix(one.name.as_str()).is_some_and(|rest| rest.starts_with('.'))
+        });
+        names.map(|one| one.unit(parameter)).next().unwrap_or_else(Unit::one)
+    }
     /// Values of a term's parameters beside a model, as the sums find them best.
     pub fn start(&self, selection: &Selection<'_>, model: &[usize], term: usize) -> Start {
         let with = [model, &[term]].concat();

@@ -6,16 +6,17 @@
 use std::collections::BTreeMap;
 
 use crate::diagnose::found::{LeftOut, Reading};
+use crate::diagnose::sequences::NORMAL;
 use crate::engine::Problem;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
+
+use crate::estimate::median::upper_median;
 
 use super::linear::Linear;
 use super::rows::Values;
 use super::selection::Selection;
 use super::thresholds::NOISE;
 
-/// From a median of absolute values to a standard deviation.
-const OF_A_MEDIAN: f64 = 1.4826;
 /// Fewer outliers are those of a normal distribution.
 const LEAST_OUTLIERS: usize = 3;
 /// Lags over which an autocorrelation is fitted.
@@ -121,9 +122,7 @@ fn outliers(measurand: usize, runs: &Component) -> Vec<(usize, usize, usize, f64
     if sizes.is_empty() {
         return Vec::new();
     }
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    let deviation = OF_A_MEDIAN * *median;
+    let deviation = NORMAL * upper_median(&mut sizes).unwrap_or(0.0);
     let mut found = Vec::new();
     for (run, values) in runs {
         for (sample, _, value) in values {

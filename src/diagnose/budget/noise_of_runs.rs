@@ -9,12 +9,10 @@ use std::collections::BTreeMap;
 use super::linear::Linear;
 use super::noise::{Component, components};
 use super::selection::Selection;
-use super::thresholds::NOISE;
+use super::thresholds::{NOISE, NOISE_OF_A_RUN};
+use crate::diagnose::sequences::NORMAL;
+use crate::estimate::median::upper_median;
 
-/// Factor between the noise of a run and that of the others from which it has its own.
-const FACTOR: f64 = 1.3;
-/// From a median of absolute values to a standard deviation.
-const OF_A_MEDIAN: f64 = 1.4826;
 /// Standard deviation of the logarithm of that from `n` readings, times `√n`.
 const SCATTER: f64 = 1.17;
 /// Readings of a run of which the noise is judged at least.
@@ -45,12 +43,13 @@ pub fn noise_of_runs(
             continue;
         }
         let robust: BTreeMap<usize, f64> =
-            of_run.iter_mut().map(|(run, sizes)| (*run, OF_A_MEDIAN * median(sizes))).collect();
-        let usual = median(&mut robust.values().copied().collect::<Vec<f64>>());
+            of_run.iter_mut().map(|(run, sizes)| (*run, robust_deviation(sizes))).collect();
+        let usual = upper_median(&mut robust.values().copied().collect::<Vec<f64>>());
+        let usual = usual.unwrap_or(0.0);
         let is_own = |run: &usize| {
             let ratio = (robust[run] / usual).ln();
             let score = ratio.abs() * (of_run[run].len() as f64).sqrt() / SCATTER;
-            score > NOISE && ratio.abs() > FACTOR.ln()
+            score > NOISE && ratio.abs() > NOISE_OF_A_RUN.ln()
         };
         let own: Vec<usize> = of_run.keys().copied().filter(is_own).collect();
         if own.is_empty() || 2 * own.len() > of_run.len() {
@@ -82,7 +81,7 @@ pub fn noise_of_runs(
     (gained, found)
 }
 
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+/// From the median of absolute values.
+fn robust_deviation(sizes: &mut [f64]) -> f64 {
+    NORMAL * upper_median(sizes).unwrap_or(0.0)
 }

@@ -6,6 +6,8 @@
 //! over the directions of which more than a share of 3e-4 of their length is left. Where none is left
 //! the term is absorbed and never enters. It searches nothing.
 
+use std::ops::Range;
+
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -93,6 +95,17 @@ impl<'a> Selection<'a> {
     pub fn columns(&self, model: &[usize]) -> Vec<Combination> {
         let own = model.iter().flat_map(|term| self.terms[*term].columns.iter().cloned());
         self.nominal.iter().cloned().chain(own).collect()
+    }
+
+    /// The places of each term's columns among those of a model.
+    pub fn ranges(&self, model: &[usize]) -> Vec<Range<usize>> {
+        let mut end = self.nominal();
+        let range = |term: &usize| {
+            let start = end;
+            end += self.terms[*term].columns.len();
+            start..end
+        };
+        model.iter().map(range).collect()
     }
 
     /// Number of nominal columns.
@@ -238,11 +251,9 @@ impl<'a> Selection<'a> {
     /// `v` beside these, `S = C⁻¹` and `g = S v`.
     pub fn contributions(&self, model: &[usize]) -> Vec<Gain> {
         let (values, covariance) = self.solved(model);
-        let mut first = self.nominal();
-        let gain = |term: &usize| {
+        let gain = |(term, range): (&usize, Range<usize>)| {
             let columns = &self.terms[*term].columns;
-            let (at, k) = (first, columns.len());
-            first += k;
+            let (at, k) = (range.start, range.len());
             let own = covariance.view((at, at), (k, k)).into_owned();
             let Some(factor) = Cholesky::new(own) else {
                 let rest: Vec<usize> = model.iter().copied().filter(|one| one != term).collect();
@@ -253,7 +264,7 @@ impl<'a> Selection<'a> {
             let square = |column| self.square(column).max(0.0).sqrt();
             gain_of(&left, &score, &DVector::from_iterator(k, columns.iter().map(square)))
         };
-        model.iter().map(gain).collect()
+        model.iter().zip(self.ranges(model)).map(gain).collect()
     }
 
     /// Log evidence of a model but for a constant: comparable between models under the same noise.

@@ -36,13 +36,7 @@ pub struct Solved {
 impl Solved {
     /// Of a model whose terms at `rest` are the remainder.
     pub fn of(selection: &Selection<'_>, model: &[usize], rest: &[usize], gains: &[Gain]) -> Self {
-        let mut terms = Vec::new();
-        let mut first = selection.nominal();
-        for term in model {
-            let count = selection.terms[*term].columns.len();
-            terms.push(first..first + count);
-            first += count;
-        }
+        let terms = selection.ranges(model);
         let priors: Vec<(usize, DMatrix<f64>)> = rest
             .iter()
             .filter_map(|at| Some((terms[*at].start, prior(selection, model[*at], gains[*at])?)))

@@ -45,6 +45,8 @@ pub const MOST_ROWS: usize = 12;
 /// Robust standard deviations from which a reading is an outlier, and standard scores from which
 /// jitter and autocorrelation are found.
 pub const NOISE: f64 = 5.0;
+/// Factor between the robust scatter of a run and of the others from which its noise is its own.
+pub const NOISE_OF_A_RUN: f64 = 1.3;
 /// Correlation of two terms from which they are confounded and reported as a group.
 pub const CONFOUNDED: f64 = 0.95;
 /// Squared cosine of the form of an effect outside the fit with a row's, from which it is a near

@@ -26,16 +26,10 @@ pub(super) struct Bin {
 
 /// The columns of a model that is a part of another, among those of that.
 fn columns_within(selection: &Selection<'_>, whole: &[usize], part: &[usize]) -> Vec<usize> {
-    let mut kept: Vec<usize> = (0..selection.nominal()).collect();
-    let mut first = selection.nominal();
-    for term in whole {
-        let count = selection.terms[*term].columns.len();
-        if part.contains(term) {
-            kept.extend(first..first + count);
-        }
-        first += count;
-    }
-    kept
+    let nominal = 0..selection.nominal();
+    let of_terms = whole.iter().zip(selection.ranges(whole));
+    let kept = of_terms.filter(|(term, _)| part.contains(term)).flat_map(|(_, range)| range);
+    nominal.chain(kept).collect()
 }
 
 impl Linear {

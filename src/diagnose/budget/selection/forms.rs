@@ -118,11 +118,9 @@ impl Selection<'_> {
     /// Squared length of what a model leaves of the form that a term has in another one.
     pub fn form_left(&self, beside: &[usize], model: &[usize], term: usize) -> f64 {
         let (values, _) = self.solved(model);
-        let mut first = self.nominal();
-        for own in model.iter().take_while(|own| **own != term) {
-            first += self.terms[*own].columns.len();
-        }
-        let form = values.rows(first, self.terms[term].columns.len()).into_owned();
+        let mut places = model.iter().zip(self.ranges(model));
+        let place = places.find(|(own, _)| **own == term).map_or(0..0, |(_, place)| place);
+        let form = values.rows(place.start, place.len()).into_owned();
         (form.transpose() * self.left(beside, term) * &form)[(0, 0)]
     }
 }

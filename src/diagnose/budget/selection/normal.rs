@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::diagnose::budget::price::Gain;
 use crate::diagnose::budget::terms::Combination;
 use crate::diagnose::evidence::basis::basis;
-use crate::estimate::factored;
+use crate::estimate::inverse_factor::inverse_factor;
 
 /// Added to the diagonal of scaled normal equations: what the readings do not determine stays where
 /// it is.
@@ -59,7 +59,7 @@ pub fn factored(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
     };
     let mut ridge = RIDGE;
     loop {
-        if let Some((_, inverse)) = factored::factored(&scaled(ridge)) {
+        if let Some(inverse) = inverse_factor(&scaled(ridge)) {
             return (inverse, length);
         }
         if ridge > 1.0 {

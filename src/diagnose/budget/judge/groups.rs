@@ -14,7 +14,7 @@ const MOST_GROUPS: usize = 12;
 impl Selection<'_> {
     /// The log Bayes factor of separate values of a row by groups of runs against one value for
     /// all, the largest of all labels, and their gain.
-    pub(super) fn apart(
+    pub(super) fn separate_values(
         &self,
         model: &[usize],
         at: usize,
@@ -24,8 +24,7 @@ impl Selection<'_> {
         let mut base: Vec<Combination> = self.columns(model);
         base.push(self.residual().clone());
         let k = term.columns.len();
-        let before: usize = model[..at].iter().map(|term| self.terms[*term].columns.len()).sum();
-        let own_at = self.nominal() + before;
+        let own_at = self.ranges(model)[at].start;
         let weights: Vec<f64> = self.scale.iter().map(|scale| scale.powi(-2)).collect();
         let n = base.len() - 1;
         let mut best: Option<(String, f64, f64)> = None;

@@ -1,4 +1,5 @@
-//! Effects enter the fit one after the other, each the best of some that were refitted.
+//! Forward selection: effects enter the fit one after the other, each the best of some that were
+//! refitted.
 
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::search::Pools;
@@ -16,7 +17,7 @@ const SERIOUS_SHARE: f64 = 0.5;
 
 impl Search<'_> {
     /// Effects enter one after the other, each with a refit. Families are scanned again where one of
-    /// them may be the next to enter, and all of them before it ends.
+    /// them may be the next to enter; what is known of them in the end is of the last fit.
     pub(super) fn grow(&mut self) -> Result<Option<()>, FitError> {
         // Effects scanned at the present fit; `None` for all.
         let mut fresh: Option<Vec<String>> = None;
@@ -73,6 +74,9 @@ impl Search<'_> {
             self.rows.push(row);
             self.fitted = with;
             fresh = Some(Vec::new());
+        }
+        if fresh.is_some() {
+            self.scanned.effects.clear();
         }
         Ok(Some(()))
     }
