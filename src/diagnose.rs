@@ -5,6 +5,7 @@
 //!
 //! | room | answers |
 //! |---|---|
+//! | [`price`], [`thresholds`] | from a drop of chi squared to a log Bayes factor; every threshold with its meaning |
 //! | [`fitted`] | campaigns with some effects, fitted |
 //! | [`library`] | what may be added to a model |
 //! | [`evidence`] | one pass over the readings; which member of a family explains most |
@@ -23,7 +24,9 @@ pub mod gap;
 pub mod gross;
 pub mod library;
 pub mod power;
+pub mod price;
 mod sequences;
+pub mod thresholds;
 
 use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe};
@@ -32,7 +35,6 @@ use crate::estimate::calibrate::{Calibration, calibrate};
 
 use budget::answer::{Remainder, Verdict};
 use budget::driver::search;
-use budget::price::Gain;
 use fitted::Fitted;
 use gap::holdout::{HoldoutError, holdout};
 use gap::steps::Steps;
@@ -43,6 +45,7 @@ use gross::spikes::without_spikes;
 use gross::twice::twice;
 use library::place::Place;
 use library::wanted::Wanted;
+use price::Gain;
 
 pub use budget::answer::Diagnosis;
 

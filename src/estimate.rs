@@ -78,6 +78,7 @@ pub mod global;
 pub mod head;
 pub mod intersection;
 pub(crate) mod inverse_factor;
+pub mod linear_range;
 pub mod median;
 pub mod members;
 pub mod minima;

@@ -13,7 +13,7 @@ use crate::model::Override;
 use crate::model::parameter::SCOPES;
 use crate::units::Unit;
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 14] = [
     "value",
     "sigma",
     "U",
@@ -23,6 +23,8 @@ const KEYS: [&str; 12] = [
     "upper",
     "start",
     "plausible",
+    "linear_range",
+    "simulated_at",
     "fixed",
     "scope",
     "sum",
@@ -133,6 +135,8 @@ fn read_one(reader: &mut Reader, entry: &Entry, name: &str, found: &mut Found) {
             "upper" => this.upper = several(reader, item),
             "start" => this.start = several(reader, item),
             "plausible" => this.plausible = reader.quantity(item).map(|q| (q.value, q.unit)),
+            "linear_range" => this.linear_range = reader.quantity(item).map(|q| (q.value, q.unit)),
+            "simulated_at" => this.simulated_at = reader.quantity(item).map(|q| (q.value, q.unit)),
             "fixed" => this.fixed = reader.boolean(item),
             "scope" => this.scope = scope(reader, item),
             "sum" => match reader.text(item, "sum = \"zero\"") {

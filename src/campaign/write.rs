@@ -367,7 +367,13 @@ fn parameter_line(parameter: &Override) -> String {
     ] {
         words.extend(value.as_ref().map(|value| format!("{key} = {}", list(value))));
     }
-    words.extend(parameter.plausible.as_ref().map(|one| format!("plausible = {}", text(one))));
+    for (key, value) in [
+        ("plausible", &parameter.plausible),
+        ("linear_range", &parameter.linear_range),
+        ("simulated_at", &parameter.simulated_at),
+    ] {
+        words.extend(value.as_ref().map(|value| format!("{key} = {}", text(value))));
+    }
     words.extend(degrees_of_freedom(parameter.degrees_of_freedom));
     words.extend(parameter.fixed.map(|fixed| format!("fixed = {fixed}")));
     words.extend(parameter.scope.map(|scope| {

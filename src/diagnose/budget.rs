@@ -2,7 +2,6 @@
 //!
 //! | file | answers |
 //! |---|---|
-//! | [`price`] | from a drop of chi squared to a log Bayes factor |
 //! | [`sums`] | one pass over the readings: Gram sums by measurand |
 //! | [`terms`] | columns with a price: effects, basis blocks |
 //! | [`selection`] | terms beside a model, under noise that follows from the model |
@@ -12,12 +11,12 @@
 //! | [`changes`] | change points as terms |
 //! | `stated` | stated values that are wrong, as terms |
 //! | [`judge`] | when a row stands |
-//! | [`linear`] | a fitted model with everything that may be added to it |
+//! | [`linear`], [`in_fit`] | a fitted model with everything that may be added to it; rows that are in it |
 //! | [`families`] | which member of a family stands for it |
 //! | [`noise_or_blocks`], [`memory`], [`noise_of_runs`] | noise that is autocorrelated or differs between runs, against blocks |
 //! | [`noise`] | outliers, jitter, autocorrelation in the residuals |
 //! | [`noise_scale`] | noise scale factors that are not as stated |
-//! | [`answer`], `assemble` | the verdict, and the answer as data |
+//! | [`verdict`], [`answer`], `assemble` | the verdict as a pure function, and the answer as data |
 //! | [`solved`] | values of rows, beside a remainder whose values have a prior |
 //! | [`absorbed`], [`member`] | effects that show in no reading; uncertainty of family members |
 //! | [`confounded`] | effects that the readings do not separate from a row |
@@ -31,6 +30,7 @@ pub mod confounded;
 pub mod driver;
 pub mod families;
 pub mod held_out;
+pub mod in_fit;
 pub mod judge;
 pub mod labels;
 pub mod linear;
@@ -41,7 +41,6 @@ pub mod noise_of_runs;
 pub mod noise_or_blocks;
 pub mod noise_scale;
 pub mod pieces;
-pub mod price;
 pub mod rows;
 pub mod search;
 pub mod selection;
@@ -49,4 +48,4 @@ pub mod solved;
 mod stated;
 pub mod sums;
 pub mod terms;
-pub mod thresholds;
+pub mod verdict;

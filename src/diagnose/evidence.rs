@@ -18,19 +18,14 @@
 //! | `shared` | what candidates have in common with each other and with nominal parameters |
 //! | [`mod@basis`] | directions in which columns differ beyond the nominal parameters |
 //! | [`mod@scan`], `sampling` | which member of a family explains most, at which members it is looked for |
-//! | [`score`] | how unlikely an explanation is by chance |
-//! | [`thresholds`], [`detection`] | from where on it counts, and how often an effect gets there |
 
 pub mod basis;
 pub(super) mod columns;
-pub mod detection;
 mod entry;
 pub(super) mod nominal;
 pub(in crate::diagnose) mod sampling;
 pub mod scan;
-pub mod score;
 mod shared;
-pub mod thresholds;
 
 use std::sync::Arc;
 

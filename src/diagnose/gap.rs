@@ -27,7 +27,6 @@ use crate::estimate::calibrate::rms;
 use self::folds::{Fold, folds, within_runs};
 use self::steps::Steps;
 use super::evidence::nominal::factored;
-use super::evidence::thresholds::LEAST_LAMBDA;
 use super::fitted::Fitted;
 use crate::statistics::student;
 
@@ -36,6 +35,8 @@ const MOST_SAMPLES: usize = 5_000;
 /// Level of the intervals, and its normal quantile.
 const LEVEL: f64 = 0.95;
 const QUANTILE: f64 = 1.96;
+/// Drop of squared residuals that something may bring which does not enter a budget.
+const UNSEEN: f64 = 25.0;
 /// Part of the effects' squared length that must show in what a fold is fitted to.
 const SHOWN: f64 = 0.5;
 
@@ -137,9 +138,8 @@ pub fn closed(drops: &[Drop], leftover: f64) -> (f64, [f64; 2]) {
     } else {
         of_noise
     };
-    // What is not seen may be as large as what is just not declared.
-    let most = leftover
-        + if leftover > 0.0 { QUANTILE * 2.0 * leftover.sqrt() } else { LEAST_LAMBDA.powi(2) };
+    // What is not seen may be as large as what just does not enter.
+    let most = leftover + if leftover > 0.0 { QUANTILE * 2.0 * leftover.sqrt() } else { UNSEEN };
     let least = (leftover - QUANTILE * 2.0 * leftover.sqrt()).max(0.0);
     let part = |drop: f64, left: f64| {
         let drop = drop.max(0.0);

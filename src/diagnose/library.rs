@@ -6,6 +6,7 @@
 //! |---|---|
 //! | [`place`] | where unknown structure sits, in words |
 //! | [`candidate`] | something that may be added |
+//! | [`variant`], [`relaxed`] | relaxed forms of effects, and candidates in them |
 //! | [`mod@offer`] | which effects these campaigns allow, and why not the others |
 //! | [`structure`] | what an effect that nobody wrote down could look like |
 //! | [`catalogue`] | all that has been made of the models so far |
@@ -17,5 +18,7 @@ pub mod catalogue;
 pub mod offer;
 pub mod place;
 pub mod prior;
+pub mod relaxed;
 pub mod structure;
+pub mod variant;
 pub mod wanted;

@@ -1,16 +1,18 @@
 //! Power: what a campaign can see, confuse or not see, from its design alone.
 //!
-//! For each effect of the library the size that is declared, and the size that is told from all
-//! other effects, with probability [`sight::CAUGHT`] at the search's own levels (at most
-//! [`super::evidence::thresholds::FALSE_ALARMS`] false alarms in all); the shift of each delay that
-//! an effect of the detectable size causes while nobody knows of it; and what would help. All of it
-//! follows from one pass over the design: the noncentrality of the test that will be made is the
-//! squared length of the effect's signature (Cox and Hinkley, *Theoretical Statistics*, 9.3).
+//! For each effect of the library the size that enters a budget, and the size that is a row of it
+//! and leads all other effects, with probability [`sight::CAUGHT`] at the thresholds of the
+//! diagnosis ([`super::thresholds`]); the shift of each delay that an effect of the detectable size
+//! causes while nobody knows of it; and what would help. All of it follows from one pass over the
+//! design: the noncentrality of the test that will be made is the squared length of the effect's
+//! signature (Cox and Hinkley, *Theoretical Statistics*, 9.3).
 //!
 //! | file | answers |
 //! |---|---|
+//! | [`mod@delays`] | how well delays will be known |
 //! | [`mod@design`] | predicted readings instead of recorded ones |
 //! | [`prospect`] | the library before a design |
+//! | [`detection`] | how often an effect of some length enters, is named, and leads |
 //! | [`mod@sight`] | sizes, from the columns of one pass |
 //! | [`noise`] | the same for effects on the noise |
 //! | [`mod@remedies`] | what would be added to a campaign, tried |
@@ -19,16 +21,22 @@
 //! It is linear: sizes far beyond the typical ones are extrapolated. Structure outside the library
 //! has no size and is not in it.
 
+pub mod delays;
 pub mod design;
+pub mod detection;
 pub mod noise;
 pub mod prospect;
 pub mod remedies;
 pub mod sight;
 pub mod words;
 
+pub use self::delays::DelaySigma;
+
 use std::collections::BTreeMap;
 
-use prospect::{Prospect, stretch};
+use delays::{delay_rows, delays};
+use detection::bars;
+use prospect::Prospect;
 use remedies::{Remedy, remedies};
 use sight::{Sight, Way, shift, sight};
 
@@ -39,10 +47,7 @@ use crate::estimate::calibrate::{Calibration, finish};
 use crate::units::Unit;
 
 use super::budget::absorbed::{acts_as, why_silent};
-use super::evidence::detection::bar;
 use super::evidence::scan::members;
-use super::evidence::score::Support;
-use super::evidence::thresholds::level;
 use super::library::wanted::Wanted;
 
 /// An effect that is seen only beyond so many times its usual size does not act.
@@ -84,9 +89,9 @@ pub struct Row {
     pub unit: Unit,
     /// The usual size (SI).
     pub typical: Option<f64>,
-    /// The size that is declared (SI).
+    /// The size that enters a budget (SI).
     pub detectable: Option<f64>,
-    /// The size that is told from other effects (SI).
+    /// The size that is a row of a budget and leads other effects (SI).
     pub identifiable: Option<f64>,
     /// Effects that do the same or nearly so; of an absorbed one the parameters that take it up.
     pub with: Vec<String>,
@@ -101,18 +106,6 @@ pub struct Row {
     pub root: f64,
     /// A sentence to act on.
     pub words: String,
-}
-
-/// How well a delay will be known.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DelaySigma {
-    /// The measurand.
-    pub measurand: String,
-    /// The parameter that is its delay; measurands may share one.
-    pub parameter: String,
-    /// Its delay's largest standard uncertainty over the scope (s); `None` where it is not
-    /// determined.
-    pub sigma: Option<f64>,
 }
 
 /// The table.
@@ -167,10 +160,6 @@ fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
         names.dedup();
         names
     };
-    let own = stretch(&stage.fitted.problem);
-    let runs = stage.fitted.problem.parts.iter().flat_map(|part| &part.runs);
-    let stretches: usize = runs.map(|run| run.record.len().div_ceil(own)).sum();
-    let support = Support { stretches, memory: 0.0 };
     let ways = |wanted: &dyn Fn(&str) -> bool| -> Vec<(usize, Way<'_>)> {
         let all = stage.candidates.iter().zip(&stage.evidence.entries).enumerate();
         all.filter(|(_, (candidate, _))| wanted(&candidate.name))
@@ -191,8 +180,8 @@ fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
             let scanned = own.first().filter(|_| own.len() > 1);
             let scanned = scanned.and_then(|way| members(&stage.fitted, way.candidate));
             let members = scanned.unwrap_or(own.len());
-            let bar = |degrees| bar(degrees, members, level(names.len()), support);
-            let seen = sight(&stage.evidence, &own, &others, bar);
+            let bars = |degrees| bars(degrees, members, names.len());
+            let seen = sight(&stage.evidence, &own, &others, bars);
             row(stage, &numbers, &own, seen)
         })
         .collect();
@@ -267,7 +256,7 @@ fn row(stage: &Prospect, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Ro
     Row {
         name: name.clone(),
         state,
-        unit: way.candidate.unit(&owner.parameter),
+        unit: way.candidate.unit(&owner.parameter).unwrap_or_else(Unit::one),
         typical,
         detectable: seen.detectable,
         identifiable: seen.identifiable,
@@ -277,38 +266,4 @@ fn row(stage: &Prospect, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Ro
         root: 2.0,
         words: String::new(),
     }
-}
-
-/// Each free delay with its columns and their coefficients.
-fn delay_rows(stage: &Prospect) -> Vec<(String, Vec<(usize, f64)>)> {
-    let layout = &stage.fitted.problem.layout;
-    let delays = layout.instances.iter().enumerate();
-    let delays = delays.filter(|(_, instance)| instance.name.ends_with(".delay"));
-    let rows = delays.map(|(index, instance)| {
-        let of = instance.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
-        (format!("{}{of}", instance.name), layout.columns_of(index, 0))
-    });
-    rows.filter(|(_, row)| !row.is_empty()).collect()
-}
-
-/// The standard uncertainty of each measurand's delay, the largest where there are several.
-fn delays(nominal: &Calibration) -> Vec<DelaySigma> {
-    let estimates = nominal.estimates();
-    let mut found: Vec<DelaySigma> = Vec::new();
-    for part in &nominal.problem.parts {
-        let names = &part.system.assembly.names;
-        for (parameter, declared) in names.parameters.iter().zip(&part.system.declared) {
-            for measurand in &declared.delay_of {
-                let own = || estimates.iter().filter(|one| one.name == parameter.name);
-                let known = own().all(|one| one.sigma.is_some());
-                let most = own().filter_map(|one| one.sigma).fold(0.0, f64::max);
-                let measurand = names.measurands[*measurand].name.clone();
-                if !found.iter().any(|one| one.measurand == measurand) {
-                    let (parameter, sigma) = (parameter.name.clone(), known.then_some(most));
-                    found.push(DelaySigma { measurand, parameter, sigma });
-                }
-            }
-        }
-    }
-    found
 }

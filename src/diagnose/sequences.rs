@@ -13,8 +13,6 @@ use crate::estimate::median::upper_median;
 
 /// Standard deviation over median absolute deviation of a normal distribution.
 pub(super) const NORMAL: f64 = 1.482_602_2;
-/// Standard deviation of the logarithm of a median absolute deviation, times `√n`.
-pub(super) const OF_A_MEDIAN: f64 = 1.17;
 
 /// A measurand of a run of a campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -176,6 +176,8 @@ pub(super) fn combined(name: &str, owner: &str, list: &[Statement<'_>]) -> Combi
     let plausible = chosen(&list, &["plausible"]);
     setting.plausible =
         plausible.iter().filter_map(|one| one.setting().plausible).min_by(f64::total_cmp);
+    let ranges = list.iter().filter_map(|one| one.setting().linear_range);
+    setting.linear_range = ranges.min_by(f64::total_cmp);
     setting.typical = list.iter().filter_map(|one| one.setting().typical).min_by(f64::total_cmp);
     of_all
 }

@@ -30,6 +30,9 @@ impl Override {
         if let Some((plausible, _)) = &self.plausible {
             setting.plausible = Some(*plausible);
         }
+        let one = |said: &Option<(f64, Unit)>| said.as_ref().map(|(value, _)| *value);
+        setting.linear_range = one(&self.linear_range).or(setting.linear_range);
+        setting.simulated_at = one(&self.simulated_at).or(setting.simulated_at);
         match self.fixed {
             Some(true) => setting.sigma = None,
             None if self.sigma.is_some() => setting.fixed = false,
@@ -49,6 +52,8 @@ impl Override {
             ("upper", self.upper.is_some()),
             ("start", self.start.is_some()),
             ("plausible", self.plausible.is_some()),
+            ("linear_range", self.linear_range.is_some()),
+            ("simulated_at", self.simulated_at.is_some()),
             ("fixed", self.fixed.is_some()),
             ("scope", self.scope.is_some()),
             ("sum", self.sum_zero.is_some()),
@@ -91,8 +96,14 @@ impl Override {
                 return Some(fault);
             }
         }
-        let plausible = self.plausible.as_ref()?;
-        self.check_one("plausible", plausible, unit, true)
+        let single = [
+            ("plausible", &self.plausible, true),
+            ("linear_range", &self.linear_range, true),
+            ("simulated_at", &self.simulated_at, false),
+        ];
+        single
+            .into_iter()
+            .find_map(|(key, said, width)| self.check_one(key, said.as_ref()?, unit, width))
     }
 
     fn check_one(

@@ -138,6 +138,10 @@ pub struct Setting {
     pub start: Option<Vec<f64>>,
     /// A standard uncertainty beyond this means unobservable.
     pub plausible: Option<f64>,
+    /// Largest value for which the form of its effect holds.
+    pub linear_range: Option<f64>,
+    /// The value of a simulator's parameter from which this one counts.
+    pub simulated_at: Option<f64>,
     /// Magnitude such rigs show (effects).
     pub typical: Option<f64>,
     /// Degrees of freedom on which `sigma` rests; `None`: as if infinitely many.
@@ -176,6 +180,8 @@ impl Setting {
             upper: None,
             start: None,
             plausible: None,
+            linear_range: None,
+            simulated_at: None,
             typical: None,
             degrees_of_freedom: None,
             components: None,
@@ -262,6 +268,10 @@ pub struct Override {
     pub start: Option<Vec<(f64, Unit)>>,
     /// A standard uncertainty beyond this means unobservable.
     pub plausible: Option<(f64, Unit)>,
+    /// Largest value for which the form of its effect holds.
+    pub linear_range: Option<(f64, Unit)>,
+    /// The value of a simulator's parameter from which this one counts.
+    pub simulated_at: Option<(f64, Unit)>,
     /// Not estimated.
     pub fixed: Option<bool>,
     /// Another scope.

@@ -86,6 +86,8 @@ pub fn declaration_of(
             upper: values(said.upper),
             start: values(said.start),
             plausible: said.plausible.map(|(value, _)| value),
+            linear_range: said.linear_range.map(|(value, _)| value),
+            simulated_at: said.simulated_at.map(|(value, _)| value),
             typical: typical.map(|(value, _)| value),
             ..Setting::new(said.scope.unwrap_or(default))
         },
@@ -94,7 +96,7 @@ pub fn declaration_of(
 }
 
 /// Reads what a file says of a parameter that it does not declare: value, sigma, fixed, lower,
-/// upper, start, plausible, scope, sum. Units are checked when the parameter is known.
+/// upper, start, plausible, linear_range, simulated_at, scope, sum. Units are checked when the parameter is known.
 pub fn override_of(source: &Source, item: &Item<'_>) -> Option<Override> {
     let section = item.section(&format!("the line on `{}`", item.key()))?;
     let said = said_of(&section, None);
@@ -139,6 +141,8 @@ pub fn said_of(section: &Section<'_>, known: Option<(&Unit, Kind)>) -> Override 
         upper: list("upper", &value),
         start: list("start", &value),
         plausible: section.get("plausible").and_then(|item| width(&item)),
+        linear_range: section.get("linear_range").and_then(|item| width(&item)),
+        simulated_at: section.get("simulated_at").and_then(|item| value(&item)),
         fixed: section.get("fixed").and_then(|item| item.boolean()),
         scope: section.get("scope").and_then(|item| item.choice(SCOPES)),
         sum_zero: section

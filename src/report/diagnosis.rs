@@ -9,7 +9,8 @@ use crate::diagnose::budget::answer::{Doubtful, Ranked, Remainder, Row, Size};
 use crate::diagnose::found::NoiseEffect;
 use crate::diagnose::gap::Gap;
 use crate::diagnose::library::place::Of;
-use crate::report::json::{calibration, estimate, number, stated, unobservable};
+use crate::diagnose::library::variant::Variant;
+use crate::report::json::{beyond, calibration, estimate, number, stated, unobservable};
 
 /// The result of `diagnose`, at most `top` candidates.
 pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
@@ -51,6 +52,7 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         })).collect::<Vec<_>>(),
         "left_out": left_out(diagnosis),
         "contradicted": stated(&diagnosis.contradicted),
+        "beyond_linear_range": beyond(&diagnosis.beyond_range),
         "search": diagnosis.log,
         "fit": calibration(&diagnosis.nominal)["fit"],
         "unobservable": unobservable(&diagnosis.nominal.unobservable),
@@ -77,6 +79,7 @@ fn row(one: &Row) -> Value {
     json!({
         "name": one.name,
         "member": member(&one.member),
+        "variant": one.variant.map(Variant::word),
         "member_sigma": member(&one.member_sigma),
         "posterior": number(Some(one.posterior)),
         "ln_bayes_factor": number(Some(one.ln_bayes)),

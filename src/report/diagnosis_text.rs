@@ -8,6 +8,7 @@ use crate::diagnose::library::candidate::NotTestable;
 use crate::estimate::calibrate::Estimate;
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
+use crate::report::linear_range;
 use crate::report::noise_text::noise;
 use crate::report::text::{residual_unit, stated, trouble, unit_of};
 use crate::report::verdict_text::sentence;
@@ -29,6 +30,7 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
     text.push_str(&values(diagnosis));
     text.push_str(&noise(diagnosis));
     text.push_str(&stated(&diagnosis.contradicted));
+    text.push_str(&linear_range::text(&diagnosis.beyond_range));
     text.push_str(&gap(diagnosis));
     text.push_str(&doubtful(diagnosis));
     text.push_str(&unexplained(diagnosis));
@@ -76,7 +78,8 @@ fn budget(diagnosis: &Diagnosis) -> String {
 /// A row with the effects that are reported with it.
 fn group(row: &Row) -> String {
     let others = row.grouped().map(|other| format!(" ~ {}", other.name));
-    row.name.clone() + &others.collect::<String>()
+    let form = row.variant.map_or_else(String::new, |form| format!(", {}", form.words()));
+    row.name.clone() + &form + &others.collect::<String>()
 }
 
 /// The first values of a row.
@@ -283,7 +286,7 @@ fn because(objection: &Objection) -> String {
         Objection::WithinRemainder(share) => {
             format!("its form lies within the remainder ({:.0} % are its own)", 100.0 * share)
         }
-        Objection::Apart(label, _) => format!("its values differ by {label}"),
+        Objection::Apart(label, _) => format!("its values differ by {}", label.words()),
         Objection::Replaced(_) => "unmodelled effects in its place fit as well".to_owned(),
         Objection::Pair(other, _) => {
             format!("one unmodelled effect in the place of it and `{other}` fits as well")

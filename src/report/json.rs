@@ -8,6 +8,7 @@ use crate::estimate::compare::Comparison;
 use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::delays::Summary;
 use crate::estimate::global::p_value;
+use crate::estimate::linear_range::{BeyondRange, beyond_range};
 use crate::estimate::words::Unobservable;
 use crate::graph::Scope;
 use crate::report::budget;
@@ -68,7 +69,25 @@ pub fn calibration(result: &Calibration) -> Value {
         "held": held(result)["held"],
         "refused": result.refused.iter().map(refused).collect::<Vec<_>>(),
         "contradicted": stated(&contradicted(result)),
+        "beyond_linear_range": beyond(&beyond_range(&result.problem, &result.estimates())),
     })
+}
+
+/// The key `beyond_linear_range`.
+pub(crate) fn beyond(beyond: &[BeyondRange]) -> Value {
+    beyond
+        .iter()
+        .map(|one| {
+            json!({
+                "name": one.parameter,
+                "of": one.of,
+                "value": number(Some(one.value)),
+                "linear_range": number(Some(one.range)),
+                "simulate_at": number(one.simulate_at),
+                "unit": one.unit.si_symbol(),
+            })
+        })
+        .collect()
 }
 
 /// Stated values that the readings contradict.

@@ -2,9 +2,9 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::diagnose::evidence::thresholds::FALSE_ALARMS;
 use crate::diagnose::power::sight::CAUGHT;
 use crate::diagnose::power::{Power, Row};
+use crate::diagnose::thresholds::{ENTER, ROW};
 use crate::report::json::{number, unobservable};
 
 /// The result of `power`.
@@ -12,7 +12,8 @@ pub fn json(power: &Power) -> Value {
     let delays: Map<String, Value> =
         power.delays.iter().map(|one| (one.measurand.clone(), number(one.sigma))).collect();
     json!({
-        "false_alarms": FALSE_ALARMS,
+        "ln_bayes_factor": ENTER,
+        "least_gain": ROW,
         "caught": CAUGHT,
         "effects": power.rows.iter().map(row).collect::<Vec<_>>(),
         "delays": delays,

@@ -1,6 +1,5 @@
 //! The result of `power` for people: one sentence for each effect, under its figures.
 
-use crate::diagnose::evidence::thresholds::FALSE_ALARMS;
 use crate::diagnose::power::sight::CAUGHT;
 use crate::diagnose::power::{Power, Row, State};
 use crate::report::figure;
@@ -18,11 +17,10 @@ pub fn text(title: &str, power: &Power) -> String {
     }
     text.push_str(&delays(power));
     text.push_str(&format!(
-        "\nSizes that are seen, and named, in {:.0} of 100 campaigns, with at most {:.0} false alarm in 100\n\
-         over all tests; a cosine and sine pair counts by its amplitude. The shift is what an effect just\n\
-         seen would do to a delay if nobody looked for it.\n",
+        "\nSizes from which an effect enters the budget of `diagnose`, and from which it is named alone, in\n\
+         {:.0} of 100 campaigns; a cosine and sine pair counts by its amplitude. The shift is the bias of a\n\
+         delay by an effect at its detectable size that is not modelled.\n",
         100.0 * CAUGHT,
-        100.0 * FALSE_ALARMS,
     ));
     text.push_str(&sizes(power, State::Visible, "what this campaign can see and name"));
     text.push_str(&sizes(power, State::Alias, "what it can see, but not tell apart"));

@@ -8,6 +8,7 @@ use crate::estimate::compare::Comparison;
 use crate::estimate::contradicted::{Contradicted, contradicted};
 use crate::estimate::correlations::covariance_of_estimates;
 use crate::estimate::delays::Delays;
+use crate::estimate::linear_range::beyond_range;
 use crate::estimate::noise::Noise;
 use crate::estimate::transformation::From;
 use crate::report::autocorrelation::{self, correlated};
@@ -17,6 +18,7 @@ use crate::report::figure;
 use crate::report::global;
 use crate::report::json::scope_word;
 use crate::report::layout::{align_right, drawn, table};
+use crate::report::linear_range;
 use crate::report::noise;
 use crate::report::sentences::{refused, terms};
 use crate::report::smoothing;
@@ -54,6 +56,7 @@ pub fn calibration(title: &str, result: &Calibration) -> String {
     text.push_str(&smoothing::text(result));
     text.push_str(&stated(&contradicted(result)));
     let estimates = result.estimates();
+    text.push_str(&linear_range::text(&beyond_range(&result.problem, &estimates)));
     let has_settled = result.fit.outcome == Outcome::Converged;
     let header: &[&str] = if has_settled {
         &["parameter", "of", "value", "u (k=1)"]

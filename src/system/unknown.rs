@@ -188,6 +188,8 @@ impl Unknown {
             ("scope", said.scope.is_some()),
             ("sum", said.sum_zero.is_some()),
             ("plausible", said.plausible.is_some()),
+            ("linear_range", said.linear_range.is_some()),
+            ("simulated_at", said.simulated_at.is_some()),
             ("degrees_of_freedom", said.degrees_of_freedom.is_some()),
         ];
         if let Some((key, _)) = whole.into_iter().find(|(_, is_said)| *is_said) {

@@ -27,8 +27,19 @@ const LAYERS: &[(&str, &[&str])] = &[
 ];
 
 /// The rooms of the diagnosis from the ground up; a room may import from those before it.
-const ROOMS: &[&str] =
-    &["fitted", "library", "evidence", "found", "sequences", "gross", "gap", "budget", "power"];
+const ROOMS: &[&str] = &[
+    "thresholds",
+    "price",
+    "fitted",
+    "library",
+    "evidence",
+    "found",
+    "sequences",
+    "gross",
+    "gap",
+    "budget",
+    "power",
+];
 
 /// Lines a source file may have, its tests not counted.
 const MAXIMUM_LINES: usize = 500;

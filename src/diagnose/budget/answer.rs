@@ -1,4 +1,4 @@
-//! The answer as data, and the verdict as a pure function of what was found.
+//! The answer as data.
 
 use std::collections::BTreeMap;
 
@@ -8,92 +8,27 @@ use crate::diagnose::gap::steps::Steps;
 use crate::diagnose::gross::twice::Twice;
 use crate::diagnose::library::candidate::NotTestable;
 use crate::diagnose::library::place::Place;
+use crate::diagnose::library::variant::Variant;
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::contradicted::Contradicted;
+use crate::estimate::linear_range::BeyondRange;
 use crate::units::Unit;
 
 use super::absorbed::Absorbed;
 use super::judge::Objection;
-use super::price::Gain;
-use super::thresholds::CONFOUNDED;
+use crate::diagnose::price::Gain;
+use crate::diagnose::thresholds::CONFOUNDED;
 
-/// What a diagnosis says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Verdict {
-    /// The residuals are consistent with noise as stated.
-    Adequate,
-    /// Rows of the budget, or noise of another form than stated, leave residuals that are
-    /// consistent with noise.
-    Explained,
-    /// Rows explain a part of the gap; a remainder stays.
-    PartlyExplained,
-    /// There is a gap, and no row stands.
-    Unknown,
-    /// The readings do not determine the nominal parameters.
-    Unobservable,
-    /// The fit of the nominal parameters did not converge.
-    NotConverged,
-}
-
-impl Verdict {
-    /// Its key.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Adequate => "adequate",
-            Self::Explained => "explained",
-            Self::PartlyExplained => "partly_explained",
-            Self::Unknown => "unknown",
-            Self::Unobservable => "unobservable",
-            Self::NotConverged => "not_converged",
-        }
-    }
-
-    /// Whether there is a diagnosis at all.
-    pub fn is_made(self) -> bool {
-        !matches!(self, Self::Unobservable | Self::NotConverged)
-    }
-
-    /// Whether something is there that no row explains.
-    pub fn has_remainder(self) -> bool {
-        matches!(self, Self::PartlyExplained | Self::Unknown)
-    }
-}
-
-/// Noise scale factor beyond which residuals are no noise: something is there, whatever form it
-/// has.
-pub const FAR_BEYOND_STATED: f64 = 5.0;
-
-/// What the verdict follows from.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Findings {
-    /// Rows that stand.
-    pub rows: usize,
-    /// Parts of the remainder: basis blocks, and what is too small for a name.
-    pub remainder: usize,
-    /// Forms of noise other than stated: effects on the noise, readings that are left out.
-    pub noise: usize,
-    /// The largest noise scale factor beside the rows, of the part of the noise that is white.
-    pub largest_scale: f64,
-}
-
-/// The verdict.
-pub fn decide(found: Findings) -> Verdict {
-    let has_remainder = found.remainder > 0 || found.largest_scale > FAR_BEYOND_STATED;
-    match (found.rows > 0, has_remainder) {
-        (true, true) => Verdict::PartlyExplained,
-        (true, false) => Verdict::Explained,
-        (false, true) => Verdict::Unknown,
-        (false, false) if found.noise > 0 => Verdict::Explained,
-        (false, false) => Verdict::Adequate,
-    }
-}
+pub use super::verdict::{FAR_BEYOND_STATED, Findings, Verdict, decide};
 
 /// A row of the budget: an effect that explains a part of the gap.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The effect, with its head.
     pub name: String,
+    /// The relaxed form in which it stands, if it does not in the library's.
+    pub variant: Option<Variant>,
     /// The member of each of its families.
     pub member: BTreeMap<String, f64>,
     /// Standard uncertainty (SI) of members that are ranges.
@@ -255,6 +190,8 @@ pub struct Diagnosis {
     pub delays: Vec<Twice>,
     /// Stated values that the readings contradict.
     pub contradicted: Vec<Contradicted>,
+    /// Values beyond the range for which their effect's form holds.
+    pub beyond_range: Vec<BeyondRange>,
     /// The fits without the rows and with one after the other.
     pub steps: Option<Steps>,
     /// The steps of the search.
@@ -291,6 +228,7 @@ impl Diagnosis {
             lost,
             delays: Vec::new(),
             contradicted: Vec::new(),
+            beyond_range: Vec::new(),
             steps: None,
             log: Vec::new(),
         }

@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnose::fitted::{Fitted, name_of};
+use crate::diagnose::fitted::Fitted;
 use crate::diagnose::gap::gap;
 use crate::diagnose::gap::steps::Steps;
 use crate::diagnose::library::prior::{Cause, Prior};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::finish;
 use crate::estimate::contradicted::contradicted;
+use crate::estimate::linear_range::{BeyondRange, beyond_range};
 use crate::system::Selected;
 
 use super::absorbed::absorbed;
@@ -16,16 +17,18 @@ use super::answer::{Diagnosis, Doubtful, FAR_BEYOND_STATED, Findings, Ranked, Ro
 use super::confounded::near_aliases;
 use super::driver::Found;
 use super::held_out::Folded;
+use super::in_fit::effect_of;
 use super::judge::Objection;
 use super::linear::{Linear, Start};
 use super::member::member_uncertainties;
 use super::noise_scale::{autocorrelation, levels, scale_noise, scatter, white_scale};
 use super::pieces::Pieces;
-use super::price::Gain;
 use super::search::Pools;
 use super::selection::Selection;
 use super::solved::{Solved, ratio_to_typical};
-use super::thresholds::{ENTER, TIE};
+use super::terms::Term;
+use crate::diagnose::price::Gain;
+use crate::diagnose::thresholds::{ENTER, TIE};
 
 mod remainder;
 
@@ -69,13 +72,8 @@ impl Diagnosis {
             let mut with_rows = linear.fitted.clone();
             scale_noise(&mut with_rows.problem, &linear, &scale);
             let with_rows = with_rows.again(options)?;
-            let selected: Vec<Selected> = rows
-                .iter()
-                .filter_map(|row| {
-                    let all = with_rows.recipes.iter().flat_map(|recipe| &recipe.effects);
-                    all.into_iter().find(|one| name_of(one) == row.name).cloned()
-                })
-                .collect();
+            let selected: Vec<Selected> =
+                rows.iter().filter_map(|row| effect_of(&with_rows, &row.name).cloned()).collect();
             let steps = Steps::of(&with_rows, &selected, options)?;
             let degrees = stands.iter().map(|at| gains[*at].degrees).sum();
             let leftover = rest.iter().map(|at| excess(gains[*at])).sum();
@@ -86,6 +84,7 @@ impl Diagnosis {
             for (at, closes) in stands.iter().zip(&shares) {
                 let mut own = budget.row(*at, &gains, &folded);
                 own.closes = *closes;
+
                 own.confounded = solved.confounded_rows(*at);
                 let budget = (judged.model.as_slice(), rest.as_slice(), gains.as_slice());
                 own.confounded.extend(near_aliases(&linear, &selection, &mut solved, budget, *at));
@@ -114,8 +113,16 @@ impl Diagnosis {
         } else {
             self.contradicted = contradicted(&self.nominal);
         }
+        let last = self.explained.as_ref().unwrap_or(&self.nominal);
+        self.beyond_range = beyond_range(&last.problem, &last.estimates());
         self.remainder = budget.remainder(&rest, &gains, &solved);
         self.doubtful = budget.doubtful(&objections);
+        let doubtful = self.doubtful.iter().flat_map(|one| &one.values);
+        self.beyond_range.extend(doubtful.filter_map(|one| {
+            let setting = linear.candidates.iter().find_map(|own| own.setting(&one.parameter))?;
+            let whose = (one.parameter.as_str(), one.of.as_deref());
+            BeyondRange::of(setting, whose, one.value, &one.unit)
+        }));
         (self.candidates, self.causes) = budget.candidates(prior);
         let (found, not_testable) = absorbed(&linear, &selection);
         (self.absorbed, self.not_testable) = (found, not_testable);
@@ -180,12 +187,12 @@ impl Budget<'_> {
         let blocks = selection.ranked(&rest, &pools.blocks, 0.0);
         let others = rivals.iter().chain(blocks.first()).map(|one| one.ln_bayes - ln_bayes);
         let odds: f64 = others.chain([-ln_bayes]).map(f64::exp).sum();
-        let effects = linear.fitted.recipes.iter().flat_map(|recipe| &recipe.effects);
-        let selected = effects.into_iter().find(|one| name_of(one) == own.name);
+        let selected = effect_of(&linear.fitted, &own.name);
         let alone = selection.gain(&[], term);
         let total = selection.chi_squared(&[]) - selection.chi_squared(self.model);
         Row {
             name: own.name.clone(),
+            variant: own.form,
             member: selected.map(|one| one.member.clone()).unwrap_or_default(),
             member_sigma: BTreeMap::new(),
             ratio_to_typical: None,
@@ -242,7 +249,15 @@ impl Budget<'_> {
         let mut live = (*selection).clone();
         live.live = linear.terms.iter().map(|term| !term.columns.is_empty()).collect();
         let ranked = live.ranked(&[], &pools.effects, 0.0);
-        let ranked: Vec<_> = ranked.into_iter().filter(|one| one.gain.degrees > 0).collect();
+        // Of an effect in two forms the library's is listed.
+        let is_listed = |own: &Term| {
+            own.form.is_none()
+                || !linear.terms.iter().any(|one| one.name == own.name && one.form.is_none())
+        };
+        let ranked: Vec<_> = ranked
+            .into_iter()
+            .filter(|one| one.gain.degrees > 0 && is_listed(&linear.terms[one.term]))
+            .collect();
         let blocks = live.ranked(&[], &pools.blocks, 0.0);
         let blocks: Vec<_> = blocks.into_iter().filter(|one| one.gain.degrees > 0).collect();
         let all = || ranked.iter().chain(&blocks).map(|one| one.ln_bayes);

@@ -11,7 +11,7 @@ use super::linear::Linear;
 use super::selection::Selection;
 use super::sums::Appended;
 use super::terms::{Base, Change, Kind, Term};
-use super::thresholds::ENTER;
+use crate::diagnose::thresholds::ENTER;
 
 mod moments;
 
@@ -130,6 +130,8 @@ impl Linear {
                 place,
                 change: Some(change.clone()),
                 reduced_from: None,
+                form: None,
+                variants: Vec::new(),
                 may_enter: true,
             });
         }

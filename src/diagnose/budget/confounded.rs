@@ -12,10 +12,10 @@ use crate::diagnose::evidence::basis::basis;
 
 use super::answer::{Confounded, Size};
 use super::linear::Linear;
-use super::price::Gain;
 use super::selection::Selection;
 use super::solved::Solved;
-use super::thresholds::{CONFOUNDED, NEAR_ALIAS};
+use crate::diagnose::price::Gain;
+use crate::diagnose::thresholds::{CONFOUNDED, NEAR_ALIAS};
 
 /// Effects outside the fit that are compared with a row at most.
 const MOST: usize = 4;

@@ -5,20 +5,23 @@
 
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, NoiseEffect};
+use crate::diagnose::library::variant::Variant;
 use crate::diagnose::library::wanted::Wanted;
 use crate::estimate::batch::{FitError, Options};
 
 use super::families::Families;
+use super::in_fit::Row;
 use super::judge::{Judged, Objection};
-use super::linear::{Linear, Row};
+use super::linear::Linear;
 use super::noise_or_blocks::{Instead, instead_of_blocks};
 use super::pieces::Pieces;
 use super::search::{Log, Pools};
 use super::selection::Selection;
 use super::terms::{Base, Change};
-use super::thresholds::ENTER;
+use crate::diagnose::thresholds::ENTER;
 
 mod forward;
+mod relax;
 mod update;
 
 /// Rounds in which change points are looked for.
@@ -51,12 +54,13 @@ pub struct Found {
 
 /// A search that goes on.
 struct Search<'a> {
-    wanted: &'a Wanted,
+    /// Of the library, with the relaxed forms that were found necessary.
+    wanted: Wanted,
     options: &'a Options,
     fitted: Fitted,
     rows: Vec<Row>,
     /// Effects that did not stand: they do not come back.
-    refused: Vec<String>,
+    refused: Vec<(String, Option<Variant>)>,
     /// Why, where that was judged.
     objections: Vec<(String, Objection)>,
     /// Sets of rows that were in the fit.
@@ -79,7 +83,7 @@ pub fn search(
     options: &Options,
 ) -> Result<Option<Found>, FitError> {
     let mut search = Search {
-        wanted,
+        wanted: wanted.clone(),
         options,
         fitted: nominal,
         rows: Vec::new(),
@@ -116,7 +120,11 @@ impl Search<'_> {
     fn selection<'l>(&self, linear: &'l Linear) -> Selection<'l> {
         let mut selection = Selection::new(&linear.sums, &linear.terms, &linear.active);
         for (term, own) in linear.terms.iter().enumerate() {
-            let is_refused = own.is_effect() && self.refused.contains(&own.name);
+            // Without an effect there is no relaxed form of it.
+            let is_refused = |(name, form): &(String, Option<Variant>)| {
+                own.name == *name && form.is_none_or(|form| own.form == Some(form))
+            };
+            let is_refused = own.is_effect() && self.refused.iter().any(is_refused);
             selection.live[term] &= !is_refused && own.may_enter;
         }
         selection
@@ -125,7 +133,7 @@ impl Search<'_> {
     /// Rows, blocks and change points compete, and rows are judged.
     fn compete(&mut self) -> Result<Option<(Linear, Judged, Vec<f64>)>, FitError> {
         let linear =
-            Linear::new(self.fitted.clone(), &self.rows, self.wanted, true, &mut self.scanned);
+            Linear::new(self.fitted.clone(), &self.rows, &self.wanted, true, &mut self.scanned);
         // The fit may be another one when this is called again.
         self.scanned.effects.clear();
         let Some(mut linear) = linear else { return Ok(None) };

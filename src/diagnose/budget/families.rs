@@ -3,10 +3,10 @@
 
 use crate::diagnose::evidence::Evidence;
 use crate::diagnose::evidence::scan::{ALL_BLIND, Scanned, scan, told};
-use crate::diagnose::evidence::score::score;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::catalogue::Made;
+use crate::diagnose::price::{Gain, ln_bayes_factor};
 use crate::effect::{Family, Members};
 
 /// Best members of families as they were found.
@@ -40,7 +40,7 @@ pub fn best_members(
 ) -> Option<(Vec<Candidate>, Vec<usize>, Vec<NotTestable>)> {
     let (mut best, mut tried, mut blind) = (Vec::new(), Vec::new(), Vec::new());
     let is_range = |family: &Family| matches!(family.members, Members::Range { .. });
-    for family in offered.chunk_by(|a, b| a.name == b.name) {
+    for family in offered.chunk_by(|a, b| a.name == b.name && a.form == b.form) {
         let first = &family[0];
         if family.len() > 1
             && first.selected.effect.shape.values().all(is_range)
@@ -62,8 +62,12 @@ pub fn best_members(
             let signatures = made.signatures(&fitted.problem, &members);
             let evidence =
                 Evidence::with(&fitted.problem, &fit.normal, &fit.point, count, signatures)?;
-            let gain = |k: &usize| score(&evidence.entries[*k], 1).ln_p;
-            winner = (0..count).min_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(0);
+            let ln_bayes = |k: &usize| {
+                let entry = &evidence.entries[*k];
+                let gain = Gain { gain: entry.gain(), degrees: entry.degrees() };
+                ln_bayes_factor(gain, 1, 1)
+            };
+            winner = (0..count).max_by(|a, b| ln_bayes(a).total_cmp(&ln_bayes(b))).unwrap_or(0);
         }
         best.push(members[winner].clone());
         tried.push(count);

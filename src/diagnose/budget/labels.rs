@@ -1,8 +1,43 @@
-//! What a campaign varies on purpose, as groups of its runs: setups, and the rate and the sense of
-//! each signal.
+//! Groups of readings in which a row may have values of its own: what a campaign varies on purpose
+//! (setups, the rate and the sense of each signal), and its measurands.
 
 use crate::diagnose::library::structure::{Knots, turns};
+use crate::diagnose::library::variant::Variant;
 use crate::engine::Problem;
+
+/// What groups of readings differ in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Label {
+    /// Setups.
+    Setup,
+    /// Angles that an effect acts on.
+    Angle,
+    /// The sense of a signal.
+    Sense(String),
+    /// The rate of a signal.
+    Rate(String),
+}
+
+impl Label {
+    /// What it is.
+    pub fn words(&self) -> String {
+        match self {
+            Self::Setup => "setup".to_owned(),
+            Self::Angle => "angle".to_owned(),
+            Self::Sense(signal) => format!("sense of {signal}"),
+            Self::Rate(signal) => format!("rate of {signal}"),
+        }
+    }
+
+    /// The form of an effect whose values may differ so.
+    pub fn variant(&self) -> Option<Variant> {
+        match self {
+            Self::Setup => Some(Variant::EachSetup),
+            Self::Angle => Some(Variant::EachAngle),
+            Self::Sense(_) | Self::Rate(_) => None,
+        }
+    }
+}
 
 /// Relative difference of mean rates within one group.
 const SAME_RATE: f64 = 0.05;
@@ -17,9 +52,30 @@ const KNOTS: usize = 8;
 /// Mean rate, in parts of the largest, below which a signal stands still.
 const STILL: f64 = 1e-3;
 
-/// For each label its name and the group of each run; labels that divide nothing are not among
-/// them.
-pub fn labels(problem: &Problem) -> Vec<(String, Vec<usize>)> {
+/// Groups of readings: of runs, or of measurands over all campaigns.
+#[derive(Clone, Debug)]
+pub struct Grouping {
+    /// What they differ in.
+    pub label: Label,
+    /// The group of each run, or of each measurand.
+    pub groups: Vec<usize>,
+}
+
+impl Grouping {
+    /// Number of groups.
+    pub fn count(&self) -> usize {
+        self.groups.iter().max().map_or(0, |most| most + 1)
+    }
+
+    /// Whether a reading of a run and a measurand belongs to a group.
+    pub fn holds(&self, group: usize, run: usize, measurand: usize) -> bool {
+        let at = if self.label == Label::Angle { measurand } else { run };
+        self.groups[at] == group
+    }
+}
+
+/// Groupings; those that divide nothing are not among them.
+pub fn labels(problem: &Problem) -> Vec<Grouping> {
     let mut setups = Vec::new();
     let mut rates: Vec<(String, Vec<f64>)> = Vec::new();
     let mut run_number = 0;
@@ -43,18 +99,24 @@ pub fn labels(problem: &Problem) -> Vec<(String, Vec<usize>)> {
             run_number += 1;
         }
     }
-    let mut labels = vec![("setup".to_owned(), groups(&setups, |a, b| a == b))];
+    let names = problem.parts.iter().flat_map(|part| &part.system.assembly.names.measurands);
+    let names: Vec<&str> = names.map(|one| one.name.as_str()).collect();
+    let mut labels = vec![
+        Grouping { label: Label::Setup, groups: groups(&setups, |a, b| a == b) },
+        Grouping { label: Label::Angle, groups: groups(&names, |a, b| a == b) },
+    ];
     for (name, rates) in rates {
         let most = rates.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
         let sense: Vec<i8> = rates
             .iter()
             .map(|rate| if rate.abs() < STILL * most { 0 } else { rate.signum() as i8 })
             .collect();
-        labels.push((format!("sense of {name}"), groups(&sense, |a, b| a == b)));
+        let groups_of_sense = groups(&sense, |a, b| a == b);
+        labels.push(Grouping { label: Label::Sense(name.clone()), groups: groups_of_sense });
         let same = |a: &f64, b: &f64| (a.abs() - b.abs()).abs() < SAME_RATE * most;
-        labels.push((format!("rate of {name}"), groups(&rates, same)));
+        labels.push(Grouping { label: Label::Rate(name), groups: groups(&rates, same) });
     }
-    labels.retain(|(_, groups)| groups.iter().any(|group| *group != groups[0]));
+    labels.retain(|one| one.groups.iter().any(|group| *group != one.groups[0]));
     labels
 }
 

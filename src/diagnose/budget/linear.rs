@@ -4,7 +4,7 @@
 //! Rows that are in the fit already are terms like the others: what they explain is added back to
 //! the residual.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::diagnose::evidence::scan::scan;
@@ -12,14 +12,17 @@ use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::offer::Offer;
 use crate::diagnose::library::place::{Of, Place};
+use crate::diagnose::library::relaxed::with_forms;
 use crate::diagnose::library::structure::bent;
+use crate::diagnose::library::variant::Variant;
 use crate::diagnose::library::wanted::Wanted;
-use crate::engine::point::from_components;
 use crate::engine::signatures::Signatures;
 
+use crate::diagnose::thresholds::RELAXED;
 use crate::units::Unit;
 
 use super::families::{Families, best_members};
+use super::in_fit::{Row, columns_of, effect_of};
 use super::labels::knots;
 use super::selection::Selection;
 use super::sums::Sums;
@@ -68,6 +71,7 @@ impl Linear {
     ) -> Option<Self> {
         let made = wanted.catalogue.of(&fitted.recipes);
         let Offer { effects, noise, mut not_testable } = wanted.of(made.offer.clone());
+        let effects = with_forms(effects, &wanted.variants, &fitted.recipes);
         let (mut candidates, mut members, blind) =
             best_members(&fitted, &made, effects, &mut scanned.effects)?;
         not_testable.extend(blind);
@@ -97,17 +101,19 @@ impl Linear {
         let signed = made.signatures(&fitted.problem, &all);
         let priors = fitted.fit.normal.priors.clone();
         let sums = Sums::new(&fitted.problem, &fitted.fit.point, &signed, candidates.len(), priors);
-        let ln_prior = |candidate: &Candidate| {
-            if candidate.place.is_some() {
-                return 0.0;
-            }
-            wanted.prior.times(&candidate.selected.effect.name).ln()
-        };
+        let ln_prior = ln_priors(&candidates, wanted);
         let mut terms: Vec<Term> = candidates
             .iter()
             .zip(&members)
             .enumerate()
-            .map(|(number, (one, members))| Term::of(&sums, number, one, (*members, ln_prior(one))))
+            .map(|(number, (one, members))| {
+                let mut term = Term::of(&sums, number, one, (*members, ln_prior[number]));
+                term.form = one.form;
+                if term.is_effect() && one.form.is_none() {
+                    term.variants = Variant::of_all(&one.selected.effect);
+                }
+                term
+            })
             .collect();
         let mut active = Vec::new();
         for row in rows {
@@ -124,6 +130,10 @@ impl Linear {
                 place: None,
                 change: None,
                 reduced_from: None,
+                form: row.form,
+                variants: effect_of(&fitted, &row.name)
+                    .filter(|_| row.form.is_none())
+                    .map_or_else(Vec::new, |own| Variant::of_all(&own.effect)),
                 may_enter: true,
             });
         }
@@ -185,7 +195,8 @@ impl Linear {
     /// The row that a candidate would be.
     pub fn row(&self, term: usize) -> Row {
         let own = &self.terms[term];
-        Row { name: own.name.clone(), members: own.members, ln_prior: own.ln_prior }
+        let Term { name, form, members, ln_prior, .. } = own;
+        Row { name: name.clone(), form: *form, members: *members, ln_prior: *ln_prior }
     }
 
     /// Log prior of the size of an effect in a fit: a Cauchy distribution about zero whose width is
@@ -224,11 +235,12 @@ impl Linear {
         if let Some(own) = instances.iter().find(|one| one.name == parameter) {
             return own.unit.clone();
         }
-        let names = self.candidates.iter().filter(|one| {
+        let own = self.candidates.iter().filter(|one| {
             parameter.strip_prefix(one.name.as_str()).is_some_and(|rest| rest.starts_with('.'))
         });
-        names.map(|one| one.unit(parameter)).next().unwrap_or_else(Unit::one)
+        own.filter_map(|one| one.unit(parameter)).next().unwrap_or_else(Unit::one)
     }
+
     /// Values of a term's parameters beside a model, as the sums find them best.
     pub fn start(&self, selection: &Selection<'_>, model: &[usize], term: usize) -> Start {
         let with = [model, &[term]].concat();
@@ -250,6 +262,26 @@ impl Linear {
     }
 }
 
+/// The log prior odds of each candidate beyond those of one among equals. An effect's are shared by
+/// its heads; where some are more probable, the others give way. Blocks are equals.
+fn ln_priors(candidates: &[Candidate], wanted: &Wanted) -> Vec<f64> {
+    let mut heads: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    let effects = || candidates.iter().filter(|one| one.place.is_none());
+    for one in effects() {
+        heads.entry(&one.selected.effect.name).or_default().insert(&one.name);
+    }
+    let weight = |one: &Candidate| {
+        let name = one.selected.effect.name.as_str();
+        wanted.prior.times(name) / heads[name].len() as f64
+    };
+    let mean = effects().map(weight).sum::<f64>() / effects().count().max(1) as f64;
+    let ln = |one: &Candidate| {
+        let of_form = if one.form.is_some() { -RELAXED } else { 0.0 };
+        if one.place.is_some() { 0.0 } else { (weight(one) / mean).ln() + of_form }
+    };
+    candidates.iter().map(ln).collect()
+}
+
 /// For each run its place in the order of time.
 fn order(fitted: &Fitted) -> Vec<usize> {
     let mut runs: Vec<(usize, f64, usize)> = Vec::new();
@@ -263,34 +295,4 @@ fn order(fitted: &Fitted) -> Vec<usize> {
     let mut order = vec![0; runs.len()];
     runs.iter().enumerate().for_each(|(place, (.., run))| order[*run] = place);
     order
-}
-
-/// A row of the budget that is in the fit.
-#[derive(Clone, Debug)]
-pub struct Row {
-    /// The effect, with its head.
-    pub name: String,
-    /// Members of its family that were tried.
-    pub members: usize,
-    /// Log prior odds.
-    pub ln_prior: f64,
-}
-
-/// The columns of an effect in the fit, with their values.
-pub fn columns_of(fitted: &Fitted, name: &str) -> Vec<(usize, f64)> {
-    let (layout, point) = (&fitted.problem.layout, &fitted.fit.point);
-    let prefix = format!("{name}.");
-    let mut absent = point.clone();
-    let mut own: Vec<usize> = Vec::new();
-    for (index, instance) in layout.instances.iter().enumerate() {
-        if instance.name.starts_with(&prefix) {
-            absent.values[index] = from_components(instance.kind, &[0.0; 3]);
-            let columns = (0..instance.dimension()).flat_map(|k| layout.columns_of(index, k));
-            own.extend(columns.map(|(column, _)| column));
-        }
-    }
-    own.sort_unstable();
-    own.dedup();
-    let step = absent.step_to(layout, point);
-    own.into_iter().map(|column| (column, step[column])).collect()
 }

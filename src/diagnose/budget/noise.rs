@@ -15,10 +15,8 @@ use crate::estimate::median::upper_median;
 use super::linear::Linear;
 use super::rows::Values;
 use super::selection::Selection;
-use super::thresholds::NOISE;
+use crate::diagnose::thresholds::{NOISE, OUTLIERS};
 
-/// Fewer outliers are those of a normal distribution.
-const LEAST_OUTLIERS: usize = 3;
 /// Lags over which an autocorrelation is fitted.
 const LAGS: usize = 40;
 /// A correlation below this share of the first ends the fit.
@@ -89,7 +87,7 @@ pub fn noise(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Noi
     // A reading of several components is left out once.
     found.outliers.sort_by(|a, b| (a.0, a.1, a.2).cmp(&(b.0, b.1, b.2)).then(b.3.total_cmp(&a.3)));
     found.outliers.dedup_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2));
-    if found.outliers.len() < LEAST_OUTLIERS {
+    if found.outliers.len() < OUTLIERS {
         found.outliers.clear();
     }
     found.jitter = jitter(samples.values());

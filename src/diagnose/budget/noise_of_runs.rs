@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use super::linear::Linear;
 use super::noise::{Component, components};
 use super::selection::Selection;
-use super::thresholds::{NOISE, NOISE_OF_A_RUN};
 use crate::diagnose::sequences::NORMAL;
+use crate::diagnose::thresholds::{NOISE, NOISE_OF_A_RUN};
 use crate::estimate::median::upper_median;
 
 /// Standard deviation of the logarithm of that from `n` readings, times `√n`.

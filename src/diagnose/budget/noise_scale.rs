@@ -7,12 +7,12 @@ use crate::diagnose::library::place::{Of, Place};
 use crate::engine::Problem;
 use crate::engine::gauss_markov::GaussMarkov;
 
+use crate::diagnose::thresholds::{SCALE, SCALE_DIFFERENCE};
+
 use super::answer::{FAR_BEYOND_STATED, Remainder};
 use super::linear::Linear;
-use super::price::Gain;
+use crate::diagnose::price::Gain;
 
-/// Standard score from which a noise scale factor is not as stated, and its least difference.
-const LEVEL: (f64, f64) = (4.0, 0.02);
 /// Noise scale factors that are not as stated.
 pub fn levels(linear: &Linear, scale: &[f64]) -> Vec<Level> {
     let mut found = Vec::new();
@@ -22,7 +22,7 @@ pub fn levels(linear: &Linear, scale: &[f64]) -> Vec<Level> {
             let number = linear.sums.first_measurand[part] + measurand;
             let factor = scale[number];
             let score = (factor - 1.0) * (2.0 * linear.sums.readings[number] as f64).sqrt();
-            if score.abs() > LEVEL.0 && (factor - 1.0).abs() > LEVEL.1 {
+            if score.abs() > SCALE && (factor - 1.0).abs() > SCALE_DIFFERENCE {
                 let of = data.label.clone().filter(|_| several);
                 found.push(Level { measurand: own.name.clone(), of, run: None, factor });
             }
@@ -112,7 +112,7 @@ pub fn scale_noise(problem: &mut Problem, linear: &Linear, scale: &[f64]) {
             let number = linear.sums.first_measurand[number] + measurand;
             let factor = scale[number];
             let score = (factor - 1.0) * (2.0 * linear.sums.readings[number] as f64).sqrt();
-            if score.abs() > LEVEL.0 {
+            if score.abs() > SCALE {
                 *sigma *= factor;
             }
         }

@@ -3,7 +3,7 @@
 
 use nalgebra::DMatrix;
 
-use super::labels::labels;
+use super::labels::{Grouping, labels};
 use super::linear::Linear;
 use super::selection::Selection;
 
@@ -17,9 +17,8 @@ pub const FOLDS: usize = 5;
 pub struct Pieces {
     /// The pieces.
     pub pieces: Vec<Piece>,
-    /// Labels by which runs are grouped: what a campaign varies on purpose. For each a name and the
-    /// group of each run.
-    pub labels: Vec<(String, Vec<usize>)>,
+    /// Groups of readings in which rows may have values of their own.
+    pub labels: Vec<Grouping>,
     size: usize,
 }
 
@@ -88,9 +87,18 @@ impl Pieces {
 
     /// The products of the columns over some pieces, each measurand with its weight.
     pub fn products(&self, weights: &[f64], wanted: impl Fn(&Piece) -> bool) -> DMatrix<f64> {
+        self.products_of(weights, |piece, _| wanted(piece))
+    }
+
+    /// The same over some measurands of some pieces.
+    pub fn products_of(
+        &self,
+        weights: &[f64],
+        wanted: impl Fn(&Piece, usize) -> bool,
+    ) -> DMatrix<f64> {
         let mut sum = DMatrix::zeros(self.size, self.size);
-        for piece in self.pieces.iter().filter(|piece| wanted(piece)) {
-            for (measurand, gram) in &piece.sums {
+        for piece in &self.pieces {
+            for (measurand, gram) in piece.sums.iter().filter(|(own, _)| wanted(piece, *own)) {
                 let weight = weights[*measurand];
                 for (j, right) in piece.columns.iter().enumerate().take(gram.ncols()) {
                     for (i, left) in piece.columns.iter().enumerate().take(gram.nrows()) {

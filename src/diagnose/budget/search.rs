@@ -7,7 +7,7 @@
 //! are grown in its place. Whether a row stands is for [`super::judge`] to say.
 
 use super::selection::Selection;
-use super::thresholds::{ENTER, MOST_ROWS, SWAP, TIE};
+use crate::diagnose::thresholds::{ENTER, MOST_ROWS, SWAP, TIE};
 
 /// Terms that enter in one go at most.
 const MOST: usize = 40;

@@ -13,9 +13,9 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use self::normal::{Factored, factored, gain_of};
-use super::price::{Gain, ln_bayes_factor, price};
 use super::sums::{Sums, Weighted};
 use super::terms::{Change, Combination, Term};
+use crate::diagnose::price::{Gain, ln_bayes_factor, price};
 
 mod forms;
 pub mod normal;

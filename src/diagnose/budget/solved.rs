@@ -14,9 +14,10 @@ use nalgebra::{DMatrix, DVector};
 use crate::engine::Problem;
 use crate::estimate::calibrate::{Calibration, Estimate};
 
-use super::linear::{Linear, columns_of};
-use super::price::Gain;
+use super::in_fit::columns_of;
+use super::linear::Linear;
 use super::selection::Selection;
+use crate::diagnose::price::Gain;
 
 /// Least mean square of a value of the remainder, in its own standard uncertainties, that its prior
 /// has.

@@ -45,6 +45,8 @@ impl Linear {
                 place: Some(place),
                 change: None,
                 reduced_from: None,
+                form: None,
+                variants: Vec::new(),
                 may_enter: true,
             });
         }

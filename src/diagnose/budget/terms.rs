@@ -3,9 +3,10 @@
 
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::library::place::Place;
+use crate::diagnose::library::variant::Variant;
 
-use super::price::Gain;
 use super::sums::Sums;
+use crate::diagnose::price::Gain;
 
 /// A linear combination of columns.
 pub type Combination = Vec<(usize, f64)>;
@@ -67,6 +68,10 @@ pub struct Term {
     pub change: Option<Change>,
     /// The block of which it is what rows leave, if it is that.
     pub reduced_from: Option<usize>,
+    /// The relaxed form that it has, if it is not the library's.
+    pub form: Option<Variant>,
+    /// Relaxed forms that it may take.
+    pub variants: Vec<Variant>,
     /// Whether it may enter a model: a block that was reduced beside rows may not.
     pub may_enter: bool,
 }
@@ -111,6 +116,8 @@ impl Term {
             place,
             change: None,
             reduced_from: None,
+            form: None,
+            variants: Vec::new(),
             may_enter: true,
         }
     }

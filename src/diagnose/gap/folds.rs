@@ -6,11 +6,12 @@
 //! rate learnt from a first half would have to be extrapolated over the second, where its error
 //! hides what the effect does.
 
-use crate::diagnose::evidence::thresholds::LEAST_RUNS;
 use crate::diagnose::fitted::Fitted;
 use crate::engine::Problem;
 use crate::engine::gram::{LeastSquares, Normal, RunGram};
 
+/// Of fewer runs none is judged beside the others.
+const LEAST_RUNS: usize = 4;
 /// Folds in time.
 const FOLDS: usize = 5;
 /// Stretches that a run with parameters of its own is cut into.

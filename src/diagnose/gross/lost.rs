@@ -17,9 +17,9 @@
 
 use std::ops::Range;
 
-use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::found::Lost;
 use crate::diagnose::sequences::{Sequence, seen_from};
+use crate::diagnose::thresholds::LOST;
 use crate::engine::layout::qualified;
 use crate::engine::part::SampleLeaves;
 use crate::engine::{Point, Problem};
@@ -84,7 +84,7 @@ pub fn find(problem: &Problem, point: &Point) -> Vec<Lost> {
             for _ in 0..MOST {
                 let Some((periods, samples, gain)) = shifted.best() else { break };
                 let ln_p = (price - 0.5 * gain).min(0.0);
-                if ln_p > level(1) {
+                if ln_p > LOST.ln() {
                     break;
                 }
                 shifted.forget(&samples);

@@ -7,10 +7,9 @@ use std::collections::BTreeSet;
 
 use crate::diagnose::found::LeftOut;
 use crate::diagnose::library::place::Place;
-use crate::diagnose::sequences::{NORMAL, OF_A_MEDIAN, OfRun, Sequence, seen_from};
-use crate::engine::{Part, Point, Problem};
+use crate::diagnose::sequences::{NORMAL, OfRun, Sequence, seen_from};
+use crate::engine::{Point, Problem};
 use crate::estimate::median::upper_median;
-use crate::statistics::{ln_below, ln_normal};
 
 use super::empty_runs::without_empty_runs;
 use super::left_out::{Far, readings_out, runs_out};
@@ -128,50 +127,4 @@ fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
         }
     }
     wrong
-}
-
-/// Number of readings of each measurand of each campaign.
-pub(in crate::diagnose) fn counts(problem: &Problem) -> Vec<usize> {
-    problem.parts.iter().flat_map(Part::present).collect()
-}
-
-/// Logarithm of the probability of so many wild readings among normal ones, of which these are the
-/// numbers in each measurand.
-pub fn ln_wild(wild: usize, readings: &[usize]) -> f64 {
-    // Poisson: the chance of at least so many is that of a chi squared below twice the mean.
-    let mean: f64 = readings.iter().map(|count| *count as f64 * beyond_trim(*count)).sum();
-    ln_below(2.0 * mean, 2 * wild).max(-700.0)
-}
-
-/// Share of readings beyond [`TRIM`] by chance, where their deviation is known from the median of
-/// so many: its logarithm has the standard deviation `1.17 / √n`.
-fn beyond_trim(count: usize) -> f64 {
-    const STEPS: i32 = 20;
-    let spread = OF_A_MEDIAN / (count.max(1) as f64).sqrt();
-    let mean = |(sum, weights): (f64, f64), step: i32| {
-        let z = 4.0 * f64::from(step) / f64::from(STEPS);
-        let weight = (-0.5 * z * z).exp();
-        let beyond = 2.0 * ln_normal(TRIM * (spread * z).exp()).exp();
-        (sum + weight * beyond, weights + weight)
-    };
-    let (sum, weights) = (-STEPS..=STEPS).fold((0.0, 0.0), mean);
-    sum / weights
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn few_readings_say_less_of_what_is_wild() {
-        // Twice the tail of the normal distribution at 4.5.
-        assert!((beyond_trim(1_000_000) / 6.8e-6 - 1.0).abs() < 0.01);
-        assert!(beyond_trim(45) > 10.0 * beyond_trim(1_000_000));
-        // One of many is nothing, ten are something; one mean: 1 - exp(-mean).
-        let one = ln_wild(1, &[10_000]).exp();
-        let mean = 10_000.0 * beyond_trim(10_000);
-        assert!((one - (1.0 - (-mean).exp())).abs() < 1e-12);
-        assert!(ln_wild(10, &[10_000]) < ln_wild(9, &[10_000]));
-        assert!(ln_wild(60, &[10_000]) < -150.0);
-    }
 }

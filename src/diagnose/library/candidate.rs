@@ -6,11 +6,12 @@
 use std::sync::Arc;
 
 use crate::engine::open::Recipe;
-use crate::model::Process;
+use crate::model::{Process, Setting};
 use crate::system::{Selected, System};
 use crate::units::Unit;
 
 use super::place::Place;
+use super::variant::Variant;
 
 /// Something that may be added to the model.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub struct Candidate {
     pub name: String,
     /// The effect, its head and the members of its families.
     pub selected: Selected,
+    /// The relaxed form that it has, if it is not the library's.
+    pub form: Option<Variant>,
     /// Where unknown structure would sit; `None` for an effect of the library.
     pub place: Option<Place>,
     /// The model with it, campaign by campaign; `None` where it does not fit.
@@ -34,13 +37,18 @@ impl Candidate {
 
     /// The usual size (SI) of one of its parameters, by full name.
     pub fn typical(&self, parameter: &str) -> Option<f64> {
-        self.find(parameter).and_then(|(system, index)| system.settings[index].typical)
+        self.setting(parameter)?.typical
+    }
+
+    /// What is stated of one of its parameters, by full name.
+    pub fn setting(&self, parameter: &str) -> Option<&Setting> {
+        self.find(parameter).map(|(system, index)| &system.settings[index])
     }
 
     /// The unit in which one of its parameters is declared, by full name.
-    pub fn unit(&self, parameter: &str) -> Unit {
-        let found = self.find(parameter);
-        found.map_or_else(Unit::one, |(s, index)| s.assembly.names.parameters[index].unit.clone())
+    pub fn unit(&self, parameter: &str) -> Option<Unit> {
+        let (system, index) = self.find(parameter)?;
+        Some(system.assembly.names.parameters[index].unit.clone())
     }
 
     /// The measurand (by index) for which a parameter is, if there is one for each.
@@ -101,7 +109,7 @@ pub(in crate::diagnose) fn join(
         None => {
             let mut systems = vec![None; campaigns];
             systems[campaign] = system;
-            found.push(Candidate { name, selected, place, systems });
+            found.push(Candidate { name, selected, form: None, place, systems });
         }
     }
 }

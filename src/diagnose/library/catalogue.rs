@@ -17,6 +17,7 @@ use crate::system::Selected;
 use super::candidate::Candidate;
 use super::offer::{Offer, offer};
 use super::structure::blocks;
+use super::variant::form;
 
 /// Models with certain effects that are kept at most: those used last. Each takes some 50 MB.
 const MOST_MODELS: usize = 8;
@@ -43,7 +44,10 @@ pub struct Made {
 impl Catalogue {
     /// What there is beside the effects in use.
     pub fn of(&self, recipes: &[Recipe]) -> Arc<Made> {
-        let key: String = recipes.iter().map(written).collect();
+        // Relaxed forms differ in no text.
+        let forms =
+            |one: &Recipe| -> String { one.effects.iter().map(|own| form(&own.effect)).collect() };
+        let key: String = recipes.iter().map(|one| written(one) + &forms(one)).collect();
         if let Some(known) = self.known(&key) {
             return known;
         }
@@ -117,7 +121,11 @@ fn sign_in(problem: &Problem, part: usize, candidates: &[&Candidate]) -> Signatu
 
 /// All that the signatures of candidates hang on, for the same models.
 pub(in crate::diagnose) fn key(candidates: &[&Candidate]) -> String {
-    candidates.iter().map(|one| format!("{} {:?};", one.name, one.selected.member)).collect()
+    let of = |one: &&Candidate| {
+        let Selected { effect, member, .. } = &one.selected;
+        format!("{} {} {member:?};", one.name, form(effect))
+    };
+    candidates.iter().map(of).collect()
 }
 
 /// All that a model with effects hangs on.

@@ -4,6 +4,7 @@ use super::candidate::Candidate;
 use super::catalogue::Catalogue;
 use super::offer::Offer;
 use super::prior::Prior;
+use super::relaxed::Variants;
 
 /// Which effects are wanted.
 #[derive(Clone, Debug, Default)]
@@ -14,6 +15,8 @@ pub struct Wanted {
     pub without: Vec<String>,
     /// How probable each cause is before the readings are looked at.
     pub prior: Prior,
+    /// Effects that are tried in a relaxed form alone.
+    pub variants: Variants,
     /// What has been made of the models so far: one for several diagnoses of campaigns with the
     /// same models saves its making.
     pub catalogue: Catalogue,

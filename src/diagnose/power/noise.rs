@@ -7,14 +7,13 @@
 //! with that probability.
 
 use nalgebra::DVector;
+use statrs::function::gamma::gamma_lr;
 
-use crate::diagnose::evidence::detection::{leads, solved};
-use crate::diagnose::evidence::thresholds::level;
 use crate::diagnose::fitted::{Fitted, rebuilt};
-use crate::diagnose::gross::wild::{counts, ln_wild};
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::power::prospect::{Prospect, patches_level, stride, white_randoms};
+use crate::diagnose::thresholds::{NOISE, OUTLIERS, SCALE, SCALE_DIFFERENCE};
 use crate::effect::Effect;
 use crate::engine::noise::{active_randoms, covariance_of};
 use crate::library::Library;
@@ -22,6 +21,7 @@ use crate::model::{ParameterDeclaration, Process};
 use crate::statistics::ln_normal;
 use crate::units::Unit;
 
+use super::detection::{leads, solved};
 use super::sight::{CAUGHT, FAR};
 use super::{Row, State, not_testable};
 
@@ -29,16 +29,12 @@ use super::{Row, State, not_testable};
 const SAME: f64 = 0.99;
 
 /// The built-in detector whose size can be foretold.
-const WILD: &str = "outliers";
+const OUTLIERS_EFFECT: &str = "outliers";
 const NOT_FORETOLD: &str = "`diagnose` looks for it in the readings; its size is not foretold here";
 
 /// The rows of the effects on the noise, and of the built-in detectors.
 pub fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
-    let problem = &stage.fitted.problem;
-    let rows: usize = problem.parts.iter().map(|part| part.residual_count()).sum();
-    let level = level(rows + stage.noise.len());
-    let bar =
-        solved(|size| ln_normal(size) <= level) + solved(|z| ln_normal(z) <= (1.0 - CAUGHT).ln());
+    let bar = NOISE + quantile();
     let shared: Vec<Shared<'_>> =
         stage.noise.iter().filter_map(|one| Shared::new(stage, one)).collect();
     let mut named: Vec<&str> = Vec::new();
@@ -54,7 +50,7 @@ pub fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
             if let Some(own) = shared.iter().find(|one| one.candidate.name == candidate.name) {
                 own.row(&shared, bar)
             } else {
-                scatter(stage, candidate, level).unwrap_or_else(|| {
+                scatter(stage, candidate).unwrap_or_else(|| {
                     let process = |one: &ParameterDeclaration| one.process != Process::White;
                     let slow = candidate.selected.effect.parameters.iter().any(process);
                     let why = if slow {
@@ -71,10 +67,15 @@ pub fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
     let detectors = library.into_iter().flat_map(Library::effects).filter(|one| one.builtin);
     let detectors = detectors.filter(|one| wanted.includes(&one.name, None));
     rows.extend(detectors.map(|one| match one.name.as_str() {
-        WILD => wild(stage, one),
+        OUTLIERS_EFFECT => outliers(stage, one),
         name => not_testable(name, NOT_FORETOLD.to_owned()),
     }));
     rows
+}
+
+/// The standard score that a normal number exceeds `-` of with probability [`CAUGHT`].
+fn quantile() -> f64 {
+    solved(|z| ln_normal(z) <= (1.0 - CAUGHT).ln())
 }
 
 /// A random quantity that the readings of a sample share.
@@ -172,7 +173,7 @@ fn pattern(stage: &Prospect, candidate: &Candidate, name: &str) -> Option<(Vec<V
 }
 
 /// A level of the noise.
-fn scatter(stage: &Prospect, candidate: &Candidate, level: f64) -> Option<Row> {
+fn scatter(stage: &Prospect, candidate: &Candidate) -> Option<Row> {
     let parameter = candidate.selected.effect.parameters.first()?;
     let problem = &stage.fitted.problem;
     let readings = problem.parts.iter().enumerate().flat_map(|(p, part)| {
@@ -185,11 +186,8 @@ fn scatter(stage: &Prospect, candidate: &Candidate, level: f64) -> Option<Row> {
     if readings == 0 {
         return None;
     }
-    // Levels are looked for above and below one.
-    let level = level - std::f64::consts::LN_2;
-    let z =
-        solved(|size| ln_normal(size) <= level) + solved(|z| ln_normal(z) <= (1.0 - CAUGHT).ln());
-    let size = (1.0 + z * (2.0 / readings as f64).sqrt()).sqrt() - 1.0;
+    let z = SCALE + quantile();
+    let size = ((1.0 + z * (2.0 / readings as f64).sqrt()).sqrt() - 1.0).max(SCALE_DIFFERENCE);
     Some(Row {
         name: candidate.name.clone(),
         state: State::Visible,
@@ -205,19 +203,12 @@ fn scatter(stage: &Prospect, candidate: &Candidate, level: f64) -> Option<Row> {
     })
 }
 
-/// Wild readings.
-fn wild(stage: &Prospect, effect: &Effect) -> Row {
+/// Outliers: Poisson, so many are there with the probability asked for if their mean is that much
+/// larger.
+fn outliers(stage: &Prospect, effect: &Effect) -> Row {
     let readings = stage.fitted.problem.reading_count();
-    let counts = counts(&stage.fitted.problem);
-    let level = level(stage.noise.len() + 1);
-    let least = (1..=readings).find(|count| ln_wild(*count, &counts) <= level);
-    // Poisson: so many are there with the probability asked for if their mean is that much larger.
-    let mean = least.map(|count| {
-        let count = count as f64;
-        let z = solved(|z| ln_normal(z) <= (1.0 - CAUGHT).ln());
-        (0.5 * z + (0.25 * z * z + count).sqrt()).powi(2)
-    });
-    let share = mean.map(|mean| mean / readings as f64);
+    let mean = solved(|mean| gamma_lr(OUTLIERS as f64, mean) >= CAUGHT);
+    let share = (readings >= OUTLIERS).then(|| mean / readings as f64);
     Row {
         name: effect.name.clone(),
         state: if share.is_some() { State::Visible } else { State::NotTestable },

@@ -10,8 +10,6 @@ use crate::graph::MeasurandKind;
 use crate::model::Process;
 use crate::units::Unit;
 
-/// Stretches that a design is cut into.
-const STRETCHES: usize = 60;
 /// Samples that are looked at, at most.
 const MOST_SAMPLES: usize = 100_000;
 
@@ -37,12 +35,6 @@ impl Prospect {
     pub fn entry(&self, candidate: usize) -> &Entry {
         &self.evidence.entries[candidate]
     }
-}
-
-/// Samples in a stretch.
-pub(super) fn stretch(problem: &Problem) -> usize {
-    let runs = problem.parts.iter().flat_map(|part| &part.runs);
-    runs.map(|run| run.record.len()).sum::<usize>().div_ceil(STRETCHES).max(1)
 }
 
 /// One sample of so many is looked at.

@@ -13,9 +13,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::diagnose::evidence::detection::{exceeds, leads, solved};
 use crate::diagnose::evidence::{Entry, Evidence};
 use crate::diagnose::library::candidate::Candidate;
+use crate::diagnose::thresholds::NEAR_ALIAS;
+
+use super::detection::{Bars, exceeds, leads, solved};
 
 /// Directions over which probabilities are taken, of effects with more than one value.
 const DIRECTIONS: usize = 48;
@@ -23,12 +25,10 @@ const DIRECTIONS: usize = 48;
 const NOTHING: f64 = 1e-6;
 /// Part of the longest value's signature below which a value is not seen.
 const UNSEEN: f64 = 1e-4;
-/// Probability with which an effect of the stated size is declared, or told from the others.
+/// Probability with which an effect of the stated size enters a budget, or is named.
 pub const CAUGHT: f64 = 0.9;
 /// Sizes beyond so many times the typical and the detectable one are not thought of.
 pub const FAR: f64 = 30.0;
-/// Squared cosine from which on two effects are worth a word.
-const LIKE: f64 = 0.81;
 /// Other explanations looked at in each direction, and named at most: the nearest ones.
 const NEAREST: usize = 4;
 
@@ -44,9 +44,9 @@ pub struct Way<'a> {
 /// How well an effect is seen.
 #[derive(Clone, Debug, Default)]
 pub struct Sight {
-    /// The size at which it is declared with probability [`CAUGHT`] (SI); `None` if never.
+    /// The size at which it enters a budget with probability [`CAUGHT`] (SI); `None` if never.
     pub detectable: Option<f64>,
-    /// The size at which it is declared and leads every other explanation; `None` if never.
+    /// The size at which it is a row and leads every other effect; `None` if never.
     pub identifiable: Option<f64>,
     /// Effects that do the same, or nearly so, nearest first.
     pub with: Vec<String>,
@@ -123,8 +123,8 @@ fn normalise(direction: &mut DVector<f64>, groups: &[Vec<usize>]) {
 struct Ray {
     member: usize,
     degrees: usize,
-    /// The gain that it must exceed.
-    bar: f64,
+    /// The gains that it must reach.
+    bars: Bars,
     /// Squared length of its signature.
     square: f64,
     /// The nearest other explanations: number, length that they do not follow, degrees.
@@ -133,26 +133,27 @@ struct Ray {
 
 impl Ray {
     fn detected(&self, size: f64) -> f64 {
-        exceeds(self.bar, self.degrees, size * size * self.square)
+        exceeds(self.bars.enters, self.degrees, size * size * self.square)
     }
 
     fn identified(&self, size: f64) -> f64 {
         let least = |least: f64, (_, apart, degrees): &(usize, f64, usize)| {
             least.min(leads(size * apart, self.degrees, *degrees))
         };
-        self.detected(size) * self.others.iter().take(NEAREST).fold(1.0, least)
+        let named = exceeds(self.bars.named, self.degrees, size * size * self.square);
+        named * self.others.iter().take(NEAREST).fold(1.0, least)
     }
 }
 
-/// How well an effect, given by its `ways`, is seen among others. `bar` is the gain that an entry
-/// of so many degrees must exceed.
+/// How well an effect, given by its `ways`, is seen among others. `bars` are the gains that an
+/// entry of so many degrees must reach.
 pub fn sight(
     evidence: &Evidence,
     ways: &[Way<'_>],
     others: &[Way<'_>],
-    bar: impl Fn(usize) -> f64,
+    bars: impl Fn(usize) -> Bars,
 ) -> Sight {
-    let rays = rays(evidence, ways, others, bar);
+    let rays = rays(evidence, ways, others, bars);
     let mean = |rays: &[&Ray], size: f64, of: fn(&Ray, f64) -> f64| {
         rays.iter().map(|ray| of(ray, size)).sum::<f64>() / rays.len() as f64
     };
@@ -185,7 +186,7 @@ fn rays(
     evidence: &Evidence,
     ways: &[Way<'_>],
     others: &[Way<'_>],
-    bar: impl Fn(usize) -> f64,
+    bars: impl Fn(usize) -> Bars,
 ) -> Vec<Ray> {
     let mut rays = Vec::new();
     for (member, way) in ways.iter().enumerate().filter(|(_, way)| way.entry.degrees() > 0) {
@@ -212,7 +213,7 @@ fn rays(
                 new
             });
             let degrees = way.entry.degrees();
-            rays.push(Ray { member, degrees, bar: bar(degrees), square, others: apart });
+            rays.push(Ray { member, degrees, bars: bars(degrees), square, others: apart });
         }
     }
     let most = rays.iter().map(|ray| ray.square).fold(0.0, f64::max);
@@ -241,7 +242,7 @@ fn alike(rays: &[Ray], others: &[Way<'_>], size: Option<f64>) -> Vec<String> {
     let count = rays.len() as f64;
     found.retain(|(_, share, told)| match size {
         Some(_) => told / count < CAUGHT,
-        None => share / count < 1.0 - LIKE,
+        None => share / count < 1.0 - NEAR_ALIAS,
     });
     found.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(b.0)));
     found.into_iter().map(|(name, ..)| name.to_owned()).take(NEAREST).collect()

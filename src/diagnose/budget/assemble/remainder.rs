@@ -1,11 +1,11 @@
 //! The parts of the remainder with their places and sizes.
 
 use crate::diagnose::budget::answer::Remainder;
-use crate::diagnose::budget::price::Gain;
 use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::solved::Solved;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::place::{Of, Place};
+use crate::diagnose::price::Gain;
 
 use super::{Budget, excess};
 

@@ -4,9 +4,9 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::diagnose::budget::linear::Linear;
-use crate::diagnose::budget::price::Gain;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::terms::{Base, Change};
+use crate::diagnose::price::Gain;
 
 /// Samples of a stretch at least: fewer are outliers.
 const LEAST_STRETCH: usize = 8;

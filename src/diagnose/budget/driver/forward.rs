@@ -4,8 +4,8 @@
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::selection::Ranked;
-use crate::diagnose::budget::thresholds::{ENTER, MOST_ROWS};
 use crate::diagnose::fitted::Fitted;
+use crate::diagnose::thresholds::{ENTER, MOST_ROWS};
 use crate::estimate::batch::FitError;
 
 use super::Search;
@@ -22,8 +22,13 @@ impl Search<'_> {
         // Effects scanned at the present fit; `None` for all.
         let mut fresh: Option<Vec<String>> = None;
         while self.rows.len() < MOST_ROWS {
-            let linear =
-                Linear::new(self.fitted.clone(), &self.rows, self.wanted, false, &mut self.scanned);
+            let linear = Linear::new(
+                self.fitted.clone(),
+                &self.rows,
+                &self.wanted,
+                false,
+                &mut self.scanned,
+            );
             let Some(linear) = linear else { return Ok(None) };
             let mut selection = self.selection(&linear);
             let model = linear.rows();
@@ -51,6 +56,11 @@ impl Search<'_> {
                     known.extend(stale);
                     continue;
                 }
+            }
+            let least = best.map_or(0.0, |best| best.ln_bayes);
+            if self.relax(&linear, &selection, &model, least)? {
+                fresh = Some(Vec::new());
+                continue;
             }
             let Some(best) = best else { break };
             let mut next: Option<(f64, usize, Fitted)> = None;

@@ -1,11 +1,13 @@
 //! What a round found goes into the fit: effects on the noise, rows that stand; and rows that do not
 //! stand leave it.
 
-use crate::diagnose::budget::judge::Judged;
+use crate::diagnose::budget::in_fit::effect_of;
+use crate::diagnose::budget::judge::{Judged, Objection};
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::noise::{leave_out, noise};
 use crate::diagnose::budget::noise_of_runs::OfRun;
-use crate::diagnose::fitted::{Fitted, name_of};
+use crate::diagnose::budget::terms::Term;
+use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::NoiseEffect;
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::estimate::batch::FitError;
@@ -130,6 +132,30 @@ impl Search<'_> {
         Ok(Some(with))
     }
 
+    /// Takes effects that did not stand out of the competition, or lets those in again whose values
+    /// differ between groups of readings, with values of their own; whether there are such.
+    fn refuse(&mut self, linear: &Linear, judged: &Judged) -> bool {
+        let mut relaxed = false;
+        for ((term, objection), named) in
+            judged.objections.iter().zip(named_objections(linear, judged))
+        {
+            let own = &linear.terms[*term];
+            let form = match objection {
+                Objection::Apart(label, _) => label.variant(),
+                _ => None,
+            };
+            if let Some(form) = form.filter(|form| own.variants.contains(form)) {
+                self.log.push(format!("{} with {}", own.name, form.words()));
+                self.wanted.variants.insert(own.name.clone(), form);
+                relaxed = true;
+            } else {
+                self.refused.push((own.name.clone(), own.form));
+                self.objections.push(named);
+            }
+        }
+        relaxed
+    }
+
     /// Puts the rows that stand into the fit, and no others; whether the fit changed.
     pub(super) fn take_rows(
         &mut self,
@@ -137,10 +163,7 @@ impl Search<'_> {
         judged: &Judged,
         scale: &[f64],
     ) -> Result<bool, FitError> {
-        for (term, _) in &judged.objections {
-            self.refused.push(linear.terms[*term].name.clone());
-        }
-        self.objections.extend(named_objections(linear, judged));
+        let relaxed = self.refuse(linear, judged);
         let stands =
             |term: &&usize| linear.terms[**term].is_effect() && !judged.nameless.contains(*term);
         let wanted: Vec<usize> = judged.model.iter().filter(stands).copied().collect();
@@ -152,7 +175,7 @@ impl Search<'_> {
         let mut names: Vec<String> =
             wanted.iter().map(|term| linear.terms[*term].name.clone()).collect();
         names.sort_unstable();
-        if (leave.is_empty() && enter.is_empty()) || self.seen.contains(&names) {
+        if !relaxed && ((leave.is_empty() && enter.is_empty()) || self.seen.contains(&names)) {
             return Ok(false);
         }
         self.seen.push(names);
@@ -161,9 +184,7 @@ impl Search<'_> {
         let mut fitted = linear.fitted.clone();
         for row in &leave {
             let name = &linear.terms[*row].name;
-            let selected = fitted.recipes.iter().flat_map(|recipe| &recipe.effects);
-            let selected = selected.into_iter().find(|one| name_of(one) == *name);
-            if let Some(selected) = selected.cloned() {
+            if let Some(selected) = effect_of(&fitted, name).cloned() {
                 fitted = fitted.without(&[&selected], self.options)?;
             }
             self.rows.retain(|own| own.name != *name);
@@ -179,7 +200,8 @@ impl Search<'_> {
                 self.log.push(format!("{} enters the fit", linear.terms[*term].name));
                 fitted = with;
             } else {
-                self.refused.push(linear.terms[*term].name.clone());
+                let Term { name, form, .. } = &linear.terms[*term];
+                self.refused.push((name.clone(), *form));
             }
         }
         self.fitted = fitted;

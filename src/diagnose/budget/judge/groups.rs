@@ -1,25 +1,27 @@
-//! Whether the values of a row differ between groups of runs.
+//! Whether the values of a row differ between groups of readings.
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::diagnose::budget::labels::Label;
 use crate::diagnose::budget::pieces::Pieces;
-use crate::diagnose::budget::price::price;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::selection::normal::{factored, gain_of};
 use crate::diagnose::budget::terms::Combination;
+use crate::diagnose::price::price;
 
-/// Groups of runs that have values of their own at most.
+/// Groups that have values of their own at most.
 const MOST_GROUPS: usize = 12;
 
 impl Selection<'_> {
-    /// The log Bayes factor of separate values of a row by groups of runs against one value for
-    /// all, the largest of all labels, and their gain.
-    pub(super) fn separate_values(
+    /// The log Bayes factor of separate values of a row by groups of readings against one value for
+    /// all, the largest of the wanted labels, and their gain.
+    pub(in crate::diagnose::budget) fn separate_values(
         &self,
         model: &[usize],
         at: usize,
         pieces: &Pieces,
-    ) -> Option<(String, f64, f64)> {
+        wanted: impl Fn(&Label) -> bool,
+    ) -> Option<(Label, f64, f64)> {
         let term = &self.terms[model[at]];
         let mut base: Vec<Combination> = self.columns(model);
         base.push(self.residual().clone());
@@ -27,15 +29,18 @@ impl Selection<'_> {
         let own_at = self.ranges(model)[at].start;
         let weights: Vec<f64> = self.scale.iter().map(|scale| scale.powi(-2)).collect();
         let n = base.len() - 1;
-        let mut best: Option<(String, f64, f64)> = None;
-        for (label, groups) in &pieces.labels {
-            let count = groups.iter().copied().max().unwrap_or(0) + 1;
-            if !(2..=MOST_GROUPS).contains(&count) {
+        let mut best: Option<(Label, f64, f64)> = None;
+        for grouping in &pieces.labels {
+            let count = grouping.count();
+            if !(2..=MOST_GROUPS).contains(&count) || !wanted(&grouping.label) {
                 continue;
             }
             // Sums of each group: its own columns are zero elsewhere.
             let of: Vec<_> = (0..count)
-                .map(|group| pieces.products(&weights, |piece| groups[piece.run] == group))
+                .map(|group| {
+                    let holds = |run, measurand| grouping.holds(group, run, measurand);
+                    pieces.products_of(&weights, |piece, own| holds(piece.run, own))
+                })
                 .collect();
             let size = k * (count - 1);
             let mut whole = of.iter().skip(1).fold(of[0].clone(), |sum, more| sum + more);
@@ -68,7 +73,7 @@ impl Selection<'_> {
             }
             let ln_bayes = 0.5 * gain.gain - price(gain, 1, 1);
             if best.as_ref().is_none_or(|(_, known, _)| ln_bayes > *known) {
-                best = Some((label.clone(), ln_bayes, gain.gain));
+                best = Some((grouping.label.clone(), ln_bayes, gain.gain));
             }
         }
         best

@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnose::budget::price::Gain;
 use crate::diagnose::budget::terms::Combination;
 use crate::diagnose::evidence::basis::basis;
+use crate::diagnose::price::Gain;
 use crate::estimate::inverse_factor::inverse_factor;
 
 /// Added to the diagonal of scaled normal equations: what the readings do not determine stays where

@@ -52,3 +52,16 @@ pub const CONFOUNDED: f64 = 0.95;
 /// Squared cosine of the form of an effect outside the fit with a row's, from which it is a near
 /// alias: the row's uncertainty allows for it.
 pub const NEAR_ALIAS: f64 = 0.8;
+/// Standard score from which a noise scale factor is not as stated...
+pub const SCALE: f64 = 4.0;
+/// ... and its least difference from 1.
+pub const SCALE_DIFFERENCE: f64 = 0.02;
+/// Fewer outliers are those of a normal distribution.
+pub const OUTLIERS: usize = 3;
+/// Probability of lost samples that are none, over a campaign.
+pub const LOST: f64 = 1.0 / 300.0;
+/// Log prior odds against a relaxed form of an effect: one in twenty.
+pub const RELAXED: f64 = 3.0;
+/// Log evidence by which blocks in the place of a row with values of setups must be worse.
+/// Withheld effects: 0 to 44.
+pub const RELAXED_MARGIN: f64 = 80.0;

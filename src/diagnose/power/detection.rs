@@ -1,40 +1,38 @@
-//! How often an effect of some size is declared, and how often it leads every other explanation.
+//! How often an effect of some size enters the budget, is named, and leads every other effect.
 //!
 //! An effect whose signature has the length `λ` (in units of the noise, beyond what nominal
 //! parameters follow) has a gain that is noncentral chi squared of `d` degrees and noncentrality
-//! `λ²`. It is declared where the gain passes the three bars of the search: the chi squared level
-//! of its family-wise share, [`LEAST_LAMBDA`], and what [`Support`] says ([`bar`]). Against another
-//! effect that follows all but `x` of the signature the difference of the gains is normal about
-//! `x²` (less the surplus of degrees) with variance `4 x²`.
+//! `λ²`. It enters where its log Bayes factor is [`ENTER`], and is a row where its gain is [`ROW`]
+//! as well ([`bars`]). Against another effect that follows all but `x` of the signature the
+//! difference of the gains is normal about `x²` (less the surplus of degrees) with variance `4 x²`;
+//! from `2` [`TIE`] on the two are no aliases.
 
 use statrs::function::erf::erfc;
 use statrs::function::gamma::{gamma_ur, ln_gamma};
 
-use super::score::Support;
-use super::thresholds::{ALIKE, LEAST_LAMBDA};
-use crate::statistics::ln_chi_squared;
+use crate::diagnose::price::{Gain, ln_bayes_factor};
+use crate::diagnose::thresholds::{ENTER, ROW, TIE};
 
 /// Steps of a bisection: far below what noise levels are known to.
 const STEPS: usize = 60;
 /// Noncentralities beyond this are as good as normal.
 const LARGE: f64 = 1_200.0;
 
-/// The gain that a test must exceed: `level` is the logarithm of its share of the false alarms,
-/// shared by so many `members` of a family; `support` is what is known of how scores scatter.
-pub fn bar(degrees: usize, members: usize, level: f64, support: Support) -> f64 {
-    let d = degrees as f64;
-    let chance =
-        smallest(|gain| ln_chi_squared(gain, degrees) + (members.max(1) as f64).ln(), level);
-    // The scatter of the scores is itself an estimate, and only what exceeds 1 counts: the mean of
-    // max(1, 1 + s z) for a normal z is 1 + 0.4 s.
-    let scatter = 1.0 + 0.4 * (2.0 / (support.stretches.max(1) as f64 * d)).sqrt();
-    let supported = smallest(|gain| support.ln_p(gain, degrees, scatter), level);
-    chance.max(supported).max(LEAST_LAMBDA.powi(2) + d)
+/// Gains that an effect must reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bars {
+    /// To enter the budget.
+    pub enters: f64,
+    /// To be a row of it.
+    pub named: f64,
 }
 
-/// The smallest argument at which a falling function is at most `level`.
-fn smallest(falling: impl Fn(f64) -> f64, level: f64) -> f64 {
-    solved(|gain| falling(gain) <= level)
+/// The gains that an effect of so many degrees must reach, one of `members` of its family and of
+/// `candidates`.
+pub fn bars(degrees: usize, members: usize, candidates: usize) -> Bars {
+    let priced = |gain| ln_bayes_factor(Gain { gain, degrees }, members, candidates);
+    let enters = solved(|gain| gain >= degrees as f64 && priced(gain) >= ENTER);
+    Bars { enters, named: enters.max(ROW) }
 }
 
 /// The smallest positive argument from which on something holds; infinite where it never does.
@@ -84,18 +82,19 @@ pub fn exceeds(value: f64, degrees: usize, noncentrality: f64) -> f64 {
     (sum + (1.0 - weights).max(0.0)).min(1.0)
 }
 
-/// Probability that an effect leads another one by more than [`ALIKE`] where the other follows all
-/// but a part of length `apart` of its signature.
+/// Probability that an effect leads another one by more than a tie where the other follows all but
+/// a part of length `apart` of its signature.
 pub fn leads(apart: f64, degrees: usize, others: usize) -> f64 {
     let surplus = degrees as f64 - others as f64;
     // Degrees of freedom cost `ln p` what they add to the gain, about: only their scatter stays.
     let spread = (4.0 * apart * apart + 2.0 * surplus.abs()).max(1e-12).sqrt();
-    0.5 * erfc(-(apart * apart - ALIKE) / (spread * std::f64::consts::SQRT_2))
+    0.5 * erfc(-(apart * apart - 2.0 * TIE) / (spread * std::f64::consts::SQRT_2))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::statistics::ln_chi_squared;
 
     #[test]
     fn noncentral_tails_are_those_of_normal_numbers() {
@@ -118,20 +117,20 @@ mod tests {
         }
     }
 
+    /// Chance passes the bars of all effects together less often than the odds at which they enter.
     #[test]
-    fn bars_are_where_the_search_puts_them() {
-        // Few degrees: the least length. Many: the level.
-        let support = |stretches, memory| Support { stretches, memory };
-        let few = support(0, 0.0);
-        assert!((bar(1, 1, (1e-4_f64).ln(), few) - 26.0).abs() < 1e-9);
-        let many = bar(30, 1, 0.01_f64.ln(), few);
-        assert!((many - 55.0).abs() < 1e-9, "{many}");
-        // Abramowitz and Stegun, table 26.8: the 1 % point of 60 degrees.
-        assert!((bar(60, 1, 0.01_f64.ln(), few) - 88.3794).abs() < 1e-3);
-        let level = (1e-4_f64).ln();
-        assert!(bar(8, 1, level, support(60, 0.0)) > bar(8, 1, level, few));
-        // A memory of 0.8 may pretend nine times as much.
-        assert!((bar(60, 1, 0.01_f64.ln(), support(5, 0.8)) - 9.0 * 88.3794).abs() < 1e-2);
-        assert!(leads(4.6, 1, 1) > 0.9 && leads(4.5, 1, 1) < 0.9);
+    fn bars_bound_false_alarms() {
+        for (degrees, members, candidates) in [(1, 1, 1), (1, 1, 60), (2, 8, 60), (40, 1, 60)] {
+            let bar = bars(degrees, members, candidates).enters;
+            let gain = Gain { gain: bar, degrees };
+            assert!((ln_bayes_factor(gain, members, candidates) - ENTER).abs() < 1e-6);
+            let tests = (members * candidates) as f64;
+            let chance = tests * ln_chi_squared(bar, degrees).exp();
+            assert!(chance < (-ENTER).exp(), "{degrees} {members} {candidates}: {chance}");
+        }
+        assert_eq!(bars(1, 1, 60).named, ROW);
+        assert!(bars(60, 1, 60).named > ROW);
+        // (x² - 6) / 2x = 1.28 at x = 4.05.
+        assert!(leads(4.1, 1, 1) > 0.9 && leads(4.0, 1, 1) < 0.9);
     }
 }

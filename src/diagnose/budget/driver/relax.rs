@@ -1,0 +1,73 @@
+//! Rows of the fit whose values differ between setups or angles get values of their own,
+//! where that explains more than one more effect.
+
+use std::sync::Arc;
+
+use crate::diagnose::budget::in_fit::{Row, effect_of};
+use crate::diagnose::budget::labels::Label;
+use crate::diagnose::budget::linear::Linear;
+use crate::diagnose::budget::pieces::Pieces;
+use crate::diagnose::budget::selection::Selection;
+use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::variant::Variant;
+use crate::diagnose::thresholds::{APART_SHARE, ENTER, RELAXED, ROW};
+use crate::estimate::batch::FitError;
+use crate::system::Selected;
+
+use super::Search;
+
+/// A row with values of its own.
+struct Relaxed {
+    row: usize,
+    form: Variant,
+    ln_bayes: f64,
+}
+
+impl Search<'_> {
+    /// Gives the row whose relaxed form has the largest log Bayes factor, beyond `least`, values of
+    /// its own; whether there is one.
+    pub(super) fn relax(
+        &mut self,
+        linear: &Linear,
+        selection: &Selection<'_>,
+        model: &[usize],
+        least: f64,
+    ) -> Result<bool, FitError> {
+        if self.rows.iter().all(|row| row.form.is_some()) {
+            return Ok(false);
+        }
+        let Some(Relaxed { row, form, .. }) =
+            best(linear, selection, model).filter(|best| best.ln_bayes >= least.max(ENTER))
+        else {
+            return Ok(false);
+        };
+        let name = &self.rows[row].name;
+        let Some(plain) = effect_of(&self.fitted, name).cloned() else { return Ok(false) };
+        let Some(effect) = form.of(&plain.effect) else { return Ok(false) };
+        let selected = Selected { effect: Arc::new(effect), ..plain.clone() };
+        let without = self.fitted.without(&[&plain], self.options)?;
+        let with = without.with(&selected, &[], self.options)?;
+        let Some(with) = with.filter(Fitted::is_sound) else { return Ok(false) };
+        self.log.push(format!("{name} with {}", form.words()));
+        let Row { form: own, ln_prior, .. } = &mut self.rows[row];
+        *own = Some(form);
+        *ln_prior -= RELAXED;
+        self.fitted = with;
+        Ok(true)
+    }
+}
+
+/// The best relaxed form of a row in the fit.
+fn best(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Option<Relaxed> {
+    let pieces = Pieces::new(linear, selection, model);
+    let gains = selection.contributions(model);
+    let forms = model.iter().enumerate().filter_map(|(row, term)| {
+        let forms = &selection.terms[*term].variants;
+        let wanted = |label: &Label| label.variant().is_some_and(|form| forms.contains(&form));
+        let (label, ln_bayes, gain) = selection.separate_values(model, row, &pieces, wanted)?;
+        let is_more = gain > ROW.max(APART_SHARE * gains[row].gain);
+        Some(Relaxed { row, form: label.variant()?, ln_bayes: ln_bayes - RELAXED })
+            .filter(|_| is_more)
+    });
+    forms.max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes))
+}

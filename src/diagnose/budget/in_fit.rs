@@ -1,0 +1,43 @@
+//! Rows of the budget that are in the fit.
+
+use crate::diagnose::fitted::{Fitted, name_of};
+use crate::diagnose::library::variant::Variant;
+use crate::engine::point::from_components;
+use crate::system::Selected;
+
+/// A row of the budget that is in the fit.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The effect, with its head.
+    pub name: String,
+    /// The relaxed form that it has, if it is not the library's.
+    pub form: Option<Variant>,
+    /// Members of its family that were tried.
+    pub members: usize,
+    /// Log prior odds.
+    pub ln_prior: f64,
+}
+
+/// An effect in the fit, by its name with its head.
+pub fn effect_of<'f>(fitted: &'f Fitted, name: &str) -> Option<&'f Selected> {
+    fitted.recipes.iter().flat_map(|recipe| &recipe.effects).find(|one| name_of(one) == name)
+}
+
+/// The columns of an effect in the fit, with their values.
+pub fn columns_of(fitted: &Fitted, name: &str) -> Vec<(usize, f64)> {
+    let (layout, point) = (&fitted.problem.layout, &fitted.fit.point);
+    let prefix = format!("{name}.");
+    let mut absent = point.clone();
+    let mut own: Vec<usize> = Vec::new();
+    for (index, instance) in layout.instances.iter().enumerate() {
+        if instance.name.starts_with(&prefix) {
+            absent.values[index] = from_components(instance.kind, &[0.0; 3]);
+            let columns = (0..instance.dimension()).flat_map(|k| layout.columns_of(index, k));
+            own.extend(columns.map(|(column, _)| column));
+        }
+    }
+    own.sort_unstable();
+    own.dedup();
+    let step = absent.step_to(layout, point);
+    own.into_iter().map(|column| (column, step[column])).collect()
+}

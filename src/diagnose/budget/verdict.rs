@@ -1,0 +1,72 @@
+//! The verdict, a pure function of what was found.
+
+/// What a diagnosis says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Verdict {
+    /// The residuals are consistent with noise as stated.
+    Adequate,
+    /// Rows of the budget, or noise of another form than stated, leave residuals that are
+    /// consistent with noise.
+    Explained,
+    /// Rows explain a part of the gap; a remainder stays.
+    PartlyExplained,
+    /// There is a gap, and no row stands.
+    Unknown,
+    /// The readings do not determine the nominal parameters.
+    Unobservable,
+    /// The fit of the nominal parameters did not converge.
+    NotConverged,
+}
+
+impl Verdict {
+    /// Its key.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::Explained => "explained",
+            Self::PartlyExplained => "partly_explained",
+            Self::Unknown => "unknown",
+            Self::Unobservable => "unobservable",
+            Self::NotConverged => "not_converged",
+        }
+    }
+
+    /// Whether there is a diagnosis at all.
+    pub fn is_made(self) -> bool {
+        !matches!(self, Self::Unobservable | Self::NotConverged)
+    }
+
+    /// Whether something is there that no row explains.
+    pub fn has_remainder(self) -> bool {
+        matches!(self, Self::PartlyExplained | Self::Unknown)
+    }
+}
+
+/// Noise scale factor beyond which residuals are no noise: something is there, whatever form it
+/// has.
+pub const FAR_BEYOND_STATED: f64 = 5.0;
+
+/// What the verdict follows from.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Findings {
+    /// Rows that stand.
+    pub rows: usize,
+    /// Parts of the remainder: basis blocks, and what is too small for a name.
+    pub remainder: usize,
+    /// Forms of noise other than stated: effects on the noise, readings that are left out.
+    pub noise: usize,
+    /// The largest noise scale factor beside the rows, of the part of the noise that is white.
+    pub largest_scale: f64,
+}
+
+/// The verdict.
+pub fn decide(found: Findings) -> Verdict {
+    let has_remainder = found.remainder > 0 || found.largest_scale > FAR_BEYOND_STATED;
+    match (found.rows > 0, has_remainder) {
+        (true, true) => Verdict::PartlyExplained,
+        (true, false) => Verdict::Explained,
+        (false, true) => Verdict::Unknown,
+        (false, false) if found.noise > 0 => Verdict::Explained,
+        (false, false) => Verdict::Adequate,
+    }
+}

@@ -1,0 +1,40 @@
+//! Candidates in relaxed forms, beside those of the library or in their place.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::engine::open::Recipe;
+use crate::system::Selected;
+
+use super::candidate::{Candidate, fitting};
+use super::variant::Variant;
+
+/// Effects, with their heads, that are wanted in a relaxed form.
+pub type Variants = BTreeMap<String, Variant>;
+
+/// Candidates, those that are wanted in a relaxed form in that, and the others with a value for each
+/// angle as well: that is one column more, and errors of opposite sign are nothing to one value.
+pub fn with_forms(
+    offered: Vec<Candidate>,
+    variants: &Variants,
+    recipes: &[Recipe],
+) -> Vec<Candidate> {
+    let mut all = Vec::with_capacity(offered.len());
+    for one in offered {
+        if let Some(form) = variants.get(&one.name) {
+            all.push(relaxed(&one, *form, recipes).unwrap_or(one));
+            continue;
+        }
+        let each = relaxed(&one, Variant::EachAngle, recipes);
+        all.push(one);
+        all.extend(each.filter(|each| each.selected.effect.shape.is_empty()));
+    }
+    all
+}
+
+/// A candidate in a relaxed form.
+fn relaxed(one: &Candidate, form: Variant, recipes: &[Recipe]) -> Option<Candidate> {
+    let effect = Arc::new(form.of(&one.selected.effect)?);
+    let selected = Selected { effect, ..one.selected.clone() };
+    Some(Candidate { form: Some(form), ..fitting(recipes, &selected, None)? })
+}
