@@ -184,10 +184,13 @@ fn drawn(case: &Case, folder: &Path) -> Result<(Opened, Problem), Box<dyn Error>
     request.with = case.effects.iter().map(|(name, _)| (*name).to_owned()).collect();
     let mut truth = open(&request)?.problem;
     let mut point = Point::stated(&truth.layout);
+    // What sums to zero over the setups alternates in sign.
+    let mut sign = 1.0;
     for (value, instance) in point.values.iter_mut().zip(&truth.layout.instances) {
         let effect = instance.name.split('.').next().unwrap_or_default();
         if let Some((_, times)) = case.effects.iter().find(|(name, _)| *name == effect) {
-            value[0] = times * instance.setting.typical.unwrap_or(0.0);
+            value[0] = sign * times * instance.setting.typical.unwrap_or(0.0);
+            sign *= if instance.setting.sum_zero { -1.0 } else { 1.0 };
         }
     }
     simulate(&mut truth, &point, 1, true);

@@ -28,6 +28,7 @@ use self::folds::{Fold, folds, within_runs};
 use self::steps::Steps;
 use super::evidence::nominal::factored;
 use super::fitted::Fitted;
+use super::thresholds::BELOW_ENTRY;
 use crate::statistics::student;
 
 /// Samples looked at for the floor at most.
@@ -35,8 +36,6 @@ const MOST_SAMPLES: usize = 5_000;
 /// Level of the intervals, and its normal quantile.
 const LEVEL: f64 = 0.95;
 const QUANTILE: f64 = 1.96;
-/// Drop of squared residuals that something may bring which does not enter a budget.
-const UNSEEN: f64 = 25.0;
 /// Part of the effects' squared length that must show in what a fold is fitted to.
 const SHOWN: f64 = 0.5;
 
@@ -139,7 +138,8 @@ pub fn closed(drops: &[Drop], leftover: f64) -> (f64, [f64; 2]) {
         of_noise
     };
     // What is not seen may be as large as what just does not enter.
-    let most = leftover + if leftover > 0.0 { QUANTILE * 2.0 * leftover.sqrt() } else { UNSEEN };
+    let most =
+        leftover + if leftover > 0.0 { QUANTILE * 2.0 * leftover.sqrt() } else { BELOW_ENTRY };
     let least = (leftover - QUANTILE * 2.0 * leftover.sqrt()).max(0.0);
     let part = |drop: f64, left: f64| {
         let drop = drop.max(0.0);

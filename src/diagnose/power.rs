@@ -35,7 +35,7 @@ pub use self::delays::DelaySigma;
 use std::collections::BTreeMap;
 
 use delays::{delay_rows, delays};
-use detection::bars;
+use detection::critical_gains;
 use prospect::Prospect;
 use remedies::{Remedy, remedies};
 use sight::{Sight, Way, shift, sight};
@@ -180,8 +180,8 @@ fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
             let scanned = own.first().filter(|_| own.len() > 1);
             let scanned = scanned.and_then(|way| members(&stage.fitted, way.candidate));
             let members = scanned.unwrap_or(own.len());
-            let bars = |degrees| bars(degrees, members, names.len());
-            let seen = sight(&stage.evidence, &own, &others, bars);
+            let critical_gains = |degrees| critical_gains(degrees, members, names.len());
+            let seen = sight(&stage.evidence, &own, &others, critical_gains);
             row(stage, &numbers, &own, seen)
         })
         .collect();

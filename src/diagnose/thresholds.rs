@@ -65,3 +65,5 @@ pub const RELAXED: f64 = 3.0;
 /// Log evidence by which blocks in the place of a row with values of setups must be worse.
 /// Withheld effects: 0 to 44.
 pub const RELAXED_MARGIN: f64 = 80.0;
+/// Gain that an effect may have without entering a budget, about.
+pub const BELOW_ENTRY: f64 = 25.0;

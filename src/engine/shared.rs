@@ -176,6 +176,14 @@ pub(super) fn combined(name: &str, owner: &str, list: &[Statement<'_>]) -> Combi
     let plausible = chosen(&list, &["plausible"]);
     setting.plausible =
         plausible.iter().filter_map(|one| one.setting().plausible).min_by(f64::total_cmp);
+    let at = |one: &Statement<'_>| one.setting().simulated_at;
+    let simulated: Vec<&Statement<'_>> = list.iter().filter(|one| at(one).is_some()).collect();
+    if let Some(other) = simulated.iter().find(|one| at(one) != at(simulated[0])) {
+        let words = |one: &Statement<'_>| format!("{:?} (SI)", at(one).unwrap_or(0.0));
+        let pair = [simulated[0], *other];
+        conflicts.push(naming.conflict("counts from", pair, words, &["simulated_at"]));
+    }
+    setting.simulated_at = simulated.first().and_then(|one| at(one));
     let ranges = list.iter().filter_map(|one| one.setting().linear_range);
     setting.linear_range = ranges.min_by(f64::total_cmp);
     setting.typical = list.iter().filter_map(|one| one.setting().typical).min_by(f64::total_cmp);

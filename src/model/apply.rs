@@ -101,9 +101,15 @@ impl Override {
             ("linear_range", &self.linear_range, true),
             ("simulated_at", &self.simulated_at, false),
         ];
-        single
-            .into_iter()
-            .find_map(|(key, said, width)| self.check_one(key, said.as_ref()?, unit, width))
+        single.into_iter().find_map(|(key, said, width)| {
+            let said = said.as_ref()?;
+            if count > 1 && key != "plausible" {
+                let message =
+                    format!("`{key}` of `{name}`: only a scalar is a simulator's parameter");
+                return Some((message, "leave it out".to_owned()));
+            }
+            self.check_one(key, said, unit, width)
+        })
     }
 
     fn check_one(

@@ -5,6 +5,7 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{Remainder, Row, Size};
 use crate::diagnose::budget::judge::Objection;
 use crate::diagnose::library::candidate::NotTestable;
+use crate::diagnose::library::variant::Variant;
 use crate::estimate::calibrate::Estimate;
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
@@ -324,8 +325,24 @@ fn next(diagnosis: &Diagnosis) -> String {
         let with: Vec<String> =
             diagnosis.rows.iter().map(|one| format!("--with {}", one.name)).collect();
         text.push_str(&format!("\nNext: `homepoint calibrate CAMPAIGN {}`\n", with.join(" ")));
+        text.push_str(&diagnosis.rows.iter().filter_map(relaxed).collect::<String>());
     }
     text
+}
+
+/// How an effect is estimated in the relaxed form in which it stands.
+fn relaxed(row: &Row) -> Option<String> {
+    let name = &row.name;
+    Some(match row.variant? {
+        Variant::EachSetup => {
+            format!(
+                "      with scope = \"setup\" for the parameters of `{name}`, in [parameters]\n"
+            )
+        }
+        Variant::EachAngle => format!(
+            "      with a copy of `{name}` in effects/ whose parameters have per = \"measurand\"\n"
+        ),
+    })
 }
 
 fn candidates(diagnosis: &Diagnosis, top: usize) -> String {

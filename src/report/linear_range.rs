@@ -8,16 +8,17 @@ pub(crate) fn text(beyond: &[BeyondRange]) -> String {
     let mut text = String::new();
     for one in beyond {
         let of = one.of.as_ref().map_or_else(String::new, |of| format!(" of `{of}`"));
-        let size = |size| figure::size(size, &one.unit);
+        // Values matter to a part of the range.
+        let shown = |value| figure::value(value, Some(0.1 * one.range), &one.unit);
         let again = match one.simulate_at {
-            Some(at) => format!("simulate again at {}", size(at)),
+            Some(at) => format!("simulate again at {}", shown(at)),
             None => "simulate again with this value".to_owned(),
         };
         text.push_str(&format!(
             "`{}`{of} is {}, beyond the {} for which its sensitivity holds: {again}, and take the new streams.\n",
             one.parameter,
-            size(one.value),
-            size(one.range),
+            shown(one.value),
+            figure::size(one.range, &one.unit),
         ));
     }
     if text.is_empty() { text } else { format!("\n{text}") }

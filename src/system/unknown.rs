@@ -231,6 +231,16 @@ impl Unknown {
             let error = if help.is_empty() { error } else { error.help(help) };
             Some(error.at_maybe(self.place.as_ref()))
         };
+        if setting.linear_range.or(setting.simulated_at).is_some()
+            && (self.declared.effect.is_none() || self.kind != Kind::Scalar)
+        {
+            return error(
+                format!(
+                    "`{name}` has `linear_range` or `simulated_at` and is no scalar of an effect"
+                ),
+                "they belong to effects from a simulator's sensitivities",
+            );
+        }
         if is_random(setting.scope) {
             if self.kind != Kind::Scalar {
                 return error(

@@ -10,7 +10,6 @@ use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::report;
 
-use crate::found::told;
 use crate::stream::Stream;
 
 const MODEL: &str = r#"
@@ -66,26 +65,51 @@ fn against(folder: &Path, rate: f64) -> Diagnosis {
 /// the range.
 #[test]
 fn what_is_beyond_the_linear_range_is_simulated_again() {
-    let own = tempfile::tempdir().unwrap();
-    let mut rate = 1.0;
-    let mut far = Vec::new();
-    for round in 0..4 {
-        let found = against(&own.path().join(round.to_string()), rate);
-        let text = report::diagnosis_text::text("", &found, None);
-        let Some(beyond) = found.beyond_range.first() else {
-            assert!(!text.contains("simulate again"), "{text}");
-            let change = found.rows.first().map_or(0.0, |row| row.values[0].value.unwrap());
-            assert!((rate + change - 1.3).abs() < 0.01, "{rate} {change}: {}", told(&found));
-            assert!(round > 0);
-            return;
-        };
-        assert_eq!(beyond.parameter, "rate_of_decay.change");
-        assert!(text.contains("simulate again at 1."), "{text}");
-        let json = report::diagnosis::json(&found, None);
-        assert_eq!(json["beyond_linear_range"][0]["simulate_at"].as_f64(), beyond.simulate_at);
-        rate = beyond.simulate_at.unwrap();
-        far.push((rate - 1.3).abs());
-        assert!(far.windows(2).all(|pair| pair[1] < pair[0]), "{far:?}");
+    for start in [1.0, 1.7] {
+        let own = tempfile::tempdir().unwrap();
+        let mut rate = start;
+        let mut far = Vec::new();
+        let last = (0..5).find_map(|round| {
+            let found = against(&own.path().join(round.to_string()), rate);
+            let text = report::diagnosis_text::text("", &found, None);
+            let Some(beyond) = found.beyond_range.first() else {
+                assert!(!text.contains("simulate again"), "{text}");
+                let change = found.rows.first().map_or(0.0, |row| row.values[0].value.unwrap());
+                return Some((rate + change, round));
+            };
+            assert_eq!(beyond.parameter, "rate_of_decay.change");
+            rate = beyond.simulate_at.unwrap();
+            // To a tenth of the range.
+            let words = format!("simulate again at {rate:.3}");
+            assert!(text.contains(words.trim_end_matches('0')), "{words}: {text}");
+            let json = report::diagnosis::json(&found, None);
+            assert_eq!(json["beyond_linear_range"][0]["simulate_at"].as_f64(), Some(rate));
+            far.push((rate - 1.3).abs());
+            assert!(far.windows(2).all(|pair| pair[1] < pair[0]), "{far:?}");
+            None
+        });
+        let (found, rounds) = last.unwrap();
+        assert!((found - 1.3).abs() < 0.01 && rounds > 0, "{found} after {rounds}: {far:?}");
     }
-    panic!("{far:?}");
+}
+
+/// A range of a parameter that no effect has, or of several numbers, is an error with its place.
+#[test]
+fn a_linear_range_belongs_to_a_scalar_of_an_effect() {
+    let own = tempfile::tempdir().unwrap();
+    against(own.path(), 1.28);
+    let file = own.path().join("campaign.toml");
+    let campaign = std::fs::read_to_string(&file).unwrap();
+    for (line, words) in [
+        ("offset = { linear_range = \"1 mm\" }", "`offset` has `linear_range`"),
+        ("rate_of_decay.change = { linear_range = \"-1 1/s\" }", "must be greater than zero"),
+        ("rate_of_decay.change = { simulated_at = \"1 m\" }", "must be a quantity like"),
+    ] {
+        let text = campaign.replace("rate_of_decay.change = { simulated_at = \"1.28 1/s\" }", line);
+        std::fs::write(&file, text).unwrap();
+        let mut request = Request::new([own.path()]);
+        request.with = vec!["rate_of_decay".to_owned()];
+        let error = open(&request).unwrap_err().to_string();
+        assert!(error.contains(words), "{line}: {error}");
+    }
 }

@@ -1,6 +1,6 @@
 //! The answer, put together from what the driver found. It looks for nothing.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::gap::gap;
@@ -24,7 +24,7 @@ use super::member::member_uncertainties;
 use super::noise_scale::{autocorrelation, levels, scale_noise, scatter, white_scale};
 use super::pieces::Pieces;
 use super::search::Pools;
-use super::selection::Selection;
+use super::selection::{Ranked as RankedTerm, Selection};
 use super::solved::{Solved, ratio_to_typical};
 use super::terms::Term;
 use crate::diagnose::price::Gain;
@@ -117,6 +117,8 @@ impl Diagnosis {
         self.beyond_range = beyond_range(&last.problem, &last.estimates());
         self.remainder = budget.remainder(&rest, &gains, &solved);
         self.doubtful = budget.doubtful(&objections);
+        // Another form of it may stand.
+        self.doubtful.retain(|one| !self.rows.iter().any(|row| row.name == one.name));
         let doubtful = self.doubtful.iter().flat_map(|one| &one.values);
         self.beyond_range.extend(doubtful.filter_map(|one| {
             let setting = linear.candidates.iter().find_map(|own| own.setting(&one.parameter))?;
@@ -176,13 +178,14 @@ impl Budget<'_> {
         let ln_bayes = selection.ln_bayes_factor(term, gains[at]);
         let pools = Pools::of(selection);
         let rivals = selection.ranked(&rest, &pools.effects, 0.0);
-        let rivals: Vec<_> =
-            rivals.into_iter().filter(|one| one.term != term).take(RIVALS).collect();
+        // An effect in two forms is one rival.
+        let mut names: BTreeSet<&str> = BTreeSet::from([own.name.as_str()]);
+        let is_new = |one: &RankedTerm| names.insert(&linear.terms[one.term].name);
+        let rivals: Vec<_> = rivals.into_iter().filter(is_new).take(RIVALS).collect();
         let aliases: Vec<String> = rivals
             .iter()
             .filter(|one| one.ln_bayes >= ENTER && one.ln_bayes > ln_bayes - TIE)
             .map(|one| linear.terms[one.term].name.clone())
-            .filter(|name| *name != own.name)
             .collect();
         let blocks = selection.ranked(&rest, &pools.blocks, 0.0);
         let others = rivals.iter().chain(blocks.first()).map(|one| one.ln_bayes - ln_bayes);
@@ -192,7 +195,7 @@ impl Budget<'_> {
         let total = selection.chi_squared(&[]) - selection.chi_squared(self.model);
         Row {
             name: own.name.clone(),
-            variant: own.form,
+            variant: own.variant,
             member: selected.map(|one| one.member.clone()).unwrap_or_default(),
             member_sigma: BTreeMap::new(),
             ratio_to_typical: None,
@@ -251,8 +254,8 @@ impl Budget<'_> {
         let ranked = live.ranked(&[], &pools.effects, 0.0);
         // Of an effect in two forms the library's is listed.
         let is_listed = |own: &Term| {
-            own.form.is_none()
-                || !linear.terms.iter().any(|one| one.name == own.name && one.form.is_none())
+            own.variant.is_none()
+                || !linear.terms.iter().any(|one| one.name == own.name && one.variant.is_none())
         };
         let ranked: Vec<_> = ranked
             .into_iter()

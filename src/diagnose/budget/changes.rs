@@ -130,7 +130,7 @@ impl Linear {
                 place,
                 change: Some(change.clone()),
                 reduced_from: None,
-                form: None,
+                variant: None,
                 variants: Vec::new(),
                 may_enter: true,
             });

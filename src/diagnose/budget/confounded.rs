@@ -6,6 +6,8 @@
 //! the other one and with the posterior probability that it is there, too (model average). It does
 //! not say which of the two is there: that is the posterior of the row.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::evidence::basis::basis;
@@ -194,6 +196,9 @@ impl Selection<'_> {
             })
             .collect();
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        // An effect in two forms is one alias.
+        let mut names = BTreeSet::new();
+        found.retain(|(other, _)| names.insert(&self.terms[*other].name));
         found
     }
 }

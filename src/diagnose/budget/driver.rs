@@ -122,7 +122,7 @@ impl Search<'_> {
         for (term, own) in linear.terms.iter().enumerate() {
             // Without an effect there is no relaxed form of it.
             let is_refused = |(name, form): &(String, Option<Variant>)| {
-                own.name == *name && form.is_none_or(|form| own.form == Some(form))
+                own.name == *name && form.is_none_or(|form| own.variant == Some(form))
             };
             let is_refused = own.is_effect() && self.refused.iter().any(is_refused);
             selection.live[term] &= !is_refused && own.may_enter;

@@ -40,7 +40,7 @@ pub fn best_members(
 ) -> Option<(Vec<Candidate>, Vec<usize>, Vec<NotTestable>)> {
     let (mut best, mut tried, mut blind) = (Vec::new(), Vec::new(), Vec::new());
     let is_range = |family: &Family| matches!(family.members, Members::Range { .. });
-    for family in offered.chunk_by(|a, b| a.name == b.name && a.form == b.form) {
+    for family in offered.chunk_by(|a, b| a.name == b.name && a.variant == b.variant) {
         let first = &family[0];
         if family.len() > 1
             && first.selected.effect.shape.values().all(is_range)

@@ -11,7 +11,7 @@ pub struct Row {
     /// The effect, with its head.
     pub name: String,
     /// The relaxed form that it has, if it is not the library's.
-    pub form: Option<Variant>,
+    pub variant: Option<Variant>,
     /// Members of its family that were tried.
     pub members: usize,
     /// Log prior odds.

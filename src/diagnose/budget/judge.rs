@@ -77,9 +77,9 @@ impl Selection<'_> {
                 small.push(term);
             }
             objections.push((term, objection));
-            let Term { name, form, .. } = self.terms[term].clone();
+            let Term { name, variant, .. } = self.terms[term].clone();
             for (other, own) in self.terms.iter().enumerate() {
-                let goes = own.name == name && (form.is_none() || own.form == form);
+                let goes = own.name == name && (variant.is_none() || own.variant == variant);
                 self.live[other] &= !goes;
             }
             pools.effects.retain(|own| self.live[*own]);
@@ -162,8 +162,8 @@ impl Selection<'_> {
             let one = |row: usize| {
                 let at = rows[row];
                 let gain = gains[at].gain;
-                // Values of setups bend to much that the library lacks.
-                let bends = self.terms[model[at]].form == Some(Variant::EachSetup);
+                // Values of setups follow many forms that the library lacks.
+                let bends = self.terms[model[at]].variant == Some(Variant::EachSetup);
                 let margin = match gain < SMALL_ROW * rest {
                     _ if bends => RELAXED_MARGIN,
                     true => MARGIN,

@@ -12,7 +12,7 @@ use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::offer::Offer;
 use crate::diagnose::library::place::{Of, Place};
-use crate::diagnose::library::relaxed::with_forms;
+use crate::diagnose::library::relaxed::with_variants;
 use crate::diagnose::library::structure::bent;
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::library::wanted::Wanted;
@@ -71,7 +71,7 @@ impl Linear {
     ) -> Option<Self> {
         let made = wanted.catalogue.of(&fitted.recipes);
         let Offer { effects, noise, mut not_testable } = wanted.of(made.offer.clone());
-        let effects = with_forms(effects, &wanted.variants, &fitted.recipes);
+        let effects = with_variants(effects, &wanted.variants, &fitted.recipes);
         let (mut candidates, mut members, blind) =
             best_members(&fitted, &made, effects, &mut scanned.effects)?;
         not_testable.extend(blind);
@@ -108,8 +108,8 @@ impl Linear {
             .enumerate()
             .map(|(number, (one, members))| {
                 let mut term = Term::of(&sums, number, one, (*members, ln_prior[number]));
-                term.form = one.form;
-                if term.is_effect() && one.form.is_none() {
+                term.variant = one.variant;
+                if term.is_effect() && one.variant.is_none() {
                     term.variants = Variant::of_all(&one.selected.effect);
                 }
                 term
@@ -130,9 +130,9 @@ impl Linear {
                 place: None,
                 change: None,
                 reduced_from: None,
-                form: row.form,
+                variant: row.variant,
                 variants: effect_of(&fitted, &row.name)
-                    .filter(|_| row.form.is_none())
+                    .filter(|_| row.variant.is_none())
                     .map_or_else(Vec::new, |own| Variant::of_all(&own.effect)),
                 may_enter: true,
             });
@@ -195,8 +195,8 @@ impl Linear {
     /// The row that a candidate would be.
     pub fn row(&self, term: usize) -> Row {
         let own = &self.terms[term];
-        let Term { name, form, members, ln_prior, .. } = own;
-        Row { name: name.clone(), form: *form, members: *members, ln_prior: *ln_prior }
+        let Term { name, variant, members, ln_prior, .. } = own;
+        Row { name: name.clone(), variant: *variant, members: *members, ln_prior: *ln_prior }
     }
 
     /// Log prior of the size of an effect in a fit: a Cauchy distribution about zero whose width is
@@ -276,7 +276,7 @@ fn ln_priors(candidates: &[Candidate], wanted: &Wanted) -> Vec<f64> {
     };
     let mean = effects().map(weight).sum::<f64>() / effects().count().max(1) as f64;
     let ln = |one: &Candidate| {
-        let of_form = if one.form.is_some() { -RELAXED } else { 0.0 };
+        let of_form = if one.variant.is_some() { -RELAXED } else { 0.0 };
         if one.place.is_some() { 0.0 } else { (weight(one) / mean).ln() + of_form }
     };
     candidates.iter().map(ln).collect()

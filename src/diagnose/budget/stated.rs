@@ -45,7 +45,7 @@ impl Linear {
                 place: Some(place),
                 change: None,
                 reduced_from: None,
-                form: None,
+                variant: None,
                 variants: Vec::new(),
                 may_enter: true,
             });

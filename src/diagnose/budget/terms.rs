@@ -69,7 +69,7 @@ pub struct Term {
     /// The block of which it is what rows leave, if it is that.
     pub reduced_from: Option<usize>,
     /// The relaxed form that it has, if it is not the library's.
-    pub form: Option<Variant>,
+    pub variant: Option<Variant>,
     /// Relaxed forms that it may take.
     pub variants: Vec<Variant>,
     /// Whether it may enter a model: a block that was reduced beside rows may not.
@@ -116,7 +116,7 @@ impl Term {
             place,
             change: None,
             reduced_from: None,
-            form: None,
+            variant: None,
             variants: Vec::new(),
             may_enter: true,
         }

@@ -21,7 +21,7 @@ pub struct Candidate {
     /// The effect, its head and the members of its families.
     pub selected: Selected,
     /// The relaxed form that it has, if it is not the library's.
-    pub form: Option<Variant>,
+    pub variant: Option<Variant>,
     /// Where unknown structure would sit; `None` for an effect of the library.
     pub place: Option<Place>,
     /// The model with it, campaign by campaign; `None` where it does not fit.
@@ -109,7 +109,7 @@ pub(in crate::diagnose) fn join(
         None => {
             let mut systems = vec![None; campaigns];
             systems[campaign] = system;
-            found.push(Candidate { name, selected, form: None, place, systems });
+            found.push(Candidate { name, selected, variant: None, place, systems });
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::system::Selected;
 use super::candidate::Candidate;
 use super::offer::{Offer, offer};
 use super::structure::blocks;
-use super::variant::form;
+use super::variant::scopes_of;
 
 /// Models with certain effects that are kept at most: those used last. Each takes some 50 MB.
 const MOST_MODELS: usize = 8;
@@ -45,8 +45,9 @@ impl Catalogue {
     /// What there is beside the effects in use.
     pub fn of(&self, recipes: &[Recipe]) -> Arc<Made> {
         // Relaxed forms differ in no text.
-        let forms =
-            |one: &Recipe| -> String { one.effects.iter().map(|own| form(&own.effect)).collect() };
+        let forms = |one: &Recipe| -> String {
+            one.effects.iter().map(|own| scopes_of(&own.effect)).collect()
+        };
         let key: String = recipes.iter().map(|one| written(one) + &forms(one)).collect();
         if let Some(known) = self.known(&key) {
             return known;
@@ -123,7 +124,7 @@ fn sign_in(problem: &Problem, part: usize, candidates: &[&Candidate]) -> Signatu
 pub(in crate::diagnose) fn key(candidates: &[&Candidate]) -> String {
     let of = |one: &&Candidate| {
         let Selected { effect, member, .. } = &one.selected;
-        format!("{} {} {member:?};", one.name, form(effect))
+        format!("{} {} {member:?};", one.name, scopes_of(effect))
     };
     candidates.iter().map(of).collect()
 }

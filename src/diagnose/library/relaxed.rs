@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::engine::open::Recipe;
-use crate::system::Selected;
+use crate::graph::Scope;
+use crate::system::{Selected, System};
 
 use super::candidate::{Candidate, fitting};
 use super::variant::Variant;
@@ -14,7 +15,7 @@ pub type Variants = BTreeMap<String, Variant>;
 
 /// Candidates, those that are wanted in a relaxed form in that, and the others with a value for each
 /// angle as well: that is one column more, and errors of opposite sign are nothing to one value.
-pub fn with_forms(
+pub fn with_variants(
     offered: Vec<Candidate>,
     variants: &Variants,
     recipes: &[Recipe],
@@ -36,5 +37,19 @@ pub fn with_forms(
 fn relaxed(one: &Candidate, form: Variant, recipes: &[Recipe]) -> Option<Candidate> {
     let effect = Arc::new(form.of(&one.selected.effect)?);
     let selected = Selected { effect, ..one.selected.clone() };
-    Some(Candidate { form: Some(form), ..fitting(recipes, &selected, None)? })
+    let relaxed = Candidate { variant: Some(form), ..fitting(recipes, &selected, None)? };
+    // What a campaign states of scopes may undo the form.
+    (scopes(&relaxed) != scopes(one)).then_some(relaxed)
+}
+
+/// The scopes of a candidate's parameters.
+fn scopes(one: &Candidate) -> Vec<Scope> {
+    let prefix = format!("{}.", one.name);
+    let systems = one.systems.iter().flatten();
+    let of = |system: &Arc<System>| -> Vec<Scope> {
+        let names = system.assembly.names.parameters.iter().zip(&system.settings);
+        let own = names.filter(|(parameter, _)| parameter.name.starts_with(&prefix));
+        own.map(|(_, setting)| setting.scope).collect()
+    };
+    systems.flat_map(of).collect()
 }

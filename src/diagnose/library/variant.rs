@@ -69,7 +69,7 @@ impl Variant {
 }
 
 /// What signatures of an effect hang on beside its text and its member.
-pub fn form(effect: &Effect) -> String {
+pub fn scopes_of(effect: &Effect) -> String {
     let of = |one: &crate::model::ParameterDeclaration| (one.per_measurand, one.setting.scope);
     format!("{:?}", effect.parameters.iter().map(of).collect::<Vec<_>>())
 }

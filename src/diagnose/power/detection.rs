@@ -3,7 +3,7 @@
 //! An effect whose signature has the length `λ` (in units of the noise, beyond what nominal
 //! parameters follow) has a gain that is noncentral chi squared of `d` degrees and noncentrality
 //! `λ²`. It enters where its log Bayes factor is [`ENTER`], and is a row where its gain is [`ROW`]
-//! as well ([`bars`]). Against another effect that follows all but `x` of the signature the
+//! as well ([`critical_gains`]). Against another effect that follows all but `x` of the signature the
 //! difference of the gains is normal about `x²` (less the surplus of degrees) with variance `4 x²`;
 //! from `2` [`TIE`] on the two are no aliases.
 
@@ -20,7 +20,7 @@ const LARGE: f64 = 1_200.0;
 
 /// Gains that an effect must reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bars {
+pub struct CriticalGains {
     /// To enter the budget.
     pub enters: f64,
     /// To be a row of it.
@@ -29,10 +29,10 @@ pub struct Bars {
 
 /// The gains that an effect of so many degrees must reach, one of `members` of its family and of
 /// `candidates`.
-pub fn bars(degrees: usize, members: usize, candidates: usize) -> Bars {
+pub fn critical_gains(degrees: usize, members: usize, candidates: usize) -> CriticalGains {
     let priced = |gain| ln_bayes_factor(Gain { gain, degrees }, members, candidates);
     let enters = solved(|gain| gain >= degrees as f64 && priced(gain) >= ENTER);
-    Bars { enters, named: enters.max(ROW) }
+    CriticalGains { enters, named: enters.max(ROW) }
 }
 
 /// The smallest positive argument from which on something holds; infinite where it never does.
@@ -86,7 +86,7 @@ pub fn exceeds(value: f64, degrees: usize, noncentrality: f64) -> f64 {
 /// a part of length `apart` of its signature.
 pub fn leads(apart: f64, degrees: usize, others: usize) -> f64 {
     let surplus = degrees as f64 - others as f64;
-    // Degrees of freedom cost `ln p` what they add to the gain, about: only their scatter stays.
+    // An approximation: surplus degrees of freedom count by their scatter alone, not by their price.
     let spread = (4.0 * apart * apart + 2.0 * surplus.abs()).max(1e-12).sqrt();
     0.5 * erfc(-(apart * apart - 2.0 * TIE) / (spread * std::f64::consts::SQRT_2))
 }
@@ -117,19 +117,19 @@ mod tests {
         }
     }
 
-    /// Chance passes the bars of all effects together less often than the odds at which they enter.
+    /// Chance passes the critical_gains of all effects together less often than the odds at which they enter.
     #[test]
-    fn bars_bound_false_alarms() {
+    fn critical_gains_bound_false_alarms() {
         for (degrees, members, candidates) in [(1, 1, 1), (1, 1, 60), (2, 8, 60), (40, 1, 60)] {
-            let bar = bars(degrees, members, candidates).enters;
+            let bar = critical_gains(degrees, members, candidates).enters;
             let gain = Gain { gain: bar, degrees };
             assert!((ln_bayes_factor(gain, members, candidates) - ENTER).abs() < 1e-6);
             let tests = (members * candidates) as f64;
             let chance = tests * ln_chi_squared(bar, degrees).exp();
             assert!(chance < (-ENTER).exp(), "{degrees} {members} {candidates}: {chance}");
         }
-        assert_eq!(bars(1, 1, 60).named, ROW);
-        assert!(bars(60, 1, 60).named > ROW);
+        assert_eq!(critical_gains(1, 1, 60).named, ROW);
+        assert!(critical_gains(60, 1, 60).named > ROW);
         // (x² - 6) / 2x = 1.28 at x = 4.05.
         assert!(leads(4.1, 1, 1) > 0.9 && leads(4.0, 1, 1) < 0.9);
     }

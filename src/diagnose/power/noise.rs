@@ -187,7 +187,9 @@ fn scatter(stage: &Prospect, candidate: &Candidate) -> Option<Row> {
         return None;
     }
     let z = SCALE + quantile();
-    let size = ((1.0 + z * (2.0 / readings as f64).sqrt()).sqrt() - 1.0).max(SCALE_DIFFERENCE);
+    let readings = readings as f64;
+    let least = SCALE_DIFFERENCE + quantile() / (2.0 * readings).sqrt();
+    let size = ((1.0 + z * (2.0 / readings).sqrt()).sqrt() - 1.0).max(least);
     Some(Row {
         name: candidate.name.clone(),
         state: State::Visible,

@@ -17,7 +17,7 @@ use crate::diagnose::evidence::{Entry, Evidence};
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::thresholds::NEAR_ALIAS;
 
-use super::detection::{Bars, exceeds, leads, solved};
+use super::detection::{CriticalGains, exceeds, leads, solved};
 
 /// Directions over which probabilities are taken, of effects with more than one value.
 const DIRECTIONS: usize = 48;
@@ -124,7 +124,7 @@ struct Ray {
     member: usize,
     degrees: usize,
     /// The gains that it must reach.
-    bars: Bars,
+    critical_gains: CriticalGains,
     /// Squared length of its signature.
     square: f64,
     /// The nearest other explanations: number, length that they do not follow, degrees.
@@ -133,27 +133,27 @@ struct Ray {
 
 impl Ray {
     fn detected(&self, size: f64) -> f64 {
-        exceeds(self.bars.enters, self.degrees, size * size * self.square)
+        exceeds(self.critical_gains.enters, self.degrees, size * size * self.square)
     }
 
     fn identified(&self, size: f64) -> f64 {
         let least = |least: f64, (_, apart, degrees): &(usize, f64, usize)| {
             least.min(leads(size * apart, self.degrees, *degrees))
         };
-        let named = exceeds(self.bars.named, self.degrees, size * size * self.square);
+        let named = exceeds(self.critical_gains.named, self.degrees, size * size * self.square);
         named * self.others.iter().take(NEAREST).fold(1.0, least)
     }
 }
 
-/// How well an effect, given by its `ways`, is seen among others. `bars` are the gains that an
+/// How well an effect, given by its `ways`, is seen among others. `critical_gains` are the gains that an
 /// entry of so many degrees must reach.
 pub fn sight(
     evidence: &Evidence,
     ways: &[Way<'_>],
     others: &[Way<'_>],
-    bars: impl Fn(usize) -> Bars,
+    critical_gains: impl Fn(usize) -> CriticalGains,
 ) -> Sight {
-    let rays = rays(evidence, ways, others, bars);
+    let rays = rays(evidence, ways, others, critical_gains);
     let mean = |rays: &[&Ray], size: f64, of: fn(&Ray, f64) -> f64| {
         rays.iter().map(|ray| of(ray, size)).sum::<f64>() / rays.len() as f64
     };
@@ -186,7 +186,7 @@ fn rays(
     evidence: &Evidence,
     ways: &[Way<'_>],
     others: &[Way<'_>],
-    bars: impl Fn(usize) -> Bars,
+    critical_gains: impl Fn(usize) -> CriticalGains,
 ) -> Vec<Ray> {
     let mut rays = Vec::new();
     for (member, way) in ways.iter().enumerate().filter(|(_, way)| way.entry.degrees() > 0) {
@@ -213,7 +213,13 @@ fn rays(
                 new
             });
             let degrees = way.entry.degrees();
-            rays.push(Ray { member, degrees, bars: bars(degrees), square, others: apart });
+            rays.push(Ray {
+                member,
+                degrees,
+                critical_gains: critical_gains(degrees),
+                square,
+                others: apart,
+            });
         }
     }
     let most = rays.iter().map(|ray| ray.square).fold(0.0, f64::max);

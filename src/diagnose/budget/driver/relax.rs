@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::diagnose::budget::in_fit::{Row, effect_of};
+use crate::diagnose::budget::in_fit::{Row, columns_of, effect_of};
 use crate::diagnose::budget::labels::Label;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::pieces::Pieces;
@@ -33,7 +33,7 @@ impl Search<'_> {
         model: &[usize],
         least: f64,
     ) -> Result<bool, FitError> {
-        if self.rows.iter().all(|row| row.form.is_some()) {
+        if self.rows.iter().all(|row| row.variant.is_some()) {
             return Ok(false);
         }
         let Some(Relaxed { row, form, .. }) =
@@ -47,9 +47,14 @@ impl Search<'_> {
         let selected = Selected { effect: Arc::new(effect), ..plain.clone() };
         let without = self.fitted.without(&[&plain], self.options)?;
         let with = without.with(&selected, &[], self.options)?;
-        let Some(with) = with.filter(Fitted::is_sound) else { return Ok(false) };
+        // What a campaign states of scopes may undo the form.
+        let columns = |fitted: &Fitted| columns_of(fitted, name).len();
+        let is_wider = |with: &Fitted| columns(with) > columns(&self.fitted);
+        let with = with.filter(Fitted::is_sound).filter(is_wider);
+        let Some(with) = with else { return Ok(false) };
         self.log.push(format!("{name} with {}", form.words()));
-        let Row { form: own, ln_prior, .. } = &mut self.rows[row];
+        self.wanted.variants.insert(name.clone(), form);
+        let Row { variant: own, ln_prior, .. } = &mut self.rows[row];
         *own = Some(form);
         *ln_prior -= RELAXED;
         self.fitted = with;

@@ -9,6 +9,7 @@ use crate::diagnose::budget::noise_of_runs::OfRun;
 use crate::diagnose::budget::terms::Term;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::NoiseEffect;
+use crate::diagnose::library::variant::Variant;
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::estimate::batch::FitError;
 
@@ -144,12 +145,15 @@ impl Search<'_> {
                 Objection::Apart(label, _) => label.variant(),
                 _ => None,
             };
-            if let Some(form) = form.filter(|form| own.variants.contains(form)) {
+            let is_open = |form: &Variant| {
+                own.variants.contains(form) && !self.wanted.variants.contains_key(&own.name)
+            };
+            if let Some(form) = form.filter(is_open) {
                 self.log.push(format!("{} with {}", own.name, form.words()));
                 self.wanted.variants.insert(own.name.clone(), form);
                 relaxed = true;
             } else {
-                self.refused.push((own.name.clone(), own.form));
+                self.refused.push((own.name.clone(), own.variant));
                 self.objections.push(named);
             }
         }
@@ -200,8 +204,8 @@ impl Search<'_> {
                 self.log.push(format!("{} enters the fit", linear.terms[*term].name));
                 fitted = with;
             } else {
-                let Term { name, form, .. } = &linear.terms[*term];
-                self.refused.push((name.clone(), *form));
+                let Term { name, variant, .. } = &linear.terms[*term];
+                self.refused.push((name.clone(), *variant));
             }
         }
         self.fitted = fitted;
