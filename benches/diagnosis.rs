@@ -81,7 +81,7 @@ const CASES: &[Case] = &[
         name: "a million readings",
         model: Model::Polar,
         setups: 1,
-        runs: (3, 111_112),
+        runs: (10, 33_334),
         effects: ONE,
     },
     Case {
@@ -112,14 +112,15 @@ position    = { kind = "vector", unit = "m", scope = "setup", plausible = "10 mm
 arm_turn = 'rotation_z(arm_angle)'
 target   = 'rotate(arm_turn, [radius, 0, 0])'
 a        = 'rotate(orientation, target) + position'
-b        = 'rotate(orientation, rotate(arm_turn, [0, 0.5, 0.2])) + position'
-c        = 'rotate(orientation, rotate(arm_turn, [-0.4, 0.1, 0.6])) + position'
+b        = 'rotate(orientation, rotate(arm_turn, [0, 0.5 * radius, 0.2 * radius])) + position'
+c        = 'rotate(orientation, rotate(arm_turn, [-0.4 * radius, 0.1 * radius, 0.6 * radius])) + position'
 [measurands]
 "#;
 
 /// A plan as text.
 fn plan(case: &Case) -> String {
-    let name = if case.model == Model::Polar { "polar_two_rotations" } else { "nine_coordinates" };
+    let name =
+        if case.model == Model::Polar { "polar_two_rotations" } else { "nine_coordinates.toml" };
     let mut text = format!(
         "title = \"{}\"\nmodel = \"{name}\"\n[parameters]\nradius = {{ value = \"1.146 m\", sigma = \"20 um\" }}\n",
         case.name
