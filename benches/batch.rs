@@ -15,19 +15,12 @@ use std::time::Instant;
 
 use by_hand::data::{Plan, SIGMA};
 use by_hand::jacobian::Model;
-use by_hand::process::{on_threads, say};
+use by_hand::process::{on_threads, say, status};
 use by_hand::{COLUMNS, Columns, Parameters, normal};
 use homepoint::engine::gram::LeastSquares;
 use homepoint::engine::{Point, Problem};
 use homepoint::estimate::batch::{Options, fit};
 use nalgebra::{SMatrix, SVector};
-
-/// A line of /proc/self/status in MB.
-fn status(key: &str) -> Option<f64> {
-    let text = fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find(|line| line.starts_with(key))?;
-    Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1e3)
-}
 
 /// Gauss-Newton to a step of 1e-6 standard uncertainties: the point and the number of iterations.
 fn by_hand_fit(problem: &Problem, mut point: Point) -> Option<(Point, usize)> {

@@ -1,9 +1,9 @@
-//! How long does a diagnosis take, as a multiple of the joint fit of the same readings, and how much
-//! memory?
+//! How long does a diagnosis take, as a multiple of the joint fit of the same readings, and how
+//! much memory?
 //!
-//! `cargo bench --bench diagnosis -- mixture` takes the cases whose name contains a word. Readings are
-//! drawn from plans: nothing but noise, one effect, a mixture of four; 40 and 80 runs; a million
-//! readings of three runs; nine measurands a sample. Memory is that of the whole process (`VmHWM`,
+//! `cargo bench --bench diagnosis -- mixture` takes the cases whose name contains a word. Readings
+//! are drawn from plans: nothing but noise, one effect, a mixture of four; 40 and 80 runs; a million
+//! readings of ten runs; nine measurands a sample. Memory is that of the whole process (`VmHWM`,
 //! reset before each diagnosis; Linux alone).
 
 #[path = "by_hand/process.rs"]
@@ -23,7 +23,7 @@ use homepoint::engine::simulate::simulate;
 use homepoint::engine::{Point, Problem};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
-use process::say;
+use process::{say, status};
 
 /// A campaign to be diagnosed.
 struct Case {
@@ -52,7 +52,7 @@ const MIXTURE: &[(&str, f64)] = &[
     ("distance_offset", 2.0),
 ];
 const ONE: &[(&str, f64)] = &[("trunnion_tilt", 2.0)];
-const RADIUS: &[(&str, f64)] = &[("encoder_eccentricity", 2.0)];
+const ECCENTRICITY: &[(&str, f64)] = &[("encoder_eccentricity", 2.0)];
 
 const CASES: &[Case] = &[
     Case { name: "clean, 40 runs", model: Model::Polar, setups: 4, runs: (10, 100), effects: &[] },
@@ -89,7 +89,7 @@ const CASES: &[Case] = &[
         model: Model::NineCoordinates,
         setups: 2,
         runs: (4, 500),
-        effects: RADIUS,
+        effects: ECCENTRICITY,
     },
 ];
 
@@ -174,7 +174,7 @@ fn drawn(case: &Case, folder: &Path) -> Result<(Opened, Problem), Box<dyn Error>
         let (target, axis) = name.split_once('_').unwrap_or(("a", "x"));
         let _ = writeln!(model, "{name} = {{ value = '{target}.{axis}', unit = \"m\" }}");
     }
-    model.push_str("[delays]\nclock = { of = [\"a_x\", \"a_y\", \"a_z\", \"b_x\", \"b_y\", \"b_z\", \"c_x\", \"c_y\", \"c_z\"] }\n");
+    let _ = writeln!(model, "[delays]\nclock = {{ of = {:?} }}", coordinates());
     if case.model == Model::NineCoordinates {
         fs::write(folder.join("nine_coordinates.toml"), model)?;
     }
@@ -200,13 +200,6 @@ fn drawn(case: &Case, folder: &Path) -> Result<(Opened, Problem), Box<dyn Error>
         part.runs.clone_from(&other.runs);
     }
     Ok((opened, Problem::new(parts)))
-}
-
-/// A line of /proc/self/status in MB.
-fn status(key: &str) -> Option<f64> {
-    let text = fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find(|line| line.starts_with(key))?;
-    Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1e3)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

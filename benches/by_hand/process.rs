@@ -1,5 +1,6 @@
-//! What every bench needs of its process: threads, and words on standard output.
+//! What every bench needs of its process: threads, memory, and words on standard output.
 
+use std::fs;
 use std::io::{self, Write as _};
 
 use rayon::ThreadPoolBuilder;
@@ -21,4 +22,11 @@ pub(crate) fn on_threads<T: Send>(
 /// It cannot be written.
 pub(crate) fn say(text: &str) -> io::Result<()> {
     io::stdout().lock().write_all(text.as_bytes())
+}
+
+/// A line of /proc/self/status in MB.
+pub(crate) fn status(key: &str) -> Option<f64> {
+    let text = fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find(|line| line.starts_with(key))?;
+    Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1e3)
 }

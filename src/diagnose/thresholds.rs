@@ -23,7 +23,7 @@ pub const BORROWED: f64 = 1.5;
 pub const OWN_SHARE: f64 = 0.12;
 /// Gain from which a row is too strong for the test of [`OWN_SHARE`].
 pub const OWN_SHARE_BELOW: f64 = 900.0;
-/// Log Bayes factor of separate values of a row by setup, rate or sense, from which it is not one
+/// Log Bayes factor of separate values of a row by setup, angle, rate or sense, from which it is not one
 /// cause.
 pub const APART: f64 = 2.5;
 /// ... and the share of the row's gain that they must gain: linear forms are good to so much.

@@ -96,7 +96,8 @@ pub fn declaration_of(
 }
 
 /// Reads what a file says of a parameter that it does not declare: value, sigma, fixed, lower,
-/// upper, start, plausible, linear_range, simulated_at, scope, sum. Units are checked when the parameter is known.
+/// upper, start, plausible, linear_range, simulated_at, scope, sum. Units are checked when the
+/// parameter is known.
 pub fn override_of(source: &Source, item: &Item<'_>) -> Option<Override> {
     let section = item.section(&format!("the line on `{}`", item.key()))?;
     let said = said_of(&section, None);

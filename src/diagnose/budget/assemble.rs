@@ -84,7 +84,6 @@ impl Diagnosis {
             for (at, closes) in stands.iter().zip(&shares) {
                 let mut own = budget.row(*at, &gains, &folded);
                 own.closes = *closes;
-
                 own.confounded = solved.confounded_rows(*at);
                 let budget = (judged.model.as_slice(), rest.as_slice(), gains.as_slice());
                 own.confounded.extend(near_aliases(&linear, &selection, &mut solved, budget, *at));

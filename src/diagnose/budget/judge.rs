@@ -163,11 +163,12 @@ impl Selection<'_> {
                 let at = rows[row];
                 let gain = gains[at].gain;
                 // Values of setups follow many forms that the library lacks.
-                let bends = self.terms[model[at]].variant == Some(Variant::EachSetup);
-                let margin = match gain < SMALL_ROW * rest {
-                    _ if bends => RELAXED_MARGIN,
-                    true => MARGIN,
-                    false => 0.0,
+                let margin = if self.terms[model[at]].variant == Some(Variant::EachSetup) {
+                    RELAXED_MARGIN
+                } else if gain < SMALL_ROW * rest {
+                    MARGIN
+                } else {
+                    0.0
                 };
                 let (own, simpler) = self.replaced(model, &[model[at]], blocks, BLOCKS_FOR_A_ROW);
                 // One unmodelled cause may be both the only row and the remainder.

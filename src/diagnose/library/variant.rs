@@ -5,6 +5,7 @@
 
 use crate::effect::{Effect, Target};
 use crate::graph::Scope;
+use crate::model::ParameterDeclaration;
 
 /// A relaxed form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,8 +69,8 @@ impl Variant {
     }
 }
 
-/// What signatures of an effect hang on beside its text and its member.
+/// What the signatures of an effect depend on beside its text and its member.
 pub fn scopes_of(effect: &Effect) -> String {
-    let of = |one: &crate::model::ParameterDeclaration| (one.per_measurand, one.setting.scope);
+    let of = |one: &ParameterDeclaration| (one.per_measurand, one.setting.scope);
     format!("{:?}", effect.parameters.iter().map(of).collect::<Vec<_>>())
 }

@@ -145,7 +145,7 @@ impl Ray {
     }
 }
 
-/// How well an effect, given by its `ways`, is seen among others. `critical_gains` are the gains that an
+/// How well an effect, given by its `ways`, is seen among others. `critical_gains` are those that an
 /// entry of so many degrees must reach.
 pub fn sight(
     evidence: &Evidence,

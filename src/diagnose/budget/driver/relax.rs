@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use crate::diagnose::budget::in_fit::{Row, columns_of, effect_of};
-use crate::diagnose::budget::labels::Label;
+use crate::diagnose::budget::labels::{Label, labels};
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::pieces::Pieces;
 use crate::diagnose::budget::selection::Selection;
@@ -33,9 +33,6 @@ impl Search<'_> {
         model: &[usize],
         least: f64,
     ) -> Result<bool, FitError> {
-        if self.rows.iter().all(|row| row.variant.is_some()) {
-            return Ok(false);
-        }
         let Some(Relaxed { row, form, .. }) =
             best(linear, selection, model).filter(|best| best.ln_bayes >= least.max(ENTER))
         else {
@@ -64,6 +61,14 @@ impl Search<'_> {
 
 /// The best relaxed form of a row in the fit.
 fn best(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Option<Relaxed> {
+    // No pass over the readings where they have no groups that a row may differ between.
+    let forms = labels(&linear.fitted.problem);
+    let forms: Vec<Variant> = forms.iter().filter_map(|one| one.label.variant()).collect();
+    let may_differ =
+        |term: &usize| selection.terms[*term].variants.iter().any(|form| forms.contains(form));
+    if !model.iter().any(may_differ) {
+        return None;
+    }
     let pieces = Pieces::new(linear, selection, model);
     let gains = selection.contributions(model);
     let forms = model.iter().enumerate().filter_map(|(row, term)| {
