@@ -37,6 +37,7 @@ pub mod global;
 pub mod json;
 #[cfg(feature = "cli")]
 pub(crate) mod layout;
+#[cfg(feature = "cli")]
 mod linear_range;
 pub mod members;
 pub mod minima;
