@@ -10,11 +10,14 @@
 //! | [`rows`] | whitened rows one after the other |
 //! | [`changes`] | change points as terms |
 //! | `stated` | stated values that are wrong, as terms |
+//! | `size` | how large an effect is, and may be |
+//! | `still` | readings that hardly vary |
 //! | [`judge`] | when a row stands |
 //! | [`linear`], [`in_fit`] | a fitted model with everything that may be added to it; rows that are in it |
 //! | [`families`] | which member of a family stands for it |
 //! | [`noise_or_blocks`], [`memory`], [`noise_of_runs`] | noise that is autocorrelated or differs between runs, against blocks |
 //! | [`noise`] | outliers, jitter, autocorrelation in the residuals |
+//! | [`neighbours`] | residuals that several inputs decide together |
 //! | [`noise_scale`] | noise scale factors that are not as stated |
 //! | [`verdict`], [`answer`], `assemble` | the verdict as a pure function, and the answer as data |
 //! | [`solved`] | values of rows, beside a remainder whose values have a prior |
@@ -36,6 +39,7 @@ pub mod labels;
 pub mod linear;
 pub mod member;
 pub mod memory;
+pub mod neighbours;
 pub mod noise;
 pub mod noise_of_runs;
 pub mod noise_or_blocks;
@@ -44,8 +48,10 @@ pub mod pieces;
 pub mod rows;
 pub mod search;
 pub mod selection;
+mod size;
 pub mod solved;
 mod stated;
+mod still;
 pub mod sums;
 pub mod terms;
 pub mod verdict;

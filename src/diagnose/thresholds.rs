@@ -45,6 +45,10 @@ pub const MOST_ROWS: usize = 12;
 /// Robust standard deviations from which a reading is an outlier, and standard scores from which
 /// jitter and autocorrelation are found.
 pub const NOISE: f64 = 5.0;
+/// Standard uncertainties by which a reading must vary to be a covariate.
+pub const STILL: f64 = 30.0;
+/// Standard score from which residuals of neighbouring inputs are alike.
+pub const NEIGHBOURS: f64 = 6.0;
 /// Factor between the robust scatter of a run and of the others from which its noise is its own.
 pub const NOISE_OF_A_RUN: f64 = 1.3;
 /// Correlation of two terms from which they are confounded and reported as a group.
@@ -56,10 +60,20 @@ pub const NEAR_ALIAS: f64 = 0.8;
 pub const SCALE: f64 = 4.0;
 /// ... and its least difference from 1.
 pub const SCALE_DIFFERENCE: f64 = 0.02;
-/// Fewer outliers are those of a normal distribution.
+/// Fewer outliers are those of a normal distribution...
 pub const OUTLIERS: usize = 3;
+/// ... unless they are beyond so many robust standard deviations (1e-15 of a normal distribution).
+pub const LONE_OUTLIER: f64 = 8.0;
 /// Probability of lost samples that are none, over a campaign.
 pub const LOST: f64 = 1.0 / 300.0;
+/// Largest rate error of a clock (1) and delay (s) that effects of the library may have: what is
+/// larger is no clock.
+pub const LARGEST_RATE: f64 = 0.1;
+/// See [`LARGEST_RATE`].
+pub const LARGEST_DELAY: f64 = 1.0;
+/// How many times as probable as one of the library an effect of the user's own is: whoever writes a
+/// file for it suspects it.
+pub const OWN_EFFECT: f64 = 20.0;
 /// Log prior odds against a relaxed form of an effect: one in twenty.
 pub const RELAXED: f64 = 3.0;
 /// Log evidence by which blocks in the place of a row with values of setups must be worse.

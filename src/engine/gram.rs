@@ -82,6 +82,15 @@ impl RunGram {
     }
 }
 
+/// The sums of a part of a run's columns: those that some readings hang on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartGram {
+    /// The place of each column in the run's [`RunGram`], ascending; the residual is last.
+    pub places: Vec<usize>,
+    /// The sums.
+    pub gram: DMatrix<f64>,
+}
+
 /// The sums of some runs as they grow: what comes first is kept as it is, so that a run of one
 /// piece costs no matrix of zeros.
 #[derive(Debug)]

@@ -6,7 +6,7 @@
 use nalgebra::DMatrix;
 
 use crate::engine::blocks::{Block, Plan};
-use crate::engine::gram::{Columns, Growing, LeastSquares, Normal, RunGram, UNBOUNDED};
+use crate::engine::gram::{Columns, Growing, LeastSquares, Normal, PartGram, RunGram, UNBOUNDED};
 use crate::engine::kept::{Memories, Memory};
 use crate::engine::lanes::products::Products;
 use crate::engine::point::Point;
@@ -37,21 +37,41 @@ impl Problem {
         RunGram { gram, readings }
     }
 
-    /// The same measurand by measurand: to which reading each sum belongs stays known.
+    /// The same measurand by measurand, each with the columns that its readings hang on.
     pub(super) fn block_grams(
         &self,
         block: Block,
         program: &RowsProgram,
         plan: &Plan,
         memory: &mut Memory,
-    ) -> Vec<RunGram> {
+    ) -> Vec<PartGram> {
+        let made = |directions: &[usize]| Products::new(1 + directions.len(), self.set);
+        self.block_products(block, program, plan, memory, made);
         let part = &self.parts[block.part];
-        let mut grams = vec![RunGram::empty(plan.size); part.slots().len()];
-        self.scatter_block(block, program, plan, memory, &mut |row, products, columns| {
-            scatter(&mut grams[part.measurand_of(row)].gram, products, columns);
-        });
-        grams.iter_mut().for_each(|one| both_triangles(&mut one.gram));
-        grams
+        let Some(own) = memory.own(block.part) else { return Vec::new() };
+        let gram = |measurand: usize| {
+            let is_own = |row: &usize| part.measurand_of(*row) == measurand;
+            let rows: Vec<usize> = (0..own.products.len()).filter(is_own).collect();
+            let movers = |row: usize| own.mixed.directions(row).iter().map(|d| &plan.movers[*d]);
+            let moved = rows.iter().flat_map(|row| movers(*row)).flatten();
+            let mut places: Vec<usize> =
+                moved.map(|(place, _)| *place).chain([plan.size - 1]).collect();
+            places.sort_unstable();
+            places.dedup();
+            let last = places.len() - 1;
+            let here = |(place, by): &(usize, f64)| (places.partition_point(|p| p < place), *by);
+            let mut gram = DMatrix::zeros(places.len(), places.len());
+            for row in rows {
+                let moved = movers(row).map(|mover| mover.iter().map(here).collect());
+                let columns: Vec<Vec<(usize, f64)>> =
+                    std::iter::once(vec![(last, 1.0)]).chain(moved).collect();
+                let columns: Vec<&[(usize, f64)]> = columns.iter().map(Vec::as_slice).collect();
+                scatter(&mut gram, &own.products[row], &columns);
+            }
+            both_triangles(&mut gram);
+            PartGram { places, gram }
+        };
+        (0..part.slots().len()).map(gram).collect()
     }
 
     /// Shows the products of each row over a block with the columns that they stand for; the number

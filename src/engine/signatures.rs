@@ -13,7 +13,7 @@
 use std::collections::HashMap;
 
 use crate::engine::blocks::Plan;
-use crate::engine::gram::{Growing, RunGram};
+use crate::engine::gram::{Growing, PartGram, RunGram};
 use crate::engine::kept::Memories;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
@@ -214,20 +214,21 @@ impl Problem {
         sums.finish(plans.iter().map(|plan| plan.size))
     }
 
-    /// The Gram sums of [`Problem::gram_with`] measurand by measurand, block after block of each
-    /// run; nothing is kept here. `take` gets the run's index in the campaign.
+    /// The Gram sums of [`Problem::gram_with`] measurand by measurand, each with the columns that its
+    /// readings hang on, block after block of each run; nothing is kept here. `take` gets the run's
+    /// index in the campaign.
     pub fn grams_by_measurand(
         &self,
         signatures: &Signatures,
         point: &Point,
-        mut take: impl FnMut(usize, Vec<RunGram>),
+        mut take: impl FnMut(usize, Vec<PartGram>),
     ) {
         let part = signatures.part;
         let plans = self.plans_with(signatures, point);
-        let most = plans.iter().map(|plan| plan.size).max().unwrap_or(0);
+        let numbers = signatures.columns_by_row().iter().map(|columns| columns * columns).sum();
         self.in_order(
             &Memories::default(),
-            most * most * self.parts[part].slots().len(),
+            numbers,
             |block| block.part == part,
             |memory, block| self.block_grams(block, &signatures.program, &plans[block.run], memory),
             |block, made| take(block.run, made),

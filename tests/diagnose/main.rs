@@ -21,6 +21,7 @@ mod each_effect;
 mod found;
 mod moments;
 mod noise;
+mod own_effects;
 mod parts;
 mod places;
 mod power;

@@ -115,6 +115,9 @@ impl Diagnosis {
         let last = self.explained.as_ref().unwrap_or(&self.nominal);
         self.beyond_range = beyond_range(&last.problem, &last.estimates());
         self.remainder = budget.remainder(&rest, &gains, &solved);
+        if self.remainder.is_empty() {
+            self.remainder = budget.of_inputs();
+        }
         self.doubtful = budget.doubtful(&objections);
         // Another form of it may stand.
         self.doubtful.retain(|one| !self.rows.iter().any(|row| row.name == one.name));

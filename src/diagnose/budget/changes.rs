@@ -119,20 +119,12 @@ impl Linear {
             let row = run.record.row(change.at.1);
             let last = change.end.map(|end| run.record.row(end.saturating_sub(1)));
             let place = block.place.as_ref().map(|place| place.from(&run.name, (row, last)));
+            let (name, columns) = (format!("change of {}", block.name), vec![vec![(column, 1.0)]]);
             self.terms.push(Term {
-                candidate: usize::MAX,
-                name: format!("change of {}", block.name),
-                kind: Kind::Block,
-                columns: vec![vec![(column, 1.0)]],
                 members: change.members,
-                ln_prior: 0.0,
-                is_of_runs: false,
                 place,
                 change: Some(change.clone()),
-                reduced_from: None,
-                variant: None,
-                variants: Vec::new(),
-                may_enter: true,
+                ..Term::new(name, Kind::Block, columns)
             });
         }
     }

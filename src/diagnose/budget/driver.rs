@@ -3,6 +3,9 @@
 //! noise is looked at in what all of that leaves. What is found in the noise, and rows that did not
 //! stand, lead to another round.
 
+use std::collections::BTreeSet;
+
+use crate::campaign::Record;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, NoiseEffect};
 use crate::diagnose::library::variant::Variant;
@@ -13,10 +16,12 @@ use super::families::Families;
 use super::in_fit::Row;
 use super::judge::{Judged, Objection};
 use super::linear::Linear;
+use super::noise::Outlier;
 use super::noise_or_blocks::{Instead, instead_of_blocks};
 use super::pieces::Pieces;
 use super::search::{Log, Pools};
 use super::selection::Selection;
+use super::still::still_readings;
 use super::terms::{Base, Change};
 use crate::diagnose::thresholds::ENTER;
 
@@ -66,6 +71,11 @@ struct Search<'a> {
     /// Sets of rows that were in the fit.
     seen: Vec<Vec<String>>,
     left_out: LeftOut,
+    /// Measurands that hardly vary.
+    still: BTreeSet<String>,
+    /// What is left out, and the runs of each campaign with all readings.
+    outliers: Vec<Outlier>,
+    records: Vec<Vec<Record>>,
     noise: Vec<NoiseEffect>,
     /// Best members of families: of blocks, as they were found beside the first rows; of effects, as
     /// they were found last.
@@ -82,7 +92,11 @@ pub fn search(
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Option<Found>, FitError> {
+    let parts = nominal.problem.parts.iter();
+    let records = parts.map(|part| part.runs.iter().map(|run| run.record.clone()).collect());
     let mut search = Search {
+        records: records.collect(),
+        still: still_readings(&nominal),
         wanted: wanted.clone(),
         options,
         fitted: nominal,
@@ -91,6 +105,7 @@ pub fn search(
         objections: Vec::new(),
         seen: Vec::new(),
         left_out: LeftOut::default(),
+        outliers: Vec::new(),
         noise: Vec::new(),
         scanned: Families::default(),
         log: Log::new(),
@@ -116,6 +131,11 @@ pub fn search(
 }
 
 impl Search<'_> {
+    /// Whether a relaxed form of an effect did not stand.
+    fn is_refused(&self, name: &str, form: Variant) -> bool {
+        self.refused.iter().any(|(own, other)| own == name && *other == Some(form))
+    }
+
     /// A selection in which what did not stand has no part.
     fn selection<'l>(&self, linear: &'l Linear) -> Selection<'l> {
         let mut selection = Selection::new(&linear.sums, &linear.terms, &linear.active);
@@ -137,7 +157,7 @@ impl Search<'_> {
         // The fit may be another one when this is called again.
         self.scanned.effects.clear();
         let Some(mut linear) = linear else { return Ok(None) };
-        linear.without_own_covariates();
+        linear.without_own_covariates(&self.still);
         let mut model = linear.rows();
         let mut scale: Vec<f64> = Vec::new();
         for round in 0..=CHANGE_ROUNDS {
@@ -160,9 +180,13 @@ impl Search<'_> {
         }
         let mut selection = self.selection(&linear);
         selection.adopt_scale(&scale);
-        let is_row = |term: &usize| selection.terms[*term].is_effect();
-        let rows: Vec<usize> = model.iter().copied().filter(is_row).collect();
-        if let Some(noise) = instead_of_blocks(&linear, &selection, &model, &rows) {
+        // What changes at a moment is no noise.
+        let stays = |term: &usize| {
+            let term = &selection.terms[*term];
+            term.is_effect() || term.change.is_some()
+        };
+        let kept: Vec<usize> = model.iter().copied().filter(stays).collect();
+        if let Some(noise) = instead_of_blocks(&linear, &selection, &model, &kept) {
             drop(selection);
             self.log.push("noise explains more than blocks".to_owned());
             let fitted = linear.fitted.clone();

@@ -16,8 +16,8 @@ use crate::diagnose::library::variant::Variant;
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::{
     APART, APART_OF_ALL, APART_SHARE, BLOCKS_FOR_A_ROW, BORROWED, ENTER, HELD_OUT, LONE_MARGIN,
-    LONE_SHARE, MARGIN, OWN_SHARE, OWN_SHARE_BELOW, RELAXED_MARGIN, ROW, ROW_BESIDE_REMAINDER,
-    SHARE_OF_REMAINDER, SMALL_ROW, TIE,
+    LONE_SHARE, MARGIN, OWN_EFFECT, OWN_SHARE, OWN_SHARE_BELOW, RELAXED_MARGIN, ROW,
+    ROW_BESIDE_REMAINDER, SHARE_OF_REMAINDER, SMALL_ROW, TIE,
 };
 
 mod groups;
@@ -84,6 +84,7 @@ impl Selection<'_> {
             }
             pools.effects.retain(|own| self.live[*own]);
             model.retain(|own| *own != term);
+            model = self.reduced_anew(&model);
             model = self.grow(model, &pools.effects, ROW, 40, log);
         }
         // What is too small for a name is still there.
@@ -167,6 +168,9 @@ impl Selection<'_> {
                     RELAXED_MARGIN
                 } else if gain < SMALL_ROW * rest {
                     MARGIN
+                } else if self.terms[model[at]].is_own {
+                    // Within a tie the cause that a user suspects stands.
+                    -(TIE + OWN_EFFECT.ln())
                 } else {
                     0.0
                 };
@@ -180,10 +184,13 @@ impl Selection<'_> {
             let two = |(first, second): (usize, usize)| {
                 let pair = [model[rows[first]], model[rows[second]]];
                 let own = self.replaced(model, &pair, blocks, 1).0 - evidence;
+                // Two causes that a user suspects are as probable as one that nobody wrote down.
+                let are_own = pair.iter().all(|term| self.terms[*term].is_own);
+                let margin = if are_own { 0.0 } else { MARGIN };
                 let is_first = drops[first] < drops[second];
                 let (out, other) = if is_first { (first, pair[1]) } else { (second, pair[0]) };
                 let name = || self.terms[other].name.clone();
-                (own > -MARGIN).then(|| (out, Objection::Pair(name(), own)))
+                (own > -margin).then(|| (out, Objection::Pair(name(), own)))
             };
             let pairs: Vec<(usize, usize)> = (0..rows.len())
                 .flat_map(|second| (0..second).map(move |first| (first, second)))
@@ -252,11 +259,13 @@ impl Selection<'_> {
                 best.1 = evidence.max(best.1);
             }
         };
-        if model.iter().any(|term| self.terms[*term].reduced_from.is_some()) {
+        let restored =
+            model.iter().filter(|term| self.terms[**term].reduced_from.is_some()).count();
+        if restored > 0 {
             new = self.prune(new, &mut Log::new());
             take(&new);
         }
-        for _ in 0..most {
+        for _ in restored..most {
             let ranked = self.ranked(&new, blocks, 0.0);
             let Some(first) = ranked.first().filter(|one| one.ln_bayes >= ENTER) else { break };
             new.push(first.term);

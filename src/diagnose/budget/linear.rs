@@ -18,7 +18,7 @@ use crate::diagnose::library::variant::Variant;
 use crate::diagnose::library::wanted::Wanted;
 use crate::engine::signatures::Signatures;
 
-use crate::diagnose::thresholds::RELAXED;
+use crate::diagnose::thresholds::{OWN_EFFECT, RELAXED};
 use crate::units::Unit;
 
 use super::families::{Families, best_members};
@@ -101,13 +101,16 @@ impl Linear {
         let signed = made.signatures(&fitted.problem, &all);
         let priors = fitted.fit.normal.priors.clone();
         let sums = Sums::new(&fitted.problem, &fitted.fit.point, &signed, candidates.len(), priors);
-        let ln_prior = ln_priors(&candidates, wanted);
+        let own = fitted.recipes.iter().flat_map(|recipe| recipe.library.own_effects());
+        let own: BTreeSet<&str> = own.map(|effect| effect.name.as_str()).collect();
+        let ln_prior = ln_priors(&candidates, wanted, &own);
         let mut terms: Vec<Term> = candidates
             .iter()
             .zip(&members)
             .enumerate()
             .map(|(number, (one, members))| {
                 let mut term = Term::of(&sums, number, one, (*members, ln_prior[number]));
+                term.is_own = own.contains(one.selected.effect.name.as_str());
                 term.variant = one.variant;
                 if term.is_effect() && one.variant.is_none() {
                     term.variants = Variant::of_all(&one.selected.effect);
@@ -119,22 +122,16 @@ impl Linear {
         for row in rows {
             let columns = columns_of(&fitted, &row.name);
             active.extend(columns.iter().copied());
+            let effect = effect_of(&fitted, &row.name).map(|selected| &selected.effect);
+            let forms = effect.filter(|_| row.variant.is_none()).map(|own| Variant::of_all(own));
+            let columns = columns.iter().map(|(column, _)| vec![(*column, 1.0)]).collect();
             terms.push(Term {
-                candidate: usize::MAX,
-                name: row.name.clone(),
-                kind: Kind::Effect,
-                columns: columns.iter().map(|(column, _)| vec![(*column, 1.0)]).collect(),
                 members: row.members,
                 ln_prior: row.ln_prior,
-                is_of_runs: false,
-                place: None,
-                change: None,
-                reduced_from: None,
                 variant: row.variant,
-                variants: effect_of(&fitted, &row.name)
-                    .filter(|_| row.variant.is_none())
-                    .map_or_else(Vec::new, |own| Variant::of_all(&own.effect)),
-                may_enter: true,
+                variants: forms.unwrap_or_default(),
+                is_own: effect.is_some_and(|effect| own.contains(effect.name.as_str())),
+                ..Term::new(row.name.clone(), Kind::Effect, columns)
             });
         }
         let rows = candidates.len()..terms.len();
@@ -163,24 +160,23 @@ impl Linear {
         self.terms = terms;
     }
 
-    /// Takes blocks out of the competition whose covariate is what a row does: an error of a reading
-    /// over that reading, where most of what varies in it is the row.
-    pub fn without_own_covariates(&mut self) {
+    /// Takes blocks out of the competition whose covariate is what rows do: readings that hardly vary
+    /// without these, and a reading over itself of which a row is the slope.
+    pub fn without_own_covariates(&mut self, still: &BTreeSet<String>) {
         let selection = Selection::new(&self.sums, &self.terms, &self.active);
         let rows = self.rows();
         let mut out = Vec::new();
         for (number, term) in self.terms.iter().enumerate() {
-            let Some(Place { of: Of::Measurand(name), covariate, .. }) = &term.place else {
-                continue;
-            };
-            if !covariate.contains(name.as_str()) {
-                continue;
-            }
+            let Some(Place { of, covariate, .. }) = &term.place else { continue };
             let takes = |row: &usize| {
                 let left = selection.form_left(&[number], &rows, *row);
                 left < OWN_COVARIATE * selection.form_left(&[], &rows, *row)
             };
-            if rows.iter().any(takes) {
+            let is_of_itself =
+                matches!(of, Of::Measurand(name) if covariate.contains(name.as_str()));
+            if covariate.split(' ').any(|word| still.contains(word))
+                || is_of_itself && rows.iter().any(takes)
+            {
                 out.push(number);
             }
         }
@@ -197,22 +193,6 @@ impl Linear {
         let own = &self.terms[term];
         let Term { name, variant, members, ln_prior, .. } = own;
         Row { name: name.clone(), variant: *variant, members: *members, ln_prior: *ln_prior }
-    }
-
-    /// Log prior of the size of an effect in a fit: a Cauchy distribution about zero whose width is
-    /// the typical magnitude, at its largest value.
-    pub fn ln_size_prior(&self, fitted: &Fitted, name: &str) -> f64 {
-        let prefix = format!("{name}.");
-        let layout = &fitted.problem.layout;
-        let own =
-            layout.instances.iter().enumerate().filter(|(_, one)| one.name.starts_with(&prefix));
-        let ratio = own.filter_map(|(index, one)| {
-            let typical = one.setting.typical?;
-            let value = fitted.fit.point.values[index];
-            let most = value[..one.dimension()].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-            Some(most / typical)
-        });
-        -ratio.fold(0.0, f64::max).powi(2).ln_1p()
     }
 
     /// The parameter of which a column is a component, and whose value it is.
@@ -263,8 +243,9 @@ impl Linear {
 }
 
 /// The log prior odds of each candidate beyond those of one among equals. An effect's are shared by
-/// its heads; where some are more probable, the others give way. Blocks are equals.
-fn ln_priors(candidates: &[Candidate], wanted: &Wanted) -> Vec<f64> {
+/// its heads; where some are more probable, such as a user's `own`, the others give way. Blocks are
+/// equals.
+fn ln_priors(candidates: &[Candidate], wanted: &Wanted, own: &BTreeSet<&str>) -> Vec<f64> {
     let mut heads: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     let effects = || candidates.iter().filter(|one| one.place.is_none());
     for one in effects() {
@@ -272,7 +253,8 @@ fn ln_priors(candidates: &[Candidate], wanted: &Wanted) -> Vec<f64> {
     }
     let weight = |one: &Candidate| {
         let name = one.selected.effect.name.as_str();
-        wanted.prior.times(name) / heads[name].len() as f64
+        let suspected = if own.contains(name) { OWN_EFFECT } else { 1.0 };
+        suspected * wanted.prior.times(name) / heads[name].len() as f64
     };
     let mean = effects().map(weight).sum::<f64>() / effects().count().max(1) as f64;
     let ln = |one: &Candidate| {

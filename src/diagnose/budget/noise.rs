@@ -15,30 +15,31 @@ use crate::estimate::median::upper_median;
 use super::linear::Linear;
 use super::rows::Values;
 use super::selection::Selection;
-use crate::diagnose::thresholds::{NOISE, OUTLIERS};
+use crate::diagnose::thresholds::{LONE_OUTLIER, NOISE, OUTLIERS};
 
 /// Lags over which an autocorrelation is fitted.
 const LAGS: usize = 40;
 /// A correlation below this share of the first ends the fit.
 const FADED: f64 = 0.2;
 
+/// A reading that is far out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outlier {
+    /// Its run (of all), sample, and measurand (of all campaigns).
+    pub at: (usize, usize, usize),
+    /// How many robust standard deviations.
+    pub deviations: f64,
+}
+
 /// The noise of a model's residuals.
 #[derive(Clone, Debug, Default)]
 pub struct NoiseFound {
-    /// Readings that are far out: run (of all), sample, measurand (of all campaigns), and how many
-    /// robust standard deviations.
-    pub outliers: Vec<(usize, usize, usize, f64)>,
+    /// Readings that are far out, in order.
+    pub outliers: Vec<Outlier>,
     /// Variance of the reference times (s²), and its standard score.
     pub jitter: Option<(f64, f64)>,
     /// Autocorrelated noise, by campaign and residual component.
     pub autocorrelation: Vec<(usize, usize, GaussMarkov)>,
-}
-
-impl NoiseFound {
-    /// Whether the noise is white and without outliers.
-    pub fn is_plain(&self) -> bool {
-        self.outliers.is_empty() && self.jitter.is_none() && self.autocorrelation.is_empty()
-    }
 }
 
 /// Residuals of one component by run: sample, time (s), whitened residual.
@@ -69,15 +70,14 @@ pub fn components(
 /// Looks at the residuals of a model.
 pub fn noise(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> NoiseFound {
     let delays = delay_columns(linear, selection);
-    // By sample: sums of u, u², v, v² over its readings.
-    let mut samples: BTreeMap<(usize, usize), [f64; 4]> = BTreeMap::new();
-    let components = components(linear, selection, model, &mut |row, residual| {
+    // Of each reading what it says of its time: residual times rate, and rate, both weighted.
+    let mut timed: Vec<((usize, usize), usize, [f64; 2])> = Vec::new();
+    let mut components = components(linear, selection, model, &mut |row, residual| {
         let scale = selection.scale[row.measurand];
         let rate: f64 = delays.iter().map(|column| row.model[*column]).sum();
         if rate != 0.0 {
-            let (u, v) = (residual * rate / scale.powi(2), (rate / scale).powi(2));
-            let sums = samples.entry((row.run, row.sample)).or_default();
-            sums.iter_mut().zip([u, u * u, v, v * v]).for_each(|(sum, more)| *sum += more);
+            let of_time = [residual * rate / scale.powi(2), (rate / scale).powi(2)];
+            timed.push(((row.run, row.sample), row.measurand, of_time));
         }
     });
     let mut found = NoiseFound::default();
@@ -85,10 +85,24 @@ pub fn noise(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Noi
         found.outliers.extend(outliers(*measurand, runs));
     }
     // A reading of several components is left out once.
-    found.outliers.sort_by(|a, b| (a.0, a.1, a.2).cmp(&(b.0, b.1, b.2)).then(b.3.total_cmp(&a.3)));
-    found.outliers.dedup_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2));
+    found.outliers.sort_by(|a, b| a.at.cmp(&b.at).then(b.deviations.total_cmp(&a.deviations)));
+    found.outliers.dedup_by_key(|one| one.at);
     if found.outliers.len() < OUTLIERS {
-        found.outliers.clear();
+        found.outliers.retain(|one| one.deviations > LONE_OUTLIER);
+    }
+    let is_out = |run: usize, sample: usize, measurand: usize| {
+        found.outliers.binary_search_by_key(&(run, sample, measurand), |one| one.at).is_ok()
+    };
+    for ((_, measurand, _), runs) in &mut components {
+        for (run, values) in runs {
+            values.retain(|(sample, ..)| !is_out(*run, *sample, *measurand));
+        }
+    }
+    // By sample: sums of u, u², v, v² over its readings.
+    let mut samples: BTreeMap<(usize, usize), [f64; 4]> = BTreeMap::new();
+    for (at, _, [u, v]) in timed.iter().filter(|one| !is_out(one.0.0, one.0.1, one.1)) {
+        let sums = samples.entry(*at).or_default();
+        sums.iter_mut().zip([*u, u * u, *v, v * v]).for_each(|(sum, more)| *sum += more);
     }
     found.jitter = jitter(samples.values());
     let problem = &linear.fitted.problem;
@@ -115,7 +129,7 @@ fn delay_columns(linear: &Linear, selection: &Selection<'_>) -> Vec<usize> {
 }
 
 /// Readings beyond [`NOISE`] robust standard deviations.
-fn outliers(measurand: usize, runs: &Component) -> Vec<(usize, usize, usize, f64)> {
+fn outliers(measurand: usize, runs: &Component) -> Vec<Outlier> {
     let mut sizes: Vec<f64> = runs.values().flatten().map(|one| one.2.abs()).collect();
     if sizes.is_empty() {
         return Vec::new();
@@ -125,7 +139,8 @@ fn outliers(measurand: usize, runs: &Component) -> Vec<(usize, usize, usize, f64
     for (run, values) in runs {
         for (sample, _, value) in values {
             if value.abs() > NOISE * deviation && deviation > 0.0 {
-                found.push((*run, *sample, measurand, value.abs() / deviation));
+                let deviations = value.abs() / deviation;
+                found.push(Outlier { at: (*run, *sample, measurand), deviations });
             }
         }
     }
@@ -191,7 +206,7 @@ fn autocorrelation(runs: &Component) -> Option<GaussMarkov> {
 pub fn leave_out(
     problem: &mut Problem,
     first_measurand: &[usize],
-    outliers: &[(usize, usize, usize, f64)],
+    outliers: &[Outlier],
 ) -> LeftOut {
     let mut left_out = LeftOut::default();
     let mut parts = std::mem::take(&mut problem.parts);
@@ -201,22 +216,18 @@ pub fn leave_out(
             part.system.assembly.names.measurands.iter().map(|one| one.name.clone()).collect();
         let columns: Vec<_> = part.slots().iter().map(|slot| slot.columns()).collect();
         for (index, run) in part.runs.iter_mut().enumerate() {
-            let own = outliers.iter().filter(|one| one.0 == first_run + index);
-            let own: Vec<_> = own
-                .filter_map(|one| Some((one.1, one.2.checked_sub(first_measurand[number])?, one.3)))
-                .filter(|one| one.1 < columns.len())
-                .collect();
-            for (sample, measurand, deviations) in &own {
+            let own = outliers.iter().filter(|one| one.at.0 == first_run + index);
+            for Outlier { at: (_, sample, measurand), deviations } in own.copied() {
+                let measurand = measurand - first_measurand[number];
                 left_out.readings.push(Reading {
                     run: run.name.as_str().into(),
-                    row: run.record.row(*sample),
-                    measurand: names[*measurand].as_str().into(),
-                    deviations: *deviations,
+                    row: run.record.row(sample),
+                    measurand: names[measurand].as_str().into(),
+                    deviations,
                     code: None,
                 });
+                run.record.leave_out([(sample..sample + 1, columns[measurand].clone())]);
             }
-            let out = own.iter().map(|one| (one.0..one.0 + 1, columns[one.1].clone()));
-            run.record.leave_out(out);
         }
         first_run += part.runs.len();
     }

@@ -20,8 +20,8 @@ pub enum Instead {
     OfRuns(Vec<OfRun>),
 }
 
-/// The noise that explains more than the blocks of a model do, if there is one; `rows` are the
-/// model's rows.
+/// The noise that explains more than the blocks of a model do, if there is one; `rows` are what
+/// stays of the model beside it.
 pub fn instead_of_blocks(
     linear: &Linear,
     selection: &Selection<'_>,

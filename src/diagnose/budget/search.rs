@@ -3,11 +3,13 @@
 //!
 //! Effects come first; where none enters, the best basis block does, and effects may enter again. A
 //! row goes for an effect that is better, or for a block that is no wider and better by
-//! [`TIE`]. A wide block may hide several effects: each is taken out once and effects
-//! are grown in its place. Whether a row stands is for [`super::judge`] to say.
+//! [`TIE`]. A block may hide several effects: each is taken out once and effects
+//! are grown in its place, two at once where none enters by itself ([`pair`]). Whether a row stands is for [`super::judge`] to say.
 
 use super::selection::Selection;
 use crate::diagnose::thresholds::{ENTER, MOST_ROWS, SWAP, TIE};
+
+mod pair;
 
 /// Terms that enter in one go at most.
 const MOST: usize = 40;
@@ -179,9 +181,22 @@ impl Selection<'_> {
             let (scale, evidence) = (self.scale.clone(), self.ln_evidence(&model));
             let rest: Vec<usize> = model.iter().copied().filter(|own| *own != block).collect();
             let mut steps = Log::new();
-            let grown = self.grow(rest, &pools.effects, 0.0, MOST, &mut steps);
-            self.adopt_scale(&scale);
             let is_new = |found: &[usize]| found.iter().any(|term| !model.contains(term));
+            let mut grown = self.grow(rest.clone(), &pools.effects, 0.0, MOST, &mut steps);
+            if !is_new(&grown)
+                && let Some(pair) = self.best_pair(&rest, &pools.effects)
+            {
+                let [a, b] = pair.map(|term| self.terms[term].name.as_str());
+                steps.push(format!("+ {a} and {b}"));
+                grown = self.grow(
+                    [rest, pair.to_vec()].concat(),
+                    &pools.effects,
+                    0.0,
+                    MOST,
+                    &mut steps,
+                );
+            }
+            self.adopt_scale(&scale);
             if !is_new(&grown) {
                 continue;
             }

@@ -71,8 +71,7 @@ impl<'a> Selection<'a> {
 
     /// Sums anew with the noise scale factors as they are.
     fn weigh(&mut self) {
-        let weights: Vec<f64> = self.scale.iter().map(|scale| scale.powi(-2)).collect();
-        self.weighted = self.sums.weighted(&weights);
+        self.weighted.weigh(self.scale.iter().map(|scale| scale.powi(-2)).collect());
         let product = |column| {
             self.residual.iter().map(|(other, by)| by * self.weighted.product(column, *other)).sum()
         };
@@ -226,7 +225,7 @@ impl<'a> Selection<'a> {
     }
 
     /// Number of candidates of a term's kind.
-    fn candidates(&self, term: usize) -> usize {
+    pub(super) fn candidates(&self, term: usize) -> usize {
         if self.terms[term].is_effect() { self.effects } else { self.blocks }
     }
 

@@ -28,27 +28,14 @@ impl Linear {
         for (instance, rows) in of_priors {
             let one = &self.fitted.problem.layout.instances[instance];
             let place = Place::of_stated(&one.name, one.whose());
-            let mut columns = Vec::new();
+            let (name, mut columns) = (place.words.clone(), Vec::new());
             for row in rows {
                 let column = self.sums.append(&Appended::default());
                 self.sums.priors[row].coefficients.push((column, 1.0));
                 columns.push(vec![(column, 1.0)]);
             }
-            self.terms.push(Term {
-                candidate: usize::MAX,
-                name: place.words.clone(),
-                kind: Kind::Block,
-                columns,
-                members: 1,
-                ln_prior: 0.0,
-                is_of_runs: false,
-                place: Some(place),
-                change: None,
-                reduced_from: None,
-                variant: None,
-                variants: Vec::new(),
-                may_enter: true,
-            });
+            let place = Some(place);
+            self.terms.push(Term { place, ..Term::new(name, Kind::Block, columns) });
         }
     }
 }

@@ -5,14 +5,12 @@
 //! a parameter. A column that acts in all runs is *wide*, one of a setup or of a run is *narrow*.
 //! Products of wide columns are summed over all runs, those of a narrow column with the wide ones
 //! too; products of two narrow columns are kept run by run. So memory grows with the number of runs
-//! and not with its square.
+//! and not with its square. Sums of a measurand have only the columns that change its readings.
 //!
 //! It does not say which columns explain anything.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-use nalgebra::DMatrix;
 
 use crate::diagnose::evidence::Owner;
 use crate::diagnose::evidence::columns::{Column, join, owner_in};
@@ -20,7 +18,7 @@ use crate::engine::gram::PriorRow;
 use crate::engine::signatures::{Signature, Signatures};
 use crate::engine::{Point, Problem};
 
-use self::store::{Local, Placed, Store, add_run, locals, placed};
+use self::store::{Placed, Store, columns_of_runs, placed};
 
 mod store;
 mod weighted;
@@ -45,8 +43,11 @@ pub struct Sums {
     /// Prior knowledge of nominal parameters.
     pub priors: Vec<PriorRow>,
     place: Vec<Placed>,
+    /// Number of wide columns, the residual among them.
+    wide: usize,
     by_measurand: Vec<Store>,
-    locals: Arc<Vec<Local>>,
+    /// The columns of each run's Gram matrix.
+    of_runs: Arc<Vec<Vec<usize>>>,
 }
 
 /// Products of one more column with the others.
@@ -112,16 +113,8 @@ impl Sums {
                 at.push(column.at);
             }
         }
-        let locals = locals(problem, signed, &at);
-        let runs = locals.len();
-        let place = placed(problem, &at, runs);
-        let narrow_in = |local: &Local| {
-            local.columns.iter().filter(|c| matches!(place[**c], Placed::Narrow(..))).count()
-        };
-        let sizes: Vec<usize> = locals.iter().map(narrow_in).collect();
-        let count =
-            |wide: bool| place.iter().filter(|one| matches!(one, Placed::Wide(_)) == wide).count();
-        let (wide, narrow) = (count(true), count(false));
+        let of_runs = columns_of_runs(problem, signed, &at);
+        let (place, wide) = placed(problem, &at, of_runs.len());
         let mut first_measurand = Vec::new();
         let mut by_measurand: Vec<Store> = Vec::new();
         let mut readings = Vec::new();
@@ -129,14 +122,13 @@ impl Sums {
             let first = by_measurand.len();
             first_measurand.push(first);
             let slots = problem.parts[part].slots().len();
-            by_measurand.extend((0..slots).map(|_| Store::empty(wide, narrow, &sizes)));
+            by_measurand.extend((0..slots).map(|_| Store::empty(of_runs.len())));
             readings.extend(problem.parts[part].present());
             let first_run = problem.layout.first_run[part];
             problem.grams_by_measurand(signatures, point, |run, grams| {
                 let run = first_run + run;
                 for (measurand, gram) in grams.iter().enumerate() {
-                    let store = &mut by_measurand[first + measurand];
-                    add_run(store, &gram.gram, run, &locals[run], &place);
+                    by_measurand[first + measurand].add_run(gram, run, &of_runs[run], &place);
                 }
             });
         }
@@ -149,46 +141,29 @@ impl Sums {
             first_measurand,
             priors,
             place,
+            wide,
             by_measurand,
-            locals: Arc::new(locals),
+            of_runs: Arc::new(of_runs),
         }
     }
 
     /// Appends a column; its number.
     pub fn append(&mut self, added: &Appended) -> usize {
-        let wide = self.by_measurand.first().map_or(0, |store| store.wide.nrows() - 1);
-        for store in &mut self.by_measurand {
-            // Before the residual.
-            let take = |matrix: &mut DMatrix<f64>| std::mem::replace(matrix, DMatrix::zeros(0, 0));
-            store.wide = take(&mut store.wide).insert_row(wide, 0.0).insert_column(wide, 0.0);
-            store.strips = take(&mut store.strips).insert_row(wide, 0.0);
-        }
+        let number = self.wide;
         for ((run, measurand), (sums, square)) in &added.of_runs {
-            let store = &mut self.by_measurand[*measurand];
-            store.wide[(wide, wide)] += square;
-            for (value, column) in sums.iter().zip(&self.locals[*run].columns) {
-                match self.place.get(*column) {
-                    Some(Placed::Wide(at)) => {
-                        store.wide[(wide, *at)] += value;
-                        store.wide[(*at, wide)] += value;
-                    }
-                    Some(Placed::Narrow(at, _)) => store.strips[(wide, *at)] += value,
-                    None => {}
-                }
-            }
-            if let Some(residual) = sums.last() {
-                store.wide[(wide, wide + 1)] += residual;
-                store.wide[(wide + 1, wide)] += residual;
-            }
+            // Columns of no candidate have no place, and no product.
+            let placed = self.of_runs[*run].iter().zip(sums);
+            let others = placed
+                .filter_map(|(column, sum)| Some((Some(self.place.get(*column)?), *sum)))
+                .chain(sums.last().map(|sum| (None, *sum)));
+            self.by_measurand[*measurand].add_wide(number, *square, others);
         }
         for (measurand, column, product) in &added.others {
-            if let Some(Placed::Wide(at)) = self.place.get(*column) {
-                let store = &mut self.by_measurand[*measurand];
-                store.wide[(wide, *at)] += product;
-                store.wide[(*at, wide)] += product;
-            }
+            let others = std::iter::once((self.place.get(*column), *product));
+            self.by_measurand[*measurand].add_wide(number, 0.0, others);
         }
-        self.place.push(Placed::Wide(wide));
+        self.wide += 1;
+        self.place.push(Placed::Wide(number));
         self.owners.push(Owner { parameter: String::new(), component: 0, of: None });
         self.typical.push(None);
         self.place.len() - 1
@@ -226,47 +201,12 @@ impl Sums {
     /// The sums with the weight of each measurand (one over its squared noise scale factor), prior
     /// knowledge included.
     pub fn weighted(&self, weights: &[f64]) -> Weighted<'_> {
-        let mut sum: Option<Store> = None;
-        for (store, weight) in self.by_measurand.iter().zip(weights) {
-            let sum = sum.get_or_insert_with(|| {
-                let sizes: Vec<usize> = store.runs.iter().map(DMatrix::nrows).collect();
-                Store::empty(store.wide.nrows() - 1, store.strips.ncols(), &sizes)
-            });
-            sum.add(store, *weight);
-        }
-        let mut weighted = Weighted { sums: self, store: sum.unwrap_or(Store::empty(0, 0, &[])) };
-        weighted.add_priors();
-        weighted
+        Weighted::new(self, weights)
     }
 
     /// The product of two columns in the sums of one measurand; the column after the last is the
     /// residual.
     pub fn product_in(&self, measurand: usize, a: usize, b: usize) -> f64 {
-        self.product_of(&self.by_measurand[measurand], a, b)
-    }
-
-    fn product_of(&self, store: &Store, a: usize, b: usize) -> f64 {
-        let residual = store.wide.nrows() - 1;
-        let place = |column: usize| self.place.get(column);
-        match (place(a), place(b)) {
-            (None, None) => store.wide[(residual, residual)],
-            (None, Some(one)) | (Some(one), None) => match one {
-                Placed::Wide(a) => store.wide[(residual, *a)],
-                Placed::Narrow(a, _) => store.strips[(residual, *a)],
-            },
-            (Some(Placed::Wide(a)), Some(Placed::Wide(b))) => store.wide[(*a, *b)],
-            (Some(Placed::Wide(a)), Some(Placed::Narrow(b, _)))
-            | (Some(Placed::Narrow(b, _)), Some(Placed::Wide(a))) => store.strips[(*a, *b)],
-            (Some(Placed::Narrow(_, a)), Some(Placed::Narrow(_, b))) => {
-                let (mut sum, mut rest) = (0.0, &b[..]);
-                for (run, i) in a {
-                    rest = &rest[rest.partition_point(|(known, _)| known < run)..];
-                    if let Some((_, j)) = rest.first().filter(|(known, _)| known == run) {
-                        sum += store.runs[*run][(*i, *j)];
-                    }
-                }
-                sum
-            }
-        }
+        self.by_measurand[measurand].product(self.place.get(a), self.place.get(b))
     }
 }

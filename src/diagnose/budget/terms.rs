@@ -8,6 +8,9 @@ use crate::diagnose::library::variant::Variant;
 use super::sums::Sums;
 use crate::diagnose::price::Gain;
 
+/// Length, in units of the noise, that a column must have at the usual size of its value.
+const NEGLIGIBLE: f64 = 1e-4;
+
 /// A linear combination of columns.
 pub type Combination = Vec<(usize, f64)>;
 
@@ -72,11 +75,33 @@ pub struct Term {
     pub variant: Option<Variant>,
     /// Relaxed forms that it may take.
     pub variants: Vec<Variant>,
+    /// Whether it is an effect of the user's own.
+    pub is_own: bool,
     /// Whether it may enter a model: a block that was reduced beside rows may not.
     pub may_enter: bool,
 }
 
 impl Term {
+    /// A term of no candidate, one among equals.
+    pub fn new(name: String, kind: Kind, columns: Vec<Combination>) -> Self {
+        Self {
+            candidate: usize::MAX,
+            name,
+            kind,
+            columns,
+            members: 1,
+            ln_prior: 0.0,
+            is_of_runs: false,
+            place: None,
+            change: None,
+            reduced_from: None,
+            variant: None,
+            variants: Vec::new(),
+            is_own: false,
+            may_enter: true,
+        }
+    }
+
     /// Whether it is an effect of the library.
     pub fn is_effect(&self) -> bool {
         self.kind == Kind::Effect
@@ -89,38 +114,40 @@ impl Term {
         candidate: &Candidate,
         (members, ln_prior): (usize, f64),
     ) -> Self {
-        let own = &sums.of_candidate[number];
+        let of_effect = candidate.place.is_none();
+        let own = sums.of_candidate[number].iter().copied();
+        let own: Vec<usize> = own.filter(|column| !of_effect || shows(sums, *column)).collect();
         let columns = if candidate.sums_to_zero() && own.len() > 1 {
             let key = |column: &usize| {
                 let owner = &sums.owners[column - sums.nominal];
                 (owner.parameter.as_str(), owner.component)
             };
-            let mut own = own.clone();
+            let mut own = own;
             own.sort_by(|a, b| key(a).cmp(&key(b)));
             own.chunk_by(|a, b| key(a) == key(b)).flat_map(contrasts).collect()
         } else {
-            own.iter().map(|column| vec![(*column, 1.0)]).collect()
+            own.into_iter().map(|column| vec![(column, 1.0)]).collect()
         };
-        let kind = if candidate.place.is_none() { Kind::Effect } else { Kind::Block };
+        let kind = if of_effect { Kind::Effect } else { Kind::Block };
         let is_of_runs = candidate.place.as_ref().is_some_and(|place| place.is_of_runs());
-        let name = candidate.name.clone();
-        let place = candidate.place.clone();
         Self {
             candidate: number,
-            name,
-            kind,
-            columns,
             members,
             ln_prior,
             is_of_runs,
-            place,
-            change: None,
-            reduced_from: None,
-            variant: None,
-            variants: Vec::new(),
-            may_enter: true,
+            place: candidate.place.clone(),
+            ..Self::new(candidate.name.clone(), kind, columns)
         }
     }
+}
+
+/// Whether a column changes readings at a size that can be: what does not even show at thousands of
+/// times its usual size is rounding, such as stamps that are uniform but for their last digit.
+fn shows(sums: &Sums, column: usize) -> bool {
+    let measurands = 0..sums.readings.len();
+    let square: f64 = measurands.map(|own| sums.product_in(own, column, column)).sum();
+    let usual = sums.typical_of(column);
+    usual.is_none_or(|usual| square.is_nan() || usual * square.sqrt() >= NEGLIGIBLE)
 }
 
 /// Combinations of columns whose coefficients sum to zero, orthonormal (Helmert).

@@ -79,6 +79,12 @@ impl Place {
         Self::new(Of::Channel("stated values".to_owned()), parameter, words)
     }
 
+    /// Of a reading whose error depends on several inputs together.
+    pub(in crate::diagnose) fn of_inputs(measurand: &str) -> Self {
+        let words = format!("an error of `{measurand}` over several inputs together");
+        Self::new(Of::Measurand(measurand.to_owned()), "inputs", words)
+    }
+
     /// Of a reading that is left out in a run.
     pub(in crate::diagnose) fn of_run(measurand: &str, run: &str) -> Self {
         let words = format!("an error of `{measurand}` in run `{run}`");

@@ -1,7 +1,7 @@
 //! Unknown structure: what an effect that nobody wrote down could look like, as effects made here.
 //!
 //! A block is a displacement of the target, its pedestal or the rig, an error in the time of a
-//! reading or an error of the reading itself, as a free function of one covariate: an angle (waves
+//! reading, of the reading itself or of an input, as a free function of one covariate: an angle (waves
 //! up to an order), a rate, the sense of rotation, time, setup, run. Blocks are effects like any
 //! other and go through the same machine; the best of them says where the unknown sits. (A plain
 //! Fourier series in the arm angle would miss clocks and platforms.) Those whose scale nobody knows
@@ -10,6 +10,7 @@
 //! | file | answers |
 //! |---|---|
 //! | `covariate` | what it may be a function of |
+//! | `inputs` | errors of inputs |
 //! | `waves` | which are families |
 
 use std::collections::BTreeMap;
@@ -34,6 +35,7 @@ use super::place::{ALL_READINGS, Of, Place, TIME_OF};
 pub(in crate::diagnose) use covariate::turns;
 
 mod covariate;
+mod inputs;
 mod waves;
 
 /// Waves over a signal, where few things move and where many do.
@@ -112,6 +114,7 @@ fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
     pedestal(model, &mut all);
     timing(model, &mut all);
     readings(model, &mut all);
+    inputs::errors_of_inputs(model, &mut all);
     attitudes(model, &mut all);
     by_sense(model, &mut all);
     all.extend(waves::in_time(model));

@@ -1,6 +1,7 @@
 //! The parts of the remainder with their places and sizes.
 
 use crate::diagnose::budget::answer::Remainder;
+use crate::diagnose::budget::neighbours::{OfInputs, of_inputs};
 use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::solved::Solved;
 use crate::diagnose::fitted::Fitted;
@@ -46,6 +47,28 @@ impl Budget<'_> {
             .collect();
         found.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
         found
+    }
+
+    /// Errors that several inputs decide together, which no term has the form of.
+    pub(super) fn of_inputs(&self) -> Vec<Remainder> {
+        let Self { linear, selection, model } = self;
+        let Fitted { problem, fit, .. } = &linear.fitted;
+        let remainder = |one: OfInputs| {
+            let first = &linear.sums.first_measurand;
+            let part = first.partition_point(|first| *first <= one.measurand) - 1;
+            let measurand = one.measurand - first[part];
+            let name = &problem.parts[part].system.assembly.names.measurands[measurand].name;
+            let rms = one.rms * problem.rms_sigma(&fit.point, part, measurand);
+            Remainder {
+                place: Place::of_inputs(name),
+                gain: Gain::default(),
+                share: 0.0,
+                rms: Some((rms, name.clone())),
+                amplitude: None,
+                nearest: None,
+            }
+        };
+        of_inputs(linear, selection, model).into_iter().map(remainder).collect()
     }
 
     /// The rms of what a term does (SI): of an error of a measurand in that one, else in the one in

@@ -4,6 +4,7 @@
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::selection::Ranked;
+use crate::diagnose::budget::terms::Term;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::thresholds::{ENTER, MOST_ROWS};
 use crate::estimate::batch::FitError;
@@ -64,20 +65,30 @@ impl Search<'_> {
             }
             let Some(best) = best else { break };
             let mut next: Option<(f64, usize, Fitted)> = None;
+            let known = self.refused.len();
             for one in serious {
                 let start = linear.start(&selection, &model, one.term);
                 let selected = &linear.candidates[one.term].selected;
                 let with = self.fitted.with(selected, &start, self.options)?;
                 let Some(with) = with.filter(Fitted::is_sound) else { continue };
+                if !linear.is_plausible(&with, one.term) {
+                    self.refuse_size(&linear.terms[one.term]);
+                    continue;
+                }
                 // What a candidate costs more than another counts against it, and its size.
                 let price = one.gain.gain - 2.0 * one.ln_bayes;
-                let size = linear.ln_size_prior(&with, &linear.terms[one.term].name);
+                let size = linear.ln_size_prior(&with, one.term);
                 let cost = with.cost() + price - 2.0 * size;
                 if next.as_ref().is_none_or(|(least, ..)| cost < *least) {
                     next = Some((cost, one.term, with));
                 }
             }
-            let Some((_, term, with)) = next else { break };
+            let Some((_, term, with)) = next else {
+                if self.refused.len() > known {
+                    continue;
+                }
+                break;
+            };
             let name = &linear.terms[term].name;
             self.log.push(format!("{name} enters the fit ({:.1})", best.ln_bayes));
             let row = linear.row(term);
@@ -89,5 +100,11 @@ impl Search<'_> {
             self.scanned.effects.clear();
         }
         Ok(Some(()))
+    }
+
+    /// An effect whose value cannot be does not come back.
+    pub(super) fn refuse_size(&mut self, term: &Term) {
+        self.log.push(format!("{} would be too large", term.name));
+        self.refused.push((term.name.clone(), term.variant));
     }
 }

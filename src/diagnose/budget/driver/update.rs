@@ -4,13 +4,16 @@
 use crate::diagnose::budget::in_fit::effect_of;
 use crate::diagnose::budget::judge::{Judged, Objection};
 use crate::diagnose::budget::linear::Linear;
-use crate::diagnose::budget::noise::{leave_out, noise};
+use crate::diagnose::budget::neighbours::of_inputs;
+use crate::diagnose::budget::noise::{Outlier, leave_out, noise};
 use crate::diagnose::budget::noise_of_runs::OfRun;
 use crate::diagnose::budget::terms::Term;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::NoiseEffect;
 use crate::diagnose::library::variant::Variant;
+use crate::engine::Problem;
 use crate::engine::gauss_markov::GaussMarkov;
+use crate::engine::gram::LeastSquares;
 use crate::estimate::batch::FitError;
 
 use super::{Search, named_objections};
@@ -28,11 +31,15 @@ impl Search<'_> {
     ) -> Result<bool, FitError> {
         let mut selection = self.selection(linear);
         selection.adopt_scale(scale);
-        let found = noise(linear, &selection, &judged.model);
-        drop(selection);
-        if found.is_plain() {
-            return Ok(false);
+        let whole = self.with_all_readings(linear);
+        let all = whole.as_ref().unwrap_or(linear);
+        let mut found = noise(all, &selection, &judged.model);
+        if !found.outliers.is_empty() {
+            // What neighbours have in common is no outlier.
+            let alike = of_inputs(all, &selection, &judged.model);
+            found.outliers.retain(|one| alike.iter().all(|own| own.measurand != one.at.2));
         }
+        drop(selection);
         let mut fitted = linear.fitted.clone();
         let known = self.noise.iter().any(|one| one.memory.is_none());
         if let Some((variance, score)) = found.jitter.filter(|_| !known)
@@ -42,10 +49,18 @@ impl Search<'_> {
             self.fitted = with;
             return Ok(true);
         }
-        if !found.outliers.is_empty() {
-            self.log.push(format!("{} outliers are left out", found.outliers.len()));
+        let mut outliers = found.outliers;
+        if whole.is_none() {
+            outliers.extend(self.outliers.iter().copied());
+            outliers.sort_by_key(|one| one.at);
+        }
+        let places = |all: &[Outlier]| all.iter().map(|one| one.at).collect::<Vec<_>>();
+        if places(&outliers) != places(&self.outliers) {
+            self.log.push(format!("{} outliers are left out", outliers.len()));
             let first = &linear.sums.first_measurand;
-            self.left_out.extend(leave_out(&mut fitted.problem, first, &found.outliers));
+            self.put_back(&mut fitted.problem);
+            self.left_out = leave_out(&mut fitted.problem, first, &outliers);
+            self.outliers = outliers;
             self.fitted = fitted.again(self.options)?;
             return Ok(true);
         }
@@ -54,6 +69,28 @@ impl Search<'_> {
         }
         self.take_autocorrelation(fitted, &found.autocorrelation)?;
         Ok(true)
+    }
+
+    /// The linearised fit over all readings, with those that earlier rounds left out: whether they
+    /// are outliers is judged again by each model. `None` where nothing is left out, or where the
+    /// noise of a reading is that of its neighbour, too.
+    fn with_all_readings(&self, linear: &Linear) -> Option<Linear> {
+        if self.outliers.is_empty() || linear.fitted.problem.has_memory() {
+            return None;
+        }
+        let mut whole = linear.clone();
+        self.put_back(&mut whole.fitted.problem);
+        whole.fitted.problem.reweight(&linear.fitted.fit.point);
+        Some(whole)
+    }
+
+    /// Puts the readings back that rounds left out.
+    fn put_back(&self, problem: &mut Problem) {
+        let mut parts = std::mem::take(&mut problem.parts);
+        for (part, records) in parts.iter_mut().zip(&self.records) {
+            part.runs.iter_mut().zip(records).for_each(|(run, own)| run.record = own.clone());
+        }
+        *problem = Problem { progress: problem.progress.clone(), ..Problem::new(parts) };
     }
 
     /// Goes on with autocorrelated noise.
@@ -146,7 +183,9 @@ impl Search<'_> {
                 _ => None,
             };
             let is_open = |form: &Variant| {
-                own.variants.contains(form) && !self.wanted.variants.contains_key(&own.name)
+                own.variants.contains(form)
+                    && !self.wanted.variants.contains_key(&own.name)
+                    && !self.is_refused(&own.name, *form)
             };
             if let Some(form) = form.filter(is_open) {
                 self.log.push(format!("{} with {}", own.name, form.words()));
@@ -155,6 +194,8 @@ impl Search<'_> {
             } else {
                 self.refused.push((own.name.clone(), own.variant));
                 self.objections.push(named);
+                // The library's form may stand where that with more values does not.
+                relaxed |= self.wanted.variants.remove(&own.name).is_some();
             }
         }
         relaxed
@@ -200,6 +241,10 @@ impl Search<'_> {
             let selected = &linear.candidates[linear.terms[*term].candidate].selected;
             let with = fitted.with(selected, &start, self.options)?;
             if let Some(with) = with.filter(Fitted::is_sound) {
+                if !linear.is_plausible(&with, *term) {
+                    self.refuse_size(&linear.terms[*term]);
+                    continue;
+                }
                 self.rows.push(linear.row(*term));
                 self.log.push(format!("{} enters the fit", linear.terms[*term].name));
                 fitted = with;

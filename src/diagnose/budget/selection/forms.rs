@@ -95,6 +95,21 @@ impl Selection<'_> {
         self.terms.len() - 1
     }
 
+    /// A model with the blocks that were reduced beside rows reduced beside those that it has.
+    pub fn reduced_anew(&mut self, model: &[usize]) -> Vec<usize> {
+        let from = |selection: &Self, term: usize| selection.terms[term].reduced_from;
+        let mut anew: Vec<usize> =
+            model.iter().copied().filter(|term| from(self, *term).is_none()).collect();
+        for term in model {
+            if let Some(whole) = from(self, *term) {
+                self.live[whole] = true;
+                let block = self.beside_rows(&anew, whole);
+                anew.push(block);
+            }
+        }
+        anew
+    }
+
     /// A term's form with what nominal parameters absorb of it taken off, as one combination of
     /// columns.
     pub fn beyond_nominal(&self, term: usize, values: &[f64]) -> Combination {

@@ -1,82 +1,240 @@
-//! Where the products of columns are kept: those of wide columns once, those of narrow ones by run.
+//! The products of columns in the readings of one measurand: those of wide columns once, those of
+//! narrow ones by run.
+//!
+//! Most columns change the readings of one measurand alone; a store has places for those that change
+//! its own. Which columns there are, and where they act, is not its business.
 
 use nalgebra::DMatrix;
 
 use crate::engine::Problem;
+use crate::engine::gram::PartGram;
 use crate::engine::signatures::Signatures;
+
+/// Number of the residual among wide columns.
+pub(super) const RESIDUAL: usize = 0;
 
 /// Where a column stands.
 #[derive(Clone, Debug)]
 pub(super) enum Placed {
+    /// Its number.
     Wide(usize),
-    /// Its number, and where it stands in the sums of which runs.
+    /// Its number, and its number among the narrow columns of which runs.
     Narrow(usize, Vec<(usize, usize)>),
+}
+
+/// Places of some of many numbers, in the order in which they come.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Index {
+    places: Vec<Option<u32>>,
+    count: u32,
+}
+
+impl Index {
+    /// The place of a number that has one.
+    pub(super) fn get(&self, number: usize) -> Option<usize> {
+        self.places.get(number).copied().flatten().map(|place| place as usize)
+    }
+
+    /// The place of a number, the next one if it has none.
+    pub(super) fn place(&mut self, number: usize) -> usize {
+        if self.places.len() <= number {
+            self.places.resize(number + 1, None);
+        }
+        let next = self.count;
+        let place = *self.places[number].get_or_insert(next);
+        self.count = self.count.max(place + 1);
+        place as usize
+    }
+
+    /// Number of places.
+    pub(super) fn len(&self) -> usize {
+        self.count as usize
+    }
 }
 
 /// Sums of products.
 #[derive(Clone, Debug)]
 pub(super) struct Store {
-    /// Of wide columns, the residual last.
-    pub(super) wide: DMatrix<f64>,
+    /// Wide columns and the residual.
+    wide_at: Index,
+    wide: DMatrix<f64>,
+    narrow_at: Index,
     /// Of narrow columns (one a column) with the wide ones and the residual.
-    pub(super) strips: DMatrix<f64>,
+    strips: DMatrix<f64>,
     /// Of the narrow columns of each run.
-    pub(super) runs: Vec<DMatrix<f64>>,
+    runs: Vec<(Index, DMatrix<f64>)>,
 }
 
 impl Store {
-    pub(super) fn empty(wide: usize, narrow: usize, runs: &[usize]) -> Self {
-        Self {
-            wide: DMatrix::zeros(wide + 1, wide + 1),
-            strips: DMatrix::zeros(wide + 1, narrow),
-            runs: runs.iter().map(|size| DMatrix::zeros(*size, *size)).collect(),
+    /// Of so many runs.
+    pub(super) fn empty(runs: usize) -> Self {
+        let none = || DMatrix::zeros(0, 0);
+        let (wide_at, narrow_at) = (Index::default(), Index::default());
+        let runs = (0..runs).map(|_| (Index::default(), none())).collect();
+        let mut store = Self { wide_at, wide: none(), narrow_at, strips: none(), runs };
+        store.place_wide(RESIDUAL);
+        store.grow();
+        store
+    }
+
+    /// The place of a wide column; matrices follow with [`Self::grow`].
+    fn place_wide(&mut self, number: usize) -> usize {
+        self.wide_at.place(number)
+    }
+
+    /// Makes room for all columns that have a place.
+    fn grow(&mut self) {
+        let (wide, narrow) = (self.wide_at.len(), self.narrow_at.len());
+        if self.wide.nrows() < wide {
+            self.wide.resize_mut(wide, wide, 0.0);
+        }
+        if self.strips.shape() != (wide, narrow) {
+            self.strips.resize_mut(wide, narrow, 0.0);
         }
     }
 
-    pub(super) fn add(&mut self, other: &Self, factor: f64) {
-        let more = |sum: &mut DMatrix<f64>, other: &DMatrix<f64>| {
-            sum.iter_mut().zip(other.iter()).for_each(|(sum, more)| *sum += factor * more);
+    /// Adds the Gram matrix of a run; `columns` has the column in each place of it, the residual
+    /// last.
+    pub(super) fn add_run(
+        &mut self,
+        gram: &PartGram,
+        run: usize,
+        columns: &[usize],
+        place: &[Placed],
+    ) {
+        let (mut wide, mut narrow) = (Vec::new(), Vec::new());
+        for (here, at) in gram.places.iter().enumerate() {
+            let Some(column) = columns.get(*at) else {
+                wide.push((here, self.place_wide(RESIDUAL)));
+                continue;
+            };
+            match place.get(*column) {
+                Some(Placed::Wide(number)) => wide.push((here, self.place_wide(*number))),
+                Some(Placed::Narrow(number, runs)) => {
+                    if let Ok(found) = runs.binary_search_by_key(&run, |(run, _)| *run) {
+                        let own = self.runs[run].0.place(runs[found].1);
+                        narrow.push((here, self.narrow_at.place(*number), own));
+                    }
+                }
+                None => {}
+            }
+        }
+        self.grow();
+        let (at, own) = &mut self.runs[run];
+        if own.nrows() < at.len() {
+            own.resize_mut(at.len(), at.len(), 0.0);
+        }
+        for (here, at) in &wide {
+            let from = gram.gram.column(*here);
+            let mut to = self.wide.column_mut(*at);
+            wide.iter().for_each(|(other, there)| to[*there] += from[*other]);
+        }
+        for (here, number, at) in &narrow {
+            let from = gram.gram.column(*here);
+            let mut to = self.strips.column_mut(*number);
+            wide.iter().for_each(|(other, there)| to[*there] += from[*other]);
+            let mut to = own.column_mut(*at);
+            narrow.iter().for_each(|(other, _, there)| to[*there] += from[*other]);
+        }
+    }
+
+    /// Adds products of a wide column with itself and others.
+    pub(super) fn add_wide<'a>(
+        &mut self,
+        number: usize,
+        square: f64,
+        others: impl Iterator<Item = (Option<&'a Placed>, f64)>,
+    ) {
+        let at = self.place_wide(number);
+        self.grow();
+        self.wide[(at, at)] += square;
+        for (other, product) in others.filter(|(_, product)| *product != 0.0) {
+            let number = match other {
+                None => RESIDUAL,
+                Some(Placed::Wide(number)) => *number,
+                Some(Placed::Narrow(number, _)) => {
+                    let place = self.narrow_at.place(*number);
+                    self.grow();
+                    self.strips[(at, place)] += product;
+                    continue;
+                }
+            };
+            let place = self.place_wide(number);
+            self.grow();
+            self.wide[(at, place)] += product;
+            self.wide[(place, at)] += product;
+        }
+    }
+
+    /// The product of two columns; none is the residual.
+    pub(super) fn product(&self, a: Option<&Placed>, b: Option<&Placed>) -> f64 {
+        let wide = |one: Option<&Placed>| match one {
+            None => Some(RESIDUAL),
+            Some(Placed::Wide(number)) => Some(*number),
+            Some(Placed::Narrow(..)) => None,
         };
-        more(&mut self.wide, &other.wide);
-        more(&mut self.strips, &other.strips);
-        self.runs.iter_mut().zip(&other.runs).for_each(|(sum, other)| more(sum, other));
+        let found = match (a, b) {
+            (Some(Placed::Narrow(_, a)), Some(Placed::Narrow(_, b))) => {
+                return self.product_in_runs(a, b);
+            }
+            (Some(Placed::Narrow(narrow, _)), other) | (other, Some(Placed::Narrow(narrow, _))) => {
+                let row = wide(other).and_then(|number| self.wide_at.get(number));
+                row.zip(self.narrow_at.get(*narrow)).and_then(|at| self.strips.get(at))
+            }
+            _ => {
+                let at = |one| wide(one).and_then(|number| self.wide_at.get(number));
+                at(a).zip(at(b)).and_then(|at| self.wide.get(at))
+            }
+        };
+        found.copied().unwrap_or(0.0)
+    }
+
+    /// The product of two narrow columns, over the runs in which both act.
+    fn product_in_runs(&self, a: &[(usize, usize)], b: &[(usize, usize)]) -> f64 {
+        let (mut sum, mut rest) = (0.0, b);
+        for (run, i) in a {
+            rest = &rest[rest.partition_point(|(known, _)| known < run)..];
+            let Some((_, j)) = rest.first().filter(|(known, _)| known == run) else { continue };
+            let (at, own) = &self.runs[*run];
+            if let (Some(i), Some(j)) = (at.get(*i), at.get(*j)) {
+                sum += own[(i, j)];
+            }
+        }
+        sum
     }
 }
 
-/// What a run's Gram matrix has in each place: the columns of all, and which of its own are narrow.
-#[derive(Clone, Debug)]
-pub(super) struct Local {
-    pub(super) columns: Vec<usize>,
-}
-
-/// The columns that each run's Gram matrix has.
-pub(super) fn locals(
+/// The columns that each run's Gram matrix has, the residual's place left out.
+pub(super) fn columns_of_runs(
     problem: &Problem,
     signed: &[Signatures],
     at: &[Vec<(usize, usize)>],
-) -> Vec<Local> {
+) -> Vec<Vec<usize>> {
     let nominal = problem.layout.columns.len();
-    let mut all: Vec<Local> = Vec::new();
+    let (mut all, mut first): (Vec<Vec<usize>>, Vec<usize>) = (Vec::new(), Vec::new());
     for (part, signatures) in signed.iter().enumerate() {
         for run in 0..problem.parts[part].runs.len() {
-            let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
-            let mut columns = touched;
+            let mut columns = problem.layout.columns.touched_by(problem.run_index(part, run));
+            first.push(columns.len());
             columns.resize(columns.len() + signatures.columns.len(), usize::MAX);
-            all.push(Local { columns });
+            all.push(columns);
         }
     }
-    let first: Vec<usize> =
-        (0..all.len()).map(|run| problem.layout.columns.touched_by(run).len()).collect();
     for (number, at) in at.iter().enumerate() {
         for (run, index) in at {
-            all[*run].columns[first[*run] + index] = nominal + number;
+            all[*run][first[*run] + index] = nominal + number;
         }
     }
     all
 }
 
-/// Wide and narrow columns, and where the narrow ones stand in each run.
-pub(super) fn placed(problem: &Problem, at: &[Vec<(usize, usize)>], runs: usize) -> Vec<Placed> {
+/// Wide and narrow columns, and which the narrow ones are in each run; the number of wide ones and
+/// the residual.
+pub(super) fn placed(
+    problem: &Problem,
+    at: &[Vec<(usize, usize)>],
+    runs: usize,
+) -> (Vec<Placed>, usize) {
     let nominal = problem.layout.columns.len();
     let mut acts: Vec<Vec<usize>> = vec![Vec::new(); nominal];
     for run in 0..runs {
@@ -85,7 +243,7 @@ pub(super) fn placed(problem: &Problem, at: &[Vec<(usize, usize)>], runs: usize)
         }
     }
     acts.extend(at.iter().map(|at| at.iter().map(|(run, _)| *run).collect()));
-    let (mut wide, mut narrow) = (0, 0);
+    let (mut wide, mut narrow) = (RESIDUAL + 1, 0);
     let mut next = vec![0; runs];
     let place = |runs_of: &Vec<usize>| {
         if runs_of.len() * 2 > runs {
@@ -101,41 +259,6 @@ pub(super) fn placed(problem: &Problem, at: &[Vec<(usize, usize)>], runs: usize)
         own.sort_unstable();
         Placed::Narrow(narrow - 1, own)
     };
-    acts.iter().map(place).collect()
-}
-
-/// Adds the Gram matrix of a run.
-pub(super) fn add_run(
-    store: &mut Store,
-    gram: &DMatrix<f64>,
-    run: usize,
-    local: &Local,
-    place: &[Placed],
-) {
-    let last = gram.nrows() - 1;
-    let residual = store.wide.nrows() - 1;
-    let (mut wide, mut narrow) = (vec![(last, residual)], Vec::new());
-    for (here, column) in local.columns.iter().enumerate() {
-        match place.get(*column) {
-            Some(Placed::Wide(at)) => wide.push((here, *at)),
-            Some(Placed::Narrow(number, at)) => {
-                if let Ok(found) = at.binary_search_by_key(&run, |(run, _)| *run) {
-                    narrow.push((here, *number, at[found].1));
-                }
-            }
-            None => {}
-        }
-    }
-    for (here, at) in &wide {
-        let from = gram.column(*here);
-        let mut to = store.wide.column_mut(*at);
-        wide.iter().for_each(|(other, there)| to[*there] += from[*other]);
-    }
-    for (here, number, at) in &narrow {
-        let from = gram.column(*here);
-        let mut to = store.strips.column_mut(*number);
-        wide.iter().for_each(|(other, there)| to[*there] += from[*other]);
-        let mut own = store.runs[run].column_mut(*at);
-        narrow.iter().for_each(|(other, _, there)| own[*there] += from[*other]);
-    }
+    let placed = acts.iter().map(place).collect();
+    (placed, wide)
 }

@@ -1,57 +1,60 @@
-//! The sums of all measurands together, each with its weight.
+//! The sums of all measurands together, each with its weight, and prior knowledge.
+
+use nalgebra::DMatrix;
+
+use crate::engine::gram::PriorRow;
 
 use super::Sums;
-use super::store::{Placed, Store};
+use super::store::Index;
 
 /// Sums under given noise scale factors.
 #[derive(Clone, Debug)]
 pub struct Weighted<'a> {
     /// Of which columns.
     pub sums: &'a Sums,
-    pub(super) store: Store,
+    /// One over the squared noise scale factor of each measurand.
+    weights: Vec<f64>,
+    /// The columns that prior knowledge is of, the residual among them, and the sums of its rows.
+    prior_at: Index,
+    prior: DMatrix<f64>,
 }
 
-impl Weighted<'_> {
-    /// The product of two columns; the column after the last is the residual.
-    pub fn product(&self, a: usize, b: usize) -> f64 {
-        self.sums.product_of(&self.store, a, b)
-    }
-
-    pub(super) fn add_priors(&mut self) {
-        let residual = self.store.wide.nrows() - 1;
-        for row in &self.sums.priors {
-            let own = row.coefficients.iter().map(|(column, value)| (*column, *value));
-            let all: Vec<(Option<&Placed>, f64)> = own
-                .map(|(column, value)| (Some(&self.sums.place[column]), value))
-                .chain([(None, row.residual)])
-                .collect();
-            for (a, p) in &all {
-                for (b, q) in &all {
-                    let value = p * q;
-                    let wide = |one: &Option<&Placed>| match one {
-                        None => Some(residual),
-                        Some(Placed::Wide(at)) => Some(*at),
-                        Some(Placed::Narrow(..)) => None,
-                    };
-                    match (wide(a), wide(b), a, b) {
-                        (Some(a), Some(b), ..) => self.store.wide[(a, b)] += value,
-                        (Some(a), None, _, Some(Placed::Narrow(b, _))) => {
-                            self.store.strips[(a, *b)] += value;
-                        }
-                        (None, None, Some(Placed::Narrow(_, a)), Some(Placed::Narrow(_, b))) => {
-                            // In the first run that both act in: only sums over runs are asked for.
-                            let first = a.iter().find_map(|(run, i)| {
-                                let j = b.iter().find(|(other, _)| other == run)?.1;
-                                Some((*run, *i, j))
-                            });
-                            if let Some((run, i, j)) = first {
-                                self.store.runs[run][(i, j)] += value;
-                            }
-                        }
-                        _ => {}
-                    }
+impl<'a> Weighted<'a> {
+    pub(super) fn new(sums: &'a Sums, weights: &[f64]) -> Self {
+        let mut prior_at = Index::default();
+        let with_residual = |row: &PriorRow| {
+            let own = row.coefficients.iter().copied();
+            own.chain([(sums.residual(), row.residual)]).collect::<Vec<_>>()
+        };
+        let rows: Vec<Vec<(usize, f64)>> = sums.priors.iter().map(with_residual).collect();
+        for (column, _) in rows.iter().flatten() {
+            prior_at.place(*column);
+        }
+        let mut prior = DMatrix::zeros(prior_at.len(), prior_at.len());
+        for row in &rows {
+            for (a, p) in row {
+                for (b, q) in row {
+                    prior[(prior_at.place(*a), prior_at.place(*b))] += p * q;
                 }
             }
         }
+        Self { sums, weights: weights.to_vec(), prior_at, prior }
+    }
+
+    /// The product of two columns; the column after the last is the residual.
+    pub fn product(&self, a: usize, b: usize) -> f64 {
+        let of_readings = self.weights.iter().enumerate();
+        let sum: f64 = of_readings
+            .map(|(measurand, weight)| weight * self.sums.product_in(measurand, a, b))
+            .sum();
+        match (self.prior_at.get(a), self.prior_at.get(b)) {
+            (Some(a), Some(b)) => sum + self.prior[(a, b)],
+            _ => sum,
+        }
+    }
+
+    /// The same sums with other weights.
+    pub fn weigh(&mut self, weights: Vec<f64>) {
+        self.weights = weights;
     }
 }

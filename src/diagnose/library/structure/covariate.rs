@@ -7,8 +7,8 @@ use crate::units::{Dimension, Unit};
 
 use crate::diagnose::library::place::RUN;
 
-/// Signals that count as few.
-const FEW: usize = 2;
+/// Signals, or inputs, that count as few.
+pub(super) const FEW: usize = 2;
 /// Waves over the reading of a circle.
 pub(super) const CIRCLE_ORDERS: usize = 4;
 /// The covariate of what a setup does in its course.
@@ -127,18 +127,20 @@ fn wave(phase: &str) -> Vec<(String, Dimension)> {
     ["cos", "sin"].map(|wave| (format!("{wave}({phase})"), Dimension::NONE)).to_vec()
 }
 
+/// An input: waves of so many orders over what turns, powers of anything else.
+pub(super) fn of_itself(input: &InputDeclaration, orders: usize) -> Covariate {
+    let (name, own) = (&input.name, input.unit.dimension);
+    if turns(&input.unit) {
+        return Covariate::waves(name, orders);
+    }
+    let powers = vec![(name.clone(), own), (format!("{name}^2"), own * own)];
+    Covariate::new(name.clone(), "instrument", powers)
+}
+
 /// What moves, with waves of so many orders.
 pub(super) fn of_motion(model: &Model, orders: usize) -> Vec<Covariate> {
     let mut all = Vec::new();
-    for input in model.inputs.iter().filter(|input| !input.signal) {
-        let (name, own) = (&input.name, input.unit.dimension);
-        if turns(&input.unit) {
-            all.push(Covariate::waves(name, orders));
-        } else {
-            let powers = vec![(name.clone(), own), (format!("{name}^2"), own * own)];
-            all.push(Covariate::new(name.clone(), "instrument", powers));
-        }
-    }
+    all.extend(model.inputs.iter().filter(|one| !one.signal).map(|one| of_itself(one, orders)));
     for signal in model.inputs.iter().filter(|input| input.signal) {
         let (name, own) = (&signal.name, signal.unit.dimension);
         let rate = own / Dimension::TIME;
@@ -175,20 +177,7 @@ pub(super) fn of_motion(model: &Model, orders: usize) -> Vec<Covariate> {
 /// and a bend over what goes along a length.
 pub(super) fn by_sense(model: &Model, orders: usize) -> Vec<Covariate> {
     let signals = model.inputs.iter().filter(|input| input.signal);
-    let own = |input: &InputDeclaration| {
-        let (name, own) = (&input.name, input.unit.dimension);
-        let whole = if turns(&input.unit) {
-            Covariate::waves(name, orders)
-        } else {
-            Covariate::new(
-                name,
-                "instrument",
-                vec![(name.clone(), own), (format!("{name}^2"), own * own)],
-            )
-        };
-        whole.by_sense(name)
-    };
-    signals.map(own).collect()
+    signals.map(|signal| of_itself(signal, orders).by_sense(&signal.name)).collect()
 }
 
 /// A line over an input that bends at some places (SI).

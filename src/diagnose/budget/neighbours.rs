@@ -1,0 +1,144 @@
+//! Residuals that several inputs decide together. Each block is a function of one covariate; what
+//! depends on a place and on the side from which it was reached is in none of them.
+//!
+//! Of each reading the nearest other one is looked for, in all inputs that vary and the sense in
+//! which signals move. Where noise is all there is, the residuals of such neighbours are
+//! uncorrelated: the sum of their products, over its root mean square, is a standard score.
+//! Neighbours in time are left out, whose noise may be alike. It does not say of which form the
+//! error is.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
+
+use crate::diagnose::budget::linear::Linear;
+use crate::diagnose::budget::noise::{Component, components};
+use crate::diagnose::budget::selection::Selection;
+use crate::diagnose::library::structure::turns;
+use crate::diagnose::sequences::NORMAL;
+use crate::diagnose::thresholds::NEIGHBOURS;
+use crate::engine::Problem;
+use crate::estimate::median::upper_median;
+
+/// Readings of a component that are looked at, at most.
+const MOST: usize = 2000;
+/// Fewer say nothing.
+const LEAST: usize = 30;
+/// Robust standard deviations beyond which residuals count as if they were there: a few large ones
+/// decide nothing.
+const FAR: f64 = 2.0;
+/// Samples of a run that are neighbours in time.
+const NEAR_IN_TIME: usize = 3;
+
+/// A measurand whose residuals depend on inputs together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OfInputs {
+    /// The measurand, of all campaigns.
+    pub measurand: usize,
+    /// Root mean square of the error, in standard deviations as they are weighted.
+    pub rms: f64,
+    /// The standard score.
+    pub score: f64,
+}
+
+/// Measurands whose residuals of a model depend on inputs together.
+pub fn of_inputs(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Vec<OfInputs> {
+    let problem = &linear.fitted.problem;
+    let mut found: Vec<OfInputs> = Vec::new();
+    let mut places: BTreeMap<usize, Places> = BTreeMap::new();
+    for ((part, measurand, _), runs) in components(linear, selection, model, &mut |_, _| {}) {
+        let places = places.entry(part).or_insert_with(|| places_of(problem, part));
+        let Some((score, rms)) = alike(&runs, problem.layout.first_run[part], places) else {
+            continue;
+        };
+        let is_new = found.last().is_none_or(|one| one.measurand != measurand);
+        if score > NEIGHBOURS && is_new {
+            found.push(OfInputs { measurand, rms, score });
+        }
+    }
+    found
+}
+
+/// For each run and sample its coordinates.
+type Places = Vec<Vec<Vec<f64>>>;
+
+/// Coordinates of the samples of a campaign: inputs that vary, of those that turn cosine and sine,
+/// and the sense of signals, each of unit variance.
+fn places_of(problem: &Problem, part: usize) -> Places {
+    let data = &problem.parts[part];
+    let inputs = &data.system.assembly.names.inputs;
+    let mut places: Places = Vec::new();
+    for run in &data.runs {
+        let mut rows = Vec::new();
+        run.record.walk(|stretch| {
+            for at in stretch.range() {
+                let mut row = Vec::new();
+                for (input, track) in inputs.iter().zip(&stretch.samples.inputs) {
+                    let of = |order| track.at(at, stretch.samples.time[at], 0.0_f64, order);
+                    let value: f64 = of(0);
+                    if turns(&input.unit) {
+                        row.extend([value.cos(), value.sin()]);
+                    } else {
+                        row.push(value);
+                    }
+                    let rate: f64 = if track.moves() { of(1) } else { 0.0 };
+                    row.push(if rate == 0.0 { 0.0 } else { rate.signum() });
+                }
+                rows.push(row);
+            }
+        });
+        places.push(rows);
+    }
+    let columns = places.iter().flatten().next().map_or(0, Vec::len);
+    for column in 0..columns {
+        let all = || places.iter().flatten().map(|row| row[column]).filter(|x| x.is_finite());
+        let count = all().count().max(1) as f64;
+        let mean = all().sum::<f64>() / count;
+        let variance = all().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
+        let by = if variance > 0.0 { variance.sqrt().recip() } else { 0.0 };
+        places.iter_mut().flatten().for_each(|row| row[column] *= by);
+    }
+    places
+}
+
+/// A reading: its run and sample, its residual, and its place.
+type Reading<'a> = ((usize, usize), f64, &'a [f64]);
+
+/// The standard score of products of neighbours' residuals, and the root of their mean; `None` of few
+/// readings, and where nothing varies.
+fn alike(runs: &Component, first_run: usize, places: &Places) -> Option<(f64, f64)> {
+    let all = runs.iter().flat_map(|(run, values)| values.iter().map(move |one| (*run, one)));
+    let stride = runs.values().map(Vec::len).sum::<usize>().div_ceil(MOST).max(1);
+    let placed = |(run, (sample, _, residual)): (usize, &(usize, f64, f64))| {
+        let place = places.get(run - first_run)?.get(*sample)?.as_slice();
+        place.iter().all(|x| x.is_finite()).then_some(((run, *sample), *residual, place))
+    };
+    let readings: Vec<Reading<'_>> = all.step_by(stride).filter_map(placed).collect();
+    if readings.len() < LEAST {
+        return None;
+    }
+    let far_in_time = |one: &Reading<'_>, other: &Reading<'_>| {
+        one.0.0 != other.0.0 || one.0.1.abs_diff(other.0.1) >= NEAR_IN_TIME * stride
+    };
+    let distance = |one: &Reading<'_>, other: &Reading<'_>| -> f64 {
+        one.2.iter().zip(other.2).map(|(x, y)| (x - y).powi(2)).sum()
+    };
+    let nearest = |(i, one): (usize, &Reading<'_>)| {
+        let others = readings.iter().enumerate().filter(|(_, other)| far_in_time(one, other));
+        let by_distance = others.map(|(j, other)| (distance(one, other), j));
+        let (_, j) = by_distance.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((i.min(j), i.max(j)))
+    };
+    // Two may be the nearest of each other.
+    let pairs: BTreeSet<(usize, usize)> =
+        readings.par_iter().enumerate().filter_map(nearest).collect();
+    let products = |most: f64| {
+        let of = move |reading: &Reading<'_>| reading.1.clamp(-most, most);
+        pairs.iter().map(|(i, j)| of(&readings[*i]) * of(&readings[*j])).collect::<Vec<f64>>()
+    };
+    let mut sizes: Vec<f64> = readings.iter().map(|one| one.1.abs()).collect();
+    let robust = products(FAR * NORMAL * upper_median(&mut sizes)?);
+    let score = robust.iter().sum::<f64>() / robust.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let mean = products(f64::INFINITY).iter().sum::<f64>() / pairs.len() as f64;
+    Some((score, mean.max(0.0).sqrt()))
+}

@@ -1,0 +1,193 @@
+//! Effects of a user's own, in small static campaigns: what closes the gap is named, with values.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use homepoint::diagnose::library::wanted::Wanted;
+use homepoint::diagnose::{Diagnosis, Verdict, diagnose};
+use homepoint::engine::open::{Request, open};
+use homepoint::estimate::batch::Options;
+
+use crate::found::told;
+use crate::stream::Stream;
+
+/// A campaign of one run: its model, its effects (name, parameters, patch), the standard
+/// uncertainties of measurands, and a log.
+struct Campaign<'a> {
+    model: &'a str,
+    effects: &'a [(&'a str, &'a str, &'a str)],
+    measurands: &'a str,
+    log: String,
+}
+
+impl Campaign<'_> {
+    fn diagnosed(&self) -> Diagnosis {
+        let own = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| std::fs::write(own.path().join(name), text).unwrap();
+        std::fs::create_dir_all(own.path().join("effects")).unwrap();
+        write("model.toml", self.model);
+        for (name, parameters, patch) in self.effects {
+            let text = format!(
+                "name = \"{name}\"\ntitle = \"{name}\"\nacts = \"arm\"\n[parameters]\n{parameters}\n[patch]\n{patch}\n"
+            );
+            write(&format!("effects/{name}.toml"), &text);
+        }
+        write(
+            "campaign.toml",
+            &format!(
+                "title = \"Own\"\nmodel = \"model.toml\"\n[measurands]\n{}\n[[runs]]\nname = \"one\"\nsetup = \"A\"\ndata = \"log.csv\"\n",
+                self.measurands
+            ),
+        );
+        write("log.csv", &self.log);
+        diagnosed(own.path())
+    }
+}
+
+fn diagnosed(folder: &Path) -> Diagnosis {
+    let opened = open(&Request::new([folder])).unwrap();
+    diagnose(opened.problem, opened.recipes, &Wanted::default(), &Options::default()).unwrap()
+}
+
+fn names(found: &Diagnosis) -> Vec<&str> {
+    let mut names: Vec<&str> = found.rows.iter().map(|row| row.name.as_str()).collect();
+    names.sort_unstable();
+    names
+}
+
+const MOUNT: &str = r#"
+name = "mount"
+title = "What a telescope misses"
+[inputs]
+az = { unit = "rad" }
+el = { unit = "rad" }
+[parameters]
+index_az = { unit = "rad", scope = "rig" }
+index_el = { unit = "rad", scope = "rig" }
+[quantities]
+off_az = 'index_az'
+off_el = 'index_el'
+[measurands]
+d_az = { value = 'off_az', unit = "rad" }
+d_el = { value = 'off_el', unit = "rad" }
+"#;
+const TERMS: &[(&str, &str, &str)] = &[
+    (
+        "tilt",
+        "north = { unit = \"rad\", typical = \"60 arcsec\", scope = \"rig\" }\nwest = { unit = \"rad\", typical = \"60 arcsec\", scope = \"rig\" }",
+        "off_az = 'off_az + (north * sin(az) + west * cos(az)) * tan(el)'\noff_el = 'off_el + north * cos(az) - west * sin(az)'",
+    ),
+    (
+        "sag",
+        "size = { unit = \"rad\", typical = \"30 arcsec\", scope = \"rig\" }",
+        "off_el = 'off_el + size * cos(el)'",
+    ),
+    (
+        "cone",
+        "size = { unit = \"rad\", typical = \"60 arcsec\", scope = \"rig\" }",
+        "off_az = 'off_az + size / cos(el)'",
+    ),
+    (
+        "axes",
+        "size = { unit = \"rad\", typical = \"30 arcsec\", scope = \"rig\" }",
+        "off_az = 'off_az + size * tan(el)'",
+    ),
+];
+const SIGMA: f64 = 1.2e-5;
+
+/// Stars over the sky, with the collimation and the non-perpendicularity of a telescope.
+fn stars([cone, axes]: [f64; 2], seed: u64) -> Diagnosis {
+    let mut stream = Stream(seed);
+    let mut log = String::from("az [rad],el [rad],d_az [rad],d_el [rad]\n");
+    for _ in 0..110 {
+        let (az, el) = (6.28 * stream.uniform(), 0.35 + 0.9 * stream.uniform());
+        let (north, west) = (3.1e-4, -5.9e-4);
+        let d_az = 2e-4
+            + (north * az.sin() + west * az.cos()) * el.tan()
+            + cone / el.cos()
+            + axes * el.tan()
+            + SIGMA / el.cos() * stream.normal();
+        let d_el = -3e-4 + north * az.cos() - west * az.sin()
+            + 1.8e-4 * el.cos()
+            + SIGMA * stream.normal();
+        let _ = writeln!(log, "{az},{el},{d_az},{d_el}");
+    }
+    let measurands = "d_az = { sigma = \"12 urad / cos(el)\" }\nd_el = { sigma = \"12 urad\" }";
+    Campaign { model: MOUNT, effects: TERMS, measurands, log }.diagnosed()
+}
+
+/// Of opposite signs neither explains anything without the other; of the same sign the readings vary
+/// by nothing but the effects, and are no covariates.
+#[test]
+fn two_terms_that_nearly_cancel_are_named_together() {
+    for (values, seed) in [([4.8e-4, -4.0e-4], 5), ([4.5e-4, 3.5e-4], 6)] {
+        let found = stars(values, seed);
+        assert_eq!(names(&found), ["axes", "cone", "sag", "tilt"], "{}", told(&found));
+        assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
+        for (name, value) in [("cone", values[0]), ("axes", values[1])] {
+            let row = found.rows.iter().find(|row| row.name == name).unwrap();
+            let far = (row.values[0].value.unwrap() - value) / row.values[0].sigma.unwrap();
+            assert!(far.abs() < 4.0, "{name}: {far} u, {}", told(&found));
+        }
+    }
+}
+
+const SLIDE: &str = r#"
+name = "slide"
+title = "A carriage against a glass scale"
+[inputs]
+sent = { unit = "m" }
+side = { unit = "1" }
+[parameters]
+zero = { unit = "m", scope = "rig" }
+[quantities]
+place = 'sent'
+[measurands]
+scale = { value = 'place + zero', unit = "m" }
+"#;
+const LOST_MOTION: &[(&str, &str, &str)] = &[(
+    "lost_motion",
+    "size = { unit = \"m\", typical = \"10 um\", scope = \"rig\" }",
+    "place = 'place - 0.5 * size * side'",
+)];
+
+/// A log of places in any order, each from one side; `lost` says how much motion is lost there.
+fn slide(seed: u64, lost: &dyn Fn(f64) -> f64, wild: &[(usize, f64)]) -> Diagnosis {
+    let mut stream = Stream(seed);
+    let mut log = String::from("sent [m],side [1],scale [m]\n");
+    for row in 0..240 {
+        let sent = 0.6 * stream.uniform();
+        let side = if stream.uniform() < 0.5 { -1.0 } else { 1.0 };
+        let far = wild.iter().find(|one| one.0 == row).map_or(0.0, |one| one.1);
+        let scale = sent + 4e-5 - 0.5 * lost(sent) * side + 2e-6 * stream.normal() + far;
+        let _ = writeln!(log, "{sent},{side},{scale:.9}");
+    }
+    let measurands = "scale = { sigma = \"2 um\" }";
+    Campaign { model: SLIDE, effects: LOST_MOTION, measurands, log }.diagnosed()
+}
+
+/// Motion is lost at a worn place: no covariate has it, but what neighbours have in common is neither
+/// noise nor outliers.
+#[test]
+fn an_error_over_two_inputs_together_is_a_remainder() {
+    let worn = |sent: f64| 9e-6 + 9e-5 * (-((sent - 0.25) / 0.035).powi(2)).exp();
+    let found = slide(7, &worn, &[]);
+    assert_eq!(found.verdict, Verdict::PartlyExplained, "{}", told(&found));
+    assert!(found.remainder.iter().any(|one| one.place.covariate == "inputs"), "{}", told(&found));
+    assert!(found.left_out.readings.len() < 5, "{}", told(&found));
+    let even = slide(8, &|_| 2e-5, &[]);
+    assert_eq!((even.verdict, names(&even)), (Verdict::Explained, vec!["lost_motion"]));
+    assert!(even.remainder.is_empty() && even.left_out.is_empty(), "{}", told(&even));
+}
+
+/// One reading that is far out is left out alone, and no good one with it.
+#[test]
+fn a_single_wild_reading_is_left_out() {
+    for wild in [8e-5, 4e-4] {
+        let found = slide(9, &|_| 2e-5, &[(101, wild)]);
+        assert_eq!(names(&found), ["lost_motion"], "{}", told(&found));
+        let rows: Vec<usize> = found.left_out.readings.iter().map(|one| one.row).collect();
+        assert_eq!(rows, [103], "{}", told(&found));
+        assert!(found.levels.is_empty(), "{}", told(&found));
+    }
+}
