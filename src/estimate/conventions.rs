@@ -1,8 +1,9 @@
 //! Whether a convention was mistaken, where the model fits badly: the order of a quaternion's
-//! components, an inverse pose, swapped columns, a mirrored axis, a sign, a unit, a turn by 90°.
+//! components, an inverse pose, swapped columns, a mirrored axis, a sign, a unit, a turn by 90°; and
+//! the order of a model's turns about single axes.
 //!
-//! [`mistaken`] reads the logged numbers as each convention of the library has it, fits some of the
-//! samples from several attitudes, and names what fits far better. A fit is compared with one of the
+//! [`mistaken`] reads the logged numbers as each convention of the library has it, and puts turns in
+//! other orders, fits some of the samples from several attitudes, and names what fits far better. A fit is compared with one of the
 //! numbers as they stand, from as many starts; readings that a convention makes smaller are judged
 //! by their relative scatter. It does not change the problem: what to type is part of the answer.
 //!
@@ -10,6 +11,8 @@
 //! |---|---|
 //! | `channels` | which numbers are vectors, quaternions and poses |
 //! | `applied` | the numbers as a convention has them |
+//! | `turns` | products of turns in another order, about other axes, the other way |
+//! | `suspect` | what may have been mistaken, of either kind |
 
 use rayon::prelude::*;
 
@@ -22,13 +25,19 @@ use crate::estimate::minima::thinned::{Thinned, Tried};
 use crate::estimate::start::start;
 use crate::formula::Expression;
 use crate::formula::show::text;
+use crate::graph::Kind;
 use crate::units::Dimension;
 
 mod applied;
 mod channels;
+mod suspect;
+mod turns;
 
 use applied::Suspected;
 use channels::Channels;
+use suspect::Suspect;
+pub use turns::ChangedFormula;
+use turns::{Reordered, changed_formulas};
 
 /// Samples on which each convention is tried, and on which the best are compared.
 const SAMPLES: [usize; 2] = [120, 4_000];
@@ -46,6 +55,8 @@ const FURTHER: usize = 6;
 const HOPELESS: f64 = 30.0;
 /// Conventions that fit up to so many times worse than the best are listed with it.
 const ALIKE: f64 = 1.5;
+/// A parameter has the other sign where its sum is so small a part of its difference, squared.
+const OPPOSITE: f64 = 0.01;
 /// Mistaken conventions that are looked for, one on top of the other.
 const MOST: usize = 2;
 
@@ -58,9 +69,11 @@ pub struct Mistaken {
     pub alike: Vec<Instead>,
     /// What each number is, as a formula of the columns as they were read.
     pub columns: Vec<(String, String)>,
+    /// The model's formulas that are to be changed.
+    pub formulas: Vec<ChangedFormula>,
     /// Variance factors: as the numbers stand, and with all that was mistaken set right.
     pub variance_factors: [f64; 2],
-    /// How many conventions were tried, with each of the numbers to which they may apply.
+    /// How many conventions were tried, with each of the numbers or formulas to which they may apply.
     pub tried: usize,
     /// How many more there are.
     pub not_tried: usize,
@@ -73,8 +86,10 @@ pub struct Instead {
     pub name: String,
     /// What is mistaken for what.
     pub title: String,
-    /// The model's names of the numbers.
+    /// The model's names of the numbers, or of the formulas.
     pub numbers: Vec<String>,
+    /// Of one that fits as well as another: parameters that have the other sign there.
+    pub opposite: Vec<String>,
 }
 
 /// The conventions with which a problem fits far better; `None` where it fits well as it is, or none
@@ -93,16 +108,18 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
         return None;
     }
     let mut not_tried = 0;
-    let mut suspects: Vec<Suspected<'_>> = Vec::new();
+    let mut suspects: Vec<Suspect<'_>> = Vec::new();
     for convention in conventions {
         let (all, more) = channels.for_convention(convention);
-        suspects.extend(all.into_iter().map(|channels| Suspected { convention, channels }));
+        let all = all.into_iter().map(|channels| Suspected { convention, channels });
+        suspects.extend(all.map(Suspect::Columns));
         not_tried += more;
     }
+    suspects.extend(Reordered::all(&first.system.assembly.names).into_iter().map(Suspect::Turns));
     let whole = Thinned::of(problem, SAMPLES[1]);
     let problem = whole.late_by(0.0, &[])?;
     let begin = start(&problem).0;
-    let mut stands = Looked::at(problem, &begin, 0.0)?;
+    let mut stands = Looked::at(problem.clone(), &begin, 0.0)?;
     let own = stands.variance_factor;
     let mut found: Option<Mistaken> = None;
     let mut columns: Vec<(String, Expression)> = Vec::new();
@@ -112,37 +129,33 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
         }
         let Some(next) = next_of(&stands, &suspects) else { break };
         let Next { suspect, looked, alike } = next;
-        columns = suspect.formulas(&columns);
+        columns = suspect.formulas(columns);
         let one = found.get_or_insert(Mistaken {
             what: Vec::new(),
             alike: Vec::new(),
             columns: Vec::new(),
+            formulas: Vec::new(),
             variance_factors: [own, own],
             tried: suspects.len(),
             not_tried,
         });
-        one.what.push(named(suspect));
-        one.alike = alike.into_iter().map(named).collect();
+        one.what.push(suspect.named());
+        one.alike = alike;
         one.variance_factors[1] = looked.variance_factor;
         stands = looked;
     }
     let mut found = found?;
+    found.formulas = changed_formulas(&problem, &stands.problem);
     let shown = columns.into_iter().map(|(name, formula)| (text(&formula), name));
     found.columns = shown.filter(|(formula, name)| formula != name).map(|(f, n)| (n, f)).collect();
     Some(found)
 }
 
-fn named(suspect: &Suspected<'_>) -> Instead {
-    Instead {
-        name: suspect.convention.name.clone(),
-        title: suspect.convention.title.clone(),
-        numbers: suspect.channels.iter().map(|one| one.name.clone()).collect(),
-    }
-}
-
 /// Some samples, and how well they fit.
 struct Looked {
     problem: Problem,
+    /// Where the fit ended.
+    point: Point,
     variance_factor: f64,
     /// Its logarithm, relative to how far readings were stretched.
     score: f64,
@@ -152,12 +165,31 @@ impl Looked {
     /// The fit from a start; `stretch` is by how much a sample's readings were stretched.
     fn at(problem: Problem, start: &Point, stretch: f64) -> Option<Self> {
         let fit = Tried::fit(problem.clone(), start.clone(), 0.0, ITERATIONS[2])?;
-        Some(Self::with(problem, fit.variance_factor, stretch))
+        Some(Self::with(problem, fit.point, fit.variance_factor, stretch))
     }
 
-    fn with(problem: Problem, variance_factor: f64, stretch: f64) -> Self {
+    fn with(problem: Problem, point: Point, variance_factor: f64, stretch: f64) -> Self {
         let score = variance_factor.ln() - stretch_of_each(&problem, stretch);
-        Self { problem, variance_factor, score }
+        Self { problem, point, variance_factor, score }
+    }
+
+    /// Scalars and vectors that have the other sign in another fit of the same parameters.
+    fn opposite(&self, other: &Self) -> Vec<String> {
+        let layout = &self.problem.layout;
+        let is_opposite = |index: &usize| {
+            let one = &layout.instances[*index];
+            let size = |sign: f64| -> f64 {
+                let [own, other] = [self, other].map(|fit| fit.point.values[*index]);
+                own.iter().zip(other).take(3).map(|(a, b)| (a + sign * b).powi(2)).sum()
+            };
+            one.kind != Kind::Rotation && !one.unit.is_angle() && size(1.0) < OPPOSITE * size(-1.0)
+        };
+        let all = (0..layout.instances.len()).filter(is_opposite);
+        let mut names: Vec<String> =
+            all.map(|index| layout.instances[index].name.clone()).collect();
+        // Instances of one parameter stand together.
+        names.dedup();
+        names
     }
 
     /// The same with another start, if one fits far better: clocks that were compared with the
@@ -170,7 +202,7 @@ impl Looked {
         let [clock] = clocks.as_slice() else { return self };
         let found = better_start(&self.problem, clock).map(|(_, found)| found.variance_factors[1]);
         let best = found.map_or(self.variance_factor, |found| found.min(self.variance_factor));
-        Self::with(self.problem, best, stretch)
+        Self::with(self.problem, self.point, best, stretch)
     }
 }
 
@@ -183,23 +215,23 @@ fn stretch_of_each(problem: &Problem, stretch: f64) -> f64 {
 }
 
 struct Next<'s, 'c> {
-    suspect: &'s Suspected<'c>,
+    suspect: &'s Suspect<'c>,
     looked: Looked,
-    alike: Vec<&'s Suspected<'c>>,
+    alike: Vec<Instead>,
 }
 
 /// The convention that fits best of all, if that is far better than how it stands.
-fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspected<'c>]) -> Option<Next<'s, 'c>> {
+fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspect<'c>]) -> Option<Next<'s, 'c>> {
     let few = Thinned::of(&stands.problem, SAMPLES[0]);
     let control = Quick::of(&few, None)?.score;
-    let mut tried: Vec<(Quick, &Suspected<'_>)> = suspects
+    let mut tried: Vec<(Quick, &Suspect<'_>)> = suspects
         .par_iter()
         .filter_map(|suspect| Some((Quick::of(&few, Some(suspect))?, suspect)))
         .filter(|(quick, _)| quick.score < control - BETTER[1].ln())
         .collect();
     tried.sort_by(|a, b| a.0.score.total_cmp(&b.0.score));
     let best = tried.first()?.0.score;
-    let mut compared: Vec<(Looked, &Suspected<'_>)> = tried
+    let mut compared: Vec<(Looked, &Suspect<'_>)> = tried
         .into_iter()
         .take_while(|(quick, _)| quick.score < best + HOPELESS.ln())
         .take(FURTHER)
@@ -217,10 +249,12 @@ fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspected<'c>]) -> Option<Nex
     let best = compared.iter().map(|(looked, _)| looked.score).min_by(f64::total_cmp)?;
     compared.retain(|(looked, _)| looked.score < best + ALIKE.ln());
     // Of those that fit alike the simplest: a sign before a turn, a turn before both.
-    compared.sort_by_key(|(_, suspect)| suspect.length());
+    compared.sort_by_key(|(_, suspect)| suspect.order());
     let mut compared = compared.into_iter();
     let (looked, suspect) = compared.next()?;
-    let alike = compared.map(|(_, suspect)| suspect).collect();
+    let alike = compared
+        .map(|(other, suspect)| Instead { opposite: looked.opposite(&other), ..suspect.named() })
+        .collect();
     let looked = looked.improved(suspect.stretch());
     Some(Next { suspect, looked, alike })
 }
@@ -234,9 +268,9 @@ struct Quick {
 
 impl Quick {
     /// `None` where the model has no values.
-    fn of(few: &Thinned, suspect: Option<&Suspected<'_>>) -> Option<Self> {
+    fn of(few: &Thinned, suspect: Option<&Suspect<'_>>) -> Option<Self> {
         let stands = few.late_by(0.0, &[])?;
-        let stretch = suspect.map_or(0.0, Suspected::stretch);
+        let stretch = suspect.map_or(0.0, Suspect::stretch);
         let problem = match suspect {
             Some(suspect) => suspect.applied(&stands)?,
             None => stands,

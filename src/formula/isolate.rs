@@ -61,23 +61,35 @@ fn turned(formula: &Expression, name: &str, value: Expression) -> Option<Express
 
 /// The formula with other formulas in place of its names, as far as `of` has any.
 pub fn replaced(formula: &Expression, of: &dyn Fn(&str) -> Option<Expression>) -> Expression {
-    let inner = |part: &Expression| Box::new(replaced(part, of));
+    let of_name = |part: &Expression| match &part.kind {
+        ExpressionKind::Name(name) => of(name),
+        _ => None,
+    };
+    replaced_parts(formula, &of_name)
+}
+
+/// The formula with other formulas in place of its parts, as far as `of` has any; it is asked for
+/// the whole before its parts, and not for the parts of a formula that it gave.
+pub fn replaced_parts(
+    formula: &Expression,
+    of: &dyn Fn(&Expression) -> Option<Expression>,
+) -> Expression {
+    if let Some(other) = of(formula) {
+        return Expression { kind: other.kind, span: formula.span };
+    }
+    let inner = |part: &Expression| Box::new(replaced_parts(part, of));
     let kind = match &formula.kind {
-        ExpressionKind::Name(name) => match of(name) {
-            Some(other) => other.kind,
-            None => formula.kind.clone(),
-        },
-        ExpressionKind::Number(..) => formula.kind.clone(),
+        ExpressionKind::Name(_) | ExpressionKind::Number(..) => formula.kind.clone(),
         ExpressionKind::Member(part, axis) => ExpressionKind::Member(inner(part), *axis),
         ExpressionKind::Negate(part) => ExpressionKind::Negate(inner(part)),
         ExpressionKind::Vector(parts) => {
-            ExpressionKind::Vector(Box::new(parts.each_ref().map(|part| replaced(part, of))))
+            ExpressionKind::Vector(Box::new(parts.each_ref().map(|part| replaced_parts(part, of))))
         }
         ExpressionKind::Binary(operator, left, right) => {
             ExpressionKind::Binary(*operator, inner(left), inner(right))
         }
         ExpressionKind::Call(function, arguments) => {
-            let arguments = arguments.iter().map(|part| replaced(part, of)).collect();
+            let arguments = arguments.iter().map(|part| replaced_parts(part, of)).collect();
             ExpressionKind::Call(*function, arguments)
         }
     };

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::campaign::declared::RunEntry;
-use crate::estimate::conventions::{Instead, Mistaken};
+use crate::estimate::conventions::{ChangedFormula, Instead, Mistaken};
 use crate::report::typed_columns::TypedColumns;
 use crate::units::decimal;
 
@@ -13,7 +13,7 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
     let [before, after] = found.variance_factors.map(|factor| decimal(factor, 2));
     let what = if found.what.len() == 1 { "A convention" } else { "Conventions" };
     let mut text = format!(
-        "\n{what} may have been mistaken; set right, the variance factor falls from {before} to {after} ({} ways to read the columns tried{}):\n",
+        "\n{what} may have been mistaken; set right, the variance factor falls from {before} to {after} ({} ways to read columns and formulas tried{}):\n",
         found.tried,
         if found.not_tried == 0 {
             String::new()
@@ -25,10 +25,21 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
         text.push_str(&format!("  {}\n", line(one)));
     }
     for one in &found.alike {
-        text.push_str(&format!("  or, about as well: {}\n", line(one)));
+        text.push_str(&format!("  or, about as well: {}{}\n", line(one), opposite(one)));
     }
-    let typed = TypedColumns::of(&found.columns, runs);
-    text.push_str(&format!("To use it, write {}: {}\n", typed.place, typed.line()));
+    if !found.alike.is_empty() {
+        text.push_str("The readings do not distinguish them, but parameters depend on the choice: choose by the programs that wrote the logs.\n");
+    }
+    if !found.columns.is_empty() {
+        let typed = TypedColumns::of(&found.columns, runs);
+        text.push_str(&format!("To use it, write {}: {}\n", typed.place, typed.line()));
+    }
+    for one in &found.formulas {
+        text.push_str(&format!(
+            "To use it, write in [{}] of the model, as the formula of `{}`: '{}'\n",
+            one.table, one.name, one.formula
+        ));
+    }
     text
 }
 
@@ -36,18 +47,33 @@ fn line(one: &Instead) -> String {
     format!("{}: {} (`{}`)", one.numbers.join(", "), one.title, one.name)
 }
 
+/// Which parameters have the other sign with a choice.
+fn opposite(one: &Instead) -> String {
+    let names: Vec<String> = one.opposite.iter().map(|name| format!("`{name}`")).collect();
+    match names.len() {
+        0 => String::new(),
+        1 => format!("; then {} has the other sign", names[0]),
+        _ => format!("; then {} have the other sign", names.join(", ")),
+    }
+}
+
 /// The same for programs: null if none was mistaken.
 pub fn json_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> Value {
-    let each = |all: &[Instead]| -> Value {
-        let one = |one: &Instead| json!({ "convention": one.name, "title": one.title, "of": one.numbers });
-        all.iter().map(one).collect()
+    let one =
+        |one: &Instead| json!({ "convention": one.name, "title": one.title, "of": one.numbers });
+    let alike = |other: &Instead| {
+        let mut value = one(other);
+        value["opposite"] = json!(other.opposite);
+        value
     };
+    let formula = |one: &ChangedFormula| json!({ "table": one.table, "name": one.name, "formula": one.formula });
     let whole = found.map(|found| {
         let columns = TypedColumns::of(&found.columns, runs).entries;
         json!({
-            "mistaken": each(&found.what),
-            "alike": each(&found.alike),
+            "mistaken": found.what.iter().map(one).collect::<Value>(),
+            "alike": found.alike.iter().map(alike).collect::<Value>(),
             "columns": columns,
+            "formulas": found.formulas.iter().map(formula).collect::<Value>(),
             "variance_factors": found.variance_factors,
             "tried": found.tried,
             "not_tried": found.not_tried,

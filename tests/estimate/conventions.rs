@@ -106,6 +106,27 @@ fn a_moving_hand_with_an_inverse_pose_is_named() {
     assert!(one.variance_factors[1] < 2.0, "{one:?}");
 }
 
+/// As game engines write poses: M p and M R M with one axis mirrored. Fitted rotations absorb all of M
+/// but its sign, so that negated positions set it right; of the two logs the readings are changed.
+#[test]
+fn a_left_handed_frame_is_named_with_what_depends_on_the_choice() {
+    let camera = Camera::default();
+    let folder = camera.campaign("", &camera.hand_poses(), &camera.camera_poses(4));
+    for column in ["y", "attitude_x", "attitude_z"] {
+        changed(&folder, "camera.csv", column, |value| -value);
+    }
+    let one = found(&folder).unwrap();
+    assert_eq!(one.what[0].name, "left_handed", "{one:?}");
+    assert_eq!(one.what[0].numbers, ["x", "y", "z"]);
+    assert!(one.variance_factors[1] < 2.0, "{one:?}");
+    let [other] = &one.alike[..] else { panic!("{one:?}") };
+    assert_eq!(other.numbers, ["hand_x", "hand_y", "hand_z"]);
+    assert!(other.opposite.contains(&"camera_lever".to_owned()), "{other:?}");
+    let text = homepoint::report::conventions::text(Some(&one));
+    assert!(text.contains("`camera_lever` have the other sign"), "{text}");
+    assert!(text.contains("columns = { x = \"-x\", y = \"-y\", z = \"-z\" }"), "{text}");
+}
+
 /// A search for the clock's offset is misled by a sign: through the program, the sign is named.
 #[test]
 fn a_search_for_the_clock_hides_no_convention() {

@@ -47,4 +47,5 @@ mod stated_sigmas;
 mod stationary;
 mod time_referencing;
 mod traceability;
+mod turns;
 mod two_routes;

@@ -54,11 +54,17 @@ impl Suspected<'_> {
         self.convention.formulas.iter().map(|formula| formula.text.len()).sum()
     }
 
+    /// Whether all of its numbers are readings, none an input.
+    pub(super) fn is_of_readings(&self) -> bool {
+        self.channels.iter().all(|one| matches!(one.source, Source::Reading(_)))
+    }
+
     /// Logarithm of the factor by which the readings of one sample are stretched: what is made
     /// smaller scatters less, and says no more by that.
     pub(super) fn stretch(&self) -> f64 {
-        let is_read = self.channels.iter().all(|one| matches!(one.source, Source::Reading(_)));
-        let Some((_, factors)) = self.linear().filter(|_| is_read) else { return 0.0 };
+        let Some((_, factors)) = self.linear().filter(|_| self.is_of_readings()) else {
+            return 0.0;
+        };
         let size = |row: &Vec<f64>| row.iter().map(|factor| factor * factor).sum::<f64>().sqrt();
         factors.iter().map(|row| size(row).ln()).sum()
     }
