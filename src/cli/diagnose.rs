@@ -161,7 +161,7 @@ fn apart(one: &Instance, other: &Instance) -> Option<String> {
     })
 }
 
-/// A variance factor, with what was found, beyond which it is asked whether a convention was
+/// A variance factor, with what was found and by the noise as stated, beyond which it is asked whether a convention was
 /// mistaken.
 const BAD: f64 = 4.0;
 
@@ -196,7 +196,9 @@ impl Diagnose {
                 .map_err(|error| Failure::Could(error.to_string()))?;
         }
         let fitted = found.explained.as_ref().unwrap_or(&found.nominal);
-        let factor = fitted.variance_factor().unwrap_or(f64::INFINITY);
+        // Noise scaled up to the size of the residuals is as bad a fit.
+        let scale = found.levels.iter().map(|one| one.factor).fold(1.0, f64::max);
+        let factor = fitted.variance_factor().unwrap_or(f64::INFINITY) * scale.powi(2);
         let is_bad = found.verdict.has_remainder() || !found.verdict.is_made();
         let mistaken = if is_bad && factor > BAD { suspicion.mistaken(&as_loaded) } else { None };
         if !self.common.quiet {
