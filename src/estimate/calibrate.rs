@@ -393,7 +393,7 @@ fn holding_bounds(problem: &Problem, fit: &Fit<Point>) -> Vec<Vec<Option<Bound>>
 }
 
 /// Scalar readings: a rotation counts as three.
-fn count(problem: &Problem) -> usize {
+pub(super) fn count(problem: &Problem) -> usize {
     let mut count = 0;
     for part in &problem.parts {
         for run in 0..part.runs.len() {
