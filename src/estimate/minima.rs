@@ -11,6 +11,7 @@
 //! | `clocks` | which runs share a clock |
 //! | `thinned` | some samples of a problem, later by an offset |
 //! | `starts` | the offsets and attitudes to start from |
+//! | `mirrored` | minima at which a scalar or a component of a vector has another value |
 
 use rayon::prelude::*;
 
@@ -19,11 +20,13 @@ use crate::estimate::calibrate::Calibration;
 use crate::estimate::start::start;
 
 pub(super) mod clocks;
+mod mirrored;
 pub(super) mod starts;
 pub(super) mod thinned;
 
 use clocks::Clock;
-use starts::{Attitudes, Offsets, scalars};
+use mirrored::other_values;
+use starts::{Attitudes, Offsets};
 use thinned::{Thinned, Tried, cut};
 
 /// Samples on which each start is tried; those on which the best of them are fitted further; those
@@ -79,10 +82,15 @@ pub struct Found {
 pub struct Other {
     /// The parameter that tells it from the estimate.
     pub instance: usize,
+    /// Which component of it.
+    pub component: usize,
     /// Its value there (SI), and at the estimate.
     pub values: [f64; 2],
     /// How much larger chi squared is there.
     pub chi_squared: f64,
+    /// Others (instance, component) that differ there, too, with their values (SI): they are not
+    /// ambiguous by themselves.
+    pub with: Vec<(usize, usize, f64)>,
 }
 
 /// The problem with a start from which it fits far better than from its own, and what was found; each
@@ -203,7 +211,7 @@ fn is_better(some: &Thinned, one: &Tried, other: &Tried) -> bool {
 }
 
 /// Other minima that the readings cannot exclude, nearest first: other offsets of the clock, and
-/// parameters of the other sign.
+/// other values of scalars and of components of vectors, each by itself.
 pub fn others(fit: &Calibration) -> Vec<Other> {
     if !fit.is_sound() || fit.variance_factor().is_none_or(|factor| factor > WRONG) {
         return Vec::new();
@@ -215,7 +223,7 @@ pub fn others(fit: &Calibration) -> Vec<Other> {
         _ => other_offsets(&clock.alone(problem), point, clock),
     };
     let mut found: Vec<Other> = clocks.iter().flat_map(of).collect();
-    found.extend(other_signs(problem, point));
+    found.extend(other_values(fit));
     found
 }
 
@@ -259,28 +267,11 @@ fn other_offsets(problem: &Problem, point: &Point, clock: &Clock) -> Vec<Other> 
         let value = point.values[delay][0];
         (is_alike && moved(&there).abs() > offsets.step).then(|| Other {
             instance: delay,
+            component: 0,
             values: [value + moved(&there), value],
             chi_squared,
+            with: Vec::new(),
         })
     });
     compared.collect()
-}
-
-/// Minima at which a scalar has the other sign.
-fn other_signs(problem: &Problem, point: &Point) -> Vec<Other> {
-    let many = Thinned::of(problem, SAMPLES[2]);
-    let Some(here) = many.late_by(0.0, &[]) else { return Vec::new() };
-    let Some(here) = Tried::fit(here, point.clone(), 0.0, ITERATIONS[2]) else { return Vec::new() };
-    let mirrored = |instance: usize| {
-        let value = point.values[instance][0];
-        let mut start = point.clone();
-        start.values[instance][0] = -value;
-        let there = Tried::fit(many.late_by(0.0, &[])?, start, 0.0, ITERATIONS[2])?;
-        let chi_squared = many.times * (there.chi_squared - here.chi_squared);
-        let other = there.point.values[instance][0];
-        let is_mirrored = other * value < 0.0 && (other + value).abs() < 0.5 * value.abs();
-        let is_alike = chi_squared < EXCLUDED * here.variance_factor.max(1.0);
-        (is_mirrored && is_alike).then_some(Other { instance, values: [other, value], chi_squared })
-    };
-    scalars(&problem.layout).into_iter().filter_map(mirrored).collect()
 }

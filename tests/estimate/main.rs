@@ -35,6 +35,7 @@ mod nist;
 mod noise_model;
 mod nothing_moves;
 mod observability;
+mod other_values;
 mod practice;
 mod real_recordings;
 mod remedies;

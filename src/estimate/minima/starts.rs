@@ -16,8 +16,6 @@ const MOST_OFFSETS: usize = 400;
 const MOST_STARTS: usize = 6_000;
 /// Most attitudes.
 const MOST_ATTITUDES: usize = 24;
-/// Most scalars of the other sign.
-const MOST_SCALARS: usize = 12;
 /// Moments at which it is asked how fast streams change.
 const MOMENTS: usize = 256;
 /// The shortest step between offsets (s).
@@ -188,18 +186,6 @@ fn rotations() -> Vec<[f64; 4]> {
         signs.iter().flat_map(move |y| signs.map(move |z| [0.5, 0.5 * x, 0.5 * y, 0.5 * z]))
     });
     half.into_iter().chain(thirds).collect()
-}
-
-/// Scalars that may have the other sign: open, and no angles or delays.
-pub(in crate::estimate) fn scalars(layout: &Layout) -> Vec<usize> {
-    let may = |index: &usize| {
-        let one = &layout.instances[*index];
-        one.kind == Kind::Scalar
-            && !one.unit.is_angle()
-            && !one.name.ends_with(".delay")
-            && is_open(layout, *index)
-    };
-    (0..layout.instances.len()).filter(may).take(MOST_SCALARS).collect()
 }
 
 /// Whether an instance is estimated from nothing but readings: free, and without a value, a start or
