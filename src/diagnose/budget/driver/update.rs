@@ -171,9 +171,10 @@ impl Search<'_> {
     }
 
     /// Takes effects that did not stand out of the competition, or lets those in again whose values
-    /// differ between groups of readings, with values of their own; whether there are such.
+    /// differ between groups of readings, with values of their own, and those that had such values
+    /// in the library's form; whether there are such.
     fn refuse(&mut self, linear: &Linear, judged: &Judged) -> bool {
-        let mut relaxed = false;
+        let (mut relaxed, mut narrowed) = (false, false);
         for ((term, objection), named) in
             judged.objections.iter().zip(named_objections(linear, judged))
         {
@@ -195,10 +196,15 @@ impl Search<'_> {
                 self.refused.push((own.name.clone(), own.variant));
                 self.objections.push(named);
                 // The library's form may stand where that with more values does not.
-                relaxed |= self.wanted.variants.remove(&own.name).is_some();
+                narrowed |= self.wanted.variants.remove(&own.name).is_some();
             }
         }
-        relaxed
+        if narrowed {
+            // What was judged beside the wrong form is judged again.
+            self.refused.retain(|(_, form)| form.is_some());
+            self.objections.clear();
+        }
+        relaxed || narrowed
     }
 
     /// Puts the rows that stand into the fit, and no others; whether the fit changed.
