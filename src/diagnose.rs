@@ -39,6 +39,7 @@ use fitted::Fitted;
 use gap::holdout::{HoldoutError, holdout};
 use gap::steps::Steps;
 use gross::codes::without_codes;
+use gross::frozen::without_frozen;
 use gross::misstated::{Misstated, misstated};
 use gross::settle::{settled, without_lost, without_spoiling};
 use gross::spikes::without_spikes;
@@ -66,6 +67,8 @@ pub fn diagnose(
     let (nominal, mut gross) = without_codes(whole.clone(), options)?;
     let (nominal, unsettling) = settled(nominal, options)?;
     gross.extend(unsettling);
+    let (nominal, frozen) = without_frozen(nominal, options)?;
+    gross.extend(frozen);
     let (nominal, lost) = without_lost(nominal, options)?;
     let (nominal, spikes) = without_spikes(nominal, options)?;
     gross.extend(spikes);

@@ -79,6 +79,8 @@ pub struct Stretch {
     pub rows: (usize, usize),
     /// How far out half of them were at least, in robust standard deviations of the measurand.
     pub deviations: f64,
+    /// Whether they repeat the reading before them.
+    pub repeats: bool,
     /// What is wrong.
     pub place: Place,
 }
@@ -90,7 +92,7 @@ pub struct LeftOut {
     pub readings: Vec<Reading>,
     /// Runs that are wrong as wholes.
     pub runs: Vec<Stretch>,
-    /// What is on one side of a moment at which something changed.
+    /// Stretches of runs that are wrong.
     pub stretches: Vec<Stretch>,
 }
 

@@ -210,6 +210,7 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
             "first_row": one.rows.0,
             "last_row": one.rows.1,
             "deviations": number(Some(one.deviations)),
+            "repeats": one.repeats,
         })
     });
     let lost = diagnosis.lost.iter().map(|one| {

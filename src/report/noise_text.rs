@@ -13,8 +13,9 @@ use crate::report::layout::{drawn, table};
 use crate::report::text::unit_of;
 use crate::units::{Dimension, Unit, decimal};
 
-/// Readings left out that are shown.
+/// Readings and stretches left out that are shown.
 const SHOWN: usize = 5;
+const STRETCHES: usize = 12;
 
 /// Whether the draws of an effect on the noise are rectangular, as what is rounded has them.
 fn is_rectangular(one: &NoiseEffect) -> bool {
@@ -184,28 +185,42 @@ fn runs_left_out(diagnosis: &Diagnosis, left_out: &LeftOut) -> Vec<RunLeftOut> {
     all
 }
 
-/// What is left out on one side of a moment at which something changed, rows of several measurands
-/// together.
+/// Stretches of wrong readings, rows of several measurands together.
 fn stretches_left_out(left_out: &LeftOut) -> String {
-    let mut of_rows: Vec<(&str, (usize, usize), Vec<String>)> = Vec::new();
-    for Stretch { run, rows, measurand, .. } in &left_out.stretches {
-        let measurand = format!("`{measurand}`");
-        match of_rows.iter_mut().find(|known| (known.0, known.1) == (run.as_str(), *rows)) {
-            Some(known) => known.2.push(measurand),
-            None => of_rows.push((run, *rows, vec![measurand])),
+    let mut of_rows: Vec<(&Stretch, Vec<String>)> = Vec::new();
+    for one in &left_out.stretches {
+        let measurand = format!("`{}`", one.measurand);
+        let is_same = |known: &&mut (&Stretch, Vec<String>)| {
+            let known = known.0;
+            (&known.run, known.rows, known.repeats) == (&one.run, one.rows, one.repeats)
+        };
+        match of_rows.iter_mut().find(is_same) {
+            Some(known) => known.1.push(measurand),
+            None => of_rows.push((one, vec![measurand])),
         }
     }
     if of_rows.is_empty() {
         return String::new();
     }
     let count: usize = left_out.stretches.iter().map(|one| one.readings).sum();
+    let plural = if of_rows.len() == 1 { "" } else { "es" };
     let mut text = format!(
-        "{count} readings are left out, for something changed between them and the others:"
+        "{count} readings in {} stretch{plural} of wrong readings are left out:",
+        of_rows.len()
     );
-    let shown = if of_rows.len() <= SHOWN + 1 { of_rows.len() } else { SHOWN };
-    for (run, (first, last), measurands) in &of_rows[..shown] {
+    let shown = if of_rows.len() <= STRETCHES + 1 { of_rows.len() } else { STRETCHES };
+    for (Stretch { run, rows: (first, last), repeats, deviations, .. }, measurands) in
+        &of_rows[..shown]
+    {
+        let what = match (repeats, measurands.len()) {
+            (true, 1) => "repeats its last value".to_owned(),
+            (true, _) => "repeat their last values".to_owned(),
+            _ => format!("about {} deviations off", decimal(*deviations, 0)),
+        };
         let measurands = measurands.join(" and ");
-        text.push_str(&format!("\n  {measurands} in rows {first} to {last} of run `{run}`"));
+        text.push_str(&format!(
+            "\n  {measurands} in rows {first} to {last} of run `{run}`: {what}"
+        ));
     }
     text.push_str(if of_rows.len() > shown { "\n  ... all with `--format json`\n" } else { "\n" });
     text

@@ -14,6 +14,7 @@ mod nameless;
 mod stream;
 
 mod budget;
+mod bursts;
 mod codes;
 mod confounded;
 mod designs;

@@ -29,8 +29,12 @@ fn angles(samples: &mut Samples) -> &mut Vec<f64> {
 
 fn left_out(found: &Diagnosis) -> BTreeSet<(String, usize, String)> {
     assert!(found.left_out.runs.is_empty());
-    let each = found.left_out.readings.iter();
-    each.map(|one| (one.run.to_string(), one.row, one.measurand.to_string())).collect()
+    let readings = found.left_out.readings.iter();
+    let readings = readings.map(|one| (one.run.to_string(), one.row, one.measurand.to_string()));
+    let stretches = found.left_out.stretches.iter().flat_map(|one| {
+        (one.rows.0..=one.rows.1).map(|row| (one.run.clone(), row, one.measurand.clone()))
+    });
+    readings.chain(stretches).collect()
 }
 
 /// The farthest that a delay is from another one's, in standard uncertainties.

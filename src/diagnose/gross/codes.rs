@@ -146,7 +146,7 @@ fn codes_of(part: &Part) -> Vec<Codes> {
 }
 
 /// A reading column of each run.
-fn readings(part: &Part, column: usize) -> Vec<Vec<f64>> {
+pub(super) fn readings(part: &Part, column: usize) -> Vec<Vec<f64>> {
     let of_run = |record: &Record| {
         let mut all = Vec::with_capacity(record.len());
         record.walk(|stretch| all.extend(stretch.each().map(|sample| sample.reading(column))));

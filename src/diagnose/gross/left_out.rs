@@ -2,8 +2,8 @@
 //! with how far out they were; those of a measurand in a run, or a stretch of it, that is wrong as
 //! a whole by their number.
 //!
-//! Which ones those are is judged elsewhere ([`super::wild`], `codes`, `spikes`, `alone`,
-//! `moment`).
+//! Which ones those are is judged elsewhere ([`super::wild`], `codes`, `frozen`, `bursts`,
+//! `spikes`).
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -20,7 +20,7 @@ use crate::estimate::median::upper_median;
 pub(super) type Far = Vec<Vec<(usize, f64)>>;
 
 /// Some samples of a measurand in a run.
-pub(in crate::diagnose) type OfSamples = (OfRun, Range<usize>);
+pub(super) type OfSamples = (OfRun, Range<usize>);
 
 /// Leaves readings of sequences out and lists them.
 pub(super) fn readings_out(problem: &mut Problem, all: &[Sequence], far: &[Far]) -> LeftOut {
@@ -31,7 +31,7 @@ pub(super) fn readings_out(problem: &mut Problem, all: &[Sequence], far: &[Far])
 
 /// Leaves all readings of measurands in some runs out and lists them; `place` says where each is
 /// off.
-pub(in crate::diagnose) fn runs_out(
+pub(super) fn runs_out(
     problem: &mut Problem,
     all: &[Sequence],
     off: &BTreeSet<OfRun>,
@@ -55,13 +55,30 @@ pub(super) fn leave_out(problem: &mut Problem, one: &Sequence, far: &Far) {
 }
 
 /// Leaves all readings of measurands in some runs out.
-pub(in crate::diagnose) fn leave_runs_out(problem: &mut Problem, off: &BTreeSet<OfRun>) {
+fn leave_runs_out(problem: &mut Problem, off: &BTreeSet<OfRun>) {
     let off: Vec<OfSamples> = off.iter().map(|one| whole(problem, *one)).collect();
     leave_samples_out(problem, &off);
 }
 
+/// Leaves stretches of readings out and lists them; `repeats` where they repeat the reading before.
+pub(super) fn stretches_out(
+    problem: &mut Problem,
+    all: &[Sequence],
+    off: &[OfSamples],
+    repeats: bool,
+) -> LeftOut {
+    let told = |one: &OfSamples| {
+        let (run, measurand) = one.0.names(problem);
+        let place = Place::of_run(&measurand, &run);
+        Some(Stretch { repeats, ..stretch(problem, all, one, place)? })
+    };
+    let stretches = off.iter().filter_map(told).collect();
+    leave_samples_out(problem, off);
+    LeftOut { stretches, ..LeftOut::default() }
+}
+
 /// Leaves readings of measurands in some samples of runs out.
-pub(in crate::diagnose) fn leave_samples_out(problem: &mut Problem, off: &[OfSamples]) {
+fn leave_samples_out(problem: &mut Problem, off: &[OfSamples]) {
     for (one, samples) in off {
         let part = &mut problem.parts[one.part];
         let columns = part.slots()[one.measurand].columns();
@@ -107,7 +124,7 @@ pub(super) fn told(
 
 /// Samples of a measurand in a run of which all readings are left out, as they are told; `None`
 /// where no readings are there.
-pub(in crate::diagnose) fn stretch(
+fn stretch(
     problem: &Problem,
     all: &[Sequence],
     (off, samples): &OfSamples,
@@ -136,6 +153,7 @@ pub(in crate::diagnose) fn stretch(
         measurand,
         readings: there.len(),
         rows: (*rows.first()?, *rows.last()?),
+        repeats: false,
         deviations: own.iter().filter_map(|one| size(one)).fold(0.0, f64::max),
     })
 }

@@ -17,7 +17,7 @@ const RUNS: std::ops::RangeInclusive<usize> = 4..=100;
 /// Runs that may be wrong together.
 const WRONG: usize = 2;
 /// A variance factor beyond which such runs may be all that is wrong.
-const SPOILT: f64 = 100.0;
+pub(super) const SPOILT: f64 = 100.0;
 /// They are where the factor without them is so many times less, and not even by so much without
 /// another in the place of the last one.
 pub(super) const SOUND_WITHOUT: f64 = 50.0;

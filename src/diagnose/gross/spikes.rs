@@ -3,32 +3,34 @@
 //! Some readings that a display repeats, or a log that stands still for a moment, are thousands of
 //! uncertainties off, and so is what is read while a beam is broken. The fit bends towards them,
 //! and others look worse than they do. It is trimmed, therefore ([`super::trimmed`]), beyond a part
-//! of all readings at least. Of what is far out from there the gross readings that stand alone,
-//! with a few neighbours or in a burst with sharp ends are left out for good; what rises and falls
-//! is structure. All others are judged with the noise ([`super::wild`]).
+//! of all readings at least; where much is wrong the trimmed fit is the one of least scatter of
+//! several starts. What is far out from there and stands in [`super::bursts`], alone or with a few
+//! neighbours is left out for good; what rises and falls is structure. All others are judged with
+//! the noise ([`super::wild`]).
+
+use std::sync::Arc;
 
 use crate::diagnose::found::LeftOut;
 use crate::diagnose::sequences::{Sequence, seen_from};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
-use super::left_out::{Far, readings_out};
+use super::bursts::{FAR, bursts};
+use super::left_out::{Far, OfSamples, readings_out, stretches_out};
+use super::lost::GROSS_FACTOR;
 use super::settle::is_spoilt;
-use super::trimmed::{TrimmedFit, trimmed_fit};
-use super::wild::{ONE_OF, RUNS_APART, TRIM, gross, has_gross};
+use super::trimmed::{TrimmedFit, starts, trimmed_fit};
+use super::wild::{ONE_OF, RUNS_APART, TRIM, gross, has_beyond};
 
-/// Fits until the same readings are out.
+/// Fits until the same readings are out; from other starts.
 const STEPS: usize = 12;
-/// Part of the readings of a measurand that is out of such a fit at most, and for good.
-const TRIMMED: f64 = 0.25;
+const STEPS_OF_OTHERS: usize = 5;
+/// Part of the readings of a measurand that is out of such a fit at most, and of spikes for good.
+const TRIMMED: f64 = 0.4;
 const MOST: f64 = 0.15;
-/// More next to each other, beyond this part of what is gross, are no wild readings,
-pub(in crate::diagnose) const NEIGHBOURS: usize = 5;
+/// More next to each other, beyond this part of what is gross, are no spikes.
+const NEIGHBOURS: usize = 5;
 const FOOT: f64 = 0.25;
-/// but for one burst in a run, of at most one in so many of its readings, of which this part is
-/// gross.
-const BURST: usize = 4;
-const SHARP: f64 = 0.8;
 
 /// Leaves gross readings out that bend a fit, and fits again.
 pub(in crate::diagnose) fn without_spikes(
@@ -38,22 +40,54 @@ pub(in crate::diagnose) fn without_spikes(
     let whole = &nominal.problem;
     let all = seen_from(whole, &nominal.fit.point);
     let none = LeftOut::default;
-    if !nominal.is_sound() || !(is_spoilt(&nominal) || all.iter().any(has_gross)) {
+    let is_gross = nominal.variance_factor().is_some_and(|factor| factor > GROSS_FACTOR);
+    if !nominal.is_sound() || !(is_gross || all.iter().any(|one| has_beyond(one, FAR))) {
         return Ok((nominal, none()));
     }
-    let TrimmedFit { seen: all, converged, .. } =
-        trimmed_fit(whole, &nominal.fit.point, STEPS, farthest, options)?;
-    if !converged {
+    let Some(TrimmedFit { seen, point, .. }) = sturdiest(&nominal, options)? else {
         return Ok((nominal, none()));
-    }
-    let far: Vec<Far> = all.iter().map(spikes).collect();
+    };
     let mut rest = whole.clone();
-    let found = readings_out(&mut rest, &all, &far);
+    let bursts = bursts(whole, &point, &seen);
+    let mut found = stretches_out(&mut rest, &seen, &bursts, false);
+    let others: Vec<Sequence> = seen.iter().map(|one| without(one, &bursts)).collect();
+    let far: Vec<Far> = others.iter().map(spikes).collect();
+    found.extend(readings_out(&mut rest, &others, &far));
     if found.is_empty() {
         return Ok((nominal, found));
     }
     let fitted = calibrate(rest, options)?;
     if fitted.is_sound() { Ok((fitted, found)) } else { Ok((nominal, none())) }
+}
+
+/// The trimmed fit of least robust scatter: from where the fit of all stopped and, where that is
+/// spoilt, from fits to parts of the runs.
+fn sturdiest(nominal: &Calibration, options: &Options) -> Result<Option<TrimmedFit>, FitError> {
+    let whole = &nominal.problem;
+    let mut fits = vec![trimmed_fit(whole, &nominal.fit.point, STEPS, farthest, options)?];
+    if is_spoilt(nominal) {
+        for (point, _) in starts(whole, &nominal.fit.point, options) {
+            fits.extend(trimmed_fit(whole, &point, STEPS_OF_OTHERS, farthest, options).ok());
+        }
+    }
+    let scatter = |one: &TrimmedFit| -> f64 {
+        let of =
+            |one: &Sequence| one.present().count() as f64 * one.deviation().map_or(0.0, f64::ln);
+        one.seen.iter().map(of).sum()
+    };
+    fits.retain(|one| one.converged);
+    Ok(fits.into_iter().min_by(|a, b| scatter(a).total_cmp(&scatter(b))))
+}
+
+/// A sequence without its readings in some stretches.
+fn without(one: &Sequence, stretches: &[OfSamples]) -> Sequence {
+    let mut rest = one.clone();
+    let own =
+        stretches.iter().filter(|(of, _)| (of.part, of.measurand) == (one.part, one.measurand));
+    own.for_each(|(of, samples)| {
+        Arc::make_mut(&mut rest.runs[of.run])[samples.clone()].fill(f64::NAN);
+    });
+    rest
 }
 
 /// The readings of a sequence that are far out, the farthest if they are too many, by run.
@@ -69,9 +103,8 @@ fn farthest(one: &Sequence) -> Far {
 }
 
 /// The gross readings of a sequence with the few about them that are far out, too, by run: those in
-/// small groups, and in one burst in each of a few runs; none where they are too many, or where
-/// larger groups are in more runs, for these are structure. What is next to each other is by the
-/// readings that are there.
+/// small groups; none where they are too many, or where larger groups are in more than a few runs,
+/// for these are structure. What is next to each other is by the readings that are there.
 fn spikes(one: &Sequence) -> Far {
     let deviation = one.deviation().unwrap_or(f64::INFINITY);
     let none = || vec![Vec::new(); one.runs.len()];
@@ -83,16 +116,11 @@ fn spikes(one: &Sequence) -> Far {
         let groups = readings.chunk_by(|before, after| is_far(before.1) && is_far(after.1));
         let is_gross = |group: &&[(usize, f64)]| group.iter().any(|one| one.1.abs() > limit);
         let groups: Vec<&[(usize, f64)]> = groups.filter(is_gross).collect();
-        let larger: Vec<&&[(usize, f64)]> =
-            groups.iter().filter(|group| group.len() > NEIGHBOURS).collect();
-        let is_burst = |group: &[(usize, f64)]| {
-            let gross = group.iter().filter(|one| one.1.abs() > limit).count();
-            BURST * group.len() <= readings.len() && gross as f64 >= SHARP * group.len() as f64
-        };
-        long += usize::from(!larger.is_empty());
-        // More than a burst in a run is what the run has for itself.
-        if larger.is_empty() || matches!(larger[..], [group] if is_burst(group)) {
+        // A larger group is what the run has for itself.
+        if groups.iter().all(|group| group.len() <= NEIGHBOURS) {
             *out = groups.concat();
+        } else {
+            long += 1;
         }
     }
     let count: usize = all.iter().map(Vec::len).sum();
@@ -116,32 +144,12 @@ mod tests {
         let one = Sequence::of_runs(vec![Arc::new(run.clone())]);
         let found = |one: &Sequence| samples(&spikes(one)).concat();
         assert_eq!(found(&one), [40, 41, 90]);
-        assert!(has_gross(&one));
+        assert!(has_beyond(&one, GROSS));
         assert_eq!(farthest(&one)[0].len(), 3);
-        // A burst goes, too; where a run has more, it has something for itself.
+        // Where a run has a longer group, it has something for itself.
         run[200..220].fill(90.0);
-        let one = Sequence::of_runs(vec![Arc::new(run.clone())]);
-        assert_eq!(found(&one).len(), 23);
-        run[300..320].fill(-90.0);
         let one = Sequence::of_runs(vec![Arc::new(run)]);
         assert!(found(&one).is_empty());
-    }
-
-    #[test]
-    fn bursts_in_many_runs_are_structure() {
-        let with = |burst: bool| {
-            let mut run: Vec<f64> = (0..400).map(|k| [0.7, -1.0, 1.2, -0.4][k % 4]).collect();
-            run[30] = 80.0;
-            if burst {
-                run[200..220].fill(90.0);
-            }
-            Arc::new(run)
-        };
-        let count = |bursts: usize| {
-            let one = Sequence::of_runs((0..12).map(|run| with(run < bursts)).collect());
-            spikes(&one).concat().len()
-        };
-        assert_eq!([count(0), count(1), count(3), count(4)], [12, 32, 72, 0]);
     }
 
     #[test]
@@ -163,7 +171,7 @@ mod tests {
         };
         for run in [step.clone(), crest.clone(), every_second(&step), every_second(&crest)] {
             let one = Sequence::of_runs(vec![Arc::new(run)]);
-            assert!(has_gross(&one));
+            assert!(has_beyond(&one, GROSS));
             assert_eq!(spikes(&one)[0], []);
         }
     }

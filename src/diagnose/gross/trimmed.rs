@@ -2,7 +2,8 @@
 //!
 //! It is trimmed as least trimmed squares are (Rousseeuw 1984), but from where another fit stopped:
 //! what is far out is left out, the model is fitted again, all readings are looked at from there,
-//! and so on until the same ones are out. What is far out is for the caller to say.
+//! and so on until the same ones are out. What is far out is for the caller to say. Where a fit of
+//! all readings is too far off for that, fits to parts of the runs are other starts.
 
 use crate::diagnose::sequences::{Sequence, seen_from};
 use crate::engine::{Point, Problem};
@@ -50,6 +51,30 @@ pub(super) fn trimmed_fit(
         now.seen = seen_from(problem, &now.point);
     }
     Ok(now)
+}
+
+/// Parts of each run that other starts are fits to.
+const PARTS: usize = 8;
+
+/// Other starts: where fits to one part of each run stop, with the campaigns of that part alone.
+/// Where readings are wrong in stretches, some part has few of them. A part that determines too
+/// little is no start.
+pub(super) fn starts(problem: &Problem, point: &Point, options: &Options) -> Vec<(Point, Problem)> {
+    let of_part = |number: usize| {
+        let mut rest = Problem::new(problem.parts.clone());
+        for part in &mut rest.parts {
+            let columns = part.reading_columns();
+            for run in &mut part.runs {
+                let count = run.record.len();
+                let own = number * count / PARTS..(number + 1) * count / PARTS;
+                let others = [0..own.start, own.end..count].map(|out| (out, columns.clone()));
+                run.record.leave_out(others);
+            }
+        }
+        let fitted = fit(&mut rest, point.clone(), options).ok()?;
+        (fitted.outcome == Outcome::Converged).then_some((fitted.point, rest))
+    };
+    (0..PARTS).filter_map(of_part).collect()
 }
 
 /// Which samples readings are of, by run.

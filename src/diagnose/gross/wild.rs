@@ -30,7 +30,7 @@ const LEAST_WRONG: usize = 10;
 pub(in crate::diagnose) const RUNS_APART: usize = 3;
 pub(in crate::diagnose) const ONE_OF: usize = 4;
 /// Where more readings than this share are far out, the noise has long tails and none is left out.
-const MOST_WILD: f64 = 0.05;
+pub(super) const MOST_WILD: f64 = 0.05;
 
 /// Leaves gross readings of campaigns out as they are seen from a point that a fit ran to and did
 /// not settle at: one reading of 99999 among thousands keeps it from that. The others, and what is
@@ -51,8 +51,13 @@ pub(super) fn without_wrong_at(problem: &Problem, point: &Point) -> (Problem, Le
 
 /// Whether some reading is gross among all.
 pub(super) fn has_gross(one: &Sequence) -> bool {
-    let deviation = one.deviation().unwrap_or(f64::INFINITY);
-    one.present().any(|value| value.abs() > GROSS * deviation)
+    has_beyond(one, GROSS)
+}
+
+/// Whether some reading is so many robust standard deviations out among all.
+pub(super) fn has_beyond(one: &Sequence, deviations: f64) -> bool {
+    let limit = deviations * one.deviation().unwrap_or(f64::INFINITY);
+    one.present().any(|value| value.abs() > limit)
 }
 
 /// Beyond what a reading is gross.

@@ -1,0 +1,194 @@
+//! Bursts: stretches of readings that are far out, of one measurand or of whole samples.
+//!
+//! A range whose direct way is blocked, or an instrument that follows another target for a while, is
+//! wrong from one sample to the next and right again as suddenly. So a burst has sharp ends, lies far
+//! out nearly all along, and ends in the run that it began in. What rises and falls is structure, and
+//! so is what lasts to an end of a run, what a shift of the clock explains, and what comes back at
+//! the same place of an input or at the same time of a run.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use crate::diagnose::sequences::{OfRun, Sequence};
+use crate::engine::{Point, Problem};
+use crate::estimate::median::upper_median;
+
+use super::left_out::OfSamples;
+use super::lost::scatter;
+use super::places::comes_back;
+use super::shifted::Shifted;
+use super::wild::{GROSS, MOST_WILD, TRIM, gross};
+
+/// Part of a measurand's readings that may be wrong in stretches.
+pub(super) const MOST: f64 = 0.4;
+/// A stretch has so many readings at least, at most one in so many of its run's, and one in so many
+/// where it reaches an end of the run.
+const SHORTEST: usize = 4;
+const LONGEST: usize = 4;
+const LONGEST_AT_END: usize = 20;
+/// So many of its readings next to each other may be near.
+const GAP: usize = 2;
+/// Part of them that is far out, and how far half of them are at least, in robust standard
+/// deviations.
+const FULL: f64 = 0.8;
+pub(super) const FAR: f64 = 6.0;
+/// Part of that by which residuals leap at both ends.
+const LEAP: f64 = 0.5;
+/// Part of a stretch that is far out in each measurand where whole samples are wrong.
+const WHOLE: f64 = 0.5;
+
+/// How far out the readings of a measurand in a run are: samples and robust standard deviations.
+type Sizes = Vec<(usize, f64)>;
+
+/// The bursts among residuals seen from a point that they do not bend.
+pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Sequence]) -> Vec<OfSamples> {
+    let mut found = Vec::new();
+    for (p, part) in problem.parts.iter().enumerate() {
+        let measurands = part.slots().len();
+        for run in 0..part.runs.len() {
+            let sizes: Vec<Sizes> = (0..measurands).map(|of| sizes(all, (p, of), run)).collect();
+            let whole = whole_samples(&sizes);
+            for (measurand, sizes) in sizes.into_iter().enumerate() {
+                let mut own: Vec<Range<usize>> = whole.clone();
+                let is_new = |one: &Range<usize>| !whole.iter().any(|other| overlaps(one, other));
+                own.extend(stretches(&sizes).into_iter().filter(is_new));
+                let of = OfRun { part: p, measurand, run };
+                // What remains far out is more than outliers: the stretches are not all of it.
+                let rest = sizes.iter().filter(|(at, _)| !own.iter().any(|one| one.contains(at)));
+                let far = rest.filter(|(_, size)| *size > TRIM).count();
+                if far as f64 <= MOST_WILD * sizes.len() as f64 {
+                    found.extend(own.into_iter().map(|samples| (of, samples)));
+                }
+            }
+        }
+    }
+    let count = |of: &OfRun| -> usize {
+        let same = |one: &&OfSamples| (one.0.part, one.0.measurand) == (of.part, of.measurand);
+        found.iter().filter(same).map(|(_, samples)| samples.len()).sum()
+    };
+    let is_structure = |of: &OfRun| {
+        let present = problem.parts[of.part].present()[of.measurand] as f64;
+        count(of) as f64 > MOST * present || comes_back(problem, (of.part, of.measurand), &found)
+    };
+    let measurands: BTreeSet<(usize, usize)> =
+        found.iter().map(|(of, _)| (of.part, of.measurand)).collect();
+    let structure: Vec<(usize, usize)> = measurands
+        .into_iter()
+        .filter(|(part, measurand)| {
+            is_structure(&OfRun { part: *part, measurand: *measurand, run: 0 })
+        })
+        .collect();
+    found.retain(|(of, _)| !structure.contains(&(of.part, of.measurand)));
+    without_shifts(problem, point, all, &mut found);
+    found.sort_by_key(|(of, samples)| (of.part, of.run, samples.start, of.measurand));
+    found
+}
+
+/// Takes stretches of whole samples that a shift of the clock explains from bursts. One measurand
+/// that is wrong for a while says nothing of the clock.
+fn without_shifts(problem: &Problem, point: &Point, all: &[Sequence], found: &mut Vec<OfSamples>) {
+    let runs: BTreeSet<(usize, usize)> = found.iter().map(|(of, _)| (of.part, of.run)).collect();
+    for (p, run) in runs {
+        let own = all.iter().filter(|one| one.part == p);
+        let scatter: Vec<f64> = own.map(|one| scatter(problem, one)).collect();
+        let shifted = Shifted::new(problem, (p, run), point, &scatter);
+        let others = found.clone();
+        found.retain(|(of, samples)| {
+            let same = |one: &&OfSamples| (one.0.part, one.0.run, &one.1) == (p, run, samples);
+            let is_of_several = others.iter().filter(same).count() > 1;
+            let is_own = (of.part, of.run) == (p, run);
+            !(is_own && is_of_several && shifted.is_of_the_clock(samples))
+        });
+    }
+}
+
+/// The sizes of a measurand's readings in a run, of the component that is farthest out.
+fn sizes(all: &[Sequence], of: (usize, usize), run: usize) -> Sizes {
+    let mut sizes: Sizes = Vec::new();
+    for one in all.iter().filter(|one| (one.part, one.measurand) == of) {
+        let deviation = one.deviation().unwrap_or(f64::INFINITY);
+        let unit = gross(&one.runs[run], deviation) / GROSS;
+        let own = one.readings(run).into_iter().map(|(at, value)| (at, value.abs() / unit));
+        match sizes.is_empty() {
+            true => sizes = own.collect(),
+            false => sizes.iter_mut().zip(own).for_each(|(size, own)| size.1 = size.1.max(own.1)),
+        }
+    }
+    sizes
+}
+
+/// Stretches in which all measurands of a run are wrong; none where there is but one.
+fn whole_samples(all: &[Sizes]) -> Vec<Range<usize>> {
+    let read: Vec<&Sizes> = all.iter().filter(|sizes| !sizes.is_empty()).collect();
+    if read.len() < 2 {
+        return Vec::new();
+    }
+    let mut joint: Sizes = read.iter().flat_map(|sizes| sizes.iter().copied()).collect();
+    joint.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    joint.dedup_by_key(|one| one.0);
+    let mut found = stretches(&joint);
+    found.retain(|samples| {
+        read.iter().all(|sizes| {
+            let own = sizes.iter().filter(|(at, _)| samples.contains(at));
+            let far = own.clone().filter(|(_, size)| *size > TRIM).count();
+            far > 0 && far as f64 >= WHOLE * own.count() as f64
+        })
+    });
+    found
+}
+
+/// The stretches that are bursts.
+fn stretches(sizes: &[(usize, f64)]) -> Vec<Range<usize>> {
+    let far: Vec<usize> = (0..sizes.len()).filter(|at| sizes[*at].1 > TRIM).collect();
+    let groups = far.chunk_by(|before, after| after - before <= GAP + 1);
+    let groups = groups.filter(|group| {
+        let (first, last) = (group[0], group[group.len() - 1]);
+        let count = last + 1 - first;
+        let is_at_end = first < GAP || last + GAP >= sizes.len();
+        let longest = sizes.len() / if is_at_end { LONGEST_AT_END } else { LONGEST };
+        let own: Vec<f64> = sizes[first..=last].iter().map(|one| one.1).collect();
+        // The two readings on either side of an end, for one of them may be off by chance.
+        let farthest = |range: Range<usize>| own[range].iter().copied().fold(0.0, f64::max);
+        let nearest = |range: Range<usize>| {
+            let outside = sizes.get(range).unwrap_or_default();
+            outside.iter().map(|one| one.1).reduce(f64::min).unwrap_or(0.0)
+        };
+        let inside = [farthest(0..2.min(count)), farthest(count.saturating_sub(2)..count)];
+        let after = last + 1..(last + 3).min(sizes.len());
+        let outside = [nearest(first.saturating_sub(2)..first), nearest(after)];
+        let half = upper_median(&mut own.clone()).unwrap_or(0.0);
+        let leaps = inside.iter().zip(outside);
+        let is_sharp =
+            leaps.map(|(inside, outside)| inside - outside).all(|leap| leap >= LEAP * half);
+        (SHORTEST..=longest).contains(&count)
+            && group.len() as f64 >= FULL * count as f64
+            && half >= FAR
+            && is_sharp
+    });
+    groups.map(|group| sizes[group[0]].0..sizes[group[group.len() - 1]].0 + 1).collect()
+}
+
+fn overlaps(one: &Range<usize>, other: &Range<usize>) -> bool {
+    one.start < other.end && other.start < one.end
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(size: impl Fn(usize) -> f64) -> Vec<Range<usize>> {
+        let sizes: Sizes = (0..400).map(|k| (k, 0.5 + size(k))).collect();
+        stretches(&sizes)
+    }
+
+    #[test]
+    fn what_is_suddenly_wrong_and_right_again_is_a_burst() {
+        let within = |k: usize, range: Range<usize>| if range.contains(&k) { 12.0 } else { 0.0 };
+        assert_eq!(found(|k| within(k, 100..130) + within(k, 250..260)), [100..130, 250..260]);
+        // To the end, as long as half a run, and a crest.
+        assert!(found(|k| within(k, 300..400)).is_empty());
+        assert!(found(|k| within(k, 100..300)).is_empty());
+        let crest = |k: usize| 30.0 * (-0.5 * ((k as f64 - 200.0) / 5.0).powi(2)).exp();
+        assert!(found(crest).is_empty());
+    }
+}

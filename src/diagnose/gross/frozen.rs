@@ -1,0 +1,155 @@
+//! Frozen readings: a receiver or a log that repeats its last value bit for bit while the instrument
+//! moves on.
+//!
+//! Noise repeats no value, and a display repeats it only while the instrument moves by less than its
+//! last digit. Repeats are frozen where the prediction leaves them by many times what residuals
+//! change by from one reading to the next, and the reading after them is back at the prediction.
+//! What sticks, like a gear with backlash, moves on from where it stood: that is structure. So are
+//! repeats all over a run: an instrument that is logged more often than it reads.
+
+use std::ops::Range;
+
+use crate::diagnose::found::LeftOut;
+use crate::diagnose::sequences::{NORMAL, OfRun, Sequence, seen_from};
+use crate::engine::{Part, Problem};
+use crate::estimate::batch::{FitError, Options};
+use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::median::upper_median;
+
+use super::bursts::MOST;
+use super::codes::readings;
+use super::left_out::{OfSamples, stretches_out};
+
+/// Fewer repeats are none.
+const FEWEST: usize = 3;
+/// The prediction moves on by so many standard deviations of a residual's changes.
+const MOVED: f64 = 20.0;
+/// The reading after the repeats is back within this part of that.
+const BACK: f64 = 0.25;
+
+/// Leaves frozen readings out and fits again.
+pub(in crate::diagnose) fn without_frozen(
+    nominal: Calibration,
+    options: &Options,
+) -> Result<(Calibration, LeftOut), FitError> {
+    let problem = &nominal.problem;
+    let all = seen_from(problem, &nominal.fit.point);
+    let frozen = frozen(problem, &all);
+    if frozen.is_empty() {
+        return Ok((nominal, LeftOut::default()));
+    }
+    let mut rest = problem.clone();
+    let found = stretches_out(&mut rest, &all, &frozen, true);
+    let fitted = calibrate(rest, options)?;
+    if nominal.is_sound() && !fitted.is_sound() {
+        return Ok((nominal, LeftOut::default()));
+    }
+    Ok((fitted, found))
+}
+
+/// The stretches of frozen readings. Where one measurand is frozen, repeats of others beside it
+/// are, too, though these may have moved by little.
+fn frozen(problem: &Problem, all: &[Sequence]) -> Vec<OfSamples> {
+    let (mut frozen, mut beside) = (Vec::new(), Vec::new());
+    for (p, part) in problem.parts.iter().enumerate() {
+        for measurand in 0..part.slots().len() {
+            let repeats = repeats(part, measurand);
+            let own = |one: &&Sequence| (one.part, one.measurand) == (p, measurand);
+            let own: Vec<&Sequence> = all.iter().filter(own).collect();
+            let changes = |one: &&Sequence| change(one, &repeats).max(part.sigma[measurand]);
+            let changes: Vec<f64> = own.iter().map(changes).collect();
+            for (run, repeats) in repeats.iter().enumerate() {
+                for samples in repeats.iter().filter(|samples| samples.len() >= FEWEST) {
+                    let is_left = own.iter().zip(&changes).any(|(one, change)| {
+                        is_left_behind(&one.runs[run], samples, MOVED * change)
+                    });
+                    let of = (OfRun { part: p, measurand, run }, samples.clone());
+                    if is_left { frozen.push(of) } else { beside.push(of) }
+                }
+            }
+        }
+    }
+    beside.retain(|(of, samples)| {
+        let of_run = |one: &&OfSamples| (one.0.part, one.0.run) == (of.part, of.run);
+        let shared = frozen.iter().filter(of_run).map(|(_, other)| {
+            other.end.min(samples.end).saturating_sub(other.start.max(samples.start))
+        });
+        2 * shared.max().unwrap_or(0) > samples.len()
+    });
+    frozen.append(&mut beside);
+    let count = |of: &OfRun| -> usize {
+        let same = |one: &&OfSamples| (one.0.part, one.0.measurand) == (of.part, of.measurand);
+        frozen.iter().filter(same).map(|(_, samples)| samples.len()).sum()
+    };
+    let is_rare = |(of, _): &&OfSamples| {
+        count(of) as f64 <= MOST * problem.parts[of.part].present()[of.measurand] as f64
+    };
+    let mut rare: Vec<OfSamples> = frozen.iter().filter(is_rare).cloned().collect();
+    rare.sort_by_key(|(of, samples)| (of.part, of.run, samples.start, of.measurand));
+    rare
+}
+
+/// The samples of each run whose readings of a measurand repeat the one before them; what is missing
+/// between them counts as repeated.
+fn repeats(part: &Part, measurand: usize) -> Vec<Vec<Range<usize>>> {
+    let slot = &part.slots()[measurand];
+    let columns: Vec<Vec<Vec<f64>>> = slot.columns().map(|one| readings(part, one)).collect();
+    let of_run = |run: usize| {
+        let read = |sample: usize| columns.iter().map(move |runs| runs[run][sample].to_bits());
+        let mut found: Vec<Range<usize>> = Vec::new();
+        let mut last: Option<usize> = None;
+        for sample in (0..columns[0][run].len()).filter(|at| !columns[0][run][*at].is_nan()) {
+            if let Some(before) = last.filter(|before| read(*before).eq(read(sample))) {
+                match found.last_mut() {
+                    Some(range) if range.end == before + 1 => range.end = sample + 1,
+                    _ => found.push(sample..sample + 1),
+                }
+            }
+            last = Some(sample);
+        }
+        found
+    };
+    (0..part.runs.len()).map(of_run).collect()
+}
+
+/// The robust standard deviation of a residual as its changes from one reading to the next tell it,
+/// repeats not counted.
+fn change(one: &Sequence, repeats: &[Vec<Range<usize>>]) -> f64 {
+    let mut changes = Vec::new();
+    for (run, repeats) in repeats.iter().enumerate() {
+        let is_repeat = |sample: usize| {
+            let at = repeats.partition_point(|range| range.end <= sample);
+            repeats.get(at).is_some_and(|range| range.contains(&sample))
+        };
+        let readings = one.readings(run);
+        let pairs = readings.windows(2).filter(|pair| !is_repeat(pair[1].0));
+        changes.extend(pairs.map(|pair| (pair[1].1 - pair[0].1).abs()));
+    }
+    upper_median(&mut changes).map_or(f64::INFINITY, |median| NORMAL * median / 2.0_f64.sqrt())
+}
+
+/// Whether the prediction moves on by so much from readings that are repeated, and the reading after
+/// them is back at it. While a reading stands still, its residual is what the prediction moves by.
+fn is_left_behind(residuals: &[f64], repeats: &Range<usize>, least: f64) -> bool {
+    let there = |value: &&f64| !value.is_nan();
+    let Some(first) = residuals[..repeats.start].iter().rev().find(there) else { return false };
+    let moved = residuals[repeats.clone()].iter().filter(there);
+    let moved = moved.map(|value| (value - first).abs()).fold(0.0, f64::max);
+    let after = residuals[repeats.end..].iter().find(there);
+    moved > least && after.is_none_or(|after| (after - first).abs() <= BACK * moved)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stands_still_and_comes_back_is_left_behind() {
+        let freeze = [0.1, -0.2, 5.0, 10.0, 15.0, 0.3];
+        assert!(is_left_behind(&freeze, &(2..5), 10.0));
+        assert!(!is_left_behind(&freeze, &(2..5), 20.0));
+        // To the end of a run; backlash, which moves on from where it stood.
+        assert!(is_left_behind(&freeze[..5], &(2..5), 10.0));
+        assert!(!is_left_behind(&[0.1, -0.2, 5.0, 10.0, 15.0, 15.1], &(2..5), 10.0));
+    }
+}

@@ -1,0 +1,269 @@
+//! Readings of a run against predictions at other moments: whole samples away, or any time away.
+//!
+//! A reading's residual against the predictions of the samples about it is a smooth function of
+//! their stamps. Between them it is interpolated (Lagrange's cubic), so that a shift of the clock
+//! needs no other evaluation of the model and knows how unevenly samples are spaced.
+
+use std::ops::Range;
+
+use crate::engine::part::SampleLeaves;
+use crate::engine::{Part, Point, Problem};
+use crate::estimate::median::upper_median;
+
+/// Sample periods looked at, in both senses.
+pub(super) const PERIODS: isize = 12;
+/// Shifts are the columns from `-PERIODS`.
+const SHIFTS: usize = 2 * PERIODS as usize + 1;
+/// Mean square of the readings of a shifted stretch where they stand, over their robust variance.
+const FAR: f64 = 16.0;
+/// The same where they belong.
+const NEAR: f64 = 4.0;
+/// A shorter stretch is one of outliers.
+const SHORTEST: usize = 4;
+/// Steps of a grid of shifts of the clock to either side, and how many grids there are, each about
+/// the best of the one before: predictions may move by thousands of standard deviations a period.
+const STEPS: isize = 12;
+const ZOOMS: usize = 5;
+/// Samples of a stretch by which shifts of the clock are judged at most.
+const JUDGED: usize = 500;
+/// Squared standard scores by which whole samples may fit worse than a shift of the clock.
+const WORSE: f64 = 25.0;
+
+/// Squares of one run's residuals, over their robust variance, against predictions.
+pub(super) struct Shifted<'a> {
+    part: &'a Part,
+    run: usize,
+    scatter: &'a [f64],
+    predicted: Vec<Vec<f64>>,
+    times: Vec<f64>,
+    /// Readings of each sample.
+    readings: Vec<usize>,
+    /// For each shift, for each sample: the sum over its readings; NaN without a prediction.
+    squares: Vec<Vec<f32>>,
+}
+
+/// From a reading's stamp to the moment that it is compared with.
+enum Shift {
+    /// So many samples later.
+    Samples(isize),
+    /// So many usual periods later.
+    Time(f64),
+}
+
+impl<'a> Shifted<'a> {
+    /// `scatter` is that of each residual component.
+    pub(super) fn new(
+        problem: &'a Problem,
+        (p, run): (usize, usize),
+        point: &Point,
+        scatter: &'a [f64],
+    ) -> Self {
+        let part = &problem.parts[p];
+        let record = &part.runs[run].record;
+        let parameters = problem.parameters::<f64>(p, run, point);
+        let randoms = vec![0.0; part.random_sigma.len()];
+        let (mut predicted, mut times) = (Vec::with_capacity(record.len()), Vec::new());
+        let mut workspace = Vec::new();
+        record.walk(|stretch| {
+            for sample in stretch.each() {
+                let (randoms, columns) = (&randoms[..], part.columns());
+                let leaves = SampleLeaves { parameters: &parameters, randoms, columns, sample };
+                predicted.push(part.evaluate(&leaves, &mut workspace).to_vec());
+                times.push(sample.time());
+            }
+        });
+        let (readings, squares) = (Vec::new(), vec![Vec::with_capacity(times.len()); SHIFTS]);
+        let mut all = Self { part, run, scatter, predicted, times, readings, squares };
+        let (mut readings, mut squares) = (Vec::new(), std::mem::take(&mut all.squares));
+        all.walk(&(0..all.times.len()), |number, residuals| {
+            readings.push(residuals(number).map_or(0, |all| all.len()));
+            for (shift, squares) in (-PERIODS..=PERIODS).zip(&mut squares) {
+                let there = number.checked_add_signed(shift).and_then(&residuals);
+                squares.push(there.map_or(f32::NAN, |all| square(&all) as f32));
+            }
+        });
+        (all.readings, all.squares) = (readings, squares);
+        all
+    }
+
+    /// Shows each of some samples with its residuals, over their scatter, against the prediction of
+    /// any sample.
+    fn walk(
+        &self,
+        samples: &Range<usize>,
+        mut visit: impl FnMut(usize, &dyn Fn(usize) -> Option<Vec<f64>>),
+    ) {
+        self.part.runs[self.run].record.walk(|stretch| {
+            for sample in stretch.each().filter(|sample| samples.contains(&sample.number)) {
+                let residuals = |other: usize| {
+                    let outputs = self.predicted.get(other)?;
+                    let mut all = Vec::new();
+                    for slot in self.part.slots() {
+                        if !self.part.is_present(sample, slot) {
+                            continue;
+                        }
+                        let values = self.part.residual(sample, slot, outputs);
+                        let scatter = &self.scatter[slot.residual..][..slot.components];
+                        all.extend(values.iter().zip(scatter).map(|(value, one)| value / one));
+                    }
+                    Some(all)
+                };
+                visit(sample.number, &residuals);
+            }
+        });
+    }
+
+    /// The shift, stretch and gain that are best.
+    pub(super) fn best(&self) -> Option<(isize, Range<usize>, f64)> {
+        let here = &self.squares[PERIODS as usize];
+        let mut best: Option<(isize, Range<usize>, f64)> = None;
+        for (shift, there) in (-PERIODS..=PERIODS).zip(&self.squares).filter(|(n, _)| *n != 0) {
+            let gain = |(here, there): (&f32, &f32)| f64::from(here - there);
+            let gains = here.iter().zip(there).map(gain);
+            let (stretch, gain) =
+                largest_sum(gains.map(|gain| if gain.is_nan() { 0.0 } else { gain }));
+            let readings: usize = self.readings[stretch.clone()].iter().sum();
+            let mean = |all: &[f32]| {
+                let present = all[stretch.clone()].iter().filter(|one| !one.is_nan());
+                present.map(|one| f64::from(*one)).sum::<f64>() / readings.max(1) as f64
+            };
+            let carried = stretch.len() >= SHORTEST && mean(here) >= FAR && mean(there) <= NEAR;
+            let stretch = self.to_the_end(stretch, shift);
+            if carried && best.as_ref().is_none_or(|(.., most)| gain > *most) {
+                best = Some((shift, stretch, gain));
+            }
+        }
+        best
+    }
+
+    /// A stretch that reaches as far as there is something to compare with reaches to the end of
+    /// the run.
+    fn to_the_end(&self, stretch: Range<usize>, shift: isize) -> Range<usize> {
+        let (count, reach) = (self.times.len(), shift.unsigned_abs());
+        let end = if shift > 0 && stretch.end + reach == count { count } else { stretch.end };
+        let start = if shift < 0 && stretch.start == reach { 0 } else { stretch.start };
+        start..end
+    }
+
+    /// Looks at some samples no more.
+    pub(super) fn forget(&mut self, samples: &Range<usize>) {
+        for squares in &mut self.squares {
+            squares[samples.clone()].fill(0.0);
+        }
+    }
+
+    /// Whether the stamps of whole samples fit a stretch as well as the best shift of the clock, and
+    /// better than a quarter of a period away from it. Residuals that are larger than their scatter
+    /// say less.
+    pub(super) fn is_whole(&self, periods: isize, samples: &Range<usize>) -> bool {
+        let (about, reach) = (periods as f64, periods.abs() + 4);
+        let shifts =
+            [Shift::Samples(periods), Shift::Time(about - 0.25), Shift::Time(about + 0.25)];
+        let (sums, count) = self.sums(&shifts, samples, reach);
+        let is_worse =
+            |one: f64, other: f64| one - other > WORSE * (other / count.max(1.0)).max(1.0);
+        let mut grids = self.grids((about, 1.0), samples, reach);
+        count > 0.0
+            && sums[1..].iter().all(|apart| is_worse(*apart, sums[0]))
+            && grids.all(|(free, _)| !is_worse(sums[0], free))
+    }
+
+    /// Whether some shift of the clock carries a stretch back among the others.
+    pub(super) fn is_of_the_clock(&self, samples: &Range<usize>) -> bool {
+        let mut grids = self.grids((0.0, PERIODS as f64), samples, PERIODS + 4);
+        grids.any(|(free, count)| count > 0.0 && free <= NEAR * count)
+    }
+
+    /// The least sum of squares of a stretch against moments about so many usual periods away, and
+    /// the number of readings, on finer and finer grids about the best.
+    fn grids(
+        &self,
+        (mut about, mut width): (f64, f64),
+        samples: &Range<usize>,
+        reach: isize,
+    ) -> impl Iterator<Item = (f64, f64)> {
+        (0..ZOOMS).map(move |_| {
+            let grid = (-STEPS..=STEPS).map(|n| about + width * n as f64 / STEPS as f64);
+            let grid: Vec<f64> = grid.collect();
+            let shifts: Vec<Shift> = grid.iter().copied().map(Shift::Time).collect();
+            let (sums, count) = self.sums(&shifts, samples, reach);
+            let at = (0..grid.len()).min_by(|a, b| sums[*a].total_cmp(&sums[*b])).unwrap_or(0);
+            (about, width) = (grid[at], 2.0 * width / STEPS as f64);
+            (sums[at], count)
+        })
+    }
+
+    /// The sums of squares of a stretch against predictions at each of some shifts, and the number
+    /// of readings: of samples with so many others on both sides.
+    fn sums(&self, shifts: &[Shift], samples: &Range<usize>, reach: isize) -> (Vec<f64>, f64) {
+        let mut steps: Vec<f64> = self.times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let usual = upper_median(&mut steps).unwrap_or(f64::NAN);
+        let (mut sums, mut count) = (vec![0.0; shifts.len()], 0.0);
+        let every = samples.len().div_ceil(JUDGED).max(1);
+        let reach = reach.unsigned_abs();
+        self.walk(samples, |number, residuals| {
+            let is_inside = number >= reach && number + reach < self.times.len();
+            if !is_inside || (number - samples.start) % every != 0 {
+                return;
+            }
+            let squares = shifts.iter().map(|shift| match shift {
+                Shift::Samples(n) => {
+                    residuals(number.checked_add_signed(*n)?).map(|all| square(&all))
+                }
+                Shift::Time(periods) => self.at(self.times[number] + periods * usual, residuals),
+            });
+            let Some(squares) = squares.collect::<Option<Vec<f64>>>() else { return };
+            count += self.readings[number] as f64;
+            sums.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
+        });
+        (sums, count)
+    }
+
+    /// The square of residuals between the predictions of the four samples about a moment.
+    fn at(&self, moment: f64, residuals: &dyn Fn(usize) -> Option<Vec<f64>>) -> Option<f64> {
+        let next = self.times.partition_point(|time| *time <= moment);
+        let first = next.checked_sub(2)?;
+        let times = self.times.get(first..first + 4)?;
+        let mut sum: Vec<f64> = Vec::new();
+        for (k, own) in times.iter().enumerate() {
+            let others = times.iter().enumerate().filter(|(other, _)| *other != k);
+            let weight: f64 = others.map(|(_, other)| (moment - other) / (own - other)).product();
+            let values = residuals(first + k)?;
+            sum.resize(values.len(), 0.0);
+            sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+        }
+        Some(square(&sum)).filter(|sum| sum.is_finite())
+    }
+}
+
+fn square(all: &[f64]) -> f64 {
+    all.iter().map(|value| value * value).sum()
+}
+
+/// The stretch of largest sum, with the sum.
+fn largest_sum(values: impl Iterator<Item = f64>) -> (Range<usize>, f64) {
+    let (mut best, mut most) = (0..0, 0.0);
+    let (mut start, mut sum) = (0, 0.0);
+    for (index, value) in values.enumerate() {
+        if sum <= 0.0 {
+            (start, sum) = (index, 0.0);
+        }
+        sum += value;
+        if sum > most {
+            (best, most) = (start..index + 1, sum);
+        }
+    }
+    (best, most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_sum_is_found() {
+        let (stretch, sum) = largest_sum([-1.0, 3.0, -1.0, 2.0, -5.0, 3.0].into_iter());
+        assert_eq!((stretch, sum), (1..4, 4.0));
+        assert_eq!(largest_sum([-1.0, -2.0].into_iter()), (0..0, 0.0));
+    }
+}
