@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::diagnose::library::wanted::Wanted;
-use homepoint::diagnose::{Diagnosis, Verdict, diagnose};
+use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
 
