@@ -67,8 +67,13 @@ pub fn components(
     components
 }
 
-/// Looks at the residuals of a model.
-pub fn noise(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> NoiseFound {
+/// Looks at the residuals of a model; `known` outliers say nothing of the rest.
+pub fn noise(
+    linear: &Linear,
+    selection: &Selection<'_>,
+    model: &[usize],
+    known: &[Outlier],
+) -> NoiseFound {
     let delays = delay_columns(linear, selection);
     // Of each reading what it says of its time: residual times rate, and rate, both weighted.
     let mut timed: Vec<((usize, usize), usize, [f64; 2])> = Vec::new();
@@ -90,17 +95,17 @@ pub fn noise(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Noi
     if found.outliers.len() < OUTLIERS {
         found.outliers.retain(|one| one.deviations > LONE_OUTLIER);
     }
-    let is_out = |run: usize, sample: usize, measurand: usize| {
-        found.outliers.binary_search_by_key(&(run, sample, measurand), |one| one.at).is_ok()
+    let is_among = |outliers: &[Outlier], at: (usize, usize, usize)| {
+        outliers.binary_search_by_key(&at, |one| one.at).is_ok()
     };
     for ((_, measurand, _), runs) in &mut components {
         for (run, values) in runs {
-            values.retain(|(sample, ..)| !is_out(*run, *sample, *measurand));
+            values.retain(|(sample, ..)| !is_among(&found.outliers, (*run, *sample, *measurand)));
         }
     }
-    // By sample: sums of u, u², v, v² over its readings.
+    // By sample: sums of u, u², v, v² over its readings. Jitter makes outliers where things are fast.
     let mut samples: BTreeMap<(usize, usize), [f64; 4]> = BTreeMap::new();
-    for (at, _, [u, v]) in timed.iter().filter(|one| !is_out(one.0.0, one.0.1, one.1)) {
+    for (at, _, [u, v]) in timed.iter().filter(|one| !is_among(known, (one.0.0, one.0.1, one.1))) {
         let sums = samples.entry(*at).or_default();
         sums.iter_mut().zip([*u, u * u, *v, v * v]).for_each(|(sum, more)| *sum += more);
     }

@@ -33,7 +33,7 @@ impl Search<'_> {
         selection.adopt_scale(scale);
         let whole = self.with_all_readings(linear);
         let all = whole.as_ref().unwrap_or(linear);
-        let mut found = noise(all, &selection, &judged.model);
+        let mut found = noise(all, &selection, &judged.model, &self.outliers);
         if !found.outliers.is_empty() {
             // What neighbours have in common is no outlier.
             let alike = of_inputs(all, &selection, &judged.model);
