@@ -27,8 +27,8 @@ use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, fit};
 
 use super::left_out::Far;
-use super::settle::SPOILT;
 use super::shifted::{PERIODS, Shifted};
+use super::trimmed::SPOILT;
 use super::trimmed::{TrimmedFit, starts, trimmed_fit};
 
 /// Stretches of one run at most.

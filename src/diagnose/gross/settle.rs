@@ -8,6 +8,7 @@ use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::lost;
+use super::trimmed::SPOILT;
 use super::wild::{PEELS, without_gross_at, without_wrong_at};
 
 /// Runs that are left out one at a time where the fit does not settle: of so few none can be told
@@ -16,8 +17,6 @@ const RUNS: std::ops::RangeInclusive<usize> = 4..=100;
 
 /// Runs that may be wrong together.
 const WRONG: usize = 2;
-/// A variance factor beyond which such runs may be all that is wrong.
-pub(super) const SPOILT: f64 = 100.0;
 /// They are where the factor without them is so many times less, and not even by so much without
 /// another in the place of the last one.
 pub(super) const SOUND_WITHOUT: f64 = 50.0;

@@ -11,6 +11,9 @@ use crate::estimate::batch::{FitError, Options, Outcome, fit};
 
 use super::left_out::{Far, leave_out};
 
+/// A variance factor beyond which something is wrong altogether: a few runs, or many readings.
+pub(super) const SPOILT: f64 = 100.0;
+
 /// Such a fit.
 pub(super) struct TrimmedFit {
     /// Where it stopped.
