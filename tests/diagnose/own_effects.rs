@@ -101,7 +101,7 @@ fn stars([cone, axes]: [f64; 2], seed: u64) -> Diagnosis {
     let mut stream = Stream(seed);
     let mut log = String::from("az [rad],el [rad],d_az [rad],d_el [rad]\n");
     for _ in 0..110 {
-        let (az, el) = (6.28 * stream.uniform(), 0.35 + 0.9 * stream.uniform());
+        let (az, el) = (std::f64::consts::TAU * stream.uniform(), 0.35 + 0.9 * stream.uniform());
         let (north, west) = (3.1e-4, -5.9e-4);
         let d_az = 2e-4
             + (north * az.sin() + west * az.cos()) * el.tan()

@@ -72,7 +72,7 @@ impl<'a> Shifted<'a> {
                 times.push(sample.time());
             }
         });
-        let (readings, squares) = (Vec::new(), vec![Vec::with_capacity(times.len()); SHIFTS]);
+        let (readings, squares) = (Vec::new(), vec![Vec::new(); SHIFTS]);
         let mut all = Self { part, run, scatter, predicted, times, readings, squares };
         let (mut readings, mut squares) = (Vec::new(), std::mem::take(&mut all.squares));
         all.walk(&(0..all.times.len()), |number, residuals| {
@@ -203,7 +203,7 @@ impl<'a> Shifted<'a> {
         let reach = reach.unsigned_abs();
         self.walk(samples, |number, residuals| {
             let is_inside = number >= reach && number + reach < self.times.len();
-            if !is_inside || (number - samples.start) % every != 0 {
+            if !is_inside || !(number - samples.start).is_multiple_of(every) {
                 return;
             }
             let squares = shifts.iter().map(|shift| match shift {
