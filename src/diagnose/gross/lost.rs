@@ -9,7 +9,7 @@
 //! stretches and shifts are corrected for.
 //!
 //! A step of the clock shifts a stretch, too, but by any time. Samples were lost only where the
-//! stamps of whole samples fit as well as the best shift of the clock ([`super::shifted`]).
+//! stamps of whole samples fit as well as the best shift of the clock (`shifted`).
 //!
 //! A shift by a whole period is gross: several degrees of a fast arm. It spoils the fit in which it
 //! is looked for, so that is made without what is far out (`trimmed`), residuals are measured by
