@@ -3,8 +3,9 @@
 //!
 //! Effects come first; where none enters, the best basis block does, and effects may enter again. A
 //! row goes for an effect that is better, or for a block that is no wider and better by
-//! [`TIE`]. A block may hide several effects: each is taken out once and effects
-//! are grown in its place, two at once where none enters by itself (`pair`). Whether a row stands is for [`super::judge`] to say.
+//! [`TIE`]. A block may hide several effects: each is taken out once and effects are grown in its
+//! place, two at once where none enters by itself (`pair`). Whether a row stands is for
+//! [`super::judge`] to say.
 
 use super::selection::Selection;
 use crate::diagnose::thresholds::{ENTER, MOST_ROWS, SWAP, TIE};

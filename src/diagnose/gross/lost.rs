@@ -28,8 +28,7 @@ use crate::estimate::batch::{FitError, Options, fit};
 
 use super::left_out::Far;
 use super::shifted::{PERIODS, Shifted};
-use super::trimmed::SPOILT;
-use super::trimmed::{TrimmedFit, starts, trimmed_fit};
+use super::trimmed::{SPOILT, TrimmedFit, starts, trimmed_fit};
 
 /// Stretches of one run at most.
 const MOST: usize = 10;
