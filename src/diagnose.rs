@@ -122,6 +122,6 @@ pub fn judge(
 ) -> Result<(), HoldoutError> {
     let Some(steps) = &diagnosis.steps else { return Ok(()) };
     let models: &Steps = steps;
-    diagnosis.gap = Some(holdout(held_out, models, true, options)?);
+    diagnosis.gap = Some(holdout(held_out, models, options)?);
     Ok(())
 }

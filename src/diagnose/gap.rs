@@ -1,43 +1,34 @@
 //! How far the gap shrinks: on readings that the effects were not fitted to.
 //!
-//! For each fold, both models, without and with the adopted effects, are fitted to everything else;
-//! the drop `D = Σ (e₀² - e₁²)` is summed over the folds. Raw rms hides nearly everything, and
+//! Both models, without and with the adopted effects, predict readings that they were not fitted
+//! to; the drop `D = Σ (e₀² - e₁²)` is summed over these. Raw rms hides nearly everything, and
 //! subtracting a noise floor from it is ill-conditioned; paired differences are not. The part
-//! closed is `D / (D + leftover)` with the largest block of structure that is left.
+//! closed is `D / (D + leftover)` with the structure that is left.
 //!
-//! Sums are linear about the fit with the effects; the models without them differ by the effects'
-//! values, which is where the linear form is good to second order.
+//! Which readings are held out is not its business: drops come from the budget, or from
+//! [`mod@holdout`].
 //!
 //! | file | answers |
 //! |---|---|
 //! | [`steps`] | the models with one effect after the other |
-//! | `folds` | what is left out at a time |
-//! | [`mod@holdout`] | the same on a campaign that no model was fitted to |
+//! | [`mod@floor`] | rms that noise alone gives |
+//! | [`mod@holdout`] | the gap of a campaign that no model was fitted to |
 
-pub(super) mod folds;
+pub mod floor;
 pub mod holdout;
 pub mod steps;
+mod within_runs;
 
-use nalgebra::{DMatrix, DVector};
-
-use crate::engine::gram::{LeastSquares, Normal, PriorRow, RunGram};
-use crate::engine::noise::{active_randoms, covariance_of};
 use crate::estimate::calibrate::rms;
-
-use self::folds::{Fold, folds, within_runs};
-use self::steps::Steps;
-use super::evidence::nominal::factored;
-use super::fitted::Fitted;
-use super::thresholds::BELOW_ENTRY;
 use crate::statistics::student;
 
-/// Samples looked at for the floor at most.
-const MOST_SAMPLES: usize = 5_000;
+use self::floor::floor;
+use self::steps::Steps;
+use super::thresholds::BELOW_ENTRY;
+
 /// Level of the intervals, and its normal quantile.
 const LEVEL: f64 = 0.95;
 const QUANTILE: f64 = 1.96;
-/// Part of the effects' squared length that must show in what a fold is fitted to.
-const SHOWN: f64 = 0.5;
 
 /// What one effect contributes, after those before it.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,11 +60,11 @@ pub struct Gap {
     pub held_out_drop: f64,
     /// Squared length of the largest structure that is left.
     pub leftover: f64,
-    /// Part of the gap that is closed; `None` where the evidence lies in prior values.
-    pub closed: Option<f64>,
+    /// Part of the gap that is closed.
+    pub closed: f64,
     /// Its interval (95 %).
-    pub closed_interval: Option<[f64; 2]>,
-    /// Number of folds.
+    pub closed_interval: [f64; 2],
+    /// Number of runs, or stretches of runs, that were held out.
     pub folds: usize,
     /// Readings of a held-out campaign that are left out of the comparison: lost or gross.
     pub left_out: usize,
@@ -88,9 +79,9 @@ const MISSED: f64 = 10.0;
 
 impl Gap {
     /// Whether the readings may close so much of the gap that they do not contradict what was
-    /// named; `None` where the evidence lies in prior values, and where they can judge nothing.
+    /// named; `None` where they can judge nothing.
     pub fn is_borne_out(&self) -> Option<bool> {
-        let most = self.closed_interval?[1];
+        let most = self.closed_interval[1];
         (most >= BORNE_OUT || self.missed().is_none()).then_some(most >= BORNE_OUT)
     }
 
@@ -148,24 +139,21 @@ pub fn closed(drops: &[Drop], leftover: f64) -> (f64, [f64; 2]) {
     (part(total, leftover), [part(total - spread, most), part(total + spread, least)])
 }
 
-/// The gap of a model with its adopted effects against the same without them.
+/// The gap of a model with its adopted effects against the same without them, from the drops that
+/// the first of them brings, the first two, and so on.
 /// The effects have so many `degrees` of freedom that the readings determine.
-pub fn gap(models: &Steps, degrees: usize, leftover: f64, memory: f64, in_data: bool) -> Gap {
+pub fn gap(models: &Steps, drops: &[Vec<Drop>], degrees: usize, leftover: f64) -> Gap {
     let (before, after) = (&models.nominal, models.last());
-    let drops = drops(before, after, memory);
     let mut steps: Vec<Step> = Vec::new();
-    let mut last = before;
-    for (effect, fitted) in &models.with {
-        let held_out_drop = if models.with.len() == 1 {
-            taken(&drops)
-        } else {
-            taken(&self::drops(last, fitted, memory))
-        };
+    let mut known = 0.0;
+    for ((effect, fitted), drops) in models.with.iter().zip(drops) {
         let rms = rms(&fitted.problem, &fitted.fit.point);
+        let held_out_drop = taken(drops) - known;
+        known += held_out_drop;
         steps.push(Step { effect: effect.clone(), rms, held_out_drop });
-        last = fitted;
     }
-    let (part, interval) = closed(&drops, leftover);
+    let drops = drops.last().map_or(&[][..], Vec::as_slice);
+    let (part, interval) = closed(drops, leftover);
     let gain = before.cost() - after.cost();
     Gap {
         held_out: None,
@@ -174,174 +162,13 @@ pub fn gap(models: &Steps, degrees: usize, leftover: f64, memory: f64, in_data: 
         steps,
         floor: floor(after),
         lambda: (gain - degrees as f64).max(0.0).sqrt(),
-        held_out_drop: taken(&drops),
+        held_out_drop: taken(drops),
         leftover,
-        closed: in_data.then_some(part),
-        closed_interval: in_data.then_some(interval),
+        closed: part,
+        closed_interval: interval,
         folds: drops.len(),
         left_out: 0,
     }
-}
-
-/// rms that the noise alone gives, by measurand.
-pub fn floor(fitted: &Fitted) -> Vec<(String, f64)> {
-    let mut sums: Vec<(String, f64, f64)> = Vec::new();
-    let problem = &fitted.problem;
-    for (p, part) in problem.parts.iter().enumerate() {
-        let samples: usize = part.runs.iter().map(|run| run.record.len()).sum();
-        let stride = samples.div_ceil(MOST_SAMPLES).max(1);
-        let active = active_randoms(part);
-        let mut memory = Vec::new();
-        for (run, data) in part.runs.iter().enumerate() {
-            let parameters = problem.parameters(p, run, &fitted.fit.point);
-            data.record.walk(|stretch| {
-                for sample in stretch.each().filter(|sample| sample.number % stride == 0) {
-                    let made = covariance_of(part, run, sample, &parameters, &active, &mut memory);
-                    let names = &part.system.assembly.names.measurands;
-                    let all = names.iter().zip(part.slots());
-                    for (measurand, slot) in all.filter(|(_, slot)| part.is_present(sample, slot)) {
-                        let rows = slot.residual..slot.residual + slot.components;
-                        let variance: f64 = rows.map(|row| made.covariance[(row, row)]).sum();
-                        match sums.iter_mut().find(|(name, ..)| *name == measurand.name) {
-                            Some((_, sum, count)) => {
-                                *sum += variance;
-                                *count += 1.0;
-                            }
-                            None => sums.push((measurand.name.clone(), variance, 1.0)),
-                        }
-                    }
-                }
-            });
-        }
-    }
-    sums.into_iter().map(|(name, sum, count)| (name, (sum / count).sqrt())).collect()
-}
-
-/// The drop of each fold. Where the effects hardly show without what some fold leaves out, say for
-/// they act in one run, every run is judged between the stretches that it is fitted to.
-pub fn drops(before: &Fitted, after: &Fitted, memory: f64) -> Vec<Drop> {
-    let Some(off) = switched_off(before, after) else { return Vec::new() };
-    let normal = after.problem.normal(&after.fit.point);
-    let whole = squared_length(&normal, &normal.runs, &off);
-    let shows = |fold: &Fold| squared_length(&normal, &fold.training, &off) >= SHOWN * whole;
-    let mut folds = folds(after, &normal, memory);
-    if !folds.iter().all(shows) {
-        folds = within_runs(after, &normal);
-    }
-    folds.iter().filter_map(|fold| drop_of(&normal, fold, &off)).collect()
-}
-
-/// The columns of the nominal model.
-fn nominal_columns(off: &[Option<f64>]) -> Vec<usize> {
-    (0..off.len()).filter(|column| off[*column].is_none()).collect()
-}
-
-/// The step that switches the effects off, nominal columns held.
-fn held(off: &[Option<f64>]) -> DVector<f64> {
-    DVector::from_iterator(off.len(), off.iter().map(|step| step.unwrap_or(0.0)))
-}
-
-/// Squared length of what the effects do in some sums, beyond what nominal parameters follow.
-fn squared_length(normal: &Normal, runs: &[RunGram], off: &[Option<f64>]) -> f64 {
-    let (hessian, _) = sums(normal, runs);
-    let whole = &hessian * held(off);
-    let followed = solve(&hessian, &whole, &nominal_columns(off)).unwrap_or(held(off));
-    held(off).dot(&whole) - followed.dot(&whole)
-}
-
-/// For each column of the model with the effects the step that switches them off; `None` for
-/// nominal columns.
-fn switched_off(before: &Fitted, after: &Fitted) -> Option<Vec<Option<f64>>> {
-    let layout = &after.problem.layout;
-    let mut step = vec![None; layout.columns.len()];
-    for (index, instance) in layout.instances.iter().enumerate() {
-        let known = before.problem.layout.instances.iter().any(|one| one.name == instance.name);
-        if known {
-            continue;
-        }
-        // A turn is undone along its own axis: its tangent there is its rotation vector.
-        let values = after.fit.point.components(layout, index);
-        for (component, column) in layout.own_columns(index) {
-            step[column] = Some(-values[component]);
-        }
-        // Values that sum to zero share columns: orthonormal, so a column is the sum over its
-        // values.
-        if !layout.is_free(index) {
-            for (component, value) in values.iter().enumerate() {
-                for (column, by) in layout.columns_of(index, component) {
-                    let value = -by * value;
-                    step[column] = Some(step[column].unwrap_or(0.0) + value);
-                }
-            }
-        }
-    }
-    step.iter().any(Option::is_some).then_some(step)
-}
-
-/// `e₀² - e₁²` of one fold: of what the rest does not determine effects stay off.
-fn drop_of(normal: &Normal, fold: &Fold, off: &[Option<f64>]) -> Option<Drop> {
-    let (hessian, gradient) = sums(normal, &fold.training);
-    let held = held(off);
-    let all: Vec<usize> = (0..off.len()).collect();
-    let left = gradient - &hessian * &held;
-    let with = solve(&hessian, &left, &all)? + &held;
-    let without = solve(&hessian, &left, &nominal_columns(off))? + held;
-    let squares = |step: &DVector<f64>, of_readings: f64| -> f64 {
-        fold.judged
-            .iter()
-            .map(|(run, sums)| {
-                let touched = normal.columns.touched_by(*run);
-                let last = touched.len();
-                let mut move_by = DVector::zeros(last + 1);
-                for (place, column) in touched.iter().enumerate() {
-                    move_by[place] = -step[*column];
-                }
-                move_by[last] = of_readings;
-                move_by.dot(&(&sums.gram * &move_by))
-            })
-            .sum()
-    };
-    let taken = squares(&without, 1.0) - squares(&with, 1.0);
-    Some(Drop { taken, length: squares(&(with - without), 0.0) })
-}
-
-/// The normal matrix and gradient of some sums with all priors.
-fn sums(normal: &Normal, runs: &[RunGram]) -> (DMatrix<f64>, DVector<f64>) {
-    let n = normal.columns.len();
-    let mut hessian = DMatrix::zeros(n, n);
-    let mut gradient = DVector::zeros(n);
-    for (run, sums) in runs.iter().enumerate() {
-        let touched = normal.columns.touched_by(run);
-        let last = touched.len();
-        for (i, a) in touched.iter().enumerate() {
-            gradient[*a] += sums.gram[(i, last)];
-            for (j, b) in touched.iter().enumerate() {
-                hessian[(*a, *b)] += sums.gram[(i, j)];
-            }
-        }
-    }
-    for PriorRow { coefficients, residual } in &normal.priors {
-        for (a, x) in coefficients {
-            gradient[*a] += x * residual;
-            for (b, y) in coefficients {
-                hessian[(*a, *b)] += x * y;
-            }
-        }
-    }
-    (hessian, gradient)
-}
-
-/// The step along some columns; what the sums do not determine stays.
-fn solve(hessian: &DMatrix<f64>, gradient: &DVector<f64>, along: &[usize]) -> Option<DVector<f64>> {
-    let own = DMatrix::from_fn(along.len(), along.len(), |i, j| hessian[(along[i], along[j])]);
-    let (factor, length) = factored(&own)?;
-    let right = DVector::from_fn(along.len(), |i, _| gradient[along[i]] / length[i]);
-    let found = factor.solve(&right);
-    let mut step = DVector::zeros(hessian.nrows());
-    for (k, column) in along.iter().enumerate() {
-        step[*column] = found[k] / length[k];
-    }
-    Some(step)
 }
 
 #[cfg(test)]
@@ -386,8 +213,8 @@ mod tests {
             lambda: 0.0,
             held_out_drop: 0.0,
             leftover: 0.0,
-            closed: Some(most),
-            closed_interval: Some([0.0, most]),
+            closed: most,
+            closed_interval: [0.0, most],
             folds: 1,
             left_out: 0,
         };

@@ -3,8 +3,7 @@
 //! Answers: the values of some nodes of a graph, for given leaves, over plain numbers or numbers
 //! that carry derivatives. It does not know what the leaves stand for, nor about readings.
 
-use std::collections::HashMap;
-
+use crate::graph::table::Table;
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId, Unary};
 use crate::number::Number;
 
@@ -40,7 +39,7 @@ impl Program {
     /// out.
     pub fn new(graph: &Graph, outputs: &[NodeId]) -> Self {
         let needed = graph.needed_by(outputs);
-        let slots: HashMap<NodeId, u32> =
+        let slots: Table<NodeId, u32> =
             needed.iter().enumerate().map(|(slot, id)| (*id, slot as u32)).collect();
         let steps = needed
             .iter()

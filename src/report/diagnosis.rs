@@ -258,7 +258,7 @@ pub(crate) fn gap(one: &Gap) -> Value {
         "noncentrality": number(Some(one.lambda)),
         "held_out_drop": number(Some(one.held_out_drop)),
         "leftover": number(Some(one.leftover)),
-        "closed": number(one.closed),
+        "closed": one.closed,
         "closed_interval": one.closed_interval,
         "borne_out": one.is_borne_out(),
         "folds": one.folds,

@@ -217,17 +217,12 @@ fn gap(diagnosis: &Diagnosis) -> String {
     }
     let of = match &gap.held_out {
         Some(name) => format!("on the held-out campaign `{name}`"),
-        None => format!("in {} held-out folds", gap.folds),
+        None => "on held-out readings".to_owned(),
     };
-    let closed = gap.closed.map_or_else(String::new, |part| {
-        let [low, high] = gap.closed_interval.unwrap_or([part, part]);
-        format!(
-            "\nexplained fraction {of}: {:.0} % (95 % interval {:.0} to {:.0} %)\n",
-            100.0 * part,
-            100.0 * low,
-            100.0 * high
-        )
-    });
+    let [part, low, high] =
+        [gap.closed, gap.closed_interval[0], gap.closed_interval[1]].map(|one| 100.0 * one);
+    let closed =
+        format!("\nexplained fraction {of}: {part:.0} % (95 % interval {low:.0} to {high:.0} %)\n");
     let missed = gap.missed().map_or_else(String::new, |times| {
         format!(
             "The held-out campaign is missed by {times:.0} times its noise with and without the effects: is it another rig, or are held values wrong?\n"

@@ -80,7 +80,7 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
 }
 
 fn closed(diagnosis: &Diagnosis) -> String {
-    let closed = diagnosis.gap.as_ref().and_then(|gap| gap.closed);
+    let closed = diagnosis.gap.as_ref().map(|gap| gap.closed);
     closed.map_or_else(|| "a part".to_owned(), |part| format!("{:.0} %", 100.0 * part))
 }
 

@@ -201,7 +201,7 @@ fn judge(outcome: &mut Outcome, design: &Design, drawn: &Drawn, trial: &Trial, f
     if outcome.mixed {
         probability(outcome, design, drawn, trial.kind, found);
     }
-    outcome.closed = found.gap.as_ref().and_then(|gap| gap.closed);
+    outcome.closed = found.gap.as_ref().map(|gap| gap.closed);
     if outcome.closed.is_some() {
         outcome.closed_in_truth = closed_in_truth(outcome.lambda, drawn, found);
     }

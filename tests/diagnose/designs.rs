@@ -56,16 +56,16 @@ fn an_effect_that_one_setup_does_not_show_is_named_with_what_is_known_of_it() {
     assert_eq!(known, 2);
 }
 
-/// All evidence lies in one run: left out as a whole it would leave nothing to learn from.
+/// Most of the evidence lies in one run: what the others show is little, but they bear it out.
 #[test]
-fn an_effect_that_one_run_shows_is_judged_within_it() {
+fn an_effect_that_mostly_one_run_shows_is_borne_out_by_the_others() {
     let (opened, problem) = beside(40e-6, &[&STILL[..], &["A_ccw50_platform-30"]].concat());
     let found = run(problem, &opened);
     assert_eq!((found.verdict, names(&found)), (Verdict::Explained, vec!["platform_offset"]));
     let gap = found.gap.unwrap();
     assert_eq!(gap.folds, 9);
-    assert!(gap.held_out_drop > 0.3 * gap.lambda.powi(2), "{gap:?}");
-    let [low, high] = gap.closed_interval.unwrap();
+    assert!(gap.held_out_drop > 0.1 * gap.lambda.powi(2), "{gap:?}");
+    let [low, high] = gap.closed_interval;
     assert!(low > 0.9 && high == 1.0, "{gap:?}");
 }
 
@@ -167,7 +167,7 @@ fn an_effect_of_the_rate_is_not_taken_for_displacements() {
         let found = of(&[]);
         assert_eq!(found.verdict, Verdict::Explained, "{seed}: {}", told(&found));
         assert_eq!(names(&found), ["spin_lift"], "{seed}");
-        assert!(found.contradicted.is_empty() && found.gap.unwrap().closed.is_some(), "{seed}");
+        assert!(found.contradicted.is_empty() && found.gap.is_some(), "{seed}");
         let without = of(&["spin_lift".to_owned()]);
         assert_eq!(without.verdict, Verdict::Unknown, "{seed}");
     }
@@ -244,7 +244,7 @@ fn a_held_out_campaign_has_the_noise_that_was_found() {
     for ((name, floor), (_, before)) in gap.floor.iter().zip(&own.floor) {
         assert!((floor / before - 1.0).abs() < 0.2, "{name}: {floor} {before}");
     }
-    assert!(gap.left_out < 25 && gap.closed.unwrap() > 0.9, "{gap:?}");
+    assert!(gap.left_out < 25 && gap.closed > 0.9, "{gap:?}");
 }
 
 /// A constant of an effect that only the fitted campaign states holds for the other one, too.
@@ -258,7 +258,7 @@ fn a_held_out_campaign_takes_the_constants_of_effects() {
     assert_eq!(names(&found), ["sampling_grid"]);
     judge(&mut found, &other, &Options::default()).unwrap();
     let gap = found.gap.unwrap();
-    assert!(gap.closed.unwrap() > 0.9, "{gap:?}");
+    assert!(gap.closed > 0.9, "{gap:?}");
 }
 
 /// A value that nominal parameters take up does not make an effect harder to see.
@@ -355,7 +355,7 @@ fn an_own_effect_that_is_a_turn_is_named() {
     let found = found.unwrap();
     assert_eq!((found.verdict, names(&found)), (Verdict::Explained, vec!["mount"]));
     let gap = found.gap.as_ref().unwrap();
-    assert!(gap.closed.unwrap() > 0.99, "{gap:?}");
+    assert!(gap.closed > 0.99, "{gap:?}");
     for ((name, after), (other, noise)) in gap.after.iter().zip(&gap.floor) {
         assert!(name == other && after / noise < 1.1, "{name}: {after} {noise}");
     }

@@ -379,7 +379,7 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     judge(&mut found, &other, &Options::default()).unwrap();
     let gap = found.gap.unwrap();
     assert_eq!(gap.folds, 12);
-    assert!(gap.closed.unwrap() > 0.9, "{gap:?}");
+    assert!(gap.closed > 0.9, "{gap:?}");
     let [step] = gap.steps.as_slice() else { unreachable!("{:?}", gap.steps) };
     assert_eq!((step.effect.as_str(), step.held_out_drop), ("trunnion_tilt", gap.held_out_drop));
     assert_eq!(step.rms, gap.after);
@@ -390,7 +390,7 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     let mut found = run(problem, &opened);
     judge(&mut found, &clean, &Options::default()).unwrap();
     assert!(found.gap.as_ref().unwrap().held_out_drop < 0.0, "{:?}", found.gap);
-    assert_eq!(found.gap.as_ref().unwrap().closed, Some(0.0));
+    assert_eq!(found.gap.as_ref().unwrap().closed, 0.0);
     let text = report::diagnosis_text::text("", &found, None);
     assert!(text.contains("Held-out readings do not support it."), "{text}");
 }
@@ -482,7 +482,7 @@ fn a_held_out_campaign_is_judged_by_its_own_instrument() {
         other.problem = Problem::new(readings.parts);
         judge(&mut found, &other, &Options::default()).unwrap();
         let gap = found.gap.as_ref().unwrap();
-        assert!(gap.closed.unwrap() > 0.9, "{name:?}: {gap:?}");
+        assert!(gap.closed > 0.9, "{name:?}: {gap:?}");
     }
 }
 

@@ -2,9 +2,15 @@
 
 use std::path::Path;
 
+use homepoint::diagnose::budget::families::Families;
+use homepoint::diagnose::budget::held_out::Folded;
+use homepoint::diagnose::budget::in_fit::Row;
+use homepoint::diagnose::budget::linear::Linear;
+use homepoint::diagnose::budget::pieces::{FOLDS, Pieces};
+use homepoint::diagnose::budget::selection::Selection;
 use homepoint::diagnose::evidence::Evidence;
 use homepoint::diagnose::fitted::Fitted;
-use homepoint::diagnose::gap::drops;
+use homepoint::diagnose::gap::Drop;
 use homepoint::diagnose::library::candidate::Candidate;
 use homepoint::diagnose::library::offer::offer;
 use homepoint::diagnose::library::structure::blocks;
@@ -37,6 +43,51 @@ fn without_and_with(opened: &Opened, fitted: &Fitted, name: &str) -> (Fitted, Fi
     (after.without(&[&candidate.selected], &options).unwrap(), after)
 }
 
+/// What an effect in a fit takes off held-out readings, by run or stretch of a run.
+fn drops(after: &Fitted, name: &str) -> Vec<Drop> {
+    let row = Row { name: name.to_owned(), variant: None, members: 1, ln_prior: 0.0 };
+    let wanted = Wanted::default();
+    let mut families = Families::default();
+    let linear = Linear::new(after.clone(), &[row], &wanted, false, &mut families).unwrap();
+    let selection = Selection::new(&linear.sums, &linear.terms, &linear.active);
+    let rows = linear.rows();
+    let pieces = Pieces::new(&linear, &selection, &rows);
+    let mut drops = Folded::new(&selection, &rows, &pieces).drops(&selection, &pieces);
+    assert_eq!(drops.len(), 1);
+    drops.remove(0)
+}
+
+/// A model with only some samples of each run, by run, sample and number of samples.
+fn among(model: &Fitted, is_kept: &dyn Fn(usize, usize, usize) -> bool) -> Problem {
+    let mut problem = model.problem.clone();
+    for (run, data) in problem.parts[0].runs.iter_mut().enumerate() {
+        data.record.edit(|samples| {
+            for column in &mut samples.readings {
+                let length = column.len();
+                for (sample, reading) in column.iter_mut().enumerate() {
+                    if !is_kept(run, sample, length) {
+                        *reading = f64::NAN;
+                    }
+                }
+            }
+        });
+    }
+    Problem::new(problem.parts)
+}
+
+/// Squared residuals of some samples of a run under the model that is fitted to some others.
+fn squares_of_the_rest(
+    model: &Fitted,
+    is_learnt: &dyn Fn(usize, usize, usize) -> bool,
+    run: usize,
+    is_judged: &dyn Fn(usize, usize, usize) -> bool,
+) -> f64 {
+    let learnt = Fitted { problem: among(model, is_learnt), ..model.clone() };
+    let learnt = learnt.again(&Options::default()).unwrap();
+    let gram = &among(model, is_judged).normal(&learnt.fit.point).runs[run].gram;
+    gram[(gram.nrows() - 1, gram.nrows() - 1)]
+}
+
 fn evidence(fitted: &Fitted, candidates: &[&Candidate]) -> Evidence {
     Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, candidates).unwrap()
 }
@@ -58,33 +109,26 @@ fn a_gain_is_what_the_nonlinear_fit_takes_off() {
 }
 
 #[test]
-fn a_drop_is_what_two_fits_without_the_run_leave_of_it() {
-    let (opened, fitted) = example();
-    let options = Options::default();
+fn a_drop_is_what_two_fits_without_the_fold_leave_of_a_run() {
+    let set = ["encoder_eccentricity.cosine=40 urad"];
+    let (opened, problem) = drawn(&["encoder_eccentricity"], &set, 4);
+    let nominal = calibrate(problem, &Options::default()).unwrap();
+    let fitted =
+        Fitted { recipes: opened.recipes.clone(), problem: nominal.problem, fit: nominal.fit };
     let (before, after) = without_and_with(&opened, &fitted, "encoder_eccentricity");
-    let drops = drops(&before, &after, 0.0);
+    let drops = drops(&after, "encoder_eccentricity");
     assert_eq!(drops.len(), 12);
     for run in [0, 7] {
-        let squares = |model: &Fitted| {
-            let mut rest = model.clone();
-            rest.problem.parts[0].runs[run].record.edit(|samples| {
-                samples.readings.iter_mut().for_each(|column| column.fill(f64::NAN));
-            });
-            let rest = Fitted { problem: Problem::new(rest.problem.parts), ..rest };
-            let rest = rest.again(&options).unwrap();
-            let gram = &model.problem.normal(&rest.fit.point).runs[run].gram;
-            gram[(gram.nrows() - 1, gram.nrows() - 1)]
-        };
+        let is_learnt = |other: usize, _: usize, _: usize| other % FOLDS != run % FOLDS;
+        let squares = |model: &Fitted| squares_of_the_rest(model, &is_learnt, run, &|_, _, _| true);
         let due = squares(&before) - squares(&after);
-        assert!(
-            (drops[run].taken - due).abs() < 0.01 * due.abs().max(1.0),
-            "{run}: {} {due}",
-            drops[run].taken
-        );
+        let found = drops[run].taken;
+        assert!(due > 100.0, "{run}: {due}");
+        assert!((found - due).abs() < 0.01 * due.abs().max(1.0), "{run}: {found} {due}");
     }
 }
 
-/// What belongs to a run is fitted to four of its eighths and judged on the four between.
+/// What belongs to a run is fitted to four fifths of it and judged on the other one.
 #[test]
 fn a_run_with_values_of_its_own_is_judged_between_what_it_was_fitted_to() {
     let mut request = Request::new([folder()]);
@@ -97,35 +141,19 @@ fn a_run_with_values_of_its_own_is_judged_between_what_it_was_fitted_to() {
     let nominal = calibrate(problem, &Options::default()).unwrap();
     let fitted =
         Fitted { recipes: opened.recipes.clone(), problem: nominal.problem, fit: nominal.fit };
-    let options = Options::default();
     let (before, after) = without_and_with(&opened, &fitted, "sample_clock_rate");
-    let drops = drops(&before, &after, 0.0);
-    for run in [0, 7] {
-        let among = |model: &Fitted, parity: usize| {
-            let mut problem = model.problem.clone();
-            problem.parts[0].runs[run].record.edit(|samples| {
-                let length = samples.readings[0].len();
-                for column in &mut samples.readings {
-                    for (sample, reading) in column.iter_mut().enumerate() {
-                        if sample * 8 / length % 2 != parity {
-                            *reading = f64::NAN;
-                        }
-                    }
-                }
-            });
-            Problem::new(problem.parts)
-        };
-        let squares = |model: &Fitted| {
-            let learnt = Fitted { problem: among(model, 0), ..model.clone() };
-            let learnt = learnt.again(&options).unwrap();
-            let gram = &among(model, 1).normal(&learnt.fit.point).runs[run].gram;
-            gram[(gram.nrows() - 1, gram.nrows() - 1)]
-        };
+    let drops = drops(&after, "sample_clock_rate");
+    let mut largest = 0.0_f64;
+    for (run, fold) in [(0, 4), (7, 2)] {
+        let is_held_out = |_: usize, sample: usize, length: usize| sample * FOLDS / length == fold;
+        let is_learnt = |run, sample, length| !is_held_out(run, sample, length);
+        let squares = |model: &Fitted| squares_of_the_rest(model, &is_learnt, run, &is_held_out);
         let due = squares(&before) - squares(&after);
-        let found = drops[run].taken;
-        assert!(due > 10.0, "{run}: {due}");
+        let found = drops[run * FOLDS + fold].taken;
         assert!((found - due).abs() < 0.01 * due.abs().max(1.0), "{run}: {found} {due}");
+        largest = largest.max(due);
     }
+    assert!(largest > 10.0, "{largest}");
 }
 
 /// A clock with a rate of each run's own takes up what a common clock and the air do, but for what
@@ -159,9 +187,9 @@ fn an_effect_that_another_one_is_by_its_square() {
     }
 }
 
-/// Without its only run a setup is not determined: part of the run is left out.
+/// Without its only run a setup is not determined: what belongs to it is fitted there.
 #[test]
-fn the_only_run_of_a_setup_is_not_left_out_whole() {
+fn the_only_run_of_a_setup_is_held_out_but_for_what_belongs_to_it() {
     let (opened, fitted) = example();
     let mut parts = fitted.problem.parts.clone();
     let fast = |run: &homepoint::campaign::Run| run.name.ends_with("50");
@@ -170,12 +198,14 @@ fn the_only_run_of_a_setup_is_not_left_out_whole() {
     parts[0].runs.iter_mut().enumerate().for_each(|(number, run)| run.setup = number);
     let runs = parts[0].runs.len();
     assert!(runs >= 4);
-    let options = Options::default();
-    let nominal = calibrate(Problem::new(parts), &options).unwrap();
+    let nominal = calibrate(Problem::new(parts), &Options::default()).unwrap();
     let fitted =
         Fitted { recipes: opened.recipes.clone(), problem: nominal.problem, fit: nominal.fit };
-    let (before, after) = without_and_with(&opened, &fitted, "encoder_second_harmonic");
-    assert_eq!(drops(&before, &after, 0.0).len(), runs);
+    let (_, after) = without_and_with(&opened, &fitted, "encoder_second_harmonic");
+    let drops = drops(&after, "encoder_second_harmonic");
+    assert_eq!(drops.len(), runs);
+    // The effect is not there: what it takes off is of the size of noise.
+    assert!(drops.iter().all(|one| one.taken.abs() < 30.0), "{drops:?}");
 }
 
 #[test]

@@ -73,8 +73,8 @@ fn the_gap_closes_on_readings_that_were_not_fitted_to() {
     let Some((found, _)) = practice("trunnion_tilt") else { return };
     let gap = found.gap.unwrap();
     assert_eq!(gap.folds, 40);
-    assert!(gap.closed.unwrap() > 0.99);
-    let [low, high] = gap.closed_interval.unwrap();
+    assert!(gap.closed > 0.99);
+    let [low, high] = gap.closed_interval;
     assert!(low > 0.9 && high <= 1.0);
     // No less than within the fit: left out, a run does not pull parameters to make up for the
     // effect.

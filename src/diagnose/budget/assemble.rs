@@ -65,10 +65,9 @@ impl Diagnosis {
         let gains = selection.contributions(&judged.model);
         let mut solved = Solved::of(&selection, &judged.model, &rest, &gains);
         if !stands.is_empty() {
-            let named: Vec<usize> = stands.iter().map(|at| judged.model[*at]).collect();
-            let of_rows =
-                Folded::new(&selection, &named, &Pieces::new(&linear, &selection, &named));
-            let shares = shares(&of_rows, &folded);
+            let pieces = Pieces::new(&linear, &selection, &in_fit);
+            let of_rows = Folded::new(&selection, &in_fit, &pieces);
+            let all = folded.drop_of_all().max(f64::MIN_POSITIVE);
             let mut with_rows = linear.fitted.clone();
             scale_noise(&mut with_rows.problem, &linear, &scale);
             let with_rows = with_rows.again(options)?;
@@ -77,13 +76,17 @@ impl Diagnosis {
             let steps = Steps::of(&with_rows, &selected, options)?;
             let degrees = stands.iter().map(|at| gains[*at].degrees).sum();
             let leftover = rest.iter().map(|at| excess(gains[*at])).sum();
-            self.gap = Some(gap(&steps, degrees, leftover, 0.0, true));
+            let drops = of_rows.drops(&selection, &pieces);
+            self.gap = Some(gap(&steps, &drops, degrees, leftover));
             let members = member_uncertainties(&with_rows, &selected, options)?;
             let Fitted { problem, fit, .. } = with_rows.clone();
             let explained = finish(problem, fit, Vec::new(), Vec::new())?;
-            for (at, closes) in stands.iter().zip(&shares) {
+            for at in &stands {
                 let mut own = budget.row(*at, &gains, &folded);
-                own.closes = *closes;
+                // Beside the other rows: what the remainder could take over from it is the row's.
+                let row = in_fit.iter().position(|term| *term == judged.model[*at]);
+                let drop = row.map_or(0.0, |row| of_rows.drop(row));
+                own.closes = (drop.max(0.0) / all).min(1.0);
                 own.confounded = solved.confounded_rows(*at);
                 let budget = (judged.model.as_slice(), rest.as_slice(), gains.as_slice());
                 own.confounded.extend(near_aliases(&linear, &selection, &mut solved, budget, *at));
@@ -146,13 +149,6 @@ impl Diagnosis {
         });
         Ok(self)
     }
-}
-
-/// For each row the part of the gap that it closes on held-out readings beside the other rows: what
-/// the remainder could take over from it is the row's.
-fn shares(of_rows: &Folded, of_all: &Folded) -> Vec<f64> {
-    let all = of_all.drop_of_all().max(f64::MIN_POSITIVE);
-    (0..of_rows.terms()).map(|row| (of_rows.drop(row).max(0.0) / all).min(1.0)).collect()
 }
 
 /// A model on its sums.

@@ -108,11 +108,20 @@ impl Linear {
 
     /// Adds changes as terms, with their sums.
     pub fn with_changes(&mut self, changes: &[Change]) {
+        let mut known: Vec<(usize, Change)> = self
+            .terms
+            .iter()
+            .filter_map(|term| Some((term.columns.first()?.first()?.0, term.change.clone()?)))
+            .collect();
+        let old = known.len();
         for change in changes {
-            if self.terms.iter().any(|term| term.change.as_ref() == Some(change)) {
-                continue;
+            if !known.iter().any(|(_, one)| one == change) {
+                known.push((self.sums.len() + known.len() - old, change.clone()));
             }
-            let column = self.append(change);
+        }
+        let added = self.products(&known, old);
+        for ((column, change), added) in known.drain(old..).zip(&added) {
+            self.sums.append(added);
             let block = &self.candidates[change.base.candidate];
             let (part, run) = self.part_of(change.at.0);
             let run = &self.fitted.problem.parts[part].runs[run];
@@ -123,33 +132,59 @@ impl Linear {
             self.terms.push(Term {
                 members: change.members,
                 place,
-                change: Some(change.clone()),
+                change: Some(change),
                 ..Term::new(name, Kind::Block, columns)
             });
         }
     }
 
-    /// The column of a change, appended to the sums.
-    fn append(&mut self, change: &Change) -> usize {
-        let mut added = Appended::default();
-        self.visit_change(change, &mut |(run, _), measurand, x, row| {
-            added.add((run, measurand), x, row);
-        });
-        let known: Vec<(usize, Change)> = self
-            .terms
-            .iter()
-            .filter_map(|term| Some((term.columns.first()?.first()?.0, term.change.clone()?)))
-            .collect();
-        for (column, other) in known {
-            let places: Vec<Option<usize>> =
-                (0..self.order.len()).map(|run| self.place_of(run, other.base)).collect();
-            self.visit_change(change, &mut |(run, sample), measurand, x, row| {
-                if let Some(theirs) = places[run].filter(|_| self.acts(&other, (run, sample))) {
-                    added.add_to(measurand, column, x * row[theirs]);
+    /// The products of the columns of changes, from `new` on, with all columns and with those of the
+    /// changes before them.
+    fn products(&self, changes: &[(usize, Change)], new: usize) -> Vec<Appended> {
+        let mut added: Vec<Appended> = vec![Appended::default(); changes.len() - new];
+        if added.is_empty() {
+            return added;
+        }
+        let problem = &self.fitted.problem;
+        for (part, signatures) in self.signed.iter().enumerate() {
+            let first = self.sums.first_measurand[part];
+            let data = &problem.parts[part];
+            let places_in = |run: usize| -> Vec<Option<usize>> {
+                let run = problem.run_index(part, run);
+                changes.iter().map(|(_, change)| self.place_of(run, change.base)).collect()
+            };
+            let places: Vec<Vec<Option<usize>>> = (0..data.runs.len()).map(places_in).collect();
+            let (mut row, mut acting) = (Vec::new(), Vec::new());
+            problem.visit_whitened(signatures, &self.fitted.fit.point, &mut |lanes| {
+                let run = problem.run_index(part, lanes.run);
+                let size = problem.layout.columns.touched_by(run).len() + signatures.columns.len();
+                row.resize(size + 1, 0.0);
+                let measurand = first + data.measurand_of(lanes.row);
+                for lane in (0..lanes.stretch.len).filter(|lane| lanes.is_present(*lane)) {
+                    let sample = lanes.stretch.first + lane;
+                    acting.clear();
+                    let acts = |at: &usize| self.acts(&changes[*at].1, (run, sample));
+                    acting.extend((0..changes.len()).filter(acts));
+                    if acting.last().is_none_or(|last| *last < new) {
+                        continue;
+                    }
+                    lanes.put(lane, &mut row);
+                    row[size] = lanes.residual[lane];
+                    let value = |at: usize| places[lanes.run][at].map_or(0.0, |place| row[place]);
+                    for own in acting.iter().copied().filter(|own| *own >= new) {
+                        let x = value(own);
+                        if x != 0.0 {
+                            let sums = &mut added[own - new];
+                            sums.add((run, measurand), x, &row);
+                            for other in acting.iter().copied().filter(|other| *other < own) {
+                                sums.add_to(measurand, changes[other].0, x * value(other));
+                            }
+                        }
+                    }
                 }
             });
         }
-        self.sums.append(&added)
+        added
     }
 
     /// Where a base stands among the columns of a run.
@@ -159,40 +194,4 @@ impl Linear {
         let (index, _) = mine.filter(|(_, one)| one.effect == own).nth(base.signature)?;
         Some(self.fitted.problem.layout.columns.touched_by(run).len() + index)
     }
-
-    /// Shows every reading on which a change acts: run and sample, measurand, value of the change's
-    /// column, the row with the residual last.
-    fn visit_change(&self, change: &Change, see: &mut ChangeVisitor<'_>) {
-        let problem = &self.fitted.problem;
-        for (part, signatures) in self.signed.iter().enumerate() {
-            let first = self.sums.first_measurand[part];
-            let data = &problem.parts[part];
-            let runs = 0..data.runs.len();
-            let places: Vec<Option<usize>> =
-                runs.map(|run| self.place_of(problem.run_index(part, run), change.base)).collect();
-            let mut row = Vec::new();
-            problem.visit_whitened(signatures, &self.fitted.fit.point, &mut |lanes| {
-                let run = problem.run_index(part, lanes.run);
-                let Some(place) = places[lanes.run] else { return };
-                let touched = problem.layout.columns.touched_by(run).len();
-                let size = touched + signatures.columns.len() + 1;
-                row.resize(size, 0.0);
-                for lane in 0..lanes.stretch.len {
-                    let sample = lanes.stretch.first + lane;
-                    if !lanes.is_present(lane) || !self.acts(change, (run, sample)) {
-                        continue;
-                    }
-                    lanes.put(lane, &mut row);
-                    row[size - 1] = lanes.residual[lane];
-                    if row[place] != 0.0 {
-                        let measurand = first + data.measurand_of(lanes.row);
-                        see((run, sample), measurand, row[place], &row);
-                    }
-                }
-            });
-        }
-    }
 }
-
-/// What sees the readings on which a change acts.
-type ChangeVisitor<'a> = dyn FnMut((usize, usize), usize, f64, &[f64]) + 'a;

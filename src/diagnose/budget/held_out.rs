@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::diagnose::gap::Drop;
 use crate::estimate::eigen;
 
 use super::pieces::{FOLDS, Pieces};
@@ -36,7 +37,7 @@ impl Folded {
         let mut combinations: Vec<Combination> = selection.columns(model);
         let terms = selection.ranges(model);
         combinations.push(selection.residual().clone());
-        let weights: Vec<f64> = selection.scale.iter().map(|scale| scale.powi(-2)).collect();
+        let weights = selection.weights();
         let residual = selection.sums.residual();
         let fold = |fold: usize| pieces.products(&weights, |piece| piece.fold == fold);
         let folds: Vec<DMatrix<f64>> = (0..FOLDS).map(fold).collect();
@@ -61,11 +62,6 @@ impl Folded {
         Self { whole, folds, prior, terms }
     }
 
-    /// Number of terms.
-    pub fn terms(&self) -> usize {
-        self.terms.len()
-    }
-
     /// The drop of held-out squared residuals that a term (by its place in the model) brings.
     pub fn drop(&self, term: usize) -> f64 {
         let own = &self.terms[term];
@@ -80,45 +76,103 @@ impl Folded {
 
     /// The drop of held-out squared residuals that all terms bring together.
     pub fn drop_of_all(&self) -> f64 {
-        let first = self.terms.first().map_or(0, |own| own.start);
-        let n = self.whole.nrows() - 1;
-        let nominal: Vec<usize> = (0..first.min(n)).collect();
-        let all: Vec<usize> = (0..n).collect();
+        let nominal = self.upto(0);
+        let all = self.upto(self.terms.len());
         let drop = |fold| self.left(fold, &nominal, &nominal) - self.left(fold, &all, &nominal);
         if self.terms.is_empty() { 0.0 } else { self.folds.iter().map(drop).sum() }
+    }
+
+    /// For the first term, the first two, and so on the drop that they bring in each piece of the
+    /// readings, which they were not fitted to.
+    pub fn drops(&self, selection: &Selection<'_>, pieces: &Pieces) -> Vec<Vec<Drop>> {
+        let nominal = self.upto(0);
+        let models = (0..=self.terms.len()).map(|count| self.upto(count));
+        let models: Vec<Vec<usize>> = models.collect();
+        let in_fold = |fold: &DMatrix<f64>| {
+            let predicting = models.iter().map(|fitted| self.predicting(fold, fitted));
+            Some((predicting.collect::<Option<Vec<_>>>()?, self.unknown(fold, &nominal)))
+        };
+        let folds: Vec<_> = self.folds.iter().map(in_fold).collect();
+        let weights = selection.weights();
+        let mut drops: Vec<Vec<Drop>> = vec![Vec::new(); self.terms.len()];
+        for piece in &pieces.pieces {
+            let Some((predicting, free)) = &folds[piece.fold] else { continue };
+            let [before, after @ ..] = predicting.as_slice() else { continue };
+            let own = pieces.products_in(piece, &weights);
+            let left = |vector: &DVector<f64>| self.left_of(&own, vector, free);
+            let without = left(before);
+            for (drops, after) in drops.iter_mut().zip(after) {
+                let taken = without - left(after);
+                drops.push(Drop { taken, length: left(&(after - before)) });
+            }
+        }
+        drops
+    }
+
+    /// The nominal columns and those of the first terms.
+    fn upto(&self, terms: usize) -> Vec<usize> {
+        let end = match self.terms.get(terms) {
+            Some(next) => next.start,
+            None => self.whole.nrows() - 1,
+        };
+        (0..end).collect()
+    }
+
+    fn scale(&self, column: usize) -> f64 {
+        self.whole[(column, column)].max(f64::MIN_POSITIVE)
+    }
+
+    /// Whether the readings beside a fold determine a column.
+    fn is_known(&self, fold: &DMatrix<f64>, column: usize) -> bool {
+        let at = (column, column);
+        self.whole[at] - fold[at] > KNOWN * self.scale(column)
+    }
+
+    /// The columns that they do not determine.
+    fn unknown(&self, fold: &DMatrix<f64>, columns: &[usize]) -> Vec<usize> {
+        columns.iter().copied().filter(|column| !self.is_known(fold, *column)).collect()
     }
 
     /// Squared residuals of a fold under the columns `fitted` to the other folds; those of `free`
     /// that these do not determine are fitted in the fold.
     fn left(&self, fold: &DMatrix<f64>, fitted: &[usize], free: &[usize]) -> f64 {
+        let Some(vector) = self.predicting(fold, fitted) else { return 0.0 };
+        let left = self.left_of(fold, &vector, &self.unknown(fold, free));
+        left + (vector.transpose() * &self.prior * &vector)[(0, 0)] / FOLDS as f64
+    }
+
+    /// Coefficients of the columns, the residual's 1, that make a prediction of the fold from the
+    /// other folds its residual.
+    fn predicting(&self, fold: &DMatrix<f64>, fitted: &[usize]) -> Option<DVector<f64>> {
         let n = self.whole.nrows() - 1;
-        let scale = |column: usize| self.whole[(column, column)].max(f64::MIN_POSITIVE);
         let rest = |i: usize, j: usize| self.whole[(i, j)] - fold[(i, j)];
-        let is_known = |column: &usize| rest(*column, *column) > KNOWN * scale(*column);
-        let fit: Vec<usize> = fitted.iter().copied().filter(is_known).collect();
-        let free: Vec<usize> = free.iter().copied().filter(|column| !is_known(column)).collect();
+        let fit: Vec<usize> =
+            fitted.iter().copied().filter(|column| self.is_known(fold, *column)).collect();
         let k = fit.len();
         let mut vector = DVector::zeros(n + 1);
         vector[n] = 1.0;
         if k > 0 {
-            let length: Vec<f64> = fit.iter().map(|column| scale(*column).sqrt()).collect();
+            let length: Vec<f64> = fit.iter().map(|column| self.scale(*column).sqrt()).collect();
             let matrix = DMatrix::from_fn(k, k, |i, j| {
                 rest(fit[i], fit[j]) / (length[i] * length[j]) + f64::from(i == j) * RIDGE
             });
             let right = DVector::from_fn(k, |i, _| rest(fit[i], n) / length[i]);
-            let Some(values) = matrix.cholesky().map(|factor| factor.solve(&right)) else {
-                return 0.0;
-            };
+            let values = matrix.cholesky()?.solve(&right);
             for (i, column) in fit.iter().enumerate() {
                 vector[*column] = -values[i] / length[i];
             }
         }
-        let slope = fold * &vector;
+        Some(vector)
+    }
+
+    /// The squared length of a combination of columns in some readings, the `free` ones fitted there.
+    fn left_of(&self, sums: &DMatrix<f64>, vector: &DVector<f64>, free: &[usize]) -> f64 {
+        let slope = sums * vector;
         let mut left = vector.dot(&slope);
         let m = free.len();
         if m > 0 {
-            let root = |i: usize| scale(free[i]).sqrt();
-            let own = DMatrix::from_fn(m, m, |i, j| fold[(free[i], free[j])] / (root(i) * root(j)));
+            let root = |i: usize| self.scale(free[i]).sqrt();
+            let own = DMatrix::from_fn(m, m, |i, j| sums[(free[i], free[j])] / (root(i) * root(j)));
             let score = DVector::from_fn(m, |i, _| slope[free[i]] / root(i));
             if let Some(eigen) = eigen::symmetric(own) {
                 let along = eigen.eigenvectors.tr_mul(&score);
@@ -129,6 +183,6 @@ impl Folded {
                 }
             }
         }
-        left + (vector.transpose() * &self.prior * &vector)[(0, 0)] / FOLDS as f64
+        left
     }
 }

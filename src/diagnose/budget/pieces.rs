@@ -97,21 +97,36 @@ impl Pieces {
         wanted: impl Fn(&Piece, usize) -> bool,
     ) -> DMatrix<f64> {
         let mut sum = DMatrix::zeros(self.size, self.size);
-        for piece in &self.pieces {
-            for (measurand, gram) in piece.sums.iter().filter(|(own, _)| wanted(piece, *own)) {
-                let weight = weights[*measurand];
-                for (j, right) in piece.columns.iter().enumerate().take(gram.ncols()) {
-                    for (i, left) in piece.columns.iter().enumerate().take(gram.nrows()) {
-                        sum[(*left, *right)] += weight * gram[(i, j)];
-                    }
-                }
-            }
-        }
+        self.pieces.iter().for_each(|piece| piece.add_to(&mut sum, weights, &wanted));
+        sum
+    }
+
+    /// The same over one piece.
+    pub fn products_in(&self, piece: &Piece, weights: &[f64]) -> DMatrix<f64> {
+        let mut sum = DMatrix::zeros(self.size, self.size);
+        piece.add_to(&mut sum, weights, &|_, _| true);
         sum
     }
 }
 
 impl Piece {
+    /// Adds the products over some measurands.
+    fn add_to(
+        &self,
+        sum: &mut DMatrix<f64>,
+        weights: &[f64],
+        wanted: &dyn Fn(&Self, usize) -> bool,
+    ) {
+        for (measurand, gram) in self.sums.iter().filter(|(own, _)| wanted(self, *own)) {
+            let weight = weights[*measurand];
+            for (j, right) in self.columns.iter().enumerate().take(gram.ncols()) {
+                for (i, left) in self.columns.iter().enumerate().take(gram.nrows()) {
+                    sum[(*left, *right)] += weight * gram[(i, j)];
+                }
+            }
+        }
+    }
+
     /// The place of a column among those that act here.
     fn place(&mut self, column: usize) -> usize {
         self.columns.iter().position(|own| *own == column).unwrap_or_else(|| {

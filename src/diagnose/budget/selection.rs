@@ -69,9 +69,14 @@ impl<'a> Selection<'a> {
         selection
     }
 
+    /// The weight of each measurand's readings beside that of its stated noise.
+    pub fn weights(&self) -> Vec<f64> {
+        self.scale.iter().map(|scale| scale.powi(-2)).collect()
+    }
+
     /// Sums anew with the noise scale factors as they are.
     fn weigh(&mut self) {
-        self.weighted.weigh(self.scale.iter().map(|scale| scale.powi(-2)).collect());
+        self.weighted.weigh(self.weights());
         let product = |column| {
             self.residual.iter().map(|(other, by)| by * self.weighted.product(column, *other)).sum()
         };

@@ -20,9 +20,10 @@ use crate::graph::Scope;
 use crate::model::Override;
 use crate::system::{Selected, System};
 
-use super::folds::{among, learns_from};
+use super::floor::floor;
 use super::steps::Steps;
-use super::{Drop, Gap, Step, closed, floor, taken};
+use super::within_runs::{among, learns_from};
+use super::{Drop, Gap, Step, closed, taken};
 
 /// Why a held-out campaign cannot be judged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -40,17 +41,11 @@ pub enum HoldoutError {
     },
 }
 
-/// The gap of a held-out campaign, without and with the effects that were adopted elsewhere; no
-/// part of it counts as closed where what speaks for them was not `in_data`.
+/// The gap of a held-out campaign, without and with the effects that were adopted elsewhere.
 ///
 /// # Errors
 /// [`HoldoutError`] where the campaign cannot be fitted at all, or does not take an effect.
-pub fn holdout(
-    opened: &Opened,
-    models: &Steps,
-    in_data: bool,
-    options: &Options,
-) -> Result<Gap, HoldoutError> {
+pub fn holdout(opened: &Opened, models: &Steps, options: &Options) -> Result<Gap, HoldoutError> {
     let held = Held { parts: &opened.problem.parts, recipes: &opened.recipes, options };
     let parts = held.sound(models.last())?;
     let readings = |parts: &[Part]| Problem::new(parts.to_vec()).reading_count();
@@ -91,8 +86,8 @@ pub fn holdout(
         lambda: drop.max(0.0).sqrt(),
         held_out_drop: drop,
         leftover: left,
-        closed: in_data.then_some(part),
-        closed_interval: in_data.then_some(interval),
+        closed: part,
+        closed_interval: interval,
         folds: drops.len(),
         left_out,
     })

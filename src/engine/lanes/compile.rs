@@ -1,8 +1,6 @@
 //! From steps to instructions: numbers that stand still apart, memory used again as soon as its
 //! value has been used for the last time.
 
-use std::collections::HashMap;
-
 use crate::engine::lanes::added::is_fused;
 use crate::engine::lanes::identities::rewritten;
 use crate::engine::lanes::instruction::{
@@ -11,6 +9,7 @@ use crate::engine::lanes::instruction::{
 use crate::engine::lanes::schedule::{Form, Schedule, results, schedule};
 use crate::engine::lanes::sums::Sum;
 use crate::engine::pointwise::Program;
+use crate::graph::table::Table;
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId};
 
 /// Outputs that are there at the same time.
@@ -54,11 +53,11 @@ impl Code {
             graph: &graph,
             zero,
             products: Vec::new(),
-            columns: HashMap::new(),
+            columns: Table::default(),
             column_list: Vec::new(),
-            stills: HashMap::new(),
+            stills: Table::default(),
             still_list: Vec::new(),
-            slots: HashMap::new(),
+            slots: Table::default(),
             free: Vec::new(),
             count: 0,
         };
@@ -93,8 +92,8 @@ impl Code {
 }
 
 /// For each value in a slot, the moment of its last use: steps and ends of groups count.
-fn last_uses(graph: &Graph, schedule: &Schedule, groups: &[Vec<NodeId>]) -> HashMap<NodeId, usize> {
-    let mut last = HashMap::new();
+fn last_uses(graph: &Graph, schedule: &Schedule, groups: &[Vec<NodeId>]) -> Table<NodeId, usize> {
+    let mut last = Table::default();
     let steps = &schedule.steps;
     let (mut moment, mut step) = (0, 0);
     for (group, end) in groups.iter().zip(&schedule.ends) {
@@ -121,12 +120,12 @@ struct Compiler<'a> {
     graph: &'a Graph,
     zero: NodeId,
     products: Vec<Product>,
-    columns: HashMap<Column, Slot>,
+    columns: Table<Column, Slot>,
     column_list: Vec<Column>,
-    stills: HashMap<NodeId, Still>,
+    stills: Table<NodeId, Still>,
     still_list: Vec<NodeId>,
     /// Slots of the values that wait.
-    slots: HashMap<NodeId, Slot>,
+    slots: Table<NodeId, Slot>,
     free: Vec<Slot>,
     count: usize,
 }

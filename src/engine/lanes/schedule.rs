@@ -4,12 +4,11 @@
 //! Outputs come in groups; what a group needs is computed as late as possible, so few values wait
 //! at a time and their memory stays in the nearest cache.
 
-use std::collections::HashMap;
-
 use indexmap::IndexMap;
 
 use crate::engine::lanes::instruction::MOST_TOGETHER;
 use crate::engine::lanes::sums::{Sum, Sums, sums};
+use crate::graph::table::Table;
 use crate::graph::{Binary, Graph, Leaf, Node, NodeId, Unary};
 
 /// What one instruction computes.
@@ -88,9 +87,9 @@ fn is_arithmetic(function: Binary) -> bool {
 struct Scheduler<'a> {
     graph: &'a Graph,
     /// Sine and cosine of a node, where both are needed.
-    pairs: HashMap<NodeId, (NodeId, NodeId)>,
+    pairs: Table<NodeId, (NodeId, NodeId)>,
     /// The sums that are computed with a sum.
-    maps: HashMap<NodeId, [Option<NodeId>; MOST_TOGETHER]>,
+    maps: Table<NodeId, [Option<NodeId>; MOST_TOGETHER]>,
     done: Vec<bool>,
     schedule: Schedule,
 }
@@ -101,8 +100,8 @@ impl<'a> Scheduler<'a> {
         let mut uses = vec![0; graph.nodes().len()];
         outputs.iter().for_each(|output| uses[output.0 as usize] += 1);
         let needed = graph.needed_by(&outputs);
-        let mut sines = HashMap::new();
-        let mut cosines = HashMap::new();
+        let mut sines = Table::default();
+        let mut cosines = Table::default();
         for &node in needed.iter().filter(|node| graph.is_moving(**node)) {
             graph.node(node).operands().for_each(|operand| uses[operand.0 as usize] += 1);
             match graph.node(node) {
@@ -118,7 +117,7 @@ impl<'a> Scheduler<'a> {
         let sums = sums(graph, &needed, &uses);
         let done = vec![false; graph.nodes().len()];
         let schedule = Schedule { sums, ..Schedule::default() };
-        Self { graph, pairs, maps: HashMap::new(), done, schedule }
+        Self { graph, pairs, maps: Table::default(), done, schedule }
     }
 
     /// Puts the steps of all outputs in order.

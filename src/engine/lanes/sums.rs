@@ -8,9 +8,8 @@
 //! small number that is added to a difference of large ones keeps its digits; and a sum times a
 //! factor is not multiplied out.
 
-use std::collections::HashMap;
-
 use crate::engine::lanes::instruction::{MOST_TERMS, MOST_WITH_NUMBER};
+use crate::graph::table::Table;
 use crate::graph::{Binary, Graph, Node, NodeId, Unary};
 
 /// `factor`, `factor · a` or `factor · a · b`.
@@ -61,9 +60,9 @@ impl Sum {
 /// The sums of a program.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sums {
-    sums: HashMap<NodeId, Sum>,
+    sums: Table<NodeId, Sum>,
     /// The first node that is this sum: two ways of writing one sum are one sum.
-    first: HashMap<Sum, NodeId>,
+    first: Table<Sum, NodeId>,
 }
 
 impl Sums {

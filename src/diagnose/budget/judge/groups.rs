@@ -27,7 +27,7 @@ impl Selection<'_> {
         base.push(self.residual().clone());
         let k = term.columns.len();
         let own_at = self.ranges(model)[at].start;
-        let weights: Vec<f64> = self.scale.iter().map(|scale| scale.powi(-2)).collect();
+        let weights = self.weights();
         let n = base.len() - 1;
         let mut best: Option<(Label, f64, f64)> = None;
         for grouping in &pieces.labels {
