@@ -47,6 +47,8 @@ mod noise_text;
 pub mod power;
 #[cfg(feature = "cli")]
 pub mod power_text;
+#[cfg(feature = "cli")]
+mod rows_text;
 mod sentences;
 pub mod smoothing;
 pub mod table;

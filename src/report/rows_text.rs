@@ -1,0 +1,188 @@
+//! The budget of the gap as a table: rows with their values, and the remainder.
+
+use crate::diagnose::Diagnosis;
+use crate::diagnose::budget::answer::{Remainder, Row};
+use crate::estimate::calibrate::Estimate;
+use crate::report::figure;
+use crate::report::layout::{drawn, table};
+use crate::report::text::{residual_unit, unit_of};
+use crate::units::Unit;
+
+/// Values of a row that stand in the table; the others follow it.
+pub(super) const SHORT: usize = 2;
+/// Parts of the remainder below this share of the gap are counted, not listed.
+const SMALL: f64 = 0.01;
+
+/// The budget of the gap: rows and the remainder.
+pub(super) fn budget(diagnosis: &Diagnosis) -> String {
+    if diagnosis.rows.is_empty() && diagnosis.remainder.is_empty() {
+        return String::new();
+    }
+    let mut rows = table(&["effect", "value (k = 1)", "closes", "alone", "posterior", "remarks"]);
+    for one in &diagnosis.rows {
+        rows.add_row([
+            group(one),
+            short(one),
+            share(one.closes),
+            share(one.alone),
+            percent(one.posterior),
+            remarks(one),
+        ]);
+    }
+    let mut small = 0;
+    for (number, one) in diagnosis.remainder.iter().enumerate() {
+        if number > 0 && one.share < SMALL {
+            small += 1;
+            continue;
+        }
+        rows.add_row([
+            "remainder".to_owned(),
+            size(diagnosis, one),
+            share(one.share),
+            String::new(),
+            String::new(),
+            remainder_words(one),
+        ]);
+    }
+    let small = match small {
+        0 => String::new(),
+        1 => "One more part of the remainder is below 1 % of the gap.\n".to_owned(),
+        count => format!("{count} more parts of the remainder are below 1 % of the gap each.\n"),
+    };
+    format!("\n{}{small}", drawn(&rows))
+}
+
+/// A row with the effects that are reported with it.
+fn group(row: &Row) -> String {
+    let others = row.grouped().map(|other| format!(" ~ {}", other.name));
+    let form = row.variant.map_or_else(String::new, |form| format!(", {}", form.words()));
+    row.name.clone() + &form + &others.collect::<String>()
+}
+
+/// The first values of a row.
+fn short(row: &Row) -> String {
+    let shown: Vec<String> = row.values.iter().take(SHORT).map(value).collect();
+    let more = if row.values.len() > SHORT { " …" } else { "" };
+    shown.join(", ") + more
+}
+
+fn value(one: &Estimate) -> String {
+    let name = one.name.rsplit_once('.').map_or(one.name.as_str(), |(_, last)| last);
+    match one.value {
+        None => format!("{name} not determined"),
+        Some(value) => format!("{name} {}", measured(one, value)),
+    }
+}
+
+fn measured(one: &Estimate, value: f64) -> String {
+    match (one.sigma, one.bound) {
+        (None, Some(bound)) => {
+            let value = figure::value(value, None, &one.declared);
+            format!("{value} (at its {} bound)", bound.word())
+        }
+        (sigma, _) => figure::measured(value, sigma.unwrap_or(f64::NAN), &one.declared),
+    }
+}
+
+/// Aliases and confounded rows.
+fn remarks(row: &Row) -> String {
+    let mut remarks = Vec::new();
+    if !row.aliases.is_empty() {
+        remarks.push(format!("alias: {}", row.aliases.join(", ")));
+    }
+    if let Some(words) = &row.unmodelled_alias {
+        remarks.push(format!("{words} would fit as well"));
+    }
+    let rows = row.confounded.iter().filter(|other| other.is_row);
+    for other in rows.chain(row.grouped()) {
+        let (name, correlation) = (&other.name, other.correlation);
+        remarks.push(format!("confounded with {name} (r = {correlation:.3})"));
+    }
+    remarks.join("; ")
+}
+
+/// How large a part of the remainder is.
+fn size(diagnosis: &Diagnosis, one: &Remainder) -> String {
+    let Some((rms, measurand)) = &one.rms else { return String::new() };
+    let declared = unit_of(&diagnosis.nominal, measurand);
+    let of = |size: f64| figure::size(size, &residual_unit(size, &declared));
+    match one.amplitude {
+        Some(amplitude) => format!("amplitude {}, rms {}", of(amplitude), of(*rms)),
+        None => format!("rms {} in {measurand}", of(*rms)),
+    }
+}
+
+fn remainder_words(one: &Remainder) -> String {
+    let nearest = one.nearest.as_ref().map_or_else(String::new, |(name, share)| {
+        format!("; nearest: {name}, {:.0} %", 100.0 * share)
+    });
+    format!("{}{nearest}", one.place.words)
+}
+
+/// All values of rows that have more than the table shows, and members of families.
+pub(super) fn values(diagnosis: &Diagnosis) -> String {
+    let mut text = String::new();
+    for row in &diagnosis.rows {
+        let is_grouped = row.grouped().any(|other| !other.joint.is_empty());
+        if row.values.len() <= SHORT && row.member.is_empty() && !is_grouped {
+            continue;
+        }
+        text.push_str(&format!("\n{}\n", row.name));
+        for (family, value) in &row.member {
+            let unit = family_unit(diagnosis, &row.name, family);
+            let shown = match row.member_sigma.get(family) {
+                Some(sigma) => figure::measured(*value, *sigma, &unit),
+                None => figure::value(*value, None, &unit),
+            };
+            text.push_str(&format!("  {family} {shown}\n"));
+        }
+        for one in &row.values {
+            let of = one.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
+            let shown = one.value.map_or_else(
+                || "is not determined by these readings".to_owned(),
+                |value| format!("= {}", measured(one, value)),
+            );
+            text.push_str(&format!("  {}{of} {shown}\n", one.name));
+        }
+        text.push_str(&joint(row));
+    }
+    text
+}
+
+/// The values of a row and of effects that are reported with it, where both are in the fit.
+fn joint(row: &Row) -> String {
+    let mut text = String::new();
+    for other in row.grouped().filter(|other| !other.joint.is_empty()) {
+        text.push_str(&format!("  with {} in the fit, too:\n", other.name));
+        for (size, sigma) in &other.joint {
+            let of = size.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
+            let shown = figure::measured(size.value, *sigma, &size.unit);
+            text.push_str(&format!("    {}{of} = {shown}\n", size.parameter));
+        }
+    }
+    text
+}
+
+/// The unit in which a family of an effect is declared.
+fn family_unit(diagnosis: &Diagnosis, effect: &str, family: &str) -> Unit {
+    let steps = diagnosis.steps.iter();
+    let recipes = steps.flat_map(|steps| &steps.last().recipes);
+    let mut effects = recipes.flat_map(|recipe| &recipe.effects);
+    let own = effects.find(|one| effect.split('.').next() == Some(one.effect.name.as_str()));
+    let shape = own.and_then(|one| one.effect.shape.get(family));
+    shape.map_or_else(Unit::one, |shape| shape.unit.clone())
+}
+
+/// A share of the gap.
+pub(super) fn share(part: f64) -> String {
+    format!("{:.0} %", 100.0 * part)
+}
+
+/// A probability: no certainty.
+fn percent(probability: f64) -> String {
+    match 100.0 * probability {
+        most if most > 99.9 => "> 99.9 %".to_owned(),
+        least if least < 0.1 => "< 0.1 %".to_owned(),
+        between => format!("{between:.1} %"),
+    }
+}
