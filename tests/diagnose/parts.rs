@@ -8,6 +8,7 @@ use homepoint::diagnose::budget::in_fit::Row;
 use homepoint::diagnose::budget::linear::Linear;
 use homepoint::diagnose::budget::pieces::{FOLDS, Pieces};
 use homepoint::diagnose::budget::selection::Selection;
+use homepoint::diagnose::budget::selection::exchange::Exchange;
 use homepoint::diagnose::evidence::Evidence;
 use homepoint::diagnose::fitted::Fitted;
 use homepoint::diagnose::gap::Drop;
@@ -125,6 +126,32 @@ fn a_drop_is_what_two_fits_without_the_fold_leave_of_a_run() {
         let found = drops[run].taken;
         assert!(due > 100.0, "{run}: {due}");
         assert!((found - due).abs() < 0.01 * due.abs().max(1.0), "{run}: {found} {due}");
+    }
+}
+
+/// Without factoring again, what is found in the place of a term is what is found beside the rest.
+#[test]
+fn what_would_stand_in_the_place_of_a_term_is_the_best_beside_the_others() {
+    let (_, fitted) = example();
+    let wanted = Wanted::default();
+    let linear = Linear::new(fitted, &[], &wanted, true, &mut Families::default()).unwrap();
+    let mut selection = Selection::new(&linear.sums, &linear.terms, &linear.active);
+    let pool: Vec<usize> = (0..linear.terms.len()).collect();
+    let mut model = Vec::new();
+    for _ in 0..4 {
+        let best = selection.ranked(&model, &pool, 0.0)[0];
+        model.push(best.term);
+        selection.set_scale(&model);
+    }
+    let exchange = Exchange::new(&selection, &model, &pool);
+    for number in 0..model.len() {
+        let rest: Vec<usize> = model.iter().copied().filter(|own| *own != model[number]).collect();
+        let others: Vec<usize> =
+            pool.iter().copied().filter(|term| !model.contains(term)).collect();
+        let due = selection.ranked(&rest, &others, 0.0)[0];
+        let found = exchange.best(number, |_| true).unwrap();
+        assert_eq!((found.term, found.gain.degrees), (due.term, due.gain.degrees));
+        assert!((found.ln_bayes - due.ln_bayes).abs() < 1e-6 * due.gain.gain.max(1.0));
     }
 }
 

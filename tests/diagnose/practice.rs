@@ -76,10 +76,10 @@ fn the_gap_closes_on_readings_that_were_not_fitted_to() {
     assert!(gap.closed > 0.99);
     let [low, high] = gap.closed_interval;
     assert!(low > 0.9 && high <= 1.0);
-    // No less than within the fit: left out, a run does not pull parameters to make up for the
-    // effect.
+    // No less than within the fit: left out, a fifth of the runs does not pull parameters to make up
+    // for the effect.
     assert!(gap.held_out_drop > gap.lambda.powi(2), "{gap:?}");
-    assert!(gap.held_out_drop < 1.2 * gap.lambda.powi(2), "{gap:?}");
+    assert!(gap.held_out_drop < 1.25_f64.powi(2) * gap.lambda.powi(2), "{gap:?}");
     for ((name, before), (_, after)) in gap.before.iter().zip(&gap.after) {
         assert!(after <= before, "{name}");
     }

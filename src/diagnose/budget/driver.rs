@@ -160,11 +160,18 @@ impl Search<'_> {
         linear.without_own_covariates(&self.still);
         let mut model = linear.rows();
         let mut scale: Vec<f64> = Vec::new();
+        let mut instead = None;
         for round in 0..=CHANGE_ROUNDS {
             let mut selection = self.selection(&linear);
             let pools = Pools::of(&selection);
             model = selection.search(&model, &pools, &mut self.log);
             scale.clone_from(&selection.scale);
+            if round < CHANGE_ROUNDS && selection.has_most_blocks(&model) {
+                instead = instead_of_blocks(&linear, &selection, &model);
+                if instead.is_some() {
+                    break;
+                }
+            }
             let found = if round < CHANGE_ROUNDS {
                 changes(&linear, &selection, &model)
             } else {
@@ -180,13 +187,8 @@ impl Search<'_> {
         }
         let mut selection = self.selection(&linear);
         selection.adopt_scale(&scale);
-        // What changes at a moment is no noise.
-        let stays = |term: &usize| {
-            let term = &selection.terms[*term];
-            term.is_effect() || term.change.is_some()
-        };
-        let kept: Vec<usize> = model.iter().copied().filter(stays).collect();
-        if let Some(noise) = instead_of_blocks(&linear, &selection, &model, &kept) {
+        let instead = instead.or_else(|| instead_of_blocks(&linear, &selection, &model));
+        if let Some(noise) = instead {
             drop(selection);
             self.log.push("noise explains more than blocks".to_owned());
             let fitted = linear.fitted.clone();

@@ -52,9 +52,7 @@ impl Selection<'_> {
         let mut small: Vec<usize> = Vec::new();
         loop {
             for _ in 0..MOST_BLOCKS {
-                let ranked = self.ranked(&model, &pools.blocks, 0.0);
-                let best = ranked.first().copied().filter(|best| best.ln_bayes >= ENTER);
-                let Some(best) = best else { break };
+                let Some(best) = self.best_block(&model, &pools) else { break };
                 log.push(format!("+ {} ({:.1})", self.terms[best.term].name, best.ln_bayes));
                 let block = self.beside_rows(&model, best.term);
                 model.push(block);
@@ -226,7 +224,7 @@ impl Selection<'_> {
 
     /// How much of the squared length of a row's form the blocks of the model leave to it.
     fn own_share(&self, model: &[usize], at: usize) -> f64 {
-        let (values, _) = self.solved(model);
+        let values = self.values(model);
         let form = values.rows(self.ranges(model)[at].start, self.terms[model[at]].columns.len());
         let others: Vec<usize> = model.iter().copied().filter(|term| *term != model[at]).collect();
         let rows: Vec<usize> =

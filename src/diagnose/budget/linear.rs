@@ -224,7 +224,7 @@ impl Linear {
     /// Values of a term's parameters beside a model, as the sums find them best.
     pub fn start(&self, selection: &Selection<'_>, model: &[usize], term: usize) -> Start {
         let with = [model, &[term]].concat();
-        let (values, _) = selection.solved(&with);
+        let values = selection.values(&with);
         let own = &selection.terms[term].columns;
         let first = values.len() - own.len();
         let mut sums: BTreeMap<usize, f64> = BTreeMap::new();

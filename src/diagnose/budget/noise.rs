@@ -53,7 +53,7 @@ pub fn components(
     model: &[usize],
     see: &mut dyn FnMut(&Values<'_>, f64),
 ) -> BTreeMap<(usize, usize, usize), Component> {
-    let (values, _) = selection.solved(model);
+    let values = selection.values(model);
     let mut components: BTreeMap<(usize, usize, usize), Component> = BTreeMap::new();
     linear.visit(selection, model, &[], &mut |row: Values<'_>| {
         let explained: f64 = row.model.iter().zip(values.iter()).map(|(x, b)| x * b).sum();

@@ -20,15 +20,20 @@ pub enum Instead {
     OfRuns(Vec<OfRun>),
 }
 
-/// The noise that explains more than the blocks of a model do, if there is one; `rows` are what
-/// stays of the model beside it.
+/// The noise that explains more than the blocks of a model do, if there is one. What changes at a
+/// moment is no noise: it stays beside it, as rows do.
 pub fn instead_of_blocks(
     linear: &Linear,
     selection: &Selection<'_>,
     model: &[usize],
-    rows: &[usize],
 ) -> Option<Instead> {
     let problem = &linear.fitted.problem;
+    let stays = |term: &usize| {
+        let term = &selection.terms[*term];
+        term.is_effect() || term.change.is_some()
+    };
+    let rows: Vec<usize> = model.iter().copied().filter(stays).collect();
+    let rows = rows.as_slice();
     let mut of_rows = selection.clone();
     of_rows.set_scale(rows);
     let mut by_blocks = selection.ln_price_of(rows) - selection.ln_price_of(model);

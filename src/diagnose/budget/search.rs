@@ -7,7 +7,8 @@
 //! place, two at once where none enters by itself (`pair`). Whether a row stands is for
 //! [`super::judge`] to say.
 
-use super::selection::Selection;
+use super::selection::exchange::Exchange;
+use super::selection::{Ranked, Selection};
 use crate::diagnose::thresholds::{ENTER, MOST_ROWS, SWAP, TIE};
 
 mod pair;
@@ -16,6 +17,9 @@ mod pair;
 const MOST: usize = 40;
 /// Rounds of blocks and effects.
 const ROUNDS: usize = 6;
+/// Values of blocks from which no more of them enter: what so many do not explain is for noise to
+/// explain, if anything is.
+const MOST_VALUES: usize = 400;
 /// Swaps at most.
 const SWAPS: usize = 12;
 
@@ -56,8 +60,7 @@ impl Selection<'_> {
             }
             let before = sorted(&model);
             self.set_scale(&model);
-            let best = self.ranked(&model, &pools.blocks, 0.0);
-            if let Some(best) = best.first().copied().filter(|best| best.ln_bayes >= ENTER) {
+            if let Some(best) = self.best_block(&model, pools) {
                 self.note(log, "+", best.term, best.ln_bayes);
                 let block = self.beside_rows(&model, best.term);
                 model.push(block);
@@ -73,6 +76,22 @@ impl Selection<'_> {
         }
         self.set_scale(&model);
         model
+    }
+
+    /// The block that enters next beside a model.
+    pub(super) fn best_block(&self, model: &[usize], pools: &Pools) -> Option<Ranked> {
+        if self.has_most_blocks(model) {
+            return None;
+        }
+        let ranked = self.ranked(model, &pools.blocks, 0.0);
+        ranked.first().copied().filter(|best| best.ln_bayes >= ENTER)
+    }
+
+    /// Whether a model has so many blocks that no more of them enter.
+    pub fn has_most_blocks(&self, model: &[usize]) -> bool {
+        let terms = model.iter().map(|term| &self.terms[*term]);
+        let values = terms.filter(|term| !term.is_effect()).map(|term| term.columns.len());
+        values.sum::<usize>() >= MOST_VALUES
     }
 
     /// Lets the terms of a pool enter one after the other.
@@ -122,33 +141,33 @@ impl Selection<'_> {
 
     /// Exchanges rows for better ones.
     fn swap(&self, mut model: Vec<usize>, pools: &Pools, log: &mut Log) -> Vec<usize> {
-        let simple = |degrees: usize| -> Vec<usize> {
-            let is_simple = |block: &&usize| {
-                let term = &self.terms[**block];
-                !term.is_of_runs && term.columns.len() <= degrees
-            };
-            pools.blocks.iter().filter(is_simple).copied().collect()
-        };
         for _ in 0..SWAPS {
+            if model.is_empty() {
+                break;
+            }
+            let gains = self.contributions(&model);
+            let is_effect = |term: usize| self.terms[term].is_effect();
+            let rows = model.iter().zip(&gains).filter(|(term, _)| is_effect(**term));
+            let widest = rows.map(|(_, gain)| gain.degrees).max().unwrap_or(0);
+            let is_simple = |block: usize, degrees: usize| {
+                let term = &self.terms[block];
+                !term.is_effect() && !term.is_of_runs && term.columns.len() <= degrees
+            };
+            let simple = pools.blocks.iter().filter(|block| is_simple(**block, widest));
+            let pool: Vec<usize> = pools.effects.iter().chain(simple).copied().collect();
+            let exchange = Exchange::new(self, &model, &pool);
             let mut best: Option<(f64, usize, usize)> = None;
-            for (term, gain) in model.iter().zip(self.contributions(&model)) {
-                let rest: Vec<usize> = model.iter().copied().filter(|own| own != term).collect();
-                let own = self.ln_bayes_factor(*term, gain);
-                let mut found: Vec<(f64, usize)> = Vec::new();
-                for one in self.ranked(&rest, &pools.effects, 0.0).into_iter().take(2) {
-                    if one.term != *term && one.ln_bayes >= ENTER.max(own + TIE) {
-                        found.push((one.ln_bayes - own, one.term));
-                    }
-                }
-                if self.terms[*term].is_effect() {
-                    let plain = simple(gain.degrees);
-                    let ranked = self.ranked(&rest, &plain, 0.0);
-                    let better = ranked.first().filter(|one| one.ln_bayes >= ENTER.max(own) + TIE);
-                    found.extend(better.map(|one| (one.ln_bayes - own, one.term)));
-                }
-                for (gained, other) in found {
+            for (number, (term, gain)) in model.iter().zip(&gains).enumerate() {
+                let own = self.ln_bayes_factor(*term, *gain);
+                let effect = exchange.best(number, is_effect);
+                let effect = effect.filter(|one| one.ln_bayes >= ENTER.max(own + TIE));
+                let is_plain = |block: usize| is_simple(block, gain.degrees);
+                let block = if is_effect(*term) { exchange.best(number, is_plain) } else { None };
+                let block = block.filter(|one| one.ln_bayes >= ENTER.max(own) + TIE);
+                for found in effect.into_iter().chain(block) {
+                    let gained = found.ln_bayes - own;
                     if best.is_none_or(|(known, ..)| gained > known) {
-                        best = Some((gained, *term, other));
+                        best = Some((gained, *term, found.term));
                     }
                 }
             }

@@ -12,11 +12,14 @@ use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use self::normal::{Factored, factored, gain_of};
+use self::combined::Combined;
+use self::normal::{Factored, gain_of};
 use super::sums::{Sums, Weighted};
 use super::terms::{Change, Combination, Term};
 use crate::diagnose::price::{Gain, ln_bayes_factor, price};
 
+mod combined;
+pub mod exchange;
 mod forms;
 pub mod normal;
 mod scale;
@@ -129,23 +132,15 @@ impl<'a> Selection<'a> {
     /// With the inverse covariance, beforehand, of the values of some columns: where they begin.
     fn factored_under(&self, model: &[usize], priors: &[(usize, DMatrix<f64>)]) -> Factored {
         let columns = self.columns(model);
-        let n = columns.len();
-        let mut matrix = DMatrix::zeros(n, n);
-        for i in 0..n {
-            for j in 0..=i {
-                let sum = self.product(&columns[i], &columns[j]);
-                matrix[(i, j)] = sum;
-                matrix[(j, i)] = sum;
-            }
-        }
+        let combined = Combined::of(&columns);
+        let mut matrix = combined.squares(|a, b| self.weighted.product(a, b));
         for (first, prior) in priors {
             let mut own = matrix.view_mut((*first, *first), prior.shape());
             own += prior;
         }
-        let score = DVector::from_fn(n, |i, _| self.score_of(&columns[i]));
-        let (inverse, length) = factored(&matrix);
-        let half = &inverse * score.component_div(&length);
-        Factored { columns, inverse, length, half }
+        let score =
+            DVector::from_iterator(columns.len(), columns.iter().map(|one| self.score_of(one)));
+        Factored::of(columns, combined, &matrix, &score)
     }
 
     /// Squared length of a column.
@@ -156,6 +151,11 @@ impl<'a> Selection<'a> {
     /// Chi squared of a model.
     pub fn chi_squared(&self, model: &[usize]) -> f64 {
         self.product(&self.residual, &self.residual) - self.factored(model).half.norm_squared()
+    }
+
+    /// Values of the columns of a model.
+    pub fn values(&self, model: &[usize]) -> DVector<f64> {
+        self.factored(model).values()
     }
 
     /// Values of the columns of a model, and their covariance.
@@ -186,20 +186,30 @@ impl<'a> Selection<'a> {
         model: &Factored,
         columns: &[Combination],
     ) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
-        let (n, k) = (model.columns.len(), columns.len());
-        let mut across = DMatrix::zeros(n, k);
-        for (j, column) in columns.iter().enumerate() {
-            for i in 0..n {
-                across[(i, j)] = self.product(&model.columns[i], column) / model.length[i];
-            }
+        let (left, score, raw, _) = self.across(model, columns);
+        (left, score, raw)
+    }
+
+    /// The same with `L⁻¹ H_Mj`, columns of the model scaled.
+    fn across(
+        &self,
+        model: &Factored,
+        columns: &[Combination],
+    ) -> (DMatrix<f64>, DVector<f64>, DVector<f64>, DMatrix<f64>) {
+        let k = columns.len();
+        let product = |a, b| self.weighted.product(a, b);
+        let combined = Combined::of(columns);
+        let mut across = model.combined.products(&combined, product);
+        for mut column in across.column_iter_mut() {
+            column.component_div_assign(&model.length);
         }
         let across = &model.inverse * across;
-        let own = DMatrix::from_fn(k, k, |i, j| self.product(&columns[i], &columns[j]));
+        let own = combined.squares(product);
         let raw = own.diagonal().map(|square| square.max(0.0).sqrt());
         let score = DVector::from_fn(k, |j, _| self.score_of(&columns[j]));
-        let left = own - across.tr_mul(&across);
+        let left = own - across.transpose() * &across;
         let score = score - across.tr_mul(&model.half);
-        (left, score, raw)
+        (left, score, raw, across)
     }
 
     /// What a term takes off chi squared beside a model.
@@ -254,9 +264,9 @@ impl<'a> Selection<'a> {
     /// What each term of a model contributes beyond the others: with `C` the covariance of its values
     /// `v` beside these, `S = C⁻¹` and `g = S v`.
     pub fn contributions(&self, model: &[usize]) -> Vec<Gain> {
-        let (values, covariance) = self.solved(model);
+        let factored = self.factored(model);
+        let (values, covariance) = factored.solved();
         let gain = |(term, range): (&usize, Range<usize>)| {
-            let columns = &self.terms[*term].columns;
             let (at, k) = (range.start, range.len());
             let own = covariance.view((at, at), (k, k)).into_owned();
             let Some(factor) = Cholesky::new(own) else {
@@ -265,8 +275,7 @@ impl<'a> Selection<'a> {
             };
             let left = factor.inverse();
             let score = &left * values.rows(at, k);
-            let square = |column| self.square(column).max(0.0).sqrt();
-            gain_of(&left, &score, &DVector::from_iterator(k, columns.iter().map(square)))
+            gain_of(&left, &score, &factored.length.rows(at, k).into_owned())
         };
         model.iter().zip(self.ranges(model)).map(gain).collect()
     }

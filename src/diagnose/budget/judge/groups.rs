@@ -65,7 +65,7 @@ impl Selection<'_> {
             let raw = own.diagonal().map(|square: f64| square.max(0.0).sqrt());
             let half = &inverse * DVector::from_fn(n, |i, _| whole[(i, n)] / length[i]);
             let across = &inverse * across;
-            let left = own - across.tr_mul(&across);
+            let left = own - across.transpose() * &across;
             let score = score - across.tr_mul(&half);
             let gain = gain_of(&left, &score, &raw);
             if gain.degrees == 0 {

@@ -38,17 +38,24 @@ impl Selection<'_> {
     /// form keeps what it explains; the block explains the rest.
     pub fn beside_rows(&mut self, model: &[usize], block: usize) -> usize {
         let with = [model, &[block]].concat();
-        let within: Vec<usize> = model
-            .iter()
-            .copied()
-            .filter(|term| self.terms[*term].is_effect())
-            .filter(|term| {
-                let rest: Vec<usize> = with.iter().copied().filter(|own| own != term).collect();
-                let before: Vec<usize> = model.iter().copied().filter(|own| own != term).collect();
-                self.form_left(&rest, model, *term)
-                    < CONTAINED * self.form_left(&before, model, *term)
-            })
-            .collect();
+        let (values, beside_model) = self.solved(model);
+        let (_, beside_block) = self.solved(&with);
+        let mut within = Vec::new();
+        for (term, range) in model.iter().zip(self.ranges(model)) {
+            let (at, k) = (range.start, range.len());
+            // The inverse of its covariance is what the others leave of a term.
+            let left = |covariance: &DMatrix<f64>| {
+                let factor = Cholesky::new(covariance.view((at, at), (k, k)).into_owned())?;
+                let form = values.rows(at, k).into_owned();
+                Some(form.dot(&factor.solve(&form)))
+            };
+            if self.terms[*term].is_effect()
+                && let (Some(after), Some(before)) = (left(&beside_block), left(&beside_model))
+                && after < CONTAINED * before
+            {
+                within.push(*term);
+            }
+        }
         if within.is_empty() {
             return block;
         }
@@ -132,7 +139,7 @@ impl Selection<'_> {
 
     /// Squared length of what a model leaves of the form that a term has in another one.
     pub fn form_left(&self, beside: &[usize], model: &[usize], term: usize) -> f64 {
-        let (values, _) = self.solved(model);
+        let values = self.values(model);
         let mut places = model.iter().zip(self.ranges(model));
         let place = places.find(|(own, _)| **own == term).map_or(0..0, |(_, place)| place);
         let form = values.rows(place.start, place.len()).into_owned();

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::combined::Combined;
 use crate::diagnose::budget::terms::Combination;
 use crate::diagnose::evidence::basis::basis;
 use crate::diagnose::price::Gain;
@@ -16,6 +17,7 @@ const RIDGE: f64 = 1e-10;
 pub struct Factored {
     /// The columns: nominal ones, then those of the terms.
     pub columns: Vec<Combination>,
+    pub(super) combined: Combined,
     /// `L⁻¹`, `L` their Cholesky factor: one product with it is quicker than a triangular solution.
     pub inverse: DMatrix<f64>,
     /// The lengths that the columns are scaled by.
@@ -25,16 +27,43 @@ pub struct Factored {
 }
 
 impl Factored {
+    /// Columns with their products, and those with the residual.
+    pub(super) fn of(
+        columns: Vec<Combination>,
+        combined: Combined,
+        matrix: &DMatrix<f64>,
+        score: &DVector<f64>,
+    ) -> Self {
+        let (inverse, length) = factored(matrix);
+        let half = &inverse * score.component_div(&length);
+        Self { columns, combined, inverse, length, half }
+    }
+
+    /// The values of the columns.
+    pub fn values(&self) -> DVector<f64> {
+        self.inverse.tr_mul(&self.half).component_div(&self.length)
+    }
+
     /// The values of the columns and their covariance.
     pub fn solved(&self) -> (DVector<f64>, DMatrix<f64>) {
-        let values = self.inverse.tr_mul(&self.half).component_div(&self.length);
-        let mut covariance = self.inverse.tr_mul(&self.inverse);
-        for (j, mut column) in covariance.column_iter_mut().enumerate() {
-            column.component_div_assign(&self.length);
-            column /= self.length[j];
-        }
-        (values, covariance)
+        solved(&self.inverse, &self.length, &self.half)
     }
+}
+
+/// Values and covariance from `L⁻¹`, the lengths and `L⁻¹ b`.
+pub(super) fn solved(
+    inverse: &DMatrix<f64>,
+    length: &DVector<f64>,
+    half: &DVector<f64>,
+) -> (DVector<f64>, DMatrix<f64>) {
+    let values = inverse.tr_mul(half).component_div(length);
+    // Of transposed factors there is no blocked product.
+    let mut covariance = inverse.transpose() * inverse;
+    for (j, mut column) in covariance.column_iter_mut().enumerate() {
+        column.component_div_assign(length);
+        column /= length[j];
+    }
+    (values, covariance)
 }
 
 /// The gain of a score `g` with Schur complement `S`.

@@ -1,7 +1,10 @@
 //! Noise scale factors of measurands that follow from a model.
 
+use nalgebra::DMatrix;
+
 use super::Selection;
-use crate::diagnose::budget::terms::Combination;
+use super::combined::Combined;
+use super::normal::{factored, solved};
 
 /// Rounds in which noise scale factors and model settle.
 const ROUNDS: usize = 3;
@@ -10,46 +13,41 @@ impl Selection<'_> {
     /// Lets the noise scale factors follow from a model: the residual sum of squares of each
     /// measurand over its readings less the model's degrees of freedom.
     pub fn set_scale(&mut self, model: &[usize]) {
+        let mut columns = self.columns(model);
+        let n = columns.len();
+        columns.push(self.residual.clone());
+        let combined = Combined::of(&columns);
+        let prior = combined.squares(|a, b| self.weighted.prior(a, b));
+        let measurands = (0..self.scale.len()).filter(|one| self.sums.readings[*one] > 0);
+        let sums: Vec<(usize, DMatrix<f64>)> = measurands
+            .map(|one| (one, combined.squares(|a, b| self.sums.product_in(one, a, b))))
+            .collect();
         for _ in 0..ROUNDS {
-            let (values, covariance) = self.solved(model);
-            let columns = self.columns(model);
-            let mut vector = self.residual.clone();
-            for (column, value) in columns.iter().zip(values.iter()) {
-                vector.extend(column.iter().map(|(own, by)| (*own, -by * value)));
+            let mut whole = prior.clone();
+            for (measurand, own) in &sums {
+                let weight = self.scale[*measurand].powi(-2);
+                whole.zip_apply(own, |sum, value| *sum += weight * value);
             }
-            let mut next = self.scale.clone();
-            for (measurand, next) in next.iter_mut().enumerate() {
-                let readings = self.sums.readings[measurand] as f64;
-                if readings == 0.0 {
-                    continue;
-                }
-                let product = |a: &Combination, b: &Combination| -> f64 {
-                    let with = |(i, p): &(usize, f64)| {
-                        let sum =
-                            |(j, q): &(usize, f64)| q * self.sums.product_in(measurand, *i, *j);
-                        p * b.iter().map(sum).sum::<f64>()
-                    };
-                    a.iter().map(with).sum()
-                };
-                let square = product(&vector, &vector);
-                let mut freedom = 0.0;
-                for (i, a) in columns.iter().enumerate() {
-                    for (j, b) in columns.iter().enumerate().take(i + 1) {
-                        let times = if i == j { 1.0 } else { 2.0 };
-                        freedom += times * covariance[(i, j)] * product(a, b);
-                    }
-                }
-                freedom /= self.scale[measurand].powi(2);
-                *next = (square.max(0.0) / (readings - freedom).max(1.0)).sqrt().max(1e-12);
+            let score = whole.view((0, n), (n, 1)).column(0).into_owned();
+            let (inverse, length) = factored(&whole.view((0, 0), (n, n)).into_owned());
+            let half = &inverse * score.component_div(&length);
+            let (values, covariance) = solved(&inverse, &length, &half);
+            let left = values.insert_row(n, -1.0);
+            let mut change = 0.0_f64;
+            for (measurand, own) in &sums {
+                let scale = &mut self.scale[*measurand];
+                let square = left.dot(&(own * &left)).max(0.0);
+                let freedom = covariance.dot(&own.view((0, 0), (n, n))) / scale.powi(2);
+                let readings = self.sums.readings[*measurand] as f64;
+                let next = (square / (readings - freedom).max(1.0)).sqrt().max(1e-12);
+                change = change.max((next / *scale - 1.0).abs());
+                *scale = next;
             }
-            let change = next.iter().zip(&self.scale).map(|(new, old)| (new / old - 1.0).abs());
-            let is_settled = change.fold(0.0, f64::max) < 1e-4;
-            self.scale = next;
-            self.weigh();
-            if is_settled {
+            if change < 1e-4 {
                 break;
             }
         }
+        self.weigh();
     }
 
     /// The same noise scale factors as another selection.

@@ -47,9 +47,14 @@ impl<'a> Weighted<'a> {
         let sum: f64 = of_readings
             .map(|(measurand, weight)| weight * self.sums.product_in(measurand, a, b))
             .sum();
+        sum + self.prior(a, b)
+    }
+
+    /// The product of two columns in the rows of prior knowledge.
+    pub fn prior(&self, a: usize, b: usize) -> f64 {
         match (self.prior_at.get(a), self.prior_at.get(b)) {
-            (Some(a), Some(b)) => sum + self.prior[(a, b)],
-            _ => sum,
+            (Some(a), Some(b)) => self.prior[(a, b)],
+            _ => 0.0,
         }
     }
 

@@ -1,0 +1,82 @@
+//! What terms would gain in the place of one term of a model, for each of its terms: the model is
+//! factored once.
+//!
+//! With `C` the covariance of the model's values `v`, and of a candidate `j` the Schur complement `S`
+//! and score `g` beside the model and `w = C H_Mj`, both without the term `t` are
+//! `S + w_tᵀ C_tt⁻¹ w_t` and `g + w_tᵀ C_tt⁻¹ v_t`: the inverse of a matrix without a block.
+
+use std::ops::Range;
+
+use nalgebra::linalg::Cholesky;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::normal::gain_of;
+use super::{Ranked, Selection};
+
+/// Candidates beside a model.
+#[derive(Debug)]
+pub struct Exchange<'s> {
+    selection: &'s Selection<'s>,
+    model: Vec<usize>,
+    ranges: Vec<Range<usize>>,
+    values: DVector<f64>,
+    covariance: DMatrix<f64>,
+    candidates: Vec<Candidate>,
+}
+
+#[derive(Debug)]
+struct Candidate {
+    term: usize,
+    left: DMatrix<f64>,
+    score: DVector<f64>,
+    raw: DVector<f64>,
+    /// `C H_Mj`.
+    taken_up: DMatrix<f64>,
+}
+
+impl<'s> Exchange<'s> {
+    /// Of the terms of a pool that may enter a model.
+    pub fn new(selection: &'s Selection<'s>, model: &[usize], pool: &[usize]) -> Self {
+        let factored = selection.factored(model);
+        let back = factored.inverse.transpose();
+        let candidate = |term: &usize| {
+            let columns = &selection.terms[*term].columns;
+            let (left, score, raw, across) = selection.across(&factored, columns);
+            let mut taken_up = &back * across;
+            for mut column in taken_up.column_iter_mut() {
+                column.component_div_assign(&factored.length);
+            }
+            Candidate { term: *term, left, score, raw, taken_up }
+        };
+        let may_enter = |term: &&usize| selection.live[**term] && !model.contains(term);
+        let candidates = pool.par_iter().filter(may_enter).map(candidate).collect();
+        let (values, covariance) = factored.solved();
+        let ranges = selection.ranges(model);
+        Self { selection, model: model.to_vec(), ranges, values, covariance, candidates }
+    }
+
+    /// The best of some candidates in the place of a term of the model, by its number there.
+    pub fn best(&self, number: usize, is_one: impl Fn(usize) -> bool + Sync) -> Option<Ranked> {
+        let (at, k) = (self.ranges[number].start, self.ranges[number].len());
+        let own = Cholesky::new(self.covariance.view((at, at), (k, k)).into_owned());
+        let Some(own) = own else {
+            // Sums that do not determine its values.
+            let out = self.model[number];
+            let rest: Vec<usize> = self.model.iter().copied().filter(|one| *one != out).collect();
+            let pool = self.candidates.iter().map(|one| one.term).filter(|term| is_one(*term));
+            return self.selection.ranked(&rest, &pool.collect::<Vec<_>>(), 0.0).first().copied();
+        };
+        let values = own.solve(&self.values.rows(at, k).into_owned());
+        let ranked = self.candidates.par_iter().filter(|one| is_one(one.term)).map(|one| {
+            let taken_up = one.taken_up.rows(at, k);
+            let left = &one.left + taken_up.transpose() * own.solve(&taken_up.into_owned());
+            let gain = gain_of(&left, &(&one.score + taken_up.tr_mul(&values)), &one.raw);
+            let ln_bayes = self.selection.ln_bayes_factor(one.term, gain);
+            Ranked { term: one.term, gain, ln_bayes }
+        });
+        // The first of equals, whatever the number of threads.
+        let ranked: Vec<Ranked> = ranked.collect();
+        ranked.into_iter().rev().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes))
+    }
+}
