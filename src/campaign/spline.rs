@@ -273,6 +273,23 @@ impl Spline {
         Some(Self { gaps: self.gaps.clone(), ..Self::from_curve(self.origin, points.x, &curve) })
     }
 
+    /// The curve with a multiple of as much noise again as the raw values have brought into it, one
+    /// draw. `None` where no time constant was given.
+    pub(crate) fn noisier(
+        &self,
+        sigma: Option<f64>,
+        times: f64,
+        normal: &mut dyn FnMut() -> f64,
+    ) -> Option<Self> {
+        let [scatter, of_knot] = self.scatter?;
+        let sigma = of_knot * sigma.unwrap_or(scatter);
+        let y: Vec<f64> = self.knots.iter().map(|_| sigma * normal()).collect();
+        let points = Points { x: self.knots.to_vec(), count: vec![1.0; y.len()], y };
+        let noise = smoothing::by_time_constant(&points, self.time_constant);
+        let noise = Self::from_curve(self.origin, points.x, &noise);
+        Self::sum(0.0, &[(1.0, self), (times, &noise)])
+    }
+
     /// The effective time constant (s), see `smoothing`.
     pub fn time_constant(&self) -> f64 {
         self.time_constant

@@ -18,6 +18,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::campaign::record::Record;
 use crate::campaign::signal::Track;
+use crate::campaign::spline::Spline;
 use crate::engine::noise::{CHUNK, active_randoms, covariance_of};
 use crate::engine::part::Part;
 use crate::engine::point::Point;
@@ -46,6 +47,45 @@ impl Problem {
             }
         }
         is_noticed
+    }
+
+    /// The same readings over streams with as much noise again as they have, and with that noise
+    /// the other way round: sums over both, less those without, are what the noise does to a product
+    /// of two things that it moves. `None` where no stream is smoothed, and where the readings are
+    /// not kept in memory.
+    pub fn with_noisier_streams(&self) -> Option<[Self; 2]> {
+        let mut runs = self.parts.iter().flat_map(|part| &part.runs);
+        if runs.any(|run| run.record.is_spilled()) {
+            return None;
+        }
+        let mut both = [self.clone(), self.clone()];
+        let mut is_any = false;
+        for (problem, times) in both.iter_mut().zip([1.0, -1.0]) {
+            for (p, part) in self.parts.iter().enumerate() {
+                for (r, run) in part.runs.iter().enumerate() {
+                    let tracks = run.record.inputs();
+                    let noisier = |input: usize| {
+                        let (spline, sigma) = smoothed(part, tracks, input)?;
+                        let seed = ((self.run_index(p, r) << 16) | input) as u64;
+                        spline.noisier(sigma, times, &mut normal(seed))
+                    };
+                    let curves = (0..tracks.len()).filter_map(|input| {
+                        Some((input, Track::Logged(Arc::new(noisier(input)?))))
+                    });
+                    let curves: Vec<(usize, Track)> = curves.collect();
+                    if curves.is_empty() {
+                        continue;
+                    }
+                    is_any = true;
+                    problem.parts[p].runs[r].record.edit(|samples| {
+                        for (input, track) in curves {
+                            samples.inputs[input] = track;
+                        }
+                    });
+                }
+            }
+        }
+        is_any.then_some(both)
     }
 
     /// What errors of smoothed streams add to each measurand of a run (SI); 0 where it cannot be
@@ -138,12 +178,25 @@ impl Problem {
 
 /// The curve of an input whose `smooth` is stated, with one draw of its error.
 fn disturbed(part: &Part, tracks: &[Track], input: usize) -> Option<Track> {
+    let (spline, sigma) = smoothed(part, tracks, input)?;
+    let disturbed = spline.disturbed(sigma, &mut normal(input as u64 + 1))?;
+    Some(Track::Logged(Arc::new(disturbed)))
+}
+
+/// The curve of an input, and the standard deviation that is stated of its raw values.
+fn smoothed<'a>(
+    part: &Part,
+    tracks: &'a [Track],
+    input: usize,
+) -> Option<(&'a Spline, Option<f64>)> {
     let Track::Logged(spline) = &tracks[input] else { return None };
     let declared = &part.system.assembly.names.inputs[input];
     let stated = declared.error.map(|random| part.random_sigma[random]);
-    let mut numbers = ChaCha12Rng::seed_from_u64(input as u64 + 1);
-    let mut normal = || -> f64 { StandardNormal.sample(&mut numbers) };
-    spline
-        .disturbed(stated.filter(|sigma| *sigma > 0.0), &mut normal)
-        .map(|one| Track::Logged(Arc::new(one)))
+    Some((spline, stated.filter(|sigma| *sigma > 0.0)))
+}
+
+/// Normally distributed numbers.
+fn normal(seed: u64) -> impl FnMut() -> f64 {
+    let mut numbers = ChaCha12Rng::seed_from_u64(seed);
+    move || StandardNormal.sample(&mut numbers)
 }

@@ -16,6 +16,7 @@ use crate::diagnose::library::relaxed::with_variants;
 use crate::diagnose::library::structure::bent;
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::library::wanted::Wanted;
+use crate::engine::Problem;
 use crate::engine::signatures::Signatures;
 
 use crate::diagnose::thresholds::{OWN_EFFECT, RELAXED};
@@ -100,7 +101,14 @@ impl Linear {
         let all: Vec<&Candidate> = candidates.iter().collect();
         let signed = made.signatures(&fitted.problem, &all);
         let priors = fitted.fit.normal.priors.clone();
-        let sums = Sums::new(&fitted.problem, &fitted.fit.point, &signed, candidates.len(), priors);
+        let sums_of = |problem: &Problem| {
+            let (point, count) = (&fitted.fit.point, candidates.len());
+            Sums::new(problem, point, &signed, count, priors.clone())
+        };
+        let mut sums = sums_of(&fitted.problem);
+        if let Some(noisier) = fitted.problem.with_noisier_streams() {
+            sums.compare_with_noisier_streams(&noisier.each_ref().map(sums_of));
+        }
         let own = fitted.recipes.iter().flat_map(|recipe| recipe.library.own_effects());
         let own: BTreeSet<&str> = own.map(|effect| effect.name.as_str()).collect();
         let ln_prior = ln_priors(&candidates, wanted, &own);

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use self::combined::Combined;
-use self::normal::{Factored, gain_of};
+use self::normal::{Beside, Factored, gain_beyond_streams};
 use super::sums::{Sums, Weighted};
 use super::terms::{Change, Combination, Term};
 use crate::diagnose::price::{Gain, ln_bayes_factor, price};
@@ -42,6 +42,8 @@ pub struct Selection<'a> {
     weighted: Weighted<'a>,
     /// Product of each column with the residual.
     score: Vec<f64>,
+    /// What the noise of smoothed streams adds to it.
+    of_streams: Option<Vec<f64>>,
     effects: usize,
     blocks: usize,
 }
@@ -65,6 +67,7 @@ impl<'a> Selection<'a> {
             residual,
             weighted,
             score: Vec::new(),
+            of_streams: None,
             effects: count(true),
             blocks: count(false).max(1),
         };
@@ -84,6 +87,7 @@ impl<'a> Selection<'a> {
             self.residual.iter().map(|(other, by)| by * self.weighted.product(column, *other)).sum()
         };
         self.score = (0..self.sums.len()).map(product).collect();
+        self.of_streams = self.sums.scores_of_streams(&self.weights());
     }
 
     /// The product of two combinations of columns.
@@ -96,6 +100,15 @@ impl<'a> Selection<'a> {
 
     fn score_of(&self, a: &Combination) -> f64 {
         a.iter().map(|(column, by)| by * self.score[*column]).sum()
+    }
+
+    /// What the noise of smoothed streams adds to the scores of some columns.
+    fn of_streams(&self, columns: &[Combination]) -> Option<DVector<f64>> {
+        let added = self.of_streams.as_ref()?;
+        let of = |one: &Combination| {
+            one.iter().map(|(column, by)| by * added.get(*column).unwrap_or(&0.0)).sum()
+        };
+        Some(DVector::from_iterator(columns.len(), columns.iter().map(of)))
     }
 
     /// The columns of a model: nominal ones, then those of its terms in order.
@@ -140,7 +153,8 @@ impl<'a> Selection<'a> {
         }
         let score =
             DVector::from_iterator(columns.len(), columns.iter().map(|one| self.score_of(one)));
-        Factored::of(columns, combined, &matrix, &score)
+        let of_streams = self.of_streams(&columns);
+        Factored::of(columns, combined, &matrix, (&score, of_streams))
     }
 
     /// Squared length of a column.
@@ -186,16 +200,11 @@ impl<'a> Selection<'a> {
         model: &Factored,
         columns: &[Combination],
     ) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
-        let (left, score, raw, _) = self.across(model, columns);
+        let Beside { left, score, raw, .. } = self.across(model, columns);
         (left, score, raw)
     }
 
-    /// The same with `L⁻¹ H_Mj`, columns of the model scaled.
-    fn across(
-        &self,
-        model: &Factored,
-        columns: &[Combination],
-    ) -> (DMatrix<f64>, DVector<f64>, DVector<f64>, DMatrix<f64>) {
+    fn across(&self, model: &Factored, columns: &[Combination]) -> Beside {
         let k = columns.len();
         let product = |a, b| self.weighted.product(a, b);
         let combined = Combined::of(columns);
@@ -209,7 +218,9 @@ impl<'a> Selection<'a> {
         let score = DVector::from_fn(k, |j, _| self.score_of(&columns[j]));
         let left = own - across.transpose() * &across;
         let score = score - across.tr_mul(&model.half);
-        (left, score, raw, across)
+        let of_streams = self.of_streams(columns).zip(model.half_of_streams.as_ref());
+        let of_streams = of_streams.map(|(own, half)| own - across.tr_mul(half));
+        Beside { left, score, of_streams, raw, across }
     }
 
     /// What a term takes off chi squared beside a model.
@@ -219,8 +230,7 @@ impl<'a> Selection<'a> {
     }
 
     fn gain_beside(&self, model: &Factored, term: usize) -> Gain {
-        let (left, score, raw) = self.beside(model, &self.terms[term].columns);
-        gain_of(&left, &score, &raw)
+        self.across(model, &self.terms[term].columns).gain()
     }
 
     /// The Schur complement of a term's columns beside a model.
@@ -266,6 +276,7 @@ impl<'a> Selection<'a> {
     pub fn contributions(&self, model: &[usize]) -> Vec<Gain> {
         let factored = self.factored(model);
         let (values, covariance) = factored.solved();
+        let streams = factored.values_of_streams();
         let gain = |(term, range): (&usize, Range<usize>)| {
             let (at, k) = (range.start, range.len());
             let own = covariance.view((at, at), (k, k)).into_owned();
@@ -275,7 +286,9 @@ impl<'a> Selection<'a> {
             };
             let left = factor.inverse();
             let score = &left * values.rows(at, k);
-            gain_of(&left, &score, &factored.length.rows(at, k).into_owned())
+            let of_streams = streams.as_ref().map(|values| &left * values.rows(at, k));
+            let raw = factored.length.rows(at, k).into_owned();
+            gain_beyond_streams(&left, &score, of_streams.as_ref(), &raw)
         };
         model.iter().zip(self.ranges(model)).map(gain).collect()
     }

@@ -46,6 +46,9 @@ pub struct Sums {
     /// Number of wide columns, the residual among them.
     wide: usize,
     by_measurand: Vec<Store>,
+    /// What the noise of smoothed streams adds to the products with the residual, by measurand and
+    /// column; empty where there is none.
+    of_streams: Vec<Vec<f64>>,
     /// The columns of each run's Gram matrix.
     of_runs: Arc<Vec<Vec<usize>>>,
 }
@@ -143,8 +146,31 @@ impl Sums {
             place,
             wide,
             by_measurand,
+            of_streams: Vec::new(),
             of_runs: Arc::new(of_runs),
         }
+    }
+
+    /// Finds what the noise of smoothed streams adds to the products with the residual, from sums
+    /// over streams with as much noise again: a column that has the noise of the same stream as the
+    /// residual is correlated with it, and would explain it. (Errors in variables: simulation and
+    /// linear extrapolation, Cook and Stefanski 1994.)
+    pub fn compare_with_noisier_streams(&mut self, noisier: &[Self]) {
+        let added = |measurand: usize, column: usize| {
+            let product = |sums: &Self| sums.product_in(measurand, column, sums.residual());
+            let mean = noisier.iter().map(product).sum::<f64>() / noisier.len() as f64;
+            mean - product(self)
+        };
+        let columns = |measurand| (0..self.len()).map(|column| added(measurand, column)).collect();
+        self.of_streams = (0..self.by_measurand.len()).map(columns).collect();
+    }
+
+    /// What the noise of smoothed streams adds to the product of each column with the residual, for
+    /// these weights of the measurands; `None` where no stream is smoothed.
+    pub fn scores_of_streams(&self, weights: &[f64]) -> Option<Vec<f64>> {
+        let all = || self.of_streams.iter().zip(weights);
+        let of = |column: usize| all().filter_map(|(own, by)| Some(by * own.get(column)?)).sum();
+        (!self.of_streams.is_empty()).then(|| (0..self.len()).map(of).collect())
     }
 
     /// Appends a column; its number.

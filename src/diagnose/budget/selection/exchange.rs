@@ -11,7 +11,7 @@ use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::normal::gain_of;
+use super::normal::{Beside, gain_beyond_streams};
 use super::{Ranked, Selection};
 
 /// Candidates beside a model.
@@ -21,6 +21,7 @@ pub struct Exchange<'s> {
     model: Vec<usize>,
     ranges: Vec<Range<usize>>,
     values: DVector<f64>,
+    values_of_streams: Option<DVector<f64>>,
     covariance: DMatrix<f64>,
     candidates: Vec<Candidate>,
 }
@@ -28,9 +29,7 @@ pub struct Exchange<'s> {
 #[derive(Debug)]
 struct Candidate {
     term: usize,
-    left: DMatrix<f64>,
-    score: DVector<f64>,
-    raw: DVector<f64>,
+    beside: Beside,
     /// `C H_Mj`.
     taken_up: DMatrix<f64>,
 }
@@ -42,18 +41,20 @@ impl<'s> Exchange<'s> {
         let back = factored.inverse.transpose();
         let candidate = |term: &usize| {
             let columns = &selection.terms[*term].columns;
-            let (left, score, raw, across) = selection.across(&factored, columns);
-            let mut taken_up = &back * across;
+            let beside = selection.across(&factored, columns);
+            let mut taken_up = &back * &beside.across;
             for mut column in taken_up.column_iter_mut() {
                 column.component_div_assign(&factored.length);
             }
-            Candidate { term: *term, left, score, raw, taken_up }
+            Candidate { term: *term, beside, taken_up }
         };
         let may_enter = |term: &&usize| selection.live[**term] && !model.contains(term);
         let candidates = pool.par_iter().filter(may_enter).map(candidate).collect();
         let (values, covariance) = factored.solved();
+        let values_of_streams = factored.values_of_streams();
         let ranges = selection.ranges(model);
-        Self { selection, model: model.to_vec(), ranges, values, covariance, candidates }
+        let model = model.to_vec();
+        Self { selection, model, ranges, values, values_of_streams, covariance, candidates }
     }
 
     /// The best of some candidates in the place of a term of the model, by its number there.
@@ -67,11 +68,16 @@ impl<'s> Exchange<'s> {
             let pool = self.candidates.iter().map(|one| one.term).filter(|term| is_one(*term));
             return self.selection.ranked(&rest, &pool.collect::<Vec<_>>(), 0.0).first().copied();
         };
-        let values = own.solve(&self.values.rows(at, k).into_owned());
+        let back = |values: &DVector<f64>| own.solve(&values.rows(at, k).into_owned());
+        let (values, streams) = (back(&self.values), self.values_of_streams.as_ref().map(back));
         let ranked = self.candidates.par_iter().filter(|one| is_one(one.term)).map(|one| {
             let taken_up = one.taken_up.rows(at, k);
-            let left = &one.left + taken_up.transpose() * own.solve(&taken_up.into_owned());
-            let gain = gain_of(&left, &(&one.score + taken_up.tr_mul(&values)), &one.raw);
+            let Beside { left, score, of_streams, raw, .. } = &one.beside;
+            let left = left + taken_up.transpose() * own.solve(&taken_up.into_owned());
+            let of_streams = of_streams.as_ref().zip(streams.as_ref());
+            let of_streams = of_streams.map(|(own, values)| own + taken_up.tr_mul(values));
+            let score = score + taken_up.tr_mul(&values);
+            let gain = gain_beyond_streams(&left, &score, of_streams.as_ref(), raw);
             let ln_bayes = self.selection.ln_bayes_factor(one.term, gain);
             Ranked { term: one.term, gain, ln_bayes }
         });

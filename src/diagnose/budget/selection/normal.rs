@@ -24,6 +24,29 @@ pub struct Factored {
     pub length: DVector<f64>,
     /// `L⁻¹ b` of scaled columns.
     pub half: DVector<f64>,
+    /// The same of what the noise of smoothed streams adds to `b`.
+    pub(super) half_of_streams: Option<DVector<f64>>,
+}
+
+/// Columns beside a model.
+#[derive(Debug)]
+pub(super) struct Beside {
+    /// The Schur complement `S`.
+    pub(super) left: DMatrix<f64>,
+    /// The score `g`, and what the noise of smoothed streams adds to it.
+    pub(super) score: DVector<f64>,
+    pub(super) of_streams: Option<DVector<f64>>,
+    /// Raw lengths.
+    pub(super) raw: DVector<f64>,
+    /// `L⁻¹ H_Mj`, columns of the model scaled.
+    pub(super) across: DMatrix<f64>,
+}
+
+impl Beside {
+    /// What the columns take off chi squared.
+    pub(super) fn gain(&self) -> Gain {
+        gain_beyond_streams(&self.left, &self.score, self.of_streams.as_ref(), &self.raw)
+    }
 }
 
 impl Factored {
@@ -32,16 +55,23 @@ impl Factored {
         columns: Vec<Combination>,
         combined: Combined,
         matrix: &DMatrix<f64>,
-        score: &DVector<f64>,
+        (score, of_streams): (&DVector<f64>, Option<DVector<f64>>),
     ) -> Self {
         let (inverse, length) = factored(matrix);
         let half = &inverse * score.component_div(&length);
-        Self { columns, combined, inverse, length, half }
+        let half_of_streams = of_streams.map(|score| &inverse * score.component_div(&length));
+        Self { columns, combined, inverse, length, half, half_of_streams }
     }
 
     /// The values of the columns.
     pub fn values(&self) -> DVector<f64> {
         self.inverse.tr_mul(&self.half).component_div(&self.length)
+    }
+
+    /// What the noise of smoothed streams adds to the values.
+    pub(super) fn values_of_streams(&self) -> Option<DVector<f64>> {
+        let half = self.half_of_streams.as_ref()?;
+        Some(self.inverse.tr_mul(half).component_div(&self.length))
     }
 
     /// The values of the columns and their covariance.
@@ -74,6 +104,27 @@ pub fn gain_of(left: &DMatrix<f64>, score: &DVector<f64>, raw: &DVector<f64>) ->
     let (basis, _) = basis(left, raw);
     let score = basis.tr_mul(score);
     Gain { gain: score.norm_squared(), degrees: score.len() }
+}
+
+/// Part of what the noise of streams adds to a score within which that is known: it follows from one
+/// draw of noise as large as the scatter of the raw values.
+const KNOWN_TO: f64 = 0.5;
+
+/// The gain of a score without what the noise of smoothed streams adds to it, never more than with.
+pub(super) fn gain_beyond_streams(
+    left: &DMatrix<f64>,
+    score: &DVector<f64>,
+    of_streams: Option<&DVector<f64>>,
+    raw: &DVector<f64>,
+) -> Gain {
+    let plain = gain_of(left, score, raw);
+    let Some(added) = of_streams else { return plain };
+    let beyond = score.zip_map(added, |score, added| {
+        let rest = score - added;
+        rest.signum() * (rest.abs() - KNOWN_TO * added.abs()).max(0.0)
+    });
+    let beyond = gain_of(left, &beyond, raw);
+    if beyond.gain < plain.gain { beyond } else { plain }
 }
 
 /// `L⁻¹` of the Cholesky factor `L` of normal equations whose columns are scaled to unit length, and
