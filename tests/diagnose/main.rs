@@ -32,6 +32,7 @@ mod replay;
 mod runs;
 mod sensitivities;
 mod situations;
+mod streams;
 mod stated_values;
 mod trials;
 mod unknown;
