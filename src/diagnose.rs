@@ -104,6 +104,7 @@ fn of_misstated(whole: Calibration, misstated: Misstated) -> Diagnosis {
         share: 1.0,
         rms: None,
         amplitude: None,
+        change: None,
         nearest: None,
     }];
     diagnosis.contradicted = vec![contradicted];

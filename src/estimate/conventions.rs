@@ -12,6 +12,7 @@
 //! | `channels` | which numbers are vectors, quaternions and poses |
 //! | `applied` | the numbers as a convention has them |
 //! | `turns` | products of turns in another order, about other axes, the other way |
+//! | `one_run` | whether one run is another than the rest |
 //! | `suspect` | what may have been mistaken, of either kind |
 
 use rayon::prelude::*;
@@ -30,11 +31,13 @@ use crate::units::Dimension;
 
 mod applied;
 mod channels;
+mod one_run;
 mod suspect;
 mod turns;
 
 use applied::Suspected;
 use channels::Channels;
+use one_run::is_of_one_run;
 use suspect::Suspect;
 pub use turns::ChangedFormula;
 use turns::{Reordered, changed_formulas};
@@ -145,6 +148,9 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
         stands = looked;
     }
     let mut found = found?;
+    if is_of_one_run(&problem, stands.variance_factor) {
+        return None;
+    }
     found.formulas = changed_formulas(&problem, &stands.problem);
     let shown = columns.into_iter().map(|(name, formula)| (text(&formula), name));
     found.columns = shown.filter(|(formula, name)| formula != name).map(|(f, n)| (n, f)).collect();

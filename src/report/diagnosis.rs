@@ -140,6 +140,10 @@ fn remainder(one: &Remainder) -> Value {
         "rms": number(one.rms.as_ref().map(|(rms, _)| *rms)),
         "rms_of": one.rms.as_ref().map(|(_, name)| name),
         "amplitude": number(one.amplitude),
+        "change": one.change.as_ref().map(|step| json!({
+            "value": number(Some(step.value)),
+            "sigma": number(Some(step.sigma)),
+        })),
         "nearest": one.nearest.as_ref().map(|(name, share)| json!({
             "name": name,
             "share": number(Some(*share)),

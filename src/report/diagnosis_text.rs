@@ -207,9 +207,13 @@ fn candidates(diagnosis: &Diagnosis, top: usize) -> String {
 fn not_tested(diagnosis: &Diagnosis) -> String {
     let (others, here): (Vec<_>, Vec<_>) =
         diagnosis.not_testable.iter().partition(|one| one.of_other_models);
-    let here = by_reason(&here);
-    let here = here.iter().map(|(names, why)| [names.as_str(), *why]);
-    let mut text = listed("cannot be tested here", ["effects", "why"], here.collect());
+    let mut text = String::new();
+    if !here.is_empty() {
+        text.push_str("\ncannot be tested here\n");
+    }
+    for (names, why) in by_reason(&here) {
+        text.push_str(&format!("- {names}: {why}\n"));
+    }
     text.push_str(&match others.len() {
         0 => String::new(),
         1 => format!("\n`{}` acts on what this model does not have.\n", others[0].name),

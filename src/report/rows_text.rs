@@ -106,6 +106,10 @@ fn size(diagnosis: &Diagnosis, one: &Remainder) -> String {
     let Some((rms, measurand)) = &one.rms else { return String::new() };
     let declared = unit_of(&diagnosis.nominal, measurand);
     let of = |size: f64| figure::size(size, &residual_unit(size, &declared));
+    if let Some(step) = &one.change {
+        let step = figure::measured(step.value, step.sigma, &step.unit);
+        return format!("change {step}, rms {} in {measurand}", of(*rms));
+    }
     match one.amplitude {
         Some(amplitude) => format!("amplitude {}, rms {}", of(amplitude), of(*rms)),
         None => format!("rms {} in {measurand}", of(*rms)),

@@ -9,7 +9,7 @@ use crate::report::figure;
 use crate::report::json::number;
 
 /// Where to look for the part of it that is no noise.
-pub const WHERE: &str = "What is found over a rate or an acceleration of such a stream may be what its smoothing takes off: compare with a shorter `smooth`.\n";
+pub const WHERE: &str = "An oscillation, or what is found over a rate or an acceleration of such a stream, may be what its smoothing takes off the motion: compare with a shorter `smooth`.\n";
 
 /// For each campaign, run and measurand what is added (SI).
 fn all(result: &Calibration) -> impl Iterator<Item = (&Part, usize, usize, f64)> {

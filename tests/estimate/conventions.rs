@@ -1,6 +1,8 @@
 //! Conventions that were mistaken in logs of known motion are named, with what to type; where the
 //! model itself is wrong none is.
 
+use std::path::Path;
+
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::conventions::{Mistaken, mistaken};
 use homepoint::library::conventions;
@@ -212,4 +214,19 @@ fn every_convention_of_the_library_is_read() {
     let all = conventions([]).unwrap();
     assert!(all.len() > 30);
     assert!(all.iter().all(|one| one.formulas.len() == one.form.components().len()));
+}
+
+/// Where one run of several is in another unit, no convention is mistaken in all of them.
+#[test]
+fn a_run_in_another_unit_is_no_convention() {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
+    let mut opened = open(&Request::new([example])).unwrap();
+    let part = &mut opened.problem.parts[0];
+    let names = &part.system.assembly.names.measurands;
+    let distance = names.iter().position(|one| one.name == "distance").unwrap();
+    let distance = part.columns()[distance];
+    part.runs[3].record.edit(|samples| {
+        samples.readings[distance].iter_mut().for_each(|reading| *reading *= 1e3);
+    });
+    assert!(mistaken(&opened.problem, &conventions([]).unwrap()).is_none());
 }

@@ -28,8 +28,9 @@ pub fn absorbed(linear: &Linear, selection: &Selection<'_>) -> (Vec<Absorbed>, V
     let mut absorbed = Vec::new();
     let mut not_testable = linear.not_testable.clone();
     for (term, own) in linear.terms.iter().enumerate() {
-        if !own.is_effect() || own.candidate == usize::MAX || selection.gain(&[], term).degrees > 0
-        {
+        // A relaxed form is the effect by the same name.
+        let is_listed = own.is_effect() && own.candidate != usize::MAX && own.variant.is_none();
+        if !is_listed || selection.gain(&[], term).degrees > 0 {
             continue;
         }
         let lengths = own.columns.iter().map(|column| selection.square(column));

@@ -98,8 +98,21 @@ pub struct Remainder {
     pub rms: Option<(f64, String)>,
     /// Amplitude of a wave (SI), where it is one.
     pub amplitude: Option<f64>,
+    /// By how much something changes at a moment, where it does.
+    pub change: Option<Step>,
     /// The effect that is nearest to it, and the part of its gain that this explains.
     pub nearest: Option<(String, f64)>,
+}
+
+/// By how much something changes at a moment: what is added to it from then on.
+#[derive(Clone, Debug)]
+pub struct Step {
+    /// The value (SI).
+    pub value: f64,
+    /// Its standard uncertainty.
+    pub sigma: f64,
+    /// The unit in which it is shown.
+    pub unit: Unit,
 }
 
 /// A value of an effect that is not in the fit, as the sums find it.

@@ -79,6 +79,7 @@ pub fn scatter(linear: &Linear, scale: &[f64]) -> Vec<Remainder> {
                     share: 0.0,
                     rms,
                     amplitude: None,
+                    change: None,
                     nearest: None,
                 });
             }

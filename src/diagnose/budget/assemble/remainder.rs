@@ -1,9 +1,10 @@
 //! The parts of the remainder with their places and sizes.
 
-use crate::diagnose::budget::answer::Remainder;
+use crate::diagnose::budget::answer::{Remainder, Step};
 use crate::diagnose::budget::neighbours::{OfInputs, of_inputs};
 use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::solved::Solved;
+use crate::diagnose::budget::terms::Term;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::price::Gain;
@@ -41,12 +42,23 @@ impl Budget<'_> {
                     share: (excess(gains[*at]) / total).min(1.0),
                     rms: self.rms(self.model[*at], &own),
                     amplitude: is_wave.then(|| own[0].hypot(own[1])),
+                    change: self.change(term, solved, *at),
                     nearest,
                 }
             })
             .collect();
         found.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
         found
+    }
+
+    /// By how much a term changes something at a moment.
+    fn change(&self, term: &Term, solved: &Solved, at: usize) -> Option<Step> {
+        let base = term.change.as_ref()?.base;
+        let block = self.linear.candidates.get(base.candidate)?;
+        let unit = block.selected.effect.parameters.get(base.signature)?.unit.clone();
+        let column = solved.terms[at].start;
+        let sigma = solved.covariance[(column, column)].max(0.0).sqrt();
+        Some(Step { value: solved.values[column], sigma, unit })
     }
 
     /// Errors that several inputs decide together, which no term has the form of.
@@ -65,6 +77,7 @@ impl Budget<'_> {
                 share: 0.0,
                 rms: Some((rms, name.clone())),
                 amplitude: None,
+                change: None,
                 nearest: None,
             }
         };
