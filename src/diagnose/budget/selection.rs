@@ -8,20 +8,20 @@
 
 use std::ops::Range;
 
-use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use self::combined::Combined;
-use self::normal::{Beside, Factored, gain_beyond_streams};
+use self::normal::{Beside, Factored};
+pub use self::ranked::Ranked;
 use super::sums::{Sums, Weighted};
 use super::terms::{Change, Combination, Term};
-use crate::diagnose::price::{Gain, ln_bayes_factor, price};
+use crate::diagnose::price::{Gain, ln_bayes_factor};
 
 mod combined;
 pub mod exchange;
 mod forms;
 pub mod normal;
+mod ranked;
 mod scale;
 
 /// The terms and the sums that they are compared on.
@@ -253,72 +253,4 @@ impl<'a> Selection<'a> {
     pub(super) fn candidates(&self, term: usize) -> usize {
         if self.terms[term].is_effect() { self.effects } else { self.blocks }
     }
-
-    /// Terms of a pool beside a model, best first: log Bayes factor, term, gain. Those that gain
-    /// less than `least` are not among them.
-    pub fn ranked(&self, model: &[usize], pool: &[usize], least: f64) -> Vec<Ranked> {
-        let factored = self.factored(model);
-        let mut ranked: Vec<Ranked> = pool
-            .par_iter()
-            .filter(|term| self.live[**term] && !model.contains(term))
-            .map(|term| {
-                let gain = self.gain_beside(&factored, *term);
-                Ranked { term: *term, gain, ln_bayes: self.ln_bayes_factor(*term, gain) }
-            })
-            .filter(|one| one.gain.gain >= least)
-            .collect();
-        ranked.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
-        ranked
-    }
-
-    /// What each term of a model contributes beyond the others: with `C` the covariance of its values
-    /// `v` beside these, `S = C⁻¹` and `g = S v`.
-    pub fn contributions(&self, model: &[usize]) -> Vec<Gain> {
-        let factored = self.factored(model);
-        let (values, covariance) = factored.solved();
-        let streams = factored.values_of_streams();
-        let gain = |(term, range): (&usize, Range<usize>)| {
-            let (at, k) = (range.start, range.len());
-            let own = covariance.view((at, at), (k, k)).into_owned();
-            let Some(factor) = Cholesky::new(own) else {
-                let rest: Vec<usize> = model.iter().copied().filter(|one| one != term).collect();
-                return self.gain(&rest, *term);
-            };
-            let left = factor.inverse();
-            let score = &left * values.rows(at, k);
-            let of_streams = streams.as_ref().map(|values| &left * values.rows(at, k));
-            let raw = factored.length.rows(at, k).into_owned();
-            gain_beyond_streams(&left, &score, of_streams.as_ref(), &raw)
-        };
-        model.iter().zip(self.ranges(model)).map(gain).collect()
-    }
-
-    /// Log evidence of a model but for a constant: comparable between models under the same noise.
-    pub fn ln_evidence(&self, model: &[usize]) -> f64 {
-        let prices = model.iter().zip(self.contributions(model)).map(|(term, gain)| {
-            price(gain, self.terms[*term].members, self.candidates(*term))
-                - self.terms[*term].ln_prior
-        });
-        -0.5 * self.chi_squared(model) - prices.sum::<f64>()
-    }
-
-    /// What the terms of a model cost together.
-    pub fn ln_price_of(&self, model: &[usize]) -> f64 {
-        let prices = model
-            .iter()
-            .zip(self.contributions(model))
-            .map(|(term, gain)| price(gain, self.terms[*term].members, self.candidates(*term)));
-        prices.sum()
-    }
-}
-
-/// A term beside a model.
-#[derive(Clone, Copy, Debug)]
-pub struct Ranked {
-    /// The term.
-    pub term: usize,
-    /// What it takes off chi squared.
-    pub gain: Gain,
-    /// Its log Bayes factor.
-    pub ln_bayes: f64,
 }

@@ -9,6 +9,7 @@
 //! member of the grid is paid for, twice for the polishing. A list of members is looked through in
 //! the same way, as it stands.
 
+mod frequencies;
 mod grid;
 mod group;
 
@@ -19,13 +20,13 @@ use nalgebra::{DMatrix, DVector};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, fitting};
 use crate::effect::{Effect, Members};
-use crate::engine::Problem;
 use crate::engine::passes::Passes;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::graph::Scope;
 use crate::system::{Selected, System};
-use crate::units::Unit;
 
+use self::frequencies::is_frequency;
+pub(in crate::diagnose) use self::frequencies::{ALL_BLIND, told};
 use self::group::Group;
 use super::nominal::Nominal;
 use super::sampling::Sampling;
@@ -101,35 +102,6 @@ pub fn members(fitted: &Fitted, family: &Candidate) -> Option<usize> {
     let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
     let Members::Range { .. } = declared.members else { return None };
     Some(Scan::new(fitted, family, name)?.tried(&declared.members)?.1)
-}
-
-/// Why no member of a family can be tested.
-pub(in crate::diagnose) const ALL_BLIND: &str = "none of its frequencies can be told from nothing at the rates at which these runs are sampled: sample faster, or at uneven intervals";
-
-/// The members of a family that the runs can tell from nothing.
-pub(in crate::diagnose) fn told<'a>(
-    problem: &Problem,
-    family: &'a [Candidate],
-) -> Vec<&'a Candidate> {
-    let Some(first) = family.first().filter(|_| family.len() > 1) else {
-        return family.iter().collect();
-    };
-    let shape = &first.selected.effect.shape;
-    let frequencies: Vec<&String> =
-        shape.iter().filter(|(_, one)| is_frequency(&one.unit)).map(|(name, _)| name).collect();
-    if frequencies.is_empty() {
-        return family.iter().collect();
-    }
-    let sampling = Sampling::of(problem);
-    let is_blind = |one: &&Candidate| {
-        let values = frequencies.iter().filter_map(|name| one.selected.member.get(*name));
-        values.into_iter().any(|value| sampling.is_blind(*value))
-    };
-    family.iter().filter(|one| !is_blind(one)).collect()
-}
-
-fn is_frequency(unit: &Unit) -> bool {
-    Unit::parse("Hz").is_ok_and(|hertz| unit.dimension == hertz.dimension)
 }
 
 /// A family whose constant is left open.

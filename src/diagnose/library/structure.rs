@@ -11,31 +11,34 @@
 //! |---|---|
 //! | `covariate` | what it may be a function of |
 //! | `inputs` | errors of inputs |
+//! | `made` | blocks as effects |
+//! | `readings` | errors of readings and attitudes |
 //! | `waves` | which are families |
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::sync::Arc;
 
 use covariate::{
-    CIRCLE_ORDERS, Covariate, few_move, of_motion, of_the_head, of_the_rig, over_runs, over_time,
-    reading_by_sense, scale_over_campaign,
+    Covariate, few_move, of_motion, of_the_rig, over_runs, over_time, reading_by_sense,
 };
 
-use crate::diagnostic::Source;
 use crate::effect::Effect;
 use crate::engine::open::Recipe;
 use crate::graph::MeasurandKind;
-use crate::model::{MeasurandDeclaration, Model};
+use crate::model::Model;
 use crate::system::Selected;
-use crate::units::{Dimension, Unit};
+use crate::units::Dimension;
 
 use super::candidate::{Candidate, join};
 use super::place::{ALL_READINGS, Of, Place, TIME_OF};
 pub(in crate::diagnose) use covariate::turns;
+use made::effect;
+use readings::{attitudes, errors, readings};
 
 mod covariate;
 mod inputs;
+mod made;
+mod readings;
 mod waves;
 
 /// Waves over a signal, where few things move and where many do.
@@ -243,147 +246,12 @@ fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     }
 }
 
-/// Errors of readings.
-fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
-    for measurand in &model.measurands {
-        let name = &measurand.name;
-        if measurand.kind == MeasurandKind::Rotation {
-            continue;
-        }
-        let mut covariates = of_the_rig(model, orders(model));
-        covariates.extend(of_the_head(model));
-        covariates.extend([waves::slow(), waves::settling(model)]);
-        if measurand.kind == MeasurandKind::Plain {
-            covariates.push(scale_over_campaign(name, measurand.unit.dimension));
-        }
-        if matches!(measurand.kind, MeasurandKind::Angle { .. }) {
-            covariates.push(waves::over_circle(name, CIRCLE_ORDERS));
-        }
-        errors(measurand, covariates.into_iter(), all);
-    }
-}
-
-/// Errors of a reading as functions of these.
-fn errors(
-    measurand: &MeasurandDeclaration,
-    covariates: impl Iterator<Item = Covariate>,
-    all: &mut Vec<(Arc<Effect>, Place)>,
-) {
-    let name = &measurand.name;
-    for covariate in covariates {
-        let place = Place::new(
-            Of::Measurand(name.clone()),
-            &covariate.over,
-            format!("an error of `{name}` over {}", covariate.words),
-        );
-        let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
-        all.extend(effect(&place, &covariate, measurand.unit.dimension, patch));
-    }
-}
-
-/// Errors of readings that are rotations: turns about the axes of what is looked at, and about
-/// those of what it is looked at from, which are others where it turns.
-fn attitudes(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
-    let rotations = model.measurands.iter().filter(|one| one.kind == MeasurandKind::Rotation);
-    for MeasurandDeclaration { name, .. } in rotations {
-        let mut covariates = of_the_rig(model, COARSE_ORDERS);
-        covariates.extend(of_the_head(model));
-        covariates.extend([waves::slow(), waves::settling(model)]);
-        for (axes, before, after) in [
-            ("its own axes", format!("{name} * "), String::new()),
-            ("fixed axes", String::new(), format!(" * {name}")),
-        ] {
-            for covariate in covariates.iter().cloned().map(Covariate::along_axes) {
-                let place = Place::new(
-                    Of::Measurand(name.clone()),
-                    &covariate.over,
-                    format!("an error of `{name}` about {axes} over {}", covariate.words),
-                );
-                let covariate =
-                    Covariate { name: format!("{} {axes}", covariate.name), ..covariate };
-                let patch = |sum: &str| format!("{name} = '{before}turn({sum}){after}'");
-                all.extend(effect(&place, &covariate, Dimension::NONE, patch));
-            }
-        }
-    }
-}
-
-/// A block as an effect: the sum of coefficients times terms, put into a patch.
-fn effect(
-    place: &Place,
-    covariate: &Covariate,
-    dimension: Dimension,
-    patch: impl Fn(&str) -> String,
-) -> Option<(Arc<Effect>, Place)> {
-    let (Of::Measurand(of) | Of::Channel(of)) = &place.of;
-    let kind = if matches!(place.of, Of::Measurand(_)) { "reading" } else { "channel" };
-    let part = |number: usize| format!("part_{number}");
-    let coefficients: Vec<(String, Dimension)> = (0..)
-        .zip(&covariate.terms)
-        .map(|(number, (_, of))| (part(number), dimension / *of))
-        .collect();
-    let terms = (0..).zip(&covariate.terms);
-    let sum: Vec<String> = terms.map(|(n, (term, _))| format!("{} * {term}", part(n))).collect();
-    made(
-        &format!("unknown_{kind}_{of}_{}", covariate.name),
-        place,
-        (&coefficients, covariate.scope),
-        &covariate.family,
-        &patch(&sum.join(" + ")),
-    )
-}
-
-/// An effect that nobody wrote down: coefficients with their dimensions and scope, the line of its
-/// family, if it has one, and its patches.
-pub(super) fn made(
-    name: &str,
-    place: &Place,
-    (coefficients, scope): (&[(String, Dimension)], &str),
-    family: &str,
-    patches: &str,
-) -> Option<(Arc<Effect>, Place)> {
-    let name = called(name);
-    let mut text =
-        format!("name = \"{name}\"\ntitle = \"{}\"\nacts = \"noise\"\n[parameters]\n", place.words);
-    for (coefficient, dimension) in coefficients {
-        let unit = Unit::coherent(*dimension).si_symbol();
-        let written = writeln!(
-            text,
-            "{coefficient} = {{ unit = \"{unit}\", typical = \"1 {unit}\", scope = \"{scope}\" }}"
-        );
-        written.ok()?;
-    }
-    let shape = if family.is_empty() { "" } else { "[shape]\n" };
-    text.push_str(&format!("[patch]\n{patches}\n{shape}{family}\n"));
-    let effect = Effect::parse(Source::new(name, text));
-    debug_assert!(effect.is_ok(), "{effect:?}");
-    Some((Arc::new(effect.ok()?), place.clone()))
-}
-
-/// Letters of a block's name at most; effects may have 64.
-const LONGEST: usize = 60;
-
-/// A name that an effect may have, the same each time: of a long one the beginning and a number for
-/// all of it.
-fn called(name: &str) -> String {
-    let plain: Vec<char> =
-        name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
-    if plain.len() <= LONGEST {
-        return plain.into_iter().collect();
-    }
-    // FNV-1a.
-    let number = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    });
-    let beginning: String = plain.into_iter().take(LONGEST - 17).collect();
-    format!("{beginning}_{number:016x}")
-}
-
 #[cfg(test)]
 mod tests {
     #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
     use super::*;
+    use crate::diagnostic::Source;
 
     fn blocks_of(inputs: &str, target: &str, measurands: &[&str]) -> Vec<(String, String)> {
         let lines: String = measurands

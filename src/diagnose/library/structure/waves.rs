@@ -14,8 +14,9 @@ use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::Dimension;
 
+use super::ORDERS;
 use super::covariate::{Covariate, few_move, turns};
-use super::{ORDERS, made};
+use super::made::made;
 use crate::diagnose::library::place::{OSCILLATION, Of, Place};
 
 /// The finest waves that are looked for, in waves a turn.

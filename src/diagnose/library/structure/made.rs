@@ -1,0 +1,82 @@
+//! Blocks as effects: their text, from what they are over and what they change.
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use crate::diagnostic::Source;
+use crate::effect::Effect;
+use crate::units::{Dimension, Unit};
+
+use super::covariate::Covariate;
+use crate::diagnose::library::place::{Of, Place};
+
+/// A block as an effect: the sum of coefficients times terms, put into a patch.
+pub(super) fn effect(
+    place: &Place,
+    covariate: &Covariate,
+    dimension: Dimension,
+    patch: impl Fn(&str) -> String,
+) -> Option<(Arc<Effect>, Place)> {
+    let (Of::Measurand(of) | Of::Channel(of)) = &place.of;
+    let kind = if matches!(place.of, Of::Measurand(_)) { "reading" } else { "channel" };
+    let part = |number: usize| format!("part_{number}");
+    let coefficients: Vec<(String, Dimension)> = (0..)
+        .zip(&covariate.terms)
+        .map(|(number, (_, of))| (part(number), dimension / *of))
+        .collect();
+    let terms = (0..).zip(&covariate.terms);
+    let sum: Vec<String> = terms.map(|(n, (term, _))| format!("{} * {term}", part(n))).collect();
+    made(
+        &format!("unknown_{kind}_{of}_{}", covariate.name),
+        place,
+        (&coefficients, covariate.scope),
+        &covariate.family,
+        &patch(&sum.join(" + ")),
+    )
+}
+
+/// An effect that nobody wrote down: coefficients with their dimensions and scope, the line of its
+/// family, if it has one, and its patches.
+pub(super) fn made(
+    name: &str,
+    place: &Place,
+    (coefficients, scope): (&[(String, Dimension)], &str),
+    family: &str,
+    patches: &str,
+) -> Option<(Arc<Effect>, Place)> {
+    let name = called(name);
+    let mut text =
+        format!("name = \"{name}\"\ntitle = \"{}\"\nacts = \"noise\"\n[parameters]\n", place.words);
+    for (coefficient, dimension) in coefficients {
+        let unit = Unit::coherent(*dimension).si_symbol();
+        let written = writeln!(
+            text,
+            "{coefficient} = {{ unit = \"{unit}\", typical = \"1 {unit}\", scope = \"{scope}\" }}"
+        );
+        written.ok()?;
+    }
+    let shape = if family.is_empty() { "" } else { "[shape]\n" };
+    text.push_str(&format!("[patch]\n{patches}\n{shape}{family}\n"));
+    let effect = Effect::parse(Source::new(name, text));
+    debug_assert!(effect.is_ok(), "{effect:?}");
+    Some((Arc::new(effect.ok()?), place.clone()))
+}
+
+/// Letters of a block's name at most; effects may have 64.
+const LONGEST: usize = 60;
+
+/// A name that an effect may have, the same each time: of a long one the beginning and a number for
+/// all of it.
+fn called(name: &str) -> String {
+    let plain: Vec<char> =
+        name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    if plain.len() <= LONGEST {
+        return plain.into_iter().collect();
+    }
+    // FNV-1a.
+    let number = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    let beginning: String = plain.into_iter().take(LONGEST - 17).collect();
+    format!("{beginning}_{number:016x}")
+}
