@@ -6,6 +6,7 @@ use super::combined::Combined;
 use crate::diagnose::budget::terms::Combination;
 use crate::diagnose::evidence::basis::basis;
 use crate::diagnose::price::Gain;
+use crate::diagnose::thresholds::STREAM_NOISE;
 use crate::estimate::inverse_factor::inverse_factor;
 
 /// Added to the diagonal of scaled normal equations: what the readings do not determine stays where
@@ -106,10 +107,6 @@ pub fn gain_of(left: &DMatrix<f64>, score: &DVector<f64>, raw: &DVector<f64>) ->
     Gain { gain: score.norm_squared(), degrees: score.len() }
 }
 
-/// Part of what the noise of streams adds to a score within which that is known: it follows from one
-/// draw of noise as large as the scatter of the raw values.
-const KNOWN_TO: f64 = 0.5;
-
 /// The gain of a score without what the noise of smoothed streams adds to it, never more than with.
 pub(super) fn gain_beyond_streams(
     left: &DMatrix<f64>,
@@ -121,7 +118,7 @@ pub(super) fn gain_beyond_streams(
     let Some(added) = of_streams else { return plain };
     let beyond = score.zip_map(added, |score, added| {
         let rest = score - added;
-        rest.signum() * (rest.abs() - KNOWN_TO * added.abs()).max(0.0)
+        rest.signum() * (rest.abs() - STREAM_NOISE * added.abs()).max(0.0)
     });
     let beyond = gain_of(left, &beyond, raw);
     if beyond.gain < plain.gain { beyond } else { plain }
