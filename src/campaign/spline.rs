@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use crate::campaign::points::{Points, merge};
+use crate::campaign::points::merge;
 use crate::campaign::smoothing::{self, Curve};
 use crate::number::Number;
 
@@ -24,9 +24,6 @@ const SAME_PART: f64 = 0.02;
 
 /// A stream pauses where nothing comes for so many of its mean spacings.
 const PAUSE: f64 = 10.0;
-
-/// Knots for which errors are drawn: of long streams the first say enough.
-const DRAWN: usize = 200_000;
 
 /// Over a pause the curve is a guess if it moves by so many times what values scatter about it.
 const GUESSED: f64 = 10.0;
@@ -76,6 +73,7 @@ pub enum SplineError {
 }
 
 mod combined;
+mod drawn;
 mod pieces;
 
 use pieces::Pieces;
@@ -247,47 +245,6 @@ impl Spline {
     /// noise (`√(tr A Aᵀ / n)` is up to 13 % less).
     pub fn noise_gain(&self) -> f64 {
         self.noise_gain
-    }
-
-    /// The curve with one draw of its error. `None` where no time constant was given.
-    ///
-    /// Its error is noise of the raw values (`sigma`, else their scatter about the curve), smoothed
-    /// as they were, and what smoothing takes off the motion: what it takes off the curve, smoothed
-    /// once more, is nearly as much.
-    pub(crate) fn disturbed(
-        &self,
-        sigma: Option<f64>,
-        normal: &mut dyn FnMut() -> f64,
-    ) -> Option<Self> {
-        let [scatter, of_knot] = self.scatter?;
-        let sigma = of_knot * sigma.unwrap_or(scatter);
-        let last = self.ends[1];
-        let values = self.pieces.values().chain([last]);
-        let count = self.knots.len().min(DRAWN);
-        let y: Vec<f64> = values.take(count).map(|own| own + sigma * normal()).collect();
-        if y.len() != count {
-            return None;
-        }
-        let points = Points { x: self.knots[..count].to_vec(), y, count: vec![1.0; count] };
-        let curve = smoothing::by_time_constant(&points, self.time_constant);
-        Some(Self { gaps: self.gaps.clone(), ..Self::from_curve(self.origin, points.x, &curve) })
-    }
-
-    /// The curve with a multiple of as much noise again as the raw values have brought into it, one
-    /// draw. `None` where no time constant was given.
-    pub(crate) fn noisier(
-        &self,
-        sigma: Option<f64>,
-        times: f64,
-        normal: &mut dyn FnMut() -> f64,
-    ) -> Option<Self> {
-        let [scatter, of_knot] = self.scatter?;
-        let sigma = of_knot * sigma.unwrap_or(scatter);
-        let y: Vec<f64> = self.knots.iter().map(|_| sigma * normal()).collect();
-        let points = Points { x: self.knots.to_vec(), count: vec![1.0; y.len()], y };
-        let noise = smoothing::by_time_constant(&points, self.time_constant);
-        let noise = Self::from_curve(self.origin, points.x, &noise);
-        Self::sum(0.0, &[(1.0, self), (times, &noise)])
     }
 
     /// The effective time constant (s), see `smoothing`.

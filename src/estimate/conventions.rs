@@ -13,6 +13,7 @@
 //! | `applied` | the numbers as a convention has them |
 //! | `turns` | products of turns in another order, about other axes, the other way |
 //! | `one_run` | whether one run is another than the rest |
+//! | `quick` | a convention on few samples |
 //! | `suspect` | what may have been mistaken, of either kind |
 
 use rayon::prelude::*;
@@ -21,7 +22,6 @@ use crate::convention::Convention;
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::minima::better_start;
 use crate::estimate::minima::clocks::Clock;
-use crate::estimate::minima::starts::Attitudes;
 use crate::estimate::minima::thinned::{Thinned, Tried};
 use crate::estimate::start::start;
 use crate::formula::Expression;
@@ -32,12 +32,14 @@ use crate::units::Dimension;
 mod applied;
 mod channels;
 mod one_run;
+mod quick;
 mod suspect;
 mod turns;
 
 use applied::Suspected;
 use channels::Channels;
 use one_run::is_of_one_run;
+use quick::Quick;
 use suspect::Suspect;
 pub use turns::ChangedFormula;
 use turns::{Reordered, changed_formulas};
@@ -263,39 +265,4 @@ fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspect<'c>]) -> Option<Next<
         .collect();
     let looked = looked.improved(suspect.stretch());
     Some(Next { suspect, looked, alike })
-}
-
-/// A convention on few samples, from several attitudes.
-struct Quick {
-    /// Logarithm of the variance factor, relative to how far readings were stretched.
-    score: f64,
-    point: Point,
-}
-
-impl Quick {
-    /// `None` where the model has no values.
-    fn of(few: &Thinned, suspect: Option<&Suspect<'_>>) -> Option<Self> {
-        let stands = few.late_by(0.0, &[])?;
-        let stretch = suspect.map_or(0.0, Suspect::stretch);
-        let problem = match suspect {
-            Some(suspect) => suspect.applied(&stands)?,
-            None => stands,
-        };
-        let attitudes = Attitudes::of(&problem);
-        let begin = start(&problem).0;
-        let fit = |point: Point, iterations| Tried::fit(problem.clone(), point, 0.0, iterations);
-        let mut all: Vec<Tried> = (0..attitudes.count())
-            .filter_map(|attitude| {
-                let mut point = begin.clone();
-                attitudes.apply(attitude, &mut point);
-                fit(point, ITERATIONS[0])
-            })
-            .collect();
-        all.sort_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor));
-        let further =
-            all.iter().take(STARTS).filter_map(|one| fit(one.point.clone(), ITERATIONS[1]));
-        let best = further.min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
-        let score = best.variance_factor.ln() - stretch_of_each(&problem, stretch);
-        Some(Self { score, point: best.point })
-    }
 }

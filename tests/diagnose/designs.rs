@@ -56,15 +56,15 @@ fn an_effect_that_one_setup_does_not_show_is_named_with_what_is_known_of_it() {
     assert_eq!(known, 2);
 }
 
-/// Most of the evidence lies in one run: what the others show is little, but they bear it out.
+/// Most of the evidence lies in one run: left out as a whole it would leave little to learn from.
 #[test]
-fn an_effect_that_mostly_one_run_shows_is_borne_out_by_the_others() {
+fn an_effect_that_mostly_one_run_shows_is_judged_within_it() {
     let (opened, problem) = beside(40e-6, &[&STILL[..], &["A_ccw50_platform-30"]].concat());
     let found = run(problem, &opened);
     assert_eq!((found.verdict, names(&found)), (Verdict::Explained, vec!["platform_offset"]));
     let gap = found.gap.unwrap();
-    assert_eq!(gap.folds, 9);
-    assert!(gap.held_out_drop > 0.1 * gap.lambda.powi(2), "{gap:?}");
+    assert_eq!(gap.folds, 9 * 5);
+    assert!(gap.held_out_drop > 0.3 * gap.lambda.powi(2), "{gap:?}");
     let [low, high] = gap.closed_interval;
     assert!(low > 0.9 && high == 1.0, "{gap:?}");
 }

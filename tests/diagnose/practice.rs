@@ -71,7 +71,7 @@ fn jitter_is_found_in_the_noise_with_its_size() {
 #[test]
 fn the_gap_closes_on_readings_that_were_not_fitted_to() {
     let Some((found, _)) = practice("trunnion_tilt") else { return };
-    let gap = found.gap.unwrap();
+    let gap = found.gap.as_ref().unwrap();
     assert_eq!(gap.folds, 40);
     assert!(gap.closed > 0.99);
     let [low, high] = gap.closed_interval;
@@ -79,7 +79,9 @@ fn the_gap_closes_on_readings_that_were_not_fitted_to() {
     // No less than within the fit: left out, a fifth of the runs does not pull parameters to make up
     // for the effect.
     assert!(gap.held_out_drop > gap.lambda.powi(2), "{gap:?}");
-    assert!(gap.held_out_drop < 1.25_f64.powi(2) * gap.lambda.powi(2), "{gap:?}");
+    // Of the only row without a remainder it is the row's own, fold by fold in the place of runs.
+    let [row] = found.rows.as_slice() else { unreachable!("{:?}", found.rows) };
+    assert!((gap.held_out_drop / row.held_out - 1.0).abs() < 0.01, "{} {gap:?}", row.held_out);
     for ((name, before), (_, after)) in gap.before.iter().zip(&gap.after) {
         assert!(after <= before, "{name}");
     }

@@ -99,14 +99,14 @@ pub struct Remainder {
     /// Amplitude of a wave (SI), where it is one.
     pub amplitude: Option<f64>,
     /// By how much something changes at a moment, where it does.
-    pub change: Option<Step>,
+    pub change: Option<StepChange>,
     /// The effect that is nearest to it, and the part of its gain that this explains.
     pub nearest: Option<(String, f64)>,
 }
 
 /// By how much something changes at a moment: what is added to it from then on.
 #[derive(Clone, Debug)]
-pub struct Step {
+pub struct StepChange {
     /// The value (SI).
     pub value: f64,
     /// Its standard uncertainty.

@@ -57,16 +57,15 @@ impl Diagnosis {
             })
             .collect();
         let rest: Vec<usize> = (0..judged.model.len()).filter(|at| !stands.contains(at)).collect();
-        let folded = Folded::new(
-            &selection,
-            &judged.model,
-            &Pieces::new(&linear, &selection, &judged.model),
-        );
         let gains = selection.contributions(&judged.model);
         let mut solved = Solved::of(&selection, &judged.model, &rest, &gains);
         if !stands.is_empty() {
-            let pieces = Pieces::new(&linear, &selection, &in_fit);
-            let of_rows = Folded::new(&selection, &in_fit, &pieces);
+            let (mut of_rows, mut pieces) = budget.folded(&in_fit, Pieces::new);
+            let mut folded = budget.folded(&judged.model, Pieces::new).0;
+            if !of_rows.is_shown() {
+                (of_rows, pieces) = budget.folded(&in_fit, Pieces::within_runs);
+                folded = budget.folded(&judged.model, Pieces::within_runs).0;
+            }
             let all = folded.drop_of_all().max(f64::MIN_POSITIVE);
             let mut with_rows = linear.fitted.clone();
             scale_noise(&mut with_rows.problem, &linear, &scale);
@@ -162,7 +161,16 @@ fn excess(gain: Gain) -> f64 {
     (gain.gain - gain.degrees as f64).max(0.0)
 }
 
+/// A way to cut readings into folds.
+type Cut = fn(&Linear, &Selection<'_>, &[usize]) -> Pieces;
+
 impl Budget<'_> {
+    /// The sums of some terms by fold.
+    fn folded(&self, terms: &[usize], cut: Cut) -> (Folded, Pieces) {
+        let pieces = cut(self.linear, self.selection, terms);
+        (Folded::new(self.selection, terms, &pieces), pieces)
+    }
+
     fn without(&self, term: usize) -> Vec<usize> {
         self.model.iter().copied().filter(|own| *own != term).collect()
     }

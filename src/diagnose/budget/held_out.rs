@@ -16,6 +16,8 @@ use super::terms::Combination;
 /// Share of a column's squared length in the readings that are fitted to, from which they determine
 /// it.
 const KNOWN: f64 = 1e-6;
+/// Part of the squared length of what terms do that the readings beside each fold must show.
+const SHOWN: f64 = 0.5;
 /// Added to the diagonal of scaled normal equations.
 const RIDGE: f64 = 1e-9;
 /// Eigenvalue of scaled columns below which held-out readings do not determine a direction.
@@ -107,6 +109,21 @@ impl Folded {
             }
         }
         drops
+    }
+
+    /// Whether the readings beside each fold show a good part of what the terms do beyond the nominal
+    /// columns: where one fold holds most of it, the others have little to learn from.
+    pub fn is_shown(&self) -> bool {
+        let n = self.whole.nrows() - 1;
+        let nothing = DMatrix::zeros(n + 1, n + 1);
+        let nominal = self.upto(0);
+        let Some(mut terms) = self.predicting(&nothing, &self.upto(self.terms.len())) else {
+            return true;
+        };
+        nominal.iter().chain([&n]).for_each(|column| terms[*column] = 0.0);
+        let length = |sums: &DMatrix<f64>| self.left_of(sums, &terms, &nominal);
+        let whole = length(&self.whole);
+        self.folds.iter().all(|fold| length(&(&self.whole - fold)) >= SHOWN * whole)
     }
 
     /// The nominal columns and those of the first terms.

@@ -45,7 +45,16 @@ impl Pieces {
             term.is_effect() && term.columns.len() >= runs
         };
         let within = runs < FEW_RUNS || model.iter().any(|term| is_of_runs(&term));
-        let stretches = if within { FOLDS } else { 1 };
+        Self::cut(linear, selection, model, if within { FOLDS } else { 1 })
+    }
+
+    /// The same with stretches of runs as folds.
+    pub fn within_runs(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Self {
+        Self::cut(linear, selection, model, FOLDS)
+    }
+
+    fn cut(linear: &Linear, selection: &Selection<'_>, model: &[usize], stretches: usize) -> Self {
+        let runs = linear.order.len();
         let size = selection.columns(model).len() + 1;
         let mut pieces: Vec<Piece> = (0..runs * stretches)
             .map(|number| Piece {

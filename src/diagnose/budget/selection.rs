@@ -204,6 +204,7 @@ impl<'a> Selection<'a> {
         (left, score, raw)
     }
 
+    /// Columns beside a model.
     fn across(&self, model: &Factored, columns: &[Combination]) -> Beside {
         let k = columns.len();
         let product = |a, b| self.weighted.product(a, b);

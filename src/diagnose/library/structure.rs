@@ -1,4 +1,4 @@
-//! Unknown structure: what an effect that nobody wrote down could look like, as effects made here.
+//! Unknown structure: what an effect that no file describes could look like, as effects made here.
 //!
 //! A block is a displacement of the target, its pedestal or the rig, an error in the time of a
 //! reading, of the reading itself or of an input, as a free function of one covariate: an angle (waves

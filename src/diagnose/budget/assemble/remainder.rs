@@ -1,6 +1,6 @@
 //! The parts of the remainder with their places and sizes.
 
-use crate::diagnose::budget::answer::{Remainder, Step};
+use crate::diagnose::budget::answer::{Remainder, StepChange};
 use crate::diagnose::budget::neighbours::{OfInputs, of_inputs};
 use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::solved::Solved;
@@ -52,13 +52,13 @@ impl Budget<'_> {
     }
 
     /// By how much a term changes something at a moment.
-    fn change(&self, term: &Term, solved: &Solved, at: usize) -> Option<Step> {
+    fn change(&self, term: &Term, solved: &Solved, at: usize) -> Option<StepChange> {
         let base = term.change.as_ref()?.base;
         let block = self.linear.candidates.get(base.candidate)?;
         let unit = block.selected.effect.parameters.get(base.signature)?.unit.clone();
         let column = solved.terms[at].start;
         let sigma = solved.covariance[(column, column)].max(0.0).sqrt();
-        Some(Step { value: solved.values[column], sigma, unit })
+        Some(StepChange { value: solved.values[column], sigma, unit })
     }
 
     /// Errors that several inputs decide together, which no term has the form of.

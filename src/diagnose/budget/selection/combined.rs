@@ -56,13 +56,12 @@ impl Combined {
     fn joined(&self, other: &Self, parts: &DMatrix<f64>) -> DMatrix<f64> {
         let mut products = DMatrix::zeros(self.columns.len(), other.columns.len());
         let mut along = vec![0.0; parts.nrows()];
-        for (to, column) in products.column_iter_mut().zip(&other.columns) {
+        for (mut to, column) in products.column_iter_mut().zip(&other.columns) {
             along.fill(0.0);
             for (place, by) in column {
                 let from = parts.column(*place);
                 along.iter_mut().zip(from.iter()).for_each(|(sum, value)| *sum += by * value);
             }
-            let mut to = to;
             for (to, own) in to.iter_mut().zip(&self.columns) {
                 *to = own.iter().map(|(place, by)| by * along[*place]).sum();
             }

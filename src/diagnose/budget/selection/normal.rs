@@ -88,7 +88,7 @@ pub(super) fn solved(
     half: &DVector<f64>,
 ) -> (DVector<f64>, DMatrix<f64>) {
     let values = inverse.tr_mul(half).component_div(length);
-    // Of transposed factors there is no blocked product.
+    // A product of two matrices is blocked, `tr_mul` goes column by column.
     let mut covariance = inverse.transpose() * inverse;
     for (j, mut column) in covariance.column_iter_mut().enumerate() {
         column.component_div_assign(length);

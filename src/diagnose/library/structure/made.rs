@@ -35,7 +35,7 @@ pub(super) fn effect(
     )
 }
 
-/// An effect that nobody wrote down: coefficients with their dimensions and scope, the line of its
+/// An effect of unknown structure: coefficients with their dimensions and scope, the line of its
 /// family, if it has one, and its patches.
 pub(super) fn made(
     name: &str,

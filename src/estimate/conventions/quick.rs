@@ -1,0 +1,44 @@
+//! A convention on few samples, before it is compared on more.
+
+use crate::engine::Point;
+use crate::estimate::minima::starts::Attitudes;
+use crate::estimate::minima::thinned::{Thinned, Tried};
+use crate::estimate::start::start;
+
+use super::suspect::Suspect;
+use super::{ITERATIONS, STARTS, stretch_of_each};
+
+/// A convention on few samples, from several attitudes.
+pub(super) struct Quick {
+    /// Logarithm of the variance factor, relative to how far readings were stretched.
+    pub(super) score: f64,
+    pub(super) point: Point,
+}
+
+impl Quick {
+    /// `None` where the model has no values.
+    pub(super) fn of(few: &Thinned, suspect: Option<&Suspect<'_>>) -> Option<Self> {
+        let stands = few.late_by(0.0, &[])?;
+        let stretch = suspect.map_or(0.0, Suspect::stretch);
+        let problem = match suspect {
+            Some(suspect) => suspect.applied(&stands)?,
+            None => stands,
+        };
+        let attitudes = Attitudes::of(&problem);
+        let begin = start(&problem).0;
+        let fit = |point: Point, iterations| Tried::fit(problem.clone(), point, 0.0, iterations);
+        let mut all: Vec<Tried> = (0..attitudes.count())
+            .filter_map(|attitude| {
+                let mut point = begin.clone();
+                attitudes.apply(attitude, &mut point);
+                fit(point, ITERATIONS[0])
+            })
+            .collect();
+        all.sort_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor));
+        let further =
+            all.iter().take(STARTS).filter_map(|one| fit(one.point.clone(), ITERATIONS[1]));
+        let best = further.min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
+        let score = best.variance_factor.ln() - stretch_of_each(&problem, stretch);
+        Some(Self { score, point: best.point })
+    }
+}
