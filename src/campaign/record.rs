@@ -37,7 +37,12 @@ pub struct Record {
 #[derive(Clone, Debug)]
 enum Kept {
     Held(Arc<Samples>),
-    Spilled { columns: Arc<Spilled>, starts: Starts },
+    /// With the inputs as they are read: streams may be other ones than when it was written.
+    Spilled {
+        columns: Arc<Spilled>,
+        starts: Starts,
+        inputs: Vec<Track>,
+    },
 }
 
 /// Samples of one block, and their reading columns.
@@ -142,6 +147,7 @@ impl Record {
             inputs: columns.inputs.clone(),
             kept: Kept::Spilled {
                 starts: Starts::at(columns.first_time),
+                inputs: columns.inputs.clone(),
                 columns: Arc::new(columns),
             },
             change: None,
@@ -233,8 +239,8 @@ impl Record {
     fn copy(&self, range: Range<usize>, into: &mut Samples) {
         match &self.kept {
             Kept::Held(samples) => copy(samples, range.clone(), into),
-            Kept::Spilled { columns, starts } => {
-                columns.fill(range.clone(), *starts, into);
+            Kept::Spilled { columns, starts, inputs } => {
+                columns.fill(range.clone(), *starts, inputs, into);
             }
         }
         if let Some(change) = self.change {
@@ -387,6 +393,19 @@ impl Record {
             }
         };
         Self { inputs, change: Some(change), whole: OnceLock::new(), ..self.clone() }
+    }
+
+    /// Puts other streams in the place of those of some inputs. What is kept stays where it is.
+    pub(crate) fn replace_streams(&mut self, streams: Vec<(usize, Track)>) {
+        let put = |inputs: &mut [Track]| {
+            streams.iter().for_each(|(input, track)| inputs[*input] = track.clone());
+        };
+        put(&mut self.inputs);
+        match &mut self.kept {
+            Kept::Held(samples) => put(&mut Arc::make_mut(samples).inputs),
+            Kept::Spilled { inputs, .. } => put(inputs),
+        }
+        self.whole = OnceLock::new();
     }
 
     /// Lets the time since the start of the setup count from `start` (s).

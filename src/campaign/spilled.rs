@@ -48,8 +48,14 @@ impl Spilled {
         }
     }
 
-    pub(crate) fn fill(&self, range: Range<usize>, starts: Starts, into: &mut Samples) {
-        shape(into, &self.inputs, self.readings);
+    pub(crate) fn fill(
+        &self,
+        range: Range<usize>,
+        starts: Starts,
+        inputs: &[Track],
+        into: &mut Samples,
+    ) {
+        shape(into, inputs, self.readings);
         let mut number = 0;
         for column in into.columns_mut() {
             self.column(number, range.clone(), column);

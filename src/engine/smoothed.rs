@@ -51,13 +51,8 @@ impl Problem {
 
     /// The same readings over streams with as much noise again as they have, and with that noise
     /// the other way round: sums over both, less those without, are what the noise does to a product
-    /// of two things that it moves. `None` where no stream is smoothed, and where the readings are
-    /// not kept in memory.
+    /// of two things that it moves. `None` where no stream is smoothed.
     pub fn with_noisier_streams(&self) -> Option<[Self; 2]> {
-        let mut runs = self.parts.iter().flat_map(|part| &part.runs);
-        if runs.any(|run| run.record.is_spilled()) {
-            return None;
-        }
         let mut both = [self.clone(), self.clone()];
         let mut is_any = false;
         for (problem, times) in both.iter_mut().zip([1.0, -1.0]) {
@@ -77,11 +72,7 @@ impl Problem {
                         continue;
                     }
                     is_any = true;
-                    problem.parts[p].runs[r].record.edit(|samples| {
-                        for (input, track) in curves {
-                            samples.inputs[input] = track;
-                        }
-                    });
+                    problem.parts[p].runs[r].record.replace_streams(curves);
                 }
             }
         }

@@ -31,7 +31,8 @@ fn angle(t: f64) -> f64 {
     1.2 * (2.0 * PI * 0.3 * t).sin() + 0.4 * (2.0 * PI * 0.8 * t + 1.0).sin()
 }
 
-/// A campaign whose readings are off by `error` times the acceleration of the rate.
+/// Writes a campaign whose readings are off by `error` times the acceleration of the rate, and
+/// diagnoses it.
 fn campaign(folder: &Path, smooth: &str, error: f64, seed: u64) -> Diagnosis {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = |sigma: f64| -> f64 {
@@ -69,6 +70,21 @@ fn campaign(folder: &Path, smooth: &str, error: f64, seed: u64) -> Diagnosis {
     }
     let opened = open(&Request::new([folder])).unwrap();
     run(opened.problem.clone(), &opened)
+}
+
+/// Where samples are kept does not matter.
+#[test]
+fn a_smoothed_stream_beside_samples_in_a_file_gives_the_same_diagnosis() {
+    let folder = tempfile::tempdir().unwrap();
+    let in_memory = campaign(folder.path(), "0.12 s", 5e-5, 6);
+    let opened = open(&Request { memory: Some(1), ..Request::new([folder.path()]) }).unwrap();
+    assert!(opened.problem.parts[0].runs[0].record.is_spilled());
+    let in_file = run(opened.problem.clone(), &opened);
+    assert_eq!(told(&in_memory), told(&in_file));
+    let gains = |found: &Diagnosis| -> Vec<u64> {
+        found.remainder.iter().map(|one| one.gain.gain.to_bits()).collect()
+    };
+    assert_eq!(gains(&in_memory), gains(&in_file));
 }
 
 #[test]
