@@ -46,7 +46,6 @@ use gross::spikes::without_spikes;
 use gross::twice::twice;
 use library::place::Place;
 use library::wanted::Wanted;
-use price::Gain;
 
 pub use budget::answer::Diagnosis;
 
@@ -98,15 +97,7 @@ fn of_misstated(whole: Calibration, misstated: Misstated) -> Diagnosis {
     let Misstated { contradicted } = misstated;
     let place = Place::of_stated(&contradicted.parameter, contradicted.estimate.of.as_deref());
     let mut diagnosis = Diagnosis::without_search(whole, Verdict::Unknown, Vec::new());
-    diagnosis.remainder = vec![Remainder {
-        place,
-        gain: Gain::default(),
-        share: 1.0,
-        rms: None,
-        amplitude: None,
-        change: None,
-        nearest: None,
-    }];
+    diagnosis.remainder = vec![Remainder { share: 1.0, ..Remainder::at(place) }];
     diagnosis.contradicted = vec![contradicted];
     diagnosis
 }

@@ -48,6 +48,16 @@ pub struct Selected {
     pub member: BTreeMap<String, f64>,
 }
 
+impl Selected {
+    /// The name of the effect with its head.
+    pub fn name(&self) -> String {
+        match &self.head {
+            Some(head) => format!("{}.{head}", self.effect.name),
+            None => self.effect.name.clone(),
+        }
+    }
+}
+
 /// A model with its effects, ready for an engine.
 #[derive(Clone, Debug)]
 pub struct System {

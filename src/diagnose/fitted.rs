@@ -3,7 +3,8 @@
 pub mod planned;
 
 use crate::engine::open::Recipe;
-use crate::engine::{Part, Point, Problem};
+use crate::engine::point::NamedValue;
+use crate::engine::{Point, Problem};
 use crate::estimate::batch::{Fit, FitError, Options, Outcome, fit};
 use crate::system::Selected;
 
@@ -32,37 +33,10 @@ impl Fitted {
     pub fn with(
         &self,
         more: &Selected,
-        start: &[(String, usize, Option<String>, f64)],
+        start: &[NamedValue],
         options: &Options,
     ) -> Result<Option<Self>, FitError> {
-        let mut recipes = self.recipes.clone();
-        let mut parts = Vec::with_capacity(recipes.len());
-        let mut fits = false;
-        for (recipe, part) in recipes.iter_mut().zip(&self.problem.parts) {
-            if let Ok(system) = recipe.with(std::slice::from_ref(more)) {
-                fits = true;
-                recipe.effects.push(more.clone());
-                parts.push(rebuilt(part, system));
-            } else {
-                parts.push(part.clone());
-            }
-        }
-        if !fits {
-            return Ok(None);
-        }
-        let mut problem = Problem::new(parts);
-        let mut point = carried(&self.problem, &self.fit.point, &problem);
-        for (name, component, of, value) in start {
-            for (index, instance) in problem.layout.instances.iter().enumerate() {
-                let here = instance.whose() == of.as_deref();
-                if instance.name == *name && here && !instance.setting.fixed {
-                    point.set_component(&problem.layout, index, *component, *value);
-                }
-            }
-        }
-        point.balance(&problem.layout);
-        let fit = fit(&mut problem, point, options)?;
-        Ok(Some(Self { recipes, problem, fit }))
+        self.changed(|effects| effects.push(more.clone()), start, options)
     }
 
     /// The same campaigns, readings and weights without some effects, fitted from here.
@@ -70,29 +44,42 @@ impl Fitted {
     /// # Errors
     /// [`FitError`] where the problem cannot be fitted at all.
     pub fn without(&self, less: &[&Selected], options: &Options) -> Result<Self, FitError> {
+        let is_kept = |one: &Selected| {
+            !less.iter().any(|gone| gone.name() == one.name() && gone.member == one.member)
+        };
+        let changed = self.changed(|effects| effects.retain(is_kept), &[], options)?;
+        changed.map_or_else(|| self.clone().again(options), Ok)
+    }
+
+    /// The same campaigns with other effects, fitted from here; a campaign that cannot have them
+    /// stays as it is. `None` where none can.
+    fn changed(
+        &self,
+        change: impl Fn(&mut Vec<Selected>),
+        start: &[NamedValue],
+        options: &Options,
+    ) -> Result<Option<Self>, FitError> {
         let mut recipes = self.recipes.clone();
-        let mut parts = Vec::with_capacity(recipes.len());
-        for (recipe, part) in recipes.iter_mut().zip(&self.problem.parts) {
-            let dropped = |one: &Selected| {
-                less.iter().any(|gone| {
-                    gone.effect.name == one.effect.name
-                        && gone.head == one.head
-                        && gone.member == one.member
-                })
-            };
-            let kept = recipe.effects.iter().filter(|one| !dropped(one)).cloned().collect();
-            let known = std::mem::replace(&mut recipe.effects, kept);
-            parts.push(if let Ok(system) = recipe.with(&[]) {
-                rebuilt(part, system)
-            } else {
-                recipe.effects = known;
-                part.clone()
-            });
+        let mut parts = self.problem.parts.clone();
+        let mut fits = false;
+        for (recipe, part) in recipes.iter_mut().zip(&mut parts) {
+            let mut other = recipe.clone();
+            change(&mut other.effects);
+            if let Ok(system) = other.with(&[]) {
+                fits = true;
+                *recipe = other;
+                *part = part.with_system(system);
+            }
         }
-        let mut problem = Problem::new(parts);
-        let point = carried(&self.problem, &self.fit.point, &problem);
+        if !fits {
+            return Ok(None);
+        }
+        let mut problem = self.problem.with_parts(parts);
+        let mut point = carried(&self.problem, &self.fit.point, &problem);
+        point.set_named(&problem.layout, start, true);
+        point.balance(&problem.layout);
         let fit = fit(&mut problem, point, options)?;
-        Ok(Self { recipes, problem, fit })
+        Ok(Some(Self { recipes, problem, fit }))
     }
 
     /// Fitted again from where it stands, with the readings and uncertainties of the problem.
@@ -115,35 +102,14 @@ impl Fitted {
 
     /// Gives a random quantity a standard deviation in every campaign that has it.
     pub fn set_random(&mut self, name: &str, value: f64) {
-        let mut parts = std::mem::take(&mut self.problem.parts);
-        for part in &mut parts {
+        for part in &mut self.problem.parts {
             for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
                 if random.name == name {
                     *sigma = value;
                 }
             }
         }
-        self.problem = Problem::new(parts);
     }
-
-    /// The sum of squares of the residuals and priors.
-    pub fn cost(&self) -> f64 {
-        self.fit.cost
-    }
-}
-
-/// The name of an effect with its head.
-pub fn name_of(selected: &Selected) -> String {
-    match &selected.head {
-        Some(head) => format!("{}.{head}", selected.effect.name),
-        None => selected.effect.name.clone(),
-    }
-}
-
-/// A part with another system; readings, stated uncertainties, levels and memory of noise as they
-/// are.
-pub fn rebuilt(part: &Part, system: crate::system::System) -> Part {
-    part.with_system(system)
 }
 
 /// The values of one problem's point in another problem; what is new starts at what is stated, else

@@ -16,24 +16,16 @@ use super::library::place::Place;
 pub struct NoiseEffect {
     /// The effect of the library.
     pub name: String,
-    /// Where it is part of the model: as what.
-    pub selected: Option<Selected>,
+    /// As what it is part of the model.
+    pub selected: Selected,
     /// The name of its parameter.
     pub parameter: String,
-    /// Other parameters of it that have this size, too: a walk is the same along all axes.
-    pub also: Vec<String>,
-    /// The campaign that it is found in, where others differ.
-    pub of: Option<String>,
     /// Unit in which the parameter is declared.
     pub unit: Unit,
     /// Its size (SI).
     pub value: f64,
     /// Standard uncertainty.
     pub sigma: f64,
-    /// Effects that these data cannot tell from it.
-    pub aliases: Vec<String>,
-    /// Of noise with a memory the time after which correlation is down to a factor of e (s).
-    pub memory: Option<f64>,
     /// Logarithm of the probability of such a finding by chance.
     pub ln_p: f64,
 }

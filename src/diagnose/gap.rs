@@ -154,7 +154,7 @@ pub fn gap(models: &Steps, drops: &[Vec<Drop>], degrees: usize, leftover: f64) -
     }
     let drops = drops.last().map_or(&[][..], Vec::as_slice);
     let (part, interval) = closed(drops, leftover);
-    let gain = before.cost() - after.cost();
+    let gain = before.fit.cost - after.fit.cost;
     Gap {
         held_out: None,
         before: rms(&before.problem, &before.fit.point),

@@ -18,9 +18,14 @@ pub struct Gain {
 }
 
 impl Gain {
+    /// What is taken off beyond what chance gives.
+    pub fn excess(self) -> f64 {
+        (self.gain - self.degrees as f64).max(0.0)
+    }
+
     /// Noncentrality: the length of the signature in units of the noise, less what chance gives.
     pub fn noncentrality(self) -> f64 {
-        (self.gain - self.degrees as f64).max(0.0).sqrt()
+        self.excess().sqrt()
     }
 }
 

@@ -9,6 +9,9 @@ use crate::model::Setting;
 use crate::number::{Gradient, Number, partial, partials};
 use crate::quaternion::Quaternion;
 
+/// A component of a parameter by its name, whose value it is (`None`: of all), and the value (SI).
+pub type NamedValue = (String, usize, Option<String>, f64);
+
 /// The value of each instance of a [`Layout`]: a scalar uses the first number, a vector three, a
 /// rotation four (w, x, y, z). SI.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,6 +130,19 @@ impl Point {
         if let Some(own) = components.get_mut(component) {
             *own = value;
             self.values[instance] = from_components(layout.instances[instance].kind, &components);
+        }
+    }
+
+    /// Gives components of parameters, named with the component and whose value it is, other values:
+    /// all of them or, with `free_only`, those that are not fixed.
+    pub fn set_named(&mut self, layout: &Layout, values: &[NamedValue], free_only: bool) {
+        for (name, component, of, value) in values {
+            for (index, instance) in layout.instances.iter().enumerate() {
+                let is_held = free_only && instance.setting.fixed;
+                if instance.name == *name && instance.whose() == of.as_deref() && !is_held {
+                    self.set_component(layout, index, *component, *value);
+                }
+            }
         }
     }
 

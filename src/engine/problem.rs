@@ -59,6 +59,12 @@ impl Problem {
         problem
     }
 
+    /// A problem of other campaigns whose fits report to the same progress.
+    #[must_use]
+    pub fn with_parts(&self, parts: Vec<Part>) -> Self {
+        Self { progress: self.progress.clone(), ..Self::new(parts) }
+    }
+
     /// Lets a parameter start where a search found it, in this problem and in all that are made of
     /// its parts.
     pub fn begin_at_found(&mut self, instance: usize, components: Vec<f64>) {

@@ -17,6 +17,8 @@ pub struct WhitenedLanes<'a> {
     pub run: usize,
     /// Which residual component.
     pub row: usize,
+    /// Number of columns: those that the run touches, then those of the signatures.
+    pub columns: usize,
     /// The samples; lanes beyond them are zero.
     pub stretch: Stretch<'a>,
     /// 0 where there is no reading.
@@ -38,14 +40,16 @@ impl WhitenedLanes<'_> {
         lane < self.stretch.len && self.weights[lane] != 0.0
     }
 
-    /// Puts the row of one sample into a vector, one number a column; others stay as they are.
-    pub fn put(&self, lane: usize, into: &mut [f64]) {
-        into.fill(0.0);
+    /// Puts the row of one sample into a vector: one number a column, then the residual.
+    pub fn put(&self, lane: usize, into: &mut Vec<f64>) {
+        into.clear();
+        into.resize(self.columns, 0.0);
         for (direction, slope) in self.directions.iter().zip(self.slopes) {
             for (column, by) in &self.movers[*direction] {
                 into[*column] += by * slope[lane];
             }
         }
+        into.push(self.residual[lane]);
     }
 }
 
@@ -69,6 +73,7 @@ impl Problem {
                 visit(WhitenedLanes {
                     run: block.run,
                     row: row.index,
+                    columns: plan.size - 1,
                     stretch: row.chunk.stretch(),
                     weights: row.weights,
                     residual: row.lanes[0],

@@ -117,12 +117,11 @@ fn noise_effect(one: &NoiseEffect) -> Value {
         "parameters": [{
             "name": one.parameter,
             "scope": "sample",
-            "of": one.of,
+            "of": null,
             "value": number(Some(one.value)),
             "sigma": number(Some(one.sigma)),
             "unit": one.unit.si_symbol(),
         }],
-        "aliases": one.aliases,
         "ln_p": number(Some(one.ln_p)),
     })
 }

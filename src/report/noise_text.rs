@@ -20,7 +20,7 @@ const STRETCHES: usize = 12;
 /// Whether the draws of an effect on the noise are rectangular, as what is rounded has them.
 fn is_rectangular(one: &NoiseEffect) -> bool {
     let local = one.parameter.rsplit('.').next();
-    let mut declared = one.selected.iter().flat_map(|selected| &selected.effect.parameters);
+    let mut declared = one.selected.effect.parameters.iter();
     declared.any(|own| Some(own.name.as_str()) == local && own.shape == Shape::Uniform)
 }
 

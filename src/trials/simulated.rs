@@ -2,7 +2,8 @@
 //!
 //! Which effects and values is settled elsewhere ([`super::draw`]).
 
-use crate::diagnose::fitted::{carried, rebuilt};
+use crate::diagnose::fitted::carried;
+use crate::engine::point::NamedValue;
 use crate::engine::simulate::simulate;
 use crate::engine::{Point, Problem};
 use crate::system::Selected;
@@ -24,23 +25,17 @@ pub(super) fn noiseless(full: &Problem, point: &Point) -> Problem {
 pub(super) fn with(
     design: &Design,
     selected: &[Selected],
-    values: &[(String, usize, Option<String>, f64)],
+    values: &[NamedValue],
 ) -> (Problem, Point) {
     let parts = design.problem.parts.iter().zip(&design.recipes).map(|(part, recipe)| match recipe
         .with(selected)
     {
-        Ok(system) => rebuilt(part, system),
+        Ok(system) => part.with_system(system),
         Err(_) => part.clone(),
     });
     let full = Problem::new(parts.collect());
     let mut point = carried(&design.problem, &design.truth, &full);
-    for (name, component, of, value) in values {
-        for (index, instance) in full.layout.instances.iter().enumerate() {
-            if instance.name == *name && instance.whose() == of.as_deref() {
-                point.set_component(&full.layout, index, *component, *value);
-            }
-        }
-    }
+    point.set_named(&full.layout, values, false);
     (full, point)
 }
 

@@ -6,6 +6,7 @@ use homepoint::diagnose::budget::held_out::Folded;
 use homepoint::diagnose::budget::linear::Linear;
 use homepoint::diagnose::budget::pieces::Pieces;
 use homepoint::diagnose::budget::selection::Selection;
+use homepoint::diagnose::budget::sums::Weighted;
 use homepoint::diagnose::budget::terms::{Base, Change};
 use homepoint::diagnose::fitted::Fitted;
 use homepoint::diagnose::library::wanted::Wanted;
@@ -86,7 +87,7 @@ fn dense(linear: &Linear, changes: &[(usize, Change)]) -> Vec<(usize, Vec<f64>)>
     let mut rows = Vec::new();
     problem.visit_whitened(signatures, &linear.fitted.fit.point, &mut |lanes| {
         let own = &columns[lanes.run];
-        let mut row = vec![0.0; own.len()];
+        let mut row = Vec::new();
         for lane in (0..lanes.stretch.len).filter(|lane| lanes.is_present(*lane)) {
             lanes.put(lane, &mut row);
             let mut whole = vec![0.0; sums.len() + 1];
@@ -187,7 +188,7 @@ fn sums_are_products_of_rows() {
         }
     }
     assert_eq!(stated, 4);
-    let weighted = sums.weighted(&weights);
+    let weighted = Weighted::new(&sums, &weights);
     agree(&whole, &|a, b| weighted.product(a, b));
 }
 
@@ -225,16 +226,16 @@ fn a_term_gains_what_the_fit_with_it_takes_off() {
     let with_tilt = with(&fitted, "trunnion_tilt");
     for name in &effects[..3] {
         let alone = selection.gain(&[], term(name)).gain;
-        let taken = fitted.cost() - with(&fitted, name).cost();
+        let taken = fitted.fit.cost - with(&fitted, name).fit.cost;
         assert!((alone - taken).abs() < 0.02 * alone.max(1.0), "{name}: {alone} {taken}");
         let beside = selection.gain(&[tilt], term(name)).gain;
         let both = with(&with_tilt, name);
-        let taken = with_tilt.cost() - both.cost();
+        let taken = with_tilt.fit.cost - both.fit.cost;
         assert!((beside - taken).abs() < 0.02 * beside.max(1.0), "{name}: {beside} {taken}");
         let left = selection.chi_squared(&[tilt, term(name)]);
-        assert!((left / both.cost() - 1.0).abs() < 1e-3, "{name}: {left} {}", both.cost());
+        assert!((left / both.fit.cost - 1.0).abs() < 1e-3, "{name}: {left} {}", both.fit.cost);
         let own = selection.contributions(&[term(name), tilt])[1].gain;
-        let taken = with(&fitted, name).cost() - both.cost();
+        let taken = with(&fitted, name).fit.cost - both.fit.cost;
         assert!((own - taken).abs() < 0.02 * own.max(1.0), "{name}: {own} {taken}");
     }
     assert!(selection.gain(&[], tilt).gain > 100.0);

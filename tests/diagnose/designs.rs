@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use homepoint::diagnose::budget::answer::Verdict;
-use homepoint::diagnose::fitted::rebuilt;
 use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::power::power;
 use homepoint::diagnose::{diagnose, judge};
@@ -469,7 +468,7 @@ fn a_dead_run_with_a_delay_of_its_own_is_told() {
     let (name, scope) = ("distance.delay".to_owned(), Some(Scope::Run));
     opened.recipes[0].overrides.push(Override { name, scope, ..Override::default() });
     let part = &opened.problem.parts[0];
-    let mut part = rebuilt(part, opened.recipes[0].with(&[]).unwrap());
+    let mut part = part.with_system(opened.recipes[0].with(&[]).unwrap());
     let name = part.runs[3].name.clone();
     part.runs[3].record.edit(|samples| {
         samples.readings.iter_mut().for_each(|readings| readings.fill(0.0));

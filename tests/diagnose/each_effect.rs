@@ -151,7 +151,7 @@ impl Rig {
             let direction = along(&mut generator, &way, entry);
             let values = &entry.basis * (&direction * (lambda / direction.norm()));
             let with = way.systems[0].as_deref().unwrap().clone();
-            let mut part = homepoint::diagnose::fitted::rebuilt(&problem.parts[0], with);
+            let mut part = problem.parts[0].with_system(with);
             part.random_sigma = problem.parts[0].random_sigma.clone();
             let mut drawn = Problem::new(vec![part]);
             let mut point = carried(&problem, &self.truth, &drawn);

@@ -102,7 +102,7 @@ fn a_gain_is_what_the_nonlinear_fit_takes_off() {
         let candidate = offered.iter().find(|one| one.name == name).unwrap();
         let gain = evidence(&fitted, &[candidate]).entries[0].gain();
         let with = fitted.with(&candidate.selected, &[], &Options::default()).unwrap().unwrap();
-        let taken = fitted.cost() - with.cost();
+        let taken = fitted.fit.cost - with.fit.cost;
         assert!((gain - taken).abs() < 0.02 * gain.max(1.0), "{name}: {gain} {taken}");
         compared += 1;
     }
@@ -139,7 +139,7 @@ fn what_would_stand_in_the_place_of_a_term_is_the_best_beside_the_others() {
     let pool: Vec<usize> = (0..linear.terms.len()).collect();
     let mut model = Vec::new();
     for _ in 0..4 {
-        let best = selection.ranked(&model, &pool, 0.0)[0];
+        let best = selection.ranked(&model, &pool)[0];
         model.push(best.term);
         selection.set_scale(&model);
     }
@@ -148,7 +148,7 @@ fn what_would_stand_in_the_place_of_a_term_is_the_best_beside_the_others() {
         let rest: Vec<usize> = model.iter().copied().filter(|own| *own != model[number]).collect();
         let others: Vec<usize> =
             pool.iter().copied().filter(|term| !model.contains(term)).collect();
-        let due = selection.ranked(&rest, &others, 0.0)[0];
+        let due = selection.ranked(&rest, &others)[0];
         let found = exchange.best(number, |_| true).unwrap();
         assert_eq!((found.term, found.gain.degrees), (due.term, due.gain.degrees));
         assert!((found.ln_bayes - due.ln_bayes).abs() < 1e-6 * due.gain.gain.max(1.0));

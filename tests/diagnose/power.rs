@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use homepoint::diagnose::evidence::Evidence;
-use homepoint::diagnose::fitted::{carried, rebuilt};
+use homepoint::diagnose::fitted::carried;
 use homepoint::diagnose::library::candidate::Candidate;
 use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::power::design::{design, prospect};
@@ -48,7 +48,8 @@ fn drawn(
     values: &DVector<f64>,
     seed: Option<u64>,
 ) -> Problem {
-    let mut part = rebuilt(&problem.parts[0], (**candidate.systems[0].as_ref().unwrap()).clone());
+    let system = candidate.systems[0].as_ref().unwrap();
+    let mut part = problem.parts[0].with_system((**system).clone());
     if seed.is_none() {
         part.sigma.fill(0.0);
         part.random_sigma.fill(0.0);

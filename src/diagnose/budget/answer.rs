@@ -104,6 +104,21 @@ pub struct Remainder {
     pub nearest: Option<(String, f64)>,
 }
 
+impl Remainder {
+    /// At a place, of which nothing else is known.
+    pub fn at(place: Place) -> Self {
+        Self {
+            place,
+            gain: Gain::default(),
+            share: 0.0,
+            rms: None,
+            amplitude: None,
+            change: None,
+            nearest: None,
+        }
+    }
+}
+
 /// By how much something changes at a moment: what is added to it from then on.
 #[derive(Clone, Debug)]
 pub struct StepChange {

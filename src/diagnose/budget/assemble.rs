@@ -74,7 +74,7 @@ impl Diagnosis {
                 rows.iter().filter_map(|row| effect_of(&with_rows, &row.name).cloned()).collect();
             let steps = Steps::of(&with_rows, &selected, options)?;
             let degrees = stands.iter().map(|at| gains[*at].degrees).sum();
-            let leftover = rest.iter().map(|at| excess(gains[*at])).sum();
+            let leftover = rest.iter().map(|at| gains[*at].excess()).sum();
             let drops = of_rows.drops(&selection, &pieces);
             self.gap = Some(gap(&steps, &drops, degrees, leftover));
             let members = member_uncertainties(&with_rows, &selected, options)?;
@@ -86,7 +86,7 @@ impl Diagnosis {
                 let row = in_fit.iter().position(|term| *term == judged.model[*at]);
                 let drop = row.map_or(0.0, |row| of_rows.drop(row));
                 own.closes = (drop.max(0.0) / all).min(1.0);
-                own.confounded = solved.confounded_rows(*at);
+                own.confounded = solved.confounded_rows(&selection, &judged.model, *at);
                 let budget = (judged.model.as_slice(), rest.as_slice(), gains.as_slice());
                 own.confounded.extend(near_aliases(&linear, &selection, &mut solved, budget, *at));
                 own.values = solved.values(&linear, &own.name, *at, &explained);
@@ -157,10 +157,6 @@ struct Budget<'a> {
     model: &'a [usize],
 }
 
-fn excess(gain: Gain) -> f64 {
-    (gain.gain - gain.degrees as f64).max(0.0)
-}
-
 /// A way to cut readings into folds.
 type Cut = fn(&Linear, &Selection<'_>, &[usize]) -> Pieces;
 
@@ -183,7 +179,7 @@ impl Budget<'_> {
         let rest = self.without(term);
         let ln_bayes = selection.ln_bayes_factor(term, gains[at]);
         let pools = Pools::of(selection);
-        let rivals = selection.ranked(&rest, &pools.effects, 0.0);
+        let rivals = selection.ranked(&rest, &pools.effects);
         // An effect in two forms is one rival.
         let mut names: BTreeSet<&str> = BTreeSet::from([own.name.as_str()]);
         let is_new = |one: &RankedTerm| names.insert(&linear.terms[one.term].name);
@@ -193,7 +189,7 @@ impl Budget<'_> {
             .filter(|one| one.ln_bayes >= ENTER && one.ln_bayes > ln_bayes - TIE)
             .map(|one| linear.terms[one.term].name.clone())
             .collect();
-        let blocks = selection.ranked(&rest, &pools.blocks, 0.0);
+        let blocks = selection.ranked(&rest, &pools.blocks);
         let others = rivals.iter().chain(blocks.first()).map(|one| one.ln_bayes - ln_bayes);
         let odds: f64 = others.chain([-ln_bayes]).map(f64::exp).sum();
         let selected = effect_of(&linear.fitted, &own.name);
@@ -209,7 +205,7 @@ impl Budget<'_> {
             gain: gains[at],
             ln_bayes,
             closes: 0.0,
-            alone: (excess(alone) / total.max(f64::MIN_POSITIVE)).min(1.0),
+            alone: (alone.excess() / total.max(f64::MIN_POSITIVE)).min(1.0),
             posterior: 1.0 / (1.0 + odds),
             held_out: folded.drop(at),
             aliases,
@@ -257,7 +253,7 @@ impl Budget<'_> {
         let total = selection.chi_squared(&[]) - selection.chi_squared(self.model);
         let mut live = (*selection).clone();
         live.live = linear.terms.iter().map(|term| !term.columns.is_empty()).collect();
-        let ranked = live.ranked(&[], &pools.effects, 0.0);
+        let ranked = live.ranked(&[], &pools.effects);
         // Of an effect in two forms the library's is listed.
         let is_listed = |own: &Term| {
             own.variant.is_none()
@@ -267,7 +263,7 @@ impl Budget<'_> {
             .into_iter()
             .filter(|one| one.gain.degrees > 0 && is_listed(&linear.terms[one.term]))
             .collect();
-        let blocks = live.ranked(&[], &pools.blocks, 0.0);
+        let blocks = live.ranked(&[], &pools.blocks);
         let blocks: Vec<_> = blocks.into_iter().filter(|one| one.gain.degrees > 0).collect();
         let all = || ranked.iter().chain(&blocks).map(|one| one.ln_bayes);
         let most = all().fold(0.0, f64::max);

@@ -10,8 +10,9 @@ use self::moments::Bin;
 use super::linear::Linear;
 use super::selection::Selection;
 use super::sums::Appended;
-use super::terms::{Base, Change, Kind, Term};
+use super::terms::{Base, Change, Term};
 use crate::diagnose::thresholds::ENTER;
+use crate::engine::layout::qualified;
 
 mod moments;
 
@@ -35,7 +36,7 @@ impl Linear {
         let mut bins: Vec<Bin> = Vec::new();
         for run in &runs {
             let firsts = (0..self.samples_in(*run)).step_by(step);
-            bins.extend(firsts.map(|first| Bin { run: *run, first }));
+            bins.extend(firsts.map(|first| (*run, first)));
         }
         let rows = model.iter().filter(|term| selection.terms[**term].is_effect());
         let without = |out: &usize| model.iter().copied().filter(|own| own != out).collect();
@@ -53,23 +54,16 @@ impl Linear {
         let mut strong: Vec<Change> =
             coarse.into_iter().filter(|one| one.gain.gain > weak).collect();
         strong.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
-        let mut known: Vec<(Base, bool)> = Vec::new();
-        strong.retain(|one| {
-            let kind = (one.base, one.end.is_some());
-            let is_new = !known.contains(&kind);
-            known.push(kind);
-            is_new
-        });
-        strong.truncate(MOST_STRONG);
+        Change::keep_one_of_a_kind(&mut strong, MOST_STRONG);
         let mut found = Vec::new();
         for one in strong {
-            let at = bins.iter().position(|bin| (bin.run, bin.first) == one.at).unwrap_or(0);
+            let at = bins.iter().position(|bin| *bin == one.at).unwrap_or(0);
             // Sample by sample between the neighbouring bins, coarse elsewhere.
             let (low, high) = (at.saturating_sub(1), (at + 1).min(bins.len() - 1));
             let mut around: Vec<Bin> = bins[..low].to_vec();
-            for bin in &bins[low..=high] {
-                let end = self.samples_in(bin.run).min(bin.first + step);
-                around.extend((bin.first..end).map(|first| Bin { run: bin.run, first }));
+            for (run, first) in &bins[low..=high] {
+                let end = self.samples_in(*run).min(first + step);
+                around.extend((*first..end).map(|first| (*run, first)));
             }
             around.extend(&bins[high + 1..]);
             let fine = self.best_moments(selection, (model, &models, &least), &[one.base], &around);
@@ -124,16 +118,17 @@ impl Linear {
             self.sums.append(added);
             let block = &self.candidates[change.base.candidate];
             let (part, run) = self.part_of(change.at.0);
-            let run = &self.fitted.problem.parts[part].runs[run];
+            let part = &self.fitted.problem.parts[part];
+            let run = &part.runs[run];
+            let name = qualified(part.label.as_deref(), &run.name);
             let row = run.record.row(change.at.1);
             let last = change.end.map(|end| run.record.row(end.saturating_sub(1)));
-            let place = block.place.as_ref().map(|place| place.from(&run.name, (row, last)));
+            let place = block.place.as_ref().map(|place| place.from(&name, (row, last)));
             let (name, columns) = (format!("change of {}", block.name), vec![vec![(column, 1.0)]]);
             self.terms.push(Term {
                 members: change.members,
-                place,
                 change: Some(change),
-                ..Term::new(name, Kind::Block, columns)
+                ..Term::new(name, place, columns)
             });
         }
     }
@@ -157,8 +152,6 @@ impl Linear {
             let (mut row, mut acting) = (Vec::new(), Vec::new());
             problem.visit_whitened(signatures, &self.fitted.fit.point, &mut |lanes| {
                 let run = problem.run_index(part, lanes.run);
-                let size = problem.layout.columns.touched_by(run).len() + signatures.columns.len();
-                row.resize(size + 1, 0.0);
                 let measurand = first + data.measurand_of(lanes.row);
                 for lane in (0..lanes.stretch.len).filter(|lane| lanes.is_present(*lane)) {
                     let sample = lanes.stretch.first + lane;
@@ -169,7 +162,6 @@ impl Linear {
                         continue;
                     }
                     lanes.put(lane, &mut row);
-                    row[size] = lanes.residual[lane];
                     let value = |at: usize| places[lanes.run][at].map_or(0.0, |place| row[place]);
                     for own in acting.iter().copied().filter(|own| *own >= new) {
                         let x = value(own);
@@ -189,9 +181,7 @@ impl Linear {
 
     /// Where a base stands among the columns of a run.
     fn place_of(&self, run: usize, base: Base) -> Option<usize> {
-        let (part, own) = (self.part_of(run).0, base.candidate.to_string());
-        let mine = self.signed[part].columns.iter().enumerate();
-        let (index, _) = mine.filter(|(_, one)| one.effect == own).nth(base.signature)?;
-        Some(self.fitted.problem.layout.columns.touched_by(run).len() + index)
+        let place = self.signatures_of(self.part_of(run).0, base.candidate).get(base.signature)?;
+        Some(self.fitted.problem.layout.columns.touched_by(run).len() + place)
     }
 }

@@ -15,6 +15,7 @@ use crate::diagnose::evidence::basis::basis;
 use super::answer::{Confounded, Size};
 use super::linear::Linear;
 use super::selection::Selection;
+use super::selection::normal::Beside;
 use super::solved::Solved;
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::{CONFOUNDED, NEAR_ALIAS};
@@ -28,13 +29,19 @@ const ONE: f64 = 0.9999;
 
 impl Solved {
     /// Rows whose values are correlated with those of a row.
-    pub fn confounded_rows(&self, at: usize) -> Vec<Confounded> {
-        let others = (0..self.terms.len()).filter(|other| *other != at && self.is_effect[*other]);
+    pub fn confounded_rows(
+        &self,
+        selection: &Selection<'_>,
+        model: &[usize],
+        at: usize,
+    ) -> Vec<Confounded> {
+        let own = |other: usize| &selection.terms[model[other]];
+        let others = (0..model.len()).filter(|other| *other != at && own(*other).is_effect());
         others
             .map(|other| (other, self.correlation(at, other)))
             .filter(|(_, correlation)| correlation.abs() >= CONFOUNDED)
             .map(|(other, correlation)| Confounded {
-                name: self.names[other].clone(),
+                name: own(other).name.clone(),
                 is_row: true,
                 correlation,
                 factor: self.factor(at, other),
@@ -178,14 +185,14 @@ impl Selection<'_> {
             })
             .filter_map(|other| {
                 let both: Vec<_> = own.iter().chain(&self.terms[other].columns).cloned().collect();
-                let (left, _, raw) = self.beside(&factored, &both);
+                let Beside { left, raw, .. } = self.across(&factored, &both);
                 let (k, n) = (own.len(), both.len());
                 let form = left.view((0, 0), (k, k)) * &values;
                 let square = values.dot(&form);
                 let across = left.view((k, 0), (n - k, k)) * &values;
                 let others = left.view((k, k), (n - k, n - k)).into_owned();
                 // What another row takes up is reported there.
-                let (alone, ..) = self.beside(&nominal, &self.terms[other].columns);
+                let alone = self.across(&nominal, &self.terms[other].columns).left;
                 if others.trace() < TAKEN_UP * alone.trace() {
                     return None;
                 }

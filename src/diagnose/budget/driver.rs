@@ -18,11 +18,10 @@ use super::judge::{Judged, Objection};
 use super::linear::Linear;
 use super::noise::Outlier;
 use super::noise_or_blocks::{Instead, instead_of_blocks};
-use super::pieces::Pieces;
 use super::search::{Log, Pools};
 use super::selection::Selection;
 use super::still::still_readings;
-use super::terms::{Base, Change};
+use super::terms::Change;
 use crate::diagnose::thresholds::ENTER;
 
 mod forward;
@@ -55,6 +54,13 @@ pub struct Found {
     pub objections: Vec<(String, Objection)>,
     /// What was done, step by step.
     pub log: Log,
+}
+
+/// A linearised fit with the model that a competition of terms left, and its noise scale factors.
+struct Competed {
+    linear: Linear,
+    judged: Judged,
+    scale: Vec<f64>,
 }
 
 /// A search that goes on.
@@ -110,24 +116,22 @@ pub fn search(
         scanned: Families::default(),
         log: Log::new(),
     };
-    let grown = search.grow()?;
-    if grown.is_none() {
+    if !search.grow()? {
         return Ok(None);
     }
-    for round in 1.. {
-        let Some((linear, judged, scale)) = search.compete()? else { return Ok(None) };
-        let is_last = round >= ROUNDS;
-        if is_last
-            || !(search.take_noise(&linear, &judged, &scale)?
-                || search.take_rows(&linear, &judged, &scale)?)
-        {
-            search.objections.extend(named_objections(&linear, &judged));
-            let Search { rows, left_out, noise, objections, log, .. } = search;
-            let found = Found { linear, rows, judged, scale, left_out, noise, objections, log };
-            return Ok(Some(found));
+    let mut round = 0;
+    loop {
+        round += 1;
+        let Some(competed) = search.compete()? else { return Ok(None) };
+        if round < ROUNDS && (search.take_noise(&competed)? || search.take_rows(&competed)?) {
+            continue;
         }
+        search.objections.extend(named_objections(&competed));
+        let Competed { linear, judged, scale } = competed;
+        let Search { rows, left_out, noise, objections, log, .. } = search;
+        let found = Found { linear, rows, judged, scale, left_out, noise, objections, log };
+        return Ok(Some(found));
     }
-    Ok(None)
 }
 
 impl Search<'_> {
@@ -150,8 +154,16 @@ impl Search<'_> {
         selection
     }
 
-    /// Rows, blocks and change points compete, and rows are judged.
-    fn compete(&mut self) -> Result<Option<(Linear, Judged, Vec<f64>)>, FitError> {
+    /// The same under the noise scale factors of a competition.
+    fn selection_of<'l>(&self, competed: &'l Competed) -> Selection<'l> {
+        let mut selection = self.selection(&competed.linear);
+        selection.adopt_scale(&competed.scale);
+        selection
+    }
+
+    /// Rows, blocks and change points compete, and rows are judged. `None` where nominal parameters
+    /// are not determined.
+    fn compete(&mut self) -> Result<Option<Competed>, FitError> {
         let linear =
             Linear::new(self.fitted.clone(), &self.rows, &self.wanted, true, &mut self.scanned);
         // The fit may be another one when this is called again.
@@ -199,25 +211,18 @@ impl Search<'_> {
             return self.compete();
         }
         let pools = Pools::of(&selection);
-        let judged = selection.judge(
-            model,
-            pools,
-            &mut |selection: &Selection<'_>, model: &[usize]| {
-                Pieces::new(&linear, selection, model)
-            },
-            &mut self.log,
-        );
+        let judged = selection.judge(model, pools, &linear, &mut self.log);
         selection.set_scale(&judged.model);
         let scale = selection.scale.clone();
         let (terms, live) = (selection.terms, selection.live);
         linear.take_terms(terms, live);
-        Ok(Some((linear, judged, scale)))
+        Ok(Some(Competed { linear, judged, scale }))
     }
 }
 
-fn named_objections(linear: &Linear, judged: &Judged) -> Vec<(String, Objection)> {
-    let name = |term: usize| linear.terms[term].name.clone();
-    judged.objections.iter().map(|(term, why)| (name(*term), why.clone())).collect()
+fn named_objections(competed: &Competed) -> Vec<(String, Objection)> {
+    let name = |term: usize| competed.linear.terms[term].name.clone();
+    competed.judged.objections.iter().map(|(term, why)| (name(*term), why.clone())).collect()
 }
 
 /// Change points beside a model, and beside the model without each of its rows, that are worth
@@ -227,13 +232,6 @@ fn changes(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Vec<C
     let ln_bayes = |one: &Change| selection.ln_bayes_factor_of_change(one);
     found.retain(|one| ln_bayes(one) >= ENTER);
     found.sort_by(|a, b| ln_bayes(b).total_cmp(&ln_bayes(a)));
-    let mut known: Vec<(Base, bool)> = Vec::new();
-    found.retain(|one| {
-        let kind = (one.base, one.end.is_some());
-        let is_new = !known.contains(&kind);
-        known.push(kind);
-        is_new
-    });
-    found.truncate(MOST_CHANGES);
+    Change::keep_one_of_a_kind(&mut found, MOST_CHANGES);
     found
 }

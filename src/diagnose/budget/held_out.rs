@@ -40,25 +40,9 @@ impl Folded {
         let terms = selection.ranges(model);
         combinations.push(selection.residual().clone());
         let weights = selection.weights();
-        let residual = selection.sums.residual();
-        let fold = |fold: usize| pieces.products(&weights, |piece| piece.fold == fold);
+        let fold = |fold: usize| pieces.products(&weights, |piece, _| piece.fold == fold);
         let folds: Vec<DMatrix<f64>> = (0..FOLDS).map(fold).collect();
-        let n = combinations.len();
-        let mut prior = DMatrix::zeros(n, n);
-        for row in &selection.sums.priors {
-            let value = |combination: &Combination| -> f64 {
-                let of = |column: usize| {
-                    if column == residual {
-                        return row.residual;
-                    }
-                    let own = row.coefficients.iter().filter(|(own, _)| *own == column);
-                    own.map(|(_, by)| by).sum()
-                };
-                combination.iter().map(|(column, by)| by * of(*column)).sum()
-            };
-            let row = DVector::from_iterator(n, combinations.iter().map(value));
-            prior += &row * row.transpose();
-        }
+        let prior = selection.prior(&combinations);
         let mut whole = prior.clone();
         folds.iter().for_each(|fold| whole += fold);
         Self { whole, folds, prior, terms }

@@ -1,6 +1,6 @@
 //! Rows of the budget that are in the fit.
 
-use crate::diagnose::fitted::{Fitted, name_of};
+use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::variant::Variant;
 use crate::engine::point::from_components;
 use crate::system::Selected;
@@ -20,7 +20,7 @@ pub struct Row {
 
 /// An effect in the fit, by its name with its head.
 pub fn effect_of<'f>(fitted: &'f Fitted, name: &str) -> Option<&'f Selected> {
-    fitted.recipes.iter().flat_map(|recipe| &recipe.effects).find(|one| name_of(one) == name)
+    fitted.recipes.iter().flat_map(|recipe| &recipe.effects).find(|one| one.name() == name)
 }
 
 /// The columns of an effect in the fit, with their values.

@@ -8,12 +8,12 @@ use rayon::prelude::*;
 
 use super::held_out::Folded;
 use super::labels::Label;
+use super::linear::Linear;
 use super::pieces::Pieces;
 use super::search::{Log, Pools};
 use super::selection::Selection;
 use super::terms::Term;
 use crate::diagnose::library::variant::Variant;
-use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::{
     APART, APART_OF_ALL, APART_SHARE, BLOCKS_FOR_A_ROW, BORROWED, ENTER, HELD_OUT, LONE_MARGIN,
     LONE_SHARE, MARGIN, OWN_EFFECT, OWN_SHARE, OWN_SHARE_BELOW, RELAXED_MARGIN, ROW,
@@ -40,12 +40,12 @@ pub struct Judged {
 }
 
 impl Selection<'_> {
-    /// Judges the rows of a model until every one stands. `pieces` has the sums of a model.
+    /// Judges the rows of a model until every one stands.
     pub fn judge(
         &mut self,
         mut model: Vec<usize>,
         mut pools: Pools,
-        pieces: &mut dyn FnMut(&Self, &[usize]) -> Pieces,
+        linear: &Linear,
         log: &mut Log,
     ) -> Judged {
         let mut objections: Vec<(usize, Objection)> = Vec::new();
@@ -59,7 +59,7 @@ impl Selection<'_> {
                 model = self.prune(model, log);
                 model = self.grow(model, &pools.effects, ROW, 40, log);
             }
-            let own = pieces(self, &model);
+            let own = Pieces::new(linear, self, &model);
             let Some((term, objection)) = self.worst(&model, &pools.blocks, &own) else { break };
             if matches!(objection, Objection::WithinRemainder(_) | Objection::Replaced(_))
                 && let Some(block) = self.needless_beside(&model, term)
@@ -95,7 +95,7 @@ impl Selection<'_> {
                 continue;
             }
             let with = [model.clone(), vec![term]].concat();
-            let own = pieces(self, &with);
+            let own = Pieces::new(linear, self, &with);
             let drop = Folded::new(self, &with, &own).drop(with.len() - 1);
             if drop >= HELD_OUT {
                 model = with;
@@ -116,9 +116,8 @@ impl Selection<'_> {
         let gains = self.contributions(model);
         let is_row = |term: usize| self.terms[term].is_effect();
         let rows: Vec<usize> = (0..model.len()).filter(|at| is_row(model[*at])).collect();
-        let excess = |gain: Gain| (gain.gain - gain.degrees as f64).max(0.0);
         let rest: f64 =
-            (0..model.len()).filter(|at| !is_row(model[*at])).map(|at| excess(gains[at])).sum();
+            (0..model.len()).filter(|at| !is_row(model[*at])).map(|at| gains[at].excess()).sum();
         let drops: Vec<f64> = rows.iter().map(|at| folded.drop(*at)).collect();
         let named: Vec<usize> = rows.iter().map(|at| model[*at]).collect();
         let without_blocks = if rest > 0.0 { self.contributions(&named) } else { Vec::new() };
@@ -224,15 +223,10 @@ impl Selection<'_> {
 
     /// How much of the squared length of a row's form the blocks of the model leave to it.
     fn own_share(&self, model: &[usize], at: usize) -> f64 {
-        let values = self.values(model);
-        let form = values.rows(self.ranges(model)[at].start, self.terms[model[at]].columns.len());
         let others: Vec<usize> = model.iter().copied().filter(|term| *term != model[at]).collect();
         let rows: Vec<usize> =
             others.iter().copied().filter(|term| self.terms[*term].is_effect()).collect();
-        let length = |beside: &[usize]| {
-            let left = self.left(beside, model[at]);
-            (form.transpose() * left * form)[(0, 0)]
-        };
+        let length = |beside: &[usize]| self.form_left(beside, model, model[at]);
         length(&others) / length(&rows).max(f64::MIN_POSITIVE)
     }
 
@@ -264,7 +258,7 @@ impl Selection<'_> {
             take(&new);
         }
         for _ in restored..most {
-            let ranked = self.ranked(&new, blocks, 0.0);
+            let ranked = self.ranked(&new, blocks);
             let Some(first) = ranked.first().filter(|one| one.ln_bayes >= ENTER) else { break };
             new.push(first.term);
             new = self.prune(new, &mut Log::new());

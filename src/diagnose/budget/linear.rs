@@ -27,7 +27,7 @@ use super::in_fit::{Row, columns_of, effect_of};
 use super::labels::knots;
 use super::selection::Selection;
 use super::sums::Sums;
-use super::terms::{Kind, Term};
+use super::terms::Term;
 
 /// Share of a row's form that a block over the same reading leaves, below which its covariate is
 /// the row.
@@ -58,6 +58,21 @@ pub struct Linear {
     /// For each run its place in the order of time.
     pub order: Vec<usize>,
     rows: std::ops::Range<usize>,
+    /// For each campaign and candidate the places of its signatures.
+    signatures: Vec<Vec<Vec<usize>>>,
+}
+
+/// A measurand of a campaign.
+#[derive(Clone, Copy, Debug)]
+pub struct Measurand<'a> {
+    /// Its number among those of all campaigns.
+    pub number: usize,
+    /// Index of the campaign.
+    pub part: usize,
+    /// Index in the campaign.
+    pub measurand: usize,
+    /// Its name.
+    pub name: &'a str,
 }
 
 impl Linear {
@@ -139,11 +154,12 @@ impl Linear {
                 variant: row.variant,
                 variants: forms.unwrap_or_default(),
                 is_own: effect.is_some_and(|effect| own.contains(effect.name.as_str())),
-                ..Term::new(row.name.clone(), Kind::Effect, columns)
+                ..Term::new(row.name.clone(), None, columns)
             });
         }
         let rows = candidates.len()..terms.len();
         let order = order(&fitted);
+        let signatures = signed.iter().map(|one| by_candidate(one, candidates.len())).collect();
         let mut linear = Self {
             fitted,
             candidates,
@@ -155,6 +171,7 @@ impl Linear {
             signed,
             order,
             rows,
+            signatures,
         };
         if with_blocks {
             linear.with_stated_values();
@@ -189,6 +206,26 @@ impl Linear {
             }
         }
         out.into_iter().for_each(|number| self.terms[number].may_enter = false);
+    }
+
+    /// The measurands of all campaigns.
+    pub fn measurands(&self) -> impl Iterator<Item = Measurand<'_>> {
+        let parts = self.fitted.problem.parts.iter().enumerate();
+        let all = parts.flat_map(|(part, data)| {
+            let names = data.system.assembly.names.measurands.iter().enumerate();
+            names.map(move |(measurand, one)| (part, measurand, one.name.as_str()))
+        });
+        all.enumerate().map(|(number, (part, measurand, name))| Measurand {
+            number,
+            part,
+            measurand,
+            name,
+        })
+    }
+
+    /// The places of a candidate's signatures among those of a campaign.
+    pub fn signatures_of(&self, part: usize, candidate: usize) -> &[usize] {
+        &self.signatures[part][candidate]
     }
 
     /// The terms that are rows in the fit.
@@ -248,6 +285,16 @@ impl Linear {
             })
             .collect()
     }
+}
+
+/// For each of so many candidates the places of its signatures.
+pub(super) fn by_candidate(signed: &Signatures, candidates: usize) -> Vec<Vec<usize>> {
+    let mut places = vec![Vec::new(); candidates];
+    for (place, signature) in signed.columns.iter().enumerate() {
+        let own = signature.effect.parse::<usize>().ok().and_then(|own| places.get_mut(own));
+        own.into_iter().for_each(|own: &mut Vec<usize>| own.push(place));
+    }
+    places
 }
 
 /// The log prior odds of each candidate beyond those of one among equals. An effect's are shared by

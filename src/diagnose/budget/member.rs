@@ -7,7 +7,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use crate::diagnose::fitted::{Fitted, name_of};
+use crate::diagnose::fitted::Fitted;
 use crate::effect::Members;
 use crate::estimate::batch::{FitError, Options};
 use crate::system::Selected;
@@ -55,7 +55,7 @@ pub fn member_uncertainties(
             }
             let range = (family.as_str(), [from, to]);
             let Some((sigma, shares)) = beside(fitted, selected, range, options)? else { continue };
-            let (effect, family) = (name_of(selected), family.clone());
+            let (effect, family) = (selected.name(), family.clone());
             found.push(MemberUncertainty { effect, family, sigma, shares });
         }
     }
@@ -93,9 +93,9 @@ fn beside(
         let (Some(below), Some(above)) = (at(best - step)?, at(best + step)?) else {
             return Ok(None);
         };
-        let rise = 0.5 * (below.cost() + above.cost()) - fitted.cost();
+        let rise = 0.5 * (below.fit.cost + above.fit.cost) - fitted.fit.cost;
         if RISE.contains(&rise) {
-            let farther = step * (below.cost() - above.cost()) / (4.0 * rise);
+            let farther = step * (below.fit.cost - above.fit.cost) / (4.0 * rise);
             let sigma = (step / rise.sqrt()).hypot(farther);
             let [below, above] = [&below, &above].map(|one| values(one, selected));
             let value = |all: &[Value], like: &Value| {
@@ -124,7 +124,7 @@ type Value = (usize, String, Option<String>, f64);
 
 /// The values of an effect that are numbers.
 fn values(fitted: &Fitted, selected: &Selected) -> Vec<Value> {
-    let name = format!("{}.", name_of(selected));
+    let name = format!("{}.", selected.name());
     let Fitted { problem, fit, .. } = fitted;
     let instances = problem.layout.instances.iter().enumerate();
     instances

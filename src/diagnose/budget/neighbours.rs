@@ -37,8 +37,6 @@ pub struct OfInputs {
     pub measurand: usize,
     /// Root mean square of the error, in standard deviations as they are weighted.
     pub rms: f64,
-    /// The standard score.
-    pub score: f64,
 }
 
 /// Measurands whose residuals of a model depend on inputs together.
@@ -53,7 +51,7 @@ pub fn of_inputs(linear: &Linear, selection: &Selection<'_>, model: &[usize]) ->
         };
         let is_new = found.last().is_none_or(|one| one.measurand != measurand);
         if score > NEIGHBOURS && is_new {
-            found.push(OfInputs { measurand, rms, score });
+            found.push(OfInputs { measurand, rms });
         }
     }
     found

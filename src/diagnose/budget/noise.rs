@@ -9,7 +9,7 @@ use crate::diagnose::found::{LeftOut, Reading};
 use crate::diagnose::sequences::NORMAL;
 use crate::engine::Problem;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
-
+use crate::engine::layout::qualified;
 use crate::estimate::median::upper_median;
 
 use super::linear::Linear;
@@ -208,34 +208,23 @@ fn autocorrelation(runs: &Component) -> Option<GaussMarkov> {
 }
 
 /// Leaves readings out of a problem; what was left out, by row of the data file.
-pub fn leave_out(
-    problem: &mut Problem,
-    first_measurand: &[usize],
-    outliers: &[Outlier],
-) -> LeftOut {
+pub fn leave_out(problem: &mut Problem, linear: &Linear, outliers: &[Outlier]) -> LeftOut {
     let mut left_out = LeftOut::default();
-    let mut parts = std::mem::take(&mut problem.parts);
-    let mut first_run = 0;
-    for (number, part) in parts.iter_mut().enumerate() {
-        let names: Vec<_> =
-            part.system.assembly.names.measurands.iter().map(|one| one.name.clone()).collect();
-        let columns: Vec<_> = part.slots().iter().map(|slot| slot.columns()).collect();
-        for (index, run) in part.runs.iter_mut().enumerate() {
-            let own = outliers.iter().filter(|one| one.at.0 == first_run + index);
-            for Outlier { at: (_, sample, measurand), deviations } in own.copied() {
-                let measurand = measurand - first_measurand[number];
-                left_out.readings.push(Reading {
-                    run: run.name.as_str().into(),
-                    row: run.record.row(sample),
-                    measurand: names[measurand].as_str().into(),
-                    deviations,
-                    code: None,
-                });
-                run.record.leave_out([(sample..sample + 1, columns[measurand].clone())]);
-            }
-        }
-        first_run += part.runs.len();
+    for Outlier { at: (run, sample, measurand), deviations } in outliers {
+        let (number, run) = linear.part_of(*run);
+        let measurand = measurand - linear.sums.first_measurand[number];
+        let part = &mut problem.parts[number];
+        let columns = part.slots()[measurand].columns();
+        let name = qualified(part.label.as_deref(), &part.runs[run].name);
+        let record = &mut part.runs[run].record;
+        left_out.readings.push(Reading {
+            run: name.as_str().into(),
+            row: record.row(*sample),
+            measurand: part.system.assembly.names.measurands[measurand].name.as_str().into(),
+            deviations: *deviations,
+            code: None,
+        });
+        record.leave_out([(*sample..sample + 1, columns)]);
     }
-    *problem = Problem { progress: problem.progress.clone(), ..Problem::new(parts) };
     left_out
 }

@@ -10,35 +10,35 @@ use crate::engine::gauss_markov::GaussMarkov;
 use crate::diagnose::thresholds::{SCALE, SCALE_DIFFERENCE};
 
 use super::answer::{FAR_BEYOND_STATED, Remainder};
-use super::linear::Linear;
-use crate::diagnose::price::Gain;
+use super::linear::{Linear, Measurand};
 
 /// Noise scale factors that are not as stated.
 pub fn levels(linear: &Linear, scale: &[f64]) -> Vec<Level> {
     let mut found = Vec::new();
     let several = linear.fitted.problem.parts.len() > 1;
-    for (part, data) in linear.fitted.problem.parts.iter().enumerate() {
-        for (measurand, own) in data.system.assembly.names.measurands.iter().enumerate() {
-            let number = linear.sums.first_measurand[part] + measurand;
-            let factor = scale[number];
-            let score = (factor - 1.0) * (2.0 * linear.sums.readings[number] as f64).sqrt();
-            if score.abs() > SCALE && (factor - 1.0).abs() > SCALE_DIFFERENCE {
-                let of = data.label.clone().filter(|_| several);
-                found.push(Level { measurand: own.name.clone(), of, run: None, factor });
-            }
-            for (run, levels) in data.run_levels.iter().enumerate() {
-                if levels[measurand] != 1.0 {
-                    found.push(Level {
-                        measurand: own.name.clone(),
-                        of: data.label.clone().filter(|_| several),
-                        run: Some(data.runs[run].name.clone()),
-                        factor: factor * levels[measurand],
-                    });
-                }
+    for Measurand { number, part, measurand, name } in linear.measurands() {
+        let data = &linear.fitted.problem.parts[part];
+        let factor = scale[number];
+        let level = |run, factor| {
+            let of = data.label.clone().filter(|_| several);
+            Level { measurand: name.to_owned(), of, run, factor }
+        };
+        if score(linear, number, factor).abs() > SCALE && (factor - 1.0).abs() > SCALE_DIFFERENCE {
+            found.push(level(None, factor));
+        }
+        for (run, levels) in data.run_levels.iter().enumerate() {
+            if levels[measurand] != 1.0 {
+                let run = Some(data.runs[run].name.clone());
+                found.push(level(run, factor * levels[measurand]));
             }
         }
     }
     found
+}
+
+/// The standard score of a noise scale factor against what is stated.
+fn score(linear: &Linear, number: usize, factor: f64) -> f64 {
+    (factor - 1.0) * (2.0 * linear.sums.readings[number] as f64).sqrt()
 }
 
 /// Noise scale factors of the white part of the noise of each measurand.
@@ -57,35 +57,20 @@ pub fn white_scale(linear: &Linear, scale: &[f64]) -> Vec<f64> {
 
 /// Scatter far beyond what is stated, as parts of the remainder.
 pub fn scatter(linear: &Linear, scale: &[f64]) -> Vec<Remainder> {
-    let mut found = Vec::new();
-    for (part, data) in linear.fitted.problem.parts.iter().enumerate() {
-        for (measurand, own) in data.system.assembly.names.measurands.iter().enumerate() {
-            let number = linear.sums.first_measurand[part] + measurand;
-            let factor = scale[number];
-            if factor > FAR_BEYOND_STATED && linear.sums.readings[number] > 0 {
-                let place = Place {
-                    of: Of::Measurand(own.name.clone()),
-                    covariate: "scatter".to_owned(),
-                    words: format!("the scatter of `{}`, {factor:.1} times as stated", own.name),
-                    run: None,
-                    rows: None,
-                };
-                let Fitted { problem, fit, .. } = &linear.fitted;
-                let sigma = problem.rms_sigma(&fit.point, part, measurand);
-                let rms = Some((factor * sigma, own.name.clone()));
-                found.push(Remainder {
-                    place,
-                    gain: Gain::default(),
-                    share: 0.0,
-                    rms,
-                    amplitude: None,
-                    change: None,
-                    nearest: None,
-                });
-            }
+    let Fitted { problem, fit, .. } = &linear.fitted;
+    let is_far = |one: &Measurand<'_>| {
+        scale[one.number] > FAR_BEYOND_STATED && linear.sums.readings[one.number] > 0
+    };
+    let part_of = |Measurand { number, part, measurand, name }: Measurand<'_>| {
+        let factor = scale[number];
+        let words = format!("the scatter of `{name}`, {factor:.1} times as stated");
+        let rms = factor * problem.rms_sigma(&fit.point, part, measurand);
+        Remainder {
+            rms: Some((rms, name.to_owned())),
+            ..Remainder::at(Place::new(Of::Measurand(name.to_owned()), "scatter", words))
         }
-    }
-    found
+    };
+    linear.measurands().filter(is_far).map(part_of).collect()
 }
 
 /// Autocorrelated noise that a problem has, by measurand.
@@ -107,16 +92,9 @@ pub fn autocorrelation(problem: &Problem) -> Vec<(String, Option<String>, GaussM
 
 /// Gives measurands the noise that was found.
 pub fn scale_noise(problem: &mut Problem, linear: &Linear, scale: &[f64]) {
-    let mut parts = std::mem::take(&mut problem.parts);
-    for (number, part) in parts.iter_mut().enumerate() {
-        for (measurand, sigma) in part.sigma.iter_mut().enumerate() {
-            let number = linear.sums.first_measurand[number] + measurand;
-            let factor = scale[number];
-            let score = (factor - 1.0) * (2.0 * linear.sums.readings[number] as f64).sqrt();
-            if score.abs() > SCALE {
-                *sigma *= factor;
-            }
+    for Measurand { number, part, measurand, .. } in linear.measurands() {
+        if score(linear, number, scale[number]).abs() > SCALE {
+            problem.parts[part].sigma[measurand] *= scale[number];
         }
     }
-    *problem = Problem { progress: problem.progress.clone(), ..Problem::new(parts) };
 }

@@ -65,8 +65,7 @@ impl Pieces {
             })
             .collect();
         let mut here: Vec<(usize, f64)> = Vec::new();
-        let mut lengths: Vec<usize> = (0..runs).map(|run| linear.samples_in(run)).collect();
-        lengths.iter_mut().for_each(|length| *length = (*length).max(1));
+        let lengths: Vec<usize> = (0..runs).map(|run| linear.samples_in(run).max(1)).collect();
         linear.visit(selection, model, &[], &mut |values| {
             let stretch = (values.sample * stretches / lengths[values.run]).min(stretches - 1);
             let piece = &mut pieces[values.run * stretches + stretch];
@@ -94,13 +93,8 @@ impl Pieces {
         Self { pieces, labels: labels(&linear.fitted.problem), size }
     }
 
-    /// The products of the columns over some pieces, each measurand with its weight.
-    pub fn products(&self, weights: &[f64], wanted: impl Fn(&Piece) -> bool) -> DMatrix<f64> {
-        self.products_of(weights, |piece, _| wanted(piece))
-    }
-
-    /// The same over some measurands of some pieces.
-    pub fn products_of(
+    /// The products of the columns over some measurands of some pieces, each with its weight.
+    pub fn products(
         &self,
         weights: &[f64],
         wanted: impl Fn(&Piece, usize) -> bool,

@@ -5,7 +5,7 @@
 
 use crate::diagnose::library::catalogue::sign;
 
-use super::linear::Linear;
+use super::linear::{Linear, by_candidate};
 use super::selection::Selection;
 use super::terms::{Base, Change, Combination};
 
@@ -30,11 +30,8 @@ pub struct Values<'a> {
     pub residual: f64,
 }
 
-/// A column of a model among those of a run.
-struct Cell {
-    parts: Combination,
-    change: Option<Change>,
-}
+/// A column of a model among those of a run: its parts, and the change that it is.
+type Cell<'a> = (Combination, Option<&'a Change>);
 
 impl Linear {
     /// Shows every whitened reading with the values of the columns of a model and of some bases.
@@ -66,52 +63,48 @@ impl Linear {
         }
         let candidates: Vec<_> = own.iter().map(|n| &self.candidates[*n]).collect();
         let signed = sign(problem, &candidates);
-        let columns: Vec<(Combination, Option<Change>)> = {
-            let nominal = selection.columns(&[]).into_iter().map(|one| (one, None));
-            let of_terms = model.iter().flat_map(|term| {
-                let term = &selection.terms[*term];
-                term.columns.iter().map(|one| (one.clone(), term.change.clone()))
-            });
-            nominal.chain(of_terms).collect()
+        let nominal = selection.columns(&[]);
+        let columns: Vec<(&Combination, Option<&Change>)> = {
+            let nominal = nominal.iter().map(|one| (one, None));
+            let terms = model.iter().map(|term| &selection.terms[*term]);
+            let of_terms =
+                terms.flat_map(|term| term.columns.iter().map(|one| (one, term.change.as_ref())));
+            nominal.chain(of_terms).chain([(selection.residual(), None)]).collect()
         };
         for (part, signatures) in signed.iter().enumerate() {
-            let mut cells: Vec<Vec<Cell>> = Vec::new();
+            // The signatures of each candidate in their order, here and in the sums.
+            let of_candidates = by_candidate(signatures, own.len());
+            let mut cells: Vec<Vec<Cell<'_>>> = Vec::new();
             let mut of_bases: Vec<Vec<Option<usize>>> = Vec::new();
             for run in 0..problem.parts[part].runs.len() {
-                let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
+                let run = problem.run_index(part, run);
+                let touched = problem.layout.columns.touched_by(run);
                 let mut here = vec![None; self.sums.len() + 1];
                 touched.iter().enumerate().for_each(|(at, column)| here[*column] = Some(at));
-                // Signatures of each candidate in their order.
-                let mut of_candidate: Vec<Vec<usize>> = vec![Vec::new(); own.len()];
-                for (index, signature) in signatures.columns.iter().enumerate() {
-                    let Some(number) = signature.effect.parse::<usize>().ok() else { continue };
-                    let at = touched.len() + index;
-                    of_candidate[number].push(at);
-                    let column = self.sums.column_in(problem, own[number], part, run, signature);
-                    if let Some(column) = column {
-                        here[column] = Some(at);
+                for (number, mine) in own.iter().zip(&of_candidates) {
+                    for (at, in_sums) in mine.iter().zip(self.signatures_of(part, *number)) {
+                        if let Some(column) = self.sums.column_at(run, touched.len() + in_sums) {
+                            here[column] = Some(touched.len() + at);
+                        }
                     }
                 }
                 here[self.sums.residual()] = Some(touched.len() + signatures.columns.len());
                 let local = |base: &Base| -> Option<usize> {
                     let number = own.iter().position(|known| *known == base.candidate)?;
-                    of_candidate[number].get(base.signature).copied()
+                    Some(touched.len() + of_candidates[number].get(base.signature)?)
                 };
-                let place = |one: &Combination| -> Combination {
-                    one.iter().filter_map(|(column, by)| Some((here[*column]?, *by))).collect()
+                let cell = |(one, change): &(&Combination, Option<&Change>)| -> Combination {
+                    match change {
+                        None => {
+                            let place = |(column, by): &(usize, f64)| Some((here[*column]?, *by));
+                            one.iter().filter_map(place).collect()
+                        }
+                        Some(change) => {
+                            local(&change.base).map(|at| (at, 1.0)).into_iter().collect()
+                        }
+                    }
                 };
-                let mut all: Vec<Cell> = columns
-                    .iter()
-                    .map(|(one, change)| match change {
-                        None => Cell { parts: place(one), change: None },
-                        Some(change) => Cell {
-                            parts: local(&change.base).map(|at| (at, 1.0)).into_iter().collect(),
-                            change: Some(change.clone()),
-                        },
-                    })
-                    .collect();
-                all.push(Cell { parts: place(selection.residual()), change: None });
-                cells.push(all);
+                cells.push(columns.iter().map(|one| (cell(one), one.1)).collect());
                 of_bases.push(bases.iter().map(local).collect());
             }
             let first = self.sums.first_measurand[part];
@@ -119,22 +112,19 @@ impl Linear {
             let data = &problem.parts[part];
             problem.visit_whitened(signatures, &self.fitted.fit.point, &mut |lanes| {
                 let run = problem.run_index(part, lanes.run);
-                let size = problem.layout.columns.touched_by(run).len() + signatures.columns.len();
-                row.resize(size + 1, 0.0);
                 for lane in 0..lanes.stretch.len {
                     if !lanes.is_present(lane) {
                         continue;
                     }
                     lanes.put(lane, &mut row);
-                    row[size] = lanes.residual[lane];
                     let sample = lanes.stretch.first + lane;
                     values.clear();
-                    values.extend(cells[lanes.run].iter().map(|cell| {
-                        let acts = |change: &Change| self.acts(change, (run, sample));
-                        if !cell.change.as_ref().is_none_or(acts) {
-                            return 0.0;
+                    values.extend(cells[lanes.run].iter().map(|(parts, change)| {
+                        if change.is_none_or(|change| self.acts(change, (run, sample))) {
+                            parts.iter().map(|(at, by)| row[*at] * by).sum::<f64>()
+                        } else {
+                            0.0
                         }
-                        cell.parts.iter().map(|(at, by)| row[*at] * by).sum::<f64>()
                     }));
                     let residual = values.pop().unwrap_or(0.0);
                     further.clear();

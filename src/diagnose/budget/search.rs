@@ -83,7 +83,7 @@ impl Selection<'_> {
         if self.has_most_blocks(model) {
             return None;
         }
-        let ranked = self.ranked(model, &pools.blocks, 0.0);
+        let ranked = self.ranked(model, &pools.blocks);
         ranked.first().copied().filter(|best| best.ln_bayes >= ENTER)
     }
 
@@ -112,8 +112,9 @@ impl Selection<'_> {
             }
             seen.push(now);
             self.set_scale(&model);
-            let ranked = self.ranked(&model, pool, least);
-            let Some(best) = ranked.first().filter(|best| best.ln_bayes >= ENTER) else { break };
+            let ranked = self.ranked(&model, pool);
+            let best = ranked.iter().find(|one| one.gain.gain >= least);
+            let Some(best) = best.filter(|best| best.ln_bayes >= ENTER) else { break };
             self.note(log, "+", best.term, best.ln_bayes);
             model.push(best.term);
             model = self.prune(model, log);
@@ -151,7 +152,7 @@ impl Selection<'_> {
             let widest = rows.map(|(_, gain)| gain.degrees).max().unwrap_or(0);
             let is_simple = |block: usize, degrees: usize| {
                 let term = &self.terms[block];
-                !term.is_effect() && !term.is_of_runs && term.columns.len() <= degrees
+                !term.is_effect() && !term.is_of_runs() && term.columns.len() <= degrees
             };
             let simple = pools.blocks.iter().filter(|block| is_simple(**block, widest));
             let pool: Vec<usize> = pools.effects.iter().chain(simple).copied().collect();

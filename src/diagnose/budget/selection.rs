@@ -11,7 +11,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use self::combined::Combined;
-use self::normal::{Beside, Factored};
+use self::normal::{Beside, Factor, Factored};
 pub use self::ranked::Ranked;
 use super::sums::{Sums, Weighted};
 use super::terms::{Change, Combination, Term};
@@ -57,7 +57,7 @@ impl<'a> Selection<'a> {
         residual.extend(active);
         let count = |effect: bool| terms.iter().filter(|one| one.is_effect() == effect).count();
         let scale = vec![1.0; sums.readings.len()];
-        let weighted = sums.weighted(&vec![1.0; scale.len()]);
+        let weighted = Weighted::new(sums, &scale);
         let mut selection = Self {
             sums,
             terms: terms.to_vec(),
@@ -98,8 +98,15 @@ impl<'a> Selection<'a> {
         a.iter().map(with).sum()
     }
 
-    fn score_of(&self, a: &Combination) -> f64 {
-        a.iter().map(|(column, by)| by * self.score[*column]).sum()
+    /// The products of some columns with the residual.
+    fn scores(&self, columns: &[Combination]) -> DVector<f64> {
+        let of = |one: &Combination| one.iter().map(|(column, by)| by * self.score[*column]).sum();
+        DVector::from_iterator(columns.len(), columns.iter().map(of))
+    }
+
+    /// The products of some columns in the rows of prior knowledge.
+    pub(super) fn prior(&self, columns: &[Combination]) -> DMatrix<f64> {
+        Combined::of(columns).squares(|a, b| self.weighted.prior(a, b))
     }
 
     /// What the noise of smoothed streams adds to the scores of some columns.
@@ -151,10 +158,10 @@ impl<'a> Selection<'a> {
             let mut own = matrix.view_mut((*first, *first), prior.shape());
             own += prior;
         }
-        let score =
-            DVector::from_iterator(columns.len(), columns.iter().map(|one| self.score_of(one)));
-        let of_streams = self.of_streams(&columns);
-        Factored::of(columns, combined, &matrix, (&score, of_streams))
+        let factor = Factor::of(&matrix);
+        let half = factor.half(&self.scores(&columns));
+        let half_of_streams = self.of_streams(&columns).map(|score| factor.half(&score));
+        Factored { columns, combined, factor, half, half_of_streams }
     }
 
     /// Squared length of a column.
@@ -172,13 +179,8 @@ impl<'a> Selection<'a> {
         self.factored(model).values()
     }
 
-    /// Values of the columns of a model, and their covariance.
-    pub fn solved(&self, model: &[usize]) -> (DVector<f64>, DMatrix<f64>) {
-        self.solved_under(model, &[])
-    }
-
-    /// The same where values of some columns have a normal prior about zero: where these begin, and
-    /// its inverse covariance.
+    /// Values of the columns of a model and their covariance, where values of some columns have a
+    /// normal prior about zero: where these begin, and its inverse covariance.
     pub fn solved_under(
         &self,
         model: &[usize],
@@ -187,38 +189,15 @@ impl<'a> Selection<'a> {
         self.factored_under(model, priors).solved()
     }
 
-    /// The normal equations of a model, columns scaled to unit length, with `L` their Cholesky factor:
-    /// `L⁻¹`, the lengths, and `L⁻¹` times the scores.
-    pub fn normal_equations(&self, model: &[usize]) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
-        let Factored { inverse, length, half, .. } = self.factored(model);
-        (inverse, length, half)
-    }
-
-    /// `S` and `g` of some columns beside a model, and their raw lengths.
-    pub(super) fn beside(
-        &self,
-        model: &Factored,
-        columns: &[Combination],
-    ) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
-        let Beside { left, score, raw, .. } = self.across(model, columns);
-        (left, score, raw)
-    }
-
     /// Columns beside a model.
-    fn across(&self, model: &Factored, columns: &[Combination]) -> Beside {
-        let k = columns.len();
+    pub(super) fn across(&self, model: &Factored, columns: &[Combination]) -> Beside {
         let product = |a, b| self.weighted.product(a, b);
         let combined = Combined::of(columns);
-        let mut across = model.combined.products(&combined, product);
-        for mut column in across.column_iter_mut() {
-            column.component_div_assign(&model.length);
-        }
-        let across = &model.inverse * across;
+        let across = model.factor.across(model.combined.products(&combined, product));
         let own = combined.squares(product);
         let raw = own.diagonal().map(|square| square.max(0.0).sqrt());
-        let score = DVector::from_fn(k, |j, _| self.score_of(&columns[j]));
         let left = own - across.transpose() * &across;
-        let score = score - across.tr_mul(&model.half);
+        let score = self.scores(columns) - across.tr_mul(&model.half);
         let of_streams = self.of_streams(columns).zip(model.half_of_streams.as_ref());
         let of_streams = of_streams.map(|(own, half)| own - across.tr_mul(half));
         Beside { left, score, of_streams, raw, across }
@@ -236,7 +215,7 @@ impl<'a> Selection<'a> {
 
     /// The Schur complement of a term's columns beside a model.
     pub fn left(&self, model: &[usize], term: usize) -> DMatrix<f64> {
-        self.beside(&self.factored(model), &self.terms[term].columns).0
+        self.across(&self.factored(model), &self.terms[term].columns).left
     }
 
     /// The log Bayes factor of a gain of a term.

@@ -30,8 +30,6 @@ pub struct Solved {
     pub(super) covariance: DMatrix<f64>,
     /// The columns of each term.
     pub(super) terms: Vec<Range<usize>>,
-    pub(super) is_effect: Vec<bool>,
-    pub(super) names: Vec<String>,
 }
 
 impl Solved {
@@ -43,14 +41,7 @@ impl Solved {
             .filter_map(|at| Some((terms[*at].start, prior(selection, model[*at], gains[*at])?)))
             .collect();
         let (values, covariance) = selection.solved_under(model, &priors);
-        let own = |term: &usize| &selection.terms[*term];
-        Self {
-            values,
-            covariance,
-            terms,
-            is_effect: model.iter().map(|term| own(term).is_effect()).collect(),
-            names: model.iter().map(|term| own(term).name.clone()).collect(),
-        }
+        Self { values, covariance, terms }
     }
 
     /// The values of a term, by its place in the model.
@@ -105,8 +96,7 @@ impl Solved {
 /// hide of it is not taken to be larger than what is seen.
 fn prior(selection: &Selection<'_>, term: usize, gain: Gain) -> Option<DMatrix<f64>> {
     let alone = selection.left(&[], term);
-    let excess = (gain.gain - gain.degrees as f64).max(0.0);
-    let mean_square = (excess / gain.degrees.max(1) as f64).max(LEAST);
+    let mean_square = (gain.excess() / gain.degrees.max(1) as f64).max(LEAST);
     alone.iter().all(|value| value.is_finite()).then(|| alone / mean_square)
 }
 

@@ -5,7 +5,7 @@
 
 use super::linear::Linear;
 use super::sums::Appended;
-use super::terms::{Kind, Term};
+use super::terms::Term;
 use crate::diagnose::library::place::Place;
 
 impl Linear {
@@ -34,8 +34,7 @@ impl Linear {
                 self.sums.priors[row].coefficients.push((column, 1.0));
                 columns.push(vec![(column, 1.0)]);
             }
-            let place = Some(place);
-            self.terms.push(Term { place, ..Term::new(name, Kind::Block, columns) });
+            self.terms.push(Term::new(name, Some(place), columns));
         }
     }
 }

@@ -13,9 +13,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::diagnose::evidence::Owner;
-use crate::diagnose::evidence::columns::{Column, join, owner_in};
+use crate::diagnose::evidence::columns::{Column, join};
 use crate::engine::gram::PriorRow;
-use crate::engine::signatures::{Signature, Signatures};
+use crate::engine::signatures::Signatures;
 use crate::engine::{Point, Problem};
 
 use self::store::{Placed, Store, columns_of_runs, placed};
@@ -200,18 +200,10 @@ impl Sums {
         self.place.len()
     }
 
-    /// The column of a candidate's signature in a run.
-    pub fn column_in(
-        &self,
-        problem: &Problem,
-        candidate: usize,
-        part: usize,
-        run: usize,
-        signature: &Signature,
-    ) -> Option<usize> {
-        let owner = owner_in(problem, part, run, signature);
-        let own = &self.of_candidate[candidate];
-        own.iter().copied().find(|column| self.owners[column - self.nominal] == owner)
+    /// The column at a place of a run's Gram matrix: those that the run touches, then those of the
+    /// candidates' signatures.
+    pub fn column_at(&self, run: usize, place: usize) -> Option<usize> {
+        self.of_runs[run].get(place).copied().filter(|column| *column != usize::MAX)
     }
 
     /// Number of columns without the residual.
@@ -222,12 +214,6 @@ impl Sums {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.place.is_empty()
-    }
-
-    /// The sums with the weight of each measurand (one over its squared noise scale factor), prior
-    /// knowledge included.
-    pub fn weighted(&self, weights: &[f64]) -> Weighted<'_> {
-        Weighted::new(self, weights)
     }
 
     /// The product of two columns in the sums of one measurand; the column after the last is the

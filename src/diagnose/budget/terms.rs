@@ -1,6 +1,8 @@
 //! Terms of a budget: columns with a price. A library effect, a basis block and whatever else may
 //! explain the gap are terms of the same form.
 
+use std::collections::BTreeSet;
+
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::library::place::Place;
 use crate::diagnose::library::variant::Variant;
@@ -16,7 +18,7 @@ pub type Combination = Vec<(usize, f64)>;
 
 /// A column of a candidate that has one value for each run: which candidate, and which of its
 /// parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Base {
     /// The candidate.
     pub candidate: usize,
@@ -39,13 +41,14 @@ pub struct Change {
     pub members: usize,
 }
 
-/// What kind of explanation a term is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// An effect of the library.
-    Effect,
-    /// A basis block: an unmodelled effect as a free function of a covariate.
-    Block,
+impl Change {
+    /// Keeps of changes, best first, the first of each value from a moment on and in a stretch, and
+    /// so many at most.
+    pub fn keep_one_of_a_kind(all: &mut Vec<Self>, most: usize) {
+        let mut known = BTreeSet::new();
+        all.retain(|one| known.insert((one.base, one.end.is_some())));
+        all.truncate(most);
+    }
 }
 
 /// Columns with a price.
@@ -55,17 +58,14 @@ pub struct Term {
     pub candidate: usize,
     /// Name.
     pub name: String,
-    /// What it is.
-    pub kind: Kind,
     /// Its columns.
     pub columns: Vec<Combination>,
     /// Members of its family that were tried.
     pub members: usize,
     /// Log prior odds against the other terms of its kind.
     pub ln_prior: f64,
-    /// Whether it has a value for each run.
-    pub is_of_runs: bool,
-    /// Where it sits, if it is no effect of the library.
+    /// Where it sits, if it is no effect of the library but a basis block: an unmodelled effect as a
+    /// free function of a covariate.
     pub place: Option<Place>,
     /// The change at a moment that it is, if it is one.
     pub change: Option<Change>,
@@ -83,16 +83,14 @@ pub struct Term {
 
 impl Term {
     /// A term of no candidate, one among equals.
-    pub fn new(name: String, kind: Kind, columns: Vec<Combination>) -> Self {
+    pub fn new(name: String, place: Option<Place>, columns: Vec<Combination>) -> Self {
         Self {
             candidate: usize::MAX,
             name,
-            kind,
             columns,
             members: 1,
             ln_prior: 0.0,
-            is_of_runs: false,
-            place: None,
+            place,
             change: None,
             reduced_from: None,
             variant: None,
@@ -104,7 +102,12 @@ impl Term {
 
     /// Whether it is an effect of the library.
     pub fn is_effect(&self) -> bool {
-        self.kind == Kind::Effect
+        self.place.is_none()
+    }
+
+    /// Whether it has a value for each run.
+    pub fn is_of_runs(&self) -> bool {
+        self.change.is_none() && self.place.as_ref().is_some_and(Place::is_of_runs)
     }
 
     /// The term of a candidate that is not in the fit.
@@ -128,15 +131,11 @@ impl Term {
         } else {
             own.into_iter().map(|column| vec![(column, 1.0)]).collect()
         };
-        let kind = if of_effect { Kind::Effect } else { Kind::Block };
-        let is_of_runs = candidate.place.as_ref().is_some_and(|place| place.is_of_runs());
         Self {
             candidate: number,
             members,
             ln_prior,
-            is_of_runs,
-            place: candidate.place.clone(),
-            ..Self::new(candidate.name.clone(), kind, columns)
+            ..Self::new(candidate.name.clone(), candidate.place.clone(), columns)
         }
     }
 }

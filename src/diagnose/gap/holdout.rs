@@ -8,7 +8,7 @@
 //! judged: a clock's rate extrapolated from first halves would hide what effects do in second ones.
 //! Where those eighths do not determine them, whole runs are fitted and judged.
 
-use crate::diagnose::fitted::{Fitted, rebuilt};
+use crate::diagnose::fitted::Fitted;
 use crate::diagnose::gross::lost::{self, Among};
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::{Opened, Recipe};
@@ -196,7 +196,7 @@ impl Held<'_> {
         for (recipe, part) in recipes.iter_mut().zip(self.parts) {
             let mut system = with_effects(recipe, part.system.clone(), &model.recipes)?;
             hold(&mut system, part, model);
-            let mut part = rebuilt(part, system);
+            let mut part = part.with_system(system);
             for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
                 *sigma = model.random(&random.name).unwrap_or(*sigma);
             }

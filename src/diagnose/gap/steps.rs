@@ -1,7 +1,7 @@
 //! The same readings and weights with a model that grows by one row after the other:
 //! what each of them contributes.
 
-use crate::diagnose::fitted::{Fitted, name_of};
+use crate::diagnose::fitted::Fitted;
 use crate::estimate::batch::{FitError, Options};
 use crate::system::Selected;
 
@@ -26,7 +26,7 @@ impl Steps {
             later => whole.without(later, options),
         };
         let with =
-            effects.iter().enumerate().map(|(number, one)| Ok((name_of(one), upto(number + 1)?)));
+            effects.iter().enumerate().map(|(number, one)| Ok((one.name(), upto(number + 1)?)));
         Ok(Self { nominal: upto(0)?, with: with.collect::<Result<_, FitError>>()? })
     }
 

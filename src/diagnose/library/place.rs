@@ -26,7 +26,7 @@ pub struct Place {
 
 impl Place {
     /// Of all runs.
-    pub(super) fn new(of: Of, covariate: &str, words: String) -> Self {
+    pub(in crate::diagnose) fn new(of: Of, covariate: &str, words: String) -> Self {
         Self { of, covariate: covariate.to_owned(), words, run: None, rows: None }
     }
 

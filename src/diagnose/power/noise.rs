@@ -9,7 +9,7 @@
 use nalgebra::DVector;
 use statrs::function::gamma::gamma_lr;
 
-use crate::diagnose::fitted::{Fitted, rebuilt};
+use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::power::prospect::{Prospect, patches_level, stride, white_randoms};
@@ -143,7 +143,7 @@ fn pattern(stage: &Prospect, candidate: &Candidate, name: &str) -> Option<(Vec<V
     let stride = stride(problem);
     for ((p, part), products) in problem.parts.iter().enumerate().zip(&mut all) {
         let Some(system) = &candidate.systems[p] else { continue };
-        let with = rebuilt(part, (**system).clone());
+        let with = part.with_system((**system).clone());
         let k = with.system.randoms.iter().position(|random| random.name == name)?;
         typical = with.system.randoms[k].typical.unwrap_or(1.0);
         if with.system.settings.len() != part.system.settings.len() {

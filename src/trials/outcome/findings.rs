@@ -107,7 +107,7 @@ fn sizes(found: &Diagnosis) -> Vec<EffectSize> {
         role: Role::Noise,
         values: vec![Value {
             parameter: one.parameter.clone(),
-            of: one.of.clone(),
+            of: None,
             value: Some(one.value),
             u: Some(one.sigma),
         }],

@@ -3,7 +3,6 @@
 use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
 
-use crate::diagnose::fitted::rebuilt;
 use crate::engine::Problem;
 use crate::engine::open::Recipe;
 use crate::model::Override;
@@ -34,7 +33,7 @@ pub(super) fn misstate(
     }
     let parts = problem.parts.iter().zip(recipes.iter());
     let rebuilt = parts.map(|(part, recipe)| match recipe.with(&[]) {
-        Ok(system) => rebuilt(part, system),
+        Ok(system) => part.with_system(system),
         Err(_) => part.clone(),
     });
     *problem = Problem::new(rebuilt.collect());

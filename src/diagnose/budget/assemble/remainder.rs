@@ -1,6 +1,7 @@
 //! The parts of the remainder with their places and sizes.
 
 use crate::diagnose::budget::answer::{Remainder, StepChange};
+use crate::diagnose::budget::linear::Measurand;
 use crate::diagnose::budget::neighbours::{OfInputs, of_inputs};
 use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::solved::Solved;
@@ -9,7 +10,7 @@ use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::price::Gain;
 
-use super::{Budget, excess};
+use super::Budget;
 
 impl Budget<'_> {
     /// The parts of the remainder.
@@ -30,7 +31,7 @@ impl Budget<'_> {
                 let own: Vec<f64> = solved.of_term(*at).to_vec();
                 let place = term.place.clone().unwrap_or_else(|| Place::like(&term.name));
                 let rest = self.without(self.model[*at]);
-                let ranked = selection.ranked(&rest, &pools.effects, 0.0);
+                let ranked = selection.ranked(&rest, &pools.effects);
                 let nearest = ranked.first().filter(|one| one.ln_bayes > 0.0).map(|one| {
                     let share = one.gain.gain / gains[*at].gain.max(f64::MIN_POSITIVE);
                     (linear.terms[one.term].name.clone(), share.min(1.0))
@@ -39,7 +40,7 @@ impl Budget<'_> {
                 Remainder {
                     place,
                     gain: gains[*at],
-                    share: (excess(gains[*at]) / total).min(1.0),
+                    share: (gains[*at].excess() / total).min(1.0),
                     rms: self.rms(self.model[*at], &own),
                     amplitude: is_wave.then(|| own[0].hypot(own[1])),
                     change: self.change(term, solved, *at),
@@ -66,22 +67,12 @@ impl Budget<'_> {
         let Self { linear, selection, model } = self;
         let Fitted { problem, fit, .. } = &linear.fitted;
         let remainder = |one: OfInputs| {
-            let first = &linear.sums.first_measurand;
-            let part = first.partition_point(|first| *first <= one.measurand) - 1;
-            let measurand = one.measurand - first[part];
-            let name = &problem.parts[part].system.assembly.names.measurands[measurand].name;
-            let rms = one.rms * problem.rms_sigma(&fit.point, part, measurand);
-            Remainder {
-                place: Place::of_inputs(name),
-                gain: Gain::default(),
-                share: 0.0,
-                rms: Some((rms, name.clone())),
-                amplitude: None,
-                change: None,
-                nearest: None,
-            }
+            let of = linear.measurands().find(|own| own.number == one.measurand)?;
+            let rms = one.rms * problem.rms_sigma(&fit.point, of.part, of.measurand);
+            let place = Place::of_inputs(of.name);
+            Some(Remainder { rms: Some((rms, of.name.to_owned())), ..Remainder::at(place) })
         };
-        of_inputs(linear, selection, model).into_iter().map(remainder).collect()
+        of_inputs(linear, selection, model).into_iter().filter_map(remainder).collect()
     }
 
     /// The rms of what a term does (SI): of an error of a measurand in that one, else in the one in
@@ -93,29 +84,24 @@ impl Budget<'_> {
             _ => None,
         };
         let Fitted { problem, fit, .. } = &linear.fitted;
-        let sigma_of = |part, measurand| problem.rms_sigma(&fit.point, part, measurand);
         let form = selection.beyond_nominal(term, values);
-        let mut best: Option<(f64, f64, String)> = None;
-        for (part, data) in linear.fitted.problem.parts.iter().enumerate() {
-            for measurand in 0..data.slots().len() {
-                let number = linear.sums.first_measurand[part] + measurand;
-                let readings = linear.sums.readings[number] as f64;
-                let name = &data.system.assembly.names.measurands[measurand].name;
-                if readings == 0.0 || own.is_some_and(|own| own != name) {
-                    continue;
-                }
-                let mut square = 0.0;
-                for (i, p) in &form {
-                    let of = |(j, q): &(usize, f64)| q * linear.sums.product_in(number, *i, *j);
-                    square += p * form.iter().map(of).sum::<f64>();
-                }
-                let rms = (square.max(0.0) / readings).sqrt();
-                let against = rms / selection.scale[number];
-                if best.as_ref().is_none_or(|(known, ..)| against > *known) {
-                    best = Some((against, rms * sigma_of(part, measurand), name.clone()));
-                }
+        let mut best: Option<(f64, f64, &str)> = None;
+        for Measurand { number, part, measurand, name } in linear.measurands() {
+            let readings = linear.sums.readings[number] as f64;
+            if readings == 0.0 || own.is_some_and(|own| own != name) {
+                continue;
+            }
+            let mut square = 0.0;
+            for (i, p) in &form {
+                let of = |(j, q): &(usize, f64)| q * linear.sums.product_in(number, *i, *j);
+                square += p * form.iter().map(of).sum::<f64>();
+            }
+            let rms = (square.max(0.0) / readings).sqrt();
+            let against = rms / selection.scale[number];
+            if best.is_none_or(|(known, ..)| against > known) {
+                best = Some((against, rms * problem.rms_sigma(&fit.point, part, measurand), name));
             }
         }
-        best.map(|(_, rms, name)| (rms, name))
+        best.map(|(_, rms, name)| (rms, name.to_owned()))
     }
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
+use crate::diagnose::budget::selection::normal::Factored;
 use crate::diagnose::budget::terms::{Base, Change};
 use crate::diagnose::price::Gain;
 
@@ -15,14 +16,8 @@ const MOST_ENDS: usize = 40;
 /// Share of a change's squared length below which the model takes it up.
 const TAKEN_UP: f64 = 1e-6;
 
-/// A moment from which on a value is different.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Bin {
-    /// The run.
-    pub(super) run: usize,
-    /// The first sample from it on.
-    pub(super) first: usize,
-}
+/// A moment from which on a value is different: the run, and the first sample from it on.
+pub(super) type Bin = (usize, usize);
 
 /// The columns of a model that is a part of another, among those of that.
 fn columns_within(selection: &Selection<'_>, whole: &[usize], part: &[usize]) -> Vec<usize> {
@@ -46,14 +41,14 @@ impl Linear {
         let mut sums: Vec<DMatrix<f64>> =
             bases.iter().map(|_| DMatrix::zeros(n + 2, bins.len())).collect();
         let mut of_run: Vec<(usize, usize)> = vec![(0, 0); self.order.len()];
-        for (number, bin) in bins.iter().enumerate() {
-            let own = &mut of_run[bin.run];
+        for (number, (run, _)) in bins.iter().enumerate() {
+            let own = &mut of_run[*run];
             *own = if own.1 == 0 { (number, number + 1) } else { (own.0, number + 1) };
         }
         self.visit(selection, whole, bases, &mut |values| {
             let (first, end) = of_run[values.run];
             let own = &bins[first..end];
-            let at = own.partition_point(|bin| bin.first <= values.sample);
+            let at = own.partition_point(|(_, first)| *first <= values.sample);
             let bin = first + at.saturating_sub(1);
             let weight = selection.scale[values.measurand].powi(-2);
             for (sum, x) in sums.iter_mut().zip(values.further) {
@@ -71,7 +66,7 @@ impl Linear {
             }
         });
         // From each bin on to the end of its campaign.
-        let part = |bin: usize| self.part_of(bins[bin].run).0;
+        let part = |bin: usize| self.part_of(bins[bin].0).0;
         let totals: Vec<f64> = sums.iter().map(|sum| sum.row(n + 1).iter().sum()).collect();
         for sum in &mut sums {
             for bin in (0..bins.len().saturating_sub(1)).rev() {
@@ -85,12 +80,9 @@ impl Linear {
         let of_model = |(model, least): (&Vec<usize>, &f64)| {
             let mut found: Vec<Change> = Vec::new();
             let kept = columns_within(selection, whole, model);
-            let (inverse, length, half) = selection.normal_equations(model);
+            let Factored { factor, half, .. } = selection.factored(model);
             for ((base, sum), total) in bases.iter().zip(&sums).zip(&totals) {
-                let scaled = DMatrix::from_fn(kept.len(), bins.len(), |i, bin| {
-                    sum[(kept[i], bin)] / length[i]
-                });
-                let across = &inverse * scaled;
+                let across = factor.across(sum.select_rows(&kept));
                 let mut best: Option<(f64, usize)> = None;
                 for bin in 1..bins.len() {
                     let square = sum[(n + 1, bin)];
@@ -109,16 +101,12 @@ impl Linear {
                 }
                 found.extend(best.map(|(gain, bin)| Change {
                     base: *base,
-                    at: (bins[bin].run, bins[bin].first),
+                    at: bins[bin],
                     end: None,
                     gain: Gain { gain, degrees: 1 },
                     members: bins.len(),
                 }));
-                let across_of = (&across, &half);
-                found.extend(self.best_stretch(sum, across_of, bins).map(|mut one| {
-                    one.base = *base;
-                    one
-                }));
+                found.extend(self.best_stretch(*base, sum, (&across, &half), bins));
             }
             found.retain(|one| selection.ln_bayes_factor_of_change(one) >= *least);
             found
@@ -131,38 +119,39 @@ impl Linear {
     /// running sums of a base as `best_moments` has them.
     fn best_stretch(
         &self,
+        base: Base,
         sum: &DMatrix<f64>,
         (across, half): (&DMatrix<f64>, &DVector<f64>),
         bins: &[Bin],
     ) -> Option<Change> {
         let n = sum.nrows() - 2;
-        let mut best: Option<(f64, usize, usize)> = None;
+        let part = |bin: usize| bins.get(bin).map(|(run, _)| self.part_of(*run).0);
+        let mut best: Option<(f64, Bin, usize)> = None;
         let mut tried = 0;
         let mut first = 0;
-        while first < bins.len() {
-            let run = bins[first].run;
-            let count = bins[first..].iter().take_while(|bin| bin.run == run).count();
-            let next = first + count;
-            let is_last =
-                next >= bins.len() || self.part_of(bins[next].run).0 != self.part_of(run).0;
-            let step = count.div_ceil(MOST_ENDS).max(1);
+        for own in bins.chunk_by(|a, b| a.0 == b.0) {
+            let (run, next) = (own[0].0, first + own.len());
+            let is_last = part(next) != part(first);
+            let step = own.len().div_ceil(MOST_ENDS).max(1);
             for from in (first..next).step_by(step) {
                 for to in (from + step..=next).step_by(step) {
-                    let whole = to == next && is_last;
-                    let end = bins.get(to).filter(|bin| bin.run == run);
-                    let end = end.map_or_else(|| self.samples_in(run), |bin| bin.first);
-                    if end - bins[from].first < LEAST_STRETCH {
+                    let end = if to < next { bins[to].1 } else { self.samples_in(run) };
+                    if end - bins[from].1 < LEAST_STRETCH {
                         continue;
                     }
                     tried += 1;
-                    let beyond = |row: usize| if whole { 0.0 } else { sum[(row, to)] };
-                    let square = sum[(n + 1, from)] - beyond(n + 1);
+                    // Running sums begin anew with each campaign.
+                    let is_whole = to == next && is_last;
+                    let within = |all: &DMatrix<f64>, row: usize| {
+                        all[(row, from)] - if is_whole { 0.0 } else { all[(row, to)] }
+                    };
+                    let square = within(sum, n + 1);
                     if square <= 0.0 {
                         continue;
                     }
                     let (mut taken, mut along) = (0.0, 0.0);
                     for i in 0..half.len() {
-                        let own = across[(i, from)] - if whole { 0.0 } else { across[(i, to)] };
+                        let own = within(across, i);
                         taken += own * own;
                         along += own * half[i];
                     }
@@ -170,26 +159,16 @@ impl Linear {
                     if left < TAKEN_UP * square {
                         continue;
                     }
-                    let score = sum[(n, from)] - beyond(n) - along;
-                    let gain = score * score / left;
+                    let gain = (within(sum, n) - along).powi(2) / left;
                     if best.is_none_or(|(known, ..)| gain > known) {
-                        best = Some((gain, from, to));
+                        best = Some((gain, bins[from], end));
                     }
                 }
             }
             first = next;
         }
-        best.map(|(gain, from, to)| {
-            let run = bins[from].run;
-            let same = bins.get(to).filter(|bin| bin.run == run);
-            let end = same.map_or_else(|| self.samples_in(run), |bin| bin.first);
-            Change {
-                base: Base { candidate: 0, signature: 0 },
-                at: (run, bins[from].first),
-                end: Some(end),
-                gain: Gain { gain, degrees: 1 },
-                members: tried,
-            }
-        })
+        let (gain, at, end) = best?;
+        let gain = Gain { gain, degrees: 1 };
+        Some(Change { base, at, end: Some(end), gain, members: tried })
     }
 }

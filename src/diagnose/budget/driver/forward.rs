@@ -18,8 +18,9 @@ const SERIOUS_SHARE: f64 = 0.5;
 
 impl Search<'_> {
     /// Effects enter one after the other, each with a refit. Families are scanned again where one of
-    /// them may be the next to enter; what is known of them in the end is of the last fit.
-    pub(super) fn grow(&mut self) -> Result<Option<()>, FitError> {
+    /// them may be the next to enter; what is known of them in the end is of the last fit. Whether
+    /// nominal parameters are determined.
+    pub(super) fn grow(&mut self) -> Result<bool, FitError> {
         // Effects scanned at the present fit; `None` for all.
         let mut fresh: Option<Vec<String>> = None;
         while self.rows.len() < MOST_ROWS {
@@ -30,12 +31,12 @@ impl Search<'_> {
                 false,
                 &mut self.scanned,
             );
-            let Some(linear) = linear else { return Ok(None) };
+            let Some(linear) = linear else { return Ok(false) };
             let mut selection = self.selection(&linear);
             let model = linear.rows();
             selection.set_scale(&model);
             let pools = Pools::of(&selection);
-            let ranked = selection.ranked(&model, &pools.effects, 0.0);
+            let ranked = selection.ranked(&model, &pools.effects);
             let best = ranked.first().filter(|best| best.ln_bayes >= ENTER);
             let serious: Vec<_> = best.map_or_else(Vec::new, |best| {
                 let is_serious = |one: &&Ranked| {
@@ -78,7 +79,7 @@ impl Search<'_> {
                 // What a candidate costs more than another counts against it, and its size.
                 let price = one.gain.gain - 2.0 * one.ln_bayes;
                 let size = linear.ln_size_prior(&with, one.term);
-                let cost = with.cost() + price - 2.0 * size;
+                let cost = with.fit.cost + price - 2.0 * size;
                 if next.as_ref().is_none_or(|(least, ..)| cost < *least) {
                     next = Some((cost, one.term, with));
                 }
@@ -99,7 +100,7 @@ impl Search<'_> {
         if fresh.is_some() {
             self.scanned.effects.clear();
         }
-        Ok(Some(()))
+        Ok(true)
     }
 
     /// An effect whose value cannot be does not come back.

@@ -2,7 +2,7 @@
 //! stand leave it.
 
 use crate::diagnose::budget::in_fit::effect_of;
-use crate::diagnose::budget::judge::{Judged, Objection};
+use crate::diagnose::budget::judge::Objection;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::neighbours::of_inputs;
 use crate::diagnose::budget::noise::{Outlier, leave_out, noise};
@@ -16,21 +16,16 @@ use crate::engine::gauss_markov::GaussMarkov;
 use crate::engine::gram::LeastSquares;
 use crate::estimate::batch::FitError;
 
-use super::{Search, named_objections};
+use super::{Competed, Search, named_objections};
 
 /// The effect that is timestamp jitter.
 const JITTER: &str = "timestamp_jitter";
 
 impl Search<'_> {
     /// Takes what is found in the noise into the problem; whether there was something.
-    pub(super) fn take_noise(
-        &mut self,
-        linear: &Linear,
-        judged: &Judged,
-        scale: &[f64],
-    ) -> Result<bool, FitError> {
-        let mut selection = self.selection(linear);
-        selection.adopt_scale(scale);
+    pub(super) fn take_noise(&mut self, competed: &Competed) -> Result<bool, FitError> {
+        let Competed { linear, judged, .. } = competed;
+        let selection = self.selection_of(competed);
         let whole = self.with_all_readings(linear);
         let all = whole.as_ref().unwrap_or(linear);
         let mut found = noise(all, &selection, &judged.model, &self.outliers);
@@ -41,8 +36,7 @@ impl Search<'_> {
         }
         drop(selection);
         let mut fitted = linear.fitted.clone();
-        let known = self.noise.iter().any(|one| one.memory.is_none());
-        if let Some((variance, score)) = found.jitter.filter(|_| !known)
+        if let Some((variance, score)) = found.jitter.filter(|_| self.noise.is_empty())
             && let Some(with) = self.with_jitter(&fitted, linear, variance, score)?
         {
             self.log.push(format!("timestamp jitter {:.3e} s", variance.sqrt()));
@@ -57,9 +51,8 @@ impl Search<'_> {
         let places = |all: &[Outlier]| all.iter().map(|one| one.at).collect::<Vec<_>>();
         if places(&outliers) != places(&self.outliers) {
             self.log.push(format!("{} outliers are left out", outliers.len()));
-            let first = &linear.sums.first_measurand;
             self.put_back(&mut fitted.problem);
-            self.left_out = leave_out(&mut fitted.problem, first, &outliers);
+            self.left_out = leave_out(&mut fitted.problem, linear, &outliers);
             self.outliers = outliers;
             self.fitted = fitted.again(self.options)?;
             return Ok(true);
@@ -86,11 +79,9 @@ impl Search<'_> {
 
     /// Puts the readings back that rounds left out.
     fn put_back(&self, problem: &mut Problem) {
-        let mut parts = std::mem::take(&mut problem.parts);
-        for (part, records) in parts.iter_mut().zip(&self.records) {
+        for (part, records) in problem.parts.iter_mut().zip(&self.records) {
             part.runs.iter_mut().zip(records).for_each(|(run, own)| run.record = own.clone());
         }
-        *problem = Problem { progress: problem.progress.clone(), ..Problem::new(parts) };
     }
 
     /// Goes on with autocorrelated noise.
@@ -156,15 +147,11 @@ impl Search<'_> {
         let with = with.again(self.options)?;
         self.noise.push(NoiseEffect {
             name: candidate.name.clone(),
-            selected: Some(candidate.selected.clone()),
+            selected: candidate.selected.clone(),
             parameter: random.name.clone(),
-            also: Vec::new(),
-            of: None,
             unit: random.unit.clone(),
             value,
             sigma: 0.5 * value / score,
-            aliases: Vec::new(),
-            memory: None,
             ln_p: -0.5 * score * score,
         });
         Ok(Some(with))
@@ -173,12 +160,11 @@ impl Search<'_> {
     /// Takes effects that did not stand out of the competition, or lets those in again whose values
     /// differ between groups of readings, with values of their own, and those that had such values
     /// in the library's form; whether there are such.
-    fn refuse(&mut self, linear: &Linear, judged: &Judged) -> bool {
+    fn refuse(&mut self, competed: &Competed) -> bool {
         let (mut relaxed, mut narrowed) = (false, false);
-        for ((term, objection), named) in
-            judged.objections.iter().zip(named_objections(linear, judged))
-        {
-            let own = &linear.terms[*term];
+        let objections = competed.judged.objections.iter();
+        for ((term, objection), named) in objections.zip(named_objections(competed)) {
+            let own = &competed.linear.terms[*term];
             let form = match objection {
                 Objection::Apart(label, _) => label.variant(),
                 _ => None,
@@ -208,13 +194,9 @@ impl Search<'_> {
     }
 
     /// Puts the rows that stand into the fit, and no others; whether the fit changed.
-    pub(super) fn take_rows(
-        &mut self,
-        linear: &Linear,
-        judged: &Judged,
-        scale: &[f64],
-    ) -> Result<bool, FitError> {
-        let relaxed = self.refuse(linear, judged);
+    pub(super) fn take_rows(&mut self, competed: &Competed) -> Result<bool, FitError> {
+        let Competed { linear, judged, .. } = competed;
+        let relaxed = self.refuse(competed);
         let stands =
             |term: &&usize| linear.terms[**term].is_effect() && !judged.nameless.contains(*term);
         let wanted: Vec<usize> = judged.model.iter().filter(stands).copied().collect();
@@ -230,8 +212,7 @@ impl Search<'_> {
             return Ok(false);
         }
         self.seen.push(names);
-        let mut selection = self.selection(linear);
-        selection.adopt_scale(scale);
+        let selection = self.selection_of(competed);
         let mut fitted = linear.fitted.clone();
         for row in &leave {
             let name = &linear.terms[*row].name;

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::diagnose::budget::labels::Label;
 use crate::diagnose::budget::pieces::Pieces;
 use crate::diagnose::budget::selection::Selection;
-use crate::diagnose::budget::selection::normal::{factored, gain_of};
+use crate::diagnose::budget::selection::normal::{Factor, gain_of};
 use crate::diagnose::budget::terms::Combination;
 use crate::diagnose::price::price;
 
@@ -28,6 +28,7 @@ impl Selection<'_> {
         let k = term.columns.len();
         let own_at = self.ranges(model)[at].start;
         let weights = self.weights();
+        let prior = self.prior(&base);
         let n = base.len() - 1;
         let mut best: Option<(Label, f64, f64)> = None;
         for grouping in &pieces.labels {
@@ -39,14 +40,13 @@ impl Selection<'_> {
             let of: Vec<_> = (0..count)
                 .map(|group| {
                     let holds = |run, measurand| grouping.holds(group, run, measurand);
-                    pieces.products_of(&weights, |piece, own| holds(piece.run, own))
+                    pieces.products(&weights, |piece, own| holds(piece.run, own))
                 })
                 .collect();
             let size = k * (count - 1);
             let mut whole = of.iter().skip(1).fold(of[0].clone(), |sum, more| sum + more);
-            self.add_priors(&base, &mut whole);
-            let nominal = whole.view((0, 0), (n, n)).into_owned();
-            let (inverse, length) = factored(&nominal);
+            whole += &prior;
+            let factor = Factor::of(&whole.view((0, 0), (n, n)).into_owned());
             let mut across = DMatrix::zeros(n, size);
             let mut own = DMatrix::zeros(size, size);
             let mut score = DVector::zeros(size);
@@ -54,7 +54,7 @@ impl Selection<'_> {
                 let first = k * (group - 1);
                 for j in 0..k {
                     for i in 0..n {
-                        across[(i, first + j)] = sums[(i, own_at + j)] / length[i];
+                        across[(i, first + j)] = sums[(i, own_at + j)];
                     }
                     for i in 0..k {
                         own[(first + i, first + j)] = sums[(own_at + i, own_at + j)];
@@ -63,8 +63,8 @@ impl Selection<'_> {
                 }
             }
             let raw = own.diagonal().map(|square: f64| square.max(0.0).sqrt());
-            let half = &inverse * DVector::from_fn(n, |i, _| whole[(i, n)] / length[i]);
-            let across = &inverse * across;
+            let half = factor.half(&whole.view((0, n), (n, 1)).column(0).into_owned());
+            let across = factor.across(across);
             let left = own - across.transpose() * &across;
             let score = score - across.tr_mul(&half);
             let gain = gain_of(&left, &score, &raw);
@@ -77,22 +77,5 @@ impl Selection<'_> {
             }
         }
         best
-    }
-
-    fn add_priors(&self, combinations: &[Combination], sums: &mut DMatrix<f64>) {
-        for row in &self.sums.priors {
-            let value = |combination: &Combination| -> f64 {
-                let of = |column: usize| {
-                    if column == self.sums.residual() {
-                        return row.residual;
-                    }
-                    let own = row.coefficients.iter().filter(|(own, _)| *own == column);
-                    own.map(|(_, by)| by).sum()
-                };
-                combination.iter().map(|(column, by)| by * of(*column)).sum()
-            };
-            let row = DVector::from_iterator(combinations.len(), combinations.iter().map(value));
-            *sums += &row * row.transpose();
-        }
     }
 }

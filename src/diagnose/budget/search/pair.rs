@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use crate::diagnose::budget::selection::Selection;
-use crate::diagnose::budget::selection::normal::gain_of;
+use crate::diagnose::budget::selection::normal::{Beside, gain_of};
 use crate::diagnose::budget::terms::Combination;
 use crate::diagnose::price::ln_bayes_factor;
 use crate::diagnose::thresholds::ENTER;
@@ -29,7 +29,7 @@ impl Selection<'_> {
             columns.extend(self.terms[*term].columns.iter().cloned());
             ranges.push(first..columns.len());
         }
-        let (left, score, raw) = self.beside(&self.factored(model), &columns);
+        let Beside { left, score, raw, .. } = self.across(&self.factored(model), &columns);
         let ln_bayes = |(i, j): (usize, usize)| {
             let at: Vec<usize> = ranges[i].clone().chain(ranges[j].clone()).collect();
             let of =

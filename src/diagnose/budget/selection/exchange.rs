@@ -38,13 +38,13 @@ impl<'s> Exchange<'s> {
     /// Of the terms of a pool that may enter a model.
     pub fn new(selection: &'s Selection<'s>, model: &[usize], pool: &[usize]) -> Self {
         let factored = selection.factored(model);
-        let back = factored.inverse.transpose();
+        let back = factored.factor.inverse.transpose();
         let candidate = |term: &usize| {
             let columns = &selection.terms[*term].columns;
             let beside = selection.across(&factored, columns);
             let mut taken_up = &back * &beside.across;
             for mut column in taken_up.column_iter_mut() {
-                column.component_div_assign(&factored.length);
+                column.component_div_assign(&factored.factor.length);
             }
             Candidate { term: *term, beside, taken_up }
         };
@@ -66,7 +66,7 @@ impl<'s> Exchange<'s> {
             let out = self.model[number];
             let rest: Vec<usize> = self.model.iter().copied().filter(|one| *one != out).collect();
             let pool = self.candidates.iter().map(|one| one.term).filter(|term| is_one(*term));
-            return self.selection.ranked(&rest, &pool.collect::<Vec<_>>(), 0.0).first().copied();
+            return self.selection.ranked(&rest, &pool.collect::<Vec<_>>()).first().copied();
         };
         let back = |values: &DVector<f64>| own.solve(&values.rows(at, k).into_owned());
         let (values, streams) = (back(&self.values), self.values_of_streams.as_ref().map(back));

@@ -4,6 +4,7 @@ use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 
 use super::Selection;
+use super::normal::{Beside, Factored};
 use crate::diagnose::budget::terms::{Combination, Term};
 use crate::diagnose::evidence::basis::basis;
 use crate::estimate::eigen;
@@ -25,12 +26,17 @@ impl Selection<'_> {
         let Some(column) = own.into_iter().find(|column| self.square(column) > 0.0) else {
             return Vec::new();
         };
-        let across = model.columns.iter().zip(model.length.iter());
-        let across = across.map(|(other, length)| self.product(other, column) / length);
-        let share = DVector::from_iterator(model.columns.len(), across);
-        let share = model.inverse.tr_mul(&(&model.inverse * share));
-        let shares = model.columns.iter().zip(share.iter());
+        let values = self.of_nominal(&model, column);
+        let lengths = values.component_mul(&model.factor.length);
+        let shares = model.columns.iter().zip(lengths.iter());
         shares.map(|(column, share)| (column[0].0, share.abs())).collect()
+    }
+
+    /// The values of nominal columns that make most of a form.
+    fn of_nominal(&self, nominal: &Factored, form: &Combination) -> DVector<f64> {
+        let products = nominal.columns.iter().map(|other| self.product(other, form));
+        let products = DVector::from_iterator(nominal.columns.len(), products);
+        nominal.factor.values(&nominal.factor.half(&products))
     }
 
     /// The block with which a model goes on when a block enters: the block itself, or, where rows of
@@ -38,8 +44,8 @@ impl Selection<'_> {
     /// form keeps what it explains; the block explains the rest.
     pub fn beside_rows(&mut self, model: &[usize], block: usize) -> usize {
         let with = [model, &[block]].concat();
-        let (values, beside_model) = self.solved(model);
-        let (_, beside_block) = self.solved(&with);
+        let (values, beside_model) = self.factored(model).solved();
+        let beside_block = self.factored(&with).factor.covariance();
         let mut within = Vec::new();
         for (term, range) in model.iter().zip(self.ranges(model)) {
             let (at, k) = (range.start, range.len());
@@ -64,7 +70,7 @@ impl Selection<'_> {
         let columns = self.terms[block].columns.clone();
         let rows = within.iter().flat_map(|term| self.terms[*term].columns.clone());
         let all: Vec<Combination> = columns.iter().cloned().chain(rows).collect();
-        let (left, _, raw) = self.beside(&factored, &all);
+        let Beside { left, raw, .. } = self.across(&factored, &all);
         let (k, r) = (columns.len(), all.len() - columns.len());
         // Coordinates of the rows' forms in the block: S_bb⁻¹ S_br, columns of unit length.
         let own = DMatrix::from_fn(k, k, |i, j| left[(i, j)] / (raw[i] * raw[j]));
@@ -125,14 +131,9 @@ impl Selection<'_> {
             form.extend(column.iter().map(|(at, by)| (*at, by * value)));
         }
         let nominal = self.factored(&[]);
-        let across = nominal.columns.iter().zip(nominal.length.iter());
-        let across = across.map(|(other, length)| self.product(other, &form) / length);
-        let share = DVector::from_iterator(nominal.columns.len(), across);
-        let share = nominal.inverse.tr_mul(&(&nominal.inverse * share));
-        for ((column, length), share) in
-            nominal.columns.iter().zip(nominal.length.iter()).zip(share.iter())
-        {
-            form.extend(column.iter().map(|(at, by)| (*at, -by * share / length)));
+        let values = self.of_nominal(&nominal, &form);
+        for (column, value) in nominal.columns.iter().zip(values.iter()) {
+            form.extend(column.iter().map(|(at, by)| (*at, -by * value)));
         }
         form
     }

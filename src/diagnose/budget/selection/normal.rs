@@ -13,16 +13,74 @@ use crate::estimate::inverse_factor::inverse_factor;
 /// it is.
 const RIDGE: f64 = 1e-10;
 
+/// Normal equations, factored: columns scaled to unit length, `L` their Cholesky factor.
+#[derive(Debug)]
+pub struct Factor {
+    /// `L⁻¹`: one product with it is quicker than a triangular solution.
+    pub inverse: DMatrix<f64>,
+    /// The lengths that the columns are scaled by.
+    pub length: DVector<f64>,
+}
+
+impl Factor {
+    /// Of products of columns.
+    pub fn of(matrix: &DMatrix<f64>) -> Self {
+        let n = matrix.nrows();
+        let length = matrix.diagonal().map(|square| if square > 0.0 { square.sqrt() } else { 1.0 });
+        let scaled = |ridge: f64| {
+            DMatrix::from_fn(n, n, |i, j| {
+                matrix[(i, j)] / (length[i] * length[j]) + f64::from(i == j) * ridge
+            })
+        };
+        let mut ridge = RIDGE;
+        // Sums that are no numbers: nothing is taken off anything.
+        while ridge <= 10.0 {
+            if let Some(inverse) = inverse_factor(&scaled(ridge)) {
+                return Self { inverse, length };
+            }
+            ridge *= 10.0;
+        }
+        Self { inverse: DMatrix::identity(n, n), length }
+    }
+
+    /// `L⁻¹ b` of products of the columns with others.
+    pub fn across(&self, mut products: DMatrix<f64>) -> DMatrix<f64> {
+        for mut column in products.column_iter_mut() {
+            column.component_div_assign(&self.length);
+        }
+        &self.inverse * products
+    }
+
+    /// The same of products with one other.
+    pub fn half(&self, score: &DVector<f64>) -> DVector<f64> {
+        &self.inverse * score.component_div(&self.length)
+    }
+
+    /// The values of the columns from those.
+    pub fn values(&self, half: &DVector<f64>) -> DVector<f64> {
+        self.inverse.tr_mul(half).component_div(&self.length)
+    }
+
+    /// The covariance of the values.
+    pub fn covariance(&self) -> DMatrix<f64> {
+        // A product of two matrices is blocked, `tr_mul` goes column by column.
+        let mut covariance = self.inverse.transpose() * &self.inverse;
+        for (j, mut column) in covariance.column_iter_mut().enumerate() {
+            column.component_div_assign(&self.length);
+            column /= self.length[j];
+        }
+        covariance
+    }
+}
+
 /// A model's normal equations, factored.
 #[derive(Debug)]
 pub struct Factored {
     /// The columns: nominal ones, then those of the terms.
     pub columns: Vec<Combination>,
     pub(super) combined: Combined,
-    /// `L⁻¹`, `L` their Cholesky factor: one product with it is quicker than a triangular solution.
-    pub inverse: DMatrix<f64>,
-    /// The lengths that the columns are scaled by.
-    pub length: DVector<f64>,
+    /// Their normal equations.
+    pub factor: Factor,
     /// `L⁻¹ b` of scaled columns.
     pub half: DVector<f64>,
     /// The same of what the noise of smoothed streams adds to `b`.
@@ -31,14 +89,14 @@ pub struct Factored {
 
 /// Columns beside a model.
 #[derive(Debug)]
-pub(super) struct Beside {
+pub struct Beside {
     /// The Schur complement `S`.
-    pub(super) left: DMatrix<f64>,
+    pub left: DMatrix<f64>,
     /// The score `g`, and what the noise of smoothed streams adds to it.
-    pub(super) score: DVector<f64>,
+    pub score: DVector<f64>,
     pub(super) of_streams: Option<DVector<f64>>,
     /// Raw lengths.
-    pub(super) raw: DVector<f64>,
+    pub raw: DVector<f64>,
     /// `L⁻¹ H_Mj`, columns of the model scaled.
     pub(super) across: DMatrix<f64>,
 }
@@ -51,50 +109,20 @@ impl Beside {
 }
 
 impl Factored {
-    /// Columns with their products, and those with the residual.
-    pub(super) fn of(
-        columns: Vec<Combination>,
-        combined: Combined,
-        matrix: &DMatrix<f64>,
-        (score, of_streams): (&DVector<f64>, Option<DVector<f64>>),
-    ) -> Self {
-        let (inverse, length) = factored(matrix);
-        let half = &inverse * score.component_div(&length);
-        let half_of_streams = of_streams.map(|score| &inverse * score.component_div(&length));
-        Self { columns, combined, inverse, length, half, half_of_streams }
-    }
-
     /// The values of the columns.
     pub fn values(&self) -> DVector<f64> {
-        self.inverse.tr_mul(&self.half).component_div(&self.length)
+        self.factor.values(&self.half)
     }
 
     /// What the noise of smoothed streams adds to the values.
     pub(super) fn values_of_streams(&self) -> Option<DVector<f64>> {
-        let half = self.half_of_streams.as_ref()?;
-        Some(self.inverse.tr_mul(half).component_div(&self.length))
+        self.half_of_streams.as_ref().map(|half| self.factor.values(half))
     }
 
     /// The values of the columns and their covariance.
     pub fn solved(&self) -> (DVector<f64>, DMatrix<f64>) {
-        solved(&self.inverse, &self.length, &self.half)
+        (self.values(), self.factor.covariance())
     }
-}
-
-/// Values and covariance from `L⁻¹`, the lengths and `L⁻¹ b`.
-pub(super) fn solved(
-    inverse: &DMatrix<f64>,
-    length: &DVector<f64>,
-    half: &DVector<f64>,
-) -> (DVector<f64>, DMatrix<f64>) {
-    let values = inverse.tr_mul(half).component_div(length);
-    // A product of two matrices is blocked, `tr_mul` goes column by column.
-    let mut covariance = inverse.transpose() * inverse;
-    for (j, mut column) in covariance.column_iter_mut().enumerate() {
-        column.component_div_assign(length);
-        column /= length[j];
-    }
-    (values, covariance)
 }
 
 /// The gain of a score `g` with Schur complement `S`.
@@ -122,27 +150,4 @@ pub(super) fn gain_beyond_streams(
     });
     let beyond = gain_of(left, &beyond, raw);
     if beyond.gain < plain.gain { beyond } else { plain }
-}
-
-/// `L⁻¹` of the Cholesky factor `L` of normal equations whose columns are scaled to unit length, and
-/// the lengths.
-pub fn factored(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
-    let n = matrix.nrows();
-    let length = matrix.diagonal().map(|square| if square > 0.0 { square.sqrt() } else { 1.0 });
-    let scaled = |ridge: f64| {
-        DMatrix::from_fn(n, n, |i, j| {
-            matrix[(i, j)] / (length[i] * length[j]) + f64::from(i == j) * ridge
-        })
-    };
-    let mut ridge = RIDGE;
-    loop {
-        if let Some(inverse) = inverse_factor(&scaled(ridge)) {
-            return (inverse, length);
-        }
-        if ridge > 1.0 {
-            // Sums that are no numbers: nothing is taken off anything.
-            return (DMatrix::identity(n, n), length);
-        }
-        ridge *= 10.0;
-    }
 }

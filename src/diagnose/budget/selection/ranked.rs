@@ -21,9 +21,8 @@ pub struct Ranked {
 }
 
 impl Selection<'_> {
-    /// Terms of a pool beside a model, best first: log Bayes factor, term, gain. Those that gain
-    /// less than `least` are not among them.
-    pub fn ranked(&self, model: &[usize], pool: &[usize], least: f64) -> Vec<Ranked> {
+    /// Terms of a pool beside a model, best first: log Bayes factor, term, gain.
+    pub fn ranked(&self, model: &[usize], pool: &[usize]) -> Vec<Ranked> {
         let factored = self.factored(model);
         let mut ranked: Vec<Ranked> = pool
             .par_iter()
@@ -32,7 +31,6 @@ impl Selection<'_> {
                 let gain = self.gain_beside(&factored, *term);
                 Ranked { term: *term, gain, ln_bayes: self.ln_bayes_factor(*term, gain) }
             })
-            .filter(|one| one.gain.gain >= least)
             .collect();
         ranked.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
         ranked
@@ -54,7 +52,7 @@ impl Selection<'_> {
             let left = factor.inverse();
             let score = &left * values.rows(at, k);
             let of_streams = streams.as_ref().map(|values| &left * values.rows(at, k));
-            let raw = factored.length.rows(at, k).into_owned();
+            let raw = factored.factor.length.rows(at, k).into_owned();
             gain_beyond_streams(&left, &score, of_streams.as_ref(), &raw)
         };
         model.iter().zip(self.ranges(model)).map(gain).collect()

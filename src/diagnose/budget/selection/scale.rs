@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::Selection;
 use super::combined::Combined;
-use super::normal::{factored, solved};
+use super::normal::Factor;
 
 /// Rounds in which noise scale factors and model settle.
 const ROUNDS: usize = 3;
@@ -17,7 +17,7 @@ impl Selection<'_> {
         let n = columns.len();
         columns.push(self.residual.clone());
         let combined = Combined::of(&columns);
-        let prior = combined.squares(|a, b| self.weighted.prior(a, b));
+        let prior = self.prior(&columns);
         let measurands = (0..self.scale.len()).filter(|one| self.sums.readings[*one] > 0);
         let sums: Vec<(usize, DMatrix<f64>)> = measurands
             .map(|one| (one, combined.squares(|a, b| self.sums.product_in(one, a, b))))
@@ -29,10 +29,9 @@ impl Selection<'_> {
                 whole.zip_apply(own, |sum, value| *sum += weight * value);
             }
             let score = whole.view((0, n), (n, 1)).column(0).into_owned();
-            let (inverse, length) = factored(&whole.view((0, 0), (n, n)).into_owned());
-            let half = &inverse * score.component_div(&length);
-            let (values, covariance) = solved(&inverse, &length, &half);
-            let left = values.insert_row(n, -1.0);
+            let factor = Factor::of(&whole.view((0, 0), (n, n)).into_owned());
+            let left = factor.values(&factor.half(&score)).insert_row(n, -1.0);
+            let covariance = factor.covariance();
             let mut change = 0.0_f64;
             for (measurand, own) in &sums {
                 let scale = &mut self.scale[*measurand];

@@ -20,7 +20,8 @@ pub struct Weighted<'a> {
 }
 
 impl<'a> Weighted<'a> {
-    pub(super) fn new(sums: &'a Sums, weights: &[f64]) -> Self {
+    /// Of sums with the weight of each measurand (one over its squared noise scale factor).
+    pub fn new(sums: &'a Sums, weights: &[f64]) -> Self {
         let mut prior_at = Index::default();
         let with_residual = |row: &PriorRow| {
             let own = row.coefficients.iter().copied();
