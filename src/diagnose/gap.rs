@@ -19,6 +19,7 @@ pub mod holdout;
 pub mod steps;
 mod within_runs;
 
+use super::fitted::Fitted;
 use crate::estimate::calibrate::rms;
 use crate::statistics::student;
 
@@ -78,6 +79,27 @@ const BORNE_OUT: f64 = 0.25;
 const MISSED: f64 = 10.0;
 
 impl Gap {
+    /// Of the model with all effects, the drops that they bring in each fold, and what is left;
+    /// without steps, as if nothing had been before.
+    fn of(after: &Fitted, drops: &[Drop], leftover: f64) -> Self {
+        let (closed, closed_interval) = closed(drops, leftover);
+        let after_rms = rms(&after.problem, &after.fit.point);
+        Self {
+            held_out: None,
+            before: after_rms.clone(),
+            after: after_rms,
+            steps: Vec::new(),
+            floor: floor(after),
+            lambda: 0.0,
+            held_out_drop: taken(drops),
+            leftover,
+            closed,
+            closed_interval,
+            folds: drops.len(),
+            left_out: 0,
+        }
+    }
+
     /// Whether the readings may close so much of the gap that they do not contradict what was
     /// named; `None` where they can judge nothing.
     pub fn is_borne_out(&self) -> Option<bool> {
@@ -153,21 +175,12 @@ pub fn gap(models: &Steps, drops: &[Vec<Drop>], degrees: usize, leftover: f64) -
         steps.push(Step { effect: effect.clone(), rms, held_out_drop });
     }
     let drops = drops.last().map_or(&[][..], Vec::as_slice);
-    let (part, interval) = closed(drops, leftover);
     let gain = before.fit.cost - after.fit.cost;
     Gap {
-        held_out: None,
         before: rms(&before.problem, &before.fit.point),
-        after: rms(&after.problem, &after.fit.point),
         steps,
-        floor: floor(after),
         lambda: (gain - degrees as f64).max(0.0).sqrt(),
-        held_out_drop: taken(drops),
-        leftover,
-        closed: part,
-        closed_interval: interval,
-        folds: drops.len(),
-        left_out: 0,
+        ..Gap::of(after, drops, leftover)
     }
 }
 

@@ -82,7 +82,7 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
     let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
     for (number, part) in problem.parts.iter().enumerate() {
         for run in &part.runs {
-            setups.push(number * 1000 + run.setup);
+            setups.push((number, run.setup));
             let samples = run.record.spread(SAMPLES, 1);
             let inputs = part.system.assembly.names.inputs.iter();
             for (input, track) in inputs.zip(&samples.inputs) {

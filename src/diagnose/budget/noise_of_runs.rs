@@ -39,13 +39,14 @@ pub fn noise_of_runs(
             of_run.entry(run).or_default().extend(values.iter().map(|(.., value)| value.abs()));
         }
         of_run.retain(|_, sizes| sizes.len() >= LEAST);
-        if of_run.len() < 3 {
-            continue;
-        }
         let robust: BTreeMap<usize, f64> =
             of_run.iter_mut().map(|(run, sizes)| (*run, robust_deviation(sizes))).collect();
         let usual = upper_median(&mut robust.values().copied().collect::<Vec<f64>>());
         let usual = usual.unwrap_or(0.0);
+        // Where half of the residuals are zero, such as those of counts, their scatter is not known.
+        if of_run.len() < 3 || robust.values().any(|one| *one <= 0.0) {
+            continue;
+        }
         let is_own = |run: &usize| {
             let ratio = (robust[run] / usual).ln();
             let score = ratio.abs() * (of_run[run].len() as f64).sqrt() / SCATTER;

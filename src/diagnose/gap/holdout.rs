@@ -20,10 +20,9 @@ use crate::graph::Scope;
 use crate::model::Override;
 use crate::system::{Selected, System};
 
-use super::floor::floor;
 use super::steps::Steps;
-use super::within_runs::{among, learns_from};
-use super::{Drop, Gap, Step, closed, taken};
+use super::within_runs::{Eighths, only};
+use super::{Drop, Gap, Step, taken};
 
 /// Why a held-out campaign cannot be judged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -72,24 +71,13 @@ pub fn holdout(opened: &Opened, models: &Steps, options: &Options) -> Result<Gap
         last = next;
     }
     let drops = before.drops(&last);
-    let floor = floor(&last.judged);
-    let after = last.rms.clone();
-    let left = last.leftover();
-    let (part, interval) = closed(&drops, left);
-    let drop = taken(&drops);
     Ok(Gap {
         held_out: opened.campaigns.first().map(|campaign| campaign.name.clone()),
         before: before.rms,
-        after,
         steps,
-        floor,
-        lambda: drop.max(0.0).sqrt(),
-        held_out_drop: drop,
-        leftover: left,
-        closed: part,
-        closed_interval: interval,
-        folds: drops.len(),
+        lambda: taken(&drops).max(0.0).sqrt(),
         left_out,
+        ..Gap::of(&last.judged, &drops, last.leftover())
     })
 }
 
@@ -123,8 +111,7 @@ impl Scored {
 
     /// Of the eighths of runs that a fit did not learn from.
     fn of_the_rest(whole: &Fitted, learnt: Fitted) -> Self {
-        let mut problem =
-            among(&whole.problem, |length| move |sample| !learns_from(sample, length));
+        let mut problem = only(&whole.problem, Eighths::Judged);
         problem.reweight(&learnt.fit.point);
         let normal = problem.normal(&learnt.fit.point);
         Self::of(Fitted { problem, fit: Fit { normal, ..learnt.fit }, ..learnt })
@@ -210,7 +197,7 @@ impl Held<'_> {
 
     /// The same model fitted to every other eighth of each run.
     fn learns_in_part(self, whole: &Fitted) -> Result<Fitted, FitError> {
-        let mut problem = among(&whole.problem, |length| move |sample| learns_from(sample, length));
+        let mut problem = only(&whole.problem, Eighths::Learnt);
         let fit = fit(&mut problem, whole.fit.point.clone(), self.options)?;
         Ok(Fitted { recipes: whole.recipes.clone(), problem, fit })
     }
@@ -261,8 +248,7 @@ fn take_runs(parts: &mut [Part], problem: Problem) {
     }
 }
 
-/// Holds what belongs to a campaign's instrument and rig at the values of a fit, random levels with
-/// it: at those of the same instrument or rig, else of the first campaign.
+/// Holds what belongs to a campaign's instrument and rig at the values of a fit: at those of the same instrument or rig, else of the first campaign.
 fn hold(system: &mut System, part: &Part, values: &Fitted) {
     let Problem { layout, parts, .. } = &values.problem;
     let point: &Point = &values.fit.point;
@@ -284,12 +270,5 @@ fn hold(system: &mut System, part: &Part, values: &Fitted) {
         if let Some((_, index)) = same.or_else(|| known().next()) {
             setting.hold_at(point.components(layout, index));
         }
-    }
-    for random in &mut system.randoms {
-        let level = values.problem.parts.iter().find_map(|part| {
-            let index = part.system.randoms.iter().position(|one| one.name == random.name)?;
-            Some(part.random_sigma[index])
-        });
-        random.sigma = level.or(random.sigma);
     }
 }

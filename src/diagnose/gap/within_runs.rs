@@ -8,29 +8,27 @@ use crate::engine::Problem;
 /// Stretches that a run with parameters of its own is cut into.
 const STRETCHES: usize = 8;
 
-/// Whether a run's own parameters are fitted to a sample: to every other stretch.
-pub(super) fn learns_from(sample: usize, length: usize) -> bool {
-    (sample * STRETCHES / length.max(1)).is_multiple_of(2)
+/// Every other eighth of each run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Eighths {
+    /// To which a run's own parameters are fitted: the first, the third...
+    Learnt = 0,
+    /// Which are judged.
+    Judged = 1,
 }
 
-/// A problem with only some samples of each run, by its length.
-pub(super) fn among<W: Fn(usize) -> bool>(
-    problem: &Problem,
-    wanted: impl Fn(usize) -> W,
-) -> Problem {
+/// A problem with only some eighths of each run.
+pub(super) fn only(problem: &Problem, wanted: Eighths) -> Problem {
     let mut parts = problem.parts.clone();
     for part in &mut parts {
         let columns = part.reading_columns();
         for run in &mut part.runs {
-            let wanted = wanted(run.record.len());
-            let samples: Vec<bool> = (0..run.record.len()).map(wanted).collect();
-            let mut from = 0;
-            for alike in samples.chunk_by(|a, b| a == b) {
-                let to = from + alike.len();
-                run.record.leave_out((!alike[0]).then(|| (from..to, columns.clone())));
-                from = to;
-            }
+            let edge = |eighth: usize| (eighth * run.record.len()).div_ceil(STRETCHES);
+            let others = (0..STRETCHES).filter(|eighth| eighth % 2 != wanted as usize);
+            let out: Vec<_> =
+                others.map(|one| (edge(one)..edge(one + 1), columns.clone())).collect();
+            run.record.leave_out(out);
         }
     }
-    Problem::new(parts)
+    problem.with_parts(parts)
 }
