@@ -169,6 +169,14 @@ fn next(diagnosis: &Diagnosis) -> String {
         text.push_str(&format!("\nNext: `homepoint calibrate CAMPAIGN {}`\n", with.join(" ")));
         text.push_str(&diagnosis.rows.iter().filter_map(relaxed).collect::<String>());
     }
+    let mut parts = diagnosis.remainder.iter();
+    let part = parts.find(|one| one.gain.gain > 0.0 && one.place.is_of_an_effect());
+    if let Some(part) = part.filter(|_| diagnosis.rows.is_empty()) {
+        text.push_str(&format!(
+            "\nNext: describe what may cause {} in `effects/NAME.toml` beside the campaign (docs/effects.md), and diagnose again.\n",
+            part.place.words
+        ));
+    }
     text
 }
 

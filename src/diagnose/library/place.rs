@@ -6,6 +6,10 @@ pub(super) const RUN: &str = "run";
 /// readings.
 pub(super) const TIME_OF: &str = "time of ";
 pub(super) const ALL_READINGS: &str = "all readings";
+/// The channel of stated values.
+const STATED: &str = "stated values";
+/// The covariate of what is too small for a name.
+const SMALL: &str = "small";
 /// The covariate of a wave in time with phases of each run's own.
 pub(super) const OSCILLATION: &str = "oscillation";
 
@@ -33,7 +37,7 @@ impl Place {
     /// Of something that is too small for a name, and like an effect.
     pub(in crate::diagnose) fn like(effect: &str) -> Self {
         let words = format!("something small that is like `{effect}`");
-        Self::new(Of::Channel(effect.to_owned()), "small", words)
+        Self::new(Of::Channel(effect.to_owned()), SMALL, words)
     }
 
     /// The same from a row of a run on, to another or to the end of the campaign.
@@ -56,6 +60,11 @@ impl Place {
         self.covariate == RUN
     }
 
+    /// Whether an effect may have its form: not that of a stated value, nor of something small.
+    pub fn is_of_an_effect(&self) -> bool {
+        self.covariate != SMALL && self.of != Of::Channel(STATED.to_owned())
+    }
+
     /// Whether it is a wave in time.
     pub fn is_oscillation(&self) -> bool {
         self.covariate == OSCILLATION
@@ -76,7 +85,7 @@ impl Place {
     pub(in crate::diagnose) fn of_stated(parameter: &str, of: Option<&str>) -> Self {
         let of = of.map_or_else(String::new, |of| format!(" of `{of}`"));
         let words = format!("a wrong stated value of `{parameter}`{of}");
-        Self::new(Of::Channel("stated values".to_owned()), parameter, words)
+        Self::new(Of::Channel(STATED.to_owned()), parameter, words)
     }
 
     /// Of a reading whose error depends on several inputs together.
