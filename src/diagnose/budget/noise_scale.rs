@@ -23,7 +23,7 @@ pub fn levels(linear: &Linear, scale: &[f64]) -> Vec<Level> {
             let of = data.label.clone().filter(|_| several);
             Level { measurand: name.to_owned(), of, run, factor }
         };
-        if score(linear, number, factor).abs() > SCALE && (factor - 1.0).abs() > SCALE_DIFFERENCE {
+        if differs(linear, number, factor) {
             found.push(level(None, factor));
         }
         for (run, levels) in data.run_levels.iter().enumerate() {
@@ -36,9 +36,10 @@ pub fn levels(linear: &Linear, scale: &[f64]) -> Vec<Level> {
     found
 }
 
-/// The standard score of a noise scale factor against what is stated.
-fn score(linear: &Linear, number: usize, factor: f64) -> f64 {
-    (factor - 1.0) * (2.0 * linear.sums.readings[number] as f64).sqrt()
+/// Whether the noise scale factor of a measurand is not as stated.
+fn differs(linear: &Linear, number: usize, factor: f64) -> bool {
+    let score = (factor - 1.0) * (2.0 * linear.sums.readings[number] as f64).sqrt();
+    score.abs() > SCALE && (factor - 1.0).abs() > SCALE_DIFFERENCE
 }
 
 /// Noise scale factors of the white part of the noise of each measurand.
@@ -90,10 +91,10 @@ pub fn autocorrelation(problem: &Problem) -> Vec<(String, Option<String>, GaussM
     found
 }
 
-/// Gives measurands the noise that was found.
+/// Gives measurands whose noise is not as stated the noise that was found.
 pub fn scale_noise(problem: &mut Problem, linear: &Linear, scale: &[f64]) {
     for Measurand { number, part, measurand, .. } in linear.measurands() {
-        if score(linear, number, scale[number]).abs() > SCALE {
+        if differs(linear, number, scale[number]) {
             problem.parts[part].sigma[measurand] *= scale[number];
         }
     }
