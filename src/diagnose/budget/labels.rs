@@ -1,9 +1,12 @@
 //! Groups of readings in which a row may have values of its own: what a campaign varies on purpose
 //! (setups, the rate and the sense of each signal), and its measurands.
 
+use indexmap::IndexMap;
+
 use crate::diagnose::library::structure::{Knots, turns};
 use crate::diagnose::library::variant::Variant;
 use crate::engine::Problem;
+use crate::graph::names::Input;
 
 /// What groups of readings differ in.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -76,29 +79,15 @@ impl Grouping {
 
 /// Groupings; those that divide nothing are not among them.
 pub fn labels(problem: &Problem) -> Vec<Grouping> {
-    let mut setups = Vec::new();
-    let mut rates: Vec<(String, Vec<f64>)> = Vec::new();
-    let mut run_number = 0;
-    let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
-    for (number, part) in problem.parts.iter().enumerate() {
-        for run in &part.runs {
-            setups.push((number, run.setup));
-            let samples = run.record.spread(SAMPLES, 1);
-            let inputs = part.system.assembly.names.inputs.iter();
-            for (input, track) in inputs.zip(&samples.inputs) {
-                let rate = |at: usize| -> f64 { track.at(at, samples.time[at], 0.0_f64, 1) };
-                let rates_here = (0..samples.len()).map(rate).filter(|rate| rate.is_finite());
-                let mean = rates_here.sum::<f64>() / samples.len().max(1) as f64;
-                let at = rates.iter().position(|(name, _)| *name == input.name);
-                let at = at.unwrap_or_else(|| {
-                    rates.push((input.name.clone(), vec![0.0; runs]));
-                    rates.len() - 1
-                });
-                rates[at].1[run_number] = mean;
-            }
-            run_number += 1;
-        }
-    }
+    let parts = || problem.parts.iter().enumerate();
+    let setups: Vec<(usize, usize)> = parts()
+        .flat_map(|(number, part)| part.runs.iter().map(move |run| (number, run.setup)))
+        .collect();
+    let mut rates: IndexMap<String, Vec<f64>> = IndexMap::new();
+    each_input(problem, 1, |run, input, rates_here| {
+        let of_runs = rates.entry(input.name.clone()).or_insert_with(|| vec![0.0; setups.len()]);
+        of_runs[run] = rates_here.iter().sum::<f64>() / rates_here.len().max(1) as f64;
+    });
     let names = problem.parts.iter().flat_map(|part| &part.system.assembly.names.measurands);
     let names: Vec<&str> = names.map(|one| one.name.as_str()).collect();
     let mut labels = vec![
@@ -123,22 +112,12 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
 /// Places at which a line over an input may bend, for each input that varies and does not turn: all
 /// of a few, or octiles of many.
 pub fn knots(problem: &Problem) -> Vec<Knots> {
-    let mut values: Vec<(String, Vec<f64>)> = Vec::new();
-    for part in &problem.parts {
-        let inputs = &part.system.assembly.names.inputs;
-        let straight = |number: usize| !turns(&inputs[number].unit);
-        for run in &part.runs {
-            let samples = run.record.spread(SAMPLES, 1);
-            for (number, track) in samples.inputs.iter().enumerate().filter(|(n, _)| straight(*n)) {
-                let own = (0..samples.len()).map(|at| track.at(at, samples.time[at], 0.0_f64, 0));
-                let own: Vec<f64> = own.filter(|value| value.is_finite()).collect();
-                match values.iter_mut().find(|(name, _)| *name == inputs[number].name) {
-                    Some((_, known)) => known.extend(own),
-                    None => values.push((inputs[number].name.clone(), own)),
-                }
-            }
+    let mut values: IndexMap<String, Vec<f64>> = IndexMap::new();
+    each_input(problem, 0, |_, input, here| {
+        if !turns(&input.unit) {
+            values.entry(input.name.clone()).or_default().extend(here);
         }
-    }
+    });
     values
         .into_iter()
         .filter_map(|(name, mut all)| {
@@ -157,6 +136,19 @@ pub fn knots(problem: &Problem) -> Vec<Knots> {
             (inner > 1).then(|| (name, places[1..inner].to_vec()))
         })
         .collect()
+}
+
+/// Shows of each run (of all) and input the values at some samples, or those of a derivative by time,
+/// as far as they are numbers.
+fn each_input(problem: &Problem, order: u8, mut see: impl FnMut(usize, &Input, Vec<f64>)) {
+    let runs = problem.parts.iter().flat_map(|part| part.runs.iter().map(move |run| (part, run)));
+    for (number, (part, run)) in runs.enumerate() {
+        let samples = run.record.spread(SAMPLES, 1);
+        for (input, track) in part.system.assembly.names.inputs.iter().zip(&samples.inputs) {
+            let all = (0..samples.len()).map(|at| track.at(at, samples.time[at], 0.0_f64, order));
+            see(number, input, all.filter(|value| value.is_finite()).collect());
+        }
+    }
 }
 
 /// Numbers of groups whose values are the same as that of the first in them.

@@ -11,16 +11,12 @@ use crate::engine::Problem;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use crate::engine::layout::qualified;
 use crate::estimate::median::upper_median;
+use crate::estimate::noise_model::likelihood::{Sequence, likeliest};
 
 use super::linear::Linear;
 use super::rows::Values;
 use super::selection::Selection;
 use crate::diagnose::thresholds::{LONE_OUTLIER, NOISE, OUTLIERS};
-
-/// Lags over which an autocorrelation is fitted.
-const LAGS: usize = 40;
-/// A correlation below this share of the first ends the fit.
-const FADED: f64 = 0.2;
 
 /// A reading that is far out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -166,45 +162,25 @@ fn jitter<'a>(samples: impl Iterator<Item = &'a [f64; 4]>) -> Option<(f64, f64)>
 
 /// The Gauss-Markov part of a component's residuals, where neighbours are correlated.
 fn autocorrelation(runs: &Component) -> Option<GaussMarkov> {
-    let (mut sums, mut count) = ([0.0; LAGS + 1], 0);
-    let (mut duration, mut steps, mut longest) = (0.0, 0, 0.0_f64);
-    for values in runs.values() {
-        for (lag, sum) in sums.iter_mut().enumerate() {
-            let pairs = values.iter().zip(values.iter().skip(lag));
-            *sum += pairs.map(|(a, b)| a.2 * b.2).sum::<f64>();
-        }
-        count += values.len();
-        if let (Some(first), Some(last)) = (values.first(), values.last()) {
-            duration += last.1 - first.1;
-            steps += values.len() - 1;
-            longest = longest.max(last.1 - first.1);
-        }
-    }
-    let correlation = |lag: usize| sums[lag] / sums[0];
-    if sums[0] <= 0.0 || steps == 0 || correlation(1) * (count as f64).sqrt() <= NOISE {
-        return None;
-    }
-    let interval = duration / f64::from(u32::try_from(steps).ok()?);
-    // ln r_k = ln share - k interval / time, each weighted by its squared correlation.
-    let (mut n, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for lag in 1..=LAGS {
-        let own = correlation(lag);
-        if own < FADED * correlation(1) {
-            break;
-        }
-        let (w, k, l) = (own * own, lag as f64, own.ln());
-        n += w;
-        x += w * k;
-        y += w * l;
-        xx += w * k * k;
-        xy += w * k * l;
-    }
-    let spread = n * xx - x * x;
-    let slope = if spread > 1e-12 { (n * xy - x * y) / spread } else { -1.0 };
-    let slope = slope.clamp(-5.0, -1e-3);
-    let share = ((y - slope * x) / n).exp().clamp(0.01, 0.98);
-    let time = (interval / -slope).min(0.25 * longest.max(interval));
-    (interval > 0.0).then_some(GaussMarkov { share, time, clock: NoiseClock::Stamps })
+    let lagged = |lag: usize| {
+        let of_run = |own: &Vec<(usize, f64, f64)>| {
+            own.iter().zip(own.iter().skip(lag)).map(|(a, b)| a.2 * b.2).sum::<f64>()
+        };
+        runs.values().map(of_run).sum::<f64>()
+    };
+    let count: usize = runs.values().map(Vec::len).sum();
+    let is_alike = lagged(1) * (count as f64).sqrt() > NOISE * lagged(0);
+    if is_alike { gauss_markov(runs).map(|(noise, _)| noise) } else { None }
+}
+
+/// The Gauss-Markov noise of largest likelihood of a component, and its log likelihood ratio against
+/// white noise; `None` where it is white.
+pub(super) fn gauss_markov(runs: &Component) -> Option<(GaussMarkov, f64)> {
+    let run = |own: &Vec<(usize, f64, f64)>| own.iter().map(|one| (one.1, one.2)).collect();
+    let found = likeliest(&Sequence::new(runs.values().map(run).collect()));
+    let memory = found.memory?;
+    let clock = NoiseClock::Stamps;
+    Some((GaussMarkov { share: memory.share, time: memory.time, clock }, found.gained))
 }
 
 /// Leaves readings out of a problem; what was left out, by row of the data file.

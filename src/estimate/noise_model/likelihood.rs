@@ -1,5 +1,6 @@
 //! The level and the Gauss-Markov part of largest likelihood of a sequence of residuals.
 
+use crate::campaign::Run;
 use crate::campaign::record::Record;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use crate::engine::part::Part;
@@ -35,29 +36,37 @@ pub(crate) struct Likeliest {
     pub(crate) variance: f64,
     /// A correlated part.
     pub(crate) memory: Option<Memory>,
+    /// By how much that raises the logarithm of the likelihood.
+    pub(crate) gained: f64,
 }
 
 impl Sequence {
-    pub(crate) fn of(part: &Part, left: &[Left], row: usize) -> Self {
-        let all: usize = left.iter().map(|one| one.residuals[row].len()).sum();
-        let share = (ENOUGH as f64 / all.max(1) as f64).min(1.0);
-        let (mut runs, mut steps, mut total, mut duration) = (Vec::new(), 0, 0.0, 0.0_f64);
-        for (run, one) in part.runs.iter().zip(left) {
-            let residuals = &one.residuals[row];
-            // What stands together, so that neighbours remain.
-            let most = (share * residuals.len() as f64).ceil() as usize;
-            let times = times(&run.record, most);
-            let own = times.into_iter().zip(residuals.iter().copied());
-            let own: Vec<(f64, f64)> = own.filter(|(_, value)| value.is_finite()).collect();
+    /// Of residuals with their times (s), run after run.
+    pub(crate) fn new(runs: Vec<Vec<(f64, f64)>>) -> Self {
+        let (mut steps, mut total, mut duration) = (0, 0.0, 0.0_f64);
+        for own in &runs {
             if let (Some(first), Some(last)) = (own.first(), own.last()) {
                 steps += own.len() - 1;
                 total += last.0 - first.0;
                 duration = duration.max(last.0 - first.0);
             }
-            runs.push(own);
         }
         let count = runs.iter().map(Vec::len).sum();
         Self { runs, count, interval: total / f64::from(steps.max(1) as u32), duration }
+    }
+
+    pub(crate) fn of(part: &Part, left: &[Left], row: usize) -> Self {
+        let all: usize = left.iter().map(|one| one.residuals[row].len()).sum();
+        let share = (ENOUGH as f64 / all.max(1) as f64).min(1.0);
+        let of_run = |(run, one): (&Run, &Left)| {
+            let residuals = &one.residuals[row];
+            // What stands together, so that neighbours remain.
+            let most = (share * residuals.len() as f64).ceil() as usize;
+            let times = times(&run.record, most);
+            let own = times.into_iter().zip(residuals.iter().copied());
+            own.filter(|(_, value)| value.is_finite()).collect()
+        };
+        Self::new(part.runs.iter().zip(left).map(of_run).collect())
     }
 
     /// Variance, and logarithm of the likelihood, with a correlated part.
@@ -89,7 +98,7 @@ impl Sequence {
 pub(crate) fn likeliest(sequence: &Sequence) -> Likeliest {
     let squares = sequence.runs.iter().flatten().map(|(_, value)| value * value).sum::<f64>();
     let variance = squares / sequence.count.max(1) as f64;
-    let white = Likeliest { variance, memory: None };
+    let white = Likeliest { variance, memory: None, gained: 0.0 };
     let longest = LONGEST * sequence.duration;
     let is_timed = sequence.interval > 0.0 && longest > sequence.interval;
     if !is_timed || variance <= 0.0 || !variance.is_finite() {
@@ -130,8 +139,9 @@ pub(crate) fn likeliest(sequence: &Sequence) -> Likeliest {
     }
     let (likelihood, correlated, share, time) = best;
     let of_white = -0.5 * sequence.count as f64 * variance.ln();
-    if likelihood > of_white + SURE {
-        Likeliest { variance: correlated, memory: Some(Memory { share, time }) }
+    let gained = likelihood - of_white;
+    if gained > SURE {
+        Likeliest { variance: correlated, memory: Some(Memory { share, time }), gained }
     } else {
         white
     }
