@@ -4,7 +4,7 @@
 //! It does not look at readings. An effect that acts on noise alone is set apart: it has no
 //! signature and is looked for in the variance.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 use crate::effect::{Effect, Members, Target};
@@ -31,9 +31,8 @@ pub struct Offer {
 /// Everything that the campaigns' libraries offer beside the effects in use.
 pub fn offer(recipes: &[Recipe]) -> Offer {
     let mut offer = Offer::default();
-    let Some(first) = recipes.first() else { return offer };
     // Built-in detectors look for themselves.
-    for effect in first.library.effects().filter(|effect| !effect.builtin) {
+    for effect in effects_of(recipes).filter(|effect| !effect.builtin) {
         let in_use =
             |recipe: &Recipe| recipe.effects.iter().any(|one| one.effect.name == effect.name);
         if recipes.iter().all(in_use) {
@@ -55,10 +54,19 @@ pub fn offer(recipes: &[Recipe]) -> Offer {
     offer
 }
 
+/// The effects of all the campaigns' libraries, each name once.
+pub fn effects_of(recipes: &[Recipe]) -> impl Iterator<Item = &Arc<Effect>> {
+    let mut known = HashSet::new();
+    let all = recipes.iter().flat_map(|recipe| recipe.library.effects());
+    all.filter(move |effect| known.insert(effect.name.as_str()))
+}
+
 /// One candidate for each head and member, or why there is none.
 fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, String> {
     let mut found: Vec<Candidate> = Vec::new();
     let mut why: Vec<String> = Vec::new();
+    let mut own = recipes.iter().flat_map(|recipe| recipe.library.own_effects());
+    let is_own = own.any(|one| one.name == effect.name);
     for (campaign, recipe) in recipes.iter().enumerate() {
         let heads = match candidates(&recipe.model, effect, &recipe.overrides) {
             Ok(heads) => heads,
@@ -67,7 +75,6 @@ fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, Stri
                 continue;
             }
         };
-        let is_own = recipe.library.own_effects().any(|one| one.name == effect.name);
         for selected in heads {
             // Those of the library are known to be absent at zero.
             if let Some(remains) =
