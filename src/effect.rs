@@ -97,6 +97,24 @@ impl Members {
             Self::Range { from, to } => 0.5 * (from + to),
         }
     }
+
+    /// All of a list; of a range so many (at least two) from end to end, in a geometric series where
+    /// both ends are positive, else in an even one.
+    pub fn series(&self, count: usize) -> Vec<f64> {
+        match self {
+            Self::List(list) => list.clone(),
+            Self::Range { from, to } => (0..count)
+                .map(|k| k as f64 / (count - 1) as f64)
+                .map(|share| {
+                    if *from > 0.0 {
+                        from * (to / from).powf(share)
+                    } else {
+                        from + (to - from) * share
+                    }
+                })
+                .collect(),
+        }
+    }
 }
 
 /// One line of `[patch]`.

@@ -14,18 +14,14 @@
 //! |---|---|
 //! | `nominal` | what the nominal parameters can follow |
 //! | `columns` | which column is which value of which candidate |
-//! | `entry` | what a pass says of one candidate |
-//! | `shared` | what candidates have in common with each other and with nominal parameters |
 //! | [`mod@basis`] | directions in which columns differ beyond the nominal parameters |
 //! | [`mod@scan`], `sampling` | which member of a family explains most, at which members it is looked for |
 
 pub mod basis;
 pub(super) mod columns;
-mod entry;
 pub(super) mod nominal;
 pub(in crate::diagnose) mod sampling;
 pub mod scan;
-mod shared;
 
 use std::sync::Arc;
 
@@ -35,10 +31,9 @@ use crate::engine::gram::{Normal, RunGram};
 use crate::engine::signatures::Signatures;
 use crate::engine::{Point, Problem};
 
+use self::basis::basis;
 pub use self::columns::Owner;
-use self::columns::join;
-use self::columns::{Column, Owned};
-pub use self::entry::{Entry, Projected};
+use self::columns::{Column, joined, shared};
 use self::nominal::Nominal;
 use super::library::candidate::Candidate;
 use super::library::catalogue::sign;
@@ -58,6 +53,45 @@ pub struct Evidence {
     nominal: Nominal,
 }
 
+/// What a pass says of one candidate.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// Whose values its columns are.
+    pub owners: Vec<Owner>,
+    columns: Vec<Column>,
+    /// Length of each column before anything is taken off it.
+    pub raw: DVector<f64>,
+    /// `W` with `Wᵀ S W = 1`: a column for each degree of freedom.
+    pub basis: DMatrix<f64>,
+    /// `V` with `V W = 1` and `S = Vᵀ V`: from values to lengths in units of the noise.
+    pub lengths: DMatrix<f64>,
+    /// `Wᵀ g`.
+    pub score: DVector<f64>,
+    /// `H_ne`.
+    across: DMatrix<f64>,
+    /// `H_nn⁻¹ H_ne`.
+    pub coupling: DMatrix<f64>,
+    /// Whether every number is finite.
+    pub finite: bool,
+}
+
+impl Entry {
+    /// Directions that nominal parameters cannot follow.
+    pub fn degrees(&self) -> usize {
+        self.score.len()
+    }
+
+    /// What its best values take off the sum of squares.
+    pub fn gain(&self) -> f64 {
+        self.score.norm_squared()
+    }
+
+    /// Whether it changes readings at all.
+    pub fn acts(&self) -> bool {
+        self.raw.iter().any(|length| *length > 0.0)
+    }
+}
+
 impl Evidence {
     /// Sums the signatures of candidates at a point and projects them off the nominal parameters.
     /// `None` where the nominal parameters are not determined.
@@ -67,7 +101,7 @@ impl Evidence {
         point: &Point,
         candidates: &[&Candidate],
     ) -> Option<Self> {
-        Self::with(problem, normal, point, candidates.len(), sign(problem, candidates))
+        Self::with(problem, normal, point, candidates.len(), &sign(problem, candidates))
     }
 
     /// The same of so many candidates whose signatures in each campaign are known.
@@ -76,42 +110,20 @@ impl Evidence {
         normal: &Normal,
         point: &Point,
         candidates: usize,
-        signed: Arc<Vec<Signatures>>,
+        signed: &[Signatures],
     ) -> Option<Self> {
-        let (mut evidence, columns) = Self::summed(problem, normal, point, candidates, signed)?;
-        evidence.enter(columns);
-        Some(evidence)
-    }
-
-    /// All sums, and the columns of each candidate.
-    fn summed(
-        problem: &Problem,
-        normal: &Normal,
-        point: &Point,
-        candidates: usize,
-        signed: Arc<Vec<Signatures>>,
-    ) -> Option<(Self, Vec<Owned>)> {
         let nominal = Nominal::of(normal)?;
-        let mut runs = Vec::new();
-        let mut touched = Vec::new();
-        let mut columns: Vec<Vec<(Owner, Column)>> = vec![Vec::new(); candidates];
-        for (part, signatures) in signed.iter().enumerate() {
-            for (index, signature) in signatures.columns.iter().enumerate() {
-                if let Some(own) =
-                    signature.effect.parse().ok().and_then(|n: usize| columns.get_mut(n))
-                {
-                    join(problem, part, index, signature, own);
-                }
-            }
-            let first = problem.layout.first_run[part];
-            for (run, gram) in problem.gram_with(signatures, point).into_iter().enumerate() {
-                touched.push(problem.layout.columns.touched_by(first + run));
-                runs.push(gram);
-            }
-        }
-        let runs = Arc::new(runs);
-        let evidence = Self { entries: Vec::new(), runs, touched, nominal };
-        Some((evidence, columns.into_iter().map(|own| own.into_iter().unzip()).collect()))
+        let of = |signatures: &Signatures| problem.gram_with(signatures, point);
+        let runs: Vec<RunGram> = signed.iter().flat_map(of).collect();
+        let touched = (0..runs.len()).map(|run| problem.layout.columns.touched_by(run)).collect();
+        let evidence = Self { entries: Vec::new(), runs: Arc::new(runs), touched, nominal };
+        let entries = joined(problem, signed, candidates).into_iter().map(|mut own| {
+            own.retain(|_, column| evidence.shows(column));
+            let (owners, columns) = own.into_iter().unzip();
+            evidence.entry(owners, columns)
+        });
+        let entries = entries.collect();
+        Some(Self { entries, ..evidence })
     }
 
     /// Whether a column changes readings at a size that can be: what does not even show at
@@ -124,20 +136,11 @@ impl Evidence {
         column.typical.is_none_or(shows)
     }
 
-    fn enter(&mut self, columns: Vec<Owned>) {
-        for (owners, columns) in columns {
-            let own = owners.into_iter().zip(columns);
-            let (owners, columns) = own.filter(|(_, column)| self.shows(column)).unzip();
-            let entry = self.entry(owners, columns);
-            self.entries.push(entry);
-        }
-    }
-
     /// Sums of products of two sets of columns.
     fn products(&self, left: &[Column], right: &[Column]) -> DMatrix<f64> {
         DMatrix::from_fn(left.len(), right.len(), |i, j| {
             let mut sum = 0.0;
-            for (run, a, b) in left[i].beside(&right[j]) {
+            for (run, a, b) in shared(&left[i].at, &right[j].at) {
                 let first = self.touched[run].len();
                 sum += self.runs[run].gram[(first + a, first + b)];
             }
@@ -145,38 +148,53 @@ impl Evidence {
         })
     }
 
-    /// Sums of products of the nominal columns with some others.
-    fn across(&self, columns: &[Column]) -> DMatrix<f64> {
-        let mut across = DMatrix::zeros(self.nominal.length.len(), columns.len());
+    /// What the pass says of a candidate with these columns.
+    fn entry(&self, owners: Vec<Owner>, columns: Vec<Column>) -> Entry {
+        let k = columns.len();
+        let mut across = DMatrix::zeros(self.nominal.length.len(), k);
+        let mut score = DVector::zeros(k);
         for (j, column) in columns.iter().enumerate() {
             for (run, index) in &column.at {
                 let (gram, touched) = (&self.runs[*run].gram, &self.touched[*run]);
+                let own = touched.len() + index;
                 for (place, nominal) in touched.iter().enumerate() {
-                    across[(*nominal, j)] += gram[(place, touched.len() + index)];
+                    across[(*nominal, j)] += gram[(place, own)];
                 }
-            }
-        }
-        across
-    }
-
-    fn entry(&self, owners: Vec<Owner>, columns: Vec<Column>) -> Entry {
-        Entry::of(self.projected(owners, columns))
-    }
-
-    fn projected(&self, owners: Vec<Owner>, columns: Vec<Column>) -> Projected {
-        let across = self.across(&columns);
-        let mut score = DVector::zeros(columns.len());
-        for (j, column) in columns.iter().enumerate() {
-            for (run, index) in &column.at {
-                let gram = &self.runs[*run].gram;
-                score[j] += gram[(gram.nrows() - 1, self.touched[*run].len() + index)];
+                score[j] += gram[(gram.nrows() - 1, own)];
             }
         }
         let own = self.products(&columns, &columns);
         let raw = own.diagonal().map(|square| square.max(0.0).sqrt());
         let coupling = self.nominal.solve(&across);
-        let left = &own - across.tr_mul(&coupling);
+        let left = own - across.tr_mul(&coupling);
         let score = score - coupling.tr_mul(&self.nominal.score);
-        Projected { owners, columns, left, score, raw, across, coupling }
+        let finite = left.iter().chain(score.iter()).all(|value| value.is_finite());
+        let (basis, lengths) = if finite && k > 0 {
+            basis(&left, &raw)
+        } else {
+            (DMatrix::zeros(k, 0), DMatrix::zeros(0, k))
+        };
+        let score = basis.tr_mul(&score);
+        Entry { owners, columns, raw, basis, lengths, score, across, coupling, finite }
+    }
+
+    /// `W_aᵀ S_ab W_b`: the cosines between what two candidates do beyond the nominal parameters.
+    pub fn overlap(&self, a: &Entry, b: &Entry) -> DMatrix<f64> {
+        let own = self.products(&a.columns, &b.columns);
+        a.basis.tr_mul(&(own - a.coupling.tr_mul(&b.across))) * &b.basis
+    }
+
+    /// For each nominal column, how much of the length of an entry's first column it takes up.
+    pub fn takers(&self, entry: &Entry) -> Vec<(usize, f64)> {
+        let Some(column) = (0..entry.raw.len()).find(|k| entry.raw[*k] > 0.0) else {
+            return Vec::new();
+        };
+        let share = |n: usize| {
+            let taken = entry.coupling[(n, column)] * self.nominal.length[n];
+            (n, (taken / entry.raw[column]).abs())
+        };
+        let mut takers: Vec<(usize, f64)> = (0..self.nominal.length.len()).map(share).collect();
+        takers.sort_by(|a, b| b.1.total_cmp(&a.1));
+        takers
     }
 }

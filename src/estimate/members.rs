@@ -169,20 +169,7 @@ fn best(
     members: &Members,
     gain: impl Fn(f64) -> Result<f64, Diagnostics>,
 ) -> Result<(f64, usize, [Option<f64>; 2]), Diagnostics> {
-    let tried: Vec<f64> = match members {
-        Members::List(list) => list.clone(),
-        Members::Range { from, to } => {
-            let part = |n: usize| n as f64 / (GRID - 1) as f64;
-            let at = |n: usize| {
-                if *from > 0.0 {
-                    from * (to / from).powf(part(n))
-                } else {
-                    from + (to - from) * part(n)
-                }
-            };
-            (0..GRID).map(at).collect()
-        }
-    };
+    let tried = members.series(GRID);
     let gains = tried.iter().map(|value| gain(*value)).collect::<Result<Vec<_>, _>>()?;
     let order = |a: &usize, b: &usize| gains[*a].total_cmp(&gains[*b]).then(b.cmp(a));
     let Some(first) = (0..tried.len()).max_by(order) else {

@@ -24,8 +24,13 @@ struct Campaign<'a> {
 impl Campaign<'_> {
     fn diagnosed(&self) -> Diagnosis {
         let own = tempfile::tempdir().unwrap();
-        let write = |name: &str, text: &str| std::fs::write(own.path().join(name), text).unwrap();
-        std::fs::create_dir_all(own.path().join("effects")).unwrap();
+        self.write_to(own.path());
+        diagnosed(&[own.path()])
+    }
+
+    fn write_to(&self, folder: &Path) {
+        let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+        std::fs::create_dir_all(folder.join("effects")).unwrap();
         write("model.toml", self.model);
         for (name, parameters, patch) in self.effects {
             let text = format!(
@@ -41,12 +46,11 @@ impl Campaign<'_> {
             ),
         );
         write("log.csv", &self.log);
-        diagnosed(own.path())
     }
 }
 
-fn diagnosed(folder: &Path) -> Diagnosis {
-    let opened = open(&Request::new([folder])).unwrap();
+fn diagnosed(folders: &[&Path]) -> Diagnosis {
+    let opened = open(&Request::new(folders)).unwrap();
     diagnose(opened.problem, opened.recipes, &Wanted::default(), &Options::default()).unwrap()
 }
 
@@ -154,6 +158,10 @@ const LOST_MOTION: &[(&str, &str, &str)] = &[(
 
 /// A log of places in any order, each from one side; `lost` says how much motion is lost there.
 fn slide(seed: u64, lost: &dyn Fn(f64) -> f64, wild: &[(usize, f64)]) -> Diagnosis {
+    slid(seed, lost, wild).diagnosed()
+}
+
+fn slid(seed: u64, lost: &dyn Fn(f64) -> f64, wild: &[(usize, f64)]) -> Campaign<'static> {
     let mut stream = Stream(seed);
     let mut log = String::from("sent [m],side [1],scale [m]\n");
     for row in 0..240 {
@@ -164,7 +172,17 @@ fn slide(seed: u64, lost: &dyn Fn(f64) -> f64, wild: &[(usize, f64)]) -> Diagnos
         let _ = writeln!(log, "{sent},{side},{scale:.9}");
     }
     let measurands = "scale = { sigma = \"2 um\" }";
-    Campaign { model: SLIDE, effects: LOST_MOTION, measurands, log }.diagnosed()
+    Campaign { model: SLIDE, effects: LOST_MOTION, measurands, log }
+}
+
+/// Effects lie beside a campaign: those beside the second are tried as those beside the first.
+#[test]
+fn an_effect_beside_the_second_campaign_is_named() {
+    let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    Campaign { effects: &[], ..slid(10, &|_| 0.0, &[]) }.write_to(folders[0].path());
+    slid(11, &|_| 2e-5, &[]).write_to(folders[1].path());
+    let found = diagnosed(&folders.each_ref().map(|folder| folder.path()));
+    assert_eq!(names(&found), ["lost_motion"], "{}", told(&found));
 }
 
 /// Motion is lost at a worn place: no covariate has it, but what neighbours have in common is neither

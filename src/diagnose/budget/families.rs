@@ -61,7 +61,7 @@ pub fn best_members(
             let fit = &fitted.fit;
             let signatures = made.signatures(&fitted.problem, &members);
             let evidence =
-                Evidence::with(&fitted.problem, &fit.normal, &fit.point, count, signatures)?;
+                Evidence::with(&fitted.problem, &fit.normal, &fit.point, count, &signatures)?;
             let ln_bayes = |k: &usize| {
                 let entry = &evidence.entries[*k];
                 let gain = Gain { gain: entry.gain(), degrees: entry.degrees() };

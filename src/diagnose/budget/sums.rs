@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::diagnose::evidence::Owner;
-use crate::diagnose::evidence::columns::{Column, join};
+use crate::diagnose::evidence::columns::joined;
 use crate::engine::gram::PriorRow;
 use crate::engine::signatures::Signatures;
 use crate::engine::{Point, Problem};
@@ -96,18 +96,9 @@ impl Sums {
         priors: Vec<PriorRow>,
     ) -> Self {
         let nominal = problem.layout.columns.len();
-        let mut own: Vec<Vec<(Owner, Column)>> = vec![Vec::new(); candidates];
-        for (part, signatures) in signed.iter().enumerate() {
-            for (index, signature) in signatures.columns.iter().enumerate() {
-                let candidate = signature.effect.parse::<usize>().ok();
-                if let Some(own) = candidate.and_then(|n| own.get_mut(n)) {
-                    join(problem, part, index, signature, own);
-                }
-            }
-        }
         let (mut owners, mut of_candidate, mut typical) = (Vec::new(), Vec::new(), Vec::new());
         let mut at: Vec<Vec<(usize, usize)>> = Vec::new();
-        for own in own {
+        for own in joined(problem, signed, candidates) {
             let first = nominal + owners.len();
             of_candidate.push((first..first + own.len()).collect());
             for (owner, column) in own {

@@ -1,9 +1,11 @@
 //! The columns that candidates have in the sums, and whose values they are: one for each value that
 //! a parameter has over its scope.
 
+use indexmap::IndexMap;
+
 use crate::engine::Problem;
 use crate::engine::layout::qualified;
-use crate::engine::signatures::Signature;
+use crate::engine::signatures::{Signature, Signatures};
 use crate::graph::Scope;
 
 /// One column: where its signature stands in the sums of which runs.
@@ -15,26 +17,21 @@ pub(in crate::diagnose) struct Column {
     pub(in crate::diagnose) typical: Option<f64>,
 }
 
-impl Column {
-    /// The runs in which two columns act, with where each stands there.
-    pub(super) fn beside<'a>(
-        &'a self,
-        other: &'a Self,
-    ) -> impl Iterator<Item = (usize, usize, usize)> + 'a {
-        let mut rest = &other.at[..];
-        self.at.iter().filter_map(move |(run, own)| {
-            rest = &rest[rest.partition_point(|(known, _)| known < run)..];
-            let (_, other) = rest.first().filter(|(known, _)| known == run)?;
-            Some((*run, *own, *other))
-        })
-    }
+/// The runs that two lists have, by ascending run, with what each has there.
+pub(in crate::diagnose) fn shared<'a>(
+    one: &'a [(usize, usize)],
+    other: &'a [(usize, usize)],
+) -> impl Iterator<Item = (usize, usize, usize)> + 'a {
+    let mut rest = other;
+    one.iter().filter_map(move |(run, own)| {
+        rest = &rest[rest.partition_point(|(known, _)| known < run)..];
+        let (_, other) = rest.first().filter(|(known, _)| known == run)?;
+        Some((*run, *own, *other))
+    })
 }
 
-/// Some columns and whose values they are.
-pub(super) type Owned = (Vec<Owner>, Vec<Column>);
-
 /// Whose value a column is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Owner {
     /// Full name.
     pub parameter: String,
@@ -44,22 +41,27 @@ pub struct Owner {
     pub of: Option<String>,
 }
 
-/// Gives a signature its columns: one for each value that its scope has in the campaign.
-pub(in crate::diagnose) fn join(
+/// The columns of each of so many candidates, from their signatures in each campaign: one for each
+/// value that a signature's scope has.
+pub(in crate::diagnose) fn joined(
     problem: &Problem,
-    part: usize,
-    index: usize,
-    signature: &Signature,
-    columns: &mut Vec<(Owner, Column)>,
-) {
-    for run in 0..problem.parts[part].runs.len() {
-        let owner = owner_in(problem, part, run, signature);
-        let at = (problem.run_index(part, run), index);
-        match columns.iter_mut().find(|(known, _)| *known == owner) {
-            Some((_, column)) => column.at.push(at),
-            None => columns.push((owner, Column { at: vec![at], typical: signature.typical })),
+    signed: &[Signatures],
+    candidates: usize,
+) -> Vec<IndexMap<Owner, Column>> {
+    let mut all = vec![IndexMap::new(); candidates];
+    for (part, signatures) in signed.iter().enumerate() {
+        for (index, signature) in signatures.columns.iter().enumerate() {
+            let candidate = signature.effect.parse::<usize>().ok();
+            let Some(own) = candidate.and_then(|number| all.get_mut(number)) else { continue };
+            for run in 0..problem.parts[part].runs.len() {
+                let new = || Column { at: Vec::new(), typical: signature.typical };
+                let column: &mut Column =
+                    own.entry(owner_in(problem, part, run, signature)).or_insert_with(new);
+                column.at.push((problem.run_index(part, run), index));
+            }
         }
     }
+    all
 }
 
 /// Whose value a signature is in a run.

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use crate::engine::open::Recipe;
-use crate::model::{Process, Setting};
+use crate::model::Setting;
 use crate::system::{Selected, System};
 use crate::units::Unit;
 
@@ -29,12 +29,6 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// Whether it is a random walk.
-    pub fn is_walk(&self) -> bool {
-        let parameters = &self.selected.effect.parameters;
-        !parameters.is_empty() && parameters.iter().all(|one| one.process == Process::Walk)
-    }
-
     /// The usual size (SI) of one of its parameters, by full name.
     pub fn typical(&self, parameter: &str) -> Option<f64> {
         self.setting(parameter)?.typical
@@ -90,27 +84,39 @@ impl NotTestable {
     }
 }
 
-/// Adds a campaign's system to the candidate that is the same in other campaigns.
-pub(in crate::diagnose) fn join(
-    found: &mut Vec<Candidate>,
-    (campaign, campaigns): (usize, usize),
-    selected: Selected,
-    place: Option<Place>,
-    system: System,
-) {
-    let name = match &selected.head {
-        Some(head) => format!("{}.{head}", selected.effect.name),
-        None => selected.effect.name.clone(),
-    };
-    let system = Some(Arc::new(system));
-    let same = |one: &&mut Candidate| one.name == name && one.selected.member == selected.member;
-    match found.iter_mut().find(same) {
-        Some(one) => one.systems[campaign] = system,
-        None => {
-            let mut systems = vec![None; campaigns];
-            systems[campaign] = system;
-            found.push(Candidate { name, selected, variant: None, place, systems });
-        }
+/// Candidates that are found campaign by campaign: what is the same in several is one.
+#[derive(Debug)]
+pub(super) struct Joined {
+    /// In the order in which they were found.
+    pub(super) found: Vec<Candidate>,
+    campaigns: usize,
+}
+
+impl Joined {
+    /// None yet, of so many campaigns.
+    pub(super) fn new(campaigns: usize) -> Self {
+        Self { found: Vec::new(), campaigns }
+    }
+
+    /// Adds the system of a campaign with an effect.
+    pub(super) fn add(
+        &mut self,
+        campaign: usize,
+        selected: Selected,
+        place: Option<Place>,
+        system: System,
+    ) {
+        let name = match &selected.head {
+            Some(head) => format!("{}.{head}", selected.effect.name),
+            None => selected.effect.name.clone(),
+        };
+        let same = |one: &Candidate| one.name == name && one.selected.member == selected.member;
+        let number = self.found.iter().position(same).unwrap_or_else(|| {
+            let systems = vec![None; self.campaigns];
+            self.found.push(Candidate { name, selected, variant: None, place, systems });
+            self.found.len() - 1
+        });
+        self.found[number].systems[campaign] = Some(Arc::new(system));
     }
 }
 
@@ -126,16 +132,15 @@ pub fn fitting(
     selected: &Selected,
     place: Option<&Place>,
 ) -> Option<Candidate> {
-    let mut found = Vec::new();
+    let mut joined = Joined::new(recipes.len());
     for (campaign, recipe) in recipes.iter().enumerate() {
         let system = match place {
             Some(_) => recipe.with_first(selected),
             None => recipe.with(std::slice::from_ref(selected)),
         };
         if let Ok(system) = system {
-            let at = (campaign, recipes.len());
-            join(&mut found, at, selected.clone(), place.cloned(), system);
+            joined.add(campaign, selected.clone(), place.cloned(), system);
         }
     }
-    found.pop()
+    joined.found.pop()
 }

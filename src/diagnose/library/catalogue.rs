@@ -6,7 +6,9 @@
 //! readings.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use indexmap::IndexMap;
 
 use crate::engine::Problem;
 use crate::engine::open::Recipe;
@@ -25,11 +27,10 @@ const MOST_MODELS: usize = 8;
 const MOST_LISTS: usize = 8;
 
 /// What has been made so far; clones share it.
-#[derive(Clone, Debug, Default)]
-pub struct Catalogue(Arc<Mutex<Recent>>);
-
+///
 /// Models by what is written of them, the one used last at the end.
-type Recent = Vec<(String, Arc<Made>)>;
+#[derive(Clone, Debug, Default)]
+pub struct Catalogue(Arc<Mutex<IndexMap<String, Arc<Made>>>>);
 
 /// What has been made of models with certain effects.
 #[derive(Debug)]
@@ -49,7 +50,7 @@ impl Catalogue {
             one.effects.iter().map(|own| scopes_of(&own.effect)).collect()
         };
         let key: String = recipes.iter().map(|one| written(one) + &forms(one)).collect();
-        if let Some(known) = self.known(&key) {
+        if let Some(known) = last(&mut locked(&self.0), &key) {
             return known;
         }
         let made = Arc::new(Made {
@@ -57,25 +58,24 @@ impl Catalogue {
             blocks: blocks(recipes),
             signatures: Mutex::default(),
         });
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if !all.iter().any(|(known, _)| *known == key) {
-            if all.len() >= MOST_MODELS {
-                all.remove(0);
-            }
-            all.push((key, made.clone()));
+        let mut all = locked(&self.0);
+        if all.insert(key, made.clone()).is_none() && all.len() > MOST_MODELS {
+            all.shift_remove_index(0);
         }
-        drop(all);
         made
     }
+}
 
-    fn known(&self, key: &str) -> Option<Arc<Made>> {
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let at = all.iter().position(|(known, _)| known == key)?;
-        let used = all.remove(at);
-        let made = used.1.clone();
-        all.push(used);
-        Some(made)
-    }
+/// What is kept under a key, which is then the last.
+fn last(all: &mut IndexMap<String, Arc<Made>>, key: &str) -> Option<Arc<Made>> {
+    let at = all.get_index_of(key)?;
+    all.move_index(at, all.len() - 1);
+    all.get(key).cloned()
+}
+
+/// What is kept, also where a thread that had it stopped.
+fn locked<T>(kept: &Mutex<T>) -> MutexGuard<'_, T> {
+    kept.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Made {
@@ -86,13 +86,11 @@ impl Made {
         let directions = |part| problem.programs(part).directions();
         let held: Vec<_> = (0..problem.parts.len()).map(directions).collect();
         let key = format!("{held:?} {}", key(candidates));
-        let known =
-            self.signatures.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-        if let Some(known) = known {
-            return known;
+        if let Some(known) = locked(&self.signatures).get(&key) {
+            return known.clone();
         }
         let made = sign(problem, candidates);
-        let mut all = self.signatures.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut all = locked(&self.signatures);
         if all.len() < MOST_LISTS {
             all.insert(key, made.clone());
         }

@@ -4,15 +4,15 @@
 //! It does not look at readings. An effect that acts on noise alone is set apart: it has no
 //! signature and is looked for in the variance.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
-use crate::effect::{Effect, Members, Target};
+use crate::effect::{Effect, Target};
 use crate::engine::open::Recipe;
 use crate::graph::Scope;
 use crate::system::{Selected, candidates, lacks, wanted_constants};
 
-use super::candidate::{Candidate, NotTestable, join};
+use super::candidate::{Candidate, Joined, NotTestable};
 
 /// Members tried of a family that is a range.
 const MEMBERS: usize = 25;
@@ -31,9 +31,8 @@ pub struct Offer {
 /// Everything that the campaigns' libraries offer beside the effects in use.
 pub fn offer(recipes: &[Recipe]) -> Offer {
     let mut offer = Offer::default();
-    let Some(first) = recipes.first() else { return offer };
     // Built-in detectors look for themselves.
-    for effect in first.library.effects().filter(|effect| !effect.builtin) {
+    for effect in effects_of(recipes).filter(|effect| !effect.builtin) {
         let in_use =
             |recipe: &Recipe| recipe.effects.iter().any(|one| one.effect.name == effect.name);
         if recipes.iter().all(in_use) {
@@ -55,10 +54,19 @@ pub fn offer(recipes: &[Recipe]) -> Offer {
     offer
 }
 
+/// The effects of all the campaigns' libraries, each name once.
+pub fn effects_of(recipes: &[Recipe]) -> impl Iterator<Item = &Arc<Effect>> {
+    let mut known = HashSet::new();
+    let all = recipes.iter().flat_map(|recipe| recipe.library.effects());
+    all.filter(move |effect| known.insert(effect.name.as_str()))
+}
+
 /// One candidate for each head and member, or why there is none.
 fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, String> {
-    let mut found: Vec<Candidate> = Vec::new();
+    let mut joined = Joined::new(recipes.len());
     let mut why: Vec<String> = Vec::new();
+    let mut own = recipes.iter().flat_map(|recipe| recipe.library.own_effects());
+    let is_own = own.any(|one| one.name == effect.name);
     for (campaign, recipe) in recipes.iter().enumerate() {
         let heads = match candidates(&recipe.model, effect, &recipe.overrides) {
             Ok(heads) => heads,
@@ -67,7 +75,6 @@ fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, Stri
                 continue;
             }
         };
-        let is_own = recipe.library.own_effects().any(|one| one.name == effect.name);
         for selected in heads {
             // Those of the library are known to be absent at zero.
             if let Some(remains) =
@@ -80,16 +87,14 @@ fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, Stri
             for member in members(effect, &chosen) {
                 let selected = Selected { member, ..selected.clone() };
                 match recipe.with(std::slice::from_ref(&selected)) {
-                    Ok(system) => {
-                        join(&mut found, (campaign, recipes.len()), selected, None, system)
-                    }
+                    Ok(system) => joined.add(campaign, selected, None, system),
                     Err(faults) => why.extend(faults.0.into_iter().map(|fault| fault.message)),
                 }
             }
         }
     }
     why.dedup();
-    if found.is_empty() { Err(why.join("; ")) } else { Ok(found) }
+    if joined.found.is_empty() { Err(why.join("; ")) } else { Ok(joined.found) }
 }
 
 /// The members that a campaign chose.
@@ -108,7 +113,7 @@ fn members(effect: &Effect, chosen: &BTreeMap<String, f64>) -> Vec<BTreeMap<Stri
     for (family, declared) in &effect.shape {
         let values = match chosen.get(family) {
             Some(value) => vec![*value],
-            None => values(&declared.members),
+            None => declared.members.series(MEMBERS),
         };
         let with = |one: &BTreeMap<String, f64>, value: f64| {
             let mut one = one.clone();
@@ -119,24 +124,6 @@ fn members(effect: &Effect, chosen: &BTreeMap<String, f64>) -> Vec<BTreeMap<Stri
             all.iter().flat_map(|one| values.iter().map(move |value| with(one, *value))).collect();
     }
     all
-}
-
-/// The members of a family that are tried: all of a list, a geometric or (through zero) even series
-/// of a range.
-pub fn values(members: &Members) -> Vec<f64> {
-    match members {
-        Members::List(list) => list.clone(),
-        Members::Range { from, to } => (0..MEMBERS)
-            .map(|k| {
-                let share = k as f64 / (MEMBERS - 1) as f64;
-                if *from > 0.0 {
-                    from * (to / from).powf(share)
-                } else {
-                    from + (to - from) * share
-                }
-            })
-            .collect(),
-    }
 }
 
 /// Whether an effect acts on noise alone: all its parameters are random, or all its patches are of

@@ -74,11 +74,6 @@ impl Prior {
     pub fn times(&self, effect: &str) -> f64 {
         self.times.get(effect).copied().unwrap_or(1.0)
     }
-
-    /// The effects that are not as probable as others, by name.
-    pub fn unequal(&self) -> impl Iterator<Item = (&str, f64)> {
-        self.times.iter().map(|(name, times)| (name.as_str(), *times))
-    }
 }
 
 #[cfg(test)]
@@ -107,7 +102,6 @@ mod tests {
     fn an_effect_is_more_or_less_probable_than_others() {
         let prior = Prior::default().with("collimation", 3.0).unwrap_or_default();
         assert_eq!((prior.times("collimation"), prior.times("arm_radius")), (3.0, 1.0));
-        assert_eq!(prior.unequal().collect::<Vec<_>>(), [("collimation", 3.0)]);
         for wrong in [0.0, -1.0, f64::INFINITY, f64::NAN] {
             assert_eq!(Prior::default().with("collimation", wrong), None);
         }

@@ -26,9 +26,10 @@ pub fn with_variants(
             all.push(relaxed(&one, *form, recipes).unwrap_or(one));
             continue;
         }
-        let each = relaxed(&one, Variant::EachAngle, recipes);
+        let is_whole = one.selected.effect.shape.is_empty();
+        let each = is_whole.then(|| relaxed(&one, Variant::EachAngle, recipes)).flatten();
         all.push(one);
-        all.extend(each.filter(|each| each.selected.effect.shape.is_empty()));
+        all.extend(each);
     }
     all
 }

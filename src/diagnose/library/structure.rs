@@ -29,7 +29,7 @@ use crate::model::Model;
 use crate::system::Selected;
 use crate::units::Dimension;
 
-use super::candidate::{Candidate, join};
+use super::candidate::{Candidate, Joined};
 use super::place::{ALL_READINGS, Of, Place, TIME_OF};
 pub(in crate::diagnose) use covariate::turns;
 use made::effect;
@@ -98,16 +98,16 @@ fn offered(
     recipes: &[Recipe],
     effects: impl Fn(&Model) -> Vec<(Arc<Effect>, Place)>,
 ) -> Vec<Candidate> {
-    let mut found: Vec<Candidate> = Vec::new();
+    let mut joined = Joined::new(recipes.len());
     for (campaign, recipe) in recipes.iter().enumerate() {
         for (effect, place) in effects(&recipe.model) {
             let selected = Selected { effect, head: None, member: BTreeMap::new() };
             if let Ok(system) = recipe.with_first(&selected) {
-                join(&mut found, (campaign, recipes.len()), selected, Some(place), system);
+                joined.add(campaign, selected, Some(place), system);
             }
         }
     }
-    found
+    joined.found
 }
 
 fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {

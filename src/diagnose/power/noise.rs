@@ -11,12 +11,12 @@ use statrs::function::gamma::gamma_lr;
 
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::Candidate;
+use crate::diagnose::library::offer::effects_of;
 use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::power::prospect::{Prospect, patches_level, stride, white_randoms};
 use crate::diagnose::thresholds::{NOISE, OUTLIERS, SCALE, SCALE_DIFFERENCE};
 use crate::effect::Effect;
 use crate::engine::noise::{active_randoms, covariance_of};
-use crate::library::Library;
 use crate::model::{ParameterDeclaration, Process};
 use crate::statistics::ln_normal;
 use crate::units::Unit;
@@ -63,8 +63,7 @@ pub fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
             }
         })
         .collect();
-    let library = stage.fitted.recipes.first().map(|recipe| &recipe.library);
-    let detectors = library.into_iter().flat_map(Library::effects).filter(|one| one.builtin);
+    let detectors = effects_of(&stage.fitted.recipes).filter(|one| one.builtin);
     let detectors = detectors.filter(|one| wanted.includes(&one.name, None));
     rows.extend(detectors.map(|one| match one.name.as_str() {
         OUTLIERS_EFFECT => outliers(stage, one),

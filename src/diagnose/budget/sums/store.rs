@@ -6,6 +6,7 @@
 
 use nalgebra::DMatrix;
 
+use crate::diagnose::evidence::columns::shared;
 use crate::engine::Problem;
 use crate::engine::gram::PartGram;
 use crate::engine::signatures::Signatures;
@@ -191,16 +192,11 @@ impl Store {
 
     /// The product of two narrow columns, over the runs in which both act.
     fn product_in_runs(&self, a: &[(usize, usize)], b: &[(usize, usize)]) -> f64 {
-        let (mut sum, mut rest) = (0.0, b);
-        for (run, i) in a {
-            rest = &rest[rest.partition_point(|(known, _)| known < run)..];
-            let Some((_, j)) = rest.first().filter(|(known, _)| known == run) else { continue };
-            let (at, own) = &self.runs[*run];
-            if let (Some(i), Some(j)) = (at.get(*i), at.get(*j)) {
-                sum += own[(i, j)];
-            }
-        }
-        sum
+        let product = |(run, i, j): (usize, usize, usize)| {
+            let (at, own) = &self.runs[run];
+            Some(own[(at.get(i)?, at.get(j)?)])
+        };
+        shared(a, b).filter_map(product).sum()
     }
 }
 
