@@ -1,6 +1,7 @@
 //! Autocorrelated noise in what rows leave: the Gauss-Markov noise of largest likelihood.
 
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
+use crate::estimate::noise_model::likelihood::Sequence;
 
 use super::linear::Linear;
 use super::noise::{Component, components};
@@ -29,7 +30,7 @@ pub fn autocorrelated(
 ) -> (f64, Vec<OfComponent>) {
     let (mut gained, mut found) = (0.0, Vec::new());
     for ((part, _, row), runs) in components(linear, selection, rows, &mut |_, _| {}) {
-        if let Some((noise, own)) = likeliest(&runs).filter(|(_, own)| *own > SURE) {
+        if let Some((noise, own)) = likeliest(runs).filter(|(_, own)| *own > SURE) {
             gained += own;
             found.push((part, row, noise));
         }
@@ -39,26 +40,20 @@ pub fn autocorrelated(
 
 /// The Gauss-Markov noise of largest likelihood, and its log likelihood ratio against white noise
 /// less its price.
-fn likeliest(runs: &Component) -> Option<(GaussMarkov, f64)> {
-    let count: usize = runs.values().map(Vec::len).sum();
-    let (mut duration, mut steps, mut longest) = (0.0, 0_usize, 0.0_f64);
-    for values in runs.values() {
-        let own = values.last()?.1 - values.first()?.1;
-        duration += own;
-        steps += values.len().saturating_sub(1);
-        longest = longest.max(own);
-    }
-    let interval = duration / steps.max(1) as f64;
+fn likeliest(runs: Component) -> Option<(GaussMarkov, f64)> {
+    let timed = |(_, time, residual)| (time, residual);
+    let of_run = |own: Vec<(usize, f64, f64)>| own.into_iter().map(timed).collect();
+    let sequence = Sequence::from_runs(runs.into_values().map(of_run).collect());
+    let (count, interval) = (sequence.count, sequence.interval);
     if count < 50 || !interval.is_finite() || interval <= 0.0 {
         return None;
     }
-    let square: f64 = runs.values().flatten().map(|one| one.2 * one.2).sum();
-    let white = -0.5 * count as f64 * (square / count as f64).ln();
+    let white = -0.5 * count as f64 * sequence.variance().ln();
     let of = |share: f64, time: f64| {
         let noise = GaussMarkov { share, time, clock: NoiseClock::Stamps };
-        (ln_likelihood(runs, noise, count), noise)
+        (sequence.with(share, time).1, noise)
     };
-    let most = LONGEST * longest.max(interval);
+    let most = LONGEST * sequence.duration.max(interval);
     let mut best: Option<(f64, GaussMarkov)> = None;
     for share in SHARES {
         for time in TIMES.iter().map(|time| time * interval).filter(|time| *time <= most) {
@@ -84,20 +79,4 @@ fn likeliest(runs: &Component) -> Option<(GaussMarkov, f64)> {
         }
     }
     Some((best.1, best.0 - white - (count as f64).ln()))
-}
-
-fn ln_likelihood(runs: &Component, noise: GaussMarkov, count: usize) -> f64 {
-    let (mut squares, mut weights) = (0.0, 0.0);
-    for values in runs.values() {
-        let (mut filter, mut state) = (noise.filter(), 0.0);
-        for (_, time, value) in values {
-            let gains = filter.next(*time, true);
-            state *= gains.decay;
-            let left = value - state;
-            squares += (left * gains.weight).powi(2);
-            weights += gains.weight.ln();
-            state += gains.gain * left;
-        }
-    }
-    weights - 0.5 * count as f64 * (squares / count as f64).ln()
 }

@@ -1,6 +1,6 @@
 //! The level and the Gauss-Markov part of largest likelihood of a sequence of residuals.
 
-use crate::campaign::record::Record;
+use crate::campaign::Run;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use crate::engine::part::Part;
 use crate::engine::stretches::Left;
@@ -25,8 +25,8 @@ pub(crate) struct Sequence {
     /// How many residuals.
     pub(crate) count: usize,
     /// Mean interval, and the longest run (s).
-    interval: f64,
-    duration: f64,
+    pub(crate) interval: f64,
+    pub(crate) duration: f64,
 }
 
 /// What the likelihood says of a sequence.
@@ -41,27 +41,38 @@ impl Sequence {
     pub(crate) fn of(part: &Part, left: &[Left], row: usize) -> Self {
         let all: usize = left.iter().map(|one| one.residuals[row].len()).sum();
         let share = (ENOUGH as f64 / all.max(1) as f64).min(1.0);
-        let (mut runs, mut steps, mut total, mut duration) = (Vec::new(), 0, 0.0, 0.0_f64);
-        for (run, one) in part.runs.iter().zip(left) {
+        let of_run = |(run, one): (&Run, &Left)| {
             let residuals = &one.residuals[row];
             // What stands together, so that neighbours remain.
             let most = (share * residuals.len() as f64).ceil() as usize;
-            let times = times(&run.record, most);
-            let own = times.into_iter().zip(residuals.iter().copied());
-            let own: Vec<(f64, f64)> = own.filter(|(_, value)| value.is_finite()).collect();
+            let own = run.record.head(most).time.into_iter().zip(residuals.iter().copied());
+            own.filter(|(_, value)| value.is_finite()).collect()
+        };
+        Self::from_runs(part.runs.iter().zip(left).map(of_run).collect())
+    }
+
+    /// Times and residuals of each run.
+    pub(crate) fn from_runs(runs: Vec<Vec<(f64, f64)>>) -> Self {
+        let (mut steps, mut total, mut duration) = (0, 0.0, 0.0_f64);
+        for own in &runs {
             if let (Some(first), Some(last)) = (own.first(), own.last()) {
                 steps += own.len() - 1;
                 total += last.0 - first.0;
                 duration = duration.max(last.0 - first.0);
             }
-            runs.push(own);
         }
         let count = runs.iter().map(Vec::len).sum();
         Self { runs, count, interval: total / f64::from(steps.max(1) as u32), duration }
     }
 
+    /// The mean square of the residuals.
+    pub(crate) fn variance(&self) -> f64 {
+        let squares = self.runs.iter().flatten().map(|(_, value)| value * value).sum::<f64>();
+        squares / self.count.max(1) as f64
+    }
+
     /// Variance, and logarithm of the likelihood, with a correlated part.
-    fn with(&self, share: f64, time: f64) -> (f64, f64) {
+    pub(crate) fn with(&self, share: f64, time: f64) -> (f64, f64) {
         let noise = GaussMarkov { share, time, clock: NoiseClock::Stamps };
         let (mut squares, mut weights) = (0.0, 0.0);
         // Weights mostly are the same from sample to sample.
@@ -87,8 +98,7 @@ impl Sequence {
 
 /// The level and the correlated part of largest likelihood.
 pub(crate) fn likeliest(sequence: &Sequence) -> Likeliest {
-    let squares = sequence.runs.iter().flatten().map(|(_, value)| value * value).sum::<f64>();
-    let variance = squares / sequence.count.max(1) as f64;
+    let variance = sequence.variance();
     let white = Likeliest { variance, memory: None };
     let longest = LONGEST * sequence.duration;
     let is_timed = sequence.interval > 0.0 && longest > sequence.interval;
@@ -135,9 +145,4 @@ pub(crate) fn likeliest(sequence: &Sequence) -> Likeliest {
     } else {
         white
     }
-}
-
-/// The times of the first samples of a run (s).
-fn times(record: &Record, most: usize) -> Vec<f64> {
-    record.head(most).time
 }
