@@ -32,18 +32,16 @@ use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe};
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::contradicted::Contradicted;
 
 use budget::answer::{Remainder, Verdict};
 use budget::driver::search;
 use fitted::Fitted;
 use gap::holdout::{HoldoutError, holdout};
 use gap::steps::Steps;
-use gross::codes::without_codes;
-use gross::frozen::without_frozen;
-use gross::misstated::{Misstated, misstated};
-use gross::settle::{settled, without_lost, without_spoiling};
-use gross::spikes::without_spikes;
+use gross::misstated::misstated;
 use gross::twice::twice;
+use gross::without_gross;
 use library::place::Place;
 use library::wanted::Wanted;
 
@@ -60,23 +58,14 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, FitError> {
     let whole = calibrate(problem, options)?;
-    if let Some(misstated) = misstated(&whole, options)? {
-        return Ok(of_misstated(whole, misstated));
+    if let Some(contradicted) = misstated(&whole, options)? {
+        return Ok(of_misstated(whole, contradicted));
     }
-    let (nominal, mut gross) = without_codes(whole.clone(), options)?;
-    let (nominal, unsettling) = settled(nominal, options)?;
-    gross.extend(unsettling);
-    let (nominal, frozen) = without_frozen(nominal, options)?;
-    gross.extend(frozen);
-    let (nominal, lost) = without_lost(nominal, options)?;
-    let (nominal, spikes) = without_spikes(nominal, options)?;
-    gross.extend(spikes);
-    let (nominal, wrong) = without_spoiling(nominal, options)?;
-    gross.extend(wrong);
+    let (nominal, left_out, lost) = without_gross(&whole, options)?;
     let fitted = Fitted { recipes, problem: nominal.problem.clone(), fit: nominal.fit.clone() };
     let is_sound = nominal.is_sound();
     let mut diagnosis = Diagnosis::without_search(nominal, Verdict::Unobservable, lost);
-    diagnosis.left_out = gross;
+    diagnosis.left_out = left_out;
     if diagnosis.nominal.fit.outcome != Outcome::Converged {
         diagnosis.verdict = Verdict::NotConverged;
     }
@@ -93,8 +82,7 @@ pub fn diagnose(
 }
 
 /// The answer where a stated value is wrong altogether: beside it nothing else can be judged.
-fn of_misstated(whole: Calibration, misstated: Misstated) -> Diagnosis {
-    let Misstated { contradicted } = misstated;
+fn of_misstated(whole: Calibration, contradicted: Contradicted) -> Diagnosis {
     let place = Place::of_stated(&contradicted.parameter, contradicted.estimate.of.as_deref());
     let mut diagnosis = Diagnosis::without_search(whole, Verdict::Unknown, Vec::new());
     diagnosis.remainder = vec![Remainder { share: 1.0, ..Remainder::at(place) }];

@@ -9,8 +9,6 @@ use std::sync::Arc;
 use crate::system::Selected;
 use crate::units::Unit;
 
-use super::library::place::Place;
-
 /// Something found in the noise.
 #[derive(Clone, Debug)]
 pub struct NoiseEffect {
@@ -73,8 +71,6 @@ pub struct Stretch {
     pub deviations: f64,
     /// Whether they repeat the reading before them.
     pub repeats: bool,
-    /// What is wrong.
-    pub place: Place,
 }
 
 /// What is left out.

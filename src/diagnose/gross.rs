@@ -9,22 +9,54 @@
 //! | `bursts`, `places` | stretches of wrong readings, and whether they come back at a place |
 //! | `spikes`, `trimmed` | readings that bend a fit, and a fit that they do not bend |
 //! | [`lost`], `shifted` | stretches of readings shifted by whole samples, and by other times |
-//! | [`wild`] | readings and runs that are far out |
+//! | `wild` | readings and runs that are far out |
 //! | `empty_runs` | runs of which nothing is left |
-//! | [`left_out`] | how what is left out is told |
+//! | `left_out` | how what is left out is listed |
 //! | [`mod@twice`] | what that does to the delays |
 
 mod bursts;
-pub(super) mod codes;
-pub(super) mod empty_runs;
-pub(super) mod frozen;
-pub mod left_out;
+mod codes;
+mod empty_runs;
+mod frozen;
+mod left_out;
 pub mod lost;
 pub(super) mod misstated;
 mod places;
-pub(super) mod settle;
+mod settle;
 mod shifted;
-pub(super) mod spikes;
+mod spikes;
 mod trimmed;
 pub mod twice;
-pub mod wild;
+mod wild;
+
+use crate::estimate::batch::{FitError, Options};
+use crate::estimate::calibrate::Calibration;
+
+use self::codes::without_codes;
+use self::frozen::without_frozen;
+use self::settle::{settled, without_lost, without_spoiling};
+use self::spikes::without_spikes;
+use super::found::{LeftOut, Lost};
+
+/// Leaves something out and fits again; `None` where there is nothing to leave out.
+type Step = fn(&Calibration, &Options) -> Result<Option<(Calibration, LeftOut)>, FitError>;
+
+/// The nominal fit without what spoils it, what is left out of it, and lost samples.
+pub(super) fn without_gross(
+    whole: &Calibration,
+    options: &Options,
+) -> Result<(Calibration, LeftOut, Vec<Lost>), FitError> {
+    let mut out = LeftOut::default();
+    let mut leave_out = |nominal: Calibration, step: Step| {
+        let Some((rest, found)) = step(&nominal, options)? else { return Ok(nominal) };
+        out.extend(found);
+        Ok::<_, FitError>(rest)
+    };
+    let nominal = leave_out(whole.clone(), without_codes)?;
+    let nominal = leave_out(nominal, settled)?;
+    let nominal = leave_out(nominal, without_frozen)?;
+    let (nominal, lost) = without_lost(nominal, options)?;
+    let nominal = leave_out(nominal, without_spikes)?;
+    let nominal = leave_out(nominal, without_spoiling)?;
+    Ok((nominal, out, lost))
+}

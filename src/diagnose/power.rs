@@ -10,8 +10,7 @@
 //! | file | answers |
 //! |---|---|
 //! | [`mod@delays`] | how well delays will be known |
-//! | [`mod@design`] | predicted readings instead of recorded ones |
-//! | [`prospect`] | the library before a design |
+//! | [`mod@design`] | predicted readings instead of recorded ones, and the library before them |
 //! | [`detection`] | how often an effect of some length enters, is named, and leads |
 //! | [`mod@sight`] | sizes, from the columns of one pass |
 //! | [`noise`] | the same for effects on the noise |
@@ -25,7 +24,6 @@ pub mod delays;
 pub mod design;
 pub mod detection;
 pub mod noise;
-pub mod prospect;
 pub mod remedies;
 pub mod sight;
 pub mod words;
@@ -35,9 +33,9 @@ pub use self::delays::DelaySigma;
 use std::collections::BTreeMap;
 
 use delays::{delay_rows, delays};
+use design::Prospect;
 use detection::critical_gains;
-use prospect::Prospect;
-use remedies::{Remedy, remedies};
+use remedies::remedies;
 use sight::{Sight, Way, shift, sight};
 
 use crate::engine::open::Recipe;
@@ -108,6 +106,25 @@ pub struct Row {
     pub words: String,
 }
 
+impl Row {
+    /// An effect of which nothing is known yet.
+    fn new(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            state: State::NotTestable,
+            unit: Unit::one(),
+            typical: None,
+            detectable: None,
+            identifiable: None,
+            with: Vec::new(),
+            members: Vec::new(),
+            shifts: Vec::new(),
+            root: 2.0,
+            words: String::new(),
+        }
+    }
+}
+
 /// The table.
 #[derive(Clone, Debug)]
 pub struct Power {
@@ -140,12 +157,10 @@ pub fn power(
     let mut rows = rows(&stage, wanted);
     let open = |row: &Row| matches!(row.state, State::Alias | State::Absorbed | State::NotTestable);
     let tried = if rows.iter().any(open) { remedies(&stage.fitted) } else { Vec::new() };
-    let tried: Vec<(Remedy, Vec<Row>)> = tried
-        .into_iter()
-        .filter_map(|(remedy, fitted)| {
-            Some((remedy, self::rows(&design::prospect(fitted, wanted)?, wanted)))
-        })
-        .collect();
+    let tried = tried.into_iter().filter_map(|(remedy, fitted)| {
+        Some((remedy, self::rows(&design::prospect(fitted, wanted)?, wanted)))
+    });
+    let tried: Vec<(String, Vec<Row>)> = tried.collect();
     for row in &mut rows {
         row.words = words::words(row, &stage, &tried);
     }
@@ -155,36 +170,19 @@ pub fn power(
 
 /// The library's rows before a design, without words.
 fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
-    let names: Vec<&str> = {
-        let mut names: Vec<&str> = stage.candidates.iter().map(|one| one.name.as_str()).collect();
-        names.dedup();
-        names
+    let ways = stage.candidates.iter().zip(&stage.evidence.entries);
+    let ways: Vec<Way<'_>> = ways.map(|(candidate, entry)| Way { candidate, entry }).collect();
+    let is_same = |a: &Way<'_>, b: &Way<'_>| a.candidate.name == b.candidate.name;
+    let families: Vec<&[Way<'_>]> = ways.chunk_by(is_same).collect();
+    let of_family = |own: &&[Way<'_>]| {
+        let others = ways.iter().filter(|way| !is_same(way, &own[0]));
+        let others: Vec<Way<'_>> = others.filter(|way| way.entry.degrees() > 0).copied().collect();
+        let scanned = if own.len() > 1 { members(&stage.fitted, own[0].candidate) } else { None };
+        let members = scanned.unwrap_or(own.len());
+        let critical_gains = |degrees| critical_gains(degrees, members, families.len());
+        row(stage, own, sight(&stage.evidence, own, &others, critical_gains))
     };
-    let ways = |wanted: &dyn Fn(&str) -> bool| -> Vec<(usize, Way<'_>)> {
-        let all = stage.candidates.iter().zip(&stage.evidence.entries).enumerate();
-        all.filter(|(_, (candidate, _))| wanted(&candidate.name))
-            .map(|(number, (candidate, entry))| (number, Way { candidate, entry }))
-            .collect()
-    };
-    let mut rows: Vec<Row> = names
-        .iter()
-        .map(|name| {
-            let own = ways(&|other| other == *name);
-            let numbers: Vec<usize> = own.iter().map(|(number, _)| *number).collect();
-            let own: Vec<Way<'_>> = own.into_iter().map(|(_, way)| way).collect();
-            let others: Vec<Way<'_>> = ways(&|other| other != *name)
-                .into_iter()
-                .map(|(_, way)| way)
-                .filter(|way| way.entry.degrees() > 0)
-                .collect();
-            let scanned = own.first().filter(|_| own.len() > 1);
-            let scanned = scanned.and_then(|way| members(&stage.fitted, way.candidate));
-            let members = scanned.unwrap_or(own.len());
-            let critical_gains = |degrees| critical_gains(degrees, members, names.len());
-            let seen = sight(&stage.evidence, &own, &others, critical_gains);
-            row(stage, &numbers, &own, seen)
-        })
-        .collect();
+    let mut rows: Vec<Row> = families.iter().map(of_family).collect();
     rows.extend(noise::rows(stage, wanted));
     rows.extend(stage.not_testable.iter().map(|one| not_testable(&one.name, one.why.clone())));
     rows.sort_by(|a, b| (a.state as u8, &a.name).cmp(&(b.state as u8, &b.name)));
@@ -192,29 +190,16 @@ fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
 }
 
 fn not_testable(name: &str, why: String) -> Row {
-    Row {
-        name: name.to_owned(),
-        state: State::NotTestable,
-        unit: Unit::one(),
-        typical: None,
-        detectable: None,
-        identifiable: None,
-        with: Vec::new(),
-        members: Vec::new(),
-        shifts: Vec::new(),
-        root: 2.0,
-        words: why,
-    }
+    Row { words: why, ..Row::new(name) }
 }
 
-fn row(stage: &Prospect, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Row {
-    let Some((way, number)) = ways.first().zip(numbers.first()) else {
-        return not_testable("", String::new());
-    };
+/// The row of an effect with its ways, of which there is one at least.
+fn row(stage: &Prospect, ways: &[Way<'_>], seen: Sight) -> Row {
+    let way = ways[0];
     let name = &way.candidate.name;
     let Some(owner) = way.entry.owners.first().filter(|_| ways.iter().any(|w| w.entry.acts()))
     else {
-        return not_testable(name, why_silent(&stage.fitted, &stage.candidates[*number].selected));
+        return not_testable(name, why_silent(&stage.fitted, &way.candidate.selected));
     };
     if ways.iter().any(|way| !way.entry.finite) {
         let why = "the recordings do not hold an input that it acts on, or its slope where its parameters are zero is no number".to_owned();
@@ -237,10 +222,8 @@ fn row(stage: &Prospect, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Ro
         _ => State::Visible,
     };
     let with = if absorbed {
-        acts_as(&stage.fitted, &stage.evidence.takers(stage.entry(*number)))
-            .split(", ")
-            .map(str::to_owned)
-            .collect()
+        let nominal = acts_as(&stage.fitted, &stage.evidence.takers(way.entry));
+        nominal.split(", ").map(str::to_owned).collect()
     } else {
         seen.with
     };
@@ -254,7 +237,6 @@ fn row(stage: &Prospect, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Ro
         .filter(|_| seen.detectable.is_some())
         .collect();
     Row {
-        name: name.clone(),
         state,
         unit: way.candidate.unit(&owner.parameter).unwrap_or_else(Unit::one),
         typical,
@@ -263,7 +245,6 @@ fn row(stage: &Prospect, numbers: &[usize], ways: &[Way<'_>], seen: Sight) -> Ro
         with,
         members: seen.members,
         shifts,
-        root: 2.0,
-        words: String::new(),
+        ..Row::new(name)
     }
 }

@@ -1,18 +1,26 @@
-//! Residuals as sequences in time: of each component of each measurand, run after run.
-//!
-//! Those of a stage are whitened, in units of what is stated or found of the noise; those seen from
-//! a point are as they are, in SI units. What they say is judged elsewhere.
+//! Residuals as sequences in time: of each component of each measurand, run after run, as they are
+//! seen from a point, in SI units. What follows from them is judged elsewhere.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::engine::layout::qualified;
-use crate::engine::stretches::Left;
 use crate::engine::{Point, Problem};
 use crate::estimate::median::upper_median;
 
 /// Standard deviation over median absolute deviation of a normal distribution.
 pub(super) const NORMAL: f64 = 1.482_602_2;
+
+/// The median of the sizes of numbers, NaN not counted; `None` of none.
+pub(super) fn median_size<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
+    let sizes = values.into_iter().map(|value| value.abs()).filter(|size| !size.is_nan());
+    upper_median(&mut sizes.collect::<Vec<f64>>())
+}
+
+/// The robust standard deviation of numbers about zero, NaN not counted; `None` of none.
+pub(super) fn robust<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
+    median_size(values).map(|median| NORMAL * median)
+}
 
 /// A measurand of a run of a campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,6 +31,11 @@ pub(in crate::diagnose) struct OfRun {
 }
 
 impl OfRun {
+    /// The campaign and the measurand in it.
+    pub(super) fn of(self) -> (usize, usize) {
+        (self.part, self.measurand)
+    }
+
     /// The names of the run and of the measurand.
     pub(super) fn names(self, problem: &Problem) -> (String, String) {
         let part = &problem.parts[self.part];
@@ -37,21 +50,24 @@ pub(super) struct Sequence {
     pub(super) measurand: usize,
     pub(super) part: usize,
     pub(super) runs: Vec<Arc<Vec<f64>>>,
+    /// The robust standard deviation of all; `None` of none.
+    pub(super) deviation: Option<f64>,
 }
 
 impl Sequence {
-    pub(super) fn present(&self) -> impl Iterator<Item = f64> + '_ {
-        self.runs.iter().flat_map(|run| run.iter()).copied().filter(|value| !value.is_nan())
+    /// The residuals of a measurand of a campaign.
+    pub(super) fn new((part, measurand): (usize, usize), runs: Vec<Arc<Vec<f64>>>) -> Self {
+        let deviation = robust(runs.iter().flat_map(|run| run.iter()));
+        Self { measurand, part, runs, deviation }
     }
 
-    /// The same of some runs, as if there were no others.
-    pub(super) fn among(&self, wanted: impl Fn(usize) -> bool) -> Self {
-        let runs = self
-            .runs
-            .iter()
-            .enumerate()
-            .map(|(run, all)| if wanted(run) { Arc::clone(all) } else { Arc::default() });
-        Self { runs: runs.collect(), ..self.clone() }
+    /// The campaign and the measurand in it.
+    pub(super) fn of(&self) -> (usize, usize) {
+        (self.part, self.measurand)
+    }
+
+    pub(super) fn present(&self) -> impl Iterator<Item = f64> + '_ {
+        self.runs.iter().flat_map(|run| run.iter()).copied().filter(|value| !value.is_nan())
     }
 
     /// Whether it is of one of some measurands and runs in a run.
@@ -65,45 +81,31 @@ impl Sequence {
         all.filter(|(_, value)| !value.is_nan()).collect()
     }
 
-    /// Their robust standard deviation: from the median of their sizes; `None` of none.
-    pub(super) fn deviation(&self) -> Option<f64> {
-        let mut sizes: Vec<f64> = self.present().map(f64::abs).collect();
-        upper_median(&mut sizes).map(|median| NORMAL * median)
-    }
-
-    /// The only one of one campaign, whose samples have no times.
-    #[cfg(test)]
-    pub(super) fn of_runs(runs: Vec<Arc<Vec<f64>>>) -> Self {
-        Self { measurand: 0, part: 0, runs }
+    /// Those whose sizes are beyond a limit, which may differ from run to run, by run.
+    pub(super) fn beyond(&self, limit: impl Fn(&[f64]) -> f64) -> Vec<Vec<(usize, f64)>> {
+        let of_run = |run: &Arc<Vec<f64>>| {
+            let limit = limit(run);
+            let all = run.iter().copied().enumerate();
+            all.filter(|(_, value)| value.abs() > limit).collect()
+        };
+        self.runs.iter().map(of_run).collect()
     }
 }
 
-/// The residuals of each component of each measurand.
-pub(super) fn sequences(problem: &Problem, left: &[Left]) -> Vec<Sequence> {
+/// All residuals at a point.
+pub(super) fn seen_from(problem: &Problem, point: &Point) -> Vec<Sequence> {
     let mut all = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
-        for row in 0..part.residual_count() {
-            let runs = (0..part.runs.len())
-                .map(|run| Arc::clone(&left[problem.run_index(p, run)].residuals[row]))
-                .collect();
-            all.push(Sequence { measurand: part.measurand_of(row), part: p, runs });
-        }
-    }
-    all
-}
-
-/// All residuals at a point, as they are.
-pub(super) fn seen_from(problem: &Problem, point: &Point) -> Vec<Sequence> {
-    let mut left = Vec::new();
-    for (p, part) in problem.parts.iter().enumerate() {
+        let mut rows = vec![Vec::new(); part.residual_count()];
         for r in 0..part.runs.len() {
-            let mut residuals = vec![Vec::new(); part.residual_count()];
+            let mut residuals = vec![Vec::new(); rows.len()];
             problem.visit_residuals(p, r, point, &mut |_, values| {
                 residuals.iter_mut().zip(values).for_each(|(all, value)| all.push(*value));
             });
-            let residuals = residuals.into_iter().map(Arc::new).collect();
-            left.push(Left { residuals, scores: Vec::new() });
+            rows.iter_mut().zip(residuals).for_each(|(runs, own)| runs.push(Arc::new(own)));
         }
+        let of = |(row, runs)| Sequence::new((p, part.measurand_of(row)), runs);
+        all.extend(rows.into_iter().enumerate().map(of));
     }
-    sequences(problem, &left)
+    all
 }

@@ -8,8 +8,7 @@ use homepoint::diagnose::evidence::Evidence;
 use homepoint::diagnose::fitted::carried;
 use homepoint::diagnose::library::candidate::Candidate;
 use homepoint::diagnose::library::wanted::Wanted;
-use homepoint::diagnose::power::design::{design, prospect};
-use homepoint::diagnose::power::prospect::Prospect;
+use homepoint::diagnose::power::design::{Prospect, design, prospect};
 use homepoint::diagnose::power::sight::{Way, directions};
 use homepoint::diagnose::power::{Power, Row, State, power};
 use homepoint::diagnose::price::{Gain, ln_bayes_factor};
@@ -86,7 +85,7 @@ fn a_delay_shifts_as_far_as_a_nominal_fit_says() {
     for name in ["tracking_reversal", "air_drag", "clock_drift", "trunnion_tilt", "arm_windup"] {
         let row = row(&table, name);
         let number = stage.candidates.iter().position(|one| one.name == name).unwrap();
-        let (candidate, entry) = (&stage.candidates[number], stage.entry(number));
+        let (candidate, entry) = (&stage.candidates[number], &stage.evidence.entries[number]);
         let values = DVector::from_element(entry.owners.len(), row.detectable.unwrap());
         let problem = &stage.fitted.problem;
         let mut shifted = drawn(problem, &point, (candidate, &entry.owners), &values, None);
@@ -138,7 +137,7 @@ fn shares(opened: &Opened, point: &Point, name: &str, size: f64, trials: usize) 
     let (mut entered, mut named) = (0, 0);
     for trial in 0..trials {
         let number = ways[trial % ways.len()];
-        let (candidate, entry) = (&stage.candidates[number], stage.entry(number));
+        let (candidate, entry) = (&stage.candidates[number], &stage.evidence.entries[number]);
         let all = directions(Way { candidate, entry });
         let values = &all[(7 * trial) % all.len()] * size;
         let seed = 1000 + trial as u64;
@@ -152,7 +151,8 @@ fn shares(opened: &Opened, point: &Point, name: &str, size: f64, trials: usize) 
             .map(|n| {
                 let entry = &evidence.entries[n];
                 let gain = Gain { gain: entry.gain(), degrees: entry.degrees() };
-                ln_bayes_factor(gain, stage.members[n], names.len())
+                let members = all.iter().filter(|one| one.name == all[n].name).count();
+                ln_bayes_factor(gain, members, names.len())
             })
             .collect();
         let best = |own: bool| {

@@ -15,10 +15,9 @@ use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::noise::{Component, components};
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::library::structure::turns;
-use crate::diagnose::sequences::NORMAL;
+use crate::diagnose::sequences::robust;
 use crate::diagnose::thresholds::NEIGHBOURS;
 use crate::engine::Problem;
-use crate::estimate::median::upper_median;
 
 /// Readings of a component that are looked at, at most.
 const MOST: usize = 2000;
@@ -134,8 +133,7 @@ fn alike(runs: &Component, first_run: usize, places: &Places) -> Option<(f64, f6
         let of = move |reading: &Reading<'_>| reading.1.clamp(-most, most);
         pairs.iter().map(|(i, j)| of(&readings[*i]) * of(&readings[*j])).collect::<Vec<f64>>()
     };
-    let mut sizes: Vec<f64> = readings.iter().map(|one| one.1.abs()).collect();
-    let robust = products(FAR * NORMAL * upper_median(&mut sizes)?);
+    let robust = products(FAR * robust(readings.iter().map(|one| &one.1))?);
     let score = robust.iter().sum::<f64>() / robust.iter().map(|x| x * x).sum::<f64>().sqrt();
     let mean = products(f64::INFINITY).iter().sum::<f64>() / pairs.len() as f64;
     Some((score, mean.max(0.0).sqrt()))

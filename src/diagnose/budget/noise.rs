@@ -6,11 +6,10 @@
 use std::collections::BTreeMap;
 
 use crate::diagnose::found::{LeftOut, Reading};
-use crate::diagnose::sequences::NORMAL;
+use crate::diagnose::sequences::robust;
 use crate::engine::Problem;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use crate::engine::layout::qualified;
-use crate::estimate::median::upper_median;
 use crate::estimate::noise_model::likelihood::{Sequence, likeliest};
 
 use super::linear::Linear;
@@ -131,11 +130,7 @@ fn delay_columns(linear: &Linear, selection: &Selection<'_>) -> Vec<usize> {
 
 /// Readings beyond [`NOISE`] robust standard deviations.
 fn outliers(measurand: usize, runs: &Component) -> Vec<Outlier> {
-    let mut sizes: Vec<f64> = runs.values().flatten().map(|one| one.2.abs()).collect();
-    if sizes.is_empty() {
-        return Vec::new();
-    }
-    let deviation = NORMAL * upper_median(&mut sizes).unwrap_or(0.0);
+    let deviation = robust(runs.values().flatten().map(|one| &one.2)).unwrap_or(0.0);
     let mut found = Vec::new();
     for (run, values) in runs {
         for (sample, _, value) in values {

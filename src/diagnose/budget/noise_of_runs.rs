@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use super::linear::Linear;
 use super::noise::{Component, components};
 use super::selection::Selection;
-use crate::diagnose::sequences::NORMAL;
+use crate::diagnose::sequences::robust;
 use crate::diagnose::thresholds::{NOISE, NOISE_OF_A_RUN};
 use crate::estimate::median::upper_median;
 
@@ -40,7 +40,7 @@ pub fn noise_of_runs(
         }
         of_run.retain(|_, sizes| sizes.len() >= LEAST);
         let robust: BTreeMap<usize, f64> =
-            of_run.iter_mut().map(|(run, sizes)| (*run, robust_deviation(sizes))).collect();
+            of_run.iter().map(|(run, sizes)| (*run, robust(sizes).unwrap_or(0.0))).collect();
         let usual = upper_median(&mut robust.values().copied().collect::<Vec<f64>>());
         let usual = usual.unwrap_or(0.0);
         // Where half of the residuals are zero, such as those of counts, their scatter is not known.
@@ -80,9 +80,4 @@ pub fn noise_of_runs(
         }
     }
     (gained, found)
-}
-
-/// From the median of absolute values.
-fn robust_deviation(sizes: &mut [f64]) -> f64 {
-    NORMAL * upper_median(sizes).unwrap_or(0.0)
 }

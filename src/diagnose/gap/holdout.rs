@@ -9,7 +9,7 @@
 //! Where those eighths do not determine them, whole runs are fitted and judged.
 
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::gross::lost::{self, Among};
+use crate::diagnose::gross::lost;
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::{Opened, Recipe};
 use crate::engine::{Part, Point, Problem};
@@ -171,8 +171,8 @@ impl Held<'_> {
             take_runs(&mut parts, problem);
         }
         let Fitted { problem, fit, .. } = Held { parts: &parts, ..self }.learns(model)?;
-        let (_, rest) = lost::sturdy(&problem, &fit.point, Among::Run, self.options)?;
-        take_runs(&mut parts, rest);
+        let sturdy = lost::sturdy(&problem, &fit.point, true, self.options)?;
+        take_runs(&mut parts, sturdy.rest);
         Ok(parts)
     }
 

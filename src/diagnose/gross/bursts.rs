@@ -9,18 +9,17 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use crate::diagnose::sequences::{OfRun, Sequence};
+use crate::diagnose::sequences::{OfRun, Sequence, median_size};
 use crate::engine::{Point, Problem};
-use crate::estimate::median::upper_median;
 
-use super::left_out::OfSamples;
+use super::left_out::{OfSamples, rare};
 use super::lost::scatter;
 use super::places::comes_back;
 use super::shifted::Shifted;
-use super::wild::{GROSS, MOST_WILD, TRIM, gross};
+use super::wild::{GROSS, MOST_WILD, gross};
 
-/// Part of a measurand's readings that may be wrong in stretches.
-pub(super) const MOST: f64 = 0.4;
+/// Readings so many robust standard deviations out are far out.
+pub(super) const TRIM: f64 = 4.5;
 /// A stretch has so many readings at least, at most one in so many of its run's, and one in so many
 /// where it reaches an end of the run.
 const SHORTEST: usize = 4;
@@ -62,25 +61,8 @@ pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Sequence]) -> Vec<
             }
         }
     }
-    let count = |of: &OfRun| -> usize {
-        let same = |one: &&OfSamples| (one.0.part, one.0.measurand) == (of.part, of.measurand);
-        found.iter().filter(same).map(|(_, samples)| samples.len()).sum()
-    };
-    let is_structure = |of: &OfRun| {
-        let present = problem.parts[of.part].present()[of.measurand] as f64;
-        count(of) as f64 > MOST * present || comes_back(problem, (of.part, of.measurand), &found)
-    };
-    let measurands: BTreeSet<(usize, usize)> =
-        found.iter().map(|(of, _)| (of.part, of.measurand)).collect();
-    let structure: Vec<(usize, usize)> = measurands
-        .into_iter()
-        .filter(|(part, measurand)| {
-            is_structure(&OfRun { part: *part, measurand: *measurand, run: 0 })
-        })
-        .collect();
-    found.retain(|(of, _)| !structure.contains(&(of.part, of.measurand)));
+    let mut found = rare(problem, found, |of, found| comes_back(problem, of, found));
     without_shifts(problem, point, all, &mut found);
-    found.sort_by_key(|(of, samples)| (of.part, of.run, samples.start, of.measurand));
     found
 }
 
@@ -105,8 +87,8 @@ fn without_shifts(problem: &Problem, point: &Point, all: &[Sequence], found: &mu
 /// The sizes of a measurand's readings in a run, of the component that is farthest out.
 fn sizes(all: &[Sequence], of: (usize, usize), run: usize) -> Sizes {
     let mut sizes: Sizes = Vec::new();
-    for one in all.iter().filter(|one| (one.part, one.measurand) == of) {
-        let deviation = one.deviation().unwrap_or(f64::INFINITY);
+    for one in all.iter().filter(|one| one.of() == of) {
+        let deviation = one.deviation.unwrap_or(f64::INFINITY);
         let unit = gross(&one.runs[run], deviation) / GROSS;
         let own = one.readings(run).into_iter().map(|(at, value)| (at, value.abs() / unit));
         match sizes.is_empty() {
@@ -156,7 +138,7 @@ fn stretches(sizes: &[(usize, f64)]) -> Vec<Range<usize>> {
         let inside = [farthest(0..2.min(count)), farthest(count.saturating_sub(2)..count)];
         let after = last + 1..(last + 3).min(sizes.len());
         let outside = [nearest(first.saturating_sub(2)..first), nearest(after)];
-        let half = upper_median(&mut own.clone()).unwrap_or(0.0);
+        let half = median_size(&own).unwrap_or(0.0);
         let leaps = inside.iter().zip(outside);
         let is_sharp =
             leaps.map(|(inside, outside)| inside - outside).all(|leap| leap >= LEAP * half);

@@ -10,18 +10,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::campaign::record::Record;
+use crate::campaign::Run;
 use crate::diagnose::found::LeftOut;
-use crate::diagnose::sequences::{NORMAL, Sequence, seen_from};
+use crate::diagnose::sequences::{Sequence, median_size, robust, seen_from};
 use crate::engine::Part;
 use crate::engine::part::Slot;
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
-use crate::estimate::median::upper_median;
 
-use super::left_out::{Far, leave_out, told};
+use super::left_out::{Far, leave_out, listed};
 use super::settle::is_spoilt;
-use super::wild::{GROSS, has_gross};
+use super::wild::{GROSS, has_beyond};
 
 /// A measurand has so many codes at most: of more numbers those that are there most often are
 /// looked at.
@@ -36,32 +35,31 @@ const AS_OFTEN: usize = 10;
 const JUMP: f64 = 5.0;
 
 /// Leaves codes out where the nominal fit does not settle, is spoilt or may hide it, and fits
-/// again.
-pub(in crate::diagnose) fn without_codes(
-    whole: Calibration,
+/// again; `None` where there are none.
+pub(super) fn without_codes(
+    whole: &Calibration,
     options: &Options,
-) -> Result<(Calibration, LeftOut), FitError> {
+) -> Result<Option<(Calibration, LeftOut)>, FitError> {
     let problem = &whole.problem;
     let mut seen = seen_from(problem, &whole.fit.point);
-    if !is_in_doubt(&whole, &seen) {
-        return Ok((whole, LeftOut::default()));
+    if !is_in_doubt(whole, &seen) {
+        return Ok(None);
     }
     let mut found: Vec<Vec<Codes>> = problem.parts.iter().map(codes_of).collect();
     // First all, then those that are gross from where they do nothing.
     let rest = loop {
         if found.iter().flatten().flatten().all(Vec::is_empty) {
-            return Ok((whole, LeftOut::default()));
+            return Ok(None);
         }
         let mut without = problem.clone();
         seen.iter().for_each(|one| leave_out(&mut without, one, &far(one, &found)));
         let rest = calibrate(without, options)?;
         seen = seen_from(problem, &rest.fit.point);
         // What is off in one of its components is no reading.
-        let of = |one: &Sequence| (one.part, one.measurand);
         let gross = seen.iter().filter(|one| is_gross(one, &far(one, &found)));
-        let gross: BTreeSet<(usize, usize)> = gross.map(of).collect();
+        let gross: BTreeSet<(usize, usize)> = gross.map(Sequence::of).collect();
         let mut is_done = true;
-        for (part, measurand) in seen.iter().map(of).filter(|one| !gross.contains(one)) {
+        for (part, measurand) in seen.iter().map(Sequence::of).filter(|of| !gross.contains(of)) {
             for run in &mut found[part][measurand] {
                 is_done &= run.is_empty();
                 run.clear();
@@ -72,7 +70,7 @@ pub(in crate::diagnose) fn without_codes(
         }
     };
     if whole.is_sound() && !rest.is_sound() {
-        return Ok((whole, LeftOut::default()));
+        return Ok(None);
     }
     let far: Vec<Far> = seen.iter().map(|one| far(one, &found)).collect();
     let code = |one: &Sequence, run: usize, sample: usize| {
@@ -80,8 +78,8 @@ pub(in crate::diagnose) fn without_codes(
         let at = codes.binary_search_by_key(&sample, |code| code.0);
         at.ok().map(|at| codes[at].1)
     };
-    let readings = told(problem, &seen, &far, code);
-    Ok((rest, LeftOut { readings, ..LeftOut::default() }))
+    let readings = listed(problem, &seen, &far, code);
+    Ok(Some((rest, LeftOut { readings, ..LeftOut::default() })))
 }
 
 /// Whether a fit may be spoilt: it does not settle, leaves far too much or some reading far beyond
@@ -90,7 +88,7 @@ fn is_in_doubt(whole: &Calibration, seen: &[Sequence]) -> bool {
     whole.fit.outcome != Outcome::Converged
         || is_spoilt(whole)
         || !whole.levels.is_empty()
-        || seen.iter().any(has_gross)
+        || seen.iter().any(|one| has_beyond(one, GROSS))
 }
 
 /// The residuals of a sequence where codes stand.
@@ -102,15 +100,15 @@ fn far(one: &Sequence, found: &[Vec<Codes>]) -> Far {
 /// Whether most readings in the place of which codes would stand are gross; where there are none
 /// all are.
 fn is_gross(one: &Sequence, far: &Far) -> bool {
-    let mut codes: Vec<f64> = far.iter().flatten().map(|(_, value)| value.abs()).collect();
     let mut others: Vec<f64> = Vec::new();
     for (run, far) in far.iter().enumerate() {
         let is_code = |sample| far.binary_search_by(|one| one.0.cmp(&sample)).is_ok();
         let readings = one.readings(run).into_iter();
-        others.extend(readings.filter(|(at, _)| !is_code(*at)).map(|(_, value)| value.abs()));
+        others.extend(readings.filter(|(at, _)| !is_code(*at)).map(|(_, value)| value));
     }
-    let Some(size) = upper_median(&mut codes) else { return true };
-    upper_median(&mut others).is_some_and(|usual| size > GROSS * NORMAL * usual)
+    let codes = far.iter().flatten().map(|(_, value)| value);
+    let Some(size) = median_size(codes) else { return true };
+    robust(&others).is_some_and(|deviation| size > GROSS * deviation)
 }
 
 /// The samples of each run that hold a code of a measurand, with it.
@@ -147,12 +145,14 @@ fn codes_of(part: &Part) -> Vec<Codes> {
 
 /// A reading column of each run.
 pub(super) fn readings(part: &Part, column: usize) -> Vec<Vec<f64>> {
-    let of_run = |record: &Record| {
-        let mut all = Vec::with_capacity(record.len());
-        record.walk(|stretch| all.extend(stretch.each().map(|sample| sample.reading(column))));
+    let of_run = |run: &Run| {
+        let mut all = Vec::with_capacity(run.record.len());
+        run.record.walk(|stretch| {
+            all.extend_from_slice(&stretch.samples.readings[column][stretch.range()]);
+        });
         all
     };
-    part.runs.iter().map(|run| of_run(&run.record)).collect()
+    part.runs.iter().map(of_run).collect()
 }
 
 /// The numbers among the readings of some runs that are codes.
@@ -169,9 +169,9 @@ fn codes(runs: &[Vec<f64>]) -> Vec<f64> {
     often.sort_unstable();
     let usual = often[half.min(often.len() - 1)];
     let is_apart = |k: usize| {
-        let beside =
-            [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|k| same.get(k));
-        beside.into_iter().all(|other| (same[k][0] - other[0]).abs() > APART * range)
+        let beside = [k.checked_sub(1), Some(k + 1)].into_iter().flatten();
+        let mut beside = beside.filter_map(|k| same.get(k));
+        beside.all(|other| (same[k][0] - other[0]).abs() > APART * range)
     };
     let is_often = |k: usize| same[k].len() >= AS_OFTEN * usual;
     let many = (0..same.len()).filter(|k| same[*k].len() >= PLACES);
@@ -211,7 +211,8 @@ fn is_jump(runs: &[Vec<f64>], code: f64) -> bool {
             }
         }
     }
-    matches!((upper_median(&mut to_code), upper_median(&mut others)), (Some(to), Some(other)) if to > JUMP * other)
+    let other = median_size(&others).unwrap_or(f64::INFINITY);
+    median_size(&to_code).is_some_and(|to| to > JUMP * other)
 }
 
 #[cfg(test)]

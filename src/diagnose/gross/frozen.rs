@@ -10,15 +10,13 @@
 use std::ops::Range;
 
 use crate::diagnose::found::LeftOut;
-use crate::diagnose::sequences::{NORMAL, OfRun, Sequence, seen_from};
+use crate::diagnose::sequences::{OfRun, Sequence, robust, seen_from};
 use crate::engine::{Part, Problem};
 use crate::estimate::batch::{FitError, Options};
-use crate::estimate::calibrate::{Calibration, calibrate};
-use crate::estimate::median::upper_median;
+use crate::estimate::calibrate::Calibration;
 
-use super::bursts::MOST;
 use super::codes::readings;
-use super::left_out::{OfSamples, stretches_out};
+use super::left_out::{OfSamples, fit_without, rare, stretches_out};
 
 /// Fewer repeats are none.
 const FEWEST: usize = 3;
@@ -27,24 +25,21 @@ const MOVED: f64 = 20.0;
 /// The reading after the repeats is back within this part of that.
 const BACK: f64 = 0.25;
 
-/// Leaves frozen readings out and fits again.
-pub(in crate::diagnose) fn without_frozen(
-    nominal: Calibration,
+/// Leaves frozen readings out and fits again; `None` where there are none.
+pub(super) fn without_frozen(
+    nominal: &Calibration,
     options: &Options,
-) -> Result<(Calibration, LeftOut), FitError> {
+) -> Result<Option<(Calibration, LeftOut)>, FitError> {
     let problem = &nominal.problem;
     let all = seen_from(problem, &nominal.fit.point);
     let frozen = frozen(problem, &all);
     if frozen.is_empty() {
-        return Ok((nominal, LeftOut::default()));
+        return Ok(None);
     }
     let mut rest = problem.clone();
-    let found = stretches_out(&mut rest, &all, &frozen, true);
-    let fitted = calibrate(rest, options)?;
-    if nominal.is_sound() && !fitted.is_sound() {
-        return Ok((nominal, LeftOut::default()));
-    }
-    Ok((fitted, found))
+    let stretches = stretches_out(&mut rest, &all, &frozen, true);
+    let fitted = fit_without(nominal, rest, options)?;
+    Ok(fitted.map(|fitted| (fitted, LeftOut { stretches, ..LeftOut::default() })))
 }
 
 /// The stretches of frozen readings. Where one measurand is frozen, repeats of others beside it
@@ -54,8 +49,7 @@ fn frozen(problem: &Problem, all: &[Sequence]) -> Vec<OfSamples> {
     for (p, part) in problem.parts.iter().enumerate() {
         for measurand in 0..part.slots().len() {
             let repeats = repeats(part, measurand);
-            let own = |one: &&Sequence| (one.part, one.measurand) == (p, measurand);
-            let own: Vec<&Sequence> = all.iter().filter(own).collect();
+            let own: Vec<&Sequence> = all.iter().filter(|one| one.of() == (p, measurand)).collect();
             let changes = |one: &&Sequence| change(one, &repeats).max(part.sigma[measurand]);
             let changes: Vec<f64> = own.iter().map(changes).collect();
             for (run, repeats) in repeats.iter().enumerate() {
@@ -77,16 +71,7 @@ fn frozen(problem: &Problem, all: &[Sequence]) -> Vec<OfSamples> {
         2 * shared.max().unwrap_or(0) > samples.len()
     });
     frozen.append(&mut beside);
-    let count = |of: &OfRun| -> usize {
-        let same = |one: &&OfSamples| (one.0.part, one.0.measurand) == (of.part, of.measurand);
-        frozen.iter().filter(same).map(|(_, samples)| samples.len()).sum()
-    };
-    let is_rare = |(of, _): &&OfSamples| {
-        count(of) as f64 <= MOST * problem.parts[of.part].present()[of.measurand] as f64
-    };
-    let mut rare: Vec<OfSamples> = frozen.iter().filter(is_rare).cloned().collect();
-    rare.sort_by_key(|(of, samples)| (of.part, of.run, samples.start, of.measurand));
-    rare
+    rare(problem, frozen, |_, _| false)
 }
 
 /// The samples of each run whose readings of a measurand repeat the one before them; what is missing
@@ -112,8 +97,8 @@ fn repeats(part: &Part, measurand: usize) -> Vec<Vec<Range<usize>>> {
     (0..part.runs.len()).map(of_run).collect()
 }
 
-/// The robust standard deviation of a residual as its changes from one reading to the next tell it,
-/// repeats not counted.
+/// The robust standard deviation of a residual, from its changes from one reading to the next;
+/// repeats are not counted.
 fn change(one: &Sequence, repeats: &[Vec<Range<usize>>]) -> f64 {
     let mut changes = Vec::new();
     for (run, repeats) in repeats.iter().enumerate() {
@@ -123,9 +108,9 @@ fn change(one: &Sequence, repeats: &[Vec<Range<usize>>]) -> f64 {
         };
         let readings = one.readings(run);
         let pairs = readings.windows(2).filter(|pair| !is_repeat(pair[1].0));
-        changes.extend(pairs.map(|pair| (pair[1].1 - pair[0].1).abs()));
+        changes.extend(pairs.map(|pair| pair[1].1 - pair[0].1));
     }
-    upper_median(&mut changes).map_or(f64::INFINITY, |median| NORMAL * median / 2.0_f64.sqrt())
+    robust(&changes).map_or(f64::INFINITY, |deviation| deviation / 2.0_f64.sqrt())
 }
 
 /// Whether the prediction moves on by so much from readings that are repeated, and the reading after

@@ -1,20 +1,23 @@
-//! Readings that are left out, and how they are told: single ones by row, once for all components,
-//! with how far out they were; those of a measurand in a run, or a stretch of it, that is wrong as
-//! a whole by their number.
+//! Readings that are left out, and how they are listed: single ones by row, once for all
+//! components, with how far out they were; those of a measurand in a run, or a stretch of it, that
+//! is wrong as a whole by their number.
 //!
 //! Which ones those are is judged elsewhere ([`super::wild`], `codes`, `frozen`, `bursts`,
 //! `spikes`).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::diagnose::found::{LeftOut, Reading, Stretch};
-use crate::diagnose::library::place::Place;
-use crate::diagnose::sequences::{OfRun, Sequence};
-use crate::engine::Problem;
+use crate::diagnose::found::{Reading, Stretch};
+use crate::diagnose::sequences::{OfRun, Sequence, median_size};
 use crate::engine::layout::qualified;
-use crate::estimate::median::upper_median;
+use crate::engine::{Part, Problem};
+use crate::estimate::batch::{FitError, Options};
+use crate::estimate::calibrate::{Calibration, calibrate};
+
+/// Part of a measurand's readings that may be wrong in stretches.
+const MOST: f64 = 0.4;
 
 /// Samples and residuals of readings of a sequence, by run.
 pub(super) type Far = Vec<Vec<(usize, f64)>>;
@@ -22,25 +25,43 @@ pub(super) type Far = Vec<Vec<(usize, f64)>>;
 /// Some samples of a measurand in a run.
 pub(super) type OfSamples = (OfRun, Range<usize>);
 
-/// Leaves readings of sequences out and lists them.
-pub(super) fn readings_out(problem: &mut Problem, all: &[Sequence], far: &[Far]) -> LeftOut {
-    let readings = told(problem, all, far, |_, _, _| None);
-    all.iter().zip(far).for_each(|(one, far)| leave_out(problem, one, far));
-    LeftOut { readings, ..LeftOut::default() }
+/// The fit of what is left of campaigns; `None` where it is not sound, but that of all is.
+///
+/// # Errors
+/// [`FitError`] where the rest cannot be fitted at all.
+pub(super) fn fit_without(
+    nominal: &Calibration,
+    rest: Problem,
+    options: &Options,
+) -> Result<Option<Calibration>, FitError> {
+    let fitted = calibrate(rest, options)?;
+    Ok((fitted.is_sound() || !nominal.is_sound()).then_some(fitted))
 }
 
-/// Leaves all readings of measurands in some runs out and lists them; `place` says where each is
-/// off.
-pub(super) fn runs_out(
-    problem: &mut Problem,
-    all: &[Sequence],
-    off: &BTreeSet<OfRun>,
-    place: impl Fn(&Problem, OfRun) -> Place,
-) -> LeftOut {
-    let told = |one: &OfRun| stretch(problem, all, &whole(problem, *one), place(problem, *one));
-    let runs = off.iter().filter_map(told).collect();
-    leave_runs_out(problem, off);
-    LeftOut { runs, ..LeftOut::default() }
+/// Stretches in order, without those of measurands that are structure or have too many of them.
+pub(super) fn rare(
+    problem: &Problem,
+    mut found: Vec<OfSamples>,
+    is_structure: impl Fn((usize, usize), &[OfSamples]) -> bool,
+) -> Vec<OfSamples> {
+    let mut counts: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+    for (of, samples) in &found {
+        *counts.entry(of.of()).or_default() += samples.len();
+    }
+    let present: Vec<Vec<usize>> = problem.parts.iter().map(Part::present).collect();
+    counts.retain(|of, count| {
+        *count as f64 <= MOST * present[of.0][of.1] as f64 && !is_structure(*of, &found)
+    });
+    found.retain(|(of, _)| counts.contains_key(&of.of()));
+    found.sort_by_key(|(of, samples)| (of.part, of.run, samples.start, of.measurand));
+    found
+}
+
+/// Leaves readings of sequences out and lists them.
+pub(super) fn readings_out(problem: &mut Problem, all: &[Sequence], far: &[Far]) -> Vec<Reading> {
+    let readings = listed(problem, all, far, |_, _, _| None);
+    all.iter().zip(far).for_each(|(one, far)| leave_out(problem, one, far));
+    readings
 }
 
 /// Leaves readings of a sequence out.
@@ -54,45 +75,25 @@ pub(super) fn leave_out(problem: &mut Problem, one: &Sequence, far: &Far) {
     }
 }
 
-/// Leaves all readings of measurands in some runs out.
-fn leave_runs_out(problem: &mut Problem, off: &BTreeSet<OfRun>) {
-    let off: Vec<OfSamples> = off.iter().map(|one| whole(problem, *one)).collect();
-    leave_samples_out(problem, &off);
-}
-
 /// Leaves stretches of readings out and lists them; `repeats` where they repeat the reading before.
 pub(super) fn stretches_out(
     problem: &mut Problem,
     all: &[Sequence],
     off: &[OfSamples],
     repeats: bool,
-) -> LeftOut {
-    let told = |one: &OfSamples| {
-        let (run, measurand) = one.0.names(problem);
-        let place = Place::of_run(&measurand, &run);
-        Some(Stretch { repeats, ..stretch(problem, all, one, place)? })
-    };
-    let stretches = off.iter().filter_map(told).collect();
-    leave_samples_out(problem, off);
-    LeftOut { stretches, ..LeftOut::default() }
-}
-
-/// Leaves readings of measurands in some samples of runs out.
-fn leave_samples_out(problem: &mut Problem, off: &[OfSamples]) {
+) -> Vec<Stretch> {
+    let stretches = off.iter().filter_map(|one| stretch(problem, all, one, repeats)).collect();
     for (one, samples) in off {
         let part = &mut problem.parts[one.part];
         let columns = part.slots()[one.measurand].columns();
         part.runs[one.run].record.leave_out([(samples.clone(), columns)]);
     }
+    stretches
 }
 
-fn whole(problem: &Problem, one: OfRun) -> OfSamples {
-    (one, 0..problem.parts[one.part].runs[one.run].record.len())
-}
-
-/// Readings of sequences as they are told, each once; `code` says which code stands in a sample of
-/// a run.
-pub(super) fn told(
+/// Readings of sequences as they are listed, each once; `code` is the code that stands in a sample
+/// of a run.
+pub(super) fn listed(
     problem: &Problem,
     all: &[Sequence],
     far: &[Far],
@@ -100,7 +101,7 @@ pub(super) fn told(
 ) -> Vec<Reading> {
     let (mut readings, mut listed) = (Vec::new(), BTreeSet::new());
     for (one, far) in all.iter().zip(far) {
-        let deviation = one.deviation().unwrap_or(1.0);
+        let deviation = one.deviation.unwrap_or(1.0);
         let part = &problem.parts[one.part];
         let names = &part.system.assembly.names.measurands;
         let measurand: Arc<str> = names[one.measurand].name.as_str().into();
@@ -122,38 +123,30 @@ pub(super) fn told(
     readings
 }
 
-/// Samples of a measurand in a run of which all readings are left out, as they are told; `None`
+/// Samples of a measurand in a run of which all readings are left out, as they are listed; `None`
 /// where no readings are there.
 fn stretch(
     problem: &Problem,
     all: &[Sequence],
     (off, samples): &OfSamples,
-    place: Place,
+    repeats: bool,
 ) -> Option<Stretch> {
-    let is_own = |one: &&Sequence| (one.part, one.measurand) == (off.part, off.measurand);
-    let part = &problem.parts[off.part];
-    let run = &part.runs[off.run];
-    let (run_name, measurand) = off.names(problem);
-    let readings = |one: &Sequence| {
-        let mut own = one.readings(off.run);
-        own.retain(|(sample, _)| samples.contains(sample));
-        own
-    };
-    let size = |one: &Sequence| {
-        let mut sizes: Vec<f64> = readings(one).iter().map(|one| one.1.abs()).collect();
-        Some(upper_median(&mut sizes)? / one.deviation().filter(|deviation| *deviation > 0.0)?)
-    };
-    let own: Vec<&Sequence> = all.iter().filter(is_own).collect();
-    let there: Vec<(usize, f64)> = readings(own.first()?);
+    let (run, measurand) = off.names(problem);
+    let own = || all.iter().filter(|one| one.of() == off.of());
+    let mut there = own().next()?.readings(off.run);
+    there.retain(|(sample, _)| samples.contains(sample));
     let ends = [there.first()?.0, there.last()?.0];
-    let rows = run.record.rows(&ends);
+    let rows = problem.parts[off.part].runs[off.run].record.rows(&ends);
+    let size = |one: &Sequence| {
+        let deviation = one.deviation.filter(|deviation| *deviation > 0.0)?;
+        Some(median_size(&one.runs[off.run][samples.clone()])? / deviation)
+    };
     Some(Stretch {
-        place,
-        run: run_name,
+        run,
         measurand,
         readings: there.len(),
         rows: (*rows.first()?, *rows.last()?),
-        repeats: false,
-        deviations: own.iter().filter_map(|one| size(one)).fold(0.0, f64::max),
+        repeats,
+        deviations: own().filter_map(size).fold(0.0, f64::max),
     })
 }

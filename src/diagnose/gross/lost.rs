@@ -20,13 +20,12 @@
 //! that wanders is not its business.
 
 use crate::diagnose::found::Lost;
-use crate::diagnose::sequences::{Sequence, seen_from};
+use crate::diagnose::sequences::{Sequence, robust, seen_from};
 use crate::diagnose::thresholds::LOST;
 use crate::engine::layout::qualified;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, fit};
 
-use super::left_out::Far;
 use super::shifted::{PERIODS, Shifted};
 use super::trimmed::{SPOILT, TrimmedFit, starts, trimmed_fit};
 
@@ -56,13 +55,12 @@ pub fn look(
     if variance_factor.is_none_or(|factor| factor < GROSS_FACTOR) {
         return Ok(Vec::new());
     }
-    let (sturdy, _) = sturdy(problem, point, Among::Campaign, options)?;
-    let found = find(problem, &sturdy, &seen_from(problem, &sturdy));
+    let sturdy = sturdy(problem, point, false, options)?;
+    let found = find(problem, &sturdy.point, &sturdy.seen);
     if !found.is_empty() || variance_factor.is_none_or(|factor| factor < SPOILT) {
         return Ok(found);
     }
-    let others = starts(problem, point, options).into_iter();
-    let others = others.filter_map(|(point, own)| {
+    let others = starts(problem, point, options).filter_map(|(point, own)| {
         let found = find(problem, &point, &seen_from(&own, &point));
         let mut rest = problem.clone();
         leave_out(&mut rest, &found);
@@ -107,54 +105,36 @@ fn find(problem: &Problem, point: &Point, sound: &[Sequence]) -> Vec<Lost> {
     found
 }
 
-/// Among which readings one is far out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Among {
-    /// Among all of its measurand: where most of a run may be wrong.
-    Campaign,
-    /// Among those of its run, too: where noise grows with the rate.
-    Run,
-}
-
-/// A fit that gross readings do not spoil: the point, and the campaigns without what is far out.
+/// A fit that gross readings do not spoil. Readings are far out among all of their measurand, for
+/// most of a run may be wrong; where noise grows with the rate, among those of their run, too
+/// (`in_run`).
 ///
 /// # Errors
 /// [`FitError`] where the rest cannot be fitted at all.
-pub fn sturdy(
+pub(in crate::diagnose) fn sturdy(
     problem: &Problem,
     point: &Point,
-    among: Among,
+    in_run: bool,
     options: &Options,
-) -> Result<(Point, Problem), FitError> {
-    let far = |one: &Sequence| -> Far {
+) -> Result<TrimmedFit, FitError> {
+    let far = |one: &Sequence| {
         let of_all = scatter(problem, one);
-        let far = |run: usize| {
-            let own = (among == Among::Run).then(|| one.among(|other| other == run));
-            let own = own.map_or(0.0, |own| scatter(problem, &own));
-            let mut readings = one.readings(run);
-            readings.retain(|(_, value)| value.abs() > GROSS * of_all.max(own));
-            readings
-        };
-        (0..one.runs.len()).map(far).collect()
+        let of_run = |run: &[f64]| if in_run { robust(run).unwrap_or(0.0) } else { 0.0 };
+        one.beyond(|run| GROSS * of_all.max(of_run(run)))
     };
-    let TrimmedFit { point, rest, .. } = trimmed_fit(problem, point, ROUNDS, far, options)?;
-    Ok((point, rest))
+    trimmed_fit(problem, point, ROUNDS, far, options)
 }
 
 /// Leaves the readings of these stretches out.
 pub fn leave_out(problem: &mut Problem, lost: &[Lost]) {
-    let mut parts = problem.parts.clone();
     for one in lost {
-        let part = &mut parts[one.part];
+        let part = &mut problem.parts[one.part];
         let columns = part.reading_columns();
         part.runs[one.run].record.leave_out([(one.samples.clone(), columns)]);
     }
-    let progress = problem.progress.clone();
-    *problem = Problem::new(parts);
-    problem.progress = progress;
 }
 
 /// Robust standard deviation of residuals, at least the stated one.
 pub(super) fn scatter(problem: &Problem, one: &Sequence) -> f64 {
-    one.deviation().unwrap_or(0.0).max(problem.parts[one.part].sigma[one.measurand])
+    one.deviation.unwrap_or(0.0).max(problem.parts[one.part].sigma[one.measurand])
 }

@@ -5,6 +5,8 @@
 //! sound. What is wrong by a few standard uncertainties is judged with everything else
 //! ([`mod@crate::estimate::contradicted`]).
 
+use std::collections::BTreeSet;
+
 use crate::engine::Problem;
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
@@ -13,29 +15,22 @@ use crate::graph::Kind;
 
 use super::settle::{SOUND_WITHOUT, is_spoilt};
 
-/// A value that is wrong.
-pub(in crate::diagnose) struct Misstated {
-    pub(in crate::diagnose) contradicted: Contradicted,
-}
-
 /// The stated value without which a spoilt fit is sound, if there is one.
 pub(in crate::diagnose) fn misstated(
     whole: &Calibration,
     options: &Options,
-) -> Result<Option<Misstated>, FitError> {
-    let spoilt = whole.variance_factor().unwrap_or(f64::INFINITY);
+) -> Result<Option<Contradicted>, FitError> {
     if !is_spoilt(whole) && whole.is_sound() {
         return Ok(None);
     }
+    let spoilt = whole.variance_factor().unwrap_or(f64::INFINITY);
     let instances = &whole.problem.layout.instances;
     let is_stated = |index: &usize| {
         instances[*index].setting.value.is_some() && !whole.problem.layout.is_noise_only(*index)
     };
-    let mut names: Vec<&String> =
-        (0..instances.len()).filter(is_stated).map(|index| &instances[index].name).collect();
-    names.sort();
-    names.dedup();
-    let mut best: Option<(f64, Misstated)> = None;
+    let stated = (0..instances.len()).filter(is_stated);
+    let names: BTreeSet<&String> = stated.map(|index| &instances[index].name).collect();
+    let mut best: Option<(f64, Contradicted)> = None;
     for name in names {
         for start in starts(whole, name) {
             let without = calibrate(freed(whole, name, start), options)?;
@@ -47,7 +42,7 @@ pub(in crate::diagnose) fn misstated(
                 && best.as_ref().is_none_or(|(least, _)| factor < *least)
                 && let Some(contradicted) = against(whole, &without, name)
             {
-                best = Some((factor, Misstated { contradicted }));
+                best = Some((factor, contradicted));
             }
         }
     }
@@ -85,7 +80,5 @@ fn freed(whole: &Calibration, name: &str, start: Option<f64>) -> Problem {
             setting.start = start.map(|one| vec![one]).or(setting.start.take());
         }
     }
-    let mut free = Problem::new(parts);
-    free.progress = whole.problem.progress.clone();
-    free
+    Problem { progress: whole.problem.progress.clone(), ..Problem::new(parts) }
 }

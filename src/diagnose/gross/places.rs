@@ -22,22 +22,18 @@ const EXPLAINED: f64 = 0.7;
 const FEWER: usize = 2;
 
 /// Whether the stretches of a campaign's measurand do, in the runs that have some.
-pub(super) fn comes_back(
-    problem: &Problem,
-    (part, measurand): (usize, usize),
-    found: &[OfSamples],
-) -> bool {
-    let own = found.iter().filter(|(of, _)| (of.part, of.measurand) == (part, measurand));
-    let own: Vec<&OfSamples> = own.collect();
+pub(super) fn comes_back(problem: &Problem, of: (usize, usize), found: &[OfSamples]) -> bool {
+    let own: Vec<&OfSamples> = found.iter().filter(|one| one.0.of() == of).collect();
     let runs: BTreeSet<usize> = own.iter().map(|(of, _)| of.run).collect();
     let mut wrong = Vec::new();
     let mut covariates: Vec<Vec<f64>> = Vec::new();
     for run in &runs {
-        let record = &problem.parts[part].runs[*run].record;
-        let is_wrong = |sample: usize| {
-            own.iter().any(|(of, samples)| of.run == *run && samples.contains(&sample))
-        };
-        wrong.extend((0..record.len()).map(is_wrong));
+        let record = &problem.parts[of.0].runs[*run].record;
+        let first = wrong.len();
+        wrong.resize(first + record.len(), false);
+        for (_, samples) in own.iter().filter(|(of, _)| of.run == *run) {
+            wrong[first..][samples.clone()].fill(true);
+        }
         let more = covariates_of(record);
         covariates.resize(more.len(), Vec::new());
         covariates.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));

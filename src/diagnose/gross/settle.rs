@@ -9,7 +9,10 @@ use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::lost;
 use super::trimmed::SPOILT;
-use super::wild::{PEELS, without_gross_at, without_wrong_at};
+use super::wild::{without_gross_at, without_wrong_at};
+
+/// Rounds of leaving gross readings out.
+const PEELS: usize = 6;
 
 /// Runs that are left out one at a time where the fit does not settle: of so few none can be told
 /// to be wrong, of so many each one takes too long.
@@ -23,42 +26,48 @@ pub(super) const SOUND_WITHOUT: f64 = 50.0;
 const SPOILT_WITHOUT: f64 = 4.0;
 
 /// Leaves out what keeps the nominal fit from settling, and fits again: gross readings, or what is
-/// gross where the fit settles once a run or two are left out.
-pub(in crate::diagnose) fn settled(
-    whole: Calibration,
+/// gross where the fit settles once a run or two are left out. `None` where it settles.
+pub(super) fn settled(
+    whole: &Calibration,
     options: &Options,
-) -> Result<(Calibration, LeftOut), FitError> {
-    let problem = whole.problem.clone();
-    let (nominal, gross) = peeled(whole, LeftOut::default(), options)?;
-    if nominal.fit.outcome == Outcome::Converged {
-        return Ok((nominal, gross));
+) -> Result<Option<(Calibration, LeftOut)>, FitError> {
+    if whole.fit.outcome == Outcome::Converged {
+        return Ok(None);
     }
-    let Some(point) = without_runs(&problem, None, options)? else { return Ok((nominal, gross)) };
-    let (rest, found) = without_wrong_at(&problem, &point);
-    if found.is_empty() {
-        return Ok((nominal, gross));
+    let (nominal, gross) = peeled(whole.clone(), LeftOut::default(), options)?;
+    if nominal.fit.outcome != Outcome::Converged
+        && let Some(found) = without_wrong(&whole.problem, None, options)?
+    {
+        return Ok(Some(found));
     }
-    peeled(calibrate(rest, options)?, found, options)
+    Ok(Some((nominal, gross)))
 }
 
 /// Leaves out what is gross where the fit is sound without a run or two that spoil it, and fits
-/// again.
-pub(in crate::diagnose) fn without_spoiling(
-    nominal: Calibration,
+/// again; `None` where there are no such runs.
+pub(super) fn without_spoiling(
+    nominal: &Calibration,
     options: &Options,
-) -> Result<(Calibration, LeftOut), FitError> {
-    let factor = nominal.variance_factor().filter(|factor| *factor > SPOILT);
-    if factor.is_none() || !nominal.is_sound() {
-        return Ok((nominal, LeftOut::default()));
+) -> Result<Option<(Calibration, LeftOut)>, FitError> {
+    if !is_spoilt(nominal) || !nominal.is_sound() {
+        return Ok(None);
     }
-    let Some(point) = without_runs(&nominal.problem, factor, options)? else {
-        return Ok((nominal, LeftOut::default()));
-    };
-    let (rest, found) = without_wrong_at(&nominal.problem, &point);
-    if found.runs.is_empty() {
-        return Ok((nominal, LeftOut::default()));
+    without_wrong(&nominal.problem, nominal.variance_factor(), options)
+}
+
+/// Leaves out what is gross where the fit is sound without a run or two, and fits again. `spoilt` is
+/// the variance factor of the fit of all, where that settled: then some run is gross as a whole.
+fn without_wrong(
+    problem: &Problem,
+    spoilt: Option<f64>,
+    options: &Options,
+) -> Result<Option<(Calibration, LeftOut)>, FitError> {
+    let Some(point) = without_runs(problem, spoilt, options)? else { return Ok(None) };
+    let (rest, found) = without_wrong_at(problem, &point);
+    if found.runs.is_empty() && (spoilt.is_some() || found.is_empty()) {
+        return Ok(None);
     }
-    peeled(calibrate(rest, options)?, found, options)
+    peeled(calibrate(rest, options)?, found, options).map(Some)
 }
 
 /// Whether a fit leaves far more than noise, though it may have settled.
@@ -99,7 +108,7 @@ fn without_runs(
     if !RUNS.contains(&runs.len()) {
         return Ok(None);
     }
-    let (mut rest, mut known, mut settled) = (Problem::new(problem.parts.clone()), spoilt, None);
+    let (mut rest, mut known, mut settled) = (problem.clone(), spoilt, None);
     let limit = spoilt.map_or(SPOILT, |factor| factor / SOUND_WITHOUT);
     for _ in 0..WRONG {
         let mut found = Vec::new();
@@ -127,18 +136,18 @@ fn without_runs(
 
 /// A problem without the readings of a run.
 fn without(problem: &Problem, part: usize, run: usize) -> Problem {
-    let mut parts = problem.parts.clone();
-    let record = &mut parts[part].runs[run].record;
+    let mut rest = problem.clone();
+    let record = &mut rest.parts[part].runs[run].record;
     *record = record.changed(Change::WithoutReadings);
-    Problem::new(parts)
+    rest
 }
 
 /// Leaves lost samples out and fits again, until none are found.
-pub(in crate::diagnose) fn without_lost(
-    whole: Calibration,
+pub(super) fn without_lost(
+    mut nominal: Calibration,
     options: &Options,
 ) -> Result<(Calibration, Vec<Lost>), FitError> {
-    let (mut nominal, mut lost) = (whole, Vec::new());
+    let mut lost = Vec::new();
     for _ in 0..lost::LOOKS {
         let factor = nominal.variance_factor();
         let more = lost::look(&nominal.problem, &nominal.fit.point, factor, options)?;

@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use crate::campaign::Samples;
 use crate::engine::part::SampleLeaves;
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::median::upper_median;
@@ -36,6 +37,8 @@ pub(super) struct Shifted<'a> {
     scatter: &'a [f64],
     predicted: Vec<Vec<f64>>,
     times: Vec<f64>,
+    /// The usual sample period (s).
+    period: f64,
     /// Readings of each sample.
     readings: Vec<usize>,
     /// For each shift, for each sample: the sum over its readings; NaN without a prediction.
@@ -72,9 +75,11 @@ impl<'a> Shifted<'a> {
                 times.push(sample.time());
             }
         });
-        let (readings, squares) = (Vec::new(), vec![Vec::new(); SHIFTS]);
-        let mut all = Self { part, run, scatter, predicted, times, readings, squares };
-        let (mut readings, mut squares) = (Vec::new(), std::mem::take(&mut all.squares));
+        let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let period = upper_median(&mut steps).unwrap_or(f64::NAN);
+        let (readings, squares) = (Vec::new(), Vec::new());
+        let all = Self { part, run, scatter, predicted, times, period, readings, squares };
+        let (mut readings, mut squares) = (Vec::new(), vec![Vec::new(); SHIFTS]);
         all.walk(&(0..all.times.len()), |number, residuals| {
             readings.push(residuals(number).map_or(0, |all| all.len()));
             for (shift, squares) in (-PERIODS..=PERIODS).zip(&mut squares) {
@@ -82,8 +87,7 @@ impl<'a> Shifted<'a> {
                 squares.push(there.map_or(f32::NAN, |all| square(&all) as f32));
             }
         });
-        (all.readings, all.squares) = (readings, squares);
-        all
+        Self { readings, squares, ..all }
     }
 
     /// Shows each of some samples with its residuals, over their scatter, against the prediction of
@@ -93,24 +97,22 @@ impl<'a> Shifted<'a> {
         samples: &Range<usize>,
         mut visit: impl FnMut(usize, &dyn Fn(usize) -> Option<Vec<f64>>),
     ) {
-        self.part.runs[self.run].record.walk(|stretch| {
-            for sample in stretch.each().filter(|sample| samples.contains(&sample.number)) {
-                let residuals = |other: usize| {
-                    let outputs = self.predicted.get(other)?;
-                    let mut all = Vec::new();
-                    for slot in self.part.slots() {
-                        if !self.part.is_present(sample, slot) {
-                            continue;
-                        }
-                        let values = self.part.residual(sample, slot, outputs);
-                        let scatter = &self.scatter[slot.residual..][..slot.components];
-                        all.extend(values.iter().zip(scatter).map(|(value, one)| value / one));
-                    }
-                    Some(all)
-                };
-                visit(sample.number, &residuals);
-            }
-        });
+        let mut scratch = Samples::default();
+        for sample in self.part.runs[self.run].record.stretch(samples.clone(), &mut scratch).each()
+        {
+            let residuals = |other: usize| {
+                let outputs = self.predicted.get(other)?;
+                let mut all = Vec::new();
+                for slot in self.part.slots().iter().filter(|one| self.part.is_present(sample, one))
+                {
+                    let values = self.part.residual(sample, slot, outputs);
+                    let scatter = &self.scatter[slot.residual..][..slot.components];
+                    all.extend(values.iter().zip(scatter).map(|(value, one)| value / one));
+                }
+                Some(all)
+            };
+            visit(sample.number, &residuals);
+        }
     }
 
     /// The shift, stretch and gain that are best.
@@ -196,8 +198,6 @@ impl<'a> Shifted<'a> {
     /// The sums of squares of a stretch against predictions at each of some shifts, and the number
     /// of readings: of samples with so many others on both sides.
     fn sums(&self, shifts: &[Shift], samples: &Range<usize>, reach: isize) -> (Vec<f64>, f64) {
-        let mut steps: Vec<f64> = self.times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let usual = upper_median(&mut steps).unwrap_or(f64::NAN);
         let (mut sums, mut count) = (vec![0.0; shifts.len()], 0.0);
         let every = samples.len().div_ceil(JUDGED).max(1);
         let reach = reach.unsigned_abs();
@@ -210,7 +210,7 @@ impl<'a> Shifted<'a> {
                 Shift::Samples(n) => {
                     residuals(number.checked_add_signed(*n)?).map(|all| square(&all))
                 }
-                Shift::Time(periods) => self.at(self.times[number] + periods * usual, residuals),
+                Shift::Time(n) => self.at(self.times[number] + n * self.period, residuals),
             });
             let Some(squares) = squares.collect::<Option<Vec<f64>>>() else { return };
             count += self.readings[number] as f64;

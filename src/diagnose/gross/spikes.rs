@@ -13,14 +13,14 @@ use std::sync::Arc;
 use crate::diagnose::found::LeftOut;
 use crate::diagnose::sequences::{Sequence, seen_from};
 use crate::estimate::batch::{FitError, Options};
-use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::calibrate::Calibration;
 
-use super::bursts::{FAR, bursts};
-use super::left_out::{Far, OfSamples, readings_out, stretches_out};
+use super::bursts::{FAR, TRIM, bursts};
+use super::left_out::{Far, OfSamples, fit_without, readings_out, stretches_out};
 use super::lost::GROSS_FACTOR;
 use super::settle::is_spoilt;
 use super::trimmed::{TrimmedFit, starts, trimmed_fit};
-use super::wild::{ONE_OF, RUNS_APART, TRIM, gross, has_beyond};
+use super::wild::{ONE_OF, RUNS_APART, gross, has_beyond};
 
 /// Fits until the same readings are out; from other starts.
 const STEPS: usize = 12;
@@ -32,32 +32,31 @@ const MOST: f64 = 0.15;
 const NEIGHBOURS: usize = 5;
 const FOOT: f64 = 0.25;
 
-/// Leaves gross readings out that bend a fit, and fits again.
-pub(in crate::diagnose) fn without_spikes(
-    nominal: Calibration,
+/// Leaves gross readings out that bend a fit, and fits again; `None` where there are none.
+pub(super) fn without_spikes(
+    nominal: &Calibration,
     options: &Options,
-) -> Result<(Calibration, LeftOut), FitError> {
+) -> Result<Option<(Calibration, LeftOut)>, FitError> {
     let whole = &nominal.problem;
-    let all = seen_from(whole, &nominal.fit.point);
-    let none = LeftOut::default;
     let is_gross = nominal.variance_factor().is_some_and(|factor| factor > GROSS_FACTOR);
-    if !nominal.is_sound() || !(is_gross || all.iter().any(|one| has_beyond(one, FAR))) {
-        return Ok((nominal, none()));
+    let has_far = || seen_from(whole, &nominal.fit.point).iter().any(|one| has_beyond(one, FAR));
+    if !nominal.is_sound() || !(is_gross || has_far()) {
+        return Ok(None);
     }
-    let Some(TrimmedFit { seen, point, .. }) = sturdiest(&nominal, options)? else {
-        return Ok((nominal, none()));
+    let Some(TrimmedFit { seen, point, .. }) = sturdiest(nominal, options)? else {
+        return Ok(None);
     };
     let mut rest = whole.clone();
     let bursts = bursts(whole, &point, &seen);
-    let mut found = stretches_out(&mut rest, &seen, &bursts, false);
+    let stretches = stretches_out(&mut rest, &seen, &bursts, false);
     let others: Vec<Sequence> = seen.iter().map(|one| without(one, &bursts)).collect();
     let far: Vec<Far> = others.iter().map(spikes).collect();
-    found.extend(readings_out(&mut rest, &others, &far));
+    let readings = readings_out(&mut rest, &others, &far);
+    let found = LeftOut { readings, stretches, ..LeftOut::default() };
     if found.is_empty() {
-        return Ok((nominal, found));
+        return Ok(None);
     }
-    let fitted = calibrate(rest, options)?;
-    if fitted.is_sound() { Ok((fitted, found)) } else { Ok((nominal, none())) }
+    Ok(fit_without(nominal, rest, options)?.map(|fitted| (fitted, found)))
 }
 
 /// The trimmed fit of least robust scatter: from where the fit of all stopped and, where that is
@@ -71,8 +70,7 @@ fn sturdiest(nominal: &Calibration, options: &Options) -> Result<Option<TrimmedF
         }
     }
     let scatter = |one: &TrimmedFit| -> f64 {
-        let of =
-            |one: &Sequence| one.present().count() as f64 * one.deviation().map_or(0.0, f64::ln);
+        let of = |one: &Sequence| one.present().count() as f64 * one.deviation.map_or(0.0, f64::ln);
         one.seen.iter().map(of).sum()
     };
     fits.retain(|one| one.converged);
@@ -81,13 +79,11 @@ fn sturdiest(nominal: &Calibration, options: &Options) -> Result<Option<TrimmedF
 
 /// A sequence without its readings in some stretches.
 fn without(one: &Sequence, stretches: &[OfSamples]) -> Sequence {
-    let mut rest = one.clone();
-    let own =
-        stretches.iter().filter(|(of, _)| (of.part, of.measurand) == (one.part, one.measurand));
-    own.for_each(|(of, samples)| {
-        Arc::make_mut(&mut rest.runs[of.run])[samples.clone()].fill(f64::NAN);
-    });
-    rest
+    let mut runs = one.runs.clone();
+    for (of, samples) in stretches.iter().filter(|(of, _)| of.of() == one.of()) {
+        Arc::make_mut(&mut runs[of.run])[samples.clone()].fill(f64::NAN);
+    }
+    Sequence::new(one.of(), runs)
 }
 
 /// The readings of a sequence that are far out, the farthest if they are too many, by run.
@@ -96,17 +92,15 @@ fn farthest(one: &Sequence) -> Far {
     sizes.sort_by(f64::total_cmp);
     let kept = (sizes.len() as f64 * (1.0 - TRIMMED)) as usize;
     let most = sizes.get(kept).copied().unwrap_or(f64::INFINITY);
-    let limit = one.deviation().map_or(most, |deviation| most.max(TRIM * deviation));
-    let far =
-        |run| one.readings(run).into_iter().filter(|(_, value)| value.abs() > limit).collect();
-    (0..one.runs.len()).map(far).collect()
+    let limit = one.deviation.map_or(most, |deviation| most.max(TRIM * deviation));
+    one.beyond(|_| limit)
 }
 
 /// The gross readings of a sequence with the few about them that are far out, too, by run: those in
 /// small groups; none where they are too many, or where larger groups are in more than a few runs,
 /// for these are structure. What is next to each other is by the readings that are there.
 fn spikes(one: &Sequence) -> Far {
-    let deviation = one.deviation().unwrap_or(f64::INFINITY);
+    let deviation = one.deviation.unwrap_or(f64::INFINITY);
     let none = || vec![Vec::new(); one.runs.len()];
     let (mut all, mut long) = (none(), 0);
     for (run, out) in all.iter_mut().enumerate() {
@@ -141,14 +135,14 @@ mod tests {
     fn what_stands_alone_is_a_spike() {
         let mut run: Vec<f64> = (0..400).map(|k| [0.7, -1.0, 1.2, -0.4][k % 4]).collect();
         (run[40], run[41], run[90]) = (60.0, -70.0, 50.0);
-        let one = Sequence::of_runs(vec![Arc::new(run.clone())]);
+        let one = Sequence::new((0, 0), vec![Arc::new(run.clone())]);
         let found = |one: &Sequence| samples(&spikes(one)).concat();
         assert_eq!(found(&one), [40, 41, 90]);
         assert!(has_beyond(&one, GROSS));
         assert_eq!(farthest(&one)[0].len(), 3);
         // Where a run has a longer group, it has something for itself.
         run[200..220].fill(90.0);
-        let one = Sequence::of_runs(vec![Arc::new(run)]);
+        let one = Sequence::new((0, 0), vec![Arc::new(run)]);
         assert!(found(&one).is_empty());
     }
 
@@ -170,7 +164,7 @@ mod tests {
                 .collect()
         };
         for run in [step.clone(), crest.clone(), every_second(&step), every_second(&crest)] {
-            let one = Sequence::of_runs(vec![Arc::new(run)]);
+            let one = Sequence::new((0, 0), vec![Arc::new(run)]);
             assert!(has_beyond(&one, GROSS));
             assert_eq!(spikes(&one)[0], []);
         }

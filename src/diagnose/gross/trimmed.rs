@@ -15,13 +15,13 @@ use super::left_out::{Far, leave_out};
 pub(super) const SPOILT: f64 = 100.0;
 
 /// Such a fit.
-pub(super) struct TrimmedFit {
+pub(in crate::diagnose) struct TrimmedFit {
     /// Where it stopped.
     pub(super) point: Point,
     /// All residuals as they are seen from there.
     pub(super) seen: Vec<Sequence>,
     /// The campaigns without what is far out.
-    pub(super) rest: Problem,
+    pub(in crate::diagnose) rest: Problem,
     /// Whether every fit converged.
     pub(super) converged: bool,
 }
@@ -62,9 +62,13 @@ const PARTS: usize = 8;
 /// Other starts: where fits to one part of each run stop, with the campaigns of that part alone.
 /// Where readings are wrong in stretches, some part has few of them. A part that determines too
 /// little is no start.
-pub(super) fn starts(problem: &Problem, point: &Point, options: &Options) -> Vec<(Point, Problem)> {
-    let of_part = |number: usize| {
-        let mut rest = Problem::new(problem.parts.clone());
+pub(super) fn starts(
+    problem: &Problem,
+    point: &Point,
+    options: &Options,
+) -> impl Iterator<Item = (Point, Problem)> {
+    let of_part = move |number: usize| {
+        let mut rest = problem.clone();
         for part in &mut rest.parts {
             let columns = part.reading_columns();
             for run in &mut part.runs {
@@ -77,7 +81,7 @@ pub(super) fn starts(problem: &Problem, point: &Point, options: &Options) -> Vec
         let fitted = fit(&mut rest, point.clone(), options).ok()?;
         (fitted.outcome == Outcome::Converged).then_some((fitted.point, rest))
     };
-    (0..PARTS).filter_map(of_part).collect()
+    (0..PARTS).filter_map(of_part)
 }
 
 /// Which samples readings are of, by run.

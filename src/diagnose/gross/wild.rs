@@ -1,34 +1,30 @@
-//! Wild readings: those beyond [`TRIM`] robust standard deviations of their measurand are left out,
-//! and listed by row. Where many are far out the noise has long tails and none is left out. Gross
-//! ones go before anything else is judged, the farthest first: what they do to the fit would pass
-//! for jitter, for noisier runs and for more wild readings.
+//! Gross readings: those beyond [`GROSS`] robust standard deviations go before anything else is
+//! judged, the farthest first, and are listed by row: what they do to the fit would pass for
+//! jitter, for noisier runs and for more outliers. Runs of which most readings are that far out go
+//! as wholes. Where many are far out the noise has long tails and none is left out.
+//!
+//! Single outliers of a sound fit are for [`crate::diagnose::budget::noise`].
 
 use std::collections::BTreeSet;
 
 use crate::diagnose::found::LeftOut;
-use crate::diagnose::library::place::Place;
-use crate::diagnose::sequences::{NORMAL, OfRun, Sequence, seen_from};
+use crate::diagnose::sequences::{OfRun, Sequence, robust, seen_from};
 use crate::engine::{Point, Problem};
-use crate::estimate::median::upper_median;
 
 use super::empty_runs::without_empty_runs;
-use super::left_out::{Far, readings_out, runs_out};
+use super::left_out::{Far, readings_out, stretches_out};
 
-/// Readings farther out are left out, in robust standard deviations.
-pub const TRIM: f64 = 4.5;
 /// Gross readings are so many robust standard deviations out, of their measurand and of it in their
 /// run.
 pub(super) const GROSS: f64 = 20.0;
-/// Rounds of leaving gross readings out.
-pub(in crate::diagnose) const PEELS: usize = 6;
 /// Of gross readings those go at once that are at least this part of the farthest: that one may
 /// have put the others there.
 const PEELED: f64 = 0.1;
 /// Runs of which most readings of a measurand are far out, and so many at least, are left out as
 /// wholes: so many runs at most, and one of so many.
 const LEAST_WRONG: usize = 10;
-pub(in crate::diagnose) const RUNS_APART: usize = 3;
-pub(in crate::diagnose) const ONE_OF: usize = 4;
+pub(super) const RUNS_APART: usize = 3;
+pub(super) const ONE_OF: usize = 4;
 /// Where more readings than this share are far out, the noise has long tails and none is left out.
 pub(super) const MOST_WILD: f64 = 0.05;
 
@@ -36,66 +32,48 @@ pub(super) const MOST_WILD: f64 = 0.05;
 /// not settle at: one reading of 99999 among thousands keeps it from that. The others, and what is
 /// left out.
 pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
-    let mut rest = Problem::new(problem.parts.clone());
-    let found = trim(&mut rest, &seen_from(problem, point), PEELED, gross);
-    (without_empty_runs(&rest).unwrap_or(rest), found)
+    trimmed(problem, point, PEELED, gross)
 }
 
 /// The same from a point that a fit of most runs settled at: a run may be gross as a whole there.
 pub(super) fn without_wrong_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
-    let mut rest = Problem::new(problem.parts.clone());
-    let limit = |_: &[f64], deviation| GROSS * deviation;
-    let found = trim(&mut rest, &seen_from(problem, point), 0.0, limit);
-    (without_empty_runs(&rest).unwrap_or(rest), found)
-}
-
-/// Whether some reading is gross among all.
-pub(super) fn has_gross(one: &Sequence) -> bool {
-    has_beyond(one, GROSS)
+    trimmed(problem, point, 0.0, |_, deviation| GROSS * deviation)
 }
 
 /// Whether some reading is so many robust standard deviations out among all.
 pub(super) fn has_beyond(one: &Sequence, deviations: f64) -> bool {
-    let limit = deviations * one.deviation().unwrap_or(f64::INFINITY);
+    let limit = deviations * one.deviation.unwrap_or(f64::INFINITY);
     one.present().any(|value| value.abs() > limit)
 }
 
 /// Beyond what a reading is gross.
 pub(super) fn gross(residuals: &[f64], deviation: f64) -> f64 {
-    let present = residuals.iter().map(|value| value.abs()).filter(|size| !size.is_nan());
-    let of_run = upper_median(&mut present.collect::<Vec<f64>>()).unwrap_or(0.0) * NORMAL;
-    GROSS * of_run.max(deviation)
+    GROSS * robust(residuals).unwrap_or(0.0).max(deviation)
 }
 
 /// Leaves readings beyond a limit out and lists them, each once, however many components it has.
-fn trim(
-    problem: &mut Problem,
-    all: &[Sequence],
+fn trimmed(
+    problem: &Problem,
+    point: &Point,
     peeled: f64,
     limit: impl Fn(&[f64], f64) -> f64,
-) -> LeftOut {
-    let far: Vec<Far> = all.iter().map(|one| beyond(one, &limit)).collect();
-    let wrong = wrong_runs(all, &far);
+) -> (Problem, LeftOut) {
+    let mut rest = problem.clone();
+    let all = seen_from(problem, point);
+    let beyond = |one: &Sequence| {
+        let deviation = one.deviation.unwrap_or(f64::INFINITY);
+        one.beyond(|residuals| limit(residuals, deviation))
+    };
+    let far: Vec<Far> = all.iter().map(beyond).collect();
+    let wrong = wrong_runs(&all, &far);
     let single = |(one, far)| among_others(one, far, &wrong, peeled);
     let far: Vec<Far> = all.iter().zip(far).map(single).collect();
-    let mut out = readings_out(problem, all, &far);
-    out.extend(runs_out(problem, all, &wrong, |problem, one| {
-        let (run, measurand) = one.names(problem);
-        Place::of_run(&measurand, &run)
-    }));
-    out
-}
-
-/// The readings of a sequence beyond a limit, by run.
-fn beyond(one: &Sequence, limit: impl Fn(&[f64], f64) -> f64) -> Far {
-    let deviation = one.deviation();
-    let of_run = |run: usize| {
-        let limit = deviation.map_or(f64::INFINITY, |deviation| limit(&one.runs[run], deviation));
-        let mut far = one.readings(run);
-        far.retain(|(_, value)| value.abs() > limit);
-        far
-    };
-    (0..one.runs.len()).map(of_run).collect()
+    let readings = readings_out(&mut rest, &all, &far);
+    let whole = |of: &OfRun| (*of, 0..problem.parts[of.part].runs[of.run].record.len());
+    let wrong: Vec<_> = wrong.iter().map(whole).collect();
+    let runs = stretches_out(&mut rest, &all, &wrong, false);
+    let found = LeftOut { readings, runs, ..LeftOut::default() };
+    (without_empty_runs(&rest).unwrap_or(rest), found)
 }
 
 /// Of readings that are far out those in runs that are not wrong and, if these are not too many, at
@@ -128,7 +106,7 @@ fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
         let of = |run: &usize| one.is_among(&wrong, *run);
         let count = (0..one.runs.len()).filter(of).count();
         if count > RUNS_APART || ONE_OF * count > one.runs.len() {
-            wrong.retain(|run| (run.part, run.measurand) != (one.part, one.measurand));
+            wrong.retain(|run| run.of() != one.of());
         }
     }
     wrong

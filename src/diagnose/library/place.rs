@@ -94,13 +94,6 @@ impl Place {
         Self::new(Of::Measurand(measurand.to_owned()), "inputs", words)
     }
 
-    /// Of a reading that is left out in a run.
-    pub(in crate::diagnose) fn of_run(measurand: &str, run: &str) -> Self {
-        let words = format!("an error of `{measurand}` in run `{run}`");
-        let place = Self::new(Of::Measurand(measurand.to_owned()), RUN, words);
-        Self { run: Some(run.to_owned()), ..place }
-    }
-
     /// Of a family, with the member that was found.
     pub fn at(&self, member: f64) -> Self {
         let digits = (2.0 - member.abs().log10().floor()).clamp(0.0, 6.0) as usize;

@@ -2,7 +2,7 @@
 
 use crate::estimate::calibrate::Calibration;
 
-use super::prospect::Prospect;
+use super::design::Prospect;
 
 /// How well a delay will be known.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,12 +1,13 @@
 //! A campaign as a design: the readings that its model predicts, without noise, and what a fit to
-//! them would say. Nothing is fitted; readings that were recorded say only which of them there are.
+//! them would give, of the model and of each effect of the library. Nothing is fitted; of readings
+//! that were recorded it only matters which of them there are.
 
 use std::convert::Infallible;
 
 use crate::diagnose::evidence::Evidence;
 use crate::diagnose::evidence::scan::{ALL_BLIND, told};
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::library::candidate::NotTestable;
+use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::offer::offer;
 use crate::diagnose::library::wanted::Wanted;
 use crate::engine::gram::LeastSquares;
@@ -15,11 +16,24 @@ use crate::engine::simulate::draw_run;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{Fit, Outcome};
 
-use super::prospect::Prospect;
+/// Effects before a design.
+#[derive(Clone, Debug)]
+pub struct Prospect {
+    /// The design, as if just fitted.
+    pub fitted: Fitted,
+    /// Effects at every head with every member of their families.
+    pub candidates: Vec<Candidate>,
+    /// Effects on the noise.
+    pub noise: Vec<Candidate>,
+    /// Effects that cannot be tested.
+    pub not_testable: Vec<NotTestable>,
+    /// What the pass over the design gives for each candidate.
+    pub evidence: Evidence,
+}
 
 /// Campaigns with the readings that are predicted at a point, as if just fitted. Runs that are not
-/// measured yet have every reading; others those that were recorded. Noise levels that nobody
-/// states are the usual ones.
+/// measured yet have every reading; others those that were recorded. Noise levels that are not
+/// stated are the usual ones.
 pub fn design(recipes: Vec<Recipe>, mut problem: Problem, point: Point) -> Fitted {
     for part in &mut problem.parts {
         for (sigma, random) in part.random_sigma.iter_mut().zip(&part.system.randoms) {
@@ -67,14 +81,6 @@ pub fn prospect(fitted: Fitted, wanted: &Wanted) -> Option<Prospect> {
     }
     let all: Vec<_> = candidates.iter().collect();
     let evidence = Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, &all)?;
-    let like = |n: usize| candidates.iter().filter(|one| one.name == candidates[n].name).count();
-    let members: Vec<usize> = (0..candidates.len()).map(like).collect();
-    Some(Prospect {
-        fitted,
-        candidates,
-        members,
-        noise: offer.noise,
-        not_testable: offer.not_testable,
-        evidence,
-    })
+    let (noise, not_testable) = (offer.noise, offer.not_testable);
+    Some(Prospect { fitted, candidates, noise, not_testable, evidence })
 }

@@ -6,6 +6,8 @@
 //! times `√n`. Where the mean exceeds the bar by the quantile of [`CAUGHT`] the effect is declared
 //! with that probability.
 
+use std::collections::BTreeSet;
+
 use nalgebra::DVector;
 use statrs::function::gamma::gamma_lr;
 
@@ -13,18 +15,22 @@ use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::library::offer::effects_of;
 use crate::diagnose::library::wanted::Wanted;
-use crate::diagnose::power::prospect::{Prospect, patches_level, stride, white_randoms};
 use crate::diagnose::thresholds::{NOISE, OUTLIERS, SCALE, SCALE_DIFFERENCE};
-use crate::effect::Effect;
+use crate::effect::{Effect, Target};
+use crate::engine::Problem;
 use crate::engine::noise::{active_randoms, covariance_of};
+use crate::graph::MeasurandKind;
 use crate::model::{ParameterDeclaration, Process};
 use crate::statistics::ln_normal;
 use crate::units::Unit;
 
+use super::design::Prospect;
 use super::detection::{leads, solved};
 use super::sight::{CAUGHT, FAR};
 use super::{Row, State, not_testable};
 
+/// Samples that are looked at, at most.
+const MOST_SAMPLES: usize = 100_000;
 /// Squared cosine from which on two patterns of scatter are one.
 const SAME: f64 = 0.99;
 
@@ -37,32 +43,20 @@ pub fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
     let bar = NOISE + quantile();
     let shared: Vec<Shared<'_>> =
         stage.noise.iter().filter_map(|one| Shared::new(stage, one)).collect();
-    let mut named: Vec<&str> = Vec::new();
-    let mut rows: Vec<Row> = stage
-        .noise
-        .iter()
-        .filter(|candidate| {
-            let new = !named.contains(&candidate.name.as_str());
-            named.push(&candidate.name);
-            new
+    let row = |candidate: &Candidate| {
+        let own = shared.iter().find(|one| one.candidate.name == candidate.name);
+        let row = own.map(|own| own.row(&shared, bar)).or_else(|| scatter(stage, candidate));
+        row.unwrap_or_else(|| {
+            let process = |one: &ParameterDeclaration| one.process != Process::White;
+            let slow = candidate.selected.effect.parameters.iter().any(process);
+            let why =
+                if slow { NOT_FORETOLD } else { "the readings of a sample share nothing of it" };
+            not_testable(&candidate.name, why.to_owned())
         })
-        .map(|candidate| {
-            if let Some(own) = shared.iter().find(|one| one.candidate.name == candidate.name) {
-                own.row(&shared, bar)
-            } else {
-                scatter(stage, candidate).unwrap_or_else(|| {
-                    let process = |one: &ParameterDeclaration| one.process != Process::White;
-                    let slow = candidate.selected.effect.parameters.iter().any(process);
-                    let why = if slow {
-                        NOT_FORETOLD
-                    } else {
-                        "the readings of a sample share nothing of it"
-                    };
-                    not_testable(&candidate.name, why.to_owned())
-                })
-            }
-        })
-        .collect();
+    };
+    let mut named = BTreeSet::new();
+    let first = stage.noise.iter().filter(|one| named.insert(&one.name));
+    let mut rows: Vec<Row> = first.map(row).collect();
     let detectors = effects_of(&stage.fitted.recipes).filter(|one| one.builtin);
     let detectors = detectors.filter(|one| wanted.includes(&one.name, None));
     rows.extend(detectors.map(|one| match one.name.as_str() {
@@ -90,7 +84,7 @@ struct Shared<'a> {
 
 impl<'a> Shared<'a> {
     fn new(stage: &'a Prospect, candidate: &'a Candidate) -> Option<Self> {
-        let (name, unit) = white_randoms(candidate).into_iter().next()?;
+        let (name, unit) = white_random(candidate)?;
         let (products, typical) = pattern(stage, candidate, &name)?;
         let strength = products.iter().flatten().map(|one| one * one).sum::<f64>().sqrt();
         (strength > 0.0).then_some(Self { candidate, unit, typical, strength, products })
@@ -119,19 +113,31 @@ impl<'a> Shared<'a> {
         let identifiable = (nearest < SAME && told <= most).then_some(told);
         near.retain(|(_, square)| *square >= if identifiable.is_none() { SAME } else { 0.81 });
         Row {
-            name: self.candidate.name.clone(),
             state: if identifiable.is_some() { State::Visible } else { State::Alias },
             unit: self.unit.clone(),
             typical: Some(self.typical),
             detectable: Some(detectable),
             identifiable,
             with: near.into_iter().map(|(name, _)| name.to_owned()).collect(),
-            members: Vec::new(),
-            shifts: Vec::new(),
             root: 4.0,
-            words: String::new(),
+            ..Row::new(&self.candidate.name)
         }
     }
+}
+
+/// The name and unit of the random quantity of an effect that is independent from sample to sample,
+/// the first of several.
+fn white_random(candidate: &Candidate) -> Option<(String, Unit)> {
+    let mut randoms = candidate.systems.iter().flatten().next()?.randoms.iter();
+    let name = Some(&candidate.name);
+    let own = randoms.find(|one| one.effect.as_ref() == name && one.process == Process::White)?;
+    Some((own.name.clone(), own.unit.clone()))
+}
+
+/// One sample of so many is looked at.
+fn stride(problem: &Problem) -> usize {
+    let runs = problem.parts.iter().flat_map(|part| &part.runs);
+    runs.map(|run| run.record.len()).sum::<usize>().div_ceil(MOST_SAMPLES).max(1)
 }
 
 /// `a_m a_n` of the whitened derivatives along a random quantity, for every pair of readings of
@@ -174,33 +180,42 @@ fn pattern(stage: &Prospect, candidate: &Candidate, name: &str) -> Option<(Vec<V
 /// A level of the noise.
 fn scatter(stage: &Prospect, candidate: &Candidate) -> Option<Row> {
     let parameter = candidate.selected.effect.parameters.first()?;
-    let problem = &stage.fitted.problem;
-    let readings = problem.parts.iter().enumerate().flat_map(|(p, part)| {
+    let parts = stage.fitted.problem.parts.iter().enumerate();
+    let readings = parts.flat_map(|(p, part)| {
         let present = part.present().into_iter().enumerate();
-        present
-            .filter(move |(m, _)| patches_level(candidate, &stage.fitted, (p, *m)))
-            .map(|(_, n)| n)
+        present.filter(move |(m, _)| patches_level(candidate, &stage.fitted, (p, *m)))
     });
-    let readings = readings.max().unwrap_or(0);
-    if readings == 0 {
-        return None;
-    }
+    let readings = readings.map(|(_, count)| count).max().filter(|count| *count > 0)? as f64;
     let z = SCALE + quantile();
-    let readings = readings as f64;
     let least = SCALE_DIFFERENCE + quantile() / (2.0 * readings).sqrt();
     let size = ((1.0 + z * (2.0 / readings).sqrt()).sqrt() - 1.0).max(least);
     Some(Row {
-        name: candidate.name.clone(),
         state: State::Visible,
         unit: parameter.unit.clone(),
         typical: parameter.setting.typical,
         detectable: Some(size),
         identifiable: Some(size),
-        with: Vec::new(),
-        members: Vec::new(),
-        shifts: Vec::new(),
-        root: 2.0,
-        words: String::new(),
+        ..Row::new(&candidate.name)
+    })
+}
+
+/// Whether an effect patches the noise level of a measurand of a campaign.
+fn patches_level(
+    candidate: &Candidate,
+    fitted: &Fitted,
+    (campaign, measurand): (usize, usize),
+) -> bool {
+    let Fitted { problem, recipes, .. } = fitted;
+    let one = &problem.parts[campaign].system.assembly.names.measurands[measurand];
+    let model = &recipes[campaign].model;
+    let head = candidate.selected.head.as_ref().and_then(|head| model.heads.get(head));
+    let role = |name: &String| head.and_then(|own| own.get(name)).or_else(|| model.roles.get(name));
+    let is_called = |name: &String| role(name).map_or(name, |role| &role.owner) == &one.name;
+    let is_read = || head.is_none_or(|own| own.values().any(|role| role.owner == one.name));
+    candidate.selected.effect.patches.iter().any(|line| match &line.target {
+        Target::Sigma(name) => is_called(name),
+        Target::EachAngleSigma => matches!(one.kind, MeasurandKind::Angle { .. }) && is_read(),
+        _ => false,
     })
 }
 
@@ -211,16 +226,11 @@ fn outliers(stage: &Prospect, effect: &Effect) -> Row {
     let mean = solved(|mean| gamma_lr(OUTLIERS as f64, mean) >= CAUGHT);
     let share = (readings >= OUTLIERS).then(|| mean / readings as f64);
     Row {
-        name: effect.name.clone(),
         state: if share.is_some() { State::Visible } else { State::NotTestable },
-        unit: Unit::one(),
         typical: effect.parameters.first().and_then(|one| one.setting.typical),
         detectable: share,
         identifiable: share,
-        with: Vec::new(),
-        members: Vec::new(),
-        shifts: Vec::new(),
         root: 1.0,
-        words: String::new(),
+        ..Row::new(&effect.name)
     }
 }

@@ -24,48 +24,43 @@ const TURNING: f64 = 0.35;
 /// Standard uncertainty of a length that is stated (m).
 const LENGTH: f64 = 2e-6;
 
-/// Something to be added.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Remedy {
-    /// `a run of opposite sense`.
-    pub words: String,
-}
-
-/// Designs with one thing more each, the cheapest first.
-pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
+/// Designs with one thing more each, with words for it (`a run of opposite sense`), the cheapest
+/// first.
+pub fn remedies(fitted: &Fitted) -> Vec<(String, Fitted)> {
     let mut all = Vec::new();
     let Some(Template { part, run, signal, senses }) = template(&fitted.problem) else {
         return all;
     };
     let inputs = &fitted.problem.parts[part].system.assembly.names.inputs;
     let rate = mean_rate(&fitted.problem.parts[part].runs[run], signal).abs();
-    let told = |rate: f64| in_words(rate, &inputs[signal].unit);
+    let in_words = |rate: f64| in_words(rate, &inputs[signal].unit);
     let mut add = |words: &str, change: &dyn Fn(&mut Problem)| {
         let mut problem = fitted.problem.clone();
         change(&mut problem);
         let problem = Problem::new(problem.parts);
         let point = with_setups(&fitted.problem, &fitted.fit.point, &problem);
         let made = design(fitted.recipes.clone(), problem, point);
-        all.push((Remedy { words: words.to_owned() }, made));
+        all.push((words.to_owned(), made));
     };
-    let more = |problem: &mut Problem, motion: &dyn Fn(&Moment) -> [f64; 3]| {
+    let more = |problem: &mut Problem, input, motion: &dyn Fn(&Moment) -> [f64; 3]| {
         let mut run: Run = problem.parts[part].runs[run].clone();
         run.name = "one_run_more".to_owned();
-        run.record.edit(|samples| moved(samples, signal, motion));
+        run.record.edit(|samples| moved(samples, input, motion));
         problem.parts[part].runs.push(run);
     };
     if senses < 2 {
         add("a run of opposite sense", &|problem| {
-            more(problem, &|Moment { first, now, .. }| [2.0 * first[0] - now[0], -now[1], -now[2]]);
+            let opposite = |m: &Moment| [2.0 * m.first[0] - m.now[0], -m.now[1], -m.now[2]];
+            more(problem, signal, &opposite);
         });
     }
-    add(&format!("a slower run, at {},", told(SLOWER * rate)), &|problem| {
-        more(problem, &|Moment { first, now, .. }| {
+    add(&format!("a slower run, at {},", in_words(SLOWER * rate)), &|problem| {
+        more(problem, signal, &|Moment { first, now, .. }| {
             [first[0] + SLOWER * (now[0] - first[0]), SLOWER * now[1], SLOWER * now[2]]
         });
     });
-    add(&format!("a run whose rate swings by {} both ways", told(rate)), &|problem| {
-        more(problem, &|Moment { first, time, duration, rate, .. }| {
+    add(&format!("a run whose rate swings by {} both ways", in_words(rate)), &|problem| {
+        more(problem, signal, &|Moment { first, time, duration, rate, .. }| {
             // The rate goes as the sine of the phase.
             let turn = std::f64::consts::TAU * SWINGS / duration;
             let phase = turn * time;
@@ -77,18 +72,7 @@ pub fn remedies(fitted: &Fitted) -> Vec<(Remedy, Fitted)> {
     for (input, declared) in names.inputs.iter().enumerate() {
         if declared.signal && stands_still(&fitted.problem, part, input) {
             add(&format!("a run in which `{}` moves", declared.name), &|problem| {
-                let mut run: Run = problem.parts[part].runs[run].clone();
-                run.name = "one_run_more".to_owned();
-                run.record.edit(|samples| {
-                    let start = samples.run_time.clone();
-                    let first = at(samples, input, 0);
-                    let value = start.iter().map(|time| first[0] + TURNING * time).collect();
-                    let rate = Some(vec![TURNING; start.len()]);
-                    let acceleration = Some(vec![0.0; start.len()]);
-                    samples.inputs[input] = Track::Captured { value, rate, acceleration };
-                    forget(samples);
-                });
-                problem.parts[part].runs.push(run);
+                more(problem, input, &|m| [m.first[0] + TURNING * m.time, TURNING, 0.0]);
             });
         }
     }
@@ -182,18 +166,12 @@ fn two_digits(number: f64) -> String {
 }
 
 fn mean_rate(run: &Run, input: usize) -> f64 {
-    let (mut first, mut last) = (None, None);
-    run.record.walk(|stretch| {
-        for sample in stretch.each() {
-            let value = sample.samples.inputs[input].at(sample.at, sample.time(), 0.0, 0);
-            first = first.or(Some((sample.time(), value)));
-            last = Some((sample.time(), value));
-        }
+    let Some(last) = run.record.len().checked_sub(1) else { return 0.0 };
+    let [(from, a), (to, b)] = [0, last].map(|number| {
+        let end = run.record.cut(number..number + 1);
+        (end.time[0], at(&end, input, 0)[0])
     });
-    match (first, last) {
-        (Some((from, a)), Some((to, b))) if to > from => (b - a) / (to - from),
-        _ => 0.0,
-    }
+    if to > from { (b - a) / (to - from) } else { 0.0 }
 }
 
 fn stands_still(problem: &Problem, part: usize, input: usize) -> bool {

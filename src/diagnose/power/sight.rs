@@ -6,7 +6,7 @@
 //! probabilities are means over directions (`DIRECTIONS` random ones, always the same) and over the
 //! members of a family. Values and directions that nominal parameters take up are left aside.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
@@ -205,13 +205,8 @@ fn rays(
                 .collect();
             apart.sort_by(|a, b| a.1.total_cmp(&b.1));
             // Many members of a family may be near: of each effect only the nearest.
-            let mut named: Vec<&str> = Vec::new();
-            apart.retain(|(number, ..)| {
-                let name = others[*number].candidate.name.as_str();
-                let new = !named.contains(&name);
-                named.push(name);
-                new
-            });
+            let mut named = BTreeSet::new();
+            apart.retain(|(number, ..)| named.insert(&others[*number].candidate.name));
             let degrees = way.entry.degrees();
             rays.push(Ray {
                 member,

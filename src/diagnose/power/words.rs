@@ -1,8 +1,6 @@
 //! A sentence for each row of the table that a person can act on.
 
-use crate::diagnose::power::prospect::Prospect;
-
-use super::remedies::Remedy;
+use super::design::Prospect;
 use super::{Row, State};
 
 /// More readings than that are no advice.
@@ -12,7 +10,7 @@ const MOST_TIMES: f64 = 200.0;
 const FEW_TIMES: f64 = 3.0;
 
 /// What to do about an effect; `tried` are designs with one thing more each.
-pub fn words(row: &Row, stage: &Prospect, tried: &[(Remedy, Vec<Row>)]) -> String {
+pub fn words(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -> String {
     let visible = |other: &Row| other.state == State::Visible;
     let seen = |other: &Row| matches!(other.state, State::Visible | State::Alias);
     let helps = |good: fn(&Row) -> bool| helps(row, tried, good);
@@ -43,10 +41,10 @@ pub fn words(row: &Row, stage: &Prospect, tried: &[(Remedy, Vec<Row>)]) -> Strin
 }
 
 /// The first remedy that makes the row of the same effect good.
-fn helps(row: &Row, tried: &[(Remedy, Vec<Row>)], good: impl Fn(&Row) -> bool) -> Option<String> {
+fn helps(row: &Row, tried: &[(String, Vec<Row>)], good: impl Fn(&Row) -> bool) -> Option<String> {
     let same = |other: &Row| other.name == row.name && good(other);
     let found = tried.iter().find(|(_, rows)| rows.iter().any(same));
-    found.map(|(remedy, _)| remedy.words.clone())
+    found.map(|(remedy, _)| remedy.clone())
 }
 
 /// `a`, `b` and `c`.
@@ -59,7 +57,7 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-fn of_visible(row: &Row, stage: &Prospect, tried: &[(Remedy, Vec<Row>)]) -> String {
+fn of_visible(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -> String {
     let (Some(seen), Some(told)) = (row.detectable, row.identifiable) else {
         return String::new();
     };

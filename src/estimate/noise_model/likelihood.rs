@@ -1,7 +1,6 @@
 //! The level and the Gauss-Markov part of largest likelihood of a sequence of residuals.
 
 use crate::campaign::Run;
-use crate::campaign::record::Record;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
 use crate::engine::part::Part;
 use crate::engine::stretches::Left;
@@ -62,8 +61,7 @@ impl Sequence {
             let residuals = &one.residuals[row];
             // What stands together, so that neighbours remain.
             let most = (share * residuals.len() as f64).ceil() as usize;
-            let times = times(&run.record, most);
-            let own = times.into_iter().zip(residuals.iter().copied());
+            let own = run.record.head(most).time.into_iter().zip(residuals.iter().copied());
             own.filter(|(_, value)| value.is_finite()).collect()
         };
         Self::new(part.runs.iter().zip(left).map(of_run).collect())
@@ -145,9 +143,4 @@ pub(crate) fn likeliest(sequence: &Sequence) -> Likeliest {
     } else {
         white
     }
-}
-
-/// The times of the first samples of a run (s).
-fn times(record: &Record, most: usize) -> Vec<f64> {
-    record.head(most).time
 }
