@@ -2,7 +2,8 @@
 //! stands for each, and which were found before.
 
 use crate::diagnose::evidence::Evidence;
-use crate::diagnose::evidence::scan::{ALL_BLIND, Scanned, scan, told};
+use crate::diagnose::evidence::sampling::{ALL_BLIND, told};
+use crate::diagnose::evidence::scan::{Scanned, scan};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::catalogue::Made;

@@ -9,7 +9,6 @@
 //! member of the grid is paid for, twice for the polishing. A list of members is looked through in
 //! the same way, as it stands.
 
-mod frequencies;
 mod grid;
 mod group;
 
@@ -25,11 +24,9 @@ use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::graph::Scope;
 use crate::system::{Selected, System};
 
-use self::frequencies::is_frequency;
-pub(in crate::diagnose) use self::frequencies::{ALL_BLIND, told};
 use self::group::Group;
 use super::nominal::Nominal;
-use super::sampling::Sampling;
+use super::sampling::{Sampling, is_frequency};
 
 /// Members that are looked at again.
 const BEST: usize = 40;
@@ -53,10 +50,8 @@ pub fn scan(
         let value = candidate.selected.member.values().next()?;
         return Some((with_member(fitted, family, *value)?, *members));
     }
-    let effect = &family.selected.effect;
-    let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
-    let scan = Scan::new(fitted, family, name)?;
-    let (grid, tried) = scan.tried(&declared.members)?;
+    let scan = Scan::new(fitted, family)?;
+    let (grid, tried) = scan.tried()?;
     let plain: Vec<f64> =
         grid.chunks(TOGETHER).flat_map(|members| scan.plain_gains(members)).collect();
     let mut order: Vec<usize> = (0..grid.len()).collect();
@@ -70,7 +65,7 @@ pub fn scan(
         }
     }
     let best = order.into_iter().max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
-    let value = match declared.members {
+    let value = match scan.members {
         Members::List(_) => grid[best],
         Members::Range { .. } => {
             let low = grid[best.saturating_sub(1)];
@@ -98,15 +93,15 @@ pub(in crate::diagnose) fn with_member(
 
 /// The number of members that a family is scanned over, as it is paid for; `None` where it is not.
 pub fn members(fitted: &Fitted, family: &Candidate) -> Option<usize> {
-    let effect = &family.selected.effect;
-    let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
-    let Members::Range { .. } = declared.members else { return None };
-    Some(Scan::new(fitted, family, name)?.tried(&declared.members)?.1)
+    let mut families = family.selected.effect.shape.values();
+    let is_scanned = families.all(|one| matches!(one.members, Members::Range { .. }));
+    Some(is_scanned.then(|| Scan::new(fitted, family))??.tried()?.1)
 }
 
 /// A family whose constant is left open.
 struct Scan<'a> {
     fitted: &'a Fitted,
+    members: &'a Members,
     /// For each campaign that it fits the columns of `TOGETHER` members: alone, with those of each
     /// other, and with the nominal ones.
     alone: Vec<Passes<'a>>,
@@ -122,16 +117,15 @@ struct Scan<'a> {
 const OF_RUN: usize = 2;
 
 impl<'a> Scan<'a> {
-    fn new(fitted: &'a Fitted, family: &Candidate, name: &str) -> Option<Self> {
+    /// `None` where the effect has not just one family, or its member cannot be left open.
+    fn new(fitted: &'a Fitted, family: &'a Candidate) -> Option<Self> {
         let problem = &fitted.problem;
-        let declared = family.selected.effect.shape.get(name)?;
-        let lowest = match &declared.members {
-            Members::List(list) => list.iter().copied().fold(f64::INFINITY, f64::min),
-            Members::Range { from, .. } => *from,
-        };
+        let effect = &family.selected.effect;
+        let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
+        let lowest = declared.members.series(2).into_iter().fold(f64::INFINITY, f64::min);
         let sampling = is_frequency(&declared.unit).then(|| (Sampling::of(problem), lowest));
         let selected = Selected {
-            effect: opened(&family.selected.effect, name)?.into(),
+            effect: opened(effect, name)?.into(),
             member: Default::default(),
             head: family.selected.head.clone(),
         };
@@ -151,7 +145,8 @@ impl<'a> Scan<'a> {
         let nominal = Nominal::of(&fitted.fit.normal)?;
         let runs = problem.parts.iter().flat_map(|part| &part.runs);
         let samples = runs.map(|run| run.record.len()).sum();
-        Some(Self { fitted, alone, across, beside, nominal, samples, sampling })
+        let members = &declared.members;
+        Some(Self { fitted, members, alone, across, beside, nominal, samples, sampling })
     }
 
     /// Whether a member is a frequency that the runs cannot tell from nothing.
@@ -209,19 +204,14 @@ impl<'a> Scan<'a> {
     /// What each of at most `TOGETHER` members takes off the sum of squares while nominal
     /// parameters stand still.
     fn plain_gains(&self, members: &[f64]) -> Vec<f64> {
-        let nothing = DVector::zeros(0);
-        self.added(&self.alone, members, |group| {
-            (DMatrix::zeros(0, group.score.len()), nothing.clone())
-        })
+        self.added(&self.alone, members, None)
     }
 
     /// What each of at most `TOGETHER` members takes off the sum of squares; blind ones nothing.
     fn gains(&self, members: &[f64]) -> Vec<f64> {
-        let known =
-            DMatrix::from_column_slice(self.nominal.score.len(), 1, self.nominal.score.as_slice());
-        let known = self.nominal.halfway(&known).column(0).into_owned();
-        let halfway = |group: &Group| (self.nominal.halfway(&group.across), known.clone());
-        let mut gains = self.added(&self.beside, members, halfway);
+        let score = DMatrix::from_columns(std::slice::from_ref(&self.nominal.score));
+        let known = self.nominal.halfway(&score).column(0).into_owned();
+        let mut gains = self.added(&self.beside, members, Some(&known));
         for (gain, member) in gains.iter_mut().zip(members) {
             if self.is_blind(*member) {
                 *gain = 0.0;
@@ -231,19 +221,21 @@ impl<'a> Scan<'a> {
     }
 
     /// What each member gains, added up over everything that holds together; without the runs in
-    /// which its wave is as much one slower than all of the family, where these say most of it.
+    /// which its wave is as much one slower than all of the family, where these say most of it. With
+    /// the nominal parameters' score, halfway to its product, what they take up is taken off.
     fn added(
         &self,
         programs: &[Passes<'_>],
         members: &[f64],
-        halfway: impl Fn(&Group) -> (DMatrix<f64>, DVector<f64>),
+        known: Option<&DVector<f64>>,
     ) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); members.len()];
         for group in programs.iter().flat_map(|one| self.groups(one, &filled(members))) {
-            let (half, known) = halfway(&group);
+            let taken = known.map(|known| (self.nominal.halfway(&group.across), known));
             for (member, (told, slow)) in sums.iter_mut().enumerate() {
                 let is_slow = self.is_slow_in(group.key, members[member]);
-                *(if is_slow { slow } else { told }) += group.gain(member, TOGETHER, &half, &known);
+                *(if is_slow { slow } else { told }) +=
+                    group.gain(member, TOGETHER, taken.as_ref());
             }
         }
         // What does most where it is slow is something slow.

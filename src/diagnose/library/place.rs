@@ -75,12 +75,6 @@ impl Place {
         self.is_oscillation() && matches!(self.of, Of::Measurand(_))
     }
 
-    /// A displacement of the instrument, or of all that it looks at.
-    pub(super) fn of_rig(covariate: &str, when: &str) -> Self {
-        let words = format!("a displacement of the instrument or the rig {when}");
-        Self::new(Of::Channel("rig".to_owned()), covariate, words)
-    }
-
     /// Of a parameter whose stated value the readings contradict.
     pub(in crate::diagnose) fn of_stated(parameter: &str, of: Option<&str>) -> Self {
         let of = of.map_or_else(String::new, |of| format!(" of `{of}`"));

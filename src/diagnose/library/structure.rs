@@ -10,33 +10,29 @@
 //! | file | answers |
 //! |---|---|
 //! | `covariate` | what it may be a function of |
-//! | `inputs` | errors of inputs |
 //! | `made` | blocks as effects |
-//! | `readings` | errors of readings and attitudes |
+//! | `readings` | errors of readings, attitudes and inputs |
 //! | `waves` | which are families |
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use covariate::{
     Covariate, few_move, of_motion, of_the_rig, over_runs, over_time, reading_by_sense,
 };
 
-use crate::effect::Effect;
 use crate::engine::open::Recipe;
 use crate::graph::MeasurandKind;
-use crate::model::Model;
+use crate::model::{MeasurandDeclaration, Model};
 use crate::system::Selected;
 use crate::units::Dimension;
 
 use super::candidate::{Candidate, Joined};
-use super::place::{ALL_READINGS, Of, Place, TIME_OF};
+use super::place::{ALL_READINGS, Of, TIME_OF};
 pub(in crate::diagnose) use covariate::turns;
-use made::effect;
-use readings::{attitudes, errors, readings};
+use made::{Block, block};
+use readings::{attitudes, errors, of_inputs, readings};
 
 mod covariate;
-mod inputs;
 mod made;
 mod readings;
 mod waves;
@@ -57,20 +53,19 @@ pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
 
 /// Direction-dependent errors: hysteresis, backlash, the drag of a cable. Where many things move they
 /// are too many.
-fn by_sense(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+fn by_sense(model: &Model, all: &mut Vec<Block>) {
     if !few_move(model) {
         return;
     }
     let covariates = covariate::by_sense(model, orders(model).min(SENSE_ORDERS));
     displacements(model, &covariates, all);
-    for measurand in model.measurands.iter().filter(|one| one.kind != MeasurandKind::Rotation) {
+    for measurand in plain(model) {
         let own = reading_by_sense(measurand);
         errors(measurand, covariates.iter().cloned().chain(own), all);
     }
 }
 
-/// Those that are a bent line over an input, with knots where its values lie: for each campaign the
-/// inputs with their knots. A form that powers and waves do not have is seen so, and a value of its
+/// Those that are a bent line over an input, with knots where the values of all campaigns lie. A form that powers and waves do not have is seen so, and a value of its
 /// own for each of a few places.
 pub(in crate::diagnose) fn bent(recipes: &[Recipe], knots: &[Knots]) -> Vec<Candidate> {
     offered(recipes, |model| {
@@ -84,8 +79,7 @@ pub(in crate::diagnose) fn bent(recipes: &[Recipe], knots: &[Knots]) -> Vec<Cand
             .collect();
         displacements(model, &covariates, &mut all);
         if directions(model).is_empty() || !few_move(model) {
-            let plain = model.measurands.iter().filter(|one| one.kind != MeasurandKind::Rotation);
-            plain.for_each(|one| errors(one, covariates.iter().cloned(), &mut all));
+            plain(model).for_each(|one| errors(one, covariates.iter().cloned(), &mut all));
         }
         all
     })
@@ -94,10 +88,7 @@ pub(in crate::diagnose) fn bent(recipes: &[Recipe], knots: &[Knots]) -> Vec<Cand
 /// An input and the places (SI) at which a line over it bends.
 pub(in crate::diagnose) type Knots = (String, Vec<f64>);
 
-fn offered(
-    recipes: &[Recipe],
-    effects: impl Fn(&Model) -> Vec<(Arc<Effect>, Place)>,
-) -> Vec<Candidate> {
+fn offered(recipes: &[Recipe], effects: impl Fn(&Model) -> Vec<Block>) -> Vec<Candidate> {
     let mut joined = Joined::new(recipes.len());
     for (campaign, recipe) in recipes.iter().enumerate() {
         for (effect, place) in effects(&recipe.model) {
@@ -110,18 +101,23 @@ fn offered(
     joined.found
 }
 
-fn effects(model: &Model) -> Vec<(Arc<Effect>, Place)> {
+fn effects(model: &Model) -> Vec<Block> {
     let mut all = Vec::new();
     channels(model, &mut all);
     rig(model, [over_time(), waves::slow(), over_runs()], &mut all);
     pedestal(model, &mut all);
     timing(model, &mut all);
     readings(model, &mut all);
-    inputs::errors_of_inputs(model, &mut all);
+    of_inputs(model, &mut all);
     attitudes(model, &mut all);
     by_sense(model, &mut all);
     all.extend(waves::in_time(model));
     all
+}
+
+/// Measurands that are no rotations.
+fn plain(model: &Model) -> impl Iterator<Item = &MeasurandDeclaration> {
+    model.measurands.iter().filter(|one| one.kind != MeasurandKind::Rotation)
 }
 
 /// Waves over a signal.
@@ -155,7 +151,7 @@ fn has_quantity(model: &Model, name: &str) -> bool {
 }
 
 /// Displacements of the target.
-fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+fn channels(model: &Model, all: &mut Vec<Block>) {
     let mut covariates = of_the_rig(model, orders(model));
     covariates.extend(waves::over_signals(model));
     covariates.extend([waves::slow(), waves::settling(model)]);
@@ -163,63 +159,58 @@ fn channels(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
 }
 
 /// Displacements of the target as functions of these.
-fn displacements(model: &Model, covariates: &[Covariate], all: &mut Vec<(Arc<Effect>, Place)>) {
+fn displacements(model: &Model, covariates: &[Covariate], all: &mut Vec<Block>) {
     for (channel, direction) in directions(model) {
-        for covariate in covariates {
-            let place = Place::new(
-                Of::Channel((*channel).to_owned()),
-                &covariate.over,
-                displacement(channel, &covariate.words),
-            );
-            let patch = |sum: &str| format!("target = 'target + ({sum}) * {direction}'");
-            all.extend(effect(&place, covariate, Dimension::LENGTH, patch));
-        }
+        let what = displacement(channel);
+        let patch = |sum: &str| format!("target = 'target + ({sum}) * {direction}'");
+        all.extend(covariates.iter().filter_map(|covariate| {
+            let of = Of::Channel((*channel).to_owned());
+            block(of, &what, covariate, Dimension::LENGTH, patch)
+        }));
     }
 }
 
 /// Displacements of the instrument, or of all that it looks at.
-fn rig<const N: usize>(
-    model: &Model,
-    covariates: [Covariate; N],
-    all: &mut Vec<(Arc<Effect>, Place)>,
-) {
+fn rig(model: &Model, covariates: [Covariate; 3], all: &mut Vec<Block>) {
     if !model.parameters.iter().any(|one| one.name == model.called(POSITION)) {
         return;
     }
     for covariate in covariates.map(Covariate::along_axes) {
-        let place = Place::of_rig(&covariate.over, &format!("over {}", covariate.words));
+        let of = Of::Channel("rig".to_owned());
         let patch = |sum: &str| format!("{POSITION} = '{POSITION} + {sum}'");
-        all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
+        all.extend(block(
+            of,
+            "a displacement of the instrument or the rig",
+            &covariate,
+            Dimension::LENGTH,
+            patch,
+        ));
     }
 }
 
 /// Displacements of the rig by what moves: its pedestal gives way to imbalance and torque, in
 /// directions of its own, which are others in each setup for the instrument. Where nothing turns
 /// they are those of the target.
-fn pedestal(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+fn pedestal(model: &Model, all: &mut Vec<Block>) {
     if !turns_its_target(model) || !few_move(model) {
         return;
     }
     let covariates = of_motion(model, COARSE_ORDERS);
     for covariate in covariates.into_iter().map(Covariate::along_axes) {
-        let place = Place::new(
-            Of::Channel("pedestal".to_owned()),
-            &covariate.over,
-            format!("a displacement of the rig's pedestal over {}", covariate.words),
-        );
+        let (of, what) = ("pedestal".to_owned(), "a displacement of the rig's pedestal");
         let patch = |sum: &str| format!("target = 'target + {sum}'");
-        all.extend(effect(&place, &covariate, Dimension::LENGTH, patch));
+        all.extend(block(Of::Channel(of), what, &covariate, Dimension::LENGTH, patch));
     }
 }
 
-fn displacement(channel: &str, covariate: &str) -> String {
+fn displacement(channel: &str) -> String {
     let direction = channel.trim_start_matches("target ");
     let article = if matches!(direction, "axial" | "x") { "an" } else { "a" };
-    format!("{article} {direction} displacement of the target over {covariate}")
+    format!("{article} {direction} displacement of the target")
 }
 
 /// Errors in the time of readings: of each measurand, and of all alike, as a clock makes them.
-fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+fn timing(model: &Model, all: &mut Vec<Block>) {
     let names: Vec<&str> = model.measurands.iter().map(|one| one.name.as_str()).collect();
     let mut groups: Vec<(&str, &[&str])> = Vec::new();
     for (number, name) in names.iter().enumerate() {
@@ -230,18 +221,15 @@ fn timing(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
     }
     for (of, names) in groups {
         let called = if names.len() > 1 { of.to_owned() } else { format!("`{of}`") };
+        let what = format!("a timing error of {called}");
         let covariates = of_the_rig(model, COARSE_ORDERS).into_iter();
         for covariate in covariates.chain([waves::settling(model)]) {
-            let place = Place::new(
-                Of::Channel(format!("{TIME_OF}{of}")),
-                &covariate.over,
-                format!("a timing error of {called} over {}", covariate.words),
-            );
             let patch = |sum: &str| {
                 let line = |name: &&str| format!("\"{name}.t\" = 't + {sum}'\n");
                 names.iter().map(line).collect()
             };
-            all.extend(effect(&place, &covariate, Dimension::TIME, patch));
+            let of = Of::Channel(format!("{TIME_OF}{of}"));
+            all.extend(block(of, &what, &covariate, Dimension::TIME, patch));
         }
     }
 }

@@ -5,7 +5,7 @@
 use std::convert::Infallible;
 
 use crate::diagnose::evidence::Evidence;
-use crate::diagnose::evidence::scan::{ALL_BLIND, told};
+use crate::diagnose::evidence::sampling::{ALL_BLIND, told};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::offer::offer;

@@ -40,8 +40,8 @@ impl Scan<'_> {
     }
 
     /// The members that are tried, and for how many they are paid for.
-    pub(super) fn tried(&self, members: &Members) -> Option<(Vec<f64>, usize)> {
-        match members {
+    pub(super) fn tried(&self) -> Option<(Vec<f64>, usize)> {
+        match self.members {
             Members::List(list) => Some((list.clone(), list.len())),
             Members::Range { from, to } => {
                 let grid = self.grid(*from, *to)?;

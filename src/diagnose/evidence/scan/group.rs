@@ -16,23 +16,24 @@ pub(super) struct Group {
 }
 
 impl Group {
-    /// What a member takes off the sum of squares, without what others take up: `half` and `known`
-    /// are nominal columns' products with the columns and with what is left, halfway to their
-    /// product.
+    /// What a member takes off the sum of squares, without what others take up: `taken` are nominal
+    /// columns' products with the columns and with what is left, halfway to their product.
     pub(super) fn gain(
         &self,
         member: usize,
         members: usize,
-        half: &DMatrix<f64>,
-        known: &DVector<f64>,
+        taken: Option<&(DMatrix<f64>, &DVector<f64>)>,
     ) -> f64 {
         let k = self.score.len() / members;
         let first = member * k;
-        let taken = |i: usize, j: usize| half.column(first + i).dot(&half.column(first + j));
-        let mut left = DMatrix::from_fn(k, k, |i, j| self.own[(i, first + j)] - taken(i, j));
-        let mut score =
-            DVector::from_fn(k, |i, _| self.score[first + i] - half.column(first + i).dot(known));
-        gained(&mut left, |i| self.own[(i, first + i)], &mut score)
+        let mut left = self.own.view((0, first), (k, k)).into_owned();
+        let mut score = self.score.rows(first, k).into_owned();
+        if let Some((half, known)) = taken {
+            let half = half.columns(first, k);
+            left -= half.tr_mul(&half);
+            score -= half.tr_mul(known);
+        }
+        gained(left, |i| self.own[(i, first + i)], &score)
     }
 
     /// The squared cosines between two members of so many, added up, and those of the first with
@@ -63,26 +64,11 @@ fn raised(left: f64, own: f64) -> f64 {
 }
 
 /// What columns take off the sum of squares: `left` are the products of what is left of them, `own`
-/// their squared lengths, `score` their products with what is left of the residual. Both are used
-/// up.
-fn gained(left: &mut DMatrix<f64>, own: impl Fn(usize) -> f64, score: &mut DVector<f64>) -> f64 {
-    let mut gain = 0.0;
+/// their squared lengths, `score` their products with what is left of the residual.
+fn gained(mut left: DMatrix<f64>, own: impl Fn(usize) -> f64, score: &DVector<f64>) -> f64 {
     (0..score.len()).for_each(|i| left[(i, i)] = raised(left[(i, i)], own(i)));
-    for i in 0..score.len() {
-        let pivot = left[(i, i)];
-        if pivot.is_nan() || pivot <= 0.0 {
-            return 0.0;
-        }
-        gain += score[i] * score[i] / pivot;
-        for j in i + 1..score.len() {
-            let by = left[(j, i)] / pivot;
-            score[j] -= by * score[i];
-            for row in j..score.len() {
-                left[(row, j)] -= by * left[(row, i)];
-            }
-        }
-    }
-    gain
+    let half = Cholesky::new(left).and_then(|left| left.l_dirty().solve_lower_triangular(score));
+    half.map_or(0.0, |half| half.norm_squared())
 }
 
 #[cfg(test)]
@@ -95,7 +81,7 @@ mod tests {
     fn columns_of_zeros_and_the_same_ones_take_nothing() {
         let own = DMatrix::from_row_slice(3, 3, &[4.0, 4.0, 0.0, 4.0, 4.0, 0.0, 0.0, 0.0, 0.0]);
         let score = DVector::from_row_slice(&[6.0, 6.0, 0.0]);
-        let gain = gained(&mut own.clone(), |i| own[(i, i)], &mut score.clone());
+        let gain = gained(own.clone(), |i| own[(i, i)], &score);
         assert!((gain - 9.0).abs() < 1e-3, "{gain}");
     }
 }

@@ -12,9 +12,12 @@ pub(super) const FEW: usize = 2;
 /// Waves over the reading of a circle.
 pub(super) const CIRCLE_ORDERS: usize = 4;
 /// The covariate of what a setup does in its course.
-const TIME: &str = "time";
+pub(super) const TIME: &str = "time";
 /// The covariate of what each run does in its course.
-const RUN_TIME: &str = "run time";
+pub(super) const RUN_TIME: &str = "run time";
+
+/// A term and its dimension.
+type Term = (String, Dimension);
 
 /// A covariate: terms with their dimension, one coefficient each.
 #[derive(Clone)]
@@ -23,81 +26,38 @@ pub(super) struct Covariate {
     /// What it is over, and the same in a phrase.
     pub(super) over: String,
     pub(super) words: String,
-    pub(super) terms: Vec<(String, Dimension)>,
+    pub(super) terms: Vec<Term>,
     pub(super) scope: &'static str,
     /// The line of the family that the terms name; empty without.
     pub(super) family: String,
 }
 
 impl Covariate {
-    fn new(name: impl Into<String>, scope: &'static str, terms: Vec<(String, Dimension)>) -> Self {
+    /// With the same coefficients for all that an instrument does.
+    pub(super) fn new(
+        name: impl Into<String>,
+        terms: impl IntoIterator<Item = (impl Into<String>, Dimension)>,
+    ) -> Self {
         let name = name.into();
         let (over, words, family) = (name.clone(), name.clone(), String::new());
-        Self { name, over, words, terms, scope, family }
+        let terms = terms.into_iter().map(|(term, of)| (term.into(), of)).collect();
+        Self { name, over, words, terms, scope: "instrument", family }
     }
 
-    /// Waves of one of the orders that a line says, by its name.
-    pub(super) fn family(angle: &str, order: &str, family: String) -> Self {
-        Self {
-            over: angle.to_owned(),
-            words: format!("{angle}, {{member}} waves a turn"),
-            family,
-            ..Self::new(format!("fine {angle}"), "instrument", wave(&format!("{order} * {angle}")))
-        }
-    }
-
-    /// Waves over a length, of one of the numbers a metre that a line says, by its name.
-    pub(super) fn ripple(length: &str, number: &str, family: String) -> Self {
-        Self {
-            over: length.to_owned(),
-            words: format!("{length}, {{member}} waves a metre"),
-            family,
-            ..Self::new(
-                format!("fine {length}"),
-                "instrument",
-                wave(&format!("2 * pi * {number} * {length}")),
-            )
-        }
-    }
-
-    /// Waves over a setup of one of the periods that a line says, by its name.
-    pub(super) fn swing(period: &str, family: String) -> Self {
-        let phase = format!("2 * pi * setup_time / {period}");
-        Self {
-            over: TIME.to_owned(),
-            words: format!("{TIME}, a wave every {{member}} s"),
-            family,
-            ..Self::new("slow time", "setup", wave(&phase))
-        }
-    }
-
-    /// What comes to rest after each run begins, in the same way or by the sense in which any of
-    /// some signals moves, in one of the times that a line says, by its name.
-    pub(super) fn settling(time: &str, signals: &[&str], family: String) -> Self {
-        let rest = format!("exp(-(run_time / {time}))");
-        let by_sense = signals.iter().map(|signal| format!("sign(rate({signal})) * {rest}"));
-        let terms = std::iter::once(rest.clone()).chain(by_sense);
-        Self {
-            over: RUN_TIME.to_owned(),
-            words: format!("{RUN_TIME}, coming to rest in {{member}} s"),
-            family,
-            ..Self::new(
-                format!("rest in {RUN_TIME}"),
-                "instrument",
-                terms.map(|term| (term, Dimension::NONE)).collect(),
-            )
-        }
+    /// With coefficients of another scope.
+    pub(super) fn per(self, scope: &'static str) -> Self {
+        Self { scope, ..self }
     }
 
     /// The same times the sense in which something moves, and that sense.
     fn by_sense(self, signal: &str) -> Self {
-        let sense = format!("sign(rate({signal}))");
-        let each = self.terms.iter().map(|(term, of)| (format!("{sense} * {term}"), *of));
-        let terms = [(sense.clone(), Dimension::NONE)].into_iter().chain(each).collect();
+        let sense = sense_of(signal);
+        let each = self.terms.iter().map(|(term, of)| (format!("{} * {term}", sense.0), *of));
+        let terms: Vec<Term> = std::iter::once(sense.clone()).chain(each).collect();
         Self {
             over: format!("{} by sense", self.over),
             words: format!("{}, of the other sign when it goes back", self.words),
-            ..Self::new(format!("{} by sense", self.name), self.scope, terms)
+            ..Self::new(format!("{} by sense", self.name), terms).per(self.scope)
         }
     }
 
@@ -110,65 +70,58 @@ impl Covariate {
         Self { terms, ..self }
     }
 
-    /// The acceleration of something, of whose rate this is the dimension.
-    fn acceleration(name: &str, rate: Dimension) -> Self {
-        let term = (format!("rate(rate({name}))"), rate / Dimension::TIME);
-        Self::new(format!("acceleration of {name}"), "instrument", vec![term])
-    }
-
     fn waves(name: &str, orders: usize) -> Self {
-        let pair = |order: usize| wave(&format!("{order} * {name}"));
-        Self::new(name, "instrument", (1..=orders).flat_map(pair).collect())
+        Self::new(name, (1..=orders).flat_map(|order| wave(&format!("{order} * {name}"))))
     }
 }
 
 /// A wave as a cosine and a sine.
-fn wave(phase: &str) -> Vec<(String, Dimension)> {
-    ["cos", "sin"].map(|wave| (format!("{wave}({phase})"), Dimension::NONE)).to_vec()
+pub(super) fn wave(phase: &str) -> [Term; 2] {
+    ["cos", "sin"].map(|wave| (format!("{wave}({phase})"), Dimension::NONE))
+}
+
+/// Something of this dimension and its square.
+fn powers(name: &str, own: Dimension) -> [Term; 2] {
+    [(name.to_owned(), own), (format!("{name}^2"), own * own)]
+}
+
+/// The sense in which something moves.
+pub(super) fn sense_of(name: &str) -> Term {
+    (format!("sign(rate({name}))"), Dimension::NONE)
+}
+
+/// The rate of something of this dimension, with a third term, and its acceleration.
+fn rates(name: &str, own: Dimension, third: Term) -> [Covariate; 2] {
+    let rate = own / Dimension::TIME;
+    let terms = [(format!("rate({name})"), rate), (format!("abs(rate({name}))"), rate), third];
+    let acceleration = (format!("rate(rate({name}))"), rate / Dimension::TIME);
+    [
+        Covariate::new(format!("rate of {name}"), terms),
+        Covariate::new(format!("acceleration of {name}"), [acceleration]),
+    ]
 }
 
 /// An input: waves of so many orders over what turns, powers of anything else.
 pub(super) fn of_itself(input: &InputDeclaration, orders: usize) -> Covariate {
-    let (name, own) = (&input.name, input.unit.dimension);
     if turns(&input.unit) {
-        return Covariate::waves(name, orders);
+        return Covariate::waves(&input.name, orders);
     }
-    let powers = vec![(name.clone(), own), (format!("{name}^2"), own * own)];
-    Covariate::new(name.clone(), "instrument", powers)
+    Covariate::new(&input.name, powers(&input.name, input.unit.dimension))
 }
 
 /// What moves, with waves of so many orders.
 pub(super) fn of_motion(model: &Model, orders: usize) -> Vec<Covariate> {
-    let mut all = Vec::new();
-    all.extend(model.inputs.iter().filter(|one| !one.signal).map(|one| of_itself(one, orders)));
-    for signal in model.inputs.iter().filter(|input| input.signal) {
+    let (signals, still): (Vec<_>, Vec<_>) = model.inputs.iter().partition(|input| input.signal);
+    let mut all: Vec<Covariate> = still.into_iter().map(|one| of_itself(one, orders)).collect();
+    for signal in signals {
         let (name, own) = (&signal.name, signal.unit.dimension);
-        let rate = own / Dimension::TIME;
-        let angle = turns(&signal.unit);
-        if angle {
-            all.push(Covariate::waves(name, orders));
+        all.push(of_itself(signal, orders));
+        if turns(&signal.unit) {
+            all.push(Covariate::new(format!("turns of {name}"), powers(name, own)));
         }
-        let turns = vec![(name.clone(), own), (format!("{name}^2"), own * own)];
-        all.push(Covariate::new(
-            if angle { format!("turns of {name}") } else { name.clone() },
-            "instrument",
-            turns,
-        ));
-        all.push(Covariate::new(
-            format!("sense of {name}"),
-            "instrument",
-            vec![(format!("sign(rate({name}))"), Dimension::NONE)],
-        ));
-        all.push(Covariate::new(
-            format!("rate of {name}"),
-            "instrument",
-            vec![
-                (format!("rate({name})"), rate),
-                (format!("abs(rate({name}))"), rate),
-                (format!("rate({name})^2"), rate * rate),
-            ],
-        ));
-        all.push(Covariate::acceleration(name, rate));
+        all.push(Covariate::new(format!("sense of {name}"), [sense_of(name)]));
+        let rate = own / Dimension::TIME;
+        all.extend(rates(name, own, (format!("rate({name})^2"), rate * rate)));
     }
     all
 }
@@ -188,16 +141,15 @@ pub(super) fn bent(input: &InputDeclaration, knots: &[f64]) -> Covariate {
     } else {
         format!(" {}", Unit::coherent(own).si_symbol())
     };
-    let mut terms = vec![(name.clone(), own)];
     let bend = |knot: &f64| {
         let sign = if *knot < 0.0 { '+' } else { '-' };
         (format!("abs({name} {sign} {:e}{unit})", knot.abs()), own)
     };
-    terms.extend(knots.iter().map(bend));
+    let terms = std::iter::once((name.clone(), own)).chain(knots.iter().map(bend));
     Covariate {
         over: name.clone(),
         words: name.clone(),
-        ..Covariate::new(format!("bends of {name}"), "instrument", terms)
+        ..Covariate::new(format!("bends of {name}"), terms)
     }
 }
 
@@ -207,7 +159,7 @@ pub(super) fn reading_by_sense(measurand: &MeasurandDeclaration) -> Option<Covar
     let whole = match measurand.kind {
         MeasurandKind::Rotation => return None,
         MeasurandKind::Angle { .. } => Covariate::waves(name, CIRCLE_ORDERS),
-        MeasurandKind::Plain => Covariate::new(name, "instrument", vec![(name.clone(), own)]),
+        MeasurandKind::Plain => Covariate::new(name, [(name, own)]),
     };
     Some(whole.by_sense(name))
 }
@@ -215,40 +167,36 @@ pub(super) fn reading_by_sense(measurand: &MeasurandDeclaration) -> Option<Covar
 /// What moves, and time, setups and runs.
 pub(super) fn of_the_rig(model: &Model, orders: usize) -> Vec<Covariate> {
     let mut all = of_motion(model, orders);
-    all.push(over_time());
-    all.push(over_campaign());
-    let run_time = vec![("run_time".to_owned(), Dimension::TIME)];
-    all.push(Covariate::new(RUN_TIME, "instrument", run_time));
-    all.push(Covariate::new("setup", "setup", vec![("1".to_owned(), Dimension::NONE)]));
-    all.push(over_runs());
+    all.extend([
+        over_time(),
+        over_campaign(),
+        Covariate::new(RUN_TIME, [("run_time", Dimension::TIME)]),
+        Covariate::new("setup", [("1", Dimension::NONE)]).per("setup"),
+        over_runs(),
+    ]);
     all
 }
 
 /// A value for each run.
 pub(super) fn over_runs() -> Covariate {
-    Covariate::new(RUN, "run", vec![("1".to_owned(), Dimension::NONE)])
+    Covariate::new(RUN, [("1", Dimension::NONE)]).per("run")
 }
 
 /// The course of a setup.
 pub(super) fn over_time() -> Covariate {
-    let powers =
-        [("setup_time", Dimension::TIME), ("setup_time^2", Dimension::TIME * Dimension::TIME)];
-    let powers = powers.map(|(power, dimension)| (power.to_owned(), dimension));
-    Covariate::new(TIME, "setup", powers.to_vec())
+    Covariate::new(TIME, powers("setup_time", Dimension::TIME)).per("setup")
 }
 
 /// The course of a campaign: what drifts goes on while the instrument is put to another place.
 fn over_campaign() -> Covariate {
-    let powers = [("time", Dimension::TIME), ("time^2", Dimension::TIME * Dimension::TIME)];
-    let powers = powers.map(|(power, dimension)| (power.to_owned(), dimension));
-    let own = Covariate::new("campaign time", "instrument", powers.to_vec());
+    let own = Covariate::new("campaign time", powers("time", Dimension::TIME));
     Covariate { over: TIME.to_owned(), words: TIME.to_owned(), ..own }
 }
 
 /// A scale of what a measurand of this dimension reads that drifts in the course of a campaign.
 pub(super) fn scale_over_campaign(name: &str, own: Dimension) -> Covariate {
     let whole = over_campaign();
-    let of_it = |(power, of): &(String, Dimension)| (format!("{power} * {name}"), *of * own);
+    let of_it = |(power, of): &Term| (format!("{power} * {name}"), *of * own);
     Covariate {
         name: format!("scale of {name} over time"),
         words: format!("{TIME} and {name}"),
@@ -272,26 +220,12 @@ pub(super) fn of_the_head(model: &Model) -> Vec<Covariate> {
     let mut all = Vec::new();
     for measurand in &model.measurands {
         let (name, own) = (&measurand.name, measurand.unit.dimension);
-        let rate = own / Dimension::TIME;
         match measurand.kind {
             MeasurandKind::Rotation => continue,
             MeasurandKind::Angle { .. } => all.push(Covariate::waves(name, CIRCLE_ORDERS)),
-            MeasurandKind::Plain => all.push(Covariate::new(
-                name,
-                "instrument",
-                vec![(name.clone(), own), (format!("{name}^2"), own * own)],
-            )),
+            MeasurandKind::Plain => all.push(Covariate::new(name, powers(name, own))),
         }
-        all.push(Covariate::new(
-            format!("rate of {name}"),
-            "instrument",
-            vec![
-                (format!("rate({name})"), rate),
-                (format!("abs(rate({name}))"), rate),
-                (format!("sign(rate({name}))"), Dimension::NONE),
-            ],
-        ));
-        all.push(Covariate::acceleration(name, rate));
+        all.extend(rates(name, own, sense_of(name)));
     }
     all
 }

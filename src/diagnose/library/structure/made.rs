@@ -10,15 +10,24 @@ use crate::units::{Dimension, Unit};
 use super::covariate::Covariate;
 use crate::diagnose::library::place::{Of, Place};
 
-/// A block as an effect: the sum of coefficients times terms, put into a patch.
-pub(super) fn effect(
-    place: &Place,
+/// A block as an effect, and where it sits.
+pub(super) type Block = (Arc<Effect>, Place);
+
+/// A block of what is wrong, with a phrase for that, over a covariate: the sum of coefficients times
+/// terms, put into a patch.
+pub(super) fn block(
+    of: Of,
+    what: &str,
     covariate: &Covariate,
     dimension: Dimension,
     patch: impl Fn(&str) -> String,
-) -> Option<(Arc<Effect>, Place)> {
-    let (Of::Measurand(of) | Of::Channel(of)) = &place.of;
-    let kind = if matches!(place.of, Of::Measurand(_)) { "reading" } else { "channel" };
+) -> Option<Block> {
+    let (kind, name) = match &of {
+        Of::Measurand(name) => ("reading", name),
+        Of::Channel(name) => ("channel", name),
+    };
+    let name = format!("unknown_{kind}_{name}_{}", covariate.name);
+    let place = Place::new(of, &covariate.over, format!("{what} over {}", covariate.words));
     let part = |number: usize| format!("part_{number}");
     let coefficients: Vec<(String, Dimension)> = (0..)
         .zip(&covariate.terms)
@@ -27,8 +36,8 @@ pub(super) fn effect(
     let terms = (0..).zip(&covariate.terms);
     let sum: Vec<String> = terms.map(|(n, (term, _))| format!("{} * {term}", part(n))).collect();
     made(
-        &format!("unknown_{kind}_{of}_{}", covariate.name),
-        place,
+        &name,
+        &place,
         (&coefficients, covariate.scope),
         &covariate.family,
         &patch(&sum.join(" + ")),
@@ -43,7 +52,7 @@ pub(super) fn made(
     (coefficients, scope): (&[(String, Dimension)], &str),
     family: &str,
     patches: &str,
-) -> Option<(Arc<Effect>, Place)> {
+) -> Option<Block> {
     let name = called(name);
     let mut text =
         format!("name = \"{name}\"\ntitle = \"{}\"\nacts = \"noise\"\n[parameters]\n", place.words);

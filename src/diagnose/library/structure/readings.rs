@@ -1,23 +1,22 @@
-//! Errors of readings and of attitudes.
+//! Errors of readings, of attitudes and of inputs.
 
-use std::sync::Arc;
-
-use super::covariate::{CIRCLE_ORDERS, Covariate, of_the_head, of_the_rig, scale_over_campaign};
-use super::made::effect;
-use super::{COARSE_ORDERS, orders, waves};
-use crate::diagnose::library::place::{Of, Place};
-use crate::effect::Effect;
+use super::covariate::{
+    CIRCLE_ORDERS, Covariate, FEW, of_itself, of_the_head, of_the_rig, scale_over_campaign,
+};
+use super::made::{Block, block};
+use super::{COARSE_ORDERS, orders, plain, waves};
+use crate::diagnose::library::place::Of;
 use crate::graph::MeasurandKind;
 use crate::model::{MeasurandDeclaration, Model};
 use crate::units::Dimension;
 
+/// Waves of an error over an input that turns.
+const INPUT_ORDERS: usize = 3;
+
 /// Errors of readings.
-pub(super) fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
-    for measurand in &model.measurands {
+pub(super) fn readings(model: &Model, all: &mut Vec<Block>) {
+    for measurand in plain(model) {
         let name = &measurand.name;
-        if measurand.kind == MeasurandKind::Rotation {
-            continue;
-        }
         let mut covariates = of_the_rig(model, orders(model));
         covariates.extend(of_the_head(model));
         covariates.extend([waves::slow(), waves::settling(model)]);
@@ -35,23 +34,20 @@ pub(super) fn readings(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
 pub(super) fn errors(
     measurand: &MeasurandDeclaration,
     covariates: impl Iterator<Item = Covariate>,
-    all: &mut Vec<(Arc<Effect>, Place)>,
+    all: &mut Vec<Block>,
 ) {
     let name = &measurand.name;
-    for covariate in covariates {
-        let place = Place::new(
-            Of::Measurand(name.clone()),
-            &covariate.over,
-            format!("an error of `{name}` over {}", covariate.words),
-        );
-        let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
-        all.extend(effect(&place, &covariate, measurand.unit.dimension, patch));
-    }
+    let what = format!("an error of `{name}`");
+    let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
+    all.extend(covariates.filter_map(|covariate| {
+        let of = Of::Measurand(name.clone());
+        block(of, &what, &covariate, measurand.unit.dimension, patch)
+    }));
 }
 
 /// Errors of readings that are rotations: turns about the axes of what is looked at, and about
 /// those of what it is looked at from, which are others where it turns.
-pub(super) fn attitudes(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
+pub(super) fn attitudes(model: &Model, all: &mut Vec<Block>) {
     let rotations = model.measurands.iter().filter(|one| one.kind == MeasurandKind::Rotation);
     for MeasurandDeclaration { name, .. } in rotations {
         let mut covariates = of_the_rig(model, COARSE_ORDERS);
@@ -62,16 +58,27 @@ pub(super) fn attitudes(model: &Model, all: &mut Vec<(Arc<Effect>, Place)>) {
             ("fixed axes", String::new(), format!(" * {name}")),
         ] {
             for covariate in covariates.iter().cloned().map(Covariate::along_axes) {
-                let place = Place::new(
-                    Of::Measurand(name.clone()),
-                    &covariate.over,
-                    format!("an error of `{name}` about {axes} over {}", covariate.words),
-                );
+                let what = format!("an error of `{name}` about {axes}");
                 let covariate =
                     Covariate { name: format!("{} {axes}", covariate.name), ..covariate };
                 let patch = |sum: &str| format!("{name} = '{before}turn({sum}){after}'");
-                all.extend(effect(&place, &covariate, Dimension::NONE, patch));
+                let of = Of::Measurand(name.clone());
+                all.extend(block(of, &what, &covariate, Dimension::NONE, patch));
             }
         }
+    }
+}
+
+/// Errors of inputs over themselves, where there are many: what a joint of an arm does wrong is
+/// another displacement of its tool in each pose, which no function of one covariate is.
+pub(super) fn of_inputs(model: &Model, all: &mut Vec<Block>) {
+    if model.inputs.len() <= FEW {
+        return;
+    }
+    for input in &model.inputs {
+        let (name, covariate) = (&input.name, of_itself(input, INPUT_ORDERS));
+        let (of, what) = (format!("input {name}"), format!("an error of the input `{name}`"));
+        let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
+        all.extend(block(Of::Channel(of), &what, &covariate, input.unit.dimension, patch));
     }
 }

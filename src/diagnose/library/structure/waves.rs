@@ -7,16 +7,13 @@
 //! one, what swings otherwise than in torsion is taken for noise, and what swings slowly for noise
 //! with a memory or a walk.
 
-use std::sync::Arc;
-
-use crate::effect::Effect;
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::Dimension;
 
 use super::ORDERS;
-use super::covariate::{Covariate, few_move, turns};
-use super::made::made;
+use super::covariate::{Covariate, RUN_TIME, TIME, few_move, sense_of, turns, wave};
+use super::made::{Block, made};
 use crate::diagnose::library::place::{OSCILLATION, Of, Place};
 
 /// The finest waves that are looked for, in waves a turn.
@@ -35,7 +32,12 @@ fn orders_of(angle: &str, orders: impl Iterator<Item = f64>) -> Covariate {
     let members: Vec<String> = orders.map(|order| order.to_string()).collect();
     // No model names its quantities so.
     let order = "unknown_order";
-    Covariate::family(angle, order, format!("{order} = [{}]", members.join(", ")))
+    Covariate {
+        over: angle.to_owned(),
+        words: format!("{angle}, {{member}} waves a turn"),
+        family: format!("{order} = [{}]", members.join(", ")),
+        ..Covariate::new(format!("fine {angle}"), wave(&format!("{order} * {angle}")))
+    }
 }
 
 /// Waves over what moves, where few things do: a robot's joints are too many. Over what turns they
@@ -59,29 +61,49 @@ pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
 
 fn over_length(length: &str) -> Covariate {
     let number = "unknown_waves";
-    let range = format!("{number} = {{ unit = \"1/m\", from = \"0.2 1/m\", to = \"200 1/m\" }}");
-    Covariate::ripple(length, number, range)
+    Covariate {
+        over: length.to_owned(),
+        words: format!("{length}, {{member}} waves a metre"),
+        family: format!("{number} = {{ unit = \"1/m\", from = \"0.2 1/m\", to = \"200 1/m\" }}"),
+        ..Covariate::new(format!("fine {length}"), wave(&format!("2 * pi * {number} * {length}")))
+    }
 }
 
 /// Waves over a setup, from those that a run just sees to those that a long setup just sees.
 pub(super) fn slow() -> Covariate {
     let period = "unknown_period";
-    let range = format!("{period} = {{ unit = \"s\", from = \"10 s\", to = \"3600 s\" }}");
-    Covariate::swing(period, range)
+    let terms = wave(&format!("2 * pi * setup_time / {period}"));
+    Covariate {
+        over: TIME.to_owned(),
+        words: format!("{TIME}, a wave every {{member}} s"),
+        family: format!("{period} = {{ unit = \"s\", from = \"10 s\", to = \"3600 s\" }}"),
+        ..Covariate::new("slow time", terms).per("setup")
+    }
 }
 
-/// What comes to rest after each run begins: a servo, a bearing, what was touched to start it.
+/// What comes to rest after each run begins, in the same way or by the sense in which a signal moves,
+/// where few do: a servo, a bearing, what was touched to start it.
 pub(super) fn settling(model: &Model) -> Covariate {
     let time = "unknown_time";
-    let range = format!("{time} = {{ unit = \"s\", from = \"0.2 s\", to = \"100 s\" }}");
+    let rest = format!("exp(-(run_time / {time}))");
     let signals = model.inputs.iter().filter(|input| input.signal && few_move(model));
-    Covariate::settling(time, &signals.map(|input| input.name.as_str()).collect::<Vec<_>>(), range)
+    let by_sense = signals.map(|signal| {
+        let (sense, of) = sense_of(&signal.name);
+        (format!("{sense} * {rest}"), of)
+    });
+    let terms = std::iter::once((rest.clone(), Dimension::NONE)).chain(by_sense);
+    Covariate {
+        over: RUN_TIME.to_owned(),
+        words: format!("{RUN_TIME}, coming to rest in {{member}} s"),
+        family: format!("{time} = {{ unit = \"s\", from = \"0.2 s\", to = \"100 s\" }}"),
+        ..Covariate::new(format!("rest in {RUN_TIME}"), terms)
+    }
 }
 
 /// An oscillation, with phases and strengths of each run's own, from where slow waves end: of all
 /// readings together, which is scanned, then of each by itself, which is looked at where that is
 /// found.
-pub(super) fn in_time(model: &Model) -> Vec<(Arc<Effect>, Place)> {
+pub(super) fn in_time(model: &Model) -> Vec<Block> {
     let all: Vec<&MeasurandDeclaration> = model.measurands.iter().collect();
     let name = |one: &&MeasurandDeclaration| one.name.clone();
     // Models with other measurands have another family.
@@ -100,11 +122,7 @@ pub(super) fn in_time(model: &Model) -> Vec<(Arc<Effect>, Place)> {
 /// What a wave along each axis is multiplied by.
 const AXES: &[&str] = &[" * [1, 0, 0]", " * [0, 1, 0]", " * [0, 0, 1]"];
 
-fn oscillation(
-    name: &str,
-    place: &Place,
-    of: &[&MeasurandDeclaration],
-) -> Option<(Arc<Effect>, Place)> {
+fn oscillation(name: &str, place: &Place, of: &[&MeasurandDeclaration]) -> Option<Block> {
     let (mut coefficients, mut patches) = (Vec::new(), String::new());
     for (number, measurand) in of.iter().enumerate() {
         let name = measurand.name.as_str();
