@@ -9,14 +9,12 @@
 //! | `bursts`, `places` | stretches of wrong readings, and whether they come back at a place |
 //! | `spikes`, `trimmed` | readings that bend a fit, and a fit that they do not bend |
 //! | [`lost`], `shifted` | stretches of readings shifted by whole samples, and by other times |
-//! | `wild` | readings and runs that are far out |
-//! | `empty_runs` | runs of which nothing is left |
+//! | `wild` | readings and runs that are far out, and runs of which nothing is left |
 //! | `left_out` | how what is left out is listed |
 //! | [`mod@twice`] | what that does to the delays |
 
 mod bursts;
 mod codes;
-mod empty_runs;
 mod frozen;
 mod left_out;
 pub mod lost;

@@ -3,14 +3,13 @@
 //! For each effect of the library the size that enters a budget, and the size that is a row of it
 //! and leads all other effects, with probability [`sight::CAUGHT`] at the thresholds of the
 //! diagnosis ([`super::thresholds`]); the shift of each delay that an effect of the detectable size
-//! causes while nobody knows of it; and what would help. All of it follows from one pass over the
-//! design: the noncentrality of the test that will be made is the squared length of the effect's
-//! signature (Cox and Hinkley, *Theoretical Statistics*, 9.3).
+//! causes while it is not in the model; and what would help. All of it follows from one pass over
+//! the design: the noncentrality of the test that will be made is the squared length of the
+//! effect's signature (Cox and Hinkley, *Theoretical Statistics*, 9.3).
 //!
 //! | file | answers |
 //! |---|---|
-//! | [`mod@delays`] | how well delays will be known |
-//! | [`mod@design`] | predicted readings instead of recorded ones, and the library before them |
+//! | [`mod@design`] | predicted readings, the library before them, how well delays will be known |
 //! | [`detection`] | how often an effect of some length enters, is named, and leads |
 //! | [`mod@sight`] | sizes, from the columns of one pass |
 //! | [`noise`] | the same for effects on the noise |
@@ -20,7 +19,6 @@
 //! It is linear: sizes far beyond the typical ones are extrapolated. Structure outside the library
 //! has no size and is not in it.
 
-pub mod delays;
 pub mod design;
 pub mod detection;
 pub mod noise;
@@ -28,12 +26,9 @@ pub mod remedies;
 pub mod sight;
 pub mod words;
 
-pub use self::delays::DelaySigma;
-
 use std::collections::BTreeMap;
 
-use delays::{delay_rows, delays};
-use design::Prospect;
+use design::{DelaySigma, Prospect, delay_rows, delays};
 use detection::critical_gains;
 use remedies::remedies;
 use sight::{Sight, Way, shift, sight};
@@ -54,7 +49,7 @@ const BEYOND: f64 = 1e4;
 /// What a campaign makes of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum State {
-    /// It is seen, and told from others if it is large enough.
+    /// It is seen, and named if it is large enough.
     Visible,
     /// It is seen, but others do the same.
     Alias,
@@ -95,8 +90,8 @@ pub struct Row {
     pub with: Vec<String>,
     /// The detectable size of each member of a family.
     pub members: Vec<(BTreeMap<String, f64>, f64)>,
-    /// The largest shift of each delay (s) by an effect of the detectable size that nobody knows
-    /// of.
+    /// The largest shift of each delay (s) by an effect of the detectable size that is not in the
+    /// model.
     pub shifts: Vec<(String, f64)>,
     /// The size falls with the number of readings by a root of this order: the second for effects
     /// on the mean and for levels, the fourth for what shows in products of readings, the first for
@@ -128,7 +123,7 @@ impl Row {
 /// The table.
 #[derive(Clone, Debug)]
 pub struct Power {
-    /// What a fit of the design would say.
+    /// What a fit of the design would give.
     pub nominal: Calibration,
     /// One row for each effect: visible ones first.
     pub rows: Vec<Row>,

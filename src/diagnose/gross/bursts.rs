@@ -13,7 +13,6 @@ use crate::diagnose::sequences::{OfRun, Sequence, median_size};
 use crate::engine::{Point, Problem};
 
 use super::left_out::{OfSamples, rare};
-use super::lost::scatter;
 use super::places::comes_back;
 use super::shifted::Shifted;
 use super::wild::{GROSS, MOST_WILD, gross};
@@ -66,14 +65,12 @@ pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Sequence]) -> Vec<
     found
 }
 
-/// Takes stretches of whole samples that a shift of the clock explains from bursts. One measurand
-/// that is wrong for a while says nothing of the clock.
+/// Takes stretches of whole samples that a shift of the clock explains from bursts. From one
+/// measurand that is wrong for a while nothing follows about the clock.
 fn without_shifts(problem: &Problem, point: &Point, all: &[Sequence], found: &mut Vec<OfSamples>) {
     let runs: BTreeSet<(usize, usize)> = found.iter().map(|(of, _)| (of.part, of.run)).collect();
     for (p, run) in runs {
-        let own = all.iter().filter(|one| one.part == p);
-        let scatter: Vec<f64> = own.map(|one| scatter(problem, one)).collect();
-        let shifted = Shifted::new(problem, (p, run), point, &scatter);
+        let shifted = Shifted::new(problem, (p, run), point, all);
         let others = found.clone();
         found.retain(|(of, samples)| {
             let same = |one: &&OfSamples| (one.0.part, one.0.run, &one.1) == (p, run, samples);

@@ -26,7 +26,7 @@ use crate::engine::layout::qualified;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, fit};
 
-use super::shifted::{PERIODS, Shifted};
+use super::shifted::{PERIODS, Shifted, scatter};
 use super::trimmed::{SPOILT, TrimmedFit, starts, trimmed_fit};
 
 /// Stretches of one run at most.
@@ -80,10 +80,8 @@ fn find(problem: &Problem, point: &Point, sound: &[Sequence]) -> Vec<Lost> {
     let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
     let mut found = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
-        let own = sound.iter().filter(|one| one.part == p);
-        let scatter: Vec<f64> = own.map(|one| scatter(problem, one)).collect();
         for (r, run) in part.runs.iter().enumerate() {
-            let mut shifted = Shifted::new(problem, (p, r), point, &scatter);
+            let mut shifted = Shifted::new(problem, (p, r), point, sound);
             let count = run.record.len() as f64;
             let price = (0.5 * count * count * (2 * PERIODS) as f64 * runs as f64).max(1.0).ln();
             for _ in 0..MOST {
@@ -132,9 +130,4 @@ pub fn leave_out(problem: &mut Problem, lost: &[Lost]) {
         let columns = part.reading_columns();
         part.runs[one.run].record.leave_out([(one.samples.clone(), columns)]);
     }
-}
-
-/// Robust standard deviation of residuals, at least the stated one.
-pub(super) fn scatter(problem: &Problem, one: &Sequence) -> f64 {
-    one.deviation.unwrap_or(0.0).max(problem.parts[one.part].sigma[one.measurand])
 }

@@ -2,7 +2,7 @@
 //! the same time of a run.
 //!
 //! Samples are put in the order of a covariate instead of time. Where wrong ones stand together
-//! there, and in fewer stretches than in time, the covariate says when readings are wrong: a bad
+//! there, and in fewer stretches than in time, the covariate decides when readings are wrong: a bad
 //! sector of an encoder, a sense of motion, the start of each run. That is structure.
 
 use std::collections::BTreeSet;
@@ -38,7 +38,7 @@ pub(super) fn comes_back(problem: &Problem, of: (usize, usize), found: &[OfSampl
         covariates.resize(more.len(), Vec::new());
         covariates.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));
     }
-    // A place that was passed once tells nothing.
+    // From a place that was passed once nothing follows.
     own.len() > 1 && covariates.iter().any(|one| stands_together(one, &wrong, 2 * own.len()))
 }
 

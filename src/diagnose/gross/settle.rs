@@ -14,8 +14,8 @@ use super::wild::{without_gross_at, without_wrong_at};
 /// Rounds of leaving gross readings out.
 const PEELS: usize = 6;
 
-/// Runs that are left out one at a time where the fit does not settle: of so few none can be told
-/// to be wrong, of so many each one takes too long.
+/// Runs that are left out one at a time where the fit does not settle: of so few none stands
+/// out as wrong, of so many each one takes too long.
 const RUNS: std::ops::RangeInclusive<usize> = 4..=100;
 
 /// Runs that may be wrong together.

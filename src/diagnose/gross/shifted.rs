@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use crate::campaign::Samples;
+use crate::diagnose::sequences::Sequence;
 use crate::engine::part::SampleLeaves;
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::median::upper_median;
@@ -34,7 +35,8 @@ const WORSE: f64 = 25.0;
 pub(super) struct Shifted<'a> {
     part: &'a Part,
     run: usize,
-    scatter: &'a [f64],
+    /// Of each residual component.
+    scatter: Vec<f64>,
     predicted: Vec<Vec<f64>>,
     times: Vec<f64>,
     /// The usual sample period (s).
@@ -54,14 +56,16 @@ enum Shift {
 }
 
 impl<'a> Shifted<'a> {
-    /// `scatter` is that of each residual component.
+    /// The residuals of `sound` give the scatter of each component.
     pub(super) fn new(
         problem: &'a Problem,
         (p, run): (usize, usize),
         point: &Point,
-        scatter: &'a [f64],
+        sound: &[Sequence],
     ) -> Self {
         let part = &problem.parts[p];
+        let own = sound.iter().filter(|one| one.part == p);
+        let scatter = own.map(|one| scatter(problem, one)).collect();
         let record = &part.runs[run].record;
         let parameters = problem.parameters::<f64>(p, run, point);
         let randoms = vec![0.0; part.random_sigma.len()];
@@ -156,7 +160,7 @@ impl<'a> Shifted<'a> {
 
     /// Whether the stamps of whole samples fit a stretch as well as the best shift of the clock, and
     /// better than a quarter of a period away from it. Residuals that are larger than their scatter
-    /// say less.
+    /// count for less.
     pub(super) fn is_whole(&self, periods: isize, samples: &Range<usize>) -> bool {
         let (about, reach) = (periods as f64, periods.abs() + 4);
         let shifts =
@@ -234,6 +238,11 @@ impl<'a> Shifted<'a> {
         }
         Some(square(&sum)).filter(|sum| sum.is_finite())
     }
+}
+
+/// Robust standard deviation of residuals, at least the stated one.
+pub(super) fn scatter(problem: &Problem, one: &Sequence) -> f64 {
+    one.deviation.unwrap_or(0.0).max(problem.parts[one.part].sigma[one.measurand])
 }
 
 fn square(all: &[f64]) -> f64 {

@@ -2,7 +2,7 @@
 //!
 //! It is trimmed as least trimmed squares are (Rousseeuw 1984), but from where another fit stopped:
 //! what is far out is left out, the model is fitted again, all readings are looked at from there,
-//! and so on until the same ones are out. What is far out is for the caller to say. Where a fit of
+//! and so on until the same ones are out. The caller decides what is far out. Where a fit of
 //! all readings is too far off for that, fits to parts of the runs are other starts.
 
 use crate::diagnose::sequences::{Sequence, seen_from};

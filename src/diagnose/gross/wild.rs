@@ -1,7 +1,8 @@
 //! Gross readings: those beyond [`GROSS`] robust standard deviations go before anything else is
 //! judged, the farthest first, and are listed by row: what they do to the fit would pass for
 //! jitter, for noisier runs and for more outliers. Runs of which most readings are that far out go
-//! as wholes. Where many are far out the noise has long tails and none is left out.
+//! as wholes, and so do runs of which nothing is left. Where many readings are far out the noise has
+//! long tails and none is left out.
 //!
 //! Single outliers of a sound fit are for [`crate::diagnose::budget::noise`].
 
@@ -9,9 +10,10 @@ use std::collections::BTreeSet;
 
 use crate::diagnose::found::LeftOut;
 use crate::diagnose::sequences::{OfRun, Sequence, robust, seen_from};
-use crate::engine::{Point, Problem};
+use crate::engine::layout::qualified;
+use crate::engine::{Part, Point, Problem};
+use crate::graph::Scope;
 
-use super::empty_runs::without_empty_runs;
 use super::left_out::{Far, readings_out, stretches_out};
 
 /// Gross readings are so many robust standard deviations out, of their measurand and of it in their
@@ -110,4 +112,47 @@ fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
         }
     }
     wrong
+}
+
+/// Campaigns without the runs of which no reading is left, where something of their own, or of a
+/// setup of which no reading is left, is to be estimated: nothing would determine it. `None` where
+/// there are no such runs.
+fn without_empty_runs(problem: &Problem) -> Option<Problem> {
+    let mut parts = problem.parts.clone();
+    for part in &mut parts {
+        let goes: Vec<bool> = (0..part.runs.len())
+            .map(|run| is_empty(part, run) && has_own_unknowns(problem, part, run))
+            .collect();
+        if goes.iter().all(|goes| *goes) {
+            continue;
+        }
+        let stays = |run: usize| !goes[run];
+        part.runs = kept(&part.runs, stays);
+        part.run_levels = kept(&part.run_levels, stays);
+    }
+    let count = |parts: &[Part]| -> usize { parts.iter().map(|part| part.runs.len()).sum() };
+    let is_less = count(&parts) < count(&problem.parts);
+    is_less.then(|| Problem { progress: problem.progress.clone(), ..Problem::new(parts) })
+}
+
+fn kept<T: Clone>(all: &[T], stays: impl Fn(usize) -> bool) -> Vec<T> {
+    all.iter().enumerate().filter(|(run, _)| stays(*run)).map(|(_, one)| one.clone()).collect()
+}
+
+fn is_empty(part: &Part, run: usize) -> bool {
+    part.present_in(run).iter().all(|count| *count == 0)
+}
+
+/// Whether something holds for an empty run alone, or for a setup of which all runs are empty.
+fn has_own_unknowns(problem: &Problem, part: &Part, run: usize) -> bool {
+    let setup = part.runs[run].setup;
+    let mut of_setup = (0..part.runs.len()).filter(|other| part.runs[*other].setup == setup);
+    let called = |name: &str| qualified(part.label.as_deref(), name);
+    let (run, setup_name) = (called(&part.runs[run].name), called(&part.setups[setup]));
+    let is_of_run = |scope, of: &str| scope == Scope::Run && of == run;
+    let is_of_setup = |scope, of: &str| scope == Scope::Setup && of == setup_name;
+    let unknowns = problem.layout.instances.iter().filter(|one| !one.setting.fixed);
+    let mut of = unknowns.filter_map(|one| Some((one.setting.scope, one.of.as_deref()?)));
+    let is_setup_empty = of_setup.all(|other| is_empty(part, other));
+    of.any(|(scope, of)| is_of_run(scope, of) || is_setup_empty && is_of_setup(scope, of))
 }

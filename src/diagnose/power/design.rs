@@ -1,6 +1,6 @@
 //! A campaign as a design: the readings that its model predicts, without noise, and what a fit to
-//! them would give, of the model and of each effect of the library. Nothing is fitted; of readings
-//! that were recorded it only matters which of them there are.
+//! them would give, of the model, its delays and each effect of the library. Nothing is fitted; of
+//! readings that were recorded it only matters which of them there are.
 
 use std::convert::Infallible;
 
@@ -15,6 +15,7 @@ use crate::engine::open::Recipe;
 use crate::engine::simulate::draw_run;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{Fit, Outcome};
+use crate::estimate::calibrate::Calibration;
 
 /// Effects before a design.
 #[derive(Clone, Debug)]
@@ -29,6 +30,18 @@ pub struct Prospect {
     pub not_testable: Vec<NotTestable>,
     /// What the pass over the design gives for each candidate.
     pub evidence: Evidence,
+}
+
+/// How well a delay will be known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DelaySigma {
+    /// The measurand.
+    pub measurand: String,
+    /// The parameter that is its delay; measurands may share one.
+    pub parameter: String,
+    /// Its delay's largest standard uncertainty over the scope (s); `None` where it is not
+    /// determined.
+    pub sigma: Option<f64>,
 }
 
 /// Campaigns with the readings that are predicted at a point, as if just fitted. Runs that are not
@@ -73,14 +86,48 @@ pub fn prospect(fitted: Fitted, wanted: &Wanted) -> Option<Prospect> {
     let mut offer = wanted.of(offer(&fitted.recipes));
     let mut candidates = Vec::new();
     for family in offer.effects.chunk_by(|a, b| a.name == b.name) {
-        let told = told(&fitted.problem, family);
-        if told.is_empty() {
+        let distinct = told(&fitted.problem, family);
+        if distinct.is_empty() {
             offer.not_testable.push(NotTestable::here(&family[0].name, ALL_BLIND));
         }
-        candidates.extend(told.into_iter().cloned());
+        candidates.extend(distinct.into_iter().cloned());
     }
     let all: Vec<_> = candidates.iter().collect();
     let evidence = Evidence::new(&fitted.problem, &fitted.fit.normal, &fitted.fit.point, &all)?;
     let (noise, not_testable) = (offer.noise, offer.not_testable);
     Some(Prospect { fitted, candidates, noise, not_testable, evidence })
+}
+
+/// Each free delay with its columns and their coefficients.
+pub(super) fn delay_rows(stage: &Prospect) -> Vec<(String, Vec<(usize, f64)>)> {
+    let layout = &stage.fitted.problem.layout;
+    let delays = layout.instances.iter().enumerate();
+    let delays = delays.filter(|(_, instance)| instance.name.ends_with(".delay"));
+    let rows = delays.map(|(index, instance)| {
+        let of = instance.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
+        (format!("{}{of}", instance.name), layout.columns_of(index, 0))
+    });
+    rows.filter(|(_, row)| !row.is_empty()).collect()
+}
+
+/// The standard uncertainty of each measurand's delay, the largest where there are several.
+pub(super) fn delays(nominal: &Calibration) -> Vec<DelaySigma> {
+    let estimates = nominal.estimates();
+    let mut found: Vec<DelaySigma> = Vec::new();
+    for part in &nominal.problem.parts {
+        let names = &part.system.assembly.names;
+        for (parameter, declared) in names.parameters.iter().zip(&part.system.declared) {
+            for measurand in &declared.delay_of {
+                let own = || estimates.iter().filter(|one| one.name == parameter.name);
+                let known = own().all(|one| one.sigma.is_some());
+                let most = own().filter_map(|one| one.sigma).fold(0.0, f64::max);
+                let measurand = names.measurands[*measurand].name.clone();
+                if !found.iter().any(|one| one.measurand == measurand) {
+                    let (parameter, sigma) = (parameter.name.clone(), known.then_some(most));
+                    found.push(DelaySigma { measurand, parameter, sigma });
+                }
+            }
+        }
+    }
+    found
 }

@@ -104,13 +104,13 @@ impl<'a> Shared<'a> {
             .collect();
         near.sort_by(|a, b| b.1.total_cmp(&a.1));
         let nearest = near.first().map_or(0.0, |(_, square)| *square);
-        let told = solved(|size| {
+        let named = solved(|size| {
             let length = (size * self.typical).powi(2) * self.strength;
             length >= bar && leads(length * (1.0 - nearest).sqrt(), 1, 1) >= CAUGHT
         });
-        let told = told * self.typical;
+        let named = named * self.typical;
         let most = FAR * self.typical.max(detectable);
-        let identifiable = (nearest < SAME && told <= most).then_some(told);
+        let identifiable = (nearest < SAME && named <= most).then_some(named);
         near.retain(|(_, square)| *square >= if identifiable.is_none() { SAME } else { 0.81 });
         Row {
             state: if identifiable.is_some() { State::Visible } else { State::Alias },

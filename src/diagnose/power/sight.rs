@@ -1,8 +1,8 @@
-//! How well one effect is seen and told from others, from the columns of one pass.
+//! How well one effect is seen and distinguished from others, from the columns of one pass.
 //!
 //! The *size* of an effect is the length of its parameters together, each weighed by its typical
 //! value and counted in the unit of the first: the amplitude of a cosine and sine pair. A value for
-//! each setup, run or measurand has that size in each of them. Nobody knows the phase:
+//! each setup, run or measurand has that size in each of them. The phase is not known:
 //! probabilities are means over directions (`DIRECTIONS` random ones, always the same) and over the
 //! members of a family. Values and directions that nominal parameters take up are left aside.
 
@@ -37,7 +37,7 @@ const NEAREST: usize = 4;
 pub struct Way<'a> {
     /// The effect.
     pub candidate: &'a Candidate,
-    /// What a pass says of it.
+    /// What a pass over the readings gives for it.
     pub entry: &'a Entry,
 }
 
@@ -65,7 +65,7 @@ pub fn directions(way: Way<'_>) -> Vec<DVector<f64>> {
     let mut draw = || {
         let mut direction =
             DVector::from_fn(scale.len(), |_, _| StandardNormal.sample(&mut generator));
-        // What nobody can see is no part of the size.
+        // What no reading shows is no part of the size.
         seen.iter()
             .zip(direction.iter_mut())
             .filter(|(seen, _)| !**seen)
@@ -223,26 +223,26 @@ fn rays(
 }
 
 /// The effects that stand in the way of naming this one, nearest first: those that it cannot be
-/// told from at a size, if one is given, else those that do nearly the same.
+/// distinguished from at a size, if one is given, else those that do nearly the same.
 fn alike(rays: &[Ray], others: &[Way<'_>], size: Option<f64>) -> Vec<String> {
     let mut found: Vec<(&str, f64, f64)> = Vec::new();
     for ray in rays {
         for (number, apart, degrees) in &ray.others {
             let name = others[*number].candidate.name.as_str();
             let share = apart * apart / ray.square;
-            let told = size.map_or(0.0, |size| leads(size * apart, ray.degrees, *degrees));
+            let leading = size.map_or(0.0, |size| leads(size * apart, ray.degrees, *degrees));
             match found.iter_mut().find(|(known, ..)| *known == name) {
                 Some((_, sum, all)) => {
                     *sum += share;
-                    *all += told;
+                    *all += leading;
                 }
-                None => found.push((name, share, told)),
+                None => found.push((name, share, leading)),
             }
         }
     }
     let count = rays.len() as f64;
-    found.retain(|(_, share, told)| match size {
-        Some(_) => told / count < CAUGHT,
+    found.retain(|(_, share, leading)| match size {
+        Some(_) => leading / count < CAUGHT,
         None => share / count < 1.0 - NEAR_ALIAS,
     });
     found.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(b.0)));

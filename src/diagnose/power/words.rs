@@ -58,7 +58,7 @@ fn listed(names: &[String]) -> String {
 }
 
 fn of_visible(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -> String {
-    let (Some(seen), Some(told)) = (row.detectable, row.identifiable) else {
+    let (Some(seen), Some(named)) = (row.detectable, row.identifiable) else {
         return String::new();
     };
     let Some(typical) = row.typical else { return "it is seen and told from others".to_owned() };
@@ -69,7 +69,7 @@ fn of_visible(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -> Stri
         (times <= MOST_TIMES)
             .then(|| format!("{} readings instead of {readings:.0}", round(times * readings)))
     };
-    if told <= typical {
+    if named <= typical {
         return "a usual one is seen and named".to_owned();
     }
     let enough = |other: &Row| other.identifiable.is_some_and(|size| size <= typical);
@@ -80,7 +80,7 @@ fn of_visible(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -> Stri
         } else {
             format!("a usual one is seen, but may be taken for {}", listed(&row.with))
         };
-        return match helps(row, tried, enough).or_else(|| more(told)) {
+        return match helps(row, tried, enough).or_else(|| more(named)) {
             Some(help) => format!("{taken}; {help} would tell"),
             None => taken,
         };
