@@ -10,7 +10,7 @@
 //! | [`rows`] | whitened rows one after the other |
 //! | [`changes`] | change points as terms |
 //! | `stated` | stated values that are wrong, as terms |
-//! | `size` | how large an effect is, and may be |
+//! | `size`, `values` | how large an effect is, and may be; values of terms by parameter |
 //! | `still` | readings that hardly vary |
 //! | [`judge`] | when a row stands |
 //! | [`linear`], [`in_fit`] | a fitted model with everything that may be added to it; rows that are in it |
@@ -54,4 +54,5 @@ mod stated;
 mod still;
 pub mod sums;
 pub mod terms;
+mod values;
 pub mod verdict;

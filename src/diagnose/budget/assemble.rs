@@ -13,13 +13,13 @@ use crate::estimate::linear_range::{BeyondRange, beyond_range};
 use crate::system::Selected;
 
 use super::absorbed::absorbed;
-use super::answer::{Diagnosis, Doubtful, FAR_BEYOND_STATED, Findings, Ranked, Row, Size, decide};
+use super::answer::{Diagnosis, Doubtful, FAR_BEYOND_STATED, Findings, Ranked, Row, decide};
 use super::confounded::near_aliases;
 use super::driver::Found;
 use super::held_out::Folded;
 use super::in_fit::effect_of;
 use super::judge::Objection;
-use super::linear::{Linear, Start};
+use super::linear::Linear;
 use super::member::member_uncertainties;
 use super::noise_scale::{autocorrelation, levels, scale_noise, scatter, white_scale};
 use super::pieces::Pieces;
@@ -238,7 +238,7 @@ impl Budget<'_> {
                     name: name.clone(),
                     gain,
                     objection: objection.clone(),
-                    values: sizes(linear, linear.start(selection, &rows, term)),
+                    values: linear.sizes(selection, &rows, term),
                 });
             }
         }
@@ -283,21 +283,9 @@ impl Budget<'_> {
                 ln_bayes: one.ln_bayes,
                 share: if total > 0.0 { (one.gain.gain / total).clamp(0.0, 1.0) } else { 0.0 },
                 probability: weight(Cause::Library, one.ln_bayes) / sum,
-                values: sizes(linear, linear.start(&live, &[], one.term)),
+                values: linear.sizes(&live, &[], one.term),
             }
         });
         (candidates.collect(), Some([nothing / sum, library / sum, unknown / sum]))
     }
-}
-
-/// Values with the units in which their parameters are declared.
-fn sizes(linear: &Linear, values: Start) -> Vec<Size> {
-    let size = |(parameter, component, of, value): (String, usize, Option<String>, f64)| Size {
-        unit: linear.unit_of(&parameter),
-        parameter,
-        component,
-        of,
-        value,
-    };
-    values.into_iter().map(size).collect()
 }

@@ -156,14 +156,7 @@ impl Solved {
         let columns = selection.terms[term].columns.iter().zip(self.terms[at].clone());
         columns
             .filter_map(|(column, place)| {
-                let (name, component, of) = linear.parameter_of(column.first()?.0)?;
-                let size = Size {
-                    unit: linear.unit_of(&name),
-                    parameter: name,
-                    component,
-                    of,
-                    value: self.values[place],
-                };
+                let size = linear.size(column.first()?.0, self.values[place])?;
                 Some((size, self.covariance[(place, place)].max(0.0).sqrt()))
             })
             .collect()

@@ -20,7 +20,6 @@ use crate::engine::Problem;
 use crate::engine::signatures::Signatures;
 
 use crate::diagnose::thresholds::{OWN_EFFECT, RELAXED};
-use crate::units::Unit;
 
 use super::families::{Families, best_members};
 use super::in_fit::{Row, columns_of, effect_of};
@@ -32,9 +31,6 @@ use super::terms::Term;
 /// Share of a row's form that a block over the same reading leaves, below which its covariate is
 /// the row.
 const OWN_COVARIATE: f64 = 0.1;
-
-/// Values of parameters where a fit begins: name, component, owner, value (SI).
-pub type Start = Vec<(String, usize, Option<String>, f64)>;
 
 /// A linearised model with its terms.
 #[derive(Clone, Debug)]
@@ -238,52 +234,6 @@ impl Linear {
         let own = &self.terms[term];
         let Term { name, variant, members, ln_prior, .. } = own;
         Row { name: name.clone(), variant: *variant, members: *members, ln_prior: *ln_prior }
-    }
-
-    /// The parameter of which a column is a component, and whose value it is.
-    pub fn parameter_of(&self, column: usize) -> Option<(String, usize, Option<String>)> {
-        let Some(own) = column.checked_sub(self.sums.nominal) else {
-            let layout = &self.fitted.problem.layout;
-            return layout.instances.iter().enumerate().find_map(|(index, instance)| {
-                let mut own = layout.own_columns(index);
-                let (component, _) = own.find(|(_, other)| *other == column)?;
-                Some((instance.name.clone(), component, instance.whose().map(str::to_owned)))
-            });
-        };
-        let owner = self.sums.owners.get(own)?;
-        Some((owner.parameter.clone(), owner.component, owner.of.clone()))
-    }
-
-    /// The unit in which a parameter of a candidate or of a row is declared.
-    pub fn unit_of(&self, parameter: &str) -> Unit {
-        let instances = &self.fitted.problem.layout.instances;
-        if let Some(own) = instances.iter().find(|one| one.name == parameter) {
-            return own.unit.clone();
-        }
-        let own = self.candidates.iter().filter(|one| {
-            parameter.strip_prefix(one.name.as_str()).is_some_and(|rest| rest.starts_with('.'))
-        });
-        own.filter_map(|one| one.unit(parameter)).next().unwrap_or_else(Unit::one)
-    }
-
-    /// Values of a term's parameters beside a model, as the sums find them best.
-    pub fn start(&self, selection: &Selection<'_>, model: &[usize], term: usize) -> Start {
-        let with = [model, &[term]].concat();
-        let values = selection.values(&with);
-        let own = &selection.terms[term].columns;
-        let first = values.len() - own.len();
-        let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
-        for (number, combination) in own.iter().enumerate() {
-            for (column, by) in combination {
-                *sums.entry(*column).or_default() += by * values[first + number];
-            }
-        }
-        sums.into_iter()
-            .filter_map(|(column, value)| {
-                let (name, component, of) = self.parameter_of(column)?;
-                Some((name, component, of, value))
-            })
-            .collect()
     }
 }
 

@@ -18,9 +18,7 @@ pub fn measured(problem: &Problem) -> Problem {
         part.runs.retain(|_| measured.next().unwrap_or(false));
     }
     parts.retain(|part| !part.runs.is_empty());
-    let mut measured = Problem::new(parts);
-    measured.progress = problem.progress.clone();
-    measured
+    problem.with_parts(parts)
 }
 
 /// The point of all runs with the fit of the [`measured`] ones: as stated where the fit says

@@ -80,5 +80,5 @@ fn freed(whole: &Calibration, name: &str, start: Option<f64>) -> Problem {
             setting.start = start.map(|one| vec![one]).or(setting.start.take());
         }
     }
-    Problem { progress: whole.problem.progress.clone(), ..Problem::new(parts) }
+    whole.problem.with_parts(parts)
 }

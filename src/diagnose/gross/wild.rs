@@ -132,7 +132,7 @@ fn without_empty_runs(problem: &Problem) -> Option<Problem> {
     }
     let count = |parts: &[Part]| -> usize { parts.iter().map(|part| part.runs.len()).sum() };
     let is_less = count(&parts) < count(&problem.parts);
-    is_less.then(|| Problem { progress: problem.progress.clone(), ..Problem::new(parts) })
+    is_less.then(|| problem.with_parts(parts))
 }
 
 fn kept<T: Clone>(all: &[T], stays: impl Fn(usize) -> bool) -> Vec<T> {
