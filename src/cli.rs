@@ -16,6 +16,7 @@ mod deviations;
 mod diagnose;
 mod doubts;
 mod joint;
+mod leave_out;
 mod load;
 mod new;
 mod output;

@@ -37,6 +37,7 @@ pub mod global;
 pub mod json;
 #[cfg(feature = "cli")]
 pub(crate) mod layout;
+pub mod left_out;
 #[cfg(feature = "cli")]
 mod linear_range;
 pub mod members;

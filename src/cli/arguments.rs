@@ -116,6 +116,10 @@ pub(super) struct CampaignArguments {
     /// Leave bad rows of data files out, count and list them
     #[arg(long)]
     pub(super) skip_bad_rows: bool,
+    /// Leave the readings out that this table lists, as `diagnose --out DIR` writes it into
+    /// DIR/left_out.csv (repeat for more)
+    #[arg(long, value_name = "FILE")]
+    pub(super) leave_out: Vec<PathBuf>,
     /// Read no file outside a campaign's folder: for campaigns of strangers
     #[arg(long)]
     pub(super) confined: bool,

@@ -161,12 +161,23 @@ fn apart(one: &Instance, other: &Instance) -> Option<String> {
     })
 }
 
+/// A value as it is typed into a shell.
+fn typed(value: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=@~+:".contains(c);
+    if value.chars().all(is_plain) {
+        value.to_owned()
+    } else {
+        format!("'{}'", value.replace('\'', "'\\''"))
+    }
+}
+
 /// A variance factor, with what was found and by the noise as stated, beyond which it is asked whether a convention was
 /// mistaken.
 const BAD: f64 = 4.0;
 
-/// The table that `--out` asks for.
+/// The tables that `--out` asks for.
 const CANDIDATES: &str = "candidates.csv";
+const LEFT_OUT: &str = "left_out.csv";
 
 impl Diagnose {
     pub(super) fn run(&self) -> Result<(), Failure> {
@@ -185,7 +196,7 @@ impl Diagnose {
                 render::all(&other_owners(&loaded.problem, other));
             }
         }
-        loaded.keep_files(self.common.out.as_ref(), [CANDIDATES])?;
+        loaded.keep_files(self.common.out.as_ref(), [CANDIDATES, LEFT_OUT])?;
         let suspicion = loaded.suspicion();
         let as_loaded = loaded.problem.clone();
         let recipes = loaded.recipes.clone();
@@ -208,6 +219,8 @@ impl Diagnose {
         if let Some(folder) = &self.common.out {
             let table = report::diagnosis::table(&found);
             output::file(&folder.join(CANDIDATES), &table, &loaded.files)?;
+            let table = report::left_out::table(&found);
+            output::file(&folder.join(LEFT_OUT), &table, &loaded.files)?;
         }
         match self.common.format {
             Format::Json => {
@@ -221,7 +234,13 @@ impl Diagnose {
                 output::json(&value)?;
             }
             Format::Text => {
-                output::text(&report::diagnosis_text::text(&loaded.title, &found, self.top))?;
+                let with = self.given();
+                output::text(&report::diagnosis_text::text(
+                    &loaded.title,
+                    &found,
+                    &with,
+                    self.top,
+                ))?;
                 let smoothing = report::smoothing::text(&found.nominal);
                 if !smoothing.is_empty() {
                     output::text(&(smoothing + report::smoothing::WHERE))?;
@@ -238,6 +257,23 @@ impl Diagnose {
             }
         }
         if found.verdict.is_made() { Ok(()) } else { Err(Failure::Told) }
+    }
+
+    /// The options of this command that an estimate of what was found needs, too.
+    fn given(&self) -> Vec<String> {
+        let CampaignArguments { with, effects, set, start, leave_out, .. } = &self.common;
+        let path = |file: &PathBuf| file.display().to_string();
+        let options = [
+            ("--effects", effects.iter().map(path).collect::<Vec<_>>()),
+            ("--set", set.clone()),
+            ("--start", start.clone()),
+            ("--leave-out", leave_out.iter().map(path).collect()),
+            ("--with", with.clone()),
+        ];
+        let of = |(option, values): (&str, Vec<String>)| -> Vec<String> {
+            values.iter().map(|value| format!("{option} {}", typed(value))).collect()
+        };
+        options.into_iter().flat_map(of).collect()
     }
 
     /// Another campaign, read as the first ones were.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::arguments::{CampaignArguments, Format};
+use super::leave_out::leave_out;
 use super::{Failure, clean, output, progress, render};
 use crate::campaign::declared::RunEntry;
 use crate::campaign::load::Campaign;
@@ -109,6 +110,9 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
     let mut opened = read(arguments, &arguments.campaigns)?;
     let folders = opened.campaigns.iter().map(|campaign| campaign.folder.as_path());
     let conventions = library::conventions(folders)?;
+    for file in &arguments.leave_out {
+        leave_out(&mut opened.problem, file)?;
+    }
     let as_opened = opened.problem.clone();
     let (problem, found) = improved(opened.problem);
     opened.problem = problem;
@@ -128,6 +132,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
         .collect();
     let mut files = Files::default();
     opened.campaigns.iter().for_each(|campaign| files.extend(&campaign.files));
+    arguments.leave_out.iter().for_each(|file| files.note(file));
     for folder in &arguments.effects {
         effect_files(folder)?.iter().for_each(|file| files.note(file));
     }

@@ -272,6 +272,13 @@ impl Part {
         })
     }
 
+    /// Number of residual components of each measurand that there are readings of: of a rotation
+    /// three times that of its readings.
+    pub fn components_present(&self) -> Vec<usize> {
+        let all = self.slots.iter().zip(self.present());
+        all.map(|(slot, readings)| slot.components * readings).collect()
+    }
+
     /// Number of readings of each measurand in a run.
     pub fn present_in(&self, run: usize) -> Vec<usize> {
         let mut counts = vec![0; self.slots.len()];

@@ -263,6 +263,12 @@ impl Problem {
         let runs = self.parts.iter().flat_map(|part| (0..part.runs.len()).map(move |r| (part, r)));
         runs.flat_map(|(part, run)| part.present_in(run)).sum()
     }
+
+    /// Number of residual components there are, a rotation counting as three: what a sum of their
+    /// squares is compared with.
+    pub fn component_count(&self) -> usize {
+        self.parts.iter().flat_map(Part::components_present).sum()
+    }
 }
 
 /// The unknowns of campaigns together.

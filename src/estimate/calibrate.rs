@@ -316,7 +316,7 @@ pub fn finish(
     let withheld = withheld(&problem, &fit.point, examined.as_ref());
     let bounds = holding_bounds(&problem, &fit);
     let refused = outside_range(&problem, &fit);
-    let readings = count(&problem) + fit.normal.priors.len();
+    let readings = problem.component_count() + fit.normal.priors.len();
     let rms = rms(&problem, &fit.point);
     let aligned = aligned
         .into_iter()
@@ -390,18 +390,6 @@ fn holding_bounds(problem: &Problem, fit: &Fit<Point>) -> Vec<Vec<Option<Bound>>
     let components = |index: usize| 0..layout.instances[index].dimension();
     let each = |index| components(index).map(|component| held(index, component)).collect();
     (0..layout.instances.len()).map(each).collect()
-}
-
-/// Scalar readings: a rotation counts as three.
-pub(super) fn count(problem: &Problem) -> usize {
-    let mut count = 0;
-    for part in &problem.parts {
-        for run in 0..part.runs.len() {
-            let counts = part.present_in(run);
-            count += part.slots().iter().zip(counts).map(|(s, n)| n * s.components).sum::<usize>();
-        }
-    }
-    count
 }
 
 /// rms of the residuals of each measurand over all campaigns, by name.

@@ -8,6 +8,7 @@ use crate::diagnose::library::candidate::NotTestable;
 use crate::diagnose::library::variant::Variant;
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
+use crate::report::left_out;
 use crate::report::linear_range;
 use crate::report::noise_text::noise;
 use crate::report::rows_text::{SHORT, budget, share, values};
@@ -17,8 +18,9 @@ use crate::report::verdict_text::sentence;
 /// Candidates shown unless another number is asked for.
 const TOP: usize = 8;
 
-/// The result of `diagnose`, at most `top` candidates.
-pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
+/// The result of `diagnose`, at most `top` candidates; `given` are the options that an estimate
+/// needs, too.
+pub fn text(title: &str, diagnosis: &Diagnosis, given: &[String], top: Option<usize>) -> String {
     let mut text = format!("{title}\n\n{}\n", sentence(diagnosis));
     if !diagnosis.verdict.is_made() {
         text.push_str(&trouble(&diagnosis.nominal));
@@ -32,7 +34,7 @@ pub fn text(title: &str, diagnosis: &Diagnosis, top: Option<usize>) -> String {
     text.push_str(&gap(diagnosis));
     text.push_str(&doubtful(diagnosis));
     text.push_str(&unexplained(diagnosis));
-    text.push_str(&next(diagnosis));
+    text.push_str(&next(diagnosis, given));
     text.push_str(&candidates(diagnosis, top.unwrap_or(TOP)));
     let absorbed = diagnosis.absorbed.iter().map(|one| [one.name.as_str(), &one.acts_as]);
     text.push_str(&listed(
@@ -152,7 +154,7 @@ fn unexplained(diagnosis: &Diagnosis) -> String {
 }
 
 /// The command that goes on from here.
-fn next(diagnosis: &Diagnosis) -> String {
+fn next(diagnosis: &Diagnosis, given: &[String]) -> String {
     let wanting = diagnosis.not_testable.iter().filter(|one| !one.wants.is_empty());
     let wanting: Vec<String> =
         wanting.map(|one| format!("`{}` ({})", one.name, one.wants.join(", "))).collect();
@@ -163,11 +165,23 @@ fn next(diagnosis: &Diagnosis) -> String {
             wanting.join(", ")
         ));
     }
-    if !diagnosis.rows.is_empty() {
-        let with: Vec<String> =
-            diagnosis.rows.iter().map(|one| format!("--with {}", one.name)).collect();
-        text.push_str(&format!("\nNext: `homepoint calibrate CAMPAIGN {}`\n", with.join(" ")));
+    let leaves_out = left_out::is_any(diagnosis) && diagnosis.verdict.is_made();
+    if !diagnosis.rows.is_empty() || leaves_out {
+        let rows = diagnosis.rows.iter().map(|one| format!("--with {}", one.name));
+        let leave_out = leaves_out.then(|| "--leave-out DIR/left_out.csv".to_owned());
+        let options: Vec<String> = given.iter().cloned().chain(rows).chain(leave_out).collect();
+        text.push_str(&format!("\nNext: `homepoint calibrate CAMPAIGN {}`\n", options.join(" ")));
+        if leaves_out {
+            text.push_str("      after `homepoint diagnose CAMPAIGN --out DIR`, which lists there what is left out\n");
+        }
         text.push_str(&diagnosis.rows.iter().filter_map(relaxed).collect::<String>());
+        let changes = diagnosis.remainder.iter().filter(|one| one.change.is_some());
+        for one in changes {
+            text.push_str(&format!(
+                "      without {}, so its values differ from those above: give the rows after it a run of their own\n",
+                one.place.words
+            ));
+        }
     }
     let mut parts = diagnosis.remainder.iter();
     let part = parts.find(|one| one.gain.gain > 0.0 && one.place.is_of_an_effect());

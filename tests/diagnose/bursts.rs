@@ -66,7 +66,7 @@ fn readings_that_stand_still_are_left_out() {
             assert!(stretches(&found).contains(&due), "{due:?} in {:?}", stretches(&found));
         }
     }
-    let text = text("", &found, None);
+    let text = text("", &found, &[], None);
     assert!(text.contains("in rows 22 to 33 of run `A_cw50`: repeat their last values"), "{text}");
 }
 

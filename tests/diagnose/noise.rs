@@ -9,6 +9,7 @@ use homepoint::diagnose::{Diagnosis, diagnose, judge};
 use homepoint::engine::Problem;
 use homepoint::engine::layout::Instance;
 use homepoint::engine::open::{Request, open};
+use homepoint::engine::simulate::simulate;
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
 use homepoint::report;
@@ -258,7 +259,7 @@ fn an_effect_that_wants_a_constant_is_not_forgotten() {
     let told = |request: &Request| {
         let opened = open(request).unwrap();
         let found = run(opened.problem.clone(), &opened);
-        (found.verdict, report::diagnosis_text::text("", &found, None))
+        (found.verdict, report::diagnosis_text::text("", &found, &[], None))
     };
     let (verdict, text) = told(&request);
     assert_eq!(verdict, Verdict::PartlyExplained);
@@ -285,7 +286,7 @@ fn a_memory_is_said_without_an_effect_for_it() {
     // Half of the variance, for as long as the effect says.
     assert!((memory["share"].as_f64().unwrap() - 0.5).abs() < 0.1, "{memory}");
     assert!((memory["time"].as_f64().unwrap() / 1.5).ln().abs() < 0.5, "{memory}");
-    let text = report::diagnosis_text::text("", &found, None);
+    let text = report::diagnosis_text::text("", &found, &[], None);
     assert!(text.contains("autocorrelated") && text.contains("`distance`"), "{text}");
 }
 
@@ -304,7 +305,7 @@ fn a_wrong_level_is_said_without_an_effect_for_it() {
     };
     assert_eq!(level["measurand"], "distance");
     assert!((level["factor"].as_f64().unwrap() - 3.0).abs() < 0.1, "{level}");
-    let text = report::diagnosis_text::text("", &found, None);
+    let text = report::diagnosis_text::text("", &found, &[], None);
     assert!(text.contains("`distance` scatters 3.0"), "{text}");
 }
 
@@ -353,7 +354,7 @@ fn times_off(all: &[(&str, f64, u64)]) {
         let set = format!("{name}={value} s");
         let (opened, problem) = drawn(&[name.split('.').next().unwrap()], &[&set], seed);
         let found = run(problem, &opened);
-        let text = report::diagnosis_text::text("", &found, None);
+        let text = report::diagnosis_text::text("", &found, &[], None);
         assert!(found.rows.is_empty(), "{}", told(&found));
         assert!(found.contradicted.is_empty(), "{text}");
         // Half the variance of the times by the acceleration of a reading is an error of it.
@@ -391,7 +392,7 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     judge(&mut found, &clean, &Options::default()).unwrap();
     assert!(found.gap.as_ref().unwrap().held_out_drop < 0.0, "{:?}", found.gap);
     assert_eq!(found.gap.as_ref().unwrap().closed, 0.0);
-    let text = report::diagnosis_text::text("", &found, None);
+    let text = report::diagnosis_text::text("", &found, &[], None);
     assert!(text.contains("Held-out readings do not support it."), "{text}");
 }
 
@@ -531,5 +532,29 @@ fn a_noisy_angle_is_no_level_of_all_angles() {
     assert_eq!(both.len(), 2, "{both:?}");
     for (measurand, factor) in &both {
         assert!(measurand != "distance" && (factor / 1.4 - 1.0).abs() < 0.05, "{both:?}");
+    }
+}
+
+/// A rotation has three components: of errors half as large again as stated the noise scale factor is
+/// 1.5, as that of other readings.
+#[test]
+fn the_noise_of_a_rotation_counts_its_components() {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/hand_eye");
+    let opened = open(&Request::new([example])).unwrap();
+    let fitted = calibrate(opened.problem.clone(), &Options::default()).unwrap();
+    let mut problem = opened.problem.clone();
+    let times = |problem: &mut Problem, by: f64| {
+        problem.parts[0].sigma.iter_mut().for_each(|sigma| *sigma *= by);
+    };
+    times(&mut problem, 1.5);
+    simulate(&mut problem, &fitted.fit.point, 4, true);
+    times(&mut problem, 1.5_f64.recip());
+    let found = run(problem, &opened);
+    let level = |name: &str| {
+        let level = found.levels.iter().find(|one| one.measurand == name && one.run.is_none());
+        level.map_or(1.0, |one| one.factor)
+    };
+    for name in ["x", "y", "z", "attitude"] {
+        assert!((level(name) - 1.5).abs() < 0.08, "{name}: {} {}", level(name), told(&found));
     }
 }

@@ -75,7 +75,7 @@ fn steps(all: &[(&str, usize, Range<usize>, f64)]) {
             all.readings[column][samples.clone()].iter_mut().for_each(|value| *value += by);
         });
         let found = run(problem, &opened);
-        let text = told("", &found, None);
+        let text = told("", &found, &[], None);
         assert_eq!(found.verdict, Verdict::Unknown, "{name}: {}", brief(&found));
         let measurand = ["horizontal", "vertical", "distance"][column];
         let places = found.remainder.iter().map(|one| &one.place);

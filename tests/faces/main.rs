@@ -13,6 +13,7 @@ mod examples;
 mod examples_again;
 mod joint_fit;
 mod json_keys;
+mod left_out;
 mod sessions;
 mod spilled_campaigns;
 mod terminal;

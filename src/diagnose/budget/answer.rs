@@ -22,6 +22,9 @@ use crate::diagnose::thresholds::CONFOUNDED;
 
 pub use super::verdict::{FAR_BEYOND_STATED, Findings, Verdict, decide};
 
+/// Part of what it is compared with that the nearest effect explains at least.
+pub const NEAREST: f64 = 0.01;
+
 /// A row of the budget: an effect that explains a part of the gap.
 #[derive(Clone, Debug)]
 pub struct Row {
@@ -232,7 +235,7 @@ impl Diagnosis {
         let is_unknown = self.rows.is_empty() && self.verdict.has_remainder();
         let by_evidence = |a: &&Ranked, b: &&Ranked| a.ln_bayes.total_cmp(&b.ln_bayes);
         let nearest = self.candidates.iter().filter(|_| is_unknown).max_by(by_evidence);
-        nearest.filter(|one| one.ln_bayes > 0.0)
+        nearest.filter(|one| one.ln_bayes > 0.0 && one.share >= NEAREST)
     }
 
     /// Of a nominal model alone.

@@ -172,8 +172,12 @@ impl Selection<'_> {
                     0.0
                 };
                 let (own, simpler) = self.replaced(model, &[model[at]], blocks, BLOCKS_FOR_A_ROW);
-                // One unmodelled cause may be both the only row and the remainder.
-                let is_lone = rows.len() == 1 && rest > LONE_SHARE * gain;
+                // One unmodelled cause may be both the only row and what remains in its readings.
+                let is_lone = rows.len() == 1 && {
+                    let blocks = (0..model.len()).filter(|block| *block != at);
+                    let near = blocks.filter(|block| self.is_beside(model[at], model[*block]));
+                    near.map(|block| gains[block].excess()).sum::<f64>() > LONE_SHARE * gain
+                };
                 let one_cause = is_lone && simpler - evidence > -LONE_MARGIN;
                 let own = own - evidence;
                 (own > -margin || one_cause).then_some((row, Objection::Replaced(own)))
@@ -198,6 +202,16 @@ impl Selection<'_> {
         }
         let worst = objections.into_iter().min_by(|a, b| drops[a.0].total_cmp(&drops[b.0]));
         worst.map(|(row, objection)| (model[rows[row]], objection))
+    }
+
+    /// Whether a block is not an error of one measurand that a row leaves as it is.
+    fn is_beside(&self, row: usize, block: usize) -> bool {
+        let own =
+            |term: usize| self.terms[term].columns.iter().flatten().map(|(column, _)| *column);
+        let acts = |term: usize, measurand: usize| {
+            own(term).any(|column| self.sums.product_in(measurand, column, column) > 0.0)
+        };
+        (0..self.scale.len()).any(|one| acts(row, one) && acts(block, one))
     }
 
     /// A block that takes the form of a row, and without which the evidence is no less.

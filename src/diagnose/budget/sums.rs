@@ -36,7 +36,7 @@ pub struct Sums {
     pub typical: Vec<Option<f64>>,
     /// Number of nominal columns.
     pub nominal: usize,
-    /// Number of readings of each measurand of each campaign.
+    /// Number of readings of each measurand of each campaign, a rotation counting as three.
     pub readings: Vec<usize>,
     /// The first measurand of each campaign.
     pub first_measurand: Vec<usize>,
@@ -117,7 +117,7 @@ impl Sums {
             first_measurand.push(first);
             let slots = problem.parts[part].slots().len();
             by_measurand.extend((0..slots).map(|_| Store::empty(of_runs.len())));
-            readings.extend(problem.parts[part].present());
+            readings.extend(problem.parts[part].components_present());
             let first_run = problem.layout.first_run[part];
             problem.grams_by_measurand(signatures, point, |run, grams| {
                 let run = first_run + run;

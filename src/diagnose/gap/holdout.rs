@@ -151,7 +151,7 @@ impl Scored {
     /// Squared residuals beyond those of noise.
     fn leftover(&self) -> f64 {
         let squares: f64 = self.squares.iter().sum();
-        (squares - self.judged.problem.reading_count() as f64).max(0.0)
+        (squares - self.judged.problem.component_count() as f64).max(0.0)
     }
 }
 
@@ -161,7 +161,7 @@ impl Held<'_> {
         let mut parts = self.parts.to_vec();
         for _ in 0..lost::LOOKS {
             let Fitted { mut problem, fit, .. } = Held { parts: &parts, ..self }.learns(model)?;
-            let freedom = problem.reading_count() as f64 - problem.layout.columns.len() as f64;
+            let freedom = problem.component_count() as f64 - problem.layout.columns.len() as f64;
             let factor = (freedom > 0.0).then(|| fit.cost / freedom);
             let found = lost::look(&problem, &fit.point, factor, self.options)?;
             if found.is_empty() {

@@ -65,7 +65,7 @@ pub fn look(
         let mut rest = problem.clone();
         leave_out(&mut rest, &found);
         let cost = fit(&mut rest, point, options).ok()?.cost;
-        (!found.is_empty()).then(|| (cost / rest.reading_count().max(1) as f64, found))
+        (!found.is_empty()).then(|| (cost / rest.component_count().max(1) as f64, found))
     });
     let others: Vec<(f64, Vec<Lost>)> = others.collect();
     // Each part of a run may be the one that all others are shifted against: the largest is.

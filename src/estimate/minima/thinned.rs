@@ -10,7 +10,6 @@ use crate::campaign::Samples;
 use crate::campaign::signal::Track;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{Options, fit};
-use crate::estimate::calibrate::count;
 use crate::estimate::minima::clocks::Clock;
 
 /// Samples that stand together.
@@ -140,7 +139,7 @@ impl Tried {
         iterations: usize,
     ) -> Option<Self> {
         let readings = problem.reading_count();
-        let free = count(&problem).checked_sub(problem.layout.columns.len())?;
+        let free = problem.component_count().checked_sub(problem.layout.columns.len())?;
         let options = Options { max_iterations: iterations, ..Options::default() };
         let found = fit(&mut problem, start, &options).ok()?;
         let variance_factor = found.cost / free.max(1) as f64;

@@ -1,6 +1,8 @@
 //! The parts of the remainder with their places and sizes.
 
-use crate::diagnose::budget::answer::{Remainder, StepChange};
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use crate::diagnose::budget::answer::{NEAREST, Remainder, StepChange};
 use crate::diagnose::budget::linear::Measurand;
 use crate::diagnose::budget::neighbours::{OfInputs, of_inputs};
 use crate::diagnose::budget::search::Pools;
@@ -37,14 +39,20 @@ impl Budget<'_> {
                     (linear.terms[one.term].name.clone(), share.min(1.0))
                 });
                 let is_wave = own.len() == 2 && term.members > 1;
+                let amplitude = is_wave.then(|| own[0].hypot(own[1]));
+                // Weights of autocorrelated noise would make a slow wave small.
+                let rms = match (&place.of, amplitude) {
+                    (Of::Measurand(name), Some(size)) => Some((size * FRAC_1_SQRT_2, name.clone())),
+                    _ => self.rms(self.model[*at], &own),
+                };
                 Remainder {
-                    place,
                     gain: gains[*at],
                     share: (gains[*at].excess() / total).min(1.0),
-                    rms: self.rms(self.model[*at], &own),
-                    amplitude: is_wave.then(|| own[0].hypot(own[1])),
+                    rms,
+                    amplitude,
                     change: self.change(term, solved, *at),
-                    nearest,
+                    nearest: nearest.filter(|(_, share)| *share >= NEAREST),
+                    place,
                 }
             })
             .collect();
@@ -87,7 +95,9 @@ impl Budget<'_> {
         let form = selection.beyond_nominal(term, values);
         let mut best: Option<(f64, f64, &str)> = None;
         for Measurand { number, part, measurand, name } in linear.measurands() {
-            let readings = linear.sums.readings[number] as f64;
+            // Of a rotation that of the whole turn, not of one component.
+            let components = problem.parts[part].slots()[measurand].components;
+            let readings = (linear.sums.readings[number] / components) as f64;
             if readings == 0.0 || own.is_some_and(|own| own != name) {
                 continue;
             }

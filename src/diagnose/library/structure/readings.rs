@@ -20,6 +20,7 @@ pub(super) fn readings(model: &Model, all: &mut Vec<Block>) {
         let mut covariates = of_the_rig(model, orders(model));
         covariates.extend(of_the_head(model));
         covariates.extend([waves::slow(), waves::settling(model)]);
+        covariates.extend(waves::over_lengths(model));
         if measurand.kind == MeasurandKind::Plain {
             covariates.push(scale_over_campaign(name, measurand.unit.dimension));
         }

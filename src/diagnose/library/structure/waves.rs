@@ -11,9 +11,9 @@ use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::Dimension;
 
-use super::ORDERS;
-use super::covariate::{Covariate, RUN_TIME, TIME, few_move, sense_of, turns, wave};
+use super::covariate::{Covariate, FEW, RUN_TIME, TIME, few_move, sense_of, turns, wave};
 use super::made::{Block, made};
+use super::{ORDERS, directions};
 use crate::diagnose::library::place::{OSCILLATION, Of, Place};
 
 /// The finest waves that are looked for, in waves a turn.
@@ -57,6 +57,16 @@ pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
         }
     };
     signals.filter_map(over).collect()
+}
+
+/// Waves of a reading over lengths where a model has no target that such waves could displace: those
+/// of a screw, whether or not what is commanded is a signal.
+pub(super) fn over_lengths(model: &Model) -> impl Iterator<Item = Covariate> {
+    let is_length = |input: &&InputDeclaration| input.unit.dimension == Dimension::LENGTH;
+    let is_wanted =
+        directions(model).is_empty() && model.inputs.iter().filter(is_length).count() <= FEW;
+    let lengths = model.inputs.iter().filter(move |input| is_wanted && is_length(input));
+    lengths.map(|input| over_length(&input.name))
 }
 
 fn over_length(length: &str) -> Covariate {
