@@ -25,7 +25,7 @@ use crate::statistics::student;
 
 use self::floor::floor;
 use self::steps::Steps;
-use super::thresholds::BELOW_ENTRY;
+use super::thresholds::{BELOW_ENTRY, HELD_OUT};
 
 /// Level of the intervals, and its normal quantile.
 const LEVEL: f64 = 0.95;
@@ -103,8 +103,10 @@ impl Gap {
     /// Whether the readings may close so much of the gap that they do not contradict what was
     /// named; `None` where they can judge nothing.
     pub fn is_borne_out(&self) -> Option<bool> {
-        let most = self.closed_interval[1];
-        (most >= BORNE_OUT || self.missed().is_none()).then_some(most >= BORNE_OUT)
+        // Beside a large remainder a small part of the gap may be closed for certain.
+        let is_certain = self.held_out.is_none() && self.held_out_drop >= HELD_OUT;
+        let is_borne_out = is_certain || self.closed_interval[1] >= BORNE_OUT;
+        (is_borne_out || self.missed().is_none()).then_some(is_borne_out)
     }
 
     /// How many times its noise a held-out campaign is missed, with and without what was named,
@@ -239,5 +241,8 @@ mod tests {
         assert_eq!(gap(Some("other"), 0.5, 0.9).is_borne_out(), Some(true));
         assert_eq!(gap(Some("other"), 0.01, 0.0).is_borne_out(), Some(false));
         assert_eq!(gap(None, 0.9, 0.0).is_borne_out(), Some(false));
+        // A small part of a large gap that is certainly closed.
+        let certain = Gap { held_out_drop: 400.0, ..gap(None, 0.9, 0.04) };
+        assert_eq!(certain.is_borne_out(), Some(true));
     }
 }

@@ -157,13 +157,19 @@ impl Selection<'_> {
         }
         if objections.is_empty() && !blocks.is_empty() {
             let evidence = self.ln_evidence(model);
+            // What remains in the readings that a row changes.
+            let rest_of = |at: usize| -> f64 {
+                let blocks = (0..model.len()).filter(|block| !is_row(model[*block]));
+                let near = blocks.filter(|block| self.is_beside(model[at], model[*block]));
+                near.map(|block| gains[block].excess()).sum()
+            };
             let one = |row: usize| {
                 let at = rows[row];
                 let gain = gains[at].gain;
                 // Values of setups follow many forms that the library lacks.
                 let margin = if self.terms[model[at]].variant == Some(Variant::EachSetup) {
                     RELAXED_MARGIN
-                } else if gain < SMALL_ROW * rest {
+                } else if gain < SMALL_ROW * rest_of(at) {
                     MARGIN
                 } else if self.terms[model[at]].is_own {
                     // Within a tie the cause that a user suspects stands.
@@ -173,11 +179,7 @@ impl Selection<'_> {
                 };
                 let (own, simpler) = self.replaced(model, &[model[at]], blocks, BLOCKS_FOR_A_ROW);
                 // One unmodelled cause may be both the only row and what remains in its readings.
-                let is_lone = rows.len() == 1 && {
-                    let blocks = (0..model.len()).filter(|block| *block != at);
-                    let near = blocks.filter(|block| self.is_beside(model[at], model[*block]));
-                    near.map(|block| gains[block].excess()).sum::<f64>() > LONE_SHARE * gain
-                };
+                let is_lone = rows.len() == 1 && rest_of(at) > LONE_SHARE * gain;
                 let one_cause = is_lone && simpler - evidence > -LONE_MARGIN;
                 let own = own - evidence;
                 (own > -margin || one_cause).then_some((row, Objection::Replaced(own)))
