@@ -175,12 +175,8 @@ fn next(diagnosis: &Diagnosis, given: &[String]) -> String {
             text.push_str("      after `homepoint diagnose CAMPAIGN --out DIR`, which lists there what is left out\n");
         }
         text.push_str(&diagnosis.rows.iter().filter_map(relaxed).collect::<String>());
-        let changes = diagnosis.remainder.iter().filter(|one| one.change.is_some());
-        for one in changes {
-            text.push_str(&format!(
-                "      without {}, so its values differ from those above: give the rows after it a run of their own\n",
-                one.place.words
-            ));
+        if diagnosis.remainder.iter().any(|one| one.change.is_some()) {
+            text.push_str("      without what changes at a moment (see the remainder), so its values differ from those above: give these rows a run of their own\n");
         }
     }
     let mut parts = diagnosis.remainder.iter();

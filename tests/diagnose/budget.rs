@@ -188,7 +188,7 @@ fn sums_are_products_of_rows() {
         }
     }
     assert_eq!(stated, 4);
-    let weighted = Weighted::new(&sums, &weights);
+    let weighted = Weighted::new(sums, &weights);
     agree(&whole, &|a, b| weighted.product(a, b));
 }
 
