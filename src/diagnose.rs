@@ -11,7 +11,7 @@
 //! | [`evidence`] | one pass over the readings; which member of a family explains most |
 //! | [`found`] | what is found beside effects, as data |
 //! | `sequences` | residuals in the order of time |
-//! | [`gross`] | readings that spoil a fit: they are left out and reported |
+//! | [`outliers`] | readings that spoil a fit: they are left out and reported |
 //! | [`mod@gap`] | how far the gap shrinks |
 //! | [`budget`] | which terms explain the gap, what remains, and the answer as data |
 //! | [`power`] | what a design could see, before any data |
@@ -21,8 +21,8 @@ pub mod evidence;
 pub mod fitted;
 pub mod found;
 pub mod gap;
-pub mod gross;
 pub mod library;
+pub mod outliers;
 pub mod power;
 pub mod price;
 mod sequences;
@@ -39,11 +39,11 @@ use budget::driver::search;
 use fitted::Fitted;
 use gap::holdout::{HoldoutError, holdout};
 use gap::steps::Steps;
-use gross::misstated::misstated;
-use gross::twice::twice;
-use gross::without_gross;
 use library::place::Place;
 use library::wanted::Wanted;
+use outliers::compared_delays::compared_delays;
+use outliers::without_outliers;
+use outliers::wrong_value::wrong_value;
 
 pub use budget::answer::Diagnosis;
 
@@ -58,10 +58,10 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, FitError> {
     let whole = calibrate(problem, options)?;
-    if let Some(contradicted) = misstated(&whole, options)? {
-        return Ok(of_misstated(whole, contradicted));
+    if let Some(contradicted) = wrong_value(&whole, options)? {
+        return Ok(of_wrong_value(whole, contradicted));
     }
-    let (nominal, left_out, lost) = without_gross(&whole, options)?;
+    let (nominal, left_out, lost) = without_outliers(&whole, options)?;
     let fitted = Fitted { recipes, problem: nominal.problem.clone(), fit: nominal.fit.clone() };
     let is_sound = nominal.is_sound();
     let mut diagnosis = Diagnosis::without_search(nominal, Verdict::Unobservable, lost);
@@ -76,13 +76,13 @@ pub fn diagnose(
     let last = found.linear.fitted.clone();
     let mut diagnosis = diagnosis.of(found, &wanted.prior, options)?;
     if !diagnosis.lost.is_empty() || !diagnosis.left_out.is_empty() {
-        diagnosis.delays = twice(&whole, &last, options)?;
+        diagnosis.delays = compared_delays(&whole, &last, options)?;
     }
     Ok(diagnosis)
 }
 
 /// The answer where a stated value is wrong altogether: beside it nothing else can be judged.
-fn of_misstated(whole: Calibration, contradicted: Contradicted) -> Diagnosis {
+fn of_wrong_value(whole: Calibration, contradicted: Contradicted) -> Diagnosis {
     let place = Place::of_stated(&contradicted.parameter, contradicted.estimate.of.as_deref());
     let mut diagnosis = Diagnosis::without_search(whole, Verdict::Unknown, Vec::new());
     diagnosis.remainder = vec![Remainder { share: 1.0, ..Remainder::at(place) }];

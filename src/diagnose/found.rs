@@ -1,7 +1,7 @@
 //! What is found beside effects, as data: in the noise, in a few runs, in readings that are left
 //! out, and places.
 //!
-//! How it is found is for [`super::gross`] and [`super::budget`] to say.
+//! How it is found is for [`super::outliers`] and [`super::budget`] to say.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -41,7 +41,7 @@ pub struct Level {
     pub factor: f64,
 }
 
-/// A reading that is left out because it is wild or a code.
+/// A reading that is left out because it is an outlier or a code.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
     /// Name of the run.

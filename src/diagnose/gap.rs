@@ -67,7 +67,7 @@ pub struct Gap {
     pub closed_interval: [f64; 2],
     /// Number of runs, or stretches of runs, that were held out.
     pub folds: usize,
-    /// Readings of a held-out campaign that are left out of the comparison: lost or gross.
+    /// Readings of a held-out campaign that are left out of the comparison: lost or outliers.
     pub left_out: usize,
 }
 

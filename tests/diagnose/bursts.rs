@@ -6,7 +6,7 @@ use std::ops::Range;
 use homepoint::campaign::{Samples, Track};
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
-use homepoint::diagnose::gross::lost::look;
+use homepoint::diagnose::outliers::lost::look;
 use homepoint::engine::Problem;
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;

@@ -35,7 +35,7 @@ const ROOMS: &[&str] = &[
     "evidence",
     "found",
     "sequences",
-    "gross",
+    "outliers",
     "gap",
     "budget",
     "power",

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use crate::diagnose::found::{LeftOut, Level, Lost, NoiseEffect};
 use crate::diagnose::gap::Gap;
 use crate::diagnose::gap::steps::Steps;
-use crate::diagnose::gross::twice::Twice;
 use crate::diagnose::library::candidate::NotTestable;
 use crate::diagnose::library::place::Place;
 use crate::diagnose::library::variant::Variant;
+use crate::diagnose::outliers::compared_delays::ComparedDelay;
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::contradicted::Contradicted;
@@ -218,7 +218,7 @@ pub struct Diagnosis {
     /// Stretches of lost samples.
     pub lost: Vec<Lost>,
     /// The delays with and without the readings that are left out.
-    pub delays: Vec<Twice>,
+    pub delays: Vec<ComparedDelay>,
     /// Stated values that the readings contradict.
     pub contradicted: Vec<Contradicted>,
     /// Values beyond the range for which their effect's form holds.

@@ -2,14 +2,14 @@
 //!
 //! What belongs to the instrument and the rig is held at the values of the first campaign, for each
 //! model: without the effects, with the first of them, with the first two, and so on. Lost samples
-//! and gross readings (beyond 3.5 robust standard deviations of their campaign and run), as the
+//! and outliers (beyond 3.5 robust standard deviations of their campaign and run), as the
 //! model with all effects sees them, are left out for every model, and counted. Parameters of
 //! setups and runs are then fitted to every other eighth of each run, and the eighths between are
 //! judged: a clock's rate extrapolated from first halves would hide what effects do in second ones.
 //! Where those eighths do not determine them, whole runs are fitted and judged.
 
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::gross::lost;
+use crate::diagnose::outliers::lost;
 use crate::engine::gram::LeastSquares;
 use crate::engine::open::{Opened, Recipe};
 use crate::engine::{Part, Point, Problem};
@@ -156,7 +156,7 @@ impl Scored {
 }
 
 impl Held<'_> {
-    /// Its campaigns without lost samples and wild readings, as a model sees them.
+    /// Its campaigns without lost samples and outliers, as a model sees them.
     fn sound(self, model: &Fitted) -> Result<Vec<Part>, HoldoutError> {
         let mut parts = self.parts.to_vec();
         for _ in 0..lost::LOOKS {
@@ -171,8 +171,8 @@ impl Held<'_> {
             take_runs(&mut parts, problem);
         }
         let Fitted { problem, fit, .. } = Held { parts: &parts, ..self }.learns(model)?;
-        let sturdy = lost::sturdy(&problem, &fit.point, true, self.options)?;
-        take_runs(&mut parts, sturdy.rest);
+        let robust = lost::robust_fit(&problem, &fit.point, true, self.options)?;
+        take_runs(&mut parts, robust.rest);
         Ok(parts)
     }
 

@@ -2,30 +2,30 @@
 //!
 //! | file | answers |
 //! |---|---|
-//! | `misstated` | a stated value that is wrong altogether |
+//! | `wrong_value` | a stated value that is wrong altogether |
 //! | `settle` | the nominal fit, without what keeps it from settling |
 //! | `codes` | numbers that stand in the place of readings |
 //! | `frozen` | readings that repeat the last one while the instrument moves on |
 //! | `bursts`, `places` | stretches of wrong readings, and whether they come back at a place |
 //! | `spikes`, `trimmed` | readings that bend a fit, and a fit that they do not bend |
 //! | [`lost`], `shifted` | stretches of readings shifted by whole samples, and by other times |
-//! | `wild` | readings and runs that are far out, and runs of which nothing is left |
+//! | `limits` | readings and runs that are far out, and runs of which nothing is left |
 //! | `left_out` | how what is left out is listed |
-//! | [`mod@twice`] | what that does to the delays |
+//! | [`mod@compared_delays`] | what that does to the delays |
 
 mod bursts;
 mod codes;
+pub mod compared_delays;
 mod frozen;
 mod left_out;
+mod limits;
 pub mod lost;
-pub(super) mod misstated;
 mod places;
 mod settle;
 mod shifted;
 mod spikes;
 mod trimmed;
-pub mod twice;
-mod wild;
+pub(super) mod wrong_value;
 
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::Calibration;
@@ -40,7 +40,7 @@ use super::found::{LeftOut, Lost};
 type Step = fn(&Calibration, &Options) -> Result<Option<(Calibration, LeftOut)>, FitError>;
 
 /// The nominal fit without what spoils it, what is left out of it, and lost samples.
-pub(super) fn without_gross(
+pub(super) fn without_outliers(
     whole: &Calibration,
     options: &Options,
 ) -> Result<(Calibration, LeftOut, Vec<Lost>), FitError> {

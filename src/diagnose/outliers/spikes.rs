@@ -1,4 +1,4 @@
-//! Gross readings that bend the nominal fit, seen from one that they do not bend.
+//! Outliers that bend the nominal fit, seen from one that they do not bend.
 //!
 //! Some readings that a display repeats, or a log that stands still for a moment, are thousands of
 //! uncertainties off, and so is what is read while a beam is broken. The fit bends towards them,
@@ -6,7 +6,7 @@
 //! of all readings at least; where much is wrong the trimmed fit is the one of least scatter of
 //! several starts. What is far out from there and stands in [`super::bursts`], alone or with a few
 //! neighbours is left out for good; what rises and falls is structure. All others are judged with
-//! the noise ([`super::wild`]).
+//! the noise ([`super::limits`]).
 
 use std::sync::Arc;
 
@@ -17,10 +17,10 @@ use crate::estimate::calibrate::Calibration;
 
 use super::bursts::{FAR, TRIM, bursts};
 use super::left_out::{Far, OfSamples, fit_without, readings_out, stretches_out};
+use super::limits::{ONE_OF, RUNS_APART, has_beyond, limit};
 use super::lost::GROSS_FACTOR;
 use super::settle::is_spoilt;
 use super::trimmed::{TrimmedFit, starts, trimmed_fit};
-use super::wild::{ONE_OF, RUNS_APART, gross, has_beyond};
 
 /// Fits until the same readings are out; from other starts.
 const STEPS: usize = 12;
@@ -28,19 +28,19 @@ const STEPS_OF_OTHERS: usize = 5;
 /// Part of the readings of a measurand that is out of such a fit at most, and of spikes for good.
 const TRIMMED: f64 = 0.4;
 const MOST: f64 = 0.15;
-/// More next to each other, beyond this part of what is gross, are no spikes.
+/// More next to each other, beyond this part of what is far out, are no spikes.
 const NEIGHBOURS: usize = 5;
 const FOOT: f64 = 0.25;
 
-/// Leaves gross readings out that bend a fit, and fits again; `None` where there are none.
+/// Leaves outliers out that bend a fit, and fits again; `None` where there are none.
 pub(super) fn without_spikes(
     nominal: &Calibration,
     options: &Options,
 ) -> Result<Option<(Calibration, LeftOut)>, FitError> {
     let whole = &nominal.problem;
-    let is_gross = nominal.variance_factor().is_some_and(|factor| factor > GROSS_FACTOR);
+    let is_far_out = nominal.variance_factor().is_some_and(|factor| factor > GROSS_FACTOR);
     let has_far = || seen_from(whole, &nominal.fit.point).iter().any(|one| has_beyond(one, FAR));
-    if !nominal.is_sound() || !(is_gross || has_far()) {
+    if !nominal.is_sound() || !(is_far_out || has_far()) {
         return Ok(None);
     }
     let Some(TrimmedFit { seen, point, .. }) = sturdiest(nominal, options)? else {
@@ -96,7 +96,7 @@ fn farthest(one: &Sequence) -> Far {
     one.beyond(|_| limit)
 }
 
-/// The gross readings of a sequence with the few about them that are far out, too, by run: those in
+/// The outliers of a sequence with the few about them that are far out, too, by run: those in
 /// small groups; none where they are too many, or where larger groups are in more than a few runs,
 /// for these are structure. What is next to each other is by the readings that are there.
 fn spikes(one: &Sequence) -> Far {
@@ -104,12 +104,12 @@ fn spikes(one: &Sequence) -> Far {
     let none = || vec![Vec::new(); one.runs.len()];
     let (mut all, mut long) = (none(), 0);
     for (run, out) in all.iter_mut().enumerate() {
-        let limit = gross(&one.runs[run], deviation);
+        let limit = limit(&one.runs[run], deviation);
         let readings = one.readings(run);
         let is_far = |value: f64| value.abs() > FOOT * limit;
         let groups = readings.chunk_by(|before, after| is_far(before.1) && is_far(after.1));
-        let is_gross = |group: &&[(usize, f64)]| group.iter().any(|one| one.1.abs() > limit);
-        let groups: Vec<&[(usize, f64)]> = groups.filter(is_gross).collect();
+        let is_far_out = |group: &&[(usize, f64)]| group.iter().any(|one| one.1.abs() > limit);
+        let groups: Vec<&[(usize, f64)]> = groups.filter(is_far_out).collect();
         // A larger group is what the run has for itself.
         if groups.iter().all(|group| group.len() <= NEIGHBOURS) {
             *out = groups.concat();
@@ -128,8 +128,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::diagnose::gross::trimmed::samples;
-    use crate::diagnose::gross::wild::GROSS;
+    use crate::diagnose::outliers::limits::OUTLIER;
+    use crate::diagnose::outliers::trimmed::samples;
 
     #[test]
     fn what_stands_alone_is_a_spike() {
@@ -138,7 +138,7 @@ mod tests {
         let one = Sequence::new((0, 0), vec![Arc::new(run.clone())]);
         let found = |one: &Sequence| samples(&spikes(one)).concat();
         assert_eq!(found(&one), [40, 41, 90]);
-        assert!(has_beyond(&one, GROSS));
+        assert!(has_beyond(&one, OUTLIER));
         assert_eq!(farthest(&one)[0].len(), 3);
         // Where a run has a longer group, it has something for itself.
         run[200..220].fill(90.0);
@@ -150,7 +150,7 @@ mod tests {
     fn a_step_and_a_crest_are_none() {
         let noise = |k: usize| [1.0, 1.0, -1.0, -1.0][k % 4];
         // A step about the limit: half of its readings are beyond.
-        let limit = GROSS * crate::diagnose::sequences::NORMAL;
+        let limit = OUTLIER * crate::diagnose::sequences::NORMAL;
         let step: Vec<f64> = (0..400)
             .map(|k| noise(k) + if (200..230).contains(&k) { limit } else { 0.0 })
             .collect();
@@ -165,7 +165,7 @@ mod tests {
         };
         for run in [step.clone(), crest.clone(), every_second(&step), every_second(&crest)] {
             let one = Sequence::new((0, 0), vec![Arc::new(run)]);
-            assert!(has_beyond(&one, GROSS));
+            assert!(has_beyond(&one, OUTLIER));
             assert_eq!(spikes(&one)[0], []);
         }
     }

@@ -11,7 +11,7 @@
 //! A step of the clock shifts a stretch, too, but by any time. Samples were lost only where the
 //! stamps of whole samples fit as well as the best shift of the clock (`shifted`).
 //!
-//! A shift by a whole period is gross: several degrees of a fast arm. It spoils the fit in which it
+//! A shift by a whole period is large: several degrees of a fast arm. It spoils the fit in which it
 //! is looked for, so that is made without what is far out (`trimmed`), residuals are measured by
 //! their own robust scatter, and only stretches that a shift carries from far out (`FAR`) back
 //! among the others (`NEAR`) count. Where no part of a run has the majority, no such fit is right:
@@ -34,7 +34,7 @@ const MOST: usize = 10;
 /// Rounds of fitting without what is far out.
 const ROUNDS: usize = 6;
 /// What is far out, in robust standard deviations.
-const GROSS: f64 = 3.5;
+const OUTLIER: f64 = 3.5;
 /// Variance factor below which no samples are looked for that were lost.
 pub(super) const GROSS_FACTOR: f64 = 4.0;
 /// Mean squares of the rest that differ by such a factor at most are alike.
@@ -42,7 +42,7 @@ const ALIKE: f64 = 2.0;
 /// Rounds of looking for lost samples, leaving them out and fitting again.
 pub const LOOKS: usize = 4;
 
-/// The stretches that a fit shows, beside one that they do not spoil; none without gross misfit.
+/// The stretches that a fit shows, beside one that they do not spoil; none without a large misfit.
 ///
 /// # Errors
 /// [`FitError`] where what is not far out cannot be fitted at all.
@@ -55,8 +55,8 @@ pub fn look(
     if variance_factor.is_none_or(|factor| factor < GROSS_FACTOR) {
         return Ok(Vec::new());
     }
-    let sturdy = sturdy(problem, point, false, options)?;
-    let found = find(problem, &sturdy.point, &sturdy.seen);
+    let robust = robust_fit(problem, point, false, options)?;
+    let found = find(problem, &robust.point, &robust.seen);
     if !found.is_empty() || variance_factor.is_none_or(|factor| factor < SPOILT) {
         return Ok(found);
     }
@@ -103,13 +103,13 @@ fn find(problem: &Problem, point: &Point, sound: &[Sequence]) -> Vec<Lost> {
     found
 }
 
-/// A fit that gross readings do not spoil. Readings are far out among all of their measurand, for
+/// A fit that outliers do not spoil. Readings are far out among all of their measurand, for
 /// most of a run may be wrong; where noise grows with the rate, among those of their run, too
 /// (`in_run`).
 ///
 /// # Errors
 /// [`FitError`] where the rest cannot be fitted at all.
-pub(in crate::diagnose) fn sturdy(
+pub(in crate::diagnose) fn robust_fit(
     problem: &Problem,
     point: &Point,
     in_run: bool,
@@ -118,7 +118,7 @@ pub(in crate::diagnose) fn sturdy(
     let far = |one: &Sequence| {
         let of_all = scatter(problem, one);
         let of_run = |run: &[f64]| if in_run { robust(run).unwrap_or(0.0) } else { 0.0 };
-        one.beyond(|run| GROSS * of_all.max(of_run(run)))
+        one.beyond(|run| OUTLIER * of_all.max(of_run(run)))
     };
     trimmed_fit(problem, point, ROUNDS, far, options)
 }

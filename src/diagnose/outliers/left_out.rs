@@ -2,7 +2,7 @@
 //! components, with how far out they were; those of a measurand in a run, or a stretch of it, that
 //! is wrong as a whole by their number.
 //!
-//! Which ones those are is judged elsewhere ([`super::wild`], `codes`, `frozen`, `bursts`,
+//! Which ones those are is judged elsewhere ([`super::limits`], `codes`, `frozen`, `bursts`,
 //! `spikes`).
 
 use std::collections::{BTreeMap, BTreeSet};

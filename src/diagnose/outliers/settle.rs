@@ -1,4 +1,4 @@
-//! The nominal fit, without what keeps it from settling or spoils it: gross readings, a run or two
+//! The nominal fit, without what keeps it from settling or spoils it: outliers, a run or two
 //! that are wrong as wholes (another unit, another setup, another clock), lost samples.
 
 use crate::campaign::record::Change;
@@ -7,11 +7,11 @@ use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
+use super::limits::{without_outliers_at, without_wrong_at};
 use super::lost;
 use super::trimmed::SPOILT;
-use super::wild::{without_gross_at, without_wrong_at};
 
-/// Rounds of leaving gross readings out.
+/// Rounds of leaving outliers out.
 const PEELS: usize = 6;
 
 /// Runs that are left out one at a time where the fit does not settle: of so few none stands
@@ -25,8 +25,8 @@ const WRONG: usize = 2;
 pub(super) const SOUND_WITHOUT: f64 = 50.0;
 const SPOILT_WITHOUT: f64 = 4.0;
 
-/// Leaves out what keeps the nominal fit from settling, and fits again: gross readings, or what is
-/// gross where the fit settles once a run or two are left out. `None` where it settles.
+/// Leaves out what keeps the nominal fit from settling, and fits again: outliers, or what is
+/// an outlier where the fit settles once a run or two are left out. `None` where it settles.
 pub(super) fn settled(
     whole: &Calibration,
     options: &Options,
@@ -34,16 +34,16 @@ pub(super) fn settled(
     if whole.fit.outcome == Outcome::Converged {
         return Ok(None);
     }
-    let (nominal, gross) = peeled(whole.clone(), LeftOut::default(), options)?;
+    let (nominal, left_out) = peeled(whole.clone(), LeftOut::default(), options)?;
     if nominal.fit.outcome != Outcome::Converged
         && let Some(found) = without_wrong(&whole.problem, None, options)?
     {
         return Ok(Some(found));
     }
-    Ok(Some((nominal, gross)))
+    Ok(Some((nominal, left_out)))
 }
 
-/// Leaves out what is gross where the fit is sound without a run or two that spoil it, and fits
+/// Leaves out what is far out where the fit is sound without a run or two that spoil it, and fits
 /// again; `None` where there are no such runs.
 pub(super) fn without_spoiling(
     nominal: &Calibration,
@@ -55,8 +55,8 @@ pub(super) fn without_spoiling(
     without_wrong(&nominal.problem, nominal.variance_factor(), options)
 }
 
-/// Leaves out what is gross where the fit is sound without a run or two, and fits again. `spoilt` is
-/// the variance factor of the fit of all, where that settled: then some run is gross as a whole.
+/// Leaves out what is far out where the fit is sound without a run or two, and fits again. `spoilt` is
+/// the variance factor of the fit of all, where that settled: then some run is an outlier as a whole.
 fn without_wrong(
     problem: &Problem,
     spoilt: Option<f64>,
@@ -75,24 +75,24 @@ pub(super) fn is_spoilt(nominal: &Calibration) -> bool {
     nominal.variance_factor().is_some_and(|factor| factor > SPOILT)
 }
 
-/// Leaves gross readings out, as they are seen from where the fit stopped, until it settles.
+/// Leaves outliers out, as they are seen from where the fit stopped, until it settles.
 fn peeled(
     mut nominal: Calibration,
-    mut gross: LeftOut,
+    mut left_out: LeftOut,
     options: &Options,
 ) -> Result<(Calibration, LeftOut), FitError> {
     for _ in 0..PEELS {
         if nominal.fit.outcome == Outcome::Converged {
             break;
         }
-        let (rest, found) = without_gross_at(&nominal.problem, &nominal.fit.point);
+        let (rest, found) = without_outliers_at(&nominal.problem, &nominal.fit.point);
         if found.is_empty() {
             break;
         }
-        gross.extend(found);
+        left_out.extend(found);
         nominal = calibrate(rest, options)?;
     }
-    Ok((nominal, gross))
+    Ok((nominal, left_out))
 }
 
 /// Where the fit is sound once a run or two are left out, from which these are to be seen; where

@@ -7,7 +7,7 @@ use crate::estimate::calibrate::{Calibration, finish};
 
 /// A delay with all readings and without those that are left out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Twice {
+pub struct ComparedDelay {
     /// Its name.
     pub name: String,
     /// The setup or run.
@@ -21,11 +21,11 @@ pub struct Twice {
 }
 
 /// The delays of campaigns as they are given and as a fit without some readings has them.
-pub(in crate::diagnose) fn twice(
+pub(in crate::diagnose) fn compared_delays(
     whole: &Calibration,
     stage: &Fitted,
     options: &Options,
-) -> Result<Vec<Twice>, FitError> {
+) -> Result<Vec<ComparedDelay>, FitError> {
     let Fitted { problem, fit, recipes } = stage.clone();
     let mut parts = problem.parts.clone();
     for (part, given) in parts.iter_mut().zip(&whole.problem.parts) {
@@ -48,7 +48,7 @@ pub(in crate::diagnose) fn twice(
     let pairs = delays.filter_map(|one| {
         let same = with.iter().find(|other| other.name == one.name && other.of == one.of)?;
         let (with, without) = (same.value?, one.value?);
-        Some(Twice { name: one.name, of: one.of, with, without, sigma: one.sigma })
+        Some(ComparedDelay { name: one.name, of: one.of, with, without, sigma: one.sigma })
     });
     Ok(pairs.collect())
 }

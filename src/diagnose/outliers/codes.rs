@@ -5,7 +5,7 @@
 //! stands apart from all others by far, or where no other comes back nearly as often and what is
 //! read before is far off it. Codes are looked for in the readings themselves, before any model,
 //! only where the model's own parameters do not settle or leave far too much, and stay out if they
-//! are gross from where they do nothing. Numbers that are wrong and differ are for [`super::wild`]
+//! are outliers from where they do nothing. Numbers that are wrong and differ are for [`super::limits`]
 //! and `spikes`.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,8 +19,8 @@ use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::left_out::{Far, leave_out, listed};
+use super::limits::{OUTLIER, has_beyond};
 use super::settle::is_spoilt;
-use super::wild::{GROSS, has_beyond};
 
 /// A measurand has so many codes at most: of more numbers those that are there most often are
 /// looked at.
@@ -46,7 +46,7 @@ pub(super) fn without_codes(
         return Ok(None);
     }
     let mut found: Vec<Vec<Codes>> = problem.parts.iter().map(codes_of).collect();
-    // First all, then those that are gross from where they do nothing.
+    // First all, then those that are outliers from where they do nothing.
     let rest = loop {
         if found.iter().flatten().flatten().all(Vec::is_empty) {
             return Ok(None);
@@ -56,10 +56,10 @@ pub(super) fn without_codes(
         let rest = calibrate(without, options)?;
         seen = seen_from(problem, &rest.fit.point);
         // What is off in one of its components is no reading.
-        let gross = seen.iter().filter(|one| is_gross(one, &far(one, &found)));
-        let gross: BTreeSet<(usize, usize)> = gross.map(Sequence::of).collect();
+        let far_out = seen.iter().filter(|one| is_far_out(one, &far(one, &found)));
+        let far_out: BTreeSet<(usize, usize)> = far_out.map(Sequence::of).collect();
         let mut is_done = true;
-        for (part, measurand) in seen.iter().map(Sequence::of).filter(|of| !gross.contains(of)) {
+        for (part, measurand) in seen.iter().map(Sequence::of).filter(|of| !far_out.contains(of)) {
             for run in &mut found[part][measurand] {
                 is_done &= run.is_empty();
                 run.clear();
@@ -88,7 +88,7 @@ fn is_in_doubt(whole: &Calibration, seen: &[Sequence]) -> bool {
     whole.fit.outcome != Outcome::Converged
         || is_spoilt(whole)
         || !whole.levels.is_empty()
-        || seen.iter().any(|one| has_beyond(one, GROSS))
+        || seen.iter().any(|one| has_beyond(one, OUTLIER))
 }
 
 /// The residuals of a sequence where codes stand.
@@ -97,9 +97,9 @@ fn far(one: &Sequence, found: &[Vec<Codes>]) -> Far {
     codes.map(|(at, run)| at.iter().map(|(sample, _)| (*sample, run[*sample])).collect()).collect()
 }
 
-/// Whether most readings in the place of which codes would stand are gross; where there are none
+/// Whether most readings in the place of which codes would stand are outliers; where there are none
 /// all are.
-fn is_gross(one: &Sequence, far: &Far) -> bool {
+fn is_far_out(one: &Sequence, far: &Far) -> bool {
     let mut others: Vec<f64> = Vec::new();
     for (run, far) in far.iter().enumerate() {
         let is_code = |sample| far.binary_search_by(|one| one.0.cmp(&sample)).is_ok();
@@ -108,7 +108,7 @@ fn is_gross(one: &Sequence, far: &Far) -> bool {
     }
     let codes = far.iter().flatten().map(|(_, value)| value);
     let Some(size) = median_size(codes) else { return true };
-    robust(&others).is_some_and(|deviation| size > GROSS * deviation)
+    robust(&others).is_some_and(|deviation| size > OUTLIER * deviation)
 }
 
 /// The samples of each run that hold a code of a measurand, with it.

@@ -1,4 +1,4 @@
-//! Gross readings: those beyond [`GROSS`] robust standard deviations go before anything else is
+//! Outliers: those beyond [`OUTLIER`] robust standard deviations go before anything else is
 //! judged, the farthest first, and are listed by row: what they do to the fit would pass for
 //! jitter, for noisier runs and for more outliers. Runs of which most readings are that far out go
 //! as wholes, and so do runs of which nothing is left. Where many readings are far out the noise has
@@ -16,10 +16,10 @@ use crate::graph::Scope;
 
 use super::left_out::{Far, readings_out, stretches_out};
 
-/// Gross readings are so many robust standard deviations out, of their measurand and of it in their
+/// Outliers are so many robust standard deviations out, of their measurand and of it in their
 /// run.
-pub(super) const GROSS: f64 = 20.0;
-/// Of gross readings those go at once that are at least this part of the farthest: that one may
+pub(super) const OUTLIER: f64 = 20.0;
+/// Of outliers those go at once that are at least this part of the farthest: that one may
 /// have put the others there.
 const PEELED: f64 = 0.1;
 /// Runs of which most readings of a measurand are far out, and so many at least, are left out as
@@ -28,18 +28,18 @@ const LEAST_WRONG: usize = 10;
 pub(super) const RUNS_APART: usize = 3;
 pub(super) const ONE_OF: usize = 4;
 /// Where more readings than this share are far out, the noise has long tails and none is left out.
-pub(super) const MOST_WILD: f64 = 0.05;
+pub(super) const MOST_OUTLIERS: f64 = 0.05;
 
-/// Leaves gross readings of campaigns out as they are seen from a point that a fit ran to and did
+/// Leaves outliers of campaigns out as they are seen from a point that a fit ran to and did
 /// not settle at: one reading of 99999 among thousands keeps it from that. The others, and what is
 /// left out.
-pub(super) fn without_gross_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
-    trimmed(problem, point, PEELED, gross)
+pub(super) fn without_outliers_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
+    trimmed(problem, point, PEELED, limit)
 }
 
-/// The same from a point that a fit of most runs settled at: a run may be gross as a whole there.
+/// The same from a point that a fit of most runs settled at: a run may be an outlier as a whole there.
 pub(super) fn without_wrong_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
-    trimmed(problem, point, 0.0, |_, deviation| GROSS * deviation)
+    trimmed(problem, point, 0.0, |_, deviation| OUTLIER * deviation)
 }
 
 /// Whether some reading is so many robust standard deviations out among all.
@@ -48,9 +48,9 @@ pub(super) fn has_beyond(one: &Sequence, deviations: f64) -> bool {
     one.present().any(|value| value.abs() > limit)
 }
 
-/// Beyond what a reading is gross.
-pub(super) fn gross(residuals: &[f64], deviation: f64) -> f64 {
-    GROSS * robust(residuals).unwrap_or(0.0).max(deviation)
+/// Beyond what a reading is an outlier.
+pub(super) fn limit(residuals: &[f64], deviation: f64) -> f64 {
+    OUTLIER * robust(residuals).unwrap_or(0.0).max(deviation)
 }
 
 /// Leaves readings beyond a limit out and lists them, each once, however many components it has.
@@ -83,7 +83,7 @@ fn trimmed(
 fn among_others(one: &Sequence, mut far: Far, wrong: &BTreeSet<OfRun>, peeled: f64) -> Far {
     let others = (0..far.len()).filter(|run| !one.is_among(wrong, *run));
     let count: usize = others.map(|run| far[run].len()).sum();
-    let too_many = count as f64 > MOST_WILD * one.present().count() as f64;
+    let too_many = count as f64 > MOST_OUTLIERS * one.present().count() as f64;
     let farthest = one.present().map(f64::abs).fold(0.0, f64::max);
     for (run, far) in far.iter_mut().enumerate() {
         let stays = too_many || one.is_among(wrong, run);

@@ -13,9 +13,9 @@ use crate::diagnose::sequences::{OfRun, Sequence, median_size};
 use crate::engine::{Point, Problem};
 
 use super::left_out::{OfSamples, rare};
+use super::limits::{MOST_OUTLIERS, OUTLIER, limit};
 use super::places::comes_back;
 use super::shifted::Shifted;
-use super::wild::{GROSS, MOST_WILD, gross};
 
 /// Readings so many robust standard deviations out are far out.
 pub(super) const TRIM: f64 = 4.5;
@@ -54,7 +54,7 @@ pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Sequence]) -> Vec<
                 // What remains far out is more than outliers: the stretches are not all of it.
                 let rest = sizes.iter().filter(|(at, _)| !own.iter().any(|one| one.contains(at)));
                 let far = rest.filter(|(_, size)| *size > TRIM).count();
-                if far as f64 <= MOST_WILD * sizes.len() as f64 {
+                if far as f64 <= MOST_OUTLIERS * sizes.len() as f64 {
                     found.extend(own.into_iter().map(|samples| (of, samples)));
                 }
             }
@@ -86,7 +86,7 @@ fn sizes(all: &[Sequence], of: (usize, usize), run: usize) -> Sizes {
     let mut sizes: Sizes = Vec::new();
     for one in all.iter().filter(|one| one.of() == of) {
         let deviation = one.deviation.unwrap_or(f64::INFINITY);
-        let unit = gross(&one.runs[run], deviation) / GROSS;
+        let unit = limit(&one.runs[run], deviation) / OUTLIER;
         let own = one.readings(run).into_iter().map(|(at, value)| (at, value.abs() / unit));
         match sizes.is_empty() {
             true => sizes = own.collect(),

@@ -1,6 +1,6 @@
 //! A stated value that is wrong altogether: another unit, a slip of the pen.
 //!
-//! It bends a fit so much that nothing else can be judged, and readings that are right look gross.
+//! It bends a fit so much that nothing else can be judged, and readings that are right look like outliers.
 //! Each value that is stated is set free in turn; it is wrong where that alone makes a spoilt fit
 //! sound. What is wrong by a few standard uncertainties is judged with everything else
 //! ([`mod@crate::estimate::contradicted`]).
@@ -16,7 +16,7 @@ use crate::graph::Kind;
 use super::settle::{SOUND_WITHOUT, is_spoilt};
 
 /// The stated value without which a spoilt fit is sound, if there is one.
-pub(in crate::diagnose) fn misstated(
+pub(in crate::diagnose) fn wrong_value(
     whole: &Calibration,
     options: &Options,
 ) -> Result<Option<Contradicted>, FitError> {
