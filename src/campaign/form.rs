@@ -28,6 +28,16 @@ pub struct Form {
     pub wraps: Option<f64>,
 }
 
+/// Whether a cell stands for a reading that is missing: a word in capitals or not, a number however
+/// it is written (`-1`, `-1.000`, `-1,0`).
+pub(crate) fn is_missing(stated: &[String], cell: &str) -> bool {
+    let number = |text: &str| text.replace(',', ".").parse::<f64>().ok();
+    stated.iter().any(|one| {
+        let is_number = || number(one).is_some_and(|stated| number(cell) == Some(stated));
+        one.eq_ignore_ascii_case(cell) || is_number()
+    })
+}
+
 impl Form {
     /// Reads the keys of a file's form among others.
     pub(crate) fn read(reader: &mut Reader, entries: &[Entry]) -> Self {

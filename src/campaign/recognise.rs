@@ -5,7 +5,7 @@
 //! the last comment before it with as many names is the header, if there is one.
 
 use crate::campaign::dialect::{Decimal, SEPARATORS, Separator, cells, names};
-use crate::campaign::form::Form;
+use crate::campaign::form::{Form, is_missing};
 use crate::units::Unit;
 
 /// Rows by which a file's form is recognised.
@@ -282,8 +282,7 @@ fn ends_empty(row: &str, separator: Separator) -> bool {
 }
 
 fn is_reading(cell: &str, decimal: &mut Decimal, separator: Separator, form: &Form) -> bool {
-    let is_missing = || form.missing.iter().any(|missing| missing == cell);
-    cell.is_empty() || decimal.number(cell, separator).is_some() || is_missing()
+    cell.is_empty() || decimal.number(cell, separator).is_some() || is_missing(&form.missing, cell)
 }
 
 /// How many cells of a row are numbers.

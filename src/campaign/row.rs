@@ -4,7 +4,7 @@
 //! what that way does not take goes the slow way, which knows quotes and finds the words for faults.
 
 use crate::campaign::dialect::{Decimal, Separator, cells};
-use crate::campaign::form::Form;
+use crate::campaign::form::{Form, is_missing};
 use crate::campaign::header::{Column, TIME};
 use crate::campaign::origin::Origin;
 use crate::campaign::repeats::{Cause, RowFault};
@@ -221,7 +221,7 @@ impl Reader {
         match value.or_else(|| self.date(index, cell)) {
             Some(value) if value.is_finite() => {
                 self.row[index] = self.stamp(index, value);
-                self.missing.is_empty() || !self.is_missing(cell)
+                self.missing.is_empty() || !is_missing(&self.missing, cell)
             }
             _ => false,
         }
@@ -249,10 +249,6 @@ impl Reader {
         }
     }
 
-    fn is_missing(&self, cell: &str) -> bool {
-        self.missing.iter().any(|missing| missing == cell)
-    }
-
     /// Reads any line; not empty on failure.
     fn with_words(
         &mut self,
@@ -277,7 +273,7 @@ impl Reader {
             if column.wanted.is_none() {
                 continue;
             }
-            if cell.is_empty() || self.is_missing(cell) {
+            if cell.is_empty() || is_missing(&self.missing, cell) {
                 if Some(index) == self.time {
                     let at = self.origin.place(number, text, span);
                     faults.push(fault(Cause::NoTime, index, Diagnostic::error(NO_TIME).at(at)));

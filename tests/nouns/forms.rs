@@ -64,6 +64,16 @@ fn separators_and_decimals_of_all_kinds_give_the_same_numbers() {
         (missing, format!("# {aligned}")),
         (missing, aligned.replace('.', ",")),
         (missing, PLAIN.replace("0.25,\n", "0.25,nan\n")),
+        // A word in capitals or not, a number however it is written.
+        (missing, PLAIN.replace("0.25,\n", "0.25,NaN\n")),
+        (
+            "data = { file = \"data.csv\", missing = \"-1\" }",
+            PLAIN.replace("0.25,\n", "0.25,-1.000\n"),
+        ),
+        (
+            "data = { file = \"data.csv\", missing = [\"none\", \"-1.0\"] }",
+            german.replace("0,25;\n", "0,25;-1,00\n"),
+        ),
         (
             "data = { file = \"data.csv\", missing = [\"none\", \"-999\"] }",
             PLAIN.replace("0.25,\n", "0.25,-999\n"),
