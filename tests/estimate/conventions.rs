@@ -230,3 +230,37 @@ fn a_run_in_another_unit_is_no_convention() {
     });
     assert!(mistaken(&opened.problem, &conventions([]).unwrap()).is_none());
 }
+
+/// Readings that are components of one quantity belong together: an accelerometer on a platform that
+/// tilts, logged in multiples of standard gravity.
+#[test]
+fn components_of_one_quantity_are_read_in_one_unit() {
+    let model = "name = \"tilting\"\ntitle = \"Accelerometer on a tilting platform\"\n\
+        [inputs]\nroll = { unit = \"rad\" }\npitch = { unit = \"rad\" }\n\
+        [parameters]\nbias = { kind = \"vector\", unit = \"m/s^2\", scope = \"instrument\" }\n\
+        [quantities]\nbody = 'rotation_y(pitch) * rotation_x(roll)'\n\
+        force = 'rotate(inverse(body), [0 m/s^2, 0 m/s^2, 9.81 m/s^2]) + bias'\n\
+        [measurands]\nax = { value = 'force.x', unit = \"m/s^2\" }\n\
+        ay = { value = 'force.y', unit = \"m/s^2\" }\naz = { value = 'force.z', unit = \"m/s^2\" }\n";
+    let campaign = "title = \"Twenty stops\"\nmodel = \"model.toml\"\n[measurands]\n\
+        ax = { sigma = \"5 mm/s^2\" }\nay = { sigma = \"5 mm/s^2\" }\naz = { sigma = \"5 mm/s^2\" }\n\
+        [[runs]]\nname = \"stops\"\ndata = \"stops.csv\"\n";
+    let mut table = "roll [rad],pitch [rad],ax [m/s^2],ay [m/s^2],az [m/s^2]\n".to_owned();
+    for stop in 0..20 {
+        let (roll, pitch) = (0.5 * f64::from(stop * 7 % 20) / 20.0 - 0.2, 0.03 * f64::from(stop));
+        // What rotates about y, then x, sees of a vertical force; an error of a few mm/s².
+        let error = |k: i32| 0.004 * f64::from((stop * 13 + k * 5) % 7 - 3);
+        let force = [
+            -9.81 * pitch.sin() + 0.05 + error(0),
+            9.81 * pitch.cos() * roll.sin() - 0.03 + error(1),
+            9.81 * pitch.cos() * roll.cos() + 0.02 + error(2),
+        ];
+        let [x, y, z] = force.map(|one| one / 9.80665);
+        table.push_str(&format!("{roll:.6},{pitch:.6},{x:.6},{y:.6},{z:.6}\n"));
+    }
+    let files = [("model.toml", model), ("campaign.toml", campaign), ("stops.csv", &table)];
+    let one = found(&Folder::new("accelerations_in_g", &files)).unwrap();
+    assert_eq!(names(&one), ["accelerations_in_g"], "{one:?}");
+    let typed: Vec<&str> = one.columns.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(typed, ["ax", "ay", "az"], "{one:?}");
+}

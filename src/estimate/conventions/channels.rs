@@ -1,7 +1,7 @@
 //! Which logged numbers of a model are single numbers, vectors, quaternions and poses.
 
 use crate::convention::{Convention, Form};
-use crate::formula::{Expression, ExpressionKind, Formula, Function};
+use crate::formula::{Axis, Expression, ExpressionKind, Formula, Function};
 use crate::graph::{MeasurandKind, Names};
 use crate::units::{Dimension, Unit};
 
@@ -78,6 +78,13 @@ impl Channels {
                 _ => {}
             });
         }
+        let read = |name: &str| all.iter().find(|one| one.name == name).cloned();
+        for found in readings_of_vectors(names) {
+            let found: Vec<Channel> = found.iter().filter_map(|name| read(name)).collect();
+            if found.len() == 3 && is_alike(&found) && !vectors.contains(&found) {
+                vectors.push(found);
+            }
+        }
         let taken =
             |one: &Channel| vectors.iter().chain(&quaternions).flatten().any(|own| own == one);
         let numbers = all.iter().filter(|one| !taken(one)).cloned().collect();
@@ -116,6 +123,26 @@ fn formulas(names: &Names) -> impl Iterator<Item = &Formula> {
     let measurands = names.measurands.iter().map(|one| &one.formula);
     let measured = names.coordinates.iter().flat_map(|one| [&one.measured, &one.from]);
     names.quantities.values().chain(measurands).chain(measured)
+}
+
+/// Three measurands that are the components of one quantity.
+fn readings_of_vectors(names: &Names) -> Vec<[&str; 3]> {
+    let component = |of: &str, wanted: Axis| {
+        let is_own = |formula: &Formula| match &formula.root.kind {
+            ExpressionKind::Member(base, axis) => {
+                *axis == wanted && matches!(&base.kind, ExpressionKind::Name(name) if name == of)
+            }
+            _ => false,
+        };
+        let mut all = names.measurands.iter();
+        all.find(|one| is_own(&one.formula)).map(|one| one.name.as_str())
+    };
+    let all = [Axis::X, Axis::Y, Axis::Z];
+    let of = |quantity: &String| {
+        let [x, y, z] = all.map(|axis| component(quantity, axis));
+        Some([x?, y?, z?])
+    };
+    names.quantities.keys().filter_map(of).collect()
 }
 
 fn is_reading(one: &Channel) -> bool {
