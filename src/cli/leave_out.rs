@@ -1,17 +1,16 @@
 //! `--leave-out FILE`: readings that an estimate is made without, such as those that a diagnosis left
 //! out. It does not say which these are.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
 use crate::diagnostic::Diagnostic;
-use crate::engine::Problem;
+use crate::engine::{Part, Problem};
+use crate::report::left_out::COLUMNS;
 
 use super::Failure;
-
-/// The columns of the table.
-const COLUMNS: &str = "first_row,last_row,measurand,run";
 
 /// Readings of a run in some rows of its data file.
 struct Stretch {
@@ -33,25 +32,31 @@ pub(super) fn leave_out(problem: &mut Problem, file: &Path) -> Result<(), Failur
         let message = format!("`{shown}` is no table of readings that are left out");
         return Err(Diagnostic::error(message).help(format!("it begins with {COLUMNS}")).into());
     }
+    let mut all = Vec::new();
     for (number, line) in (2..).zip(lines).filter(|(_, line)| !line.trim().is_empty()) {
         let one = read(line).ok_or_else(|| {
-            Diagnostic::error(format!("`{shown}`, line {number}: expected two rows, a measurand or nothing, and a run; found `{line}`"))
+            Diagnostic::error(format!("`{shown}`, line {number}: expected first and last row, a measurand or nothing, and a run; found `{line}`"))
         })?;
-        if !take(problem, &one) {
+        if !is_known(problem, &one) {
             let what = one.measurand.map_or_else(String::new, |name| format!("`{name}` in "));
             let message = format!("`{shown}`, line {number}: there is no {what}run `{}`", one.run);
             return Err(Diagnostic::error(message)
                 .help("the table is of other campaigns, or of another model")
                 .into());
         }
+        all.push(one);
     }
+    take(problem, &all);
     Ok(())
 }
 
 /// A line of the table.
 fn read(line: &str) -> Option<Stretch> {
     let mut cells = line.splitn(4, ',').map(str::trim);
-    let (first, last) = (cells.next()?.parse().ok()?, cells.next()?.parse().ok()?);
+    let (first, last): (usize, usize) = (cells.next()?.parse().ok()?, cells.next()?.parse().ok()?);
+    if first > last {
+        return None;
+    }
     let measurand = Some(cells.next()?.to_owned()).filter(|name| !name.is_empty());
     let run = cells.next()?;
     let bare = run.strip_prefix('"').and_then(|run| run.strip_suffix('"'));
@@ -59,31 +64,43 @@ fn read(line: &str) -> Option<Stretch> {
     Some(Stretch { rows: first..=last, measurand, run })
 }
 
-/// Takes readings out; whether there are such a run and measurand.
-fn take(problem: &mut Problem, one: &Stretch) -> bool {
+/// Whether there are such a run and measurand.
+fn is_known(problem: &Problem, one: &Stretch) -> bool {
     let names = problem.run_names();
-    let first_runs = problem.layout.first_run.clone();
-    let mut is_known = false;
-    for (part, first) in problem.parts.iter_mut().zip(first_runs) {
-        let measurands = &part.system.assembly.names.measurands;
-        let columns = match &one.measurand {
-            None => Some(part.reading_columns()),
-            Some(name) => {
-                let known = measurands.iter().position(|own| own.name == *name);
-                known.map(|index| part.slots()[index].columns())
-            }
-        };
-        let Some(columns) = columns else { continue };
-        let runs = part.runs.iter_mut().zip(&names[first..]);
-        for (run, _) in runs.filter(|(_, name)| **name == one.run) {
-            is_known = true;
-            let mut samples = Vec::new();
-            run.record.walk(|stretch| {
-                let own = stretch.each().filter(|sample| one.rows.contains(&sample.row()));
-                samples.extend(own.map(|sample| sample.number));
+    let runs = problem.parts.iter().zip(&problem.layout.first_run);
+    runs.filter(|(part, first)| names[**first..**first + part.runs.len()].contains(&one.run))
+        .any(|(part, _)| columns(part, one).is_some())
+}
+
+/// The reading columns of a campaign that a line is of.
+fn columns(part: &Part, one: &Stretch) -> Option<Range<usize>> {
+    let Some(name) = &one.measurand else { return Some(part.reading_columns()) };
+    let mut known = part.system.assembly.names.measurands.iter();
+    known.position(|own| own.name == *name).map(|index| part.slots()[index].columns())
+}
+
+/// Takes readings out, each run in one walk.
+fn take(problem: &mut Problem, all: &[Stretch]) {
+    let mut of_runs: BTreeMap<&str, Vec<&Stretch>> = BTreeMap::new();
+    all.iter().for_each(|one| of_runs.entry(&one.run).or_default().push(one));
+    let names = problem.run_names();
+    let mut names = names.iter();
+    for part in &mut problem.parts {
+        for run in 0..part.runs.len() {
+            let Some(own) = names.next().and_then(|name| of_runs.get(name.as_str())) else {
+                continue;
+            };
+            let mut rows: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+            part.runs[run].record.walk(|stretch| {
+                stretch.each().for_each(|one| rows.entry(one.row()).or_default().push(one.number));
             });
-            run.record.leave_out(samples.into_iter().map(|at| (at..at + 1, columns.clone())));
+            let of_line = |one: &&Stretch| {
+                let samples = rows.range(one.rows.clone()).flat_map(|(_, samples)| samples);
+                let columns = columns(part, one)?;
+                Some(samples.map(|at| (*at..at + 1, columns.clone())).collect::<Vec<_>>())
+            };
+            let out: Vec<_> = own.iter().filter_map(of_line).flatten().collect();
+            part.runs[run].record.leave_out(out);
         }
     }
-    is_known
 }

@@ -4,10 +4,13 @@ use crate::diagnose::Diagnosis;
 
 use super::table::quoted;
 
+/// The columns of the table.
+pub const COLUMNS: &str = "first_row,last_row,measurand,run";
+
 /// One row a stretch of readings: first and last row of the data file, the measurand (empty: all),
 /// the run.
 pub fn table(diagnosis: &Diagnosis) -> String {
-    let mut text = String::from("first_row,last_row,measurand,run\n");
+    let mut text = format!("{COLUMNS}\n");
     let mut add = |(first, last): (usize, usize), measurand: &str, run: &str| {
         text.push_str(&format!("{first},{last},{},{}\n", quoted(measurand), quoted(run)));
     };

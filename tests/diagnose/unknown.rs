@@ -117,7 +117,7 @@ fn what_swings_slowly() {
     }
 }
 
-/// What comes to rest after each run begins is neither a slow wave nor a few wild readings at its
+/// Exponential settling after each run begins is neither a slow wave nor a few outliers at its
 /// start.
 #[test]
 fn what_comes_to_rest_in_each_run() {
@@ -139,7 +139,8 @@ fn what_comes_to_rest_in_each_run() {
         .replace("REST", rest);
         let found = with_a_nameless(&text, seed, &|_| size);
         let place = best_place(&found);
-        let words: Vec<&str> = place.words.split(" over run time, coming to rest in ").collect();
+        let words: Vec<&str> =
+            place.words.split(" over run time, exponential settling in ").collect();
         assert_eq!(words[0], place_of);
         let said: f64 = words[1].trim_end_matches(" s").parse().unwrap();
         assert!((said / time - 1.0).abs() < 0.15, "{}", place.words);
@@ -184,7 +185,8 @@ fn what_comes_to_rest_where_a_signal_stands_still() {
     let (opened, problem) = drawn_at(&request, 78, &|_| Some(60e-6));
     let found = diagnose(problem, opened.recipes, &Wanted::default(), &Options::default()).unwrap();
     let place = best_place(&found);
-    let said = place.words.strip_prefix("an error of `vertical` over run time, coming to rest in ");
+    let said =
+        place.words.strip_prefix("an error of `vertical` over run time, exponential settling in ");
     let said: f64 = said.unwrap().trim_end_matches(" s").parse().unwrap();
     assert!((said / 6.0 - 1.0).abs() < 0.15, "{}", place.words);
 }
@@ -319,7 +321,7 @@ fn a_rig_that_was_displaced_in_the_course_of_a_run() {
     assert!(changes.any(is_knock), "{true_row}: {}", told(&found));
 }
 
-/// A station that comes to rest in each setup is no steady drift. (A walk could do as much.)
+/// A station that settles in each setup is no steady drift. (A walk could do as much.)
 #[test]
 fn a_rig_that_creeps_to_rest() {
     let text = "[parameters]\nstep = { unit = \"m\", typical = \"20 um\", scope = \"rig\" }\n\

@@ -60,7 +60,8 @@ fn a_table_of_something_else_is_refused_with_its_line() {
         ("a,b\n".to_owned(), "is no table of readings that are left out"),
         (format!("{head}1,2,,C_ccw50\n"), "line 2: there is no run `C_ccw50`"),
         (format!("{head}1,2,height,A_ccw50\n"), "there is no `height` in run `A_ccw50`"),
-        (format!("{head}1,x,,A_ccw50\n"), "line 2: expected two rows"),
+        (format!("{head}1,x,,A_ccw50\n"), "line 2: expected first and last row"),
+        (format!("{head}30,20,,A_ccw50\n"), "line 2: expected first and last row"),
     ] {
         fs::write(folder.path().join("out.csv"), &text).unwrap();
         let output = run(&["calibrate", "C", "--leave-out", "out.csv"], folder.path());

@@ -2,7 +2,7 @@
 //! stands for each, and which were found before.
 
 use crate::diagnose::evidence::Evidence;
-use crate::diagnose::evidence::sampling::{ALL_BLIND, told};
+use crate::diagnose::evidence::sampling::{ALL_BLIND, distinguishable};
 use crate::diagnose::evidence::scan::{Scanned, scan};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
@@ -51,7 +51,7 @@ pub fn best_members(
             tried.push(members);
             continue;
         }
-        let members = told(&fitted.problem, family);
+        let members = distinguishable(&fitted.problem, family);
         let count = members.len();
         if count == 0 {
             blind.push(NotTestable::here(&first.name, ALL_BLIND));

@@ -97,7 +97,7 @@ fn highest(even: &[(f64, f64)]) -> f64 {
 pub(in crate::diagnose) const ALL_BLIND: &str = "none of its frequencies can be told from nothing at the rates at which these runs are sampled: sample faster, or at uneven intervals";
 
 /// The members of a family that the runs can tell from nothing.
-pub(in crate::diagnose) fn told<'a>(
+pub(in crate::diagnose) fn distinguishable<'a>(
     problem: &Problem,
     family: &'a [Candidate],
 ) -> Vec<&'a Candidate> {

@@ -232,14 +232,14 @@ impl<'a> Scan<'a> {
         let mut sums = vec![(0.0, 0.0); members.len()];
         for group in programs.iter().flat_map(|one| self.groups(one, &filled(members))) {
             let taken = known.map(|known| (self.nominal.halfway(&group.across), known));
-            for (member, (told, slow)) in sums.iter_mut().enumerate() {
+            for (member, (fast, slow)) in sums.iter_mut().enumerate() {
                 let is_slow = self.is_slow_in(group.key, members[member]);
-                *(if is_slow { slow } else { told }) +=
+                *(if is_slow { slow } else { fast }) +=
                     group.gain(member, TOGETHER, taken.as_ref());
             }
         }
         // What does most where it is slow is something slow.
-        sums.into_iter().map(|(told, slow)| if told < slow { told } else { told + slow }).collect()
+        sums.into_iter().map(|(fast, slow)| if fast < slow { fast } else { fast + slow }).collect()
     }
 
     /// Mean squared cosines between a member and others, fewer than `TOGETHER`.

@@ -106,10 +106,7 @@ impl Joined {
         place: Option<Place>,
         system: System,
     ) {
-        let name = match &selected.head {
-            Some(head) => format!("{}.{head}", selected.effect.name),
-            None => selected.effect.name.clone(),
-        };
+        let name = selected.name();
         let same = |one: &Candidate| one.name == name && one.selected.member == selected.member;
         let number = self.found.iter().position(same).unwrap_or_else(|| {
             let systems = vec![None; self.campaigns];

@@ -1,7 +1,6 @@
 //! Delays with all readings and without those that are left out, with the same noise.
 
 use crate::diagnose::fitted::{Fitted, carried};
-use crate::engine::Problem;
 use crate::estimate::batch::{Fit, FitError, Options};
 use crate::estimate::calibrate::{Calibration, finish};
 
@@ -34,11 +33,11 @@ pub(in crate::diagnose) fn compared_delays(
         }
         part.runs.clone_from(&given.runs);
     }
-    let given = Problem::new(parts);
+    let given = problem.with_parts(parts);
     let point = carried(&problem, &fit.point, &given);
     let with = Fitted { recipes, problem: given, fit: Fit { point, ..fit.clone() } };
     let with = with.again(options)?;
-    // Gross readings may keep the fit of all from settling: then it has no delays.
+    // Outliers may keep the fit of all from settling: then it has no delays.
     if !with.is_sound() {
         return Ok(Vec::new());
     }

@@ -5,7 +5,7 @@
 use std::convert::Infallible;
 
 use crate::diagnose::evidence::Evidence;
-use crate::diagnose::evidence::sampling::{ALL_BLIND, told};
+use crate::diagnose::evidence::sampling::{ALL_BLIND, distinguishable};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::offer::offer;
@@ -86,7 +86,7 @@ pub fn prospect(fitted: Fitted, wanted: &Wanted) -> Option<Prospect> {
     let mut offer = wanted.of(offer(&fitted.recipes));
     let mut candidates = Vec::new();
     for family in offer.effects.chunk_by(|a, b| a.name == b.name) {
-        let distinct = told(&fitted.problem, family);
+        let distinct = distinguishable(&fitted.problem, family);
         if distinct.is_empty() {
             offer.not_testable.push(NotTestable::here(&family[0].name, ALL_BLIND));
         }

@@ -1,6 +1,6 @@
 //! Unknown structure of a scale that nobody knows: waves over an angle that are finer than blocks
 //! have them, waves over a length, oscillations in time, swings over a setup, as a room's climate
-//! makes them, and what comes to rest after each run begins. Each is a family of blocks that is
+//! makes them, and exponential settling after each run begins. Each is a family of blocks that is
 //! scanned like those of the library.
 //!
 //! Without them an encoder's error of order twelve is an oscillation at each rate, and is named as
@@ -91,7 +91,7 @@ pub(super) fn slow() -> Covariate {
     }
 }
 
-/// What comes to rest after each run begins, in the same way or by the sense in which a signal moves,
+/// Exponential settling after each run begins, in the same way or by the sense in which a signal moves,
 /// where few do: a servo, a bearing, what was touched to start it.
 pub(super) fn settling(model: &Model) -> Covariate {
     let time = "unknown_time";
@@ -104,7 +104,7 @@ pub(super) fn settling(model: &Model) -> Covariate {
     let terms = std::iter::once((rest.clone(), Dimension::NONE)).chain(by_sense);
     Covariate {
         over: RUN_TIME.to_owned(),
-        words: format!("{RUN_TIME}, coming to rest in {{member}} s"),
+        words: format!("{RUN_TIME}, exponential settling in {{member}} s"),
         family: format!("{time} = {{ unit = \"s\", from = \"0.2 s\", to = \"100 s\" }}"),
         ..Covariate::new(format!("rest in {RUN_TIME}"), terms)
     }
