@@ -14,6 +14,7 @@
 //! | [`resolve`] | the graph of every measurand: [`assemble`] |
 //! | [`partials`] | the partial derivatives of every function, as nodes |
 //! | [`rate`] | the total derivative with respect to the moment, as new nodes |
+//! | [`mod@delayed`] | an expression at an earlier moment, as new nodes |
 //! | [`derivative`] | tangents of all nodes along a direction; gradients of an output |
 //! | [`recognise`] | what an effect does, by the nodes that it makes |
 //! | [`table`] | hash tables of nodes |
@@ -23,6 +24,7 @@ pub mod algebra;
 pub mod arena;
 pub mod calls;
 pub mod context;
+pub mod delayed;
 pub mod derivative;
 pub mod import;
 pub mod layers;

@@ -124,6 +124,7 @@ functions! {
     Rotate "rotate" ("q, v") 2..=2, Operator("\\operatorname{rotate}"), Own, "The vector v turned by the rotation q.";
     Inverse "inverse" ("q") 1..=1, Postfix("^{-1}"), Own, "The inverse of a rotation.";
     Rate "rate" ("x") 1..=1, Rate, Own, "Total derivative with respect to the moment.";
+    Delayed "delayed" ("x, duration") 2..=2, Operator("\\operatorname{delayed}"), Own, "x as it was a duration before the moment.";
 }
 
 impl Function {

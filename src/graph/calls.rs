@@ -112,6 +112,7 @@ impl Resolver<'_> {
         }
         match function.entry().meaning {
             Meaning::Own if function == Function::Rate => self.rate(&arguments),
+            Meaning::Own if function == Function::Delayed => self.delayed(&arguments),
             Meaning::Own => several(&mut self.graph, &arguments),
             meaning => one_number(&mut self.graph, &arguments, meaning),
         }
@@ -135,6 +136,25 @@ impl Resolver<'_> {
             }
         };
         Ok(Typed { value, dimension: typed.dimension / Dimension::TIME, ..typed })
+    }
+
+    fn delayed(&mut self, arguments: &Arguments<'_>) -> Result<Typed, Fault> {
+        let [typed, duration] = [arguments.values[0], arguments.values[1]];
+        let by = match duration.value {
+            Value::Scalar(node) if duration.fits(Dimension::TIME) => node,
+            _ => return Err(arguments.wrong(1, "a duration")),
+        };
+        if self.graph.is_moving(by) {
+            let fault = arguments.wrong(1, "a duration that is the same in all samples");
+            return Err(Box::new(fault.help("what differs from sample to sample is added to `t`")));
+        }
+        let mut at = |node| self.delayed.node(&mut self.graph, &self.rates, node, by);
+        let value = match typed.value {
+            Value::Scalar(node) => Value::Scalar(at(node)),
+            Value::Vector(nodes) => Value::Vector(nodes.map(at)),
+            Value::Rotation(nodes) => Value::Rotation(nodes.map(at)),
+        };
+        Ok(Typed { value, ..typed })
     }
 }
 

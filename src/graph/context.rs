@@ -10,6 +10,7 @@ use indexmap::IndexMap;
 
 use crate::diagnostic::{Span, nearest};
 use crate::formula::Formula;
+use crate::graph::delayed::Delayed;
 use crate::graph::layers::{Dictionary, LayerSet, Meaning, Named, PatchIndex};
 use crate::graph::names::{Kind, Local, MeasurandKind, Names, PatchTarget};
 use crate::graph::node::{Clock, Leaf};
@@ -63,6 +64,7 @@ pub(super) struct Resolver<'n> {
     pub(super) dictionary: Dictionary<'n>,
     pub(super) graph: Graph,
     pub(super) rates: Rates,
+    pub(super) delayed: Delayed,
     pub(super) depth: usize,
     known: Table<Key, Result<Typed, Fault>>,
     cut: Table<Key, LayerSet>,
@@ -76,6 +78,7 @@ impl<'n> Resolver<'n> {
             dictionary: Dictionary::new(names),
             graph: Graph::default(),
             rates: Rates::default(),
+            delayed: Delayed::default(),
             depth: 0,
             known: Table::default(),
             cut: Table::default(),

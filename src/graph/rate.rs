@@ -22,6 +22,11 @@ impl Rates {
         self.still.insert(node);
     }
 
+    /// Whether a node was declared to stand still.
+    pub fn is_still(&self, node: NodeId) -> bool {
+        self.still.contains(&node)
+    }
+
     /// The derivative of a node. Iterative: a deep graph does not exhaust the stack.
     pub fn rate(&mut self, graph: &mut Graph, node: NodeId) -> NodeId {
         let mut waiting = vec![node];

@@ -78,15 +78,15 @@ fn left_out(diagnosis: &Diagnosis, found: &LeftOut) -> String {
             periods.abs()
         ));
     }
-    let (codes, wild): (Vec<&Reading>, Vec<&Reading>) =
+    let (codes, outliers): (Vec<&Reading>, Vec<&Reading>) =
         found.readings.iter().partition(|one| one.code.is_some());
     text.push_str(&codes_left_out(diagnosis, &codes));
-    let all = wild.len();
+    let all = outliers.len();
     if all > 0 {
         let are = if all == 1 { "reading is" } else { "readings are" };
         text.push_str(&format!("{all} {are} left out as outliers:"));
         let shown = if all <= SHOWN + 1 { all } else { SHOWN };
-        for one in &wild[..shown] {
+        for one in &outliers[..shown] {
             let Reading { run, row, measurand, deviations, .. } = one;
             let deviations = match deviations.abs() < 1e6 {
                 true => decimal(*deviations, 0),

@@ -18,9 +18,9 @@ const NOISE_SIZES: (f64, f64) = (0.5, 3.0);
 /// Factors on the usual size of a wrong level.
 const LEVEL_SIZES: (f64, f64) = (0.5, 2.0);
 /// Noise that no effect describes.
-const FOREIGN: [&str; 2] = ["wild_readings", "long_tails"];
-/// Share of wild readings, and how far out they are, in standard deviations.
-const WILD: (f64, f64) = (0.01, 30.0);
+const FOREIGN: [&str; 2] = ["scattered_outliers", "long_tails"];
+/// Share of outliers, and how far out they are, in standard deviations.
+const OUTLIERS: (f64, f64) = (0.01, 30.0);
 /// Share of the readings in long tails, and how wide those are.
 const TAILS: (f64, f64) = (0.10, 3.0);
 
@@ -109,7 +109,7 @@ fn added(full: &Problem, point: &Point, effect: &str, seed: u64) -> f64 {
 
 /// Adds what no normal distribution gives.
 fn spoil(problem: &mut Problem, name: &str, chance: &mut ChaCha12Rng) {
-    let (share, width) = if name == FOREIGN[0] { WILD } else { TAILS };
+    let (share, width) = if name == FOREIGN[0] { OUTLIERS } else { TAILS };
     for part in &mut problem.parts {
         let slots = part.slots().to_vec();
         let sigma = part.sigma.clone();

@@ -17,6 +17,7 @@ mod budget;
 mod bursts;
 mod codes;
 mod confounded;
+mod curved;
 mod designs;
 mod each_effect;
 mod found;

@@ -81,11 +81,11 @@ fn lost_samples_are_found_with_their_rows() {
 }
 
 #[test]
-fn wild_readings_are_listed_by_row() {
+fn outliers_are_listed_by_row() {
     let (opened, mut problem) = drawn(&[], &[], 4);
-    let wild = [(0, 11), (0, 40), (3, 7), (5, 25), (5, 26)];
+    let outliers = [(0, 11), (0, 40), (3, 7), (5, 25), (5, 26)];
     let column = problem.parts[0].slots()[0].column;
-    for (run, sample) in wild {
+    for (run, sample) in outliers {
         problem.parts[0].runs[run].record.edit(|samples| {
             samples.readings[column][sample] += 2e-4;
         });
@@ -94,8 +94,8 @@ fn wild_readings_are_listed_by_row() {
     assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
     assert!(found.rows.is_empty() && found.noise.is_empty(), "{}", told(&found));
     let listed = &found.left_out.readings;
-    assert_eq!(listed.len(), wild.len(), "{listed:?}");
-    for (run, sample) in wild {
+    assert_eq!(listed.len(), outliers.len(), "{listed:?}");
+    for (run, sample) in outliers {
         let run = &problem.parts[0].runs[run];
         let row = run.record.row(sample);
         assert!(listed.iter().any(|one| *one.run == *run.name && one.row == row), "{row}");
@@ -412,7 +412,7 @@ fn values_that_sum_to_zero_are_found_as_they_are() {
     }
 }
 
-/// A run that is noisier than the others has levels of its own: no effect, no wild readings.
+/// A run that is noisier than the others has levels of its own: no effect, no outliers readings.
 #[test]
 fn a_noisier_run_is_no_effect() {
     let (opened, mut problem) = drawn(&[], &[], 71);

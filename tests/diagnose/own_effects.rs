@@ -157,17 +157,17 @@ const LOST_MOTION: &[(&str, &str, &str)] = &[(
 )];
 
 /// A log of places in any order, each from one side; `lost` says how much motion is lost there.
-fn slide(seed: u64, lost: &dyn Fn(f64) -> f64, wild: &[(usize, f64)]) -> Diagnosis {
-    slid(seed, lost, wild).diagnosed()
+fn slide(seed: u64, lost: &dyn Fn(f64) -> f64, outliers: &[(usize, f64)]) -> Diagnosis {
+    slid(seed, lost, outliers).diagnosed()
 }
 
-fn slid(seed: u64, lost: &dyn Fn(f64) -> f64, wild: &[(usize, f64)]) -> Campaign<'static> {
+fn slid(seed: u64, lost: &dyn Fn(f64) -> f64, outliers: &[(usize, f64)]) -> Campaign<'static> {
     let mut stream = Stream(seed);
     let mut log = String::from("sent [m],side [1],scale [m]\n");
     for row in 0..240 {
         let sent = 0.6 * stream.uniform();
         let side = if stream.uniform() < 0.5 { -1.0 } else { 1.0 };
-        let far = wild.iter().find(|one| one.0 == row).map_or(0.0, |one| one.1);
+        let far = outliers.iter().find(|one| one.0 == row).map_or(0.0, |one| one.1);
         let scale = sent + 4e-5 - 0.5 * lost(sent) * side + 2e-6 * stream.normal() + far;
         let _ = writeln!(log, "{sent},{side},{scale:.9}");
     }
@@ -201,9 +201,9 @@ fn an_error_over_two_inputs_together_is_a_remainder() {
 
 /// One reading that is far out is left out alone, and no good one with it.
 #[test]
-fn a_single_wild_reading_is_left_out() {
-    for wild in [8e-5, 4e-4] {
-        let found = slide(9, &|_| 2e-5, &[(101, wild)]);
+fn a_single_outlier_is_left_out() {
+    for outliers in [8e-5, 4e-4] {
+        let found = slide(9, &|_| 2e-5, &[(101, outliers)]);
         assert_eq!(names(&found), ["lost_motion"], "{}", told(&found));
         let rows: Vec<usize> = found.left_out.readings.iter().map(|one| one.row).collect();
         assert_eq!(rows, [103], "{}", told(&found));

@@ -51,7 +51,7 @@ fn farthest(found: &Diagnosis, other: &Diagnosis) -> f64 {
 }
 
 /// Who knocks against a tripod while a run is recorded displaces one reading from there on, or
-/// until it is put right; small steps pass for a memory of the noise, large ones for wild readings.
+/// until it is put right; small steps pass for a memory of the noise, large ones for outliers.
 #[test]
 fn a_step_within_a_run() {
     steps(&[("A_ccw50", 1, 80..119, 40.0 * 6e-6)]);

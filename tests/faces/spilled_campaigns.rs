@@ -159,7 +159,7 @@ fn long_runs_with_gaps_and_random_quantities_give_the_same_bits() {
     assert_same(&folder, &["timestamp_jitter", "collimation", "angle_noise_level"]);
 }
 
-/// Puts wild readings into a drawn run.
+/// Puts outliers into a drawn run.
 fn spoil(file: &Path) {
     let text = std::fs::read_to_string(file).unwrap();
     let spoiled = text.lines().enumerate().map(|(row, line)| match line.rsplit_once(',') {

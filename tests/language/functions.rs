@@ -22,9 +22,9 @@ fn unary(entry: &Entry) -> Option<Unary> {
 /// Whether a function can be called with some numbers, vectors and rotations.
 fn has_a_rule(entry: &Entry) -> bool {
     let count = *entry.arity.start();
-    let arguments = ["a", "[a, b, a]", "rotation_z(a)"];
-    (0..3_usize.pow(count as u32)).any(|choice| {
-        let own = (0..count).map(|k| arguments[choice / 3_usize.pow(k as u32) % 3]);
+    let arguments = ["a", "[a, b, a]", "rotation_z(a)", "1 s"];
+    (0..4_usize.pow(count as u32)).any(|choice| {
+        let own = (0..count).map(|k| arguments[choice / 4_usize.pow(k as u32) % 4]);
         let call = format!("{}({})", entry.name, own.collect::<Vec<_>>().join(", "));
         let names = Declared::default()
             .input("a", "rad", true)

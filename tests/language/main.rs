@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
 mod bench;
+mod delayed;
 mod faults;
 mod functions;
 mod meanings;

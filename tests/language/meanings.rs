@@ -111,6 +111,7 @@ fn every_function_means_what_its_table_says() {
         ("2 * pi - 360 deg", "1", 0.0),
         ("time + run_time + setup_time + uniform_time", "s", 4.0 * 0.8 - 0.5 + 4.0 - 0.49),
         ("index * 1 ms", "s", 0.007),
+        ("delayed(time, 0.3 s) + t", "s", 0.5),
         ("-(v / 2 - v).x", "m", 0.15),
         ("20 degC - 293.15 K + -2 degC", "K", 271.15),
     ];
@@ -121,7 +122,7 @@ fn every_function_means_what_its_table_says() {
             "{text}: {found} {expected}"
         );
     }
-    // `rate` has tests of its own.
+    // `rate` has tests of its own, and `delayed` more.
     for entry in homepoint::formula::functions::TABLE {
         let call = format!("{}(", entry.name);
         let tried = cases.iter().any(|(text, _, _)| text.contains(&call));

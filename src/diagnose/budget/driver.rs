@@ -24,6 +24,7 @@ use super::still::still_readings;
 use super::terms::Change;
 use crate::diagnose::thresholds::ENTER;
 
+mod curved;
 mod forward;
 mod relax;
 mod update;
@@ -74,6 +75,8 @@ struct Search<'a> {
     refused: Vec<(String, Option<Variant>)>,
     /// Why, where that was judged.
     objections: Vec<(String, Objection)>,
+    /// Effects that nominal parameters absorb altogether.
+    absorbed: Vec<String>,
     /// Sets of rows that were in the fit.
     seen: Vec<Vec<String>>,
     left_out: LeftOut,
@@ -109,6 +112,7 @@ pub fn search(
         rows: Vec::new(),
         refused: Vec::new(),
         objections: Vec::new(),
+        absorbed: Vec::new(),
         seen: Vec::new(),
         left_out: LeftOut::default(),
         outliers: Vec::new(),

@@ -16,6 +16,16 @@ const SERIOUS: usize = 3;
 /// Gain of a serious candidate, in parts of the best.
 const SERIOUS_SHARE: f64 = 0.5;
 
+/// A candidate in the fit.
+pub(super) struct Refitted {
+    /// Chi squared with what it costs more than its gain says, and with its size against it.
+    pub(super) cost: f64,
+    /// The candidate.
+    pub(super) term: usize,
+    /// The fit.
+    pub(super) fitted: Fitted,
+}
+
 impl Search<'_> {
     /// Effects enter one after the other, each with a refit. Families are scanned again where one of
     /// them may be the next to enter; what is known of them in the end is of the last fit. Whether
@@ -65,7 +75,7 @@ impl Search<'_> {
                 continue;
             }
             let Some(best) = best else { break };
-            let mut next: Option<(f64, usize, Fitted)> = None;
+            let mut next: Option<Refitted> = None;
             let known = self.refused.len();
             for one in serious {
                 let start = linear.start(&selection, &model, one.term);
@@ -80,21 +90,22 @@ impl Search<'_> {
                 let price = one.gain.gain - 2.0 * one.ln_bayes;
                 let size = linear.ln_size_prior(&with, one.term);
                 let cost = with.fit.cost + price - 2.0 * size;
-                if next.as_ref().is_none_or(|(least, ..)| cost < *least) {
-                    next = Some((cost, one.term, with));
+                if next.as_ref().is_none_or(|least| cost < least.cost) {
+                    next = Some(Refitted { cost, term: one.term, fitted: with });
                 }
             }
-            let Some((_, term, with)) = next else {
+            let Some(next) = next else {
                 if self.refused.len() > known {
                     continue;
                 }
                 break;
             };
+            let curved = self.better_curved(&linear, &selection, &next);
+            let Refitted { term, fitted, .. } = curved.unwrap_or(next);
             let name = &linear.terms[term].name;
             self.log.push(format!("{name} enters the fit ({:.1})", best.ln_bayes));
-            let row = linear.row(term);
-            self.rows.push(row);
-            self.fitted = with;
+            self.rows.push(linear.row(term));
+            self.fitted = fitted;
             fresh = Some(Vec::new());
         }
         if fresh.is_some() {

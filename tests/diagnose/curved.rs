@@ -1,0 +1,85 @@
+//! Effects that a delay absorbs to first order are found where they are large: readings pass an
+//! exact low-pass filter, whose response to waves is known in closed form.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use homepoint::diagnose::Diagnosis;
+use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::engine::open::{Request, open};
+
+use crate::drawn::run;
+use crate::found::{names, told};
+use crate::stream::Stream;
+
+/// Angular frequency and amplitude of the waves of the command.
+const WAVES: [(f64, f64); 3] = [(2.5, 0.9), (6.9, 0.3), (14.5, 0.1)];
+
+/// The command, and its second derivative.
+fn command(t: f64) -> [f64; 2] {
+    let of = |(omega, amplitude): (f64, f64)| amplitude * (omega * t + omega).sin();
+    let all = WAVES.into_iter();
+    [all.clone().map(of).sum(), all.map(|one| -one.0 * one.0 * of(one)).sum()]
+}
+
+/// The command behind a filter with this time constant.
+fn filtered(t: f64, lag: f64) -> f64 {
+    let of = |(omega, amplitude): (f64, f64)| {
+        let x: f64 = omega * lag;
+        amplitude / x.hypot(1.0) * (omega * t + omega - x.atan()).sin()
+    };
+    WAVES.into_iter().map(of).sum()
+}
+
+/// Writes a campaign of an angle that follows a command 6 ms late, and diagnoses it.
+fn diagnosed(folder: &Path, reading: impl Fn(f64) -> f64, seed: u64) -> Diagnosis {
+    let mut random = Stream(seed);
+    let (mut sent, mut read) =
+        ("time [s],sent [rad]\n".to_owned(), "time [s],q [rad]\n".to_owned());
+    for i in 0..5000 {
+        let t = 0.004 * f64::from(i);
+        writeln!(sent, "{t:.3},{:.9}", command(t)[0]).unwrap();
+        if (100..4900).contains(&i) {
+            writeln!(read, "{t:.3},{:.9}", reading(t - 0.006) + 5e-5 * random.normal()).unwrap();
+        }
+    }
+    let model = "name = \"joint\"\ntitle = \"A joint follows a command\"\n\
+                 [inputs]\nsent = { unit = \"rad\", signal = true }\n\
+                 [measurands]\nq = { value = 'sent', kind = \"angle\", unit = \"rad\" }\n";
+    let text = "title = \"Joint\"\nmodel = \"model.toml\"\ndelay_range = \"50 ms\"\n\
+                [measurands]\nq = { sigma = \"50 urad\" }\n\
+                [[runs]]\nname = \"a\"\ndata = \"read.csv\"\nsignals = [\"sent.csv\"]\n";
+    for (name, text) in [
+        ("sent.csv", sent.as_str()),
+        ("read.csv", &read),
+        ("model.toml", model),
+        ("campaign.toml", text),
+    ] {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+    let opened = open(&Request::new([folder])).unwrap();
+    run(opened.problem.clone(), &opened)
+}
+
+#[test]
+fn a_low_pass_filter_is_named_with_its_time_constant_and_the_delay_beside_it() {
+    for (lag, seed) in [(0.012, 1), (0.025, 2), (0.04, 3)] {
+        let folder = tempfile::tempdir().unwrap();
+        let found = diagnosed(folder.path(), |t| filtered(t, lag), seed);
+        assert_eq!(names(&found), ["first_order_lowpass"], "{lag}: {}", told(&found));
+        assert_eq!(found.verdict, Verdict::Explained, "{lag}: {}", told(&found));
+        let value = &found.rows[0].values[0];
+        let (estimate, u) = (value.value.unwrap(), value.sigma.unwrap());
+        assert!((estimate - lag).abs() < 4.0 * u && u < 0.01 * lag, "{lag}: {estimate} {u}");
+    }
+}
+
+/// What lags in proportion to its acceleration alone is no filter.
+#[test]
+fn a_lag_in_proportion_to_acceleration_is_not_taken_for_a_filter() {
+    for (lag, seed) in [(-3e-4, 4), (3e-4, 5)] {
+        let folder = tempfile::tempdir().unwrap();
+        let found = diagnosed(folder.path(), |t| command(t)[0] - lag * command(t)[1], seed);
+        assert_eq!(names(&found), ["servo_acceleration_lag"], "{lag}: {}", told(&found));
+    }
+}
