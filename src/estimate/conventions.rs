@@ -5,14 +5,15 @@
 //! [`mistaken`] reads the logged numbers as each convention of the library has it, and puts turns in
 //! other orders, fits some of the samples from several attitudes, and names what fits far better. A fit is compared with one of the
 //! numbers as they stand, from as many starts; readings that a convention makes smaller are judged
-//! by their relative scatter. It does not change the problem: what to type is part of the answer.
+//! by their relative scatter. Where one run alone does not fit, its numbers alone are read so. It does
+//! not change the problem: what to type is part of the answer.
 //!
 //! | file | answers |
 //! |---|---|
 //! | `channels` | which numbers are vectors, quaternions and poses |
 //! | `applied` | the numbers as a convention has them |
 //! | `turns` | products of turns in another order, about other axes, the other way |
-//! | `one_run` | whether one run is another than the rest |
+//! | `one_run` | the run that does not fit beside the others |
 //! | `quick` | a convention on few samples |
 //! | `suspect` | what may have been mistaken, of either kind |
 
@@ -38,7 +39,7 @@ mod turns;
 
 use applied::Suspected;
 use channels::Channels;
-use one_run::is_of_one_run;
+use one_run::run_that_does_not_fit;
 use quick::Quick;
 use suspect::Suspect;
 pub use turns::ChangedFormula;
@@ -72,6 +73,8 @@ pub struct Mistaken {
     pub what: Vec<Instead>,
     /// Others that fit about as well in place of the last: the readings do not tell them apart.
     pub alike: Vec<Instead>,
+    /// The run in whose files alone it was; `None` for all runs.
+    pub run: Option<String>,
     /// What each number is, as a formula of the columns as they were read.
     pub columns: Vec<(String, String)>,
     /// The model's formulas that are to be changed.
@@ -82,6 +85,22 @@ pub struct Mistaken {
     pub tried: usize,
     /// How many more there are.
     pub not_tried: usize,
+}
+
+impl Mistaken {
+    /// Nothing was.
+    fn none(variance_factor: f64) -> Self {
+        Self {
+            what: Vec::new(),
+            alike: Vec::new(),
+            run: None,
+            columns: Vec::new(),
+            formulas: Vec::new(),
+            variance_factors: [variance_factor; 2],
+            tried: 0,
+            not_tried: 0,
+        }
+    }
 }
 
 /// A convention and the numbers to which it was applied.
@@ -113,53 +132,62 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
         return None;
     }
     let mut not_tried = 0;
-    let mut suspects: Vec<Suspect<'_>> = Vec::new();
+    let mut read: Vec<Suspected<'_>> = Vec::new();
     for convention in conventions {
         let (all, more) = channels.for_convention(convention);
-        let all = all.into_iter().map(|channels| Suspected { convention, channels });
-        suspects.extend(all.map(Suspect::Columns));
+        read.extend(all.into_iter().map(|channels| Suspected { convention, channels, only: None }));
         not_tried += more;
     }
-    suspects.extend(Reordered::all(&first.system.assembly.names).into_iter().map(Suspect::Turns));
+    let turns = Reordered::all(&first.system.assembly.names).into_iter().map(Suspect::Turns);
+    let of_all: Vec<Suspect<'_>> =
+        read.iter().cloned().map(Suspect::Columns).chain(turns).collect();
     let whole = Thinned::of(problem, SAMPLES[1]);
     let problem = whole.late_by(0.0, &[])?;
-    let begin = start(&problem).0;
-    let mut stands = Looked::at(problem.clone(), &begin, 0.0)?;
-    let own = stands.variance_factor;
-    let mut found: Option<Mistaken> = None;
+    let stands = Looked::at(problem.clone(), &start(&problem).0, 0.0)?;
+    let mut found = Mistaken::none(stands.variance_factor);
+    let mut odd = run_that_does_not_fit(&problem, stands.variance_factor);
+    // Where all the others fit well, no convention of them is mistaken.
+    if odd.is_none_or(|(rest, _)| rest >= GOOD) {
+        found = set_right(stands.clone(), &of_all);
+        odd = odd.filter(|(rest, _)| rest * BETTER[0] < found.variance_factors[1]);
+    }
+    if let Some((_, only)) = odd {
+        read.iter_mut().for_each(|one| one.only = Some(only));
+        let of_run: Vec<Suspect<'_>> = read.into_iter().map(Suspect::Columns).collect();
+        found = set_right(stands, &of_run);
+        found.run = Some(problem.parts[only.part].runs[only.run].name.clone());
+    }
+    found.not_tried = not_tried;
+    (!found.what.is_empty()).then_some(found)
+}
+
+/// Sets right what may have been mistaken, one on top of the other, as long as a problem fits far
+/// better.
+fn set_right(mut stands: Looked, suspects: &[Suspect<'_>]) -> Mistaken {
+    let first = stands.problem.clone();
+    let mut found = Mistaken::none(stands.variance_factor);
+    found.tried = suspects.len();
     let mut columns: Vec<(String, Expression)> = Vec::new();
     for _ in 0..MOST {
         if stands.variance_factor < GOOD {
             break;
         }
-        let Some(next) = next_of(&stands, &suspects) else { break };
+        let Some(next) = next_of(&stands, suspects) else { break };
         let Next { suspect, looked, alike } = next;
         columns = suspect.formulas(columns);
-        let one = found.get_or_insert(Mistaken {
-            what: Vec::new(),
-            alike: Vec::new(),
-            columns: Vec::new(),
-            formulas: Vec::new(),
-            variance_factors: [own, own],
-            tried: suspects.len(),
-            not_tried,
-        });
-        one.what.push(suspect.named());
-        one.alike = alike;
-        one.variance_factors[1] = looked.variance_factor;
+        found.what.push(suspect.named());
+        found.alike = alike;
+        found.variance_factors[1] = looked.variance_factor;
         stands = looked;
     }
-    let mut found = found?;
-    if is_of_one_run(&problem, stands.variance_factor) {
-        return None;
-    }
-    found.formulas = changed_formulas(&problem, &stands.problem);
+    found.formulas = changed_formulas(&first, &stands.problem);
     let shown = columns.into_iter().map(|(name, formula)| (text(&formula), name));
     found.columns = shown.filter(|(formula, name)| formula != name).map(|(f, n)| (n, f)).collect();
-    Some(found)
+    found
 }
 
 /// Some samples, and how well they fit.
+#[derive(Clone)]
 struct Looked {
     problem: Problem,
     /// Where the fit ended.
@@ -170,14 +198,14 @@ struct Looked {
 }
 
 impl Looked {
-    /// The fit from a start; `stretch` is by how much a sample's readings were stretched.
+    /// The fit from a start; `stretch` is by how much readings were stretched.
     fn at(problem: Problem, start: &Point, stretch: f64) -> Option<Self> {
         let fit = Tried::fit(problem.clone(), start.clone(), 0.0, ITERATIONS[2])?;
         Some(Self::with(problem, fit.point, fit.variance_factor, stretch))
     }
 
     fn with(problem: Problem, point: Point, variance_factor: f64, stretch: f64) -> Self {
-        let score = variance_factor.ln() - stretch_of_each(&problem, stretch);
+        let score = variance_factor.ln() - stretch;
         Self { problem, point, variance_factor, score }
     }
 
@@ -214,14 +242,6 @@ impl Looked {
     }
 }
 
-/// The part of a stretch of each sample that falls to one reading, doubled: a variance goes with the
-/// square.
-fn stretch_of_each(problem: &Problem, stretch: f64) -> f64 {
-    let samples: usize =
-        problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum();
-    2.0 * stretch * samples as f64 / problem.reading_count().max(1) as f64
-}
-
 struct Next<'s, 'c> {
     suspect: &'s Suspect<'c>,
     looked: Looked,
@@ -245,7 +265,8 @@ fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspect<'c>]) -> Option<Next<
         .take(FURTHER)
         .filter_map(|(quick, suspect)| {
             let problem = suspect.applied(&stands.problem)?;
-            Some((Looked::at(problem, &quick.point, suspect.stretch())?, suspect))
+            let stretch = suspect.stretch(&problem);
+            Some((Looked::at(problem, &quick.point, stretch)?, suspect))
         })
         .filter(|(looked, _)| {
             // What is made larger must fit better, too: residuals of angles do not grow beyond a turn.
@@ -256,13 +277,15 @@ fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspect<'c>]) -> Option<Next<
         .collect();
     let best = compared.iter().map(|(looked, _)| looked.score).min_by(f64::total_cmp)?;
     compared.retain(|(looked, _)| looked.score < best + ALIKE.ln());
-    // Of those that fit alike the simplest: a sign before a turn, a turn before both.
-    compared.sort_by_key(|(_, suspect)| suspect.order());
+    // Of those that fit alike what fits the stated uncertainties, then the simplest: a sign before a
+    // turn, a turn before both.
+    compared.sort_by_key(|(looked, suspect)| (looked.variance_factor >= GOOD, suspect.order()));
     let mut compared = compared.into_iter();
     let (looked, suspect) = compared.next()?;
     let alike = compared
         .map(|(other, suspect)| Instead { opposite: looked.opposite(&other), ..suspect.named() })
         .collect();
-    let looked = looked.improved(suspect.stretch());
+    let stretch = suspect.stretch(&looked.problem);
+    let looked = looked.improved(stretch);
     Some(Next { suspect, looked, alike })
 }

@@ -12,8 +12,9 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
     let Some(found) = found else { return String::new() };
     let [before, after] = found.variance_factors.map(|factor| decimal(factor, 2));
     let what = if found.what.len() == 1 { "A convention" } else { "Conventions" };
+    let place = found.run.as_ref().map_or(String::new(), |run| format!(" in run `{run}`"));
     let mut text = format!(
-        "\n{what} may have been mistaken; set right, the variance factor falls from {before} to {after} ({} ways to read columns and formulas tried{}):\n",
+        "\n{what} may have been mistaken{place}; set right, the variance factor falls from {before} to {after} ({} ways to read columns and formulas tried{}):\n",
         found.tried,
         if found.not_tried == 0 {
             String::new()
@@ -31,7 +32,7 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
         text.push_str("The readings do not distinguish them, but parameters depend on the choice: choose by the programs that wrote the logs.\n");
     }
     if !found.columns.is_empty() {
-        let typed = TypedColumns::of(&found.columns, runs);
+        let typed = typed(found, runs);
         text.push_str(&format!("To use it, write {}: {}\n", typed.place, typed.line()));
     }
     for one in &found.formulas {
@@ -41,6 +42,15 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
         ));
     }
     text
+}
+
+/// What to type, in the runs in which it was mistaken.
+fn typed(found: &Mistaken, runs: &[RunEntry]) -> TypedColumns {
+    let Some(name) = &found.run else { return TypedColumns::of(&found.columns, runs) };
+    let own = runs.iter().find(|run| run.name.text == *name).map_or(&[][..], std::slice::from_ref);
+    let mut typed = TypedColumns::of(&found.columns, own);
+    typed.place = format!("{} of run `{name}`", typed.place);
+    typed
 }
 
 fn line(one: &Instead) -> String {
@@ -68,8 +78,9 @@ pub fn json_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> Value {
     };
     let formula = |one: &ChangedFormula| json!({ "table": one.table, "name": one.name, "formula": one.formula });
     let whole = found.map(|found| {
-        let columns = TypedColumns::of(&found.columns, runs).entries;
+        let columns = typed(found, runs).entries;
         json!({
+            "run": found.run,
             "mistaken": found.what.iter().map(one).collect::<Value>(),
             "alike": found.alike.iter().map(alike).collect::<Value>(),
             "columns": columns,

@@ -9,6 +9,7 @@ use homepoint::library::conventions;
 
 use crate::folder::Folder;
 use crate::problems::camera::Camera;
+use crate::problems::Stream;
 
 /// Gives the columns of a table other heads.
 fn renamed(folder: &Folder, table: &str, heads: &[(&str, &str)]) {
@@ -216,19 +217,71 @@ fn every_convention_of_the_library_is_read() {
     assert!(all.iter().all(|one| one.formulas.len() == one.form.components().len()));
 }
 
-/// Where one run of several is in another unit, no convention is mistaken in all of them.
+/// Where one run of several is in another unit, that run and its unit are named, and no convention of
+/// all of them.
 #[test]
-fn a_run_in_another_unit_is_no_convention() {
+fn a_run_in_another_unit_is_named() {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
     let mut opened = open(&Request::new([example])).unwrap();
     let part = &mut opened.problem.parts[0];
-    let names = &part.system.assembly.names.measurands;
-    let distance = names.iter().position(|one| one.name == "distance").unwrap();
+    let measurands = &part.system.assembly.names.measurands;
+    let distance = measurands.iter().position(|one| one.name == "distance").unwrap();
     let distance = part.columns()[distance];
+    let run = part.runs[3].name.clone();
     part.runs[3].record.edit(|samples| {
         samples.readings[distance].iter_mut().for_each(|reading| *reading *= 1e3);
     });
-    assert!(mistaken(&opened.problem, &conventions([]).unwrap()).is_none());
+    let one = mistaken(&opened.problem, &conventions([]).unwrap()).unwrap();
+    assert_eq!((names(&one), one.run.as_ref()), (vec!["in_thousandths"], Some(&run)), "{one:?}");
+    assert!(one.variance_factors[1] < 2.0, "{one:?}");
+    let text = homepoint::report::conventions::text(Some(&one));
+    assert!(text.contains(&format!("mistaken in run `{run}`; set right")), "{text}");
+    assert!(text.contains(&format!("of run `{run}`: columns = {{ distance = ")), "{text}");
+}
+
+/// Streams of one of three sessions in degrees, both angles of them: each by itself mends little.
+#[test]
+fn all_angles_of_a_stream_in_degrees_are_named_together() {
+    let model = "name = \"head\"\ntitle = \"Pan and tilt\"\n\
+        [inputs]\npan = { unit = \"rad\", signal = true }\ntilt = { unit = \"rad\", signal = true }\n\
+        [parameters]\npan_zero = { unit = \"rad\" }\ntilt_zero = { unit = \"rad\" }\n\
+        [measurands]\naz = { value = 'pan + pan_zero', kind = \"angle\", unit = \"rad\" }\n\
+        el = { value = 'tilt + tilt_zero', kind = \"angle\", unit = \"rad\" }\n\
+        [delays]\nhead = { of = [\"az\", \"el\"] }\n";
+    let mut campaign = "title = \"Three\"\nmodel = \"model.toml\"\n\
+        [measurands]\naz = { sigma = \"1 mrad\" }\nel = { sigma = \"1 mrad\" }\n"
+        .to_owned();
+    let mut random = Stream(17);
+    let mut files: Vec<(String, String)> = Vec::new();
+    for (run, by) in [("a", 1.0), ("b", 180.0 / std::f64::consts::PI), ("c", 1.0)] {
+        campaign.push_str(&format!(
+            "[[runs]]\nname = \"{run}\"\ndata = \"{run}.csv\"\nsignals = [\"{run}_sent.csv\"]\n"
+        ));
+        let phase = 6.0 * random.uniform();
+        let pan = |t: f64| 0.9 * (0.9 * t + phase).sin() + 0.2 * (2.3 * t).sin();
+        let tilt = |t: f64| 0.4 * (0.7 * t + 2.0 * phase).sin() + 0.1 * (1.9 * t).cos();
+        let mut sent = "time [s],pan [rad],tilt [rad]\n".to_owned();
+        let mut read = "time [s],az [rad],el [rad]\n".to_owned();
+        for i in 0..1500 {
+            let t = 0.02 * f64::from(i);
+            sent.push_str(&format!("{t:.2},{:.7},{:.7}\n", by * pan(t), by * tilt(t)));
+            if i % 5 == 0 && (100..1400).contains(&i) {
+                let [az, el] = [pan(t - 0.03) + 0.2, tilt(t - 0.03) - 0.1];
+                let [az, el] = [az, el].map(|angle| angle + 1e-3 * random.normal());
+                read.push_str(&format!("{t:.2},{az:.6},{el:.6}\n"));
+            }
+        }
+        files.extend([(format!("{run}.csv"), read), (format!("{run}_sent.csv"), sent)]);
+    }
+    files.extend(
+        [("model.toml", model), ("campaign.toml", campaign.as_str())]
+            .map(|(name, text)| (name.to_owned(), text.to_owned())),
+    );
+    let files: Vec<(&str, &str)> = files.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+    let one = found(&Folder::new("degrees_in_one", &files)).unwrap();
+    assert_eq!((names(&one), one.run.as_deref()), (vec!["in_degrees"], Some("b")), "{one:?}");
+    assert_eq!(one.what[0].numbers, ["pan", "tilt"], "{one:?}");
+    assert!(one.variance_factors[1] < 2.0, "{one:?}");
 }
 
 /// Readings that are components of one quantity belong together: an accelerometer on a platform that

@@ -21,8 +21,8 @@ impl Linear {
     /// Whether the size of an effect in a fit can be; a user's own may have any.
     pub fn is_plausible(&self, fitted: &Fitted, term: usize) -> bool {
         let own = &self.terms[term];
-        let is_timing = |selected: &Selected| selected.effect.acts == Acts::Timing;
-        if own.is_own || !effect_of(fitted, &own.name).is_some_and(is_timing) {
+        let is_late = |one: &Selected| matches!(one.effect.acts, Acts::Timing | Acts::Servo);
+        if own.is_own || !effect_of(fitted, &own.name).is_some_and(is_late) {
             return true;
         }
         let most = |(_, typical, dimension)| match dimension {

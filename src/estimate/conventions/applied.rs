@@ -8,6 +8,7 @@ use crate::campaign::spline::Spline;
 use crate::convention::Convention;
 use crate::engine::Problem;
 use crate::estimate::conventions::channels::{Channel, Source};
+use crate::estimate::conventions::one_run::OneRun;
 use crate::formula::{Expression, ExpressionKind};
 
 /// How far a formula may be off a linear one.
@@ -18,15 +19,21 @@ const LINEAR: f64 = 1e-9;
 pub(super) struct Suspected<'c> {
     pub(super) convention: &'c Convention,
     pub(super) channels: Vec<Channel>,
+    /// The run in which it was; `None` for all.
+    pub(super) only: Option<OneRun>,
 }
 
 impl Suspected<'_> {
     /// The numbers, of those as they were read.
     fn values(&self, read: &[f64]) -> Vec<f64> {
         let names = self.convention.form.components();
-        let of = |name: &str| Some(read[names.iter().position(|one| *one == name)?]);
-        let formulas = self.convention.formulas.iter();
-        formulas.map(|formula| formula.root.value(&of).unwrap_or(f64::NAN)).collect()
+        let of_some = |read: &[f64]| -> Vec<f64> {
+            let of = |name: &str| Some(read[names.iter().position(|one| *one == name)?]);
+            let formulas = self.convention.formulas.iter();
+            formulas.map(|formula| formula.root.value(&of).unwrap_or(f64::NAN)).collect()
+        };
+        // A convention of single numbers may be that of several.
+        read.chunks(names.len()).flat_map(of_some).collect()
     }
 
     /// Constants and factors, where the formulas are linear: a row of factors for each number.
@@ -59,22 +66,31 @@ impl Suspected<'_> {
         self.channels.iter().all(|one| matches!(one.source, Source::Reading(_)))
     }
 
-    /// Logarithm of the factor by which the readings of one sample are stretched: what is made
-    /// smaller scatters less, and says no more by that.
-    pub(super) fn stretch(&self) -> f64 {
+    /// Logarithm of the factor by which the variance of a problem's readings is stretched, the mean of
+    /// all: what is made smaller scatters less, and says no more by that.
+    pub(super) fn stretch(&self, problem: &Problem) -> f64 {
         let Some((_, factors)) = self.linear().filter(|_| self.is_of_readings()) else {
             return 0.0;
         };
         let size = |row: &Vec<f64>| row.iter().map(|factor| factor * factor).sum::<f64>().sqrt();
-        factors.iter().map(|row| size(row).ln()).sum()
+        let of_sample: f64 = factors.iter().map(|row| size(row).ln()).sum();
+        let runs = OneRun::all(problem).filter(|one| self.is_in(*one));
+        let samples: usize =
+            runs.map(|one| problem.parts[one.part].runs[one.run].record.len()).sum();
+        2.0 * of_sample * samples as f64 / problem.reading_count().max(1) as f64
+    }
+
+    fn is_in(&self, run: OneRun) -> bool {
+        self.only.is_none_or(|only| only == run)
     }
 
     /// The problem with these numbers changed; `None` where that cannot be done.
     pub(super) fn applied(&self, problem: &Problem) -> Option<Problem> {
         let mut problem = problem.clone();
         let mut is_possible = true;
-        for run in problem.parts.iter_mut().flat_map(|part| &mut part.runs) {
-            run.record.edit(|samples| is_possible &= self.change(samples).is_some());
+        for one in OneRun::all(&problem).filter(|one| self.is_in(*one)).collect::<Vec<_>>() {
+            let record = &mut problem.parts[one.part].runs[one.run].record;
+            record.edit(|samples| is_possible &= self.change(samples).is_some());
         }
         is_possible.then_some(problem)
     }
@@ -215,19 +231,21 @@ impl Suspected<'_> {
     /// changed before.
     pub(super) fn formulas(&self, before: &[(String, Expression)]) -> Vec<(String, Expression)> {
         let names = self.convention.form.components();
-        let of = |component: &str| {
-            let at = names.iter().position(|one| *one == component)?;
-            let name = &self.channels[at].name;
-            let known =
-                before.iter().find(|(own, _)| own == name).map(|(_, formula)| formula.clone());
-            let span = self.convention.formulas[0].root.span;
-            Some(known.unwrap_or(Expression { kind: ExpressionKind::Name(name.clone()), span }))
-        };
-        let changed =
-            self.channels.iter().zip(&self.convention.formulas).map(|(channel, formula)| {
+        let mut changed: Vec<(String, Expression)> = Vec::new();
+        for channels in self.channels.chunks(names.len()) {
+            let of = |component: &str| {
+                let at = names.iter().position(|one| *one == component)?;
+                let name = &channels[at].name;
+                let known = before.iter().find(|(own, _)| own == name);
+                let span = self.convention.formulas[0].root.span;
+                let as_read = Expression { kind: ExpressionKind::Name(name.clone()), span };
+                Some(known.map_or(as_read, |(_, formula)| formula.clone()))
+            };
+            let formulas = channels.iter().zip(&self.convention.formulas);
+            changed.extend(formulas.map(|(channel, formula)| {
                 (channel.name.clone(), crate::formula::isolate::replaced(&formula.root, &of))
-            });
-        let changed: Vec<(String, Expression)> = changed.collect();
+            }));
+        }
         let others = before.iter().filter(|(name, _)| changed.iter().all(|(own, _)| own != name));
         others.cloned().chain(changed.iter().cloned()).collect()
     }

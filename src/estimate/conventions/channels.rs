@@ -91,13 +91,27 @@ impl Channels {
         Self { numbers, vectors, quaternions }
     }
 
+    /// Each number by itself, and all readings and all inputs of one dimension: whole files are written
+    /// in another unit.
+    fn single_and_together(&self) -> Vec<Vec<Channel>> {
+        let mut all: Vec<Vec<Channel>> = self.numbers.iter().map(|one| vec![one.clone()]).collect();
+        for first in &self.numbers {
+            let is_like = |one: &&Channel| is_alike(&[first.clone(), (*one).clone()]);
+            let together: Vec<Channel> = self.numbers.iter().filter(is_like).cloned().collect();
+            if together.len() > 1 && !all.contains(&together) {
+                all.push(together);
+            }
+        }
+        all
+    }
+
     /// The numbers to which a convention may apply, together; and how many more there are.
     pub(super) fn for_convention(&self, convention: &Convention) -> (Vec<Vec<Channel>>, usize) {
         let fits = |one: &Channel| {
             convention.unit.as_ref().is_none_or(|unit| unit.dimension == one.unit.dimension)
         };
         let mut all: Vec<Vec<Channel>> = match convention.form {
-            Form::Number => self.numbers.iter().map(|one| vec![one.clone()]).collect(),
+            Form::Number => self.single_and_together(),
             Form::Pair => pairs(&self.numbers),
             Form::Vector => self.vectors.clone(),
             Form::Quaternion => self.quaternions.clone(),

@@ -1,4 +1,4 @@
-//! Whether it is one run that does not fit, rather than a convention of all.
+//! The run that does not fit beside the others, if there is one.
 
 use rayon::prelude::*;
 
@@ -11,24 +11,45 @@ use super::{BETTER, GOOD, ITERATIONS};
 /// Of fewer runs none is another one than the rest.
 const FEW_RUNS: usize = 3;
 
-/// Whether a problem fits far better without one of its runs than this, which is no good fit: then
-/// that run is another one, and no convention is mistaken in all of them.
-pub(super) fn is_of_one_run(problem: &Problem, variance_factor: f64) -> bool {
-    let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
-    if variance_factor < GOOD || runs < FEW_RUNS {
-        return false;
+/// A run by its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct OneRun {
+    /// Index of the campaign.
+    pub(super) part: usize,
+    /// Index of the run in the campaign.
+    pub(super) run: usize,
+}
+
+impl OneRun {
+    /// All runs of a problem.
+    pub(super) fn all(problem: &Problem) -> impl Iterator<Item = Self> + use<> {
+        let counts: Vec<usize> = problem.parts.iter().map(|part| part.runs.len()).collect();
+        let parts = counts.into_iter().enumerate();
+        parts.flat_map(|(part, count)| (0..count).map(move |run| Self { part, run }))
     }
-    let without = |(part, run): (usize, usize)| {
+}
+
+/// The run without which a problem fits best, and far better than this, which is no good fit; with the
+/// variance factor of the others.
+pub(super) fn run_that_does_not_fit(
+    problem: &Problem,
+    variance_factor: f64,
+) -> Option<(f64, OneRun)> {
+    let runs: Vec<OneRun> = OneRun::all(problem).collect();
+    if variance_factor < GOOD || runs.len() < FEW_RUNS {
+        return None;
+    }
+    let without = |one: OneRun| {
         let mut parts = problem.parts.clone();
-        let columns = parts[part].reading_columns();
-        let record = &mut parts[part].runs[run].record;
+        let columns = parts[one.part].reading_columns();
+        let record = &mut parts[one.part].runs[one.run].record;
         record.leave_out([(0..record.len(), columns)]);
         let rest = Problem::new(parts);
         let begin = start(&rest).0;
-        let fit = Tried::fit(rest, begin, 0.0, ITERATIONS[2]);
-        fit.is_some_and(|fit| fit.variance_factor * BETTER[0] < variance_factor)
+        let fit = Tried::fit(rest, begin, 0.0, ITERATIONS[2])?;
+        let is_better = fit.variance_factor * BETTER[0] < variance_factor;
+        is_better.then_some((fit.variance_factor, one))
     };
-    let parts = problem.parts.iter().enumerate();
-    let all = parts.flat_map(|(part, one)| (0..one.runs.len()).map(move |run| (part, run)));
-    all.collect::<Vec<_>>().into_par_iter().any(without)
+    let all: Vec<(f64, OneRun)> = runs.into_par_iter().filter_map(without).collect();
+    all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
 }

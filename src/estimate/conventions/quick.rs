@@ -6,7 +6,7 @@ use crate::estimate::minima::thinned::{Thinned, Tried};
 use crate::estimate::start::start;
 
 use super::suspect::Suspect;
-use super::{ITERATIONS, STARTS, stretch_of_each};
+use super::{ITERATIONS, STARTS};
 
 /// A convention on few samples, from several attitudes.
 pub(super) struct Quick {
@@ -19,7 +19,6 @@ impl Quick {
     /// `None` where the model has no values.
     pub(super) fn of(few: &Thinned, suspect: Option<&Suspect<'_>>) -> Option<Self> {
         let stands = few.late_by(0.0, &[])?;
-        let stretch = suspect.map_or(0.0, Suspect::stretch);
         let problem = match suspect {
             Some(suspect) => suspect.applied(&stands)?,
             None => stands,
@@ -38,7 +37,8 @@ impl Quick {
         let further =
             all.iter().take(STARTS).filter_map(|one| fit(one.point.clone(), ITERATIONS[1]));
         let best = further.min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
-        let score = best.variance_factor.ln() - stretch_of_each(&problem, stretch);
+        let stretch = suspect.map_or(0.0, |suspect| suspect.stretch(&problem));
+        let score = best.variance_factor.ln() - stretch;
         Some(Self { score, point: best.point })
     }
 }

@@ -24,10 +24,10 @@ impl Suspect<'_> {
         }
     }
 
-    /// Logarithm of the factor by which the readings of one sample are stretched.
-    pub(super) fn stretch(&self) -> f64 {
+    /// Logarithm of the factor by which a variance of readings is stretched: the mean of all readings.
+    pub(super) fn stretch(&self, problem: &Problem) -> f64 {
         match self {
-            Self::Columns(one) => one.stretch(),
+            Self::Columns(one) => one.stretch(problem),
             Self::Turns(_) => 0.0,
         }
     }
