@@ -8,8 +8,8 @@ use homepoint::estimate::conventions::{Mistaken, mistaken};
 use homepoint::library::conventions;
 
 use crate::folder::Folder;
-use crate::problems::camera::Camera;
 use crate::problems::Stream;
+use crate::problems::camera::Camera;
 
 /// Gives the columns of a table other heads.
 fn renamed(folder: &Folder, table: &str, heads: &[(&str, &str)]) {
@@ -316,4 +316,53 @@ fn components_of_one_quantity_are_read_in_one_unit() {
     assert_eq!(names(&one), ["accelerations_in_g"], "{one:?}");
     let typed: Vec<&str> = one.columns.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(typed, ["ax", "ay", "az"], "{one:?}");
+}
+
+/// A force sensor whose axes are turned against the flange: forces and torques together.
+#[test]
+fn a_sensor_that_is_turned_as_a_whole_is_named() {
+    let model = "name = \"payload\"\ntitle = \"Payload\"\n\
+        [inputs]\na = { unit = \"rad\" }\nb = { unit = \"rad\" }\n\
+        [parameters]\nmass = { unit = \"kg\" }\ncentre = { kind = \"vector\", unit = \"m\" }\n\
+        zero = { kind = \"vector\", unit = \"N\" }\n\
+        [quantities]\nflange = 'rotation_z(a) * rotation_y(b)'\n\
+        weight = 'rotate(inverse(flange), [0 N, 0 N, -mass * 9.81 m/s^2])'\n\
+        level = 'rotate(inverse(flange), [0 N, -mass * 9.81 m/s^2, 0 N])'\n\
+        force = 'weight + level + zero'\ntorque = 'cross(centre, weight + level)'\n\
+        [measurands]\nfx = { value = 'force.x', unit = \"N\" }\nfy = { value = 'force.y', unit = \"N\" }\n\
+        fz = { value = 'force.z', unit = \"N\" }\ntx = { value = 'torque.x', unit = \"N m\" }\n\
+        ty = { value = 'torque.y', unit = \"N m\" }\ntz = { value = 'torque.z', unit = \"N m\" }\n";
+    let mut campaign = "title = \"Poses\"\nmodel = \"model.toml\"\n[measurands]\n".to_owned();
+    for (name, sigma) in [("f", "0.1 N"), ("t", "5 mN m")] {
+        for axis in ["x", "y", "z"] {
+            campaign.push_str(&format!("{name}{axis} = {{ sigma = \"{sigma}\" }}\n"));
+        }
+    }
+    campaign.push_str("[[runs]]\nname = \"poses\"\ndata = \"poses.csv\"\n");
+    let mut random = Stream(5);
+    let mut table = "a [rad],b [rad],fx [N],fy [N],fz [N],tx [N m],ty [N m],tz [N m]\n".to_owned();
+    for _ in 0..40 {
+        let [a, b] = [0, 1].map(|_| 5.0 * random.uniform() - 2.5);
+        // Down and across in the flange's frame, 2.1 kg.
+        let of = |[x, y, z]: [f64; 3]| {
+            let (x, y) = (x * a.cos() + y * a.sin(), y * a.cos() - x * a.sin());
+            [x * b.cos() - z * b.sin(), y, z * b.cos() + x * b.sin()]
+        };
+        let w = of([0.0, -2.1 * 9.81, -2.1 * 9.81]);
+        let c = [0.02, -0.01, 0.07];
+        let force = [w[0] + 1.2, w[1] - 0.4, w[2] + 2.5].map(|f| f + 0.1 * random.normal());
+        let torque =
+            [c[1] * w[2] - c[2] * w[1], c[2] * w[0] - c[0] * w[2], c[0] * w[1] - c[1] * w[0]]
+                .map(|t| t + 0.005 * random.normal());
+        // The sensor's x is the flange's y.
+        let cells = [a, b, force[1], -force[0], force[2], torque[1], -torque[0], torque[2]];
+        let cells: Vec<String> = cells.iter().map(|one| format!("{one:.5}")).collect();
+        table.push_str(&format!("{}\n", cells.join(",")));
+    }
+    let files =
+        [("model.toml", model), ("campaign.toml", campaign.as_str()), ("poses.csv", &table)];
+    let one = found(&Folder::new("turned_sensor", &files)).unwrap();
+    assert_eq!(one.what[0].name, "turned_90_about_z", "{one:?}");
+    assert_eq!(one.what[0].numbers, ["fx", "fy", "fz", "tx", "ty", "tz"], "{one:?}");
+    assert!(one.variance_factors[1] < 2.0, "{one:?}");
 }

@@ -91,29 +91,18 @@ impl Channels {
         Self { numbers, vectors, quaternions }
     }
 
-    /// Each number by itself, and all readings and all inputs of one dimension: whole files are written
-    /// in another unit.
-    fn single_and_together(&self) -> Vec<Vec<Channel>> {
-        let mut all: Vec<Vec<Channel>> = self.numbers.iter().map(|one| vec![one.clone()]).collect();
-        for first in &self.numbers {
-            let is_like = |one: &&Channel| is_alike(&[first.clone(), (*one).clone()]);
-            let together: Vec<Channel> = self.numbers.iter().filter(is_like).cloned().collect();
-            if together.len() > 1 && !all.contains(&together) {
-                all.push(together);
-            }
-        }
-        all
-    }
-
     /// The numbers to which a convention may apply, together; and how many more there are.
     pub(super) fn for_convention(&self, convention: &Convention) -> (Vec<Vec<Channel>>, usize) {
         let fits = |one: &Channel| {
             convention.unit.as_ref().is_none_or(|unit| unit.dimension == one.unit.dimension)
         };
         let mut all: Vec<Vec<Channel>> = match convention.form {
-            Form::Number => self.single_and_together(),
+            Form::Number => {
+                let each: Vec<_> = self.numbers.iter().map(|one| vec![one.clone()]).collect();
+                with_all_together(each, |a, b| a.unit.dimension == b.unit.dimension)
+            }
             Form::Pair => pairs(&self.numbers),
-            Form::Vector => self.vectors.clone(),
+            Form::Vector => with_all_together(self.vectors.clone(), |_, _| true),
             Form::Quaternion => self.quaternions.clone(),
             Form::Pose => {
                 let poses = self.vectors.iter().flat_map(|position| {
@@ -161,6 +150,26 @@ fn readings_of_vectors(names: &Names) -> Vec<[&str; 3]> {
 
 fn is_reading(one: &Channel) -> bool {
     matches!(one.source, Source::Reading(_))
+}
+
+/// Numbers or vectors each by itself, and all readings and all inputs that are alike, together: whole
+/// files are in another unit, whole sensors in another frame.
+fn with_all_together(
+    each: Vec<Vec<Channel>>,
+    are_alike: impl Fn(&Channel, &Channel) -> bool,
+) -> Vec<Vec<Channel>> {
+    let mut all = each.clone();
+    for first in &each {
+        let is_like = |one: &&Vec<Channel>| {
+            is_reading(&first[0]) == is_reading(&one[0]) && are_alike(&first[0], &one[0])
+        };
+        let like: Vec<&Vec<Channel>> = each.iter().filter(is_like).collect();
+        let together: Vec<Channel> = like.iter().copied().flatten().cloned().collect();
+        if like.len() > 1 && !all.contains(&together) {
+            all.push(together);
+        }
+    }
+    all
 }
 
 /// Whether numbers may belong together: all read or all inputs, of one dimension.
