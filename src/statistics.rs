@@ -5,7 +5,8 @@
 //! (modified Lentz, Press et al., *Numerical Recipes*, 6.2), else from its complement.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use statrs::function::gamma::{gamma_lr, ln_gamma};
+use statrs::function::gamma::gamma_lr;
+pub use statrs::function::gamma::ln_gamma;
 
 /// Terms of the continued fraction at most; it needs about the root of its argument.
 const TERMS: usize = 100_000;

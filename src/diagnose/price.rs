@@ -8,6 +8,8 @@
 //! where `members` of the family were tried, and `candidates` of its kind were in the competition
 //! (correction for multiple testing). No typical magnitude enters here.
 
+use crate::statistics::ln_gamma;
+
 /// What a term takes off chi squared beyond a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gain {
@@ -43,9 +45,102 @@ pub fn ln_bayes_factor(gain: Gain, members: usize, candidates: usize) -> f64 {
     if gain.degrees == 0 { -1.0 } else { 0.5 * gain.gain - price(gain, members, candidates) }
 }
 
+/// Noncentrality below which an effect counts as none, and the logarithm of how many times as large
+/// it may usually be: sizes are as probable by factors of two, as nobody knows their order.
+const SMALLEST: f64 = 2.0;
+const LN_RANGE: f64 = 3.912_023;
+/// Step and reach of the integral over sizes, in units of the noise.
+const STEP: f64 = 0.1;
+const REACH: f64 = 8.0;
+
+/// The log Bayes factor of values whose noncentrality is log-uniform from 2 to 100 (and on with the
+/// same density), in any direction. Unlike that of the best prior width it is 1 on average where
+/// nothing is there, so posterior probabilities are made of it.
+pub fn ln_bayes_factor_of_any_size(gain: Gain) -> f64 {
+    let k = gain.degrees as f64;
+    if gain.degrees == 0 {
+        return 0.0;
+    }
+    let score = gain.gain.max(0.0).sqrt();
+    let first = ((gain.gain - k).max(0.0).sqrt() - REACH).max(SMALLEST);
+    let count = ((score + REACH - first).max(REACH) / STEP).ceil() as usize;
+    let term = |step: usize| {
+        let size = first + STEP * (step as f64 + 0.5);
+        ln_hypergeometric(0.5 * k, 0.5 * size * score) - 0.5 * size * size - size.ln()
+    };
+    let terms: Vec<f64> = (0..count).map(term).collect();
+    let most = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let sum: f64 = terms.iter().map(|one| (one - most).exp()).sum();
+    most + (sum * STEP / LN_RANGE).ln()
+}
+
+/// The logarithm of the confluent hypergeometric limit function 0F1(; b; x²), by which the density of
+/// noncentral chi squared exceeds the central one: its series, or Debye's expansion of the Bessel
+/// function that it is (Abramowitz and Stegun 1964, 9.6.47 and 9.7.7).
+fn ln_hypergeometric(b: f64, x: f64) -> f64 {
+    if b == 0.5 {
+        // cosh 2 x
+        return 2.0 * x + (-4.0 * x).exp().ln_1p() - std::f64::consts::LN_2;
+    }
+    let square = x * x;
+    if square < 400.0 + b {
+        let (mut term, mut sum, mut n) = (1.0_f64, 1.0_f64, 0.0_f64);
+        while term > 1e-16 * sum {
+            term *= square / ((b + n) * (n + 1.0));
+            sum += term;
+            n += 1.0;
+        }
+        return sum.ln();
+    }
+    let (order, y) = (b - 1.0, 2.0 * x);
+    let root = order.hypot(y);
+    let ln_bessel =
+        root + order * (y / (order + root)).ln() - 0.5 * (2.0 * std::f64::consts::PI * root).ln();
+    ln_gamma(b) - order * x.ln() + ln_bessel
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Gain, ln_bayes_factor};
+    use super::{Gain, ln_bayes_factor, ln_bayes_factor_of_any_size, ln_hypergeometric};
+
+    /// Over what chance gives, a proper Bayes factor is 1 on average: the sum over a grid of gains of
+    /// its value times the density of chi squared.
+    #[test]
+    fn a_bayes_factor_of_any_size_is_one_on_average_where_nothing_is() {
+        for degrees in [1_usize, 2, 3, 12, 40] {
+            let half = 0.5 * degrees as f64;
+            let ln_density = |gain: f64| {
+                (half - 1.0) * gain.ln() - 0.5 * gain - half * 2.0_f64.ln() - super::ln_gamma(half)
+            };
+            // In the root of the gain, so that the density at zero is finite.
+            let step = 0.01;
+            let of = |n: u32| {
+                let score = step * (f64::from(n) + 0.5);
+                let gain = Gain { gain: score * score, degrees };
+                let ln = ln_bayes_factor_of_any_size(gain) + ln_density(gain.gain);
+                2.0 * score * step * ln.exp()
+            };
+            // Sizes up to 100 and their noise.
+            let whole: f64 = (0..14_000).map(of).sum();
+            // The density goes on beyond 100, by the logarithm.
+            assert!((whole - 1.0).abs() < 0.1, "{degrees}: {whole}");
+        }
+    }
+
+    #[test]
+    fn series_and_expansion_agree_where_they_meet() {
+        for b in [1.0_f64, 1.5, 6.0, 20.0] {
+            let edge = (400.0 + b).sqrt();
+            let [below, above] =
+                [edge * 0.999_999, edge * 1.000_001].map(|x| ln_hypergeometric(b, x));
+            // The first term that the expansion leaves out.
+            assert!((below - above).abs() < 0.01, "{b}: {below} {above}");
+        }
+        // sinh(2 x) / (2 x) for b = 3/2
+        let x = 1.7_f64;
+        let due = ((2.0 * x).sinh() / (2.0 * x)).ln();
+        assert!((ln_hypergeometric(1.5, x) - due).abs() < 1e-12);
+    }
 
     /// Marginal likelihood by numerical integration over the value and the best prior width.
     #[test]

@@ -27,7 +27,7 @@ use super::search::Pools;
 use super::selection::{Ranked as RankedTerm, Selection};
 use super::solved::{Solved, ratio_to_typical};
 use super::terms::Term;
-use crate::diagnose::price::Gain;
+use crate::diagnose::price::{Gain, ln_bayes_factor, ln_bayes_factor_of_any_size};
 use crate::diagnose::thresholds::{ENTER, TIE};
 
 mod remainder;
@@ -265,12 +265,17 @@ impl Budget<'_> {
             .collect();
         let blocks = live.ranked(&[], &pools.blocks);
         let blocks: Vec<_> = blocks.into_iter().filter(|one| one.gain.degrees > 0).collect();
-        let all = || ranked.iter().chain(&blocks).map(|one| one.ln_bayes);
+        // What is found is as probable as its size of any order makes it.
+        let ln_bayes = |one: &RankedTerm| {
+            let of_best_width = ln_bayes_factor(one.gain, 1, 1);
+            one.ln_bayes - of_best_width + ln_bayes_factor_of_any_size(one.gain)
+        };
+        let all = || ranked.iter().chain(&blocks).map(ln_bayes);
         let most = all().fold(0.0, f64::max);
         let weight = |cause: Cause, ln_bayes: f64| prior.of(cause) * (ln_bayes - most).exp();
         let nothing = weight(Cause::Nothing, 0.0);
-        let library: f64 = ranked.iter().map(|one| weight(Cause::Library, one.ln_bayes)).sum();
-        let unknown: f64 = blocks.iter().map(|one| weight(Cause::Unknown, one.ln_bayes)).sum();
+        let library: f64 = ranked.iter().map(|one| weight(Cause::Library, ln_bayes(one))).sum();
+        let unknown: f64 = blocks.iter().map(|one| weight(Cause::Unknown, ln_bayes(one))).sum();
         let sum = nothing + library + unknown;
         let candidates = ranked.iter().map(|one| {
             let term = &linear.terms[one.term];
@@ -282,7 +287,7 @@ impl Budget<'_> {
                 gain: one.gain,
                 ln_bayes: one.ln_bayes,
                 share: if total > 0.0 { (one.gain.gain / total).clamp(0.0, 1.0) } else { 0.0 },
-                probability: weight(Cause::Library, one.ln_bayes) / sum,
+                probability: weight(Cause::Library, ln_bayes(one)) / sum,
                 values: linear.sizes(&live, &[], one.term),
             }
         });

@@ -201,23 +201,8 @@ impl Selection<'_> {
             tried.push(block);
             let (scale, evidence) = (self.scale.clone(), self.ln_evidence(&model));
             let rest: Vec<usize> = model.iter().copied().filter(|own| *own != block).collect();
-            let mut steps = Log::new();
             let is_new = |found: &[usize]| found.iter().any(|term| !model.contains(term));
-            let mut grown = self.grow(rest.clone(), &pools.effects, 0.0, MOST, &mut steps);
-            if !is_new(&grown)
-                && let Some(pair) = self.best_pair(&rest, &pools.effects)
-            {
-                let [a, b] = pair.map(|term| self.terms[term].name.as_str());
-                steps.push(format!("+ {a} and {b}"));
-                grown = self.grow(
-                    [rest, pair.to_vec()].concat(),
-                    &pools.effects,
-                    0.0,
-                    MOST,
-                    &mut steps,
-                );
-            }
-            self.adopt_scale(&scale);
+            let (grown, mut steps) = self.grown_in_place(&rest, &pools.effects, &scale);
             if !is_new(&grown) {
                 continue;
             }
@@ -241,6 +226,34 @@ impl Selection<'_> {
             }
         }
         model
+    }
+
+    /// A model in which effects have grown one after the other, or from the best two at once: two that
+    /// nearly cancel explain more than what enters in the place of either. What is better by evidence
+    /// under these noise scale factors, which hold afterwards.
+    fn grown_in_place(
+        &mut self,
+        rest: &[usize],
+        pool: &[usize],
+        scale: &[f64],
+    ) -> (Vec<usize>, Log) {
+        let pair = self.best_pair(rest, pool);
+        let mut steps = Log::new();
+        let grown = self.grow(rest.to_vec(), pool, 0.0, MOST, &mut steps);
+        let pair = pair.filter(|pair| pair.iter().any(|term| !grown.contains(term)));
+        let Some(pair) = pair else {
+            self.adopt_scale(scale);
+            return (grown, steps);
+        };
+        let mut of_pair =
+            vec![format!("+ {} and {}", self.terms[pair[0]].name, self.terms[pair[1]].name)];
+        let both = self.prune([rest, &pair].concat(), &mut of_pair);
+        let both = self.grow(both, pool, 0.0, MOST, &mut of_pair);
+        self.adopt_scale(scale);
+        if self.ln_evidence(&both) > self.ln_evidence(&grown) {
+            return (both, of_pair);
+        }
+        (grown, steps)
     }
 
     fn note(&self, log: &mut Log, sign: &str, term: usize, ln_bayes: f64) {
