@@ -37,6 +37,10 @@ const PROBE: f64 = 1e-12;
 const COST_ROUNDING: f64 = 1e-12;
 /// Steps without a comparison of costs that may fail to halve the remaining way.
 const BLIND_STEPS: usize = 8;
+/// Iterations in a row in which the way left shrinks, after which a fit may go on beyond its limit, up
+/// to so many times as many.
+const STEADY: usize = 10;
+const LONGER: usize = 3;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,7 +150,7 @@ pub fn fit<P: LeastSquares>(
     options: &Options,
 ) -> Result<Fit<P::Point>, FitError> {
     let mut search = Search::new(problem.columns().len(), options.damping);
-    let mut blind = Blind::default();
+    let (mut blind, mut shrinking) = (Blind::default(), Shrinking::default());
     let (mut point, mut known) = (start, None);
     let (mut iterations, mut evaluations) = (0, 0);
     loop {
@@ -185,8 +189,12 @@ pub fn fit<P: LeastSquares>(
             here.outcome = Outcome::Converged;
             return Ok(here);
         }
-        if iterations > options.max_iterations {
-            here.outcome = Outcome::IterationLimit;
+        if shrinking.may_end(way, iterations, options.max_iterations) {
+            here.outcome = if here.remaining <= SETTLED && is_near {
+                Outcome::Converged
+            } else {
+                Outcome::IterationLimit
+            };
             return Ok(here);
         }
         let is_blind = way.powi(2) <= COST_ROUNDING * here_cost;
@@ -261,6 +269,23 @@ fn undamped_length(arrow: &Arrow, bounds: &[(f64, f64)]) -> Result<f64, FitError
         share *= 10.0;
     }
     Ok(f64::INFINITY)
+}
+
+/// A way left that shrinks slowly, but each time: where the noise of signals is in the derivatives,
+/// all steps are too short by one factor.
+#[derive(Default)]
+struct Shrinking {
+    last: f64,
+    times: usize,
+}
+
+impl Shrinking {
+    /// Notes the way left; whether so many iterations are enough.
+    fn may_end(&mut self, way: f64, iterations: usize, limit: usize) -> bool {
+        self.times = if way < self.last { self.times + 1 } else { 0 };
+        self.last = way;
+        iterations > limit && (self.times < STEADY || iterations > LONGER * limit)
+    }
 }
 
 /// Steps so near to the end that costs cannot be compared: the way left must keep shrinking.
