@@ -338,10 +338,10 @@ impl Record {
 
     /// About so many samples, in stretches of at most `step` spread evenly over the run.
     pub fn spread(&self, most: usize, step: usize) -> Samples {
-        let mut spread = Samples::default();
-        for range in self.share(most as f64 / self.len.max(1) as f64, step) {
-            spread.append(self.cut(range));
-        }
+        let mut ranges = self.share(most as f64 / self.len.max(1) as f64, step);
+        // Without samples there are its inputs.
+        let mut spread = self.cut(ranges.next().unwrap_or_default());
+        ranges.for_each(|range| spread.append(self.cut(range)));
         spread
     }
 

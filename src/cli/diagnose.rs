@@ -206,12 +206,16 @@ impl Diagnose {
             judge(&mut found, held_out, &Options::default())
                 .map_err(|error| Failure::Could(error.to_string()))?;
         }
-        let fitted = found.explained.as_ref().unwrap_or(&found.nominal);
+        // Where no row stands nothing is explained.
+        let explained = found.explained.as_ref().filter(|_| !found.rows.is_empty());
+        let fitted = explained.unwrap_or(&found.nominal);
         // Noise scaled up to the size of the residuals is as bad a fit.
         let scale = found.levels.iter().map(|one| one.factor).fold(1.0, f64::max);
         let factor = fitted.variance_factor().unwrap_or(f64::INFINITY) * scale.powi(2);
         let is_bad = found.verdict.has_remainder() || !found.verdict.is_made();
-        let mistaken = if is_bad && factor > BAD { suspicion.mistaken(&as_loaded) } else { None };
+        // What spoils a run may be how its numbers are read.
+        let is_suspicious = (is_bad && factor > BAD) || !found.left_out.runs.is_empty();
+        let mistaken = if is_suspicious { suspicion.mistaken(&as_loaded) } else { None };
         if !self.common.quiet {
             render::all(&own_untested(&loaded.recipes, &found));
             doubts::tell_of_accelerations(&found.nominal);

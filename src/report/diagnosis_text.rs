@@ -200,7 +200,7 @@ fn relaxed(row: &Row) -> Option<String> {
             )
         }
         Variant::EachAngle => format!(
-            "      with a copy of `{name}` in effects/ whose parameters have per = \"measurand\"\n"
+            "      with a copy of `{name}` in effects/ under a name of its own, given in its place, whose parameters have per = \"measurand\"\n"
         ),
     })
 }

@@ -9,6 +9,7 @@ use homepoint::estimate::minima::{improved, others};
 use homepoint::estimate::transformation::delays_of;
 
 use crate::folder::Folder;
+use crate::problems::Stream;
 use crate::problems::camera::Camera;
 use crate::scale::{SCALE, Scales};
 
@@ -224,4 +225,52 @@ fn problems_made_anew_of_the_same_data_start_where_the_search_ended() {
     let again = homepoint::engine::Problem::new(problem.parts.clone());
     let fit = calibrate(again, &Options::default()).unwrap();
     assert!((delay(&fit) - 1.7).abs() < 2e-3, "{}", delay(&fit));
+}
+
+/// Clocks of two runs are tried one after the other, each without the samples of the other run, whose
+/// inputs are streams with a stated uncertainty.
+#[test]
+fn clocks_of_runs_over_streams_with_a_stated_uncertainty_are_tried() {
+    let mut random = Stream(8);
+    let at = |t: f64| (0.9 * t).sin() + 0.3 * (2.3 * t).cos();
+    let mut files = vec![
+        (
+            "model.toml".to_owned(),
+            "name = \"m\"\ntitle = \"Slide\"\n[inputs]\nx = { unit = \"m\", signal = true }\n\
+             [parameters]\nzero = { unit = \"m\" }\n\
+             [measurands]\ny = { value = 'x + zero', unit = \"m\", sigma = \"1 mm\" }\n"
+                .to_owned(),
+        ),
+        (
+            "campaign.toml".to_owned(),
+            "title = \"Two\"\nmodel = \"model.toml\"\n[parameters]\n\"y.delay\" = { scope = \"run\" }\n\
+             [inputs]\nx = { sigma = \"0.1 mm\" }\n\
+             [[runs]]\nname = \"a\"\ndata = \"a.csv\"\nsignals = [\"a_x.csv\"]\n\
+             [[runs]]\nname = \"b\"\ndata = \"b.csv\"\nsignals = [\"b_x.csv\"]\n"
+                .to_owned(),
+        ),
+    ];
+    for (run, first) in [("a", 0.0), ("b", 100.0)] {
+        let (mut x, mut y) = ("time [s],x [m]\n".to_owned(), "time [s],y [m]\n".to_owned());
+        for i in 0..2000 {
+            let t = first + 0.02 * f64::from(i);
+            x.push_str(&format!("{t:.2},{:.6}\n", at(t) + 1e-4 * random.normal()));
+            if i % 5 == 0 && (50..1950).contains(&i) {
+                y.push_str(&format!("{t:.2},{:.6}\n", at(t - 0.02) + 1e-3 * random.normal()));
+            }
+        }
+        files.extend([(format!("{run}_x.csv"), x), (format!("{run}.csv"), y)]);
+    }
+    let files: Vec<(&str, &str)> = files.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+    let folder = Folder::new("clocks_of_runs", &files);
+    let (problem, _) = improved(opened(&folder).problem);
+    let fit = calibrate(problem, &Options::default()).unwrap();
+    assert!(others(&fit).is_empty());
+    let all: Vec<f64> = fit
+        .estimates()
+        .iter()
+        .filter(|one| one.name == "y.delay")
+        .map(|one| one.value.unwrap())
+        .collect();
+    assert!(all.len() == 2 && all.iter().all(|one| (one + 0.02).abs() < 1e-3), "{all:?}");
 }

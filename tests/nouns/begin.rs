@@ -155,6 +155,25 @@ fn other_columns_go_in_pairs() {
     assert!(readings(&campaign) > 2000, "{text}");
 }
 
+/// Where no columns are called alike, those of one kind are compared; else a scale has both units.
+#[test]
+fn columns_of_one_kind_go_together() {
+    let tracker = table("time [s],east [m],north [m]", 0.1, |t| {
+        format!("{t:.1},{:.4},{:.4}", 3.0 * t.sin(), t)
+    });
+    let path = |heads: &str| {
+        table(heads, 0.02, |t| format!("{t:.2},{:.4},{:.4},{:.4}", 7.0 * t, 3.0 * t.sin(), t))
+    };
+    let turns = path("time [s],heading [rad],along [m],across [m]");
+    let files = [("tracker.csv", tracker.clone()), ("turns.csv", turns)];
+    let (text, model, _) = begun(&files, None).unwrap();
+    assert!(text.contains("ref_east = { column = \"along\""), "{text}");
+    assert!(model.contains("east_scale * ref_east + east_offset', unit = \"m\""), "{model}");
+    let angles = table("time [s],turn [rad]", 0.02, |t| format!("{t:.2},{:.4}", 7.0 * t));
+    let (_, model, _) = begun(&[("tracker.csv", tracker), ("angles.csv", angles)], None).unwrap();
+    assert!(model.contains("east_scale * ref_east + east_offset', unit = \"m\""), "{model}");
+}
+
 /// A path of dead reckoning: it begins at zero, its turns are 2 % too large, its distances 1 % too long.
 fn reckoned() -> [(&'static str, String); 2] {
     let course = |t: f64| 1.5 * (0.5 * t).sin();

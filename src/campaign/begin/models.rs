@@ -119,15 +119,25 @@ pub(super) fn pairs(data: &Log, stream: &Log) -> Option<Made> {
     let is_one_log = std::ptr::eq(data, stream);
     let mut made = alike(data, stream);
     let note = if made.is_empty() {
-        let other = |one: &Guessed| one.unit.symbol != "1";
+        let other_than_number = |one: &&Guessed| one.unit.symbol != "1";
         let first = |log: &Log| {
             let all = moving(log);
-            all.iter().find(|one| other(one)).or(all.first()).cloned()
+            all.iter().find(other_than_number).or(all.first()).cloned()
         };
-        let (own, other) = (first(data)?, first(stream)?);
         if is_one_log {
             return None;
         }
+        // Of one kind, where both files have such; else a scale has both units.
+        let streams = moving(stream);
+        let of_kind = |own: Guessed| {
+            let mut like = streams.iter().filter(|other| other_than_number(other));
+            let other = like.find(|other| other.unit.dimension == own.unit.dimension)?.clone();
+            Some((own, other))
+        };
+        let (own, other) = match moving(data).into_iter().find_map(of_kind) {
+            Some(pair) => pair,
+            None => (first(data)?, first(stream)?),
+        };
         let name = identifier(&name_of(data, &own).map_or("reading".to_owned(), |own| base(own).0));
         made.push(Pair { name, own, other });
         "# No two columns are called alike: WRITE what the readings of the data have to do with the stream.\n"
@@ -216,7 +226,8 @@ impl Parts {
                 let range = log.survey.columns[one.column].range() * one.unit.factor;
                 one.unit.is_angle() && range > std::f64::consts::PI
             };
-            let is_angle = wide(data, own) || wide(stream, other);
+            let are_angles = own.unit.is_angle() && other.unit.is_angle();
+            let is_angle = are_angles && (wide(data, own) || wide(stream, other));
             let period = if is_angle && moves { ", period = \"360 deg\"" } else { "" };
             let signal = if moves { ", signal = true" } else { "" };
             inputs += &format!("ref_{name} = {{ unit = {}{signal}{period} }}\n", quoted(from));
