@@ -161,3 +161,57 @@ fn a_clock_that_is_set_for_good_in_one_of_four_setups() {
     assert_eq!(place.run.as_deref(), Some("B_cw50"), "{}", told(&found));
     assert!(place.rows.unwrap().0.abs_diff(22) <= 2, "{}", told(&found));
 }
+
+/// A clock that is set is no unknown form that an effect of the user's own might imitate.
+#[test]
+fn an_effect_beside_a_clock_that_was_set_is_named() {
+    use std::fmt::Write as _;
+    let mut random = crate::stream::Stream(3);
+    let mut campaign = "title = \"Stage\"\nmodel = \"model.toml\"\n".to_owned();
+    let mut files: Vec<(String, String)> = Vec::new();
+    for run in 0..3 {
+        let phase = 1.7 * f64::from(run);
+        let stage = |t: f64| 1.1 * (0.5 * t + phase).sin() + 0.5 * (1.3 * t).cos();
+        let (mut sent, mut read) =
+            ("time [s],stage [rad]\n".to_owned(), "time [s],yaw [rad]\n".to_owned());
+        for i in 0..2200 {
+            let t = 0.02 * f64::from(i);
+            writeln!(sent, "{t:.2},{:.7}", stage(t)).unwrap();
+            if i % 2 == 0 && (60..2140).contains(&i) {
+                let set = if run == 1 && i > 1000 { 8e-3 } else { 0.0 };
+                let angle = stage(t + 4e-3 + set);
+                let yaw = angle + 0.02 + 1.2e-3 * angle.powi(2) + 3e-4 * random.normal();
+                writeln!(read, "{t:.2},{yaw:.7}").unwrap();
+            }
+        }
+        writeln!(
+            campaign,
+            "[[runs]]\nname = \"r{run}\"\ndata = \"r{run}.csv\"\nsignals = [\"s{run}.csv\"]"
+        )
+        .unwrap();
+        files.extend([(format!("s{run}.csv"), sent), (format!("r{run}.csv"), read)]);
+    }
+    let model = "name = \"stage\"\ntitle = \"Stage\"\n\
+        [inputs]\nstage = { unit = \"rad\", signal = true }\n\
+        [parameters]\nzero = { unit = \"rad\" }\n\
+        [measurands]\nyaw = { value = 'stage + zero', unit = \"rad\", kind = \"angle\", sigma = \"0.3 mrad\" }\n";
+    let effect = "name = \"cable_torque\"\ntitle = \"A cable turns the sensor\"\nacts = \"instrument\"\n\
+        [parameters]\npull = { unit = \"1/rad\", typical = \"1e-3 1/rad\", scope = \"rig\" }\n\
+        [patch]\nyaw = 'yaw + pull * stage^2'\n";
+    for (name, text) in
+        [("model.toml", model), ("effects/cable_torque.toml", effect), ("campaign.toml", &campaign)]
+    {
+        files.push((name.to_owned(), text.to_owned()));
+    }
+    let files: Vec<(&str, &str)> = files.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+    let folder = crate::folder::Folder::new("clock_set", &files);
+    let request = homepoint::engine::open::Request::new([&*folder]);
+    let opened = homepoint::engine::open::open(&request).unwrap();
+    let found = run(opened.problem.clone(), &opened);
+    assert_eq!(names(&found), ["cable_torque"], "{}", told(&found));
+    let value = &found.rows[0].values[0];
+    let (pull, u) = (value.value.unwrap(), value.sigma.unwrap());
+    assert!((pull - 1.2e-3).abs() < 4.0 * u && u < 1e-4, "{pull} {u}");
+    let words: Vec<&str> = found.remainder.iter().map(|one| one.place.words.as_str()).collect();
+    assert!(words.iter().any(|one| one.contains("changes in run `r1`")), "{words:?}");
+}

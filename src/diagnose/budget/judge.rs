@@ -157,9 +157,13 @@ impl Selection<'_> {
         }
         if objections.is_empty() && !blocks.is_empty() {
             let evidence = self.ln_evidence(model);
-            // What remains in the readings that a row changes.
+            // What remains in the readings that a row changes, of forms that are not known: values of
+            // runs, and those that change at a moment, leave nothing to imitators.
             let rest_of = |at: usize| -> f64 {
-                let blocks = (0..model.len()).filter(|block| !is_row(model[*block]));
+                let is_form = |term: &super::terms::Term| {
+                    !term.is_effect() && !term.is_of_runs() && term.change.is_none()
+                };
+                let blocks = (0..model.len()).filter(|block| is_form(&self.terms[model[*block]]));
                 let near = blocks.filter(|block| self.is_beside(model[at], model[*block]));
                 near.map(|block| gains[block].excess()).sum()
             };
