@@ -54,8 +54,8 @@ const STEP: f64 = 0.1;
 const REACH: f64 = 8.0;
 
 /// The log Bayes factor of values whose noncentrality is log-uniform from 2 to 100 (and on with the
-/// same density), in any direction. Unlike that of the best prior width it is 1 on average where
-/// nothing is there, so posterior probabilities are made of it.
+/// same density), in any direction. Unlike that of the best prior width its mean over sizes up to 100
+/// is 1 where nothing is there, so posterior probabilities are made of it.
 pub fn ln_bayes_factor_of_any_size(gain: Gain) -> f64 {
     let k = gain.degrees as f64;
     if gain.degrees == 0 {
@@ -123,7 +123,8 @@ mod tests {
             // Sizes up to 100 and their noise.
             let whole: f64 = (0..14_000).map(of).sum();
             // The density goes on beyond 100, by the logarithm.
-            assert!((whole - 1.0).abs() < 0.1, "{degrees}: {whole}");
+            let due = (140.0_f64 / super::SMALLEST).ln() / super::LN_RANGE;
+            assert!((whole - due).abs() < 0.005, "{degrees}: {whole} {due}");
         }
     }
 

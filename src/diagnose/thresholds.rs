@@ -71,7 +71,7 @@ pub const LONE_OUTLIER: f64 = 8.0;
 /// Probability of lost samples that are none, over a campaign.
 pub const LOST: f64 = 1.0 / 300.0;
 /// Largest rate error of a clock (1) and delay or time constant of a servo (s) that effects of the
-/// library may have: what is larger is none.
+/// library may have: larger values are refused.
 pub const LARGEST_RATE: f64 = 0.1;
 /// See [`LARGEST_RATE`].
 pub const LARGEST_DELAY: f64 = 1.0;

@@ -26,8 +26,10 @@ use super::conic::BoundedError;
 use crate::engine::gram::{LeastSquares, Normal};
 
 mod descent;
+mod ending;
 mod search;
 
+use ending::{Blind, Shrinking};
 use search::{ACCEPT, Search, ridge};
 
 /// Damping, relative to the columns, that keeps the stopping test regular where unknowns are not
@@ -35,17 +37,11 @@ use search::{ACCEPT, Search, ridge};
 const PROBE: f64 = 1e-12;
 /// Relative change of the cost below which a comparison of two costs says nothing.
 const COST_ROUNDING: f64 = 1e-12;
-/// Steps without a comparison of costs that may fail to halve the remaining way.
-const BLIND_STEPS: usize = 8;
-/// Iterations in a row in which the way left shrinks, after which a fit may go on beyond its limit, up
-/// to so many times as many.
-const STEADY: usize = 10;
-const LONGER: usize = 3;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Most rounds.
+    /// Most rounds; up to three times as many where the way left shrinks each time.
     pub max_iterations: usize,
     /// Largest step left to go, in standard uncertainties.
     pub step_tolerance: f64,
@@ -269,42 +265,4 @@ fn undamped_length(arrow: &Arrow, bounds: &[(f64, f64)]) -> Result<f64, FitError
         share *= 10.0;
     }
     Ok(f64::INFINITY)
-}
-
-/// A way left that shrinks slowly, but each time: where the noise of signals is in the derivatives,
-/// all steps are too short by one factor.
-#[derive(Default)]
-struct Shrinking {
-    last: f64,
-    times: usize,
-}
-
-impl Shrinking {
-    /// Notes the way left; whether so many iterations are enough.
-    fn may_end(&mut self, way: f64, iterations: usize, limit: usize) -> bool {
-        self.times = if way < self.last { self.times + 1 } else { 0 };
-        self.last = way;
-        iterations > limit && (self.times < STEADY || iterations > LONGER * limit)
-    }
-}
-
-/// Steps so near to the end that costs cannot be compared: the way left must keep shrinking.
-#[derive(Default)]
-struct Blind {
-    best: Option<f64>,
-    failures: usize,
-}
-
-impl Blind {
-    /// Notes the way left; whether it has long stopped shrinking.
-    fn is_lost(&mut self, way: f64) -> bool {
-        match self.best {
-            Some(best) if way > 0.5 * best => self.failures += 1,
-            _ => {
-                self.best = Some(way);
-                self.failures = 0;
-            }
-        }
-        self.failures > BLIND_STEPS
-    }
 }

@@ -154,7 +154,9 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
     if let Some((_, only)) = odd {
         read.iter_mut().for_each(|one| one.only = Some(only));
         let of_run: Vec<Suspect<'_>> = read.into_iter().map(Suspect::Columns).collect();
+        let before = found.tried;
         found = set_right(stands, &of_run);
+        found.tried += before;
         found.run = Some(problem.parts[only.part].runs[only.run].name.clone());
     }
     found.not_tried = not_tried;

@@ -107,7 +107,12 @@ fn size(diagnosis: &Diagnosis, one: &Remainder) -> String {
     let declared = unit_of(&diagnosis.nominal, measurand);
     let of = |size: f64| figure::size(size, &residual_unit(size, &declared));
     if let Some(step) = &one.change {
-        let step = figure::measured(step.value, step.sigma, &step.unit);
+        // Of an error of the reading in its unit, of others in their own.
+        let unit = match step.unit.dimension == declared.dimension {
+            true => residual_unit(step.value, &declared),
+            false => step.unit.clone(),
+        };
+        let step = figure::measured(step.value, step.sigma, &unit);
         return format!("change {step}, rms {} in {measurand}", of(*rms));
     }
     match one.amplitude {

@@ -412,7 +412,7 @@ fn values_that_sum_to_zero_are_found_as_they_are() {
     }
 }
 
-/// A run that is noisier than the others has levels of its own: no effect, no outliers readings.
+/// A run that is noisier than the others has levels of its own: no effect, no outliers.
 #[test]
 fn a_noisier_run_is_no_effect() {
     let (opened, mut problem) = drawn(&[], &[], 71);

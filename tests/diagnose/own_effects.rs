@@ -227,8 +227,8 @@ fn an_error_over_two_inputs_together_is_a_remainder() {
 /// One reading that is far out is left out alone, and no good one with it.
 #[test]
 fn a_single_outlier_is_left_out() {
-    for outliers in [8e-5, 4e-4] {
-        let found = slide(9, &|_| 2e-5, &[(101, outliers)]);
+    for size in [8e-5, 4e-4] {
+        let found = slide(9, &|_| 2e-5, &[(101, size)]);
         assert_eq!(names(&found), ["lost_motion"], "{}", told(&found));
         let rows: Vec<usize> = found.left_out.readings.iter().map(|one| one.row).collect();
         assert_eq!(rows, [103], "{}", told(&found));

@@ -158,8 +158,8 @@ fn other_columns_go_in_pairs() {
 /// Where no columns are called alike, those of one kind are compared; else a scale has both units.
 #[test]
 fn columns_of_one_kind_go_together() {
-    let tracker = table("time [s],east [m],north [m]", 0.1, |t| {
-        format!("{t:.1},{:.4},{:.4}", 3.0 * t.sin(), t)
+    let tracker = table("time [s],status,east [m],north [m]", 0.1, |t| {
+        format!("{t:.1},{:.0},{:.4},{:.4}", t, 3.0 * t.sin(), t)
     });
     let path = |heads: &str| {
         table(heads, 0.02, |t| format!("{t:.2},{:.4},{:.4},{:.4}", 7.0 * t, 3.0 * t.sin(), t))

@@ -131,10 +131,15 @@ pub(super) fn pairs(data: &Log, stream: &Log) -> Option<Made> {
         let streams = moving(stream);
         let of_kind = |own: Guessed| {
             let mut like = streams.iter().filter(|other| other_than_number(other));
-            let other = like.find(|other| other.unit.dimension == own.unit.dimension)?.clone();
+            let is_of_kind = |other: &&Guessed| {
+                other.unit.dimension == own.unit.dimension
+                    && other.unit.is_angle() == own.unit.is_angle()
+            };
+            let other = like.find(is_of_kind)?.clone();
             Some((own, other))
         };
-        let (own, other) = match moving(data).into_iter().find_map(of_kind) {
+        let named = moving(data).into_iter().filter(|one| other_than_number(&one));
+        let (own, other) = match named.into_iter().find_map(of_kind) {
             Some(pair) => pair,
             None => (first(data)?, first(stream)?),
         };

@@ -265,7 +265,7 @@ impl Budget<'_> {
             .collect();
         let blocks = live.ranked(&[], &pools.blocks);
         let blocks: Vec<_> = blocks.into_iter().filter(|one| one.gain.degrees > 0).collect();
-        // What is found is as probable as its size of any order makes it.
+        // Posterior probabilities use the Bayes factor averaged over sizes.
         let ln_bayes = |one: &RankedTerm| {
             let of_best_width = ln_bayes_factor(one.gain, 1, 1);
             one.ln_bayes - of_best_width + ln_bayes_factor_of_any_size(one.gain)

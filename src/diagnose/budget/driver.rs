@@ -75,7 +75,7 @@ struct Search<'a> {
     refused: Vec<(String, Option<Variant>)>,
     /// Why, where that was judged.
     objections: Vec<(String, Objection)>,
-    /// Effects that nominal parameters absorb altogether.
+    /// Effects that nominal parameters absorb, of which a refit found nothing beyond that.
     absorbed: Vec<String>,
     /// Sets of rows that were in the fit.
     seen: Vec<Vec<String>>,

@@ -229,8 +229,8 @@ impl Selection<'_> {
     }
 
     /// A model in which effects have grown one after the other, or from the best two at once: two that
-    /// nearly cancel explain more than what enters in the place of either. What is better by evidence
-    /// under these noise scale factors, which hold afterwards.
+    /// nearly cancel explain more than what enters in the place of either. Returns the one with more
+    /// evidence under these noise scale factors, which are restored.
     fn grown_in_place(
         &mut self,
         rest: &[usize],

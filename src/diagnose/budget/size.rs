@@ -3,7 +3,6 @@
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::thresholds::{LARGEST_DELAY, LARGEST_RATE};
 use crate::effect::Acts;
-use crate::system::Selected;
 use crate::units::Dimension;
 
 use super::in_fit::effect_of;
@@ -21,13 +20,14 @@ impl Linear {
     /// Whether the size of an effect in a fit can be; a user's own may have any.
     pub fn is_plausible(&self, fitted: &Fitted, term: usize) -> bool {
         let own = &self.terms[term];
-        let is_late = |one: &Selected| matches!(one.effect.acts, Acts::Timing | Acts::Servo);
-        if own.is_own || !effect_of(fitted, &own.name).is_some_and(is_late) {
+        let acts = effect_of(fitted, &own.name).map(|one| one.effect.acts);
+        let is_timing = acts == Some(Acts::Timing);
+        if own.is_own || !(is_timing || acts == Some(Acts::Servo)) {
             return true;
         }
         let most = |(_, typical, dimension)| match dimension {
             Dimension::TIME => LARGEST_DELAY,
-            Dimension::NONE if typical < LARGEST_RATE => LARGEST_RATE,
+            Dimension::NONE if is_timing && typical < LARGEST_RATE => LARGEST_RATE,
             _ => f64::INFINITY,
         };
         sizes(fitted, &own.name).all(|one| one.0 <= most(one))

@@ -158,20 +158,32 @@ impl<'a> Shifted<'a> {
         }
     }
 
-    /// Whether the stamps of whole samples fit a stretch as well as the best shift of the clock, and
-    /// better than a quarter of a period away from it. Residuals that are larger than their scatter
+    /// Whether the stamps of whole samples fit a stretch, and each half of it, as well as the best
+    /// shift of the clock, and the whole better than a quarter of a period away from it: a drift may
+    /// fit whole samples on average but not in each half. Residuals that are larger than their scatter
     /// count for less.
     pub(super) fn is_whole(&self, periods: isize, samples: &Range<usize>) -> bool {
         let (about, reach) = (periods as f64, periods.abs() + 4);
+        let is_worse = |one: f64, other: f64, count: f64| {
+            one - other > WORSE * (other / count.max(1.0)).max(1.0)
+        };
         let shifts =
             [Shift::Samples(periods), Shift::Time(about - 0.25), Shift::Time(about + 0.25)];
+        // Near the ends of a run a half may have no readings with others on both sides.
+        let is_best = |samples: &Range<usize>, own: f64, count: f64| {
+            let mut grids = self.grids((about, 1.0), samples, reach);
+            count == 0.0 || grids.all(|(free, _)| !is_worse(own, free, count))
+        };
         let (sums, count) = self.sums(&shifts, samples, reach);
-        let is_worse =
-            |one: f64, other: f64| one - other > WORSE * (other / count.max(1.0)).max(1.0);
-        let mut grids = self.grids((about, 1.0), samples, reach);
+        let middle = samples.start + samples.len() / 2;
+        let halves = [samples.start..middle, middle..samples.end];
         count > 0.0
-            && sums[1..].iter().all(|apart| is_worse(*apart, sums[0]))
-            && grids.all(|(free, _)| !is_worse(sums[0], free))
+            && sums[1..].iter().all(|apart| is_worse(*apart, sums[0], count))
+            && is_best(samples, sums[0], count)
+            && halves.iter().filter(|half| half.len() >= SHORTEST).all(|half| {
+                let (own, count) = self.sums(&shifts[..1], half, reach);
+                is_best(half, own[0], count)
+            })
     }
 
     /// Whether some shift of the clock carries a stretch back among the others.

@@ -67,7 +67,7 @@ impl Suspected<'_> {
     }
 
     /// Logarithm of the factor by which the variance of a problem's readings is stretched, the mean of
-    /// all: what is made smaller scatters less, and says no more by that.
+    /// all: what is made smaller scatters less, and carries no more information.
     pub(super) fn stretch(&self, problem: &Problem) -> f64 {
         let Some((_, factors)) = self.linear().filter(|_| self.is_of_readings()) else {
             return 0.0;
@@ -88,9 +88,15 @@ impl Suspected<'_> {
     pub(super) fn applied(&self, problem: &Problem) -> Option<Problem> {
         let mut problem = problem.clone();
         let mut is_possible = true;
+        // Numbers that are changed together may be of several files.
+        let count = self.convention.form.components().len();
+        let of = |channels: &[Channel]| Self { channels: channels.to_vec(), ..self.clone() };
+        let each: Vec<Self> = self.channels.chunks(count).map(of).collect();
         for one in OneRun::all(&problem).filter(|one| self.is_in(*one)).collect::<Vec<_>>() {
             let record = &mut problem.parts[one.part].runs[one.run].record;
-            record.edit(|samples| is_possible &= self.change(samples).is_some());
+            record.edit(|samples| {
+                is_possible &= each.iter().all(|own| own.change(samples).is_some());
+            });
         }
         is_possible.then_some(problem)
     }

@@ -165,7 +165,8 @@ fn with_all_together(
         };
         let like: Vec<&Vec<Channel>> = each.iter().filter(is_like).collect();
         let together: Vec<Channel> = like.iter().copied().flatten().cloned().collect();
-        if like.len() > 1 && !all.contains(&together) {
+        let is_once = |one: &Channel| together.iter().filter(|other| *other == one).count() == 1;
+        if like.len() > 1 && together.iter().all(is_once) && !all.contains(&together) {
             all.push(together);
         }
     }

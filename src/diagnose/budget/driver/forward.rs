@@ -18,8 +18,10 @@ const SERIOUS_SHARE: f64 = 0.5;
 
 /// A candidate in the fit.
 pub(super) struct Refitted {
-    /// Chi squared with what it costs more than its gain says, and with its size against it.
+    /// Chi squared and what it costs beyond its gain, with its size against it.
     pub(super) cost: f64,
+    /// Its log Bayes factor.
+    pub(super) ln_bayes: f64,
     /// The candidate.
     pub(super) term: usize,
     /// The fit.
@@ -74,7 +76,9 @@ impl Search<'_> {
                 fresh = Some(Vec::new());
                 continue;
             }
-            let Some(best) = best else { break };
+            if best.is_none() {
+                break;
+            }
             let mut next: Option<Refitted> = None;
             let known = self.refused.len();
             for one in serious {
@@ -91,7 +95,8 @@ impl Search<'_> {
                 let size = linear.ln_size_prior(&with, one.term);
                 let cost = with.fit.cost + price - 2.0 * size;
                 if next.as_ref().is_none_or(|least| cost < least.cost) {
-                    next = Some(Refitted { cost, term: one.term, fitted: with });
+                    let (term, ln_bayes) = (one.term, one.ln_bayes);
+                    next = Some(Refitted { cost, term, ln_bayes, fitted: with });
                 }
             }
             let Some(next) = next else {
@@ -100,10 +105,10 @@ impl Search<'_> {
                 }
                 break;
             };
-            let curved = self.better_curved(&linear, &selection, &next);
-            let Refitted { term, fitted, .. } = curved.unwrap_or(next);
+            let curved = self.better_curved(&linear, &selection, &model, &next)?;
+            let Refitted { term, ln_bayes, fitted, .. } = curved.unwrap_or(next);
             let name = &linear.terms[term].name;
-            self.log.push(format!("{name} enters the fit ({:.1})", best.ln_bayes));
+            self.log.push(format!("{name} enters the fit ({ln_bayes:.1})"));
             self.rows.push(linear.row(term));
             self.fitted = fitted;
             fresh = Some(Vec::new());

@@ -136,14 +136,16 @@ pub(super) fn by_sense(model: &Model, orders: usize) -> Vec<Covariate> {
 /// A line over an input that bends at some places (SI).
 pub(super) fn bent(input: &InputDeclaration, knots: &[f64]) -> Covariate {
     let (name, own) = (&input.name, input.unit.dimension);
-    let unit = if own == Dimension::NONE {
-        String::new()
-    } else {
-        format!(" {}", Unit::coherent(own).si_symbol())
+    let symbol = Unit::coherent(own).si_symbol();
+    // No formula has a number before the unit `1/m`.
+    let quantity = |size: f64| match symbol.strip_prefix("1/") {
+        _ if own == Dimension::NONE => format!("{size:e}"),
+        Some(below) => format!("{size:e} / (1 {})", below.trim_matches(['(', ')'])),
+        None => format!("{size:e} {symbol}"),
     };
     let bend = |knot: &f64| {
         let sign = if *knot < 0.0 { '+' } else { '-' };
-        (format!("abs({name} {sign} {:e}{unit})", knot.abs()), own)
+        (format!("abs({name} {sign} {})", quantity(knot.abs())), own)
     };
     let terms = std::iter::once((name.clone(), own)).chain(knots.iter().map(bend));
     Covariate {
@@ -228,4 +230,31 @@ pub(super) fn of_the_head(model: &Model) -> Vec<Covariate> {
         all.extend(rates(name, own, sense_of(name)));
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use super::super::made::block;
+    use super::*;
+    use crate::diagnose::library::place::Of;
+    use crate::diagnostic::Source;
+
+    /// A bent line is an effect whatever the unit of its input.
+    #[test]
+    fn a_line_bends_over_inputs_of_all_units() {
+        for unit in ["1", "m", "rad", "1/m", "1/(m*s)", "m/N", "degC"] {
+            let text = format!(
+                "name = \"s\"\ntitle = \"s\"\n[inputs]\nk = {{ unit = \"{unit}\" }}\n\
+                 [measurands]\ny = {{ value = 'rate(time)', unit = \"1\" }}\n"
+            );
+            let model = Model::parse(Source::new("s.toml", text)).unwrap();
+            let covariate = bent(&model.inputs[0], &[-11.7, 0.03, 2.0]);
+            let of = Of::Measurand("y".to_owned());
+            let patch = |sum: &str| format!("y = 'y + {sum}'\n");
+            let made = block(of, "an error of `y`", &covariate, Dimension::NONE, patch);
+            assert!(made.is_some(), "{unit}");
+        }
+    }
 }
