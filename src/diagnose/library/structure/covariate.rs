@@ -133,19 +133,27 @@ pub(super) fn by_sense(model: &Model, orders: usize) -> Vec<Covariate> {
     signals.map(|signal| of_itself(signal, orders).by_sense(&signal.name)).collect()
 }
 
+/// A unit as a formula of quantities: a number before `1/m` or `s^2/kg` is none.
+fn of_quantities(symbol: &str) -> String {
+    let all: Vec<char> = symbol.chars().collect();
+    let words = all.chunk_by(|a, b| a.is_alphabetic() == b.is_alphabetic());
+    let of = |word: &[char]| -> String {
+        let text: String = word.iter().collect();
+        if word[0].is_alphabetic() { format!("(1 {text})") } else { text }
+    };
+    words.map(of).collect()
+}
+
 /// A line over an input that bends at some places (SI).
 pub(super) fn bent(input: &InputDeclaration, knots: &[f64]) -> Covariate {
     let (name, own) = (&input.name, input.unit.dimension);
-    let symbol = Unit::coherent(own).si_symbol();
-    // No formula has a number before the unit `1/m`.
-    let quantity = |size: f64| match symbol.strip_prefix("1/") {
-        _ if own == Dimension::NONE => format!("{size:e}"),
-        Some(below) => format!("{size:e} / (1 {})", below.trim_matches(['(', ')'])),
-        None => format!("{size:e} {symbol}"),
+    let unit = match own {
+        Dimension::NONE => String::new(),
+        _ => format!(" * {}", of_quantities(&Unit::coherent(own).si_symbol())),
     };
     let bend = |knot: &f64| {
         let sign = if *knot < 0.0 { '+' } else { '-' };
-        (format!("abs({name} {sign} {})", quantity(knot.abs())), own)
+        (format!("abs({name} {sign} {:e}{unit})", knot.abs()), own)
     };
     let terms = std::iter::once((name.clone(), own)).chain(knots.iter().map(bend));
     Covariate {
