@@ -45,9 +45,9 @@ pub fn ln_bayes_factor(gain: Gain, members: usize, candidates: usize) -> f64 {
     if gain.degrees == 0 { -1.0 } else { 0.5 * gain.gain - price(gain, members, candidates) }
 }
 
-/// Noncentrality below which an effect counts as none, and the logarithm of how many times as large
-/// it may usually be: sizes are as probable by factors of two, as nobody knows their order.
+/// Noncentrality below which an effect counts as none.
 const SMALLEST: f64 = 2.0;
+/// The logarithm of 50: sizes are log-uniform from [`SMALLEST`] to 100.
 const LN_RANGE: f64 = 3.912_023;
 /// Step and reach of the integral over sizes, in units of the noise.
 const STEP: f64 = 0.1;

@@ -35,14 +35,13 @@ impl Delayed {
                 continue;
             }
             let before = waiting.len();
-            let is_end = rates.is_still(next) || matches!(graph.node(next), Node::Signal { .. });
-            if !is_end {
+            let is_still = rates.is_still(next);
+            if !is_still && !matches!(graph.node(next), Node::Signal { .. }) {
                 let missing = |of: &NodeId| !self.known.contains_key(&(duration, *of));
                 waiting.extend(graph.node(next).operands().filter(missing));
             }
             if waiting.len() == before {
-                let earlier =
-                    if rates.is_still(next) { next } else { self.step(graph, next, duration) };
+                let earlier = if is_still { next } else { self.step(graph, next, duration) };
                 self.known.insert((duration, next), earlier);
                 waiting.pop();
             }

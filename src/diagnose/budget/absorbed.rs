@@ -10,6 +10,7 @@ use crate::system::Selected;
 
 use super::linear::Linear;
 use super::selection::Selection;
+use super::terms::Term;
 
 /// An effect that nominal parameters absorb.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,13 +29,10 @@ pub fn absorbed(linear: &Linear, selection: &Selection<'_>) -> (Vec<Absorbed>, V
     let mut absorbed = Vec::new();
     let mut not_testable = linear.not_testable.clone();
     for (term, own) in linear.terms.iter().enumerate() {
-        // A relaxed form is the effect by the same name.
-        let is_listed = own.is_effect() && own.candidate != usize::MAX && own.variant.is_none();
-        if !is_listed || selection.gain(&[], term).degrees > 0 {
+        if !is_unseen(own, selection, term) {
             continue;
         }
-        let lengths = own.columns.iter().map(|column| selection.square(column));
-        let square: f64 = lengths.sum();
+        let square = squared_length(own, selection);
         if !square.is_finite() {
             let why = "the recordings do not hold an input that it acts on, or its slope where its parameters are zero is no number";
             not_testable.push(NotTestable::here(&own.name, why));
@@ -49,6 +47,18 @@ pub fn absorbed(linear: &Linear, selection: &Selection<'_>) -> (Vec<Absorbed>, V
     }
     not_testable.sort_by(|a, b| a.name.cmp(&b.name));
     (absorbed, not_testable)
+}
+
+/// Whether an effect outside the fit, in the library's form, has no part that nominal parameters do
+/// not absorb. A relaxed form is the effect by the same name.
+pub(super) fn is_unseen(own: &Term, selection: &Selection<'_>, term: usize) -> bool {
+    let is_listed = own.is_effect() && own.candidate != usize::MAX && own.variant.is_none();
+    is_listed && selection.gain(&[], term).degrees == 0
+}
+
+/// The squared length of a term's columns; not finite where the recordings lack an input.
+pub(super) fn squared_length(own: &Term, selection: &Selection<'_>) -> f64 {
+    own.columns.iter().map(|column| selection.square(column)).sum()
 }
 
 /// The nominal parameters that absorb an effect, from the part that each column has in that.

@@ -160,9 +160,8 @@ impl Selection<'_> {
             // What remains in the readings that a row changes, of forms that are not known: values of
             // runs, and those that change at a moment, leave nothing to imitators.
             let rest_of = |at: usize| -> f64 {
-                let is_form = |term: &super::terms::Term| {
-                    !term.is_effect() && !term.is_of_runs() && term.change.is_none()
-                };
+                let is_form =
+                    |term: &Term| !term.is_effect() && !term.is_of_runs() && term.change.is_none();
                 let blocks = (0..model.len()).filter(|block| is_form(&self.terms[model[*block]]));
                 let near = blocks.filter(|block| self.is_beside(model[at], model[*block]));
                 near.map(|block| gains[block].excess()).sum()

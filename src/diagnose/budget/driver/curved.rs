@@ -2,6 +2,7 @@
 //! a delay. Their second-order part appears at large values only, so it takes a refit to find them.
 //! They are tried where another effect enters, which has the form of that part.
 
+use crate::diagnose::budget::absorbed::{is_unseen, squared_length};
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::fitted::Fitted;
@@ -29,13 +30,14 @@ impl Search<'_> {
         let scaled = selection.chi_squared(model) / self.fitted.fit.cost;
         let mut best: Option<Refitted> = None;
         for (term, own) in linear.terms.iter().enumerate() {
-            let is_new = own.is_effect() && own.candidate != usize::MAX && own.variant.is_none();
-            if !is_new || !selection.live[term] || self.absorbed.contains(&own.name) {
+            if !selection.live[term]
+                || self.absorbed.contains(&own.name)
+                || !is_unseen(own, selection, term)
+            {
                 continue;
             }
-            let square: f64 = own.columns.iter().map(|column| selection.square(column)).sum();
-            let is_absorbed = square > 0.0 && selection.gain(&[], term).degrees == 0;
-            if !square.is_finite() || !is_absorbed {
+            let square = squared_length(own, selection);
+            if !square.is_finite() || square <= 0.0 {
                 continue;
             }
             let candidate = &linear.candidates[own.candidate];
