@@ -74,6 +74,7 @@ pub enum SplineError {
 
 mod combined;
 mod drawn;
+mod near;
 mod pieces;
 
 use pieces::Pieces;
@@ -187,23 +188,6 @@ impl Spline {
         }
         let right = self.knots.partition_point(|knot| *knot <= at);
         let left = right.saturating_sub(1).min(self.pieces.len() - 1);
-        self.within(left, x, order)
-    }
-
-    /// [`Spline::at`] for a number, where `piece` (of the last call) is likely near: samples come
-    /// in the order of time, so most pieces are found at once.
-    pub fn at_near(&self, time: f64, offset: f64, order: u8, piece: &mut usize) -> f64 {
-        let x = offset + (time - self.origin);
-        let inside = |piece: usize| match self.knots.get(piece..piece + 2) {
-            Some(knots) => knots[0] <= x && x < knots[1],
-            None => false,
-        };
-        let known = [*piece, *piece + 1].into_iter().find(|piece| inside(*piece));
-        let Some(left) = known else {
-            *piece = self.knots.partition_point(|knot| *knot <= x).saturating_sub(1);
-            return self.at(time, offset, order);
-        };
-        *piece = left;
         self.within(left, x, order)
     }
 
