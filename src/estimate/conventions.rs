@@ -143,7 +143,7 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
         read.iter().cloned().map(Suspect::Columns).chain(turns).collect();
     let whole = Thinned::of(problem, SAMPLES[1]);
     let problem = whole.late_by(0.0, &[])?;
-    let stands = Looked::at(problem.clone(), &start(&problem).0, 0.0)?;
+    let stands = Looked::at(problem.clone(), &start(&problem).0, None)?;
     let mut found = Mistaken::none(stands.variance_factor);
     let mut odd = run_that_does_not_fit(&problem, stands.variance_factor);
     // Where all the others fit well, no convention of them is mistaken.
@@ -195,20 +195,17 @@ struct Looked {
     /// Where the fit ended.
     point: Point,
     variance_factor: f64,
-    /// Its logarithm, relative to how far readings were stretched.
+    /// Its logarithm, relative to how far readings were stretched by what was set right last.
     score: f64,
 }
 
 impl Looked {
-    /// The fit from a start; `stretch` is by how much readings were stretched.
-    fn at(problem: Problem, start: &Point, stretch: f64) -> Option<Self> {
+    /// The fit from a start, with what was set right.
+    fn at(problem: Problem, start: &Point, suspect: Option<&Suspect<'_>>) -> Option<Self> {
         let fit = Tried::fit(problem.clone(), start.clone(), 0.0, ITERATIONS[2])?;
-        Some(Self::with(problem, fit.point, fit.variance_factor, stretch))
-    }
-
-    fn with(problem: Problem, point: Point, variance_factor: f64, stretch: f64) -> Self {
-        let score = variance_factor.ln() - stretch;
-        Self { problem, point, variance_factor, score }
+        let variance_factor = fit.variance_factor;
+        let score = suspect.map_or(variance_factor.ln(), |one| one.score(&problem, &fit));
+        Some(Self { problem, point: fit.point, variance_factor, score })
     }
 
     /// Scalars and vectors that have the other sign in another fit of the same parameters.
@@ -232,15 +229,16 @@ impl Looked {
 
     /// The same with another start, if one fits far better: clocks that were compared with the
     /// numbers misread may be farther apart.
-    fn improved(self, stretch: f64) -> Self {
+    fn improved(mut self) -> Self {
         if self.variance_factor <= GOOD {
             return self;
         }
         let clocks = Clock::all(&self.problem);
         let [clock] = clocks.as_slice() else { return self };
         let found = better_start(&self.problem, clock).map(|(_, found)| found.variance_factors[1]);
-        let best = found.map_or(self.variance_factor, |found| found.min(self.variance_factor));
-        Self::with(self.problem, self.point, best, stretch)
+        self.variance_factor =
+            found.map_or(self.variance_factor, |one| one.min(self.variance_factor));
+        self
     }
 }
 
@@ -267,13 +265,12 @@ fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspect<'c>]) -> Option<Next<
         .take(FURTHER)
         .filter_map(|(quick, suspect)| {
             let problem = suspect.applied(&stands.problem)?;
-            let stretch = suspect.stretch(&problem);
-            Some((Looked::at(problem, &quick.point, stretch)?, suspect))
+            Some((Looked::at(problem, &quick.point, Some(suspect))?, suspect))
         })
         .filter(|(looked, _)| {
             // What is made larger must fit better, too: residuals of angles do not grow beyond a turn.
-            let times = (stands.score - looked.score).exp();
-            let times = times.min(stands.variance_factor / looked.variance_factor);
+            let times =
+                stands.variance_factor / looked.score.max(looked.variance_factor.ln()).exp();
             times > BETTER[0] || (times > BETTER[1] && looked.variance_factor < GOOD)
         })
         .collect();
@@ -287,7 +284,5 @@ fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspect<'c>]) -> Option<Next<
     let alike = compared
         .map(|(other, suspect)| Instead { opposite: looked.opposite(&other), ..suspect.named() })
         .collect();
-    let stretch = suspect.stretch(&looked.problem);
-    let looked = looked.improved(stretch);
-    Some(Next { suspect, looked, alike })
+    Some(Next { suspect, looked: looked.improved(), alike })
 }

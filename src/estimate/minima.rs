@@ -11,6 +11,7 @@
 //! | `clocks` | which runs share a clock |
 //! | `thinned` | some samples of a problem, later by an offset |
 //! | `starts` | the offsets and attitudes to start from |
+//! | `signs` | scalars that are stated to start with one sign and end with the other |
 //! | `mirrored` | minima at which a scalar or a component of a vector has another value |
 
 use rayon::prelude::*;
@@ -21,11 +22,13 @@ use crate::estimate::start::start;
 
 pub(super) mod clocks;
 mod mirrored;
+mod signs;
 pub(super) mod starts;
 pub(super) mod thinned;
 
 use clocks::Clock;
 use mirrored::other_values;
+use signs::start_that_keeps_signs;
 use starts::{Attitudes, Offsets};
 use thinned::{Thinned, Tried, cut};
 
@@ -116,6 +119,16 @@ pub fn improved(mut problem: Problem) -> (Problem, Vec<Found>) {
             None => one.name.clone(),
         });
         all.push(found);
+    }
+    if let Some(start) = start_that_keeps_signs(&problem) {
+        for index in 0..problem.layout.instances.len() {
+            let setting = &problem.layout.instances[index].setting;
+            let is_stated = setting.start.is_some() || setting.value.is_some();
+            if problem.layout.is_free(index) && !is_stated {
+                let components = start.components(&problem.layout, index);
+                problem.begin_at_found(index, components);
+            }
+        }
     }
     (problem, all)
 }

@@ -7,6 +7,9 @@ use crate::estimate::conventions::{ChangedFormula, Instead, Mistaken};
 use crate::report::typed_columns::TypedColumns;
 use crate::units::decimal;
 
+/// Variance factor from which a convention set right is not all that is wrong.
+const DOUBTFUL: f64 = 30.0;
+
 /// A paragraph, with what to type in these runs; empty if none was mistaken.
 pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
     let Some(found) = found else { return String::new() };
@@ -30,6 +33,9 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
     }
     if !found.alike.is_empty() {
         text.push_str("The readings do not distinguish them, but parameters depend on the choice: choose by the programs that wrote the logs.\n");
+    }
+    if found.variance_factors[1] > DOUBTFUL {
+        text.push_str("The fit remains far from the stated uncertainties: this may be a part of what is wrong, or stand for something else.\n");
     }
     if !found.columns.is_empty() {
         let typed = typed(found, runs);

@@ -1,8 +1,6 @@
 //! Conventions that were mistaken in logs of known motion are named, with what to type; where the
 //! model itself is wrong none is.
 
-use std::path::Path;
-
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::conventions::{Mistaken, mistaken};
 use homepoint::library::conventions;
@@ -26,7 +24,12 @@ fn renamed(folder: &Folder, table: &str, heads: &[(&str, &str)]) {
 }
 
 /// Changes the numbers of a column.
-fn changed(folder: &Folder, table: &str, column: &str, mut change: impl FnMut(f64) -> f64) {
+pub(crate) fn changed(
+    folder: &Folder,
+    table: &str,
+    column: &str,
+    mut change: impl FnMut(f64) -> f64,
+) {
     let path = folder.join(table);
     let text = std::fs::read_to_string(&path).unwrap();
     let (head, rows) = text.split_once('\n').unwrap();
@@ -40,12 +43,12 @@ fn changed(folder: &Folder, table: &str, column: &str, mut change: impl FnMut(f6
     std::fs::write(path, all).unwrap();
 }
 
-fn found(folder: &Folder) -> Option<Mistaken> {
+pub(crate) fn found(folder: &Folder) -> Option<Mistaken> {
     let opened = open(&Request::new([&**folder])).unwrap();
     mistaken(&opened.problem, &conventions([]).unwrap())
 }
 
-fn names(found: &Mistaken) -> Vec<&str> {
+pub(crate) fn names(found: &Mistaken) -> Vec<&str> {
     found.what.iter().chain(&found.alike).map(|one| one.name.as_str()).collect()
 }
 
@@ -215,107 +218,6 @@ fn every_convention_of_the_library_is_read() {
     let all = conventions([]).unwrap();
     assert!(all.len() > 30);
     assert!(all.iter().all(|one| one.formulas.len() == one.form.components().len()));
-}
-
-/// Where one run of several is in another unit, that run and its unit are named, and no convention of
-/// all of them.
-#[test]
-fn a_run_in_another_unit_is_named() {
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
-    let mut opened = open(&Request::new([example])).unwrap();
-    let part = &mut opened.problem.parts[0];
-    let measurands = &part.system.assembly.names.measurands;
-    let distance = measurands.iter().position(|one| one.name == "distance").unwrap();
-    let distance = part.columns()[distance];
-    let run = part.runs[3].name.clone();
-    part.runs[3].record.edit(|samples| {
-        samples.readings[distance].iter_mut().for_each(|reading| *reading *= 1e3);
-    });
-    let one = mistaken(&opened.problem, &conventions([]).unwrap()).unwrap();
-    assert_eq!((names(&one), one.run.as_ref()), (vec!["in_thousandths"], Some(&run)), "{one:?}");
-    assert!(one.variance_factors[1] < 2.0, "{one:?}");
-    let text = homepoint::report::conventions::text(Some(&one));
-    assert!(text.contains(&format!("mistaken in run `{run}`; set right")), "{text}");
-    assert!(text.contains(&format!("of run `{run}`: columns = {{ distance = ")), "{text}");
-}
-
-/// Streams of one of three sessions in degrees, both angles of them: each by itself mends little.
-#[test]
-fn all_angles_of_a_stream_in_degrees_are_named_together() {
-    let model = "name = \"head\"\ntitle = \"Pan and tilt\"\n\
-        [inputs]\npan = { unit = \"rad\", signal = true }\ntilt = { unit = \"rad\", signal = true }\n\
-        [parameters]\npan_zero = { unit = \"rad\" }\ntilt_zero = { unit = \"rad\" }\n\
-        [measurands]\naz = { value = 'pan + pan_zero', kind = \"angle\", unit = \"rad\" }\n\
-        el = { value = 'tilt + tilt_zero', kind = \"angle\", unit = \"rad\" }\n\
-        [delays]\nhead = { of = [\"az\", \"el\"] }\n";
-    let mut campaign = "title = \"Three\"\nmodel = \"model.toml\"\n\
-        [measurands]\naz = { sigma = \"1 mrad\" }\nel = { sigma = \"1 mrad\" }\n"
-        .to_owned();
-    let mut random = Stream(17);
-    let mut files: Vec<(String, String)> = Vec::new();
-    for (run, by) in [("a", 1.0), ("b", 180.0 / std::f64::consts::PI), ("c", 1.0)] {
-        campaign.push_str(&format!(
-            "[[runs]]\nname = \"{run}\"\ndata = \"{run}.csv\"\nsignals = [\"{run}_sent.csv\"]\n"
-        ));
-        let phase = 6.0 * random.uniform();
-        let pan = |t: f64| 0.9 * (0.9 * t + phase).sin() + 0.2 * (2.3 * t).sin();
-        let tilt = |t: f64| 0.4 * (0.7 * t + 2.0 * phase).sin() + 0.1 * (1.9 * t).cos();
-        let mut sent = "time [s],pan [rad],tilt [rad]\n".to_owned();
-        let mut read = "time [s],az [rad],el [rad]\n".to_owned();
-        for i in 0..1500 {
-            let t = 0.02 * f64::from(i);
-            sent.push_str(&format!("{t:.2},{:.7},{:.7}\n", by * pan(t), by * tilt(t)));
-            if i % 5 == 0 && (100..1400).contains(&i) {
-                let [az, el] = [pan(t - 0.03) + 0.2, tilt(t - 0.03) - 0.1];
-                let [az, el] = [az, el].map(|angle| angle + 1e-3 * random.normal());
-                read.push_str(&format!("{t:.2},{az:.6},{el:.6}\n"));
-            }
-        }
-        files.extend([(format!("{run}.csv"), read), (format!("{run}_sent.csv"), sent)]);
-    }
-    files.extend(
-        [("model.toml", model), ("campaign.toml", campaign.as_str())]
-            .map(|(name, text)| (name.to_owned(), text.to_owned())),
-    );
-    let files: Vec<(&str, &str)> = files.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
-    let one = found(&Folder::new("degrees_in_one", &files)).unwrap();
-    assert_eq!((names(&one), one.run.as_deref()), (vec!["in_degrees"], Some("b")), "{one:?}");
-    assert_eq!(one.what[0].numbers, ["pan", "tilt"], "{one:?}");
-    assert!(one.variance_factors[1] < 2.0, "{one:?}");
-}
-
-/// Readings that are components of one quantity belong together: an accelerometer on a platform that
-/// tilts, logged in multiples of standard gravity.
-#[test]
-fn components_of_one_quantity_are_read_in_one_unit() {
-    let model = "name = \"tilting\"\ntitle = \"Accelerometer on a tilting platform\"\n\
-        [inputs]\nroll = { unit = \"rad\" }\npitch = { unit = \"rad\" }\n\
-        [parameters]\nbias = { kind = \"vector\", unit = \"m/s^2\", scope = \"instrument\" }\n\
-        [quantities]\nbody = 'rotation_y(pitch) * rotation_x(roll)'\n\
-        force = 'rotate(inverse(body), [0 m/s^2, 0 m/s^2, 9.81 m/s^2]) + bias'\n\
-        [measurands]\nax = { value = 'force.x', unit = \"m/s^2\" }\n\
-        ay = { value = 'force.y', unit = \"m/s^2\" }\naz = { value = 'force.z', unit = \"m/s^2\" }\n";
-    let campaign = "title = \"Twenty stops\"\nmodel = \"model.toml\"\n[measurands]\n\
-        ax = { sigma = \"5 mm/s^2\" }\nay = { sigma = \"5 mm/s^2\" }\naz = { sigma = \"5 mm/s^2\" }\n\
-        [[runs]]\nname = \"stops\"\ndata = \"stops.csv\"\n";
-    let mut table = "roll [rad],pitch [rad],ax [m/s^2],ay [m/s^2],az [m/s^2]\n".to_owned();
-    for stop in 0..20 {
-        let (roll, pitch) = (0.5 * f64::from(stop * 7 % 20) / 20.0 - 0.2, 0.03 * f64::from(stop));
-        // What rotates about y, then x, sees of a vertical force; an error of a few mm/s².
-        let error = |k: i32| 0.004 * f64::from((stop * 13 + k * 5) % 7 - 3);
-        let force = [
-            -9.81 * pitch.sin() + 0.05 + error(0),
-            9.81 * pitch.cos() * roll.sin() - 0.03 + error(1),
-            9.81 * pitch.cos() * roll.cos() + 0.02 + error(2),
-        ];
-        let [x, y, z] = force.map(|one| one / 9.80665);
-        table.push_str(&format!("{roll:.6},{pitch:.6},{x:.6},{y:.6},{z:.6}\n"));
-    }
-    let files = [("model.toml", model), ("campaign.toml", campaign), ("stops.csv", &table)];
-    let one = found(&Folder::new("accelerations_in_g", &files)).unwrap();
-    assert_eq!(names(&one), ["accelerations_in_g"], "{one:?}");
-    let typed: Vec<&str> = one.columns.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(typed, ["ax", "ay", "az"], "{one:?}");
 }
 
 /// A force sensor whose axes are turned against the flange: forces and torques together.

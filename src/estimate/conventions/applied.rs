@@ -7,8 +7,10 @@ use crate::campaign::signal::Track;
 use crate::campaign::spline::Spline;
 use crate::convention::Convention;
 use crate::engine::Problem;
+use crate::engine::gram::LeastSquares;
 use crate::estimate::conventions::channels::{Channel, Source};
 use crate::estimate::conventions::one_run::OneRun;
+use crate::estimate::minima::thinned::Tried;
 use crate::formula::{Expression, ExpressionKind};
 
 /// How far a formula may be off a linear one.
@@ -66,18 +68,34 @@ impl Suspected<'_> {
         self.channels.iter().all(|one| matches!(one.source, Source::Reading(_)))
     }
 
-    /// Logarithm of the factor by which the variance of a problem's readings is stretched, the mean of
-    /// all: what is made smaller scatters less, and carries no more information.
-    pub(super) fn stretch(&self, problem: &Problem) -> f64 {
-        let Some((_, factors)) = self.linear().filter(|_| self.is_of_readings()) else {
-            return 0.0;
-        };
+    /// The factor by which readings are stretched, the mean of them; `None` where it is 1.
+    fn stretch(&self) -> Option<f64> {
+        let (_, factors) = self.linear().filter(|_| self.is_of_readings())?;
         let size = |row: &Vec<f64>| row.iter().map(|factor| factor * factor).sum::<f64>().sqrt();
-        let of_sample: f64 = factors.iter().map(|row| size(row).ln()).sum();
-        let runs = OneRun::all(problem).filter(|one| self.is_in(*one));
-        let samples: usize =
-            runs.map(|one| problem.parts[one.part].runs[one.run].record.len()).sum();
-        2.0 * of_sample * samples as f64 / problem.reading_count().max(1) as f64
+        let mean = factors.iter().map(|row| size(row).ln()).sum::<f64>() / factors.len() as f64;
+        (mean.abs() > LINEAR).then(|| mean.exp())
+    }
+
+    /// Logarithm of the variance factor of a fit of the changed problem, where the uncertainties of
+    /// changed readings are stretched like these: what is made smaller scatters less, and carries no
+    /// more information.
+    pub(super) fn score(&self, changed: &Problem, fit: &Tried) -> f64 {
+        let score = fit.variance_factor.ln();
+        let Some(stretch) = self.stretch() else { return score };
+        let mut others = changed.clone();
+        for one in OneRun::all(changed).filter(|one| self.is_in(*one)) {
+            let record = &mut others.parts[one.part].runs[one.run].record;
+            let own = self.channels.iter().filter_map(|channel| match channel.source {
+                Source::Reading(column) => Some((0..record.len(), column..column + 1)),
+                Source::Input(_) => None,
+            });
+            let own: Vec<_> = own.collect();
+            record.leave_out(own);
+        }
+        others.reweight(&fit.point);
+        let rest = others.cost(&fit.point).min(fit.chi_squared);
+        let relative = rest + (fit.chi_squared - rest) / stretch.powi(2);
+        score + (relative / fit.chi_squared).max(f64::MIN_POSITIVE).ln()
     }
 
     fn is_in(&self, run: OneRun) -> bool {

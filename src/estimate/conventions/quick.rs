@@ -37,8 +37,8 @@ impl Quick {
         let further =
             all.iter().take(STARTS).filter_map(|one| fit(one.point.clone(), ITERATIONS[1]));
         let best = further.min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
-        let stretch = suspect.map_or(0.0, |suspect| suspect.stretch(&problem));
-        let score = best.variance_factor.ln() - stretch;
+        let stands = best.variance_factor.ln();
+        let score = suspect.map_or(stands, |suspect| suspect.score(&problem, &best));
         Some(Self { score, point: best.point })
     }
 }

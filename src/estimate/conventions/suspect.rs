@@ -4,6 +4,7 @@ use crate::engine::Problem;
 use crate::estimate::conventions::Instead;
 use crate::estimate::conventions::applied::Suspected;
 use crate::estimate::conventions::turns::Reordered;
+use crate::estimate::minima::thinned::Tried;
 use crate::formula::Expression;
 
 /// Something that may have been mistaken.
@@ -24,11 +25,12 @@ impl Suspect<'_> {
         }
     }
 
-    /// Logarithm of the factor by which a variance of readings is stretched: the mean of all readings.
-    pub(super) fn stretch(&self, problem: &Problem) -> f64 {
+    /// Logarithm of the variance factor of a fit of the problem with it set right, relative to how far
+    /// readings are stretched by that.
+    pub(super) fn score(&self, changed: &Problem, fit: &Tried) -> f64 {
         match self {
-            Self::Columns(one) => one.stretch(problem),
-            Self::Turns(_) => 0.0,
+            Self::Columns(one) => one.score(changed, fit),
+            Self::Turns(_) => fit.variance_factor.ln(),
         }
     }
 

@@ -1,0 +1,56 @@
+//! Scalars that are stated to start with one sign and end with the other: of two minima that fit
+//! alike, a scale of 1 with a frame or of -1 with the frame turned by half a turn, a start says which
+//! one is meant. It tries other attitudes; what the readings alone decide stays.
+
+use crate::engine::{Point, Problem};
+use crate::estimate::minima::starts::Attitudes;
+use crate::estimate::minima::thinned::{Thinned, Tried};
+use crate::estimate::start::start;
+use crate::graph::Kind;
+
+use super::{EXCLUDED, ITERATIONS, SAMPLES};
+
+/// The start from which scalars keep the signs with which they are stated to start, where they do not
+/// from the stated one and the fit is as good.
+pub(super) fn start_that_keeps_signs(problem: &Problem) -> Option<Point> {
+    let started = started(problem);
+    let attitudes = Attitudes::of(problem);
+    if started.is_empty() || attitudes.count() < 2 {
+        return None;
+    }
+    let some = Thinned::of(problem, SAMPLES[1]);
+    let look = |attitude: usize| {
+        let problem = some.late_by(0.0, &[])?;
+        let mut point = start(&problem).0;
+        attitudes.apply(attitude, &mut point);
+        Tried::fit(problem, point, 0.0, ITERATIONS[2])
+    };
+    let lost = |fit: &Tried| {
+        let is_lost =
+            |(index, start): &&(usize, f64)| fit.point.values[*index][0] * start.signum() < 0.0;
+        started.iter().filter(is_lost).count()
+    };
+    let own = look(0)?;
+    let lost_before = lost(&own);
+    if lost_before == 0 {
+        return None;
+    }
+    let limit = own.chi_squared + EXCLUDED * own.variance_factor.max(1.0) / some.times;
+    let others = (1..attitudes.count()).filter_map(look);
+    let mut alike: Vec<Tried> = others.filter(|fit| fit.chi_squared < limit).collect();
+    alike.sort_by(|a, b| lost(a).cmp(&lost(b)).then(a.chi_squared.total_cmp(&b.chi_squared)));
+    alike.into_iter().next().filter(|best| lost(best) < lost_before).map(|best| best.point)
+}
+
+/// Free scalars whose start is stated and not zero, with it.
+fn started(problem: &Problem) -> Vec<(usize, f64)> {
+    let layout = &problem.layout;
+    let of = |index: usize| {
+        let one = &layout.instances[index];
+        let is_angle_or_delay = one.unit.is_angle() || one.name.ends_with(".delay");
+        let is_tried = one.kind == Kind::Scalar && !is_angle_or_delay && !one.start_found;
+        let start = one.setting.start_of(0).filter(|start| *start != 0.0)?;
+        (is_tried && layout.is_free(index)).then_some((index, start))
+    };
+    (0..layout.instances.len()).filter_map(of).collect()
+}

@@ -1,0 +1,177 @@
+//! Numbers in another unit than stated are named, of all runs or of one; where a unit mends nothing it is
+//! not.
+
+use std::path::Path;
+
+use homepoint::engine::open::{Request, open};
+use homepoint::estimate::conventions::mistaken;
+use homepoint::library::conventions;
+
+use crate::conventions::{changed, found, names};
+use crate::folder::Folder;
+use crate::problems::Stream;
+use crate::problems::camera::Camera;
+
+/// Where one run of several is in another unit, that run and its unit are named, and no convention of
+/// all of them.
+#[test]
+fn a_run_in_another_unit_is_named() {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/rotating_arm");
+    let mut opened = open(&Request::new([example])).unwrap();
+    let part = &mut opened.problem.parts[0];
+    let measurands = &part.system.assembly.names.measurands;
+    let distance = measurands.iter().position(|one| one.name == "distance").unwrap();
+    let distance = part.columns()[distance];
+    let run = part.runs[3].name.clone();
+    part.runs[3].record.edit(|samples| {
+        samples.readings[distance].iter_mut().for_each(|reading| *reading *= 1e3);
+    });
+    let one = mistaken(&opened.problem, &conventions([]).unwrap()).unwrap();
+    assert_eq!((names(&one), one.run.as_ref()), (vec!["in_thousandths"], Some(&run)), "{one:?}");
+    assert!(one.variance_factors[1] < 2.0, "{one:?}");
+    let text = homepoint::report::conventions::text(Some(&one));
+    assert!(text.contains(&format!("mistaken in run `{run}`; set right")), "{text}");
+    assert!(text.contains(&format!("of run `{run}`: columns = {{ distance = ")), "{text}");
+}
+
+/// Streams of one of three sessions in degrees, both angles of them: each by itself mends little.
+#[test]
+fn all_angles_of_a_stream_in_degrees_are_named_together() {
+    let model = "name = \"head\"\ntitle = \"Pan and tilt\"\n\
+        [inputs]\npan = { unit = \"rad\", signal = true }\ntilt = { unit = \"rad\", signal = true }\n\
+        [parameters]\npan_zero = { unit = \"rad\" }\ntilt_zero = { unit = \"rad\" }\n\
+        [measurands]\naz = { value = 'pan + pan_zero', kind = \"angle\", unit = \"rad\" }\n\
+        el = { value = 'tilt + tilt_zero', kind = \"angle\", unit = \"rad\" }\n\
+        [delays]\nhead = { of = [\"az\", \"el\"] }\n";
+    let mut campaign = "title = \"Three\"\nmodel = \"model.toml\"\n\
+        [measurands]\naz = { sigma = \"1 mrad\" }\nel = { sigma = \"1 mrad\" }\n"
+        .to_owned();
+    let mut random = Stream(17);
+    let mut files: Vec<(String, String)> = Vec::new();
+    for (run, by) in [("a", 1.0), ("b", 180.0 / std::f64::consts::PI), ("c", 1.0)] {
+        campaign.push_str(&format!(
+            "[[runs]]\nname = \"{run}\"\ndata = \"{run}.csv\"\nsignals = [\"{run}_sent.csv\"]\n"
+        ));
+        let phase = 6.0 * random.uniform();
+        let pan = |t: f64| 0.9 * (0.9 * t + phase).sin() + 0.2 * (2.3 * t).sin();
+        let tilt = |t: f64| 0.4 * (0.7 * t + 2.0 * phase).sin() + 0.1 * (1.9 * t).cos();
+        let mut sent = "time [s],pan [rad],tilt [rad]\n".to_owned();
+        let mut read = "time [s],az [rad],el [rad]\n".to_owned();
+        for i in 0..1500 {
+            let t = 0.02 * f64::from(i);
+            sent.push_str(&format!("{t:.2},{:.7},{:.7}\n", by * pan(t), by * tilt(t)));
+            if i % 5 == 0 && (100..1400).contains(&i) {
+                let [az, el] = [pan(t - 0.03) + 0.2, tilt(t - 0.03) - 0.1];
+                let [az, el] = [az, el].map(|angle| angle + 1e-3 * random.normal());
+                read.push_str(&format!("{t:.2},{az:.6},{el:.6}\n"));
+            }
+        }
+        files.extend([(format!("{run}.csv"), read), (format!("{run}_sent.csv"), sent)]);
+    }
+    files.extend(
+        [("model.toml", model), ("campaign.toml", campaign.as_str())]
+            .map(|(name, text)| (name.to_owned(), text.to_owned())),
+    );
+    let files: Vec<(&str, &str)> = files.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+    let one = found(&Folder::new("degrees_in_one", &files)).unwrap();
+    assert_eq!((names(&one), one.run.as_deref()), (vec!["in_degrees"], Some("b")), "{one:?}");
+    assert_eq!(one.what[0].numbers, ["pan", "tilt"], "{one:?}");
+    assert!(one.variance_factors[1] < 2.0, "{one:?}");
+}
+
+/// Readings that are components of one quantity belong together: an accelerometer on a platform that
+/// tilts, logged in multiples of standard gravity.
+#[test]
+fn components_of_one_quantity_are_read_in_one_unit() {
+    let model = "name = \"tilting\"\ntitle = \"Accelerometer on a tilting platform\"\n\
+        [inputs]\nroll = { unit = \"rad\" }\npitch = { unit = \"rad\" }\n\
+        [parameters]\nbias = { kind = \"vector\", unit = \"m/s^2\", scope = \"instrument\" }\n\
+        [quantities]\nbody = 'rotation_y(pitch) * rotation_x(roll)'\n\
+        force = 'rotate(inverse(body), [0 m/s^2, 0 m/s^2, 9.81 m/s^2]) + bias'\n\
+        [measurands]\nax = { value = 'force.x', unit = \"m/s^2\" }\n\
+        ay = { value = 'force.y', unit = \"m/s^2\" }\naz = { value = 'force.z', unit = \"m/s^2\" }\n";
+    let campaign = "title = \"Twenty stops\"\nmodel = \"model.toml\"\n[measurands]\n\
+        ax = { sigma = \"5 mm/s^2\" }\nay = { sigma = \"5 mm/s^2\" }\naz = { sigma = \"5 mm/s^2\" }\n\
+        [[runs]]\nname = \"stops\"\ndata = \"stops.csv\"\n";
+    let mut table = "roll [rad],pitch [rad],ax [m/s^2],ay [m/s^2],az [m/s^2]\n".to_owned();
+    for stop in 0..20 {
+        let (roll, pitch) = (0.5 * f64::from(stop * 7 % 20) / 20.0 - 0.2, 0.03 * f64::from(stop));
+        // What rotates about y, then x, sees of a vertical force; an error of a few mm/s².
+        let error = |k: i32| 0.004 * f64::from((stop * 13 + k * 5) % 7 - 3);
+        let force = [
+            -9.81 * pitch.sin() + 0.05 + error(0),
+            9.81 * pitch.cos() * roll.sin() - 0.03 + error(1),
+            9.81 * pitch.cos() * roll.cos() + 0.02 + error(2),
+        ];
+        let [x, y, z] = force.map(|one| one / 9.80665);
+        table.push_str(&format!("{roll:.6},{pitch:.6},{x:.6},{y:.6},{z:.6}\n"));
+    }
+    let files = [("model.toml", model), ("campaign.toml", campaign), ("stops.csv", &table)];
+    let one = found(&Folder::new("accelerations_in_g", &files)).unwrap();
+    assert_eq!(names(&one), ["accelerations_in_g"], "{one:?}");
+    let typed: Vec<&str> = one.columns.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(typed, ["ax", "ay", "az"], "{one:?}");
+}
+
+/// A robot's velocities against motion capture that the model turns into the robot's frame, while the
+/// log has them in the room's: noise in two of three measurands. Small numbers fit the stated
+/// uncertainties, but no better than large ones fit theirs.
+#[test]
+fn a_small_unit_is_no_remedy_for_a_wrong_model() {
+    let model = "name = \"twist\"\ntitle = \"Twist\"\n\
+        [inputs]\npx = { unit = \"m\", signal = true }\npy = { unit = \"m\", signal = true }\n\
+        yaw = { unit = \"rad\", signal = true }\n\
+        [parameters]\nscale = { unit = \"1\", start = \"1\" }\n\
+        [quantities]\n\
+        velocity = 'rotate(inverse(rotation_z(yaw)), [rate(px), rate(py), 0 m/s])'\n\
+        [measurands]\nvx = { value = 'scale * velocity.x', unit = \"m/s\" }\n\
+        vy = { value = 'scale * velocity.y', unit = \"m/s\" }\n\
+        wz = { value = 'rate(yaw)', unit = \"rad/s\" }\n\
+        [delays]\nodometry = { of = [\"vx\", \"vy\", \"wz\"] }\n";
+    let campaign = "title = \"Hall\"\nmodel = \"model.toml\"\n[measurands]\n\
+        vx = { sigma = \"10 mm/s\" }\nvy = { sigma = \"10 mm/s\" }\nwz = { sigma = \"10 mrad/s\" }\n\
+        [[runs]]\nname = \"hall\"\ndata = \"read.csv\"\nsignals = [\"sent.csv\"]\n";
+    let mut random = Stream(23);
+    let mut sent = "time [s],px [m],py [m],yaw [rad]\n".to_owned();
+    let mut read = "time [s],vx [m/s],vy [m/s],wz [rad/s]\n".to_owned();
+    // Place, and what its rates are.
+    let place = |t: f64| {
+        [
+            2.0 * (0.31 * t).sin() + 0.3 * (1.1 * t).cos(),
+            1.5 * (0.23 * t).cos(),
+            0.7 * t + (0.5 * t).sin(),
+        ]
+    };
+    let rates = |t: f64| {
+        let x = 0.62 * (0.31 * t).cos() - 0.33 * (1.1 * t).sin();
+        [x, -0.345 * (0.23 * t).sin(), 0.7 + 0.5 * (0.5 * t).cos()]
+    };
+    for i in 0..3000 {
+        let t = 0.02 * f64::from(i);
+        let [x, y, yaw] = place(t);
+        sent.push_str(&format!("{t:.2},{x:.6},{y:.6},{yaw:.6}\n"));
+        if i % 4 == 0 && (100..2900).contains(&i) {
+            let cells = rates(t - 0.05).map(|rate| format!("{:.5}", rate + 0.01 * random.normal()));
+            read.push_str(&format!("{t:.2},{}\n", cells.join(",")));
+        }
+    }
+    let files = [
+        ("model.toml", model),
+        ("campaign.toml", campaign),
+        ("sent.csv", sent.as_str()),
+        ("read.csv", read.as_str()),
+    ];
+    let one = found(&Folder::new("twist_in_the_room", &files));
+    assert!(one.is_none(), "{one:?}");
+}
+
+/// Coordinates in inches under heads that say millimetres.
+#[test]
+fn inches_for_millimetres_are_named() {
+    let folder = Camera::default().stops(24, 3);
+    for axis in ["x", "y", "z"] {
+        changed(&folder, "stops.csv", axis, |value| value / 0.0254 / 1e3);
+    }
+    let one = found(&folder).unwrap();
+    assert!(names(&one).contains(&"coordinates_in_inches_for_millimetres"), "{one:?}");
+}
