@@ -36,13 +36,18 @@ impl Joint {
     /// What is to be said of it beside delays; empty if nothing is.
     pub(super) fn text(&self) -> String {
         let held = report::text::held(&self.fit);
-        held + &report::members::text(&self.chosen) + &report::minima::text(&self.fit, &self.others)
+        let correlated = report::autocorrelation::correlated(&self.fit);
+        held + &report::members::text(&self.chosen)
+            + &report::autocorrelation::text(&correlated)
+            + &report::minima::text(&self.fit, &self.others)
     }
 
     /// The same for programs.
     pub(super) fn json(&self) -> Value {
         let mut value = report::members::json(&self.chosen);
         load::merge(&mut value, report::json::held(&self.fit));
+        let correlated = report::autocorrelation::correlated(&self.fit);
+        load::merge(&mut value, report::autocorrelation::json(&correlated));
         load::merge(&mut value, report::minima::json(&self.fit, &self.others));
         value
     }

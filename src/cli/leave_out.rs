@@ -46,8 +46,33 @@ pub(super) fn leave_out(problem: &mut Problem, file: &Path) -> Result<(), Failur
         }
         all.push(one);
     }
+    let had = with_readings(problem);
     take(problem, &all);
+    without_emptied(problem, &had);
     Ok(())
+}
+
+/// For each run of each campaign whether it has readings.
+fn with_readings(problem: &Problem) -> Vec<Vec<bool>> {
+    let of_run = |part: &Part, run: usize| part.present_in(run).iter().any(|count| *count > 0);
+    let of_part = |part: &Part| (0..part.runs.len()).map(|run| of_run(part, run)).collect();
+    problem.parts.iter().map(of_part).collect()
+}
+
+/// Takes runs out of which nothing is left: they have nothing to determine. A campaign keeps one.
+fn without_emptied(problem: &mut Problem, had: &[Vec<bool>]) {
+    let has = with_readings(problem);
+    if has == had {
+        return;
+    }
+    let mut parts = problem.parts.clone();
+    for (part, (had, has)) in parts.iter_mut().zip(had.iter().zip(has)) {
+        let mut stays = had.iter().zip(has).map(|(had, has)| has || !had);
+        if stays.clone().any(|stays| stays) {
+            part.runs.retain(|_| stays.next().unwrap_or(true));
+        }
+    }
+    *problem = problem.with_parts(parts);
 }
 
 /// A line of the table.

@@ -286,7 +286,9 @@ impl<'r> Body<'r> {
             let of = section.require("of").and_then(|item| item.strings()).unwrap_or_default();
             for (member, span) in &of {
                 let known = measurands.iter().map(|measurand| measurand.name.as_str());
-                if !known.clone().any(|known| known == member) {
+                // One whose own entry is faulty is declared all the same.
+                let is_declared = self.taken.get(member) == Some(&"measurands");
+                if !is_declared && !known.clone().any(|known| known == member) {
                     self.unknown(*span, member, "measurand", known);
                 } else if let Some(other) = shared.insert(member.clone(), name.clone()) {
                     let message = format!("`{member}` is already in the shared delay `{other}`");

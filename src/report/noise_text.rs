@@ -37,7 +37,12 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
             ));
         }
     }
-    let shown: Vec<String> = diagnosis.levels.iter().map(level).collect();
+    let has_structure = |one: &Level| {
+        let mut all = diagnosis.autocorrelation.iter();
+        all.any(|(measurand, of, _)| (measurand, of) == (&one.measurand, &one.of))
+    };
+    let shown: Vec<String> =
+        diagnosis.levels.iter().map(|one| level(one, has_structure(one))).collect();
     if !shown.is_empty() {
         text.push_str(&format!("\nnoise (times as stated): {}\n", shown.join(", ")));
     }
@@ -53,9 +58,11 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     text
 }
 
-fn level(one: &Level) -> String {
+/// A noise scale factor; noise of a wrong size alone is asked for its unit.
+fn level(one: &Level, is_autocorrelated: bool) -> String {
     let Level { measurand, of, run, factor } = one;
-    let hint = if (0.1..10.0).contains(factor) { "" } else { " (is its unit right?)" };
+    let is_usual = (0.1..10.0).contains(factor) || is_autocorrelated;
+    let hint = if is_usual { "" } else { " (is its unit right?)" };
     let factor = if *factor < 0.1 { format!("{factor:.1e}") } else { decimal(*factor, 2) };
     let run = run.as_ref().map_or_else(String::new, |run| format!(" in run `{run}`"));
     format!("{measurand}{run}{} {factor}{hint}", in_campaign(of.as_deref()))
@@ -168,7 +175,7 @@ fn runs_left_out(diagnosis: &Diagnosis, left_out: &LeftOut) -> Vec<RunLeftOut> {
     for one in &left_out.runs {
         *counts.entry((&one.run, &one.measurand)).or_default() += one.readings;
     }
-    let mut all = Vec::new();
+    let mut all: Vec<RunLeftOut> = Vec::new();
     for part in &diagnosis.nominal.problem.parts {
         let names = &part.system.assembly.names.measurands;
         for (index, run) in part.runs.iter().enumerate() {
@@ -180,6 +187,13 @@ fn runs_left_out(diagnosis: &Diagnosis, left_out: &LeftOut) -> Vec<RunLeftOut> {
                     all.push(RunLeftOut { measurand, run, out, all: out + rest });
                 }
             }
+        }
+    }
+    // A run of which nothing is left is not in the problem.
+    for Stretch { run, measurand, readings, .. } in &left_out.runs {
+        if !all.iter().any(|one| (&one.run, &one.measurand) == (run, measurand)) {
+            let (run, measurand, out) = (run.clone(), measurand.clone(), *readings);
+            all.push(RunLeftOut { measurand, run, out, all: out });
         }
     }
     all

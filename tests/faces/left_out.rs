@@ -51,6 +51,30 @@ fn rows_of_a_table_are_left_out() {
     assert_eq!(all - rest, 5 * 3 + 1);
 }
 
+/// A run that is left out as a whole has nothing to determine, also where it has delays of its own.
+#[test]
+fn a_whole_run_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    campaign(folder.path(), None);
+    let path = folder.path().join("C/campaign.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(
+        &path,
+        text.replacen(
+            "[parameters]\n",
+            "[parameters]\n\"distance.delay\" = { scope = \"run\" }\n",
+            1,
+        ),
+    )
+    .unwrap();
+    let table = "first_row,last_row,measurand,run\n2,100000,,A_ccw50\n";
+    fs::write(folder.path().join("out.csv"), table).unwrap();
+    let output = run(&["calibrate", "C", "--leave-out", "out.csv"], folder.path());
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(text.contains("distance.delay") && !text.contains("A_ccw50"), "{text}");
+}
+
 #[test]
 fn a_table_of_something_else_is_refused_with_its_line() {
     let folder = tempfile::tempdir().unwrap();
