@@ -2,6 +2,7 @@
 
 pub mod planned;
 
+use crate::engine::layout::Instance;
 use crate::engine::open::Recipe;
 use crate::engine::point::NamedValue;
 use crate::engine::{Point, Problem};
@@ -36,7 +37,33 @@ impl Fitted {
         start: &[NamedValue],
         options: &Options,
     ) -> Result<Option<Self>, FitError> {
-        self.changed(|effects| effects.push(more.clone()), start, options)
+        let begin = |problem: &Problem, point: &mut Point| {
+            point.set_named(&problem.layout, start, true);
+        };
+        self.changed(|effects| effects.push(more.clone()), begin, options)
+    }
+
+    /// The same where every component of a parameter begins at what is said of it, if anything is.
+    ///
+    /// # Errors
+    /// [`FitError`] where the problem cannot be fitted at all.
+    pub fn with_starts(
+        &self,
+        more: &Selected,
+        start: impl Fn(&Instance, usize) -> Option<f64>,
+        options: &Options,
+    ) -> Result<Option<Self>, FitError> {
+        let begin = |problem: &Problem, point: &mut Point| {
+            let layout = &problem.layout;
+            for (index, one) in layout.instances.iter().enumerate() {
+                for component in (0..one.dimension()).filter(|_| !one.setting.fixed) {
+                    if let Some(value) = start(one, component) {
+                        point.set_component(layout, index, component, value);
+                    }
+                }
+            }
+        };
+        self.changed(|effects| effects.push(more.clone()), begin, options)
     }
 
     /// The same campaigns, readings and weights without some effects, fitted from here.
@@ -47,7 +74,7 @@ impl Fitted {
         let is_kept = |one: &Selected| {
             !less.iter().any(|gone| gone.name() == one.name() && gone.member == one.member)
         };
-        let changed = self.changed(|effects| effects.retain(is_kept), &[], options)?;
+        let changed = self.changed(|effects| effects.retain(is_kept), |_, _| (), options)?;
         changed.map_or_else(|| self.clone().again(options), Ok)
     }
 
@@ -56,7 +83,7 @@ impl Fitted {
     fn changed(
         &self,
         change: impl Fn(&mut Vec<Selected>),
-        start: &[NamedValue],
+        begin: impl Fn(&Problem, &mut Point),
         options: &Options,
     ) -> Result<Option<Self>, FitError> {
         let mut recipes = self.recipes.clone();
@@ -76,7 +103,7 @@ impl Fitted {
         }
         let mut problem = self.problem.with_parts(parts);
         let mut point = carried(&self.problem, &self.fit.point, &problem);
-        point.set_named(&problem.layout, start, true);
+        begin(&problem, &mut point);
         point.balance(&problem.layout);
         let fit = fit(&mut problem, point, options)?;
         Ok(Some(Self { recipes, problem, fit }))

@@ -89,6 +89,29 @@ fn a_measurand_that_is_wrong_for_a_while_is_left_out() {
     }
 }
 
+/// Distances far out, and angles of the same samples by less than shows reading by reading.
+#[test]
+fn what_is_off_beside_a_burst_is_left_out_with_it() {
+    let (opened, nominal) = drawn(&[], &[], 614);
+    let mut problem = nominal.clone();
+    let long = [("A_cw50", 20..44), ("B_cw50", 60..86)];
+    for (name, samples) in long.clone() {
+        edit(&mut problem, name, |all| {
+            for (column, by) in [(0, 18e-6), (2, 0.1)] {
+                all.readings[column][samples.clone()].iter_mut().for_each(|value| *value += by);
+            }
+        });
+    }
+    let found = run(problem, &opened);
+    is_right(&found, &run(nominal, &opened));
+    for (name, samples) in long {
+        for (measurand, is_off) in [("horizontal", true), ("vertical", false), ("distance", true)] {
+            let one = (name, samples.clone(), measurand);
+            assert_eq!(stretches(&found).contains(&one), is_off, "{one:?}: {}", told(&found));
+        }
+    }
+}
+
 /// An instrument that follows another target for a while: whole samples, far out.
 #[test]
 fn whole_samples_that_are_wrong_are_left_out() {

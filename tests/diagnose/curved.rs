@@ -31,29 +31,43 @@ fn filtered(t: f64, lag: f64) -> f64 {
     WAVES.into_iter().map(of).sum()
 }
 
-/// Writes a campaign of an angle that follows a command 6 ms late, and diagnoses it.
-fn diagnosed(folder: &Path, reading: impl Fn(f64) -> f64, seed: u64) -> Diagnosis {
+/// Writes a campaign of angles that follow a command 6 ms late, and diagnoses it.
+fn diagnosed(folder: &Path, readings: &[&dyn Fn(f64) -> f64], seed: u64) -> Diagnosis {
     let mut random = Stream(seed);
-    let (mut sent, mut read) =
-        ("time [s],sent [rad]\n".to_owned(), "time [s],q [rad]\n".to_owned());
+    let names = &["q", "p"][..readings.len()];
+    let each =
+        |line: &dyn Fn(&str) -> String| names.iter().map(|name| line(name)).collect::<String>();
+    let mut sent = "time [s],sent [rad]\n".to_owned();
+    let mut read = format!("time [s]{}\n", each(&|name| format!(",{name} [rad]")));
     for i in 0..5000 {
         let t = 0.004 * f64::from(i);
         writeln!(sent, "{t:.3},{:.9}", command(t)[0]).unwrap();
         if (100..4900).contains(&i) {
-            writeln!(read, "{t:.3},{:.9}", reading(t - 0.006) + 5e-5 * random.normal()).unwrap();
+            write!(read, "{t:.3}").unwrap();
+            for reading in readings {
+                write!(read, ",{:.9}", reading(t - 0.006) + 5e-5 * random.normal()).unwrap();
+            }
+            read.push('\n');
         }
     }
-    let model = "name = \"joint\"\ntitle = \"A joint follows a command\"\n\
-                 [inputs]\nsent = { unit = \"rad\", signal = true }\n\
-                 [measurands]\nq = { value = 'sent', kind = \"angle\", unit = \"rad\" }\n";
-    let text = "title = \"Joint\"\nmodel = \"model.toml\"\ndelay_range = \"50 ms\"\n\
-                [measurands]\nq = { sigma = \"50 urad\" }\n\
-                [[runs]]\nname = \"a\"\ndata = \"read.csv\"\nsignals = [\"sent.csv\"]\n";
+    let model = format!(
+        "name = \"joint\"\ntitle = \"Joints follow a command\"\n\
+         [inputs]\nsent = {{ unit = \"rad\", signal = true }}\n[measurands]\n{}\
+         [delays]\nline = {{ of = {names:?} }}\n",
+        each(&|name| {
+            format!("{name} = {{ value = 'sent', kind = \"angle\", unit = \"rad\" }}\n")
+        })
+    );
+    let text = format!(
+        "title = \"Joint\"\nmodel = \"model.toml\"\ndelay_range = \"50 ms\"\n[measurands]\n{}\
+         [[runs]]\nname = \"a\"\ndata = \"read.csv\"\nsignals = [\"sent.csv\"]\n",
+        each(&|name| format!("{name} = {{ sigma = \"50 urad\" }}\n"))
+    );
     for (name, text) in [
         ("sent.csv", sent.as_str()),
         ("read.csv", &read),
-        ("model.toml", model),
-        ("campaign.toml", text),
+        ("model.toml", &model),
+        ("campaign.toml", &text),
     ] {
         std::fs::write(folder.join(name), text).unwrap();
     }
@@ -65,10 +79,27 @@ fn diagnosed(folder: &Path, reading: impl Fn(f64) -> f64, seed: u64) -> Diagnosi
 fn a_low_pass_filter_is_named_with_its_time_constant_and_the_delay_beside_it() {
     for (lag, seed) in [(0.012, 1), (0.025, 2), (0.04, 3)] {
         let folder = tempfile::tempdir().unwrap();
-        let found = diagnosed(folder.path(), |t| filtered(t, lag), seed);
+        let found = diagnosed(folder.path(), &[&|t| filtered(t, lag)], seed);
         assert_eq!(names(&found), ["first_order_lowpass"], "{lag}: {}", told(&found));
         assert_eq!(found.verdict, Verdict::Explained, "{lag}: {}", told(&found));
         let value = &found.rows[0].values[0];
+        let (estimate, u) = (value.value.unwrap(), value.sigma.unwrap());
+        assert!((estimate - lag).abs() < 4.0 * u && u < 0.01 * lag, "{lag}: {estimate} {u}");
+    }
+}
+
+/// Two axes behind filters of their own: a lag in proportion to acceleration may have a value for each
+/// angle, and so may the filter.
+#[test]
+fn filters_of_two_axes_have_a_time_constant_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let lags = [0.012, 0.03];
+    let readings: [&dyn Fn(f64) -> f64; 2] = [&|t| filtered(t, lags[0]), &|t| filtered(t, lags[1])];
+    let found = diagnosed(folder.path(), &readings, 6);
+    assert_eq!(names(&found), ["first_order_lowpass"], "{}", told(&found));
+    let values = &found.rows[0].values;
+    assert_eq!(values.len(), 2, "{}", told(&found));
+    for (value, lag) in values.iter().zip(lags) {
         let (estimate, u) = (value.value.unwrap(), value.sigma.unwrap());
         assert!((estimate - lag).abs() < 4.0 * u && u < 0.01 * lag, "{lag}: {estimate} {u}");
     }
@@ -79,7 +110,7 @@ fn a_low_pass_filter_is_named_with_its_time_constant_and_the_delay_beside_it() {
 fn a_lag_in_proportion_to_acceleration_is_not_taken_for_a_filter() {
     for (lag, seed) in [(-3e-4, 4), (3e-4, 5)] {
         let folder = tempfile::tempdir().unwrap();
-        let found = diagnosed(folder.path(), |t| command(t)[0] - lag * command(t)[1], seed);
+        let found = diagnosed(folder.path(), &[&|t| command(t)[0] - lag * command(t)[1]], seed);
         assert_eq!(names(&found), ["servo_acceleration_lag"], "{lag}: {}", told(&found));
     }
 }

@@ -115,6 +115,8 @@ fn a_distance_that_is_off_for_a_while() {
     let [place] = places[..] else { unreachable!("{}", told(&found)) };
     assert_eq!(place.of, Of::Measurand("distance".to_owned()), "{}", told(&found));
     assert_eq!(place.run.as_deref(), Some("A_cw50"), "{}", told(&found));
+    let (first, last) = place.rows.unwrap();
+    assert!(first.abs_diff(32) <= 2 && last.unwrap().abs_diff(71) <= 2, "{first} {last:?}");
 }
 
 #[test]

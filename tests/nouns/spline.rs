@@ -187,3 +187,23 @@ fn a_pause_over_which_the_curve_is_a_guess_is_not_covered() {
     assert!(fit(&|_| 2.0, Smoothing::TimeConstant(0.05)).covers(9.0, 10.0));
     assert!(!fit(&|t| 3.0 * t, Smoothing::TimeConstant(0.05)).covers(9.0, 10.0));
 }
+
+/// From any piece of the last call, forwards and backwards, at knots and outside.
+#[test]
+fn from_any_piece_values_are_the_same() {
+    let times: Vec<f64> = (0..60).map(|k| 0.1 * f64::from(k) + 0.03 * f64::from(k % 3)).collect();
+    let values: Vec<f64> = times.iter().map(|time| (1.7 * time).sin()).collect();
+    let spline = Spline::fit(&times, &values, Smoothing::TimeConstant(0.1)).unwrap();
+    let (first, last) = spline.span();
+    let between = (-5..130).map(|k| first + (last - first) * f64::from(k) / 120.0);
+    for moment in between.chain(times.iter().copied()) {
+        for order in [0, 1, 2] {
+            let due: f64 = spline.at(moment, 0.0, order);
+            for start in [0, 1, 30, 57, 58, 59, 500] {
+                let mut piece = start;
+                let found = spline.at_near(moment, 0.0, order, &mut piece);
+                assert_eq!(found.to_bits(), due.to_bits(), "{moment} {order} {start}");
+            }
+        }
+    }
+}

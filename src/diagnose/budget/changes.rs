@@ -57,15 +57,21 @@ impl Linear {
         Change::keep_one_of_a_kind(&mut strong, MOST_STRONG);
         let mut found = Vec::new();
         for one in strong {
+            // Sample by sample in the neighbouring bins of its moment, and of its end; coarse elsewhere.
             let at = bins.iter().position(|bin| *bin == one.at).unwrap_or(0);
-            // Sample by sample between the neighbouring bins, coarse elsewhere.
-            let (low, high) = (at.saturating_sub(1), (at + 1).min(bins.len() - 1));
-            let mut around: Vec<Bin> = bins[..low].to_vec();
-            for (run, first) in &bins[low..=high] {
+            let before =
+                |end: usize| bins.iter().rposition(|bin| bin.0 == one.at.0 && bin.1 <= end);
+            let end = one.end.and_then(before);
+            let is_near = |bin: usize| {
+                let near = |place: usize| bin + 1 >= place && bin <= place + 1;
+                near(at) || end.is_some_and(near)
+            };
+            let mut around: Vec<Bin> = Vec::new();
+            for (number, (run, first)) in bins.iter().enumerate() {
                 let end = self.samples_in(*run).min(first + step);
+                let end = if is_near(number) { end } else { first + 1 };
                 around.extend((*first..end).map(|first| (*run, first)));
             }
-            around.extend(&bins[high + 1..]);
             let fine = self.best_moments(selection, (model, &models, &least), &[one.base], &around);
             found.extend(
                 fine.into_iter().map(|one| Change { members: one.members.max(samples), ..one }),

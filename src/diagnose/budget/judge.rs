@@ -20,6 +20,7 @@ use crate::diagnose::thresholds::{
     ROW_BESIDE_REMAINDER, SHARE_OF_REMAINDER, SMALL_ROW, TIE,
 };
 
+mod beside;
 mod groups;
 mod objection;
 
@@ -97,8 +98,15 @@ impl Selection<'_> {
             let with = [model.clone(), vec![term]].concat();
             let own = Pieces::new(linear, self, &with);
             let drop = Folded::new(self, &with, &own).drop(with.len() - 1);
-            if drop >= HELD_OUT {
-                model = with;
+            if drop < HELD_OUT {
+                continue;
+            }
+            model = with;
+            // It may have been too small beside a row that went later.
+            if nameless.is_empty() && self.worst(&model, &pools.blocks, &own).is_none() {
+                log.push(format!("{} stands beside what is left", self.terms[term].name));
+                objections.retain(|(other, _)| *other != term);
+            } else {
                 nameless.push(term);
             }
         }
@@ -124,6 +132,10 @@ impl Selection<'_> {
         let mut objections: Vec<(usize, Objection)> = Vec::new();
         for (row, at) in rows.iter().enumerate() {
             let gain = gains[*at].gain;
+            // What remains in readings that a row leaves as they are says nothing against a cause that
+            // a user suspects.
+            let is_own = self.terms[model[*at]].is_own;
+            let rest = if is_own { self.excess_beside(model, &gains, *at, |_| true) } else { rest };
             let beside = if rest > 0.0 { ROW_BESIDE_REMAINDER } else { 0.0 };
             let least = ROW.max(SHARE_OF_REMAINDER * rest).max(beside);
             let objection = if drops[row] < HELD_OUT {
@@ -159,13 +171,8 @@ impl Selection<'_> {
             let evidence = self.ln_evidence(model);
             // What remains in the readings that a row changes, of forms that are not known: values of
             // runs, and those that change at a moment, leave nothing to imitators.
-            let rest_of = |at: usize| -> f64 {
-                let is_form =
-                    |term: &Term| !term.is_effect() && !term.is_of_runs() && term.change.is_none();
-                let blocks = (0..model.len()).filter(|block| is_form(&self.terms[model[*block]]));
-                let near = blocks.filter(|block| self.is_beside(model[at], model[*block]));
-                near.map(|block| gains[block].excess()).sum()
-            };
+            let is_form = |term: &Term| !term.is_of_runs() && term.change.is_none();
+            let rest_of = |at: usize| self.excess_beside(model, &gains, at, is_form);
             let one = |row: usize| {
                 let at = rows[row];
                 let gain = gains[at].gain;
@@ -209,16 +216,6 @@ impl Selection<'_> {
         worst.map(|(row, objection)| (model[rows[row]], objection))
     }
 
-    /// Whether a block is not an error of one measurand that a row leaves as it is.
-    fn is_beside(&self, row: usize, block: usize) -> bool {
-        let own =
-            |term: usize| self.terms[term].columns.iter().flatten().map(|(column, _)| *column);
-        let acts = |term: usize, measurand: usize| {
-            own(term).any(|column| self.sums.product_in(measurand, column, column) > 0.0)
-        };
-        (0..self.scale.len()).any(|one| acts(row, one) && acts(block, one))
-    }
-
     /// A block that takes the form of a row, and without which the evidence is no less.
     fn needless_beside(&self, model: &[usize], row: usize) -> Option<usize> {
         let evidence = self.ln_evidence(model);
@@ -238,15 +235,6 @@ impl Selection<'_> {
             }
         }
         best.map(|(_, block)| block)
-    }
-
-    /// How much of the squared length of a row's form the blocks of the model leave to it.
-    fn own_share(&self, model: &[usize], at: usize) -> f64 {
-        let others: Vec<usize> = model.iter().copied().filter(|term| *term != model[at]).collect();
-        let rows: Vec<usize> =
-            others.iter().copied().filter(|term| self.terms[*term].is_effect()).collect();
-        let length = |beside: &[usize]| self.form_left(beside, model, model[at]);
-        length(&others) / length(&rows).max(f64::MIN_POSITIVE)
     }
 
     /// Log evidence of the model with blocks in the place of some rows, and that of such models with

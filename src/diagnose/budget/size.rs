@@ -1,9 +1,9 @@
 //! How large an effect is in a fit, against what is typical and what can be.
 
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::thresholds::{LARGEST_DELAY, LARGEST_RATE};
+use crate::diagnose::thresholds::{LARGEST_DELAY, LARGEST_RATE, LARGEST_SCALE};
 use crate::effect::Acts;
-use crate::units::Dimension;
+use crate::units::{Dimension, Unit};
 
 use super::in_fit::effect_of;
 use super::linear::Linear;
@@ -20,29 +20,32 @@ impl Linear {
     /// Whether the size of an effect in a fit can be; a user's own may have any.
     pub fn is_plausible(&self, fitted: &Fitted, term: usize) -> bool {
         let own = &self.terms[term];
-        let acts = effect_of(fitted, &own.name).map(|one| one.effect.acts);
-        let is_timing = acts == Some(Acts::Timing);
-        if own.is_own || !(is_timing || acts == Some(Acts::Servo)) {
+        if own.is_own {
             return true;
         }
-        let most = |(_, typical, dimension)| match dimension {
-            Dimension::TIME => LARGEST_DELAY,
-            Dimension::NONE if is_timing && typical < LARGEST_RATE => LARGEST_RATE,
+        let acts = effect_of(fitted, &own.name).map(|one| one.effect.acts);
+        let is_timing = acts == Some(Acts::Timing);
+        let is_dynamic = is_timing || acts == Some(Acts::Servo);
+        let most = |(_, typical, unit): (f64, f64, &Unit)| match unit.dimension {
+            Dimension::TIME if is_dynamic => LARGEST_DELAY,
+            Dimension::NONE if typical >= LARGEST_RATE || unit.is_angle() => f64::INFINITY,
+            Dimension::NONE if is_timing => LARGEST_RATE,
+            Dimension::NONE => LARGEST_SCALE,
             _ => f64::INFINITY,
         };
         sizes(fitted, &own.name).all(|one| one.0 <= most(one))
     }
 }
 
-/// The values of an effect in a fit with their typical magnitudes (SI) and dimensions.
+/// The values of an effect in a fit with their typical magnitudes (SI) and units.
 fn sizes<'a>(
     fitted: &'a Fitted,
     name: &str,
-) -> impl Iterator<Item = (f64, f64, Dimension)> + use<'a> {
+) -> impl Iterator<Item = (f64, f64, &'a Unit)> + use<'a> {
     let prefix = format!("{name}.");
     let instances = fitted.problem.layout.instances.iter().zip(&fitted.fit.point.values);
     instances.filter(move |(one, _)| one.name.starts_with(&prefix)).filter_map(|(one, value)| {
         let most = value[..one.dimension()].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        Some((most, one.setting.typical?, one.unit.dimension))
+        Some((most, one.setting.typical?, &one.unit))
     })
 }

@@ -46,23 +46,62 @@ pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Sequence]) -> Vec<
         for run in 0..part.runs.len() {
             let sizes: Vec<Sizes> = (0..measurands).map(|of| sizes(all, (p, of), run)).collect();
             let whole = whole_samples(&sizes);
-            for (measurand, sizes) in sizes.into_iter().enumerate() {
-                let mut own: Vec<Range<usize>> = whole.clone();
-                let is_new = |one: &Range<usize>| !whole.iter().any(|other| overlaps(one, other));
-                own.extend(stretches(&sizes).into_iter().filter(is_new));
-                let of = OfRun { part: p, measurand, run };
-                // What remains far out is more than outliers: the stretches are not all of it.
-                let rest = sizes.iter().filter(|(at, _)| !own.iter().any(|one| one.contains(at)));
-                let far = rest.filter(|(_, size)| *size > TRIM).count();
-                if far as f64 <= MOST_OUTLIERS * sizes.len() as f64 {
-                    found.extend(own.into_iter().map(|samples| (of, samples)));
+            let mut own: Vec<Vec<Range<usize>>> =
+                sizes.iter().map(|sizes| of_one(sizes, &whole)).collect();
+            // Where one measurand is wrong, so may be others, by less than shows reading by reading.
+            for (measurand, ranges) in own.clone().into_iter().enumerate() {
+                for samples in ranges {
+                    for other in (0..measurands).filter(|other| *other != measurand) {
+                        if !own[other].iter().any(|known| overlaps(known, &samples))
+                            && is_offset(all, (p, other), run, &samples)
+                        {
+                            own[other].push(samples.clone());
+                        }
+                    }
                 }
+            }
+            for (measurand, ranges) in own.into_iter().enumerate() {
+                let of = OfRun { part: p, measurand, run };
+                found.extend(ranges.into_iter().map(|samples| (of, samples)));
             }
         }
     }
     let mut found = rare(problem, found, |of, found| comes_back(problem, of, found));
     without_shifts(problem, point, all, &mut found);
     found
+}
+
+/// The bursts of one measurand: those of whole samples, and its own.
+fn of_one(sizes: &Sizes, whole: &[Range<usize>]) -> Vec<Range<usize>> {
+    let is_new = |one: &Range<usize>| !whole.iter().any(|other| overlaps(one, other));
+    let own: Vec<Range<usize>> =
+        whole.iter().cloned().chain(stretches(sizes).into_iter().filter(is_new)).collect();
+    // What remains far out is more than outliers: the stretches are not all of it.
+    let rest = sizes.iter().filter(|(at, _)| !own.iter().any(|one| one.contains(at)));
+    let far = rest.filter(|(_, size)| *size > TRIM).count();
+    if far as f64 <= MOST_OUTLIERS * sizes.len() as f64 { own } else { Vec::new() }
+}
+
+/// Whether the mean of a measurand's readings in a stretch differs from that of as many before and
+/// after it, by [`FAR`] of its standard deviations.
+fn is_offset(all: &[Sequence], of: (usize, usize), run: usize, samples: &Range<usize>) -> bool {
+    let count = samples.len();
+    let before = samples.start.saturating_sub(count)..samples.start;
+    let after = samples.end..samples.end + count;
+    all.iter().filter(|one| one.of() == of).any(|one| {
+        let unit = limit(&one.runs[run], one.deviation.unwrap_or(f64::INFINITY)) / OUTLIER;
+        // Sum and number of the readings there.
+        let sums = |range: &Range<usize>| {
+            let own = one.runs[run].get(range.start..range.end.min(one.runs[run].len()));
+            let own = own.unwrap_or_default().iter().filter(|value| !value.is_nan());
+            own.fold((0.0, 0.0), |(sum, number), value| (sum + value, number + 1.0))
+        };
+        let (inside, within) = sums(samples);
+        let [(first, earlier), (last, later)] = [&before, &after].map(sums);
+        let outside = earlier + later;
+        let difference = inside / within - (first + last) / outside;
+        difference.abs() > FAR * unit * (1.0 / within + 1.0 / outside).sqrt()
+    })
 }
 
 /// Takes stretches of whole samples that a shift of the clock explains from bursts. From one

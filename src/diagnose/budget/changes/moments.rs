@@ -13,6 +13,8 @@ use crate::diagnose::price::Gain;
 const LEAST_STRETCH: usize = 8;
 /// Places in a run at which a stretch begins or ends at most.
 const MOST_ENDS: usize = 40;
+/// Rounds in which both ends of a stretch are looked for bin by bin.
+const END_ROUNDS: usize = 3;
 /// Share of a change's squared length below which the model takes it up.
 const TAKEN_UP: f64 = 1e-6;
 
@@ -126,49 +128,64 @@ impl Linear {
     ) -> Option<Change> {
         let n = sum.nrows() - 2;
         let part = |bin: usize| bins.get(bin).map(|(run, _)| self.part_of(*run).0);
-        let mut best: Option<(f64, Bin, usize)> = None;
+        // The gain of a stretch of a run, whose bins are `first..next`.
+        let gain = |(first, next): (usize, usize), from: usize, to: usize| -> Option<f64> {
+            let end = if to < next { bins[to].1 } else { self.samples_in(bins[first].0) };
+            if to <= from || end - bins[from].1 < LEAST_STRETCH {
+                return None;
+            }
+            // Running sums begin anew with each campaign.
+            let is_whole = to == next && part(next) != part(first);
+            let within = |all: &DMatrix<f64>, row: usize| {
+                all[(row, from)] - if is_whole { 0.0 } else { all[(row, to)] }
+            };
+            let square = within(sum, n + 1);
+            let (mut taken, mut along) = (0.0, 0.0);
+            for i in 0..half.len() {
+                let own = within(across, i);
+                taken += own * own;
+                along += own * half[i];
+            }
+            let left = square - taken;
+            (square > 0.0 && left >= TAKEN_UP * square)
+                .then(|| (within(sum, n) - along).powi(2) / left)
+        };
+        let mut best: Option<(f64, (usize, usize), (usize, usize))> = None;
         let mut tried = 0;
         let mut first = 0;
         for own in bins.chunk_by(|a, b| a.0 == b.0) {
-            let (run, next) = (own[0].0, first + own.len());
-            let is_last = part(next) != part(first);
+            let run = (first, first + own.len());
             let step = own.len().div_ceil(MOST_ENDS).max(1);
-            for from in (first..next).step_by(step) {
-                for to in (from + step..=next).step_by(step) {
-                    let end = if to < next { bins[to].1 } else { self.samples_in(run) };
-                    if end - bins[from].1 < LEAST_STRETCH {
-                        continue;
-                    }
-                    tried += 1;
-                    // Running sums begin anew with each campaign.
-                    let is_whole = to == next && is_last;
-                    let within = |all: &DMatrix<f64>, row: usize| {
-                        all[(row, from)] - if is_whole { 0.0 } else { all[(row, to)] }
-                    };
-                    let square = within(sum, n + 1);
-                    if square <= 0.0 {
-                        continue;
-                    }
-                    let (mut taken, mut along) = (0.0, 0.0);
-                    for i in 0..half.len() {
-                        let own = within(across, i);
-                        taken += own * own;
-                        along += own * half[i];
-                    }
-                    let left = square - taken;
-                    if left < TAKEN_UP * square {
-                        continue;
-                    }
-                    let gain = (within(sum, n) - along).powi(2) / left;
-                    if best.is_none_or(|(known, ..)| gain > known) {
-                        best = Some((gain, bins[from], end));
+            for from in (run.0..run.1).step_by(step) {
+                for to in (from + step..=run.1).step_by(step) {
+                    let gain = gain(run, from, to);
+                    tried += usize::from(gain.is_some());
+                    if let Some(gain) = gain.filter(|gain| best.is_none_or(|best| *gain > best.0)) {
+                        best = Some((gain, run, (from, to)));
                     }
                 }
             }
-            first = next;
+            first = run.1;
         }
-        let (gain, at, end) = best?;
-        let gain = Gain { gain, degrees: 1 };
-        Some(Change { base, at, end: Some(end), gain, members: tried })
+        // Either end bin by bin, while the other one stays.
+        let (mut most, run, (mut from, mut to)) = best?;
+        let step = (run.1 - run.0).div_ceil(MOST_ENDS);
+        for _ in 0..END_ROUNDS {
+            let (near_from, near_to) = (from, to);
+            for other in near_from.saturating_sub(step).max(run.0)..(near_from + step).min(run.1) {
+                if let Some(gain) = gain(run, other, to).filter(|gain| *gain > most) {
+                    (most, from) = (gain, other);
+                }
+            }
+            for other in near_to.saturating_sub(step)..=(near_to + step).min(run.1) {
+                if let Some(gain) = gain(run, from, other).filter(|gain| *gain > most) {
+                    (most, to) = (gain, other);
+                }
+            }
+            tried += 4 * step;
+        }
+        let end = if to < run.1 { bins[to].1 } else { self.samples_in(bins[run.0].0) };
+        let gain = Gain { gain: most, degrees: 1 };
+        Some(Change { base, at: bins[from], end: Some(end), gain, members: tried })
     }
 }

@@ -2,15 +2,19 @@
 //! a delay. Their second-order part appears at large values only, so it takes a refit to find them.
 //! They are tried where another effect enters, which has the form of that part.
 
+use std::sync::Arc;
+
 use crate::diagnose::budget::absorbed::{is_unseen, squared_length};
+use crate::diagnose::budget::in_fit::columns_of;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::variant::Variant;
 use crate::diagnose::price::Gain;
-use crate::diagnose::thresholds::ENTER;
-use crate::engine::point::NamedValue;
+use crate::diagnose::thresholds::{ENTER, RELAXED};
+use crate::engine::layout::Instance;
 use crate::estimate::batch::FitError;
-use crate::graph::Parameter;
+use crate::system::Selected;
 
 use super::Search;
 use super::forward::Refitted;
@@ -40,41 +44,56 @@ impl Search<'_> {
             if !square.is_finite() || square <= 0.0 {
                 continue;
             }
-            let candidate = &linear.candidates[own.candidate];
-            let start = typical(linear, term);
-            let with = self.fitted.with(&candidate.selected, &start, self.options)?;
-            let Some(with) = with.filter(Fitted::is_sound) else { continue };
-            let drop = self.fitted.fit.cost - with.fit.cost;
-            let gain = Gain { gain: scaled * drop, degrees: own.columns.len() };
-            let ln_bayes = selection.ln_bayes_factor(term, gain);
-            if ln_bayes < ENTER {
-                self.absorbed.push(own.name.clone());
-                continue;
+            let plain = &linear.candidates[own.candidate].selected;
+            // What would enter may have a value for each angle: then it may, too.
+            let is_wider = linear.terms[otherwise.term].columns.len() > own.columns.len();
+            let wider = own.variants.iter().copied().filter(|form| {
+                is_wider && own.variant.is_none() && !self.is_refused(&own.name, *form)
+            });
+            let mut is_worth = false;
+            for form in std::iter::once(own.variant).chain(wider.map(Some)) {
+                let Some(with) = self.from_usual_values(plain, form)? else { continue };
+                let drop = self.fitted.fit.cost - with.fit.cost;
+                let gain =
+                    Gain { gain: scaled * drop, degrees: columns_of(&with, &own.name).len() };
+                let of_form = if form == own.variant { 0.0 } else { RELAXED };
+                let ln_bayes = selection.ln_bayes_factor(term, gain) - of_form;
+                if ln_bayes < ENTER {
+                    continue;
+                }
+                is_worth = true;
+                let size = linear.ln_size_prior(&with, term);
+                // As what would enter otherwise is priced.
+                let price = gain.gain - 2.0 * ln_bayes;
+                let cost = with.fit.cost + price - 2.0 * size;
+                let least = otherwise.cost - 2.0 * ENTER / scaled;
+                let least = best.as_ref().map_or(least, |best| best.cost);
+                if cost < least && linear.is_plausible(&with, term) {
+                    best = Some(Refitted { cost, term, form, ln_bayes, fitted: with });
+                }
             }
-            let size = linear.ln_size_prior(&with, term);
-            let cost = with.fit.cost + drop - 2.0 * (ln_bayes / scaled + size);
-            let least = otherwise.cost - 2.0 * ENTER / scaled;
-            let least = best.as_ref().map_or(least, |best| best.cost);
-            if cost < least && linear.is_plausible(&with, term) {
-                best = Some(Refitted { cost, term, ln_bayes, fitted: with });
+            if !is_worth {
+                self.absorbed.push(own.name.clone());
             }
         }
         Ok(best)
     }
-}
 
-/// The usual values of an effect as the start of a fit: where its parameters are zero there is no
-/// slope to follow.
-fn typical(linear: &Linear, term: usize) -> Vec<NamedValue> {
-    let candidate = &linear.candidates[linear.terms[term].candidate];
-    let prefix = format!("{}.", candidate.name);
-    let system = candidate.systems.iter().flatten().next();
-    let parameters = system.into_iter().flat_map(|system| &system.assembly.names.parameters);
-    let own = parameters.filter(|one| one.name.starts_with(&prefix));
-    let of = |one: &Parameter| {
-        let size = candidate.typical(&one.name).unwrap_or(0.0);
-        let name = one.name.clone();
-        (0..one.kind.dimension()).map(move |k| (name.clone(), k, None, size)).collect::<Vec<_>>()
-    };
-    own.flat_map(of).collect()
+    /// The fit with an effect in some form, from its usual values: where its parameters are zero there
+    /// is no slope to follow.
+    fn from_usual_values(
+        &self,
+        plain: &Selected,
+        form: Option<Variant>,
+    ) -> Result<Option<Fitted>, FitError> {
+        let mut selected = plain.clone();
+        if let Some(relaxed) = form.and_then(|form| form.of(&plain.effect)) {
+            selected.effect = Arc::new(relaxed);
+        }
+        let prefix = format!("{}.", selected.name());
+        let usual =
+            |one: &Instance, _| one.name.starts_with(&prefix).then_some(one.setting.typical)?;
+        let with = self.fitted.with_starts(&selected, usual, self.options)?;
+        Ok(with.filter(Fitted::is_sound))
+    }
 }

@@ -6,6 +6,7 @@ use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::selection::Ranked;
 use crate::diagnose::budget::terms::Term;
 use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::variant::Variant;
 use crate::diagnose::thresholds::{ENTER, MOST_ROWS};
 use crate::estimate::batch::FitError;
 
@@ -22,8 +23,9 @@ pub(super) struct Refitted {
     pub(super) cost: f64,
     /// Its log Bayes factor.
     pub(super) ln_bayes: f64,
-    /// The candidate.
+    /// The candidate, and its form.
     pub(super) term: usize,
+    pub(super) form: Option<Variant>,
     /// The fit.
     pub(super) fitted: Fitted,
 }
@@ -96,7 +98,8 @@ impl Search<'_> {
                 let cost = with.fit.cost + price - 2.0 * size;
                 if next.as_ref().is_none_or(|least| cost < least.cost) {
                     let (term, ln_bayes) = (one.term, one.ln_bayes);
-                    next = Some(Refitted { cost, term, ln_bayes, fitted: with });
+                    let form = linear.terms[term].variant;
+                    next = Some(Refitted { cost, term, form, ln_bayes, fitted: with });
                 }
             }
             let Some(next) = next else {
@@ -106,10 +109,13 @@ impl Search<'_> {
                 break;
             };
             let curved = self.better_curved(&linear, &selection, &model, &next)?;
-            let Refitted { term, ln_bayes, fitted, .. } = curved.unwrap_or(next);
+            let Refitted { term, form, ln_bayes, fitted, .. } = curved.unwrap_or(next);
             let name = &linear.terms[term].name;
             self.log.push(format!("{name} enters the fit ({ln_bayes:.1})"));
             self.rows.push(linear.row(term));
+            if let Some(form) = form.filter(|_| linear.terms[term].variant.is_none()) {
+                self.take_form(self.rows.len() - 1, form);
+            }
             self.fitted = fitted;
             fresh = Some(Vec::new());
         }

@@ -11,6 +11,7 @@ use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::thresholds::{APART_SHARE, ENTER, RELAXED, ROW};
+use crate::engine::layout::Instance;
 use crate::estimate::batch::FitError;
 use crate::system::Selected;
 
@@ -43,19 +44,38 @@ impl Search<'_> {
         let Some(effect) = form.of(&plain.effect) else { return Ok(false) };
         let selected = Selected { effect: Arc::new(effect), ..plain.clone() };
         let without = self.fitted.without(&[&plain], self.options)?;
-        let with = without.with(&selected, &[], self.options)?;
+        // Each value begins at the one that it had in common with the others: at zero some effects have
+        // no slope.
+        let common: Vec<(&str, &[f64; 4])> = {
+            let instances = self.fitted.problem.layout.instances.iter();
+            let all = instances.zip(&self.fitted.fit.point.values);
+            all.map(|(one, value)| (one.name.as_str(), value)).collect()
+        };
+        let prefix = format!("{name}.");
+        let start = |one: &Instance, component: usize| {
+            let is_of = |known: &&(&str, &[f64; 4])| {
+                known.0.starts_with(&prefix) && one.name.starts_with(known.0)
+            };
+            common.iter().find(is_of).map(|(_, value)| value[component])
+        };
+        let with = without.with_starts(&selected, start, self.options)?;
         // What a campaign states of scopes may undo the form.
         let columns = |fitted: &Fitted| columns_of(fitted, name).len();
         let is_wider = |with: &Fitted| columns(with) > columns(&self.fitted);
         let with = with.filter(Fitted::is_sound).filter(is_wider);
         let Some(with) = with else { return Ok(false) };
-        self.log.push(format!("{name} with {}", form.words()));
-        self.wanted.variants.insert(name.clone(), form);
-        let Row { variant: own, ln_prior, .. } = &mut self.rows[row];
-        *own = Some(form);
-        *ln_prior -= RELAXED;
+        self.take_form(row, form);
         self.fitted = with;
         Ok(true)
+    }
+
+    /// A row of the fit has a relaxed form.
+    pub(super) fn take_form(&mut self, row: usize, form: Variant) {
+        let Row { name, variant: own, ln_prior, .. } = &mut self.rows[row];
+        self.log.push(format!("{name} with {}", form.words()));
+        self.wanted.variants.insert(name.clone(), form);
+        *own = Some(form);
+        *ln_prior -= RELAXED;
     }
 }
 
