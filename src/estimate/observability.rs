@@ -10,8 +10,11 @@
 //! (reduced row echelon form with complete pivoting), so that each can be put in words. This room
 //! knows columns, not names: the report finds the words and the run that would help.
 
+mod echelon;
+
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use self::echelon::{clear_pivots, echelon};
 use super::arrow::{LinearError, normal_matrix};
 use super::eigen;
 use crate::engine::gram::Normal;
@@ -229,6 +232,17 @@ impl Scaled {
         }
     }
 
+    /// A column of the covariance, from what is determined, beside some others that are held.
+    fn beside(&self, held: &[usize], i: usize) -> DVector<f64> {
+        let of = |a: usize, b: usize| self.covariance(UNOBSERVABLE, a, b);
+        let column = DVector::from_fn(self.active.len(), |j, _| of(j, i));
+        let own = DMatrix::from_fn(held.len(), held.len(), |a, b| of(held[a], held[b]));
+        let Some(factor) = own.cholesky() else { return column };
+        let known = factor.solve(&DVector::from_fn(held.len(), |a, _| of(held[a], i)));
+        let across = DMatrix::from_fn(self.active.len(), held.len(), |j, a| of(j, held[a]));
+        column - across * known
+    }
+
     /// Parameters whose uncertainty, from what is otherwise determined, is beyond plausible: each
     /// with how the others make up for it (its column of the covariance).
     fn implausible(&self, limits: &[Limit]) -> Vec<Direction> {
@@ -242,59 +256,24 @@ impl Scaled {
             .collect();
         beyond.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut leaders: Vec<usize> = Vec::new();
-        for (_, i) in beyond {
+        for (excess, i) in beyond {
             let shared = leaders.iter().any(|&l| {
                 let correlation = self.covariance(UNOBSERVABLE, i, l) / (sigma(i) * sigma(l));
                 correlation.abs() > SAME
             });
-            if !shared {
+            // What is known well enough once the leaders are is no direction of its own.
+            let left = self.beside(&leaders, i)[i].max(0.0).sqrt() / sigma(i);
+            if !shared && excess * left > 1.0 {
                 leaders.push(i);
             }
         }
         leaders
-            .into_iter()
-            .map(|i| {
-                let column =
-                    DVector::from_fn(self.active.len(), |j, _| self.covariance(UNOBSERVABLE, i, j));
-                let direction = self.direction(&column, Kind::UpToNoise, Some(i));
+            .iter()
+            .map(|&i| {
+                let others: Vec<usize> = leaders.iter().copied().filter(|&l| l != i).collect();
+                let direction = self.direction(&self.beside(&others, i), Kind::UpToNoise, Some(i));
                 Direction { is_implausible: true, ..direction }
             })
             .collect()
-    }
-}
-
-/// A sparse basis of the space the vectors span, each with its pivot (an entry no other one has).
-fn echelon(mut vectors: Vec<DVector<f64>>) -> Vec<(DVector<f64>, usize)> {
-    let mut done: Vec<(DVector<f64>, usize)> = Vec::with_capacity(vectors.len());
-    loop {
-        // A hair's preference for later columns makes ties, and so the words, reproducible.
-        let Some((row, pivot, _)) = vectors
-            .iter()
-            .enumerate()
-            .flat_map(|(r, v)| v.iter().enumerate().map(move |(c, x)| (r, c, x.abs())))
-            .max_by(|a, b| {
-                (a.2 * (1.0 + 1e-9 * a.1 as f64)).total_cmp(&(b.2 * (1.0 + 1e-9 * b.1 as f64)))
-            })
-        else {
-            return done;
-        };
-        let chosen = vectors.swap_remove(row);
-        let chosen = &chosen / chosen[pivot];
-        for other in vectors.iter_mut().chain(done.iter_mut().map(|(v, _)| v)) {
-            let factor = other[pivot];
-            *other -= &chosen * factor;
-            other[pivot] = 0.0;
-        }
-        done.push((chosen, pivot));
-    }
-}
-
-/// Takes the pivots of an exact basis out of other vectors: no reading notices.
-fn clear_pivots(vectors: &mut [DVector<f64>], exact: &[(DVector<f64>, usize)]) {
-    for vector in vectors {
-        for (direction, pivot) in exact {
-            let factor = vector[*pivot];
-            *vector -= direction * factor;
-        }
     }
 }

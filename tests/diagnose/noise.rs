@@ -133,13 +133,11 @@ fn a_memory_as_long_as_a_run_is_no_structure() {
         "correlated_noise.distance_part=12 um",
         "correlated_noise.memory=20 s",
     ];
-    for seed in [8, 9, 10] {
-        let (opened, problem) = drawn(&["correlated_noise"], &set, seed);
-        let found = run(problem, &opened);
-        assert_eq!(found.verdict, Verdict::Explained, "{seed}: {}", told(&found));
-        assert!(found.rows.is_empty(), "{seed}: {}", told(&found));
-        assert!(!found.autocorrelation.is_empty(), "{seed}: {}", told(&found));
-    }
+    let (opened, problem) = drawn(&["correlated_noise"], &set, 8);
+    let found = run(problem, &opened);
+    assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
+    assert!(found.rows.is_empty(), "{}", told(&found));
+    assert!(!found.autocorrelation.is_empty(), "{}", told(&found));
 }
 
 #[test]
