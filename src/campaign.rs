@@ -44,11 +44,13 @@
 //! No files import each other in a circle.
 
 mod attitude;
+mod axes;
 pub mod begin;
 pub mod calibration;
 mod captured;
 mod certificate;
 mod clock;
+mod column_units;
 mod columns;
 mod computed;
 mod computed_columns;
@@ -96,12 +98,14 @@ pub mod specification;
 mod spill;
 mod spilled;
 pub mod spline;
+mod stamp_columns;
 pub mod stamps;
 pub mod statement;
 mod steps;
 pub mod table;
 mod table_entry;
 pub mod timing;
+pub mod wanted;
 pub mod whole;
 mod words;
 mod wraps;

@@ -4,16 +4,19 @@
 //! | file | answers |
 //! |---|---|
 //! | `pairing` | which of several logs are of one recording |
+//! | `stamps` | which columns are the stamps |
 //! | `survey` | the first rows of a table with all of its columns |
 //! | `guess`, `log` | what the columns seem to be; a file with that |
 //! | `models`, `planar` | models to begin with, where none of the library fits |
 //! | `text` | lines of the campaign |
 
 mod guess;
+mod guessed;
 mod log;
 mod models;
 mod pairing;
 mod planar;
+mod stamps;
 mod survey;
 mod text;
 
@@ -21,12 +24,12 @@ use std::path::PathBuf;
 
 use crate::campaign::columns::reading_columns;
 use crate::campaign::formats::Role;
-use crate::campaign::header::TIME;
 use crate::campaign::roles::roles;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::model::Model;
 
-use guess::{Guess, Guessed, base};
+use guess::Guess;
+use guessed::{Guessed, base};
 use log::Log;
 use survey::Survey;
 use text::{Rest, Table, Word};
@@ -170,12 +173,11 @@ fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: boo
         .filter(|one| of_data.iter().any(|word| word.name.starts_with(&one.name)))
         .map(|one| (one.name.clone(), text::sigma(&one.name, &of_data, data, &one.unit)))
         .collect();
-    let time = |log: &Log| Word::of(TIME, log, log.guess.time.as_ref());
     Fitted {
         name: name.clone(),
         readings: of_data.len(),
-        data: time(data).into_iter().chain(of_data).collect(),
-        stream: time(stream).into_iter().chain(of_stream).collect(),
+        data: Word::time(data).into_iter().chain(of_data).collect(),
+        stream: Word::time(stream).into_iter().chain(of_stream).collect(),
         missing,
         sigmas,
         is_swapped,
@@ -202,7 +204,7 @@ fn wanted(names: &[&str], log: &Log, roles: &[(String, Role)]) -> Vec<Word> {
         });
         let role = roles.iter().find(|(own, _)| own == name).map(|(_, role)| *role);
         let by_role = || match role? {
-            Role::Time => None,
+            Role::Time(_) | Role::Other => None,
             Role::Position(axis) => Some(log.guess.position.as_ref()?[axis].clone()),
             Role::Attitude(k) => Some(log.guess.attitude.as_ref()?[k].clone()),
         };

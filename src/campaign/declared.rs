@@ -50,6 +50,15 @@ pub struct ColumnWord {
     pub unit: Option<Unit>,
     /// A formula over columns of a file, if it is one and no column is called so.
     pub formula: Option<Formula>,
+    /// Further columns, which are added: of the time alone.
+    pub added: Vec<(Choice, Option<Unit>)>,
+}
+
+impl ColumnWord {
+    /// The columns of the file that it names.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = &Choice> {
+        self.column.iter().chain(self.added.iter().map(|(column, _)| column))
+    }
 }
 
 /// A file of a run.

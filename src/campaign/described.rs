@@ -1,6 +1,6 @@
 //! What messages say of a table: names of its columns, places of its cells, its layout in words.
 
-use crate::campaign::dialect::{Separator, names};
+use crate::campaign::dialect::{Separator, cells};
 use crate::campaign::header::{Choice, Column, TIME};
 use crate::campaign::lines::Lines;
 use crate::campaign::recognise::Layout;
@@ -68,12 +68,12 @@ impl Table {
     /// The place of a header cell.
     pub fn header_place(&self, column: &Column) -> Place {
         let (line, text) = self.header();
-        let (start, separator) = match &self.layout.header {
-            Some(header) => (header.start, header.separator),
-            None => (0, self.layout.separator),
+        let names = match &self.layout.header {
+            Some(header) => header.names(),
+            None => cells(text, self.layout.separator).collect(),
         };
-        let span = names(&text[start..], separator).get(column.index).map_or((0, 0), |cell| cell.1);
-        self.origin.place(line, text, (start + span.0, start + span.1))
+        let span = names.get(column.index).map_or((0, 0), |cell| cell.1);
+        self.origin.place(line, text, span)
     }
 
     /// The place of a cell by its row (index into [`Table::lines`]) and column. The file is read

@@ -2,7 +2,7 @@
 
 use crate::campaign::columns::{derived, reading_columns};
 use crate::campaign::declared::{ColumnWord, RunEntry, TableEntry};
-use crate::campaign::header::{Column, Stated, TIME, Wanted};
+use crate::campaign::header::{Choice, Column, Stated, TIME, Wanted};
 use crate::campaign::loader::Loader;
 use crate::campaign::origin::listed;
 use crate::campaign::roles::roles;
@@ -89,17 +89,20 @@ impl Loader<'_> {
             if in_formulas.contains(&name) && !known.contains(&name) {
                 continue;
             }
-            let is_there = |table: &&Table| match &word.column {
+            let is_there = |table: &&Table, column: Option<&Choice>| match column {
                 Some(column) => {
                     let is_computed = word.formula.is_some() && table.column(name).is_some();
                     table.has(name, column) || is_computed
                 }
                 None => table.column(name).is_some(),
             };
+            let added = word.added.iter().map(|(column, _)| Some(column));
+            let mut parts = [word.column.as_ref()].into_iter().chain(added);
+            let missing = parts.find(|column| !tables.iter().any(|table| is_there(table, *column)));
             if !known.contains(&name) {
                 self.reader.unknown(word.name.span, "input or measurand", name, known);
-            } else if !tables.iter().any(is_there) {
-                let column = word.column.as_ref().map_or(name.to_owned(), ToString::to_string);
+            } else if let Some(column) = missing {
+                let column = column.map_or(name.to_owned(), ToString::to_string);
                 let has = if who.starts_with("no ") { "has a" } else { "has no" };
                 let message = format!("{who} {has} column `{column}`");
                 let found: Vec<String> = tables.iter().map(|table| table.names()).collect();
@@ -156,10 +159,14 @@ impl Loader<'_> {
 
 /// What a word states of a column; `all` may say more of the columns that its formula names.
 fn stated(word: &ColumnWord, all: &[&ColumnWord]) -> Stated {
-    let plain = |word: &ColumnWord| Stated {
-        column: word.column.clone(),
-        unit: word.unit.clone(),
+    let column = |column: &Option<Choice>, unit: &Option<Unit>| Stated {
+        column: column.clone(),
+        unit: unit.clone(),
         ..Stated::default()
+    };
+    let plain = |word: &ColumnWord| Stated {
+        added: word.added.iter().map(|(own, unit)| column(&Some(own.clone()), unit)).collect(),
+        ..column(&word.column, &word.unit)
     };
     let Some(formula) = &word.formula else { return plain(word) };
     let names = formula.root.names().into_iter().map(|(name, _)| name);

@@ -9,12 +9,14 @@ use crate::units::Unit;
 /// What a column of a format is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// The stamp.
-    Time,
+    /// A part of the stamp, which is the sum of its parts; most have the part 0 alone.
+    Time(usize),
     /// A component of the position: 0 to 2 for x, y, z.
     Position(usize),
     /// A component of the attitude's quaternion: 0 to 3 for w, x, y, z.
     Attitude(usize),
+    /// A column that says neither.
+    Other,
 }
 
 /// A column of a format: its role, its unit where the header has none, its names.
@@ -33,7 +35,7 @@ pub struct Format {
     pub columns: &'static [FormatColumn],
 }
 
-use Role::{Attitude, Position, Time};
+use Role::{Attitude, Other, Position, Time};
 
 /// The known formats.
 pub const FORMATS: &[Format] = &[
@@ -42,7 +44,7 @@ pub const FORMATS: &[Format] = &[
         about: "poses as the TUM benchmark has them: seconds, position, quaternion x y z w",
         by_order: true,
         columns: &[
-            (Time, "s", &["timestamp"]),
+            (Time(0), "s", &["timestamp"]),
             (Position(0), "m", &["tx"]),
             (Position(1), "m", &["ty"]),
             (Position(2), "m", &["tz"]),
@@ -57,7 +59,7 @@ pub const FORMATS: &[Format] = &[
         about: "poses as ETH's ASL and EuRoC have them: nanoseconds, position, quaternion w x y z",
         by_order: false,
         columns: &[
-            (Time, "ns", &["timestamp"]),
+            (Time(0), "ns", &["timestamp"]),
             (Position(0), "m", &["p_RS_R_x", "p_RS_x"]),
             (Position(1), "m", &["p_RS_R_y", "p_RS_y"]),
             (Position(2), "m", &["p_RS_R_z", "p_RS_z"]),
@@ -72,7 +74,7 @@ pub const FORMATS: &[Format] = &[
         about: "poses as `rostopic echo -p` writes them: stamps in nanoseconds",
         by_order: false,
         columns: &[
-            (Time, "ns", &["field.header.stamp"]),
+            (Time(0), "ns", &["field.header.stamp"]),
             (Position(0), "m", &POSITION[0]),
             (Position(1), "m", &POSITION[1]),
             (Position(2), "m", &POSITION[2]),
@@ -80,6 +82,52 @@ pub const FORMATS: &[Format] = &[
             (Attitude(1), "1", &ATTITUDE[1]),
             (Attitude(2), "1", &ATTITUDE[2]),
             (Attitude(3), "1", &ATTITUDE[3]),
+        ],
+    },
+    Format {
+        name: "ros2_pose",
+        about: "poses as `ros2 topic echo --csv` writes PoseStamped: sec, nanosec, frame, position, quaternion x y z w",
+        by_order: true,
+        columns: &[
+            (Time(0), "s", &["header.stamp.sec"]),
+            (Time(1), "ns", &["header.stamp.nanosec"]),
+            (Other, "1", &["header.frame_id"]),
+            (Position(0), "m", &["pose.position.x"]),
+            (Position(1), "m", &["pose.position.y"]),
+            (Position(2), "m", &["pose.position.z"]),
+            (Attitude(1), "1", &["pose.orientation.x"]),
+            (Attitude(2), "1", &["pose.orientation.y"]),
+            (Attitude(3), "1", &["pose.orientation.z"]),
+            (Attitude(0), "1", &["pose.orientation.w"]),
+        ],
+    },
+    Format {
+        name: "ros2_transform",
+        about: "poses as `ros2 topic echo --csv` writes TransformStamped: sec, nanosec, two frames, translation, quaternion x y z w",
+        by_order: true,
+        columns: &[
+            (Time(0), "s", &["header.stamp.sec"]),
+            (Time(1), "ns", &["header.stamp.nanosec"]),
+            (Other, "1", &["header.frame_id"]),
+            (Other, "1", &["child_frame_id"]),
+            (Position(0), "m", &["transform.translation.x"]),
+            (Position(1), "m", &["transform.translation.y"]),
+            (Position(2), "m", &["transform.translation.z"]),
+            (Attitude(1), "1", &["transform.rotation.x"]),
+            (Attitude(2), "1", &["transform.rotation.y"]),
+            (Attitude(3), "1", &["transform.rotation.z"]),
+            (Attitude(0), "1", &["transform.rotation.w"]),
+        ],
+    },
+    Format {
+        name: "rtklib",
+        about: "positions as RTKLIB writes them with -e or -a: date and time of day, x y z or east north up",
+        by_order: false,
+        columns: &[
+            (Time(0), "s", &["GPST", "UTC", "JST"]),
+            (Position(0), "m", &["e-baseline", "x-ecef"]),
+            (Position(1), "m", &["n-baseline", "y-ecef"]),
+            (Position(2), "m", &["u-baseline", "z-ecef"]),
         ],
     },
 ];
@@ -120,13 +168,18 @@ impl Format {
         let fits = |format: &&Self| {
             let place = |role| format.columns.iter().position(|(own, ..)| *own == role);
             let quaternion: Option<Vec<usize>> = (0..4).map(|k| place(Attitude(k))).collect();
-            let (Some(time), Some(quaternion)) = (place(Time), quaternion) else { return false };
+            let (Some(time), Some(quaternion)) = (place(Time(0)), quaternion) else { return false };
             let is_pose = |row: &Vec<f64>| {
                 row.len() == format.columns.len() && {
                     let length = quaternion.iter().map(|k| row[*k] * row[*k]).sum::<f64>().sqrt();
                     (length - 1.0).abs() < OFF_LENGTH
                 }
             };
+            let has_numbers = |row: &Vec<f64>| {
+                let all = format.columns.iter().zip(row);
+                all.clone().all(|((role, ..), cell)| *role == Other || cell.is_finite())
+            };
+            let is_pose = |row: &Vec<f64>| is_pose(row) && has_numbers(row);
             let goes_on = |pair: &[Vec<f64>]| pair[1][time] >= pair[0][time];
             !rows.is_empty() && rows.iter().all(is_pose) && rows.windows(2).all(goes_on)
         };

@@ -2,55 +2,18 @@
 
 use std::collections::HashMap;
 
+use crate::campaign::column_units::{counts, ending, read_unit};
 use crate::campaign::computed::Computation;
-use crate::campaign::dialect::{self, names};
-use crate::campaign::endings;
 use crate::campaign::form::Form;
 use crate::campaign::formats::{Format, Role, unit_since_1970};
 use crate::campaign::origin::Origin;
 use crate::campaign::recognise::Layout;
-use crate::campaign::stamps::of_date;
+use crate::campaign::stamps::calendar;
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::formula::Formula;
 use crate::units::Unit;
 
-/// The column that must be there in every row and must not run backwards.
-pub const TIME: &str = "time";
-
-/// A column of a file, as a campaign names it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Choice {
-    /// By its name; in a file without a header digits mean its number.
-    Name(String),
-    /// By its number, from 1.
-    Number(usize),
-}
-
-/// What a campaign states of a wanted column.
-#[derive(Clone, Debug, Default)]
-pub struct Stated {
-    /// Which column it is.
-    pub column: Option<Choice>,
-    /// Its unit.
-    pub unit: Option<Unit>,
-    /// What it is computed from, if no column is called like the formula.
-    pub formula: Option<Formula>,
-    /// What the campaign states of columns that the formula names.
-    pub sources: Vec<(String, Stated)>,
-}
-
-/// A column that somebody needs.
-#[derive(Clone, Debug)]
-pub struct Wanted {
-    /// What the model calls it.
-    pub name: String,
-    /// What the campaign states of it.
-    pub stated: Stated,
-    /// A unit it may be written in.
-    pub unit: Unit,
-    /// What formats call it.
-    pub role: Option<Role>,
-}
+pub(crate) use crate::campaign::wanted::ADDED;
+pub use crate::campaign::wanted::{Choice, Stated, TIME, Wanted};
 
 /// The columns of a file, and the format in which it is.
 pub(crate) struct Header {
@@ -60,11 +23,13 @@ pub(crate) struct Header {
     pub(crate) computed: Vec<(String, Computation)>,
 }
 
-/// A column that was chosen: for what, the unit that the campaign states, that of its format.
+/// A column that was chosen: for what, the unit that the campaign states, that of its format, and
+/// whether it is added to another one.
 struct Chosen<'w> {
     want: &'w Wanted,
     stated: Option<&'w Unit>,
     usual: Option<Unit>,
+    is_added: bool,
 }
 
 /// A column of a table.
@@ -120,11 +85,7 @@ impl<'a> Names<'a> {
             let cells = vec![("", (0, 0)); layout.width];
             return Self { cells, places: HashMap::new(), by_digits: true };
         };
-        let moved = |(name, (from, to)): (&'a str, (usize, usize))| {
-            (name, (from + header.start, to + header.start))
-        };
-        let all = names(&header.text[header.start..], header.separator);
-        let cells: Vec<_> = all.into_iter().map(moved).collect();
+        let cells = header.names();
         let mut places: HashMap<&str, (usize, Option<usize>)> = HashMap::new();
         for (index, (cell, _)) in cells.iter().enumerate() {
             let name = split(cell).0;
@@ -174,34 +135,78 @@ impl<'a> Names<'a> {
                 want,
                 stated: want.stated.unit.as_ref(),
                 usual,
+                is_added: false,
             });
         }
         Some(format)
     }
 
-    /// The column that a wanted one is, one of the same name if there is another, and the unit that
-    /// the campaign states of it.
-    fn place<'w>(&self, want: &'w Wanted) -> Option<(usize, Option<usize>, Option<&'w Unit>)> {
+    /// Chooses the columns that are added to the stamp: those that are stated, those of the format, or
+    /// the time of day beside a date. Where one of them is not there the file has no stamps.
+    fn add_to_stamp<'w>(
+        &self,
+        layout: &Layout,
+        format: Option<&'static Format>,
+        chosen: &mut HashMap<usize, Chosen<'w>>,
+    ) {
+        let time = chosen.iter().find(|(_, one)| one.want.name == TIME);
+        let Some((time, want)) = time.map(|(index, one)| (*index, one.want)) else { return };
+        let stated = &want.stated.added;
+        let mut added: Vec<(Option<usize>, Option<&Unit>, Option<Unit>)> = stated
+            .iter()
+            .map(|one| (self.stated(one).map(|(index, _)| index), one.unit.as_ref(), None))
+            .collect();
+        if let (true, Some(format)) = (stated.is_empty(), format) {
+            let names = self.plain();
+            let place = |part| format.place(Role::Time(part), &names);
+            if place(0) == Some(time) {
+                let parts = (1..).map_while(|part| Some((part, place(part)?)));
+                added.extend(
+                    parts.map(|(part, index)| {
+                        (Some(index), None, Some(format.unit(Role::Time(part))))
+                    }),
+                );
+            }
+        }
+        if added.is_empty() {
+            let beside = layout.beside(time).filter(|beside| !chosen.contains_key(beside));
+            added.extend(beside.map(|beside| (Some(beside), None, None)));
+        }
+        for (index, stated, usual) in added {
+            let Some(index) = index else {
+                chosen.retain(|_, one| one.want.name != TIME);
+                return;
+            };
+            chosen.entry(index).or_insert(Chosen { want, stated, usual, is_added: true });
+        }
+    }
+
+    /// The column that is stated, and one of the same name if there is another.
+    fn stated(&self, stated: &Stated) -> Option<(usize, Option<usize>)> {
         let by_number = |number: usize| {
             let index = number.checked_sub(1).filter(|index| *index < self.cells.len())?;
             Some((index, None))
         };
-        let Stated { column, unit, .. } = &want.stated;
-        let stated = match column {
-            Some(Choice::Number(number)) => by_number(*number),
-            Some(Choice::Name(name)) => {
+        match stated.column.as_ref()? {
+            Choice::Number(number) => by_number(*number),
+            Choice::Name(name) => {
                 let named = self.places.get(name.as_str()).copied();
                 let digits = || name.parse().ok().filter(|_| self.by_digits);
                 named.or_else(|| digits().and_then(by_number))
             }
-            None => None,
-        };
+        }
+    }
+
+    /// The column that a wanted one is, one of the same name if there is another, and the unit that
+    /// the campaign states of it.
+    fn place<'w>(&self, want: &'w Wanted) -> Option<(usize, Option<usize>, Option<&'w Unit>)> {
+        let Stated { column, unit, .. } = &want.stated;
         // What is computed may be called like one of the columns that it is computed from.
         let own = || {
             let is_computed = want.stated.formula.is_some();
             self.places.get(want.name.as_str()).copied().filter(|_| !is_computed)
         };
-        match stated {
+        match self.stated(&want.stated) {
             Some((index, other)) => Some((index, other, unit.as_ref())),
             // A unit alone is that of the column which is called like the wanted one.
             None => own()
@@ -216,15 +221,6 @@ impl Choice {
         match self {
             Self::Number(number) => (1..=columns.len()).contains(number),
             Self::Name(name) => columns.iter().any(|column| column.name == *name),
-        }
-    }
-}
-
-impl std::fmt::Display for Choice {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Name(name) => f.write_str(name),
-            Self::Number(number) => number.fmt(f),
         }
     }
 }
@@ -251,7 +247,7 @@ pub(crate) fn read(
         header.map_or((layout.first.0, &layout.first.1), |header| (header.line, &header.text));
     let at = |span| origin.place(line, text, span);
     let is_number = |(cell, _): &(&str, _)| split(cell).0.parse::<f64>().is_ok();
-    let is_mixed = header.is_some() && all.cells.iter().any(is_number);
+    let is_mixed = header.is_some() && form.header.is_none() && all.cells.iter().any(is_number);
     let mut chosen: HashMap<usize, Chosen<'_>> = HashMap::new();
     let mut faults = Vec::new();
     // What the campaign states comes before what is called like it.
@@ -268,7 +264,7 @@ pub(crate) fn read(
             );
             faults.push(Diagnostic::error(message).at(at(span)).help(help));
         }
-        chosen.entry(index).or_insert(Chosen { want, stated: unit, usual: None });
+        chosen.entry(index).or_insert(Chosen { want, stated: unit, usual: None, is_added: false });
     }
     if is_mixed {
         return Err(no_header(origin, layout).into());
@@ -284,19 +280,21 @@ pub(crate) fn read(
             return Err(fault.into());
         }
     }
+    all.add_to_stamp(layout, format, &mut chosen);
     let sources = sources(wanted, &all, &chosen);
     for want in sources.iter().flat_map(|(_, sources)| sources) {
         if let Some((index, _, unit)) = all.place(want) {
-            chosen.entry(index).or_insert(Chosen { want, stated: unit, usual: None });
+            chosen.entry(index).or_insert(Chosen {
+                want,
+                stated: unit,
+                usual: None,
+                is_added: false,
+            });
         }
     }
-    let first_cell = |index: usize| {
-        let row = layout.rows.first()?;
-        dialect::cells(row, layout.separator).nth(index).map(|(cell, _)| cell)
-    };
     let first_stamp =
-        |index: usize| form.decimal.clone().number(first_cell(index)?, layout.separator);
-    let is_dated = |index| first_cell(index).is_some_and(|cell| of_date(0, cell).is_some());
+        |index: usize| form.decimal.clone().number(layout.first_cell(index)?, layout.separator);
+    let is_dated = |index| layout.first_cell(index).and_then(calendar).is_some();
     let mut columns = Vec::with_capacity(all.cells.len());
     for (index, (cell, span)) in all.cells.iter().enumerate() {
         if faults.len() >= MOST_FAULTS {
@@ -307,14 +305,15 @@ pub(crate) fn read(
         let name = if is_named { name.to_owned() } else { (index + 1).to_string() };
         let mut column =
             Column { name, is_named, wanted: None, unit: Unit::one(), index, values: Vec::new() };
-        if let Some(Chosen { want, stated, usual }) = chosen.get(&index) {
+        if let Some(Chosen { want, stated, usual, is_added }) = chosen.get(&index) {
             let is_source = !wanted.iter().any(|own| std::ptr::eq(own, *want));
-            column.wanted = Some(match is_source {
-                true => format!("{} of a formula", want.name),
-                false => want.name.clone(),
+            column.wanted = Some(match (is_source, is_added) {
+                (true, _) => format!("{} of a formula", want.name),
+                (_, true) => ADDED.to_owned(),
+                _ => want.name.clone(),
             });
             let since_1970 = match want.role {
-                Some(Role::Time) => first_stamp(index).and_then(unit_since_1970),
+                Some(Role::Time(_)) if !is_added => first_stamp(index).and_then(unit_since_1970),
                 _ => None,
             };
             let usual =
@@ -324,7 +323,7 @@ pub(crate) fn read(
             });
             let stated = stated.cloned().or(usual);
             // A date has no unit, whatever stands there.
-            let is_dated = want.role == Some(Role::Time) && is_dated(index);
+            let is_dated = want.role == Some(Role::Time(0)) && is_dated(index);
             let (stated, unit) =
                 if is_dated { (Some(Unit::second()), None) } else { (stated, unit) };
             let hint = since_1970.or_else(|| ending(&column.name, &want.unit));
@@ -402,95 +401,4 @@ fn computed(
         }
     }
     found
-}
-
-/// The unit of stamps, if they can count in it; `since_1970` is the unit of stamps since 1970 that
-/// are as large.
-fn counts(unit: Unit, since_1970: Option<&str>) -> Result<Unit, Box<UnitFault>> {
-    match since_1970.and_then(|symbol| Some((symbol, Unit::parse(symbol).ok()?))) {
-        Some((symbol, usual)) if unit.factor / usual.factor > 999.0 => {
-            let message = format!(
-                "stamps as large as these count in {symbol} since 1970, not in `{}`",
-                unit.symbol
-            );
-            let help = format!(
-                "write `{TIME} [{symbol}]`, or the unit in the campaign where the file has none"
-            );
-            Err(Box::new((Diagnostic::error(message).help(help), None)))
-        }
-        _ => Ok(unit),
-    }
-}
-
-/// The unit that the ending of a name says (`heading_deg`), where it may be that of a quantity.
-fn ending(name: &str, like: &Unit) -> Option<&'static str> {
-    let symbol = endings::ending(name)?;
-    Unit::parse(symbol).is_ok_and(|unit| like.accepts(&unit)).then_some(symbol)
-}
-
-type UnitFault = (Diagnostic, Option<(usize, usize)>);
-
-fn read_unit(
-    origin: &Origin,
-    want: &Wanted,
-    like: Option<&Unit>,
-    stated: Option<Unit>,
-    (name, hint): (&str, &str),
-    found: Option<(&str, usize)>,
-) -> Result<Unit, Box<UnitFault>> {
-    let wrong = |unit: &Unit| {
-        let message = match want.unit.misses(unit) {
-            true => format!("`{}` has no angle, `{}` has one", unit.symbol, want.name),
-            false => format!("`{}` is not a unit of `{}`", unit.symbol, want.name),
-        };
-        let help = format!("it is measured in units such as `{}`", want.unit.symbol);
-        Diagnostic::error(message).help(help)
-    };
-    let accepts = |unit: &Unit| like.is_none_or(|like| like.accepts(unit));
-    let usable = |stated: Unit| match accepts(&stated) {
-        true => Ok(stated),
-        false => Err(Box::new((wrong(&stated), None))),
-    };
-    let Some((text, start)) = found else {
-        let Some(stated) = stated else {
-            let (own, symbol) = (&want.name, hint);
-            let error = Diagnostic::error(format!("the column `{name}` has no unit"));
-            let error = error.help(format!(
-                "write `{name} [{symbol}]`, or in the run: columns = {{ {own} = {{ column = \"{name}\", unit = \"{symbol}\" }} }}"
-            ));
-            return Err(Box::new((error, None)));
-        };
-        return usable(stated);
-    };
-    if let (Some(stated), "") = (&stated, text.trim()) {
-        return usable(stated.clone());
-    }
-    let unit = match Unit::parse(text) {
-        // What the campaign states counts where the file writes no unit that is known.
-        Err(_) if stated.is_some() => return usable(stated.unwrap_or_else(Unit::one)),
-        _ if text.trim().is_empty() => Ok(Unit::one()),
-        other => other,
-    };
-    let unit = unit.map_err(|error| {
-        let mut diagnostic = match origin.is_outside {
-            true => Diagnostic::error(format!("the unit of the column `{name}` is none")),
-            false => Diagnostic::error(error.message),
-        };
-        diagnostic.help.extend(error.help.filter(|_| !origin.is_outside));
-        Box::new((diagnostic, Some((start + error.start, start + error.end))))
-    })?;
-    let whole = Some((start, start + text.len()));
-    if !accepts(&unit) {
-        return Err(Box::new((wrong(&unit), whole)));
-    }
-    match stated {
-        Some(stated) if stated.factor != unit.factor || stated.offset != unit.offset => {
-            let message = format!(
-                "the campaign says that `{name}` is in `{}`, the file says `{}`",
-                stated.symbol, unit.symbol
-            );
-            Err(Box::new((Diagnostic::error(message), whole)))
-        }
-        _ => Ok(unit),
-    }
 }

@@ -1,11 +1,12 @@
 //! How a text table is laid out, recognised from its first rows.
 //!
 //! Of all separators the one is taken that splits most of the rows into as many cells as the header
-//! has names. Without any numbers the first row is the header; where all of its cells are numbers
+//! has names. Without any numbers the first row is the header; where it holds numbers
 //! the last comment before it with as many names is the header, if there is one.
 
-use crate::campaign::dialect::{Decimal, SEPARATORS, Separator, cells, names};
+use crate::campaign::dialect::{Cell, Decimal, SEPARATORS, Separator, cells, names};
 use crate::campaign::form::{Form, is_missing};
+use crate::campaign::stamps::{Calendar, calendar};
 use crate::units::Unit;
 
 /// Rows by which a file's form is recognised.
@@ -22,6 +23,35 @@ pub(crate) struct Header {
     /// Byte at which its names begin, and what separates them.
     pub(crate) start: usize,
     pub(crate) separator: Separator,
+    /// The column without a name: the time of day behind a date, where one name stands for both.
+    pub(crate) unnamed: Option<usize>,
+}
+
+impl Header {
+    /// The names of all columns, each with its bytes in the text.
+    pub(crate) fn names(&self) -> Vec<Cell<'_>> {
+        let moved = |(name, (from, to))| (name, (from + self.start, to + self.start));
+        let all = names(&self.text[self.start..], self.separator).into_iter().map(moved);
+        let mut all: Vec<Cell<'_>> = all.collect();
+        if let Some(at) = self.unnamed.filter(|at| (1..=all.len()).contains(at)) {
+            let end = all[at - 1].1.1;
+            all.insert(at, ("", (end, end)));
+        }
+        all
+    }
+
+    /// The same for a row with one cell more than there are names, where one of them stands for a date
+    /// and the time of day behind it.
+    fn over(self, row: &str, separator: Separator) -> Self {
+        let count = self.names().len();
+        let days = dated(row, separator);
+        match days.as_slice() {
+            [day] if cells(row, separator).count() == count + 1 && *day < count => {
+                Self { unnamed: Some(day + 1), ..self }
+            }
+            _ => self,
+        }
+    }
 }
 
 /// How a file is laid out.
@@ -53,6 +83,18 @@ impl Layout {
         let row = |row: &String| cells(row, self.separator).map(number).collect();
         self.rows.iter().map(row).collect()
     }
+
+    /// A cell of the first row.
+    pub(crate) fn first_cell(&self, index: usize) -> Option<&str> {
+        cells(self.rows.first()?, self.separator).nth(index).map(|(cell, _)| cell)
+    }
+
+    /// The time of day behind a date, or the date before a time of day, by the first row.
+    pub(crate) fn beside(&self, index: usize) -> Option<usize> {
+        let days = dated(self.rows.first()?, self.separator);
+        let day = days.into_iter().find(|day| *day == index || *day + 1 == index)?;
+        Some(2 * day + 1 - index)
+    }
 }
 
 #[cfg(feature = "parquet")]
@@ -64,7 +106,13 @@ impl Layout {
         let separator = Separator::Comma;
         Self {
             separator,
-            header: Some(Header { line: 1, text: text.clone(), start: 0, separator }),
+            header: Some(Header {
+                line: 1,
+                text: text.clone(),
+                start: 0,
+                separator,
+                unnamed: None,
+            }),
             width: names.len(),
             first: (1, text),
             has_units: false,
@@ -112,7 +160,7 @@ impl<'a> Head<'a> {
     pub(crate) fn layout(&self, form: &Form) -> Option<Layout> {
         let (line, text) = *self.rows.first()?;
         let first = (line, text.to_owned());
-        let is_row = || self.begins_with_readings(form) || self.is_named_row(form);
+        let is_row = || self.begins_with_readings(form) || self.begins_with_numbers(form);
         let has_header = form.header.unwrap_or_else(|| !is_row());
         let (separator, of_names) = self.separators(form, has_header);
         let width = cells(text, separator).count();
@@ -122,12 +170,15 @@ impl<'a> Head<'a> {
                 self.rows.get(1).and_then(|(_, units)| joined(text, units, of_names, separator));
             has_units = with_units.is_some();
             let text = with_units.unwrap_or_else(|| text.to_owned());
-            let width = names(&text, of_names).len();
-            (Some(Header { line, text, start: 0, separator: of_names }), width)
+            let header = Header { line, text, start: 0, separator: of_names, unnamed: None };
+            let row = self.rows.get(1 + usize::from(has_units));
+            let header = header.over(row.map_or("", |(_, row)| *row), separator);
+            let width = header.names().len();
+            (Some(header), width)
         } else if form.header == Some(false) {
             (None, width)
         } else {
-            (self.commented(separator, width), width)
+            (self.commented(separator, text), width)
         };
         let heads = usize::from(has_header) + usize::from(has_units);
         let rows = self.rows.iter().skip(heads).map(|(_, row)| *row);
@@ -145,12 +196,14 @@ impl<'a> Head<'a> {
         }) && first.contains(|c: char| c.is_ascii_digit())
     }
 
-    /// Whether the first row holds numbers, among texts, and a comment before it their names.
-    fn is_named_row(&self, form: &Form) -> bool {
-        let Some((_, first)) = self.rows.first() else { return false };
+    /// Whether the first row holds numbers among texts, and is cut like the rows behind it: names are
+    /// no numbers.
+    fn begins_with_numbers(&self, form: &Form) -> bool {
+        let Some(((_, first), others)) = self.rows.split_first() else { return false };
         let (separator, _) = self.separators(form, false);
         let width = cells(first, separator).count();
-        numbers(first, separator, form) > 0 && self.commented(separator, width).is_some()
+        let alike = others.iter().filter(|(_, row)| cells(row, separator).count() == width).count();
+        numbers(first, separator, form) > 0 && 2 * alike >= others.len()
     }
 
     /// What separates the cells of rows, and the names of the header: what splits most rows alike.
@@ -166,7 +219,8 @@ impl<'a> Head<'a> {
             let width = width(separator);
             let alike = rows.iter().filter(|(_, row)| {
                 let found = count(row, separator);
-                found == width || found == width + 1 && ends_empty(row, separator)
+                let is_more = || ends_empty(row, separator) || !dated(row, separator).is_empty();
+                found == width || found == width + 1 && is_more()
             });
             let numbers: usize = rows.iter().map(|(_, row)| numbers(row, separator, form)).sum();
             (alike.count(), numbers)
@@ -205,8 +259,12 @@ impl<'a> Head<'a> {
         (found, of_names)
     }
 
-    /// The last comment before the first row that holds a name for each of its cells.
-    fn commented(&self, separator: Separator, width: usize) -> Option<Header> {
+    /// The last comment before the first row that holds a name for each of its cells, or of a date and
+    /// the time of day behind it one.
+    fn commented(&self, separator: Separator, row: &str) -> Option<Header> {
+        let by = separator;
+        let width = cells(row, by).count();
+        let fewer = width - usize::from(dated(row, by).len() == 1).min(width);
         let mut units: Option<&str> = None;
         self.comments.iter().rev().find_map(|(line, text)| {
             let bare = text.trim_start().trim_start_matches(COMMENT);
@@ -214,7 +272,7 @@ impl<'a> Head<'a> {
             let fits = |own: &Separator| {
                 let names = names(bare, *own);
                 let is_name = |(name, _): &(&str, _)| name.parse::<f64>().is_err();
-                names.len() == width && names.iter().all(is_name)
+                [width, fewer].contains(&names.len()) && names.iter().all(is_name)
             };
             // Between blanks a comma would be part of a name.
             let first = Some(separator).filter(|own| *own != Separator::Blanks);
@@ -226,9 +284,19 @@ impl<'a> Head<'a> {
             let with_units = units.and_then(|units| joined(bare, units, separator, separator));
             let (text, start) =
                 with_units.map_or(((*text).to_owned(), start), |joined| (joined, 0));
-            Some(Header { line: *line, text, start, separator })
+            Some(Header { line: *line, text, start, separator, unnamed: None }.over(row, by))
         })
     }
+}
+
+/// The cells of a row that hold dates, with a time of day behind them.
+fn dated(row: &str, separator: Separator) -> Vec<usize> {
+    let kinds: Vec<_> = cells(row, separator).map(|(cell, _)| calendar(cell)).collect();
+    let is_dated = |pair: &[Option<Calendar>]| {
+        matches!(pair, [Some(Calendar::Day(_)), Some(Calendar::Clock(_))])
+    };
+    let all = kinds.windows(2).enumerate();
+    all.filter(|(_, pair)| is_dated(pair)).map(|(day, _)| day).collect()
 }
 
 /// Whether a row holds units, one or none for each name, and no numbers.
@@ -285,11 +353,13 @@ fn is_reading(cell: &str, decimal: &mut Decimal, separator: Separator, form: &Fo
     cell.is_empty() || decimal.number(cell, separator).is_some() || is_missing(&form.missing, cell)
 }
 
-/// How many cells of a row are numbers.
+/// How many cells of a row are numbers, dates or times of day.
 fn numbers(row: &str, separator: Separator, form: &Form) -> usize {
     let mut decimal = form.decimal;
     let all = cells(row, separator);
-    all.filter(|(cell, _)| decimal.number(cell, separator).is_some()).count()
+    let mut is_number =
+        |cell| decimal.number(cell, separator).is_some() || calendar(cell).is_some();
+    all.filter(|(cell, _)| is_number(cell)).count()
 }
 
 #[cfg(test)]
@@ -300,10 +370,9 @@ mod tests {
 
     fn found(text: &str) -> (Separator, Option<Vec<String>>, usize) {
         let layout = Head::of(text.as_bytes()).layout(&Form::default()).unwrap();
-        let header = layout.header.map(|header| {
-            let all = names(&header.text[header.start..], header.separator);
-            all.into_iter().map(|(name, _)| name.to_owned()).collect()
-        });
+        let header = layout
+            .header
+            .map(|header| header.names().into_iter().map(|(name, _)| name.to_owned()).collect());
         (layout.separator, header, layout.width)
     }
 
@@ -339,6 +408,10 @@ mod tests {
         assert_eq!(found("t,x,y\n1 2 3\n"), (Blanks, named(&["t", "x", "y"]), 3));
         assert_eq!(found("# made on a Monday\n1 2 3\n"), (Blanks, None, 3));
         assert_eq!(found("1,2,nan\n"), (Comma, None, 3));
+        // Numbers among texts; a text that holds a number is a name.
+        assert_eq!(found("7,0,cam,1.5\n7,5,cam,2.5\n"), (Comma, None, 4));
+        assert_eq!(found("7,x,1.5\n"), (Comma, None, 3));
+        assert_eq!(found("t,Sensor 2\n0,1\n1,2\n"), (Comma, named(&["t", "Sensor 2"]), 2));
         // A comment before a header is none.
         assert_eq!(found("# a, b\nt,x\n1,2\n"), (Comma, named(&["t", "x"]), 2));
     }
@@ -361,6 +434,25 @@ mod tests {
         // Names that are units, and numbers, are none.
         assert_eq!(found("t,x\n0,1\n").1, named(&["t", "x"]));
         assert_eq!(found("s,m\n0,1\n").1, named(&["s", "m"]));
+    }
+
+    #[test]
+    fn one_name_over_a_date_and_a_time_of_day_counts_for_both() {
+        let rows = "2025/03/26 12:00:00.5 1.5 7\n2025/03/26 12:00:01.0 1.6 8\n";
+        for head in ["% made by a receiver\n%  GPST   x-ecef(m) Q\n", "GPST x-ecef(m) Q\n"] {
+            let text = format!("{head}{rows}");
+            let header = named(&["GPST", "", "x-ecef(m)", "Q"]);
+            assert_eq!(found(&text), (Separator::Blanks, header, 4), "{head}");
+            let layout = Head::of(text.as_bytes()).layout(&Form::default()).unwrap();
+            assert_eq!(
+                (layout.beside(0), layout.beside(1), layout.beside(2)),
+                (Some(1), Some(0), None)
+            );
+        }
+        let header = named(&["date", "clock", "x", "Q"]);
+        assert_eq!(found(&format!("# date clock x Q\n{rows}")).1, header);
+        assert_eq!(found(&format!("date clock x Q\n{rows}")).1, header);
+        assert_eq!(found(rows).1, None);
     }
 
     #[test]

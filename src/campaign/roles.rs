@@ -1,6 +1,7 @@
 //! Which of a model's names have a role that formats know: the time, the position, the attitude.
 
 use crate::campaign::attitude::quaternions;
+use crate::campaign::axes::triples;
 use crate::campaign::formats::Role;
 use crate::graph::MeasurandKind;
 use crate::model::Model;
@@ -9,7 +10,7 @@ use crate::units::{Dimension, Unit};
 /// The roles of a file's columns, by the names that the model has for them. Where two names could
 /// have a role none has it. Readings come before inputs, if the file may hold `readings`.
 pub(crate) fn roles(model: &Model, readings: bool) -> Vec<(String, Role)> {
-    let mut found = vec![(crate::campaign::header::TIME.to_owned(), Role::Time)];
+    let mut found = vec![(crate::campaign::header::TIME.to_owned(), Role::Time(0))];
     let measurands = model.measurands.iter().map(|one| (one.name.as_str(), &one.unit));
     let inputs = model.inputs.iter().map(|one| (one.name.as_str(), &one.unit));
     let of_readings = triple(&measurands.collect::<Vec<_>>()).filter(|_| readings);
@@ -31,19 +32,14 @@ pub(crate) fn roles(model: &Model, readings: bool) -> Vec<(String, Role)> {
     found
 }
 
-/// The only three lengths whose names differ in x, y and z alone.
+/// The only three lengths whose names differ in their axis alone.
 fn triple(all: &[(&str, &Unit)]) -> Option<[String; 3]> {
     let is_length = |name: &str| {
         all.iter().any(|(own, unit)| *own == name && unit.dimension == Dimension::LENGTH)
     };
     let names = |first: &str| {
-        let places = first.match_indices('x').map(|(at, _)| at);
-        let all: Vec<[String; 3]> = places
-            .map(|at| {
-                ["x", "y", "z"].map(|axis| format!("{}{axis}{}", &first[..at], &first[at + 1..]))
-            })
-            .collect();
-        all.into_iter().filter(|names| names.iter().all(|name| is_length(name)))
+        let all = triples(first).into_iter().map(|(_, names)| names);
+        all.filter(|names| names.iter().all(|name| is_length(name))).collect::<Vec<_>>()
     };
     let mut found = all.iter().flat_map(|(name, _)| names(name));
     let first = found.next()?;

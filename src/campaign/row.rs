@@ -5,10 +5,11 @@
 
 use crate::campaign::dialect::{Decimal, Separator, cells};
 use crate::campaign::form::{Form, is_missing};
-use crate::campaign::header::{Column, TIME};
+use crate::campaign::header::Column;
 use crate::campaign::origin::Origin;
 use crate::campaign::repeats::{Cause, RowFault};
-use crate::campaign::stamps;
+use crate::campaign::stamp_columns::StampColumns;
+use crate::campaign::stamps::{Calendar, calendar};
 use crate::campaign::wraps::Wraps;
 use crate::diagnostic::{self, Diagnostic};
 
@@ -20,30 +21,12 @@ fn not_finite(cell: &str, value: f64, column: &Column) -> Diagnostic {
         .help("leave the cell empty where a reading is missing, or say in the campaign what stands there: data = { file = \"...\", missing = \"nan\" }")
 }
 
-/// A row before the one that came last: either may have the wrong time.
-fn backwards(origin: &Origin, zero: i64, time: f64, last: f64) -> Diagnostic {
-    let [time, last] = [time, last].map(|time| time + zero as f64);
-    let message = match origin.is_outside {
-        true => "time runs backwards here".to_owned(),
-        false => {
-            format!(
-                "time runs backwards here: {} s comes after {} s",
-                diagnostic::number(time),
-                diagnostic::number(last)
-            )
-        }
-    };
-    Diagnostic::error(message).help(
-        "the rows of a file are in the order of time; the row before may be the one that is off",
-    )
-}
-
 /// Reads the rows of one table in their order.
 #[derive(Debug)]
 pub(crate) struct Reader {
     origin: Origin,
-    /// The column of times.
-    time: Option<usize>,
+    /// The columns that make the stamp.
+    stamp: StampColumns,
     last_time: f64,
     /// Whether time may go back.
     any_order: bool,
@@ -51,8 +34,6 @@ pub(crate) struct Reader {
     is_late: bool,
     separator: Separator,
     decimal: Decimal,
-    /// From when stamps count (s).
-    zero: i64,
     /// A counter of stamps that begins anew.
     wraps: Option<Wraps>,
     /// Cells that stand for a missing reading.
@@ -68,16 +49,14 @@ impl Reader {
         separator: Separator,
         columns: &[Column],
     ) -> Self {
-        let time = columns.iter().position(|column| column.wanted.as_deref() == Some(TIME));
         Self {
             origin,
-            time,
+            stamp: StampColumns::of(columns),
             last_time: f64::NEG_INFINITY,
             any_order: false,
             is_late: false,
             separator,
             decimal: form.decimal,
-            zero: 0,
             wraps: form.wraps.map(Wraps::new),
             missing: form.missing.clone(),
             row: vec![f64::NAN; columns.len()],
@@ -95,7 +74,7 @@ impl Reader {
         if !self.plain(line, columns) {
             self.with_words(number, line, columns)?;
         }
-        if let (Some(time), false) = (self.time, self.any_order) {
+        if let (Some(time), false) = (self.stamp.time(), self.any_order) {
             self.last_time = self.row[time];
         }
         Ok(&self.row)
@@ -113,12 +92,25 @@ impl Reader {
 
     /// Lets stamps count from a moment (s).
     pub(crate) fn count_from(&mut self, zero: i64) {
-        self.zero = zero;
+        self.stamp.count_from(zero);
     }
 
     /// From when stamps count (s).
     pub(crate) fn zero(&self) -> i64 {
-        self.zero
+        self.stamp.zero()
+    }
+
+    /// The stamp (s) of a row, since no moment, without reading it.
+    pub(crate) fn stamp_of(&self, row: &str, columns: &[Column]) -> Option<f64> {
+        let (mut stamp, mut decimal) = (self.stamp.clone(), self.decimal);
+        stamp.begin();
+        for (index, (cell, _)) in cells(row, self.separator).enumerate() {
+            if stamp.has(index) {
+                let number = decimal.number(cell, self.separator);
+                stamp.take(cell, number, &columns.get(index)?.unit);
+            }
+        }
+        stamp.whole().filter(|stamp| stamp.is_finite())
     }
 
     /// Lets time go back from now on, and leaves stamps of a counter as they are.
@@ -137,21 +129,23 @@ impl Reader {
         columns: &[Column],
     ) -> Result<&[f64], Vec<RowFault>> {
         self.is_late = false;
+        self.stamp.begin();
         let mut faults = Vec::new();
         let wanted = columns.iter().filter(|column| column.wanted.is_some());
         for (column, cell) in wanted.zip(cells.iter().copied()) {
-            let value = cell.map_or(f64::NAN, |cell| self.si(column.index, "", cell, column));
-            let value = self.stamp(column.index, value);
-            self.row[column.index] = value;
-            let is_time = Some(column.index) == self.time;
+            let value = cell.map_or(f64::NAN, |cell| column.unit.to_si(cell));
+            let is_time = self.stamp.has(column.index);
+            self.row[column.index] = if is_time { f64::NAN } else { value };
+            let stamp = cell.filter(|_| is_time && value.is_finite());
+            let stamp = stamp.and_then(|cell| self.part(&cell.to_string(), Some(cell), column));
             let (cause, fault) = match cell {
                 Some(cell) if !value.is_finite() => {
                     let word = diagnostic::number(cell);
                     (Cause::NotFinite, not_finite(&self.origin.word(&word), cell, column))
                 }
                 None if is_time => (Cause::NoTime, Diagnostic::error(NO_TIME)),
-                Some(_) if is_time && value < self.last_time => {
-                    (Cause::Backwards, backwards(&self.origin, self.zero, value, self.last_time))
+                Some(_) if stamp.is_some_and(|stamp| stamp < self.last_time) => {
+                    (Cause::Backwards, self.backwards())
                 }
                 _ => continue,
             };
@@ -163,7 +157,7 @@ impl Reader {
             self.is_late = faults.len() == 1 && self.is_before();
             return Err(faults);
         }
-        if let (Some(time), false) = (self.time, self.any_order) {
+        if let (Some(time), false) = (self.stamp.time(), self.any_order) {
             self.last_time = self.row[time];
         }
         Ok(&self.row)
@@ -172,6 +166,7 @@ impl Reader {
     /// Reads a line of plain cells; whether there is nothing to say about it.
     fn plain(&mut self, line: &[u8], columns: &[Column]) -> bool {
         let Ok(text) = std::str::from_utf8(line) else { return false };
+        self.stamp.begin();
         let found = match self.separator.byte() {
             Some(byte) => {
                 let ends = memchr::memchr_iter(byte, line).chain(std::iter::once(line.len()));
@@ -200,7 +195,7 @@ impl Reader {
         };
         // A time that is missing is not in order, either.
         let is_whole = found == columns.len() || found == columns.len() + 1;
-        is_whole && self.time.is_none_or(|time| self.row[time] >= self.last_time)
+        is_whole && self.stamp.time().is_none_or(|time| self.row[time] >= self.last_time)
     }
 
     /// Takes a plain cell; whether there is nothing to say about it.
@@ -216,37 +211,29 @@ impl Reader {
         if column.wanted.is_none() || cell.is_empty() {
             return true;
         }
-        let value = self.decimal.number(cell, self.separator);
-        let value = value.map(|value| self.si(index, cell, value, column));
-        match value.or_else(|| self.date(index, cell)) {
-            Some(value) if value.is_finite() => {
-                self.row[index] = self.stamp(index, value);
-                self.missing.is_empty() || !is_missing(&self.missing, cell)
-            }
-            _ => false,
-        }
+        let number = self.decimal.number(cell, self.separator);
+        let si = number.map_or(f64::NAN, |number| column.unit.to_si(number));
+        let is_finite = if self.stamp.has(index) {
+            (number.is_none() || si.is_finite()) && self.part(cell, number, column).is_some()
+        } else {
+            self.row[index] = si;
+            si.is_finite()
+        };
+        is_finite && (self.missing.is_empty() || !is_missing(&self.missing, cell))
     }
 
-    /// A value in SI; a stamp since the moment from which stamps count.
-    fn si(&self, index: usize, cell: &str, value: f64, column: &Column) -> f64 {
-        if self.zero == 0 || self.time != Some(index) {
-            return column.unit.to_si(value);
+    /// Takes a part of a stamp, and puts the stamp into its column when it is whole, as if its counter
+    /// had no end: the stamp, infinite as long as parts lack; `None` for what is no time.
+    fn part(&mut self, cell: &str, number: Option<f64>, column: &Column) -> Option<f64> {
+        if !self.stamp.take(cell, number, &column.unit) {
+            return None;
         }
-        let exact = stamps::since(self.zero, cell, &column.unit);
-        exact.unwrap_or_else(|| column.unit.to_si(value) - self.zero as f64)
-    }
-
-    /// A stamp that is written as a date (s).
-    fn date(&self, index: usize, cell: &str) -> Option<f64> {
-        if self.time == Some(index) { stamps::of_date(self.zero, cell) } else { None }
-    }
-
-    /// A value in SI; a stamp as if its counter had no end.
-    fn stamp(&mut self, index: usize, value: f64) -> f64 {
-        match &mut self.wraps {
-            Some(wraps) if self.time == Some(index) => wraps.next(value),
-            _ => value,
-        }
+        let (Some(time), Some(stamp)) = (self.stamp.time(), self.stamp.whole()) else {
+            return Some(f64::INFINITY);
+        };
+        let stamp = self.wraps.as_mut().map_or(stamp, |wraps| wraps.next(stamp));
+        self.row[time] = stamp;
+        stamp.is_finite().then_some(stamp)
     }
 
     /// Reads any line; not empty on failure.
@@ -262,6 +249,7 @@ impl Reader {
         };
         let mut faults = Vec::new();
         let mut found = 0;
+        self.stamp.begin();
         for (index, (cell, span)) in cells(text, self.separator).enumerate() {
             let Some(column) = columns.get(index) else {
                 // A separator at the end of the line begins no cell.
@@ -273,36 +261,35 @@ impl Reader {
             if column.wanted.is_none() {
                 continue;
             }
+            let at = self.origin.place(number, text, span);
+            let is_time = self.stamp.has(index);
             if cell.is_empty() || is_missing(&self.missing, cell) {
-                if Some(index) == self.time {
-                    let at = self.origin.place(number, text, span);
+                if is_time {
                     faults.push(fault(Cause::NoTime, index, Diagnostic::error(NO_TIME).at(at)));
                 }
                 continue;
             }
-            match self.decimal.number(cell, self.separator) {
-                Some(value) if column.unit.to_si(value).is_finite() => {
-                    let si = self.si(index, cell, value, column);
-                    self.row[index] = self.stamp(index, si);
-                }
-                Some(value) => {
-                    let at = self.origin.place(number, text, span);
+            let value = self.decimal.number(cell, self.separator);
+            match value.map(|value| (value, column.unit.to_si(value))) {
+                Some((value, si)) if !si.is_finite() => {
                     let what = not_finite(&self.origin.word(cell), value, column).at(at);
                     faults.push(fault(Cause::NotFinite, index, what));
                 }
-                None => match self.date(index, cell) {
-                    Some(date) => self.row[index] = self.stamp(index, date),
+                Some((_, si)) if !is_time => self.row[index] = si,
+                None if !is_time => {
+                    let what = self.not_a_number(cell, column).at(at);
+                    faults.push(fault(Cause::NotANumber, index, what));
+                }
+                _ => match self.part(cell, value, column) {
+                    Some(stamp) if stamp < self.last_time => {
+                        faults.push(fault(Cause::Backwards, index, self.backwards().at(at)));
+                    }
+                    Some(_) => {}
                     None => {
-                        let at = self.origin.place(number, text, span);
                         let what = self.not_a_number(cell, column).at(at);
                         faults.push(fault(Cause::NotANumber, index, what));
                     }
                 },
-            }
-            if Some(index) == self.time && self.is_before() {
-                let at = self.origin.place(number, text, span);
-                let what = backwards(&self.origin, self.zero, self.row[index], self.last_time);
-                faults.push(fault(Cause::Backwards, index, what.at(at)));
             }
         }
         if found < columns.len() && columns[found..].iter().all(|column| !column.is_named) {
@@ -318,12 +305,34 @@ impl Reader {
         if faults.is_empty() { Ok(()) } else { Err(faults) }
     }
 
+    /// The fault of the row at hand, whose time lies before the last one: either may be wrong.
+    fn backwards(&self) -> Diagnostic {
+        let own = self.stamp.time().map_or(f64::NAN, |time| self.row[time]);
+        let [time, last] = [own, self.last_time].map(|time| time + self.zero() as f64);
+        let message = match self.origin.is_outside {
+            true => "time runs backwards here".to_owned(),
+            false => {
+                format!(
+                    "time runs backwards here: {} s comes after {} s",
+                    diagnostic::number(time),
+                    diagnostic::number(last)
+                )
+            }
+        };
+        Diagnostic::error(message).help(
+            "the rows of a file are in the order of time; the row before may be the one that is off",
+        )
+    }
+
     fn not_a_number(&self, cell: &str, column: &Column) -> Diagnostic {
         let word = self.origin.word(cell);
         let what = Diagnostic::error(format!(
             "expected a number in column `{}`, found `{word}`",
             column.name
         ));
+        if let Some(Calendar::Day(_)) = calendar(cell).filter(|_| self.stamp.has(column.index)) {
+            return what.help("a date alone is no moment: name the column of the time of day, too: columns = { time = [\"date\", \"clock\"] }");
+        }
         match self.decimal {
             Decimal::Comma if cell.contains('.') => {
                 what.help("the numbers of this file have decimal commas, this one has a point")
@@ -340,6 +349,6 @@ impl Reader {
 
     /// Whether the row at hand has a time before that of the last one.
     fn is_before(&self) -> bool {
-        self.time.is_some_and(|time| self.row[time] < self.last_time)
+        self.stamp.time().is_some_and(|time| self.row[time] < self.last_time)
     }
 }

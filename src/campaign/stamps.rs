@@ -18,61 +18,126 @@ pub(crate) fn zero(first: f64) -> i64 {
     if first.abs() < FAR || !first.is_finite() { 0 } else { ((first / GRID).floor() * GRID) as i64 }
 }
 
-/// A stamp in seconds since `zero`, as exact as a number can be; `None` for what is no plain decimal
-/// number, or of a unit that is no decimal part of a second.
-pub(crate) fn since(zero: i64, cell: &str, unit: &Unit) -> Option<f64> {
-    let places = [(1.0, 0), (1e-3, 3), (1e-6, 6), (1e-9, 9)];
-    let (_, unit_places) = places.into_iter().find(|(factor, _)| *factor == unit.factor)?;
-    let (is_negative, digits) = match cell.strip_prefix('-') {
-        Some(rest) => (true, rest),
-        None => (false, cell.strip_prefix('+').unwrap_or(cell)),
-    };
-    let (whole, decimals) = digits.split_once(['.', ',']).unwrap_or((digits, ""));
-    // More than fit exactly into the sums below.
-    if whole.is_empty() || whole.len() > 22 || decimals.len() > 12 {
-        return None;
-    }
-    let number = |text: &str| match text.bytes().all(|byte| byte.is_ascii_digit()) {
-        true if text.is_empty() => Some(0),
-        true => text.parse::<i128>().ok(),
-        false => None,
-    };
-    let scale = 10_i128.pow(decimals.len() as u32);
-    let ticks = number(whole)? * scale + number(decimals)?;
-    let ticks = if is_negative { -ticks } else { ticks };
-    let per_second = 10_i128.pow(unit_places) * scale;
-    let left = ticks - i128::from(zero) * per_second;
-    Some(left as f64 / per_second as f64)
+/// A time as an exact number: so many ticks, of which a second has a power of ten.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Exact {
+    ticks: i128,
+    per_second: i128,
 }
 
-/// A date with its time of day (ISO 8601: `2025-03-26T12:34:56.789Z`, with a blank for the `T`, with or
-/// without zone, which is then UTC) in seconds since `zero`; `None` for anything else.
-pub(crate) fn of_date(zero: i64, cell: &str) -> Option<f64> {
-    let (date, rest) = cell.split_once(['T', 't', ' '])?;
-    let digits = |text: &str| match text.bytes().all(|byte| byte.is_ascii_digit()) {
+impl Exact {
+    /// No time.
+    pub(crate) const ZERO: Self = Self { ticks: 0, per_second: 1 };
+
+    fn seconds(count: i64) -> Self {
+        Self { ticks: count.into(), per_second: 1 }
+    }
+
+    /// Of a plain decimal number; `None` for anything else, or of a unit that is no decimal part of a
+    /// second.
+    pub(crate) fn of_number(cell: &str, unit: &Unit) -> Option<Self> {
+        let places = [(1.0, 0), (1e-3, 3), (1e-6, 6), (1e-9, 9)];
+        let (_, unit_places) = places.into_iter().find(|(factor, _)| *factor == unit.factor)?;
+        let (is_negative, digits) = match cell.strip_prefix('-') {
+            Some(rest) => (true, rest),
+            None => (false, cell.strip_prefix('+').unwrap_or(cell)),
+        };
+        let (whole, decimals) = digits.split_once(['.', ',']).unwrap_or((digits, ""));
+        // More than fit exactly into the sums below.
+        if whole.is_empty() || whole.len() > 22 || decimals.len() > 12 {
+            return None;
+        }
+        let number = |text: &str| match text.bytes().all(|byte| byte.is_ascii_digit()) {
+            true if text.is_empty() => Some(0),
+            true => text.parse::<i128>().ok(),
+            false => None,
+        };
+        let scale = 10_i128.pow(decimals.len() as u32);
+        let ticks = number(whole)? * scale + number(decimals)?;
+        let ticks = if is_negative { -ticks } else { ticks };
+        Some(Self { ticks, per_second: 10_i128.pow(unit_places) * scale })
+    }
+
+    /// The sum with another time; `None` where it has too many digits.
+    pub(crate) fn plus(self, other: Self) -> Option<Self> {
+        let per_second = self.per_second.max(other.per_second);
+        let [own, other] =
+            [self, other].map(|time| time.ticks.checked_mul(per_second / time.per_second));
+        Some(Self { ticks: own?.checked_add(other?)?, per_second })
+    }
+
+    /// In seconds since `zero`, as exact as a number can be; `None` where it has too many digits.
+    pub(crate) fn since(self, zero: i64) -> Option<f64> {
+        let left = self.plus(Self { ticks: -i128::from(zero), per_second: 1 })?;
+        Some(left.ticks as f64 / left.per_second as f64)
+    }
+}
+
+/// What a cell of stamps holds that is no number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Calendar {
+    /// A date with its time of day.
+    Moment(Exact),
+    /// A date alone.
+    Day(Exact),
+    /// A time of day alone.
+    Clock(Exact),
+}
+
+/// A date (`2025-03-26`, `2025/03/26`), a time of day (`12:34:56.789`) or both, between them a `T` or
+/// a blank, with or without zone, which is then UTC (ISO 8601); `None` for anything else.
+pub(crate) fn calendar(cell: &str) -> Option<Calendar> {
+    let Some((date, rest)) = cell.split_once(['T', 't', ' ']) else {
+        return match day(cell) {
+            Some(day) => Some(Calendar::Day(Exact::seconds(day))),
+            None => clock(cell).filter(|_| cell.matches(':').count() > 1).map(Calendar::Clock),
+        };
+    };
+    Exact::seconds(day(date)?).plus(clock(rest.trim_start())?).map(Calendar::Moment)
+}
+
+fn digits(text: &str) -> Option<i64> {
+    match text.bytes().all(|byte| byte.is_ascii_digit()) {
         true => text.parse::<i64>().ok(),
         false => None,
-    };
-    let mut parts = date.split('-');
+    }
+}
+
+/// Seconds from 1970 to the beginning of a date.
+fn day(date: &str) -> Option<i64> {
+    let mark = if date.contains('/') { '/' } else { '-' };
+    let mut parts = date.split(mark);
     let [year, month, day] = [parts.next()?, parts.next()?, parts.next()?].map(digits);
     let (year, month, day) = (year?, month?, day?);
-    let is_date = date.len() == 10 && (1..=12).contains(&month) && (1..=31).contains(&day);
+    let is_date = date.len() == 10 && date.as_bytes().get(4) == Some(&(mark as u8));
+    let is_date = is_date && (1..=12).contains(&month) && (1..=31).contains(&day);
     if !is_date || parts.next().is_some() {
         return None;
     }
-    let (clock, offset) = match rest.find(['Z', 'z', '+', '-']) {
-        None => (rest, 0),
-        Some(at) if matches!(rest.as_bytes()[at], b'Z' | b'z') => {
-            (rest.strip_suffix(['Z', 'z'])?, 0)
+    // Days of the calendar since 1970, years beginning in March.
+    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let era = year.div_euclid(400);
+    let of_era = year - 400 * era;
+    let of_year = (153 * month + 2) / 5 + day - 1;
+    let days = 146_097 * era + 365 * of_era + of_era / 4 - of_era / 100 + of_year - 719_468;
+    Some(86_400 * days)
+}
+
+/// A time of day since midnight of UTC.
+fn clock(text: &str) -> Option<Exact> {
+    let (clock, offset) = match text.find(['Z', 'z', '+', '-']) {
+        None => (text, 0),
+        Some(at) if matches!(text.as_bytes()[at], b'Z' | b'z') => {
+            (text.strip_suffix(['Z', 'z'])?, 0)
         }
         Some(at) => {
-            let (hours, minutes) = match &rest[at + 1..] {
+            let (hours, minutes) = match &text[at + 1..] {
                 zone if zone.contains(':') => zone.split_once(':')?,
                 zone if zone.len() == 4 => zone.split_at(2),
                 zone => (zone, "0"),
             };
             let seconds = 3600 * digits(hours)? + 60 * digits(minutes)?;
-            (&rest[..at], if rest[at..].starts_with('-') { -seconds } else { seconds })
+            (&text[..at], if text[at..].starts_with('-') { -seconds } else { seconds })
         }
     };
     let mut parts = clock.trim_end().splitn(3, ':');
@@ -87,18 +152,9 @@ pub(crate) fn of_date(zero: i64, cell: &str) -> Option<f64> {
     if hour > 24 || minute > 59 || second > 60 || decimals.len() > 12 {
         return None;
     }
-    let fraction = digits(decimals).filter(|_| !decimals.is_empty()).unwrap_or(0) as f64;
-    if !decimals.is_empty() {
-        digits(decimals)?;
-    }
-    // Days of the calendar since 1970, years beginning in March.
-    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
-    let era = year.div_euclid(400);
-    let of_era = year - 400 * era;
-    let of_year = (153 * month + 2) / 5 + day - 1;
-    let days = 146_097 * era + 365 * of_era + of_era / 4 - of_era / 100 + of_year - 719_468;
-    let whole = 86_400 * days + 3600 * hour + 60 * minute + second - offset - zero;
-    Some(whole as f64 + fraction / 10_f64.powi(decimals.len() as i32))
+    let fraction = if decimals.is_empty() { 0 } else { digits(decimals)? };
+    let fraction = Exact { ticks: fraction.into(), per_second: 10_i128.pow(decimals.len() as u32) };
+    Exact::seconds(3600 * hour + 60 * minute + second - offset).plus(fraction)
 }
 
 /// A time (s) since `zero` as it is written in tables: to a nanosecond, or with all of its digits
@@ -118,6 +174,14 @@ mod tests {
 
     use super::*;
 
+    /// A date with its time of day in seconds since `zero`; `None` for anything else.
+    fn of_date(zero: i64, cell: &str) -> Option<f64> {
+        match calendar(cell)? {
+            Calendar::Moment(moment) => moment.since(zero),
+            _ => None,
+        }
+    }
+
     #[test]
     fn dates_are_seconds_since_1970() {
         for (cell, seconds) in [
@@ -129,15 +193,48 @@ mod tests {
             ("2024-02-29T00:00Z", 1_709_164_800.0),
             ("2000-03-01T00:00:00", 951_868_800.0),
             ("1969-12-31T23:59:59Z", -1.0),
+            ("2025/03/26 12:34:56.25", 1_742_992_496.25),
+            ("2025/03/26  12:34:56.25", 1_742_992_496.25),
         ] {
             assert_eq!(of_date(0, cell), Some(seconds), "{cell}");
         }
         // With all of their digits.
         let exact = of_date(1_742_000_000, "2025-03-26T12:34:56.123456789Z").unwrap();
         assert!((exact - 992_496.123_456_789).abs() < 1e-10, "{exact}");
-        for cell in ["2025-13-26T00:00", "2025-03-26", "12:34:56", "2025-3-26T00:00", "", "1e5 3"] {
+        for cell in [
+            "2025-13-26T00:00",
+            "2025-03-26",
+            "12:34:56",
+            "2025-3-26T00:00",
+            "2025/03-26T00:00",
+            "26/03/2025 0:0",
+            "",
+            "1e5 3",
+            "é",
+        ] {
             assert_eq!(of_date(0, cell), None, "{cell}");
         }
+    }
+
+    #[test]
+    fn parts_of_a_stamp_are_added_with_all_of_their_digits() {
+        let [s, ns] = ["s", "ns"].map(|symbol| Unit::parse(symbol).unwrap());
+        let part = |cell: &str, unit: &Unit| Exact::of_number(cell, unit).unwrap();
+        let sum = part("987654321", &ns).plus(part("1712345677", &s)).unwrap();
+        assert_eq!(sum.since(1_712_000_000), Some(345_677.987_654_321));
+        let day = Exact::seconds(day("2025/03/26").unwrap());
+        let clock = clock("12:34:56.123456789").unwrap();
+        assert_eq!(calendar("2025/03/26"), Some(Calendar::Day(day)));
+        assert_eq!(calendar("12:34:56.123456789"), Some(Calendar::Clock(clock)));
+        let sum = day.plus(clock).unwrap();
+        assert_eq!(sum.since(1_742_000_000), Some(992_496.123_456_789));
+        assert_eq!(Some(sum.since(0)), Some(of_date(0, "2025-03-26T12:34:56.123456789")));
+        for cell in ["12:34", "2025/3/26", "26.03.2025", "25:00:00", "7"] {
+            assert_eq!(calendar(cell), None, "{cell}");
+        }
+        // More digits than can be added.
+        let long = part(&"9".repeat(22), &s);
+        assert_eq!((long.plus(part("0.000000000001", &ns)), long.since(0)), (None, Some(1e22)));
     }
 
     #[test]
@@ -145,6 +242,7 @@ mod tests {
         let zero = zero(1_403_715_524.9);
         assert_eq!(zero, 1_403_000_000);
         let unit = |symbol: &str| Unit::parse(symbol).unwrap();
+        let since = |zero, cell: &str, unit: &Unit| Exact::of_number(cell, unit)?.since(zero);
         for (cell, symbol) in [
             ("1403715524907143168", "ns"),
             ("1403715524907143.168", "us"),

@@ -11,10 +11,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::campaign::computed::Computation;
-use crate::campaign::dialect::cells;
 use crate::campaign::form::Form;
 use crate::campaign::formats::Format;
-use crate::campaign::header::{self, Column, Header, TIME, Wanted};
+use crate::campaign::header::{self, Column, Header, Wanted};
 use crate::campaign::lines::Lines;
 use crate::campaign::origin::Origin;
 #[cfg(feature = "parquet")]
@@ -23,7 +22,6 @@ use crate::campaign::recognise::{Head, Layout, ROWS};
 use crate::campaign::reordered::Reordered;
 use crate::campaign::repeats::Repeats;
 use crate::campaign::row::Reader;
-use crate::campaign::stamps;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::document::files::{Files, Input, Refused, open_regular, reason, refused};
 
@@ -317,17 +315,7 @@ impl Table {
 
     /// The first stamp (s), as far as it is known before any row is read.
     pub(crate) fn first_stamp(&self) -> Option<f64> {
-        let time = self.column(TIME)?;
-        let first = self.layout.rows.first();
-        let dated = first.and_then(|row| {
-            let (cell, _) = cells(row, self.layout.separator).nth(time.index)?;
-            stamps::of_date(0, cell)
-        });
-        if dated.is_some() {
-            return dated;
-        }
-        let row = self.layout.numbers(&self.form).into_iter().next()?;
-        row.get(time.index).map(|stamp| time.unit.to_si(*stamp)).filter(|stamp| stamp.is_finite())
+        self.reader.stamp_of(self.layout.rows.first()?, &self.columns)
     }
 
     /// Lets stamps count from a moment (s), before any row is read.

@@ -8,6 +8,8 @@ use crate::formula::{ExpressionKind, Formula};
 use crate::units::Unit;
 
 const EXAMPLE: &str = "columns = { hand_x = \"tool_x [m]\" }";
+/// How the time is stated.
+pub(crate) const OF_TIME: &str = "name it with its unit: time = { column = \"stamp\", unit = \"ms\" }; columns in a list are added: time = [\"sec [s]\", \"nanosec [ns]\"]";
 const KEYS: [&str; 3] = ["column", "unit", "formula"];
 
 /// Reads `columns = { ... }`.
@@ -19,20 +21,20 @@ pub(crate) fn read(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
         if reader.count() > before {
             continue;
         }
-        let same = |other: &&ColumnWord| other.column.is_some() && other.column == word.column;
-        if let (Some(other), Some(column)) = (found.iter().find(same), &word.column) {
-            let message = format!(
-                "`{}` and `{}` name the same column, `{column}`",
-                other.name.text, word.name.text
-            );
+        let same = |other: &ColumnWord| {
+            let column = word.columns().find(|column| other.columns().any(|one| one == *column));
+            column.map(|column| (other.name.text.clone(), column.clone()))
+        };
+        if let Some((other, column)) = found.iter().find_map(same) {
+            let message =
+                format!("`{}` and `{}` name the same column, `{column}`", other, word.name.text);
             let help = "a column is one input or one measurand: keep the entry that it is";
             reader.fault(entry.span, message, help);
             continue;
         }
         if word.name.text == TIME && word.formula.is_some() {
             if word.column.is_none() {
-                let help = "name it with its unit: time = { column = \"stamp\", unit = \"ms\" }";
-                reader.fault(entry.span, "the time is a column, not a formula", help);
+                reader.fault(entry.span, "the time is a column, not a formula", OF_TIME);
                 continue;
             }
             word.formula = None;
@@ -46,7 +48,8 @@ pub(crate) fn read(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
 fn word(reader: &mut Reader, entry: &Entry) -> ColumnWord {
     let name = Named { text: entry.key.clone(), span: entry.span, place: reader.place(entry.span) };
     let written = entry.item.to_json();
-    let mut word = ColumnWord { name, written, column: None, unit: None, formula: None };
+    let mut word =
+        ColumnWord { name, written, column: None, unit: None, formula: None, added: Vec::new() };
     match &entry.item.value {
         Value::Table(entries) => {
             reader.only(entries, &KEYS);
@@ -72,6 +75,7 @@ fn word(reader: &mut Reader, entry: &Entry) -> ColumnWord {
                 reader.fault(entry.item.span, "neither a column nor a unit is stated", help);
             }
         }
+        Value::List(items) => return sum(reader, entry, items, word),
         _ => {
             if let Some(text) = reader.text(&entry.item, "hand_x = \"tool_x [m]\"") {
                 let (header, symbol) = split(text.trim());
@@ -82,6 +86,40 @@ fn word(reader: &mut Reader, entry: &Entry) -> ColumnWord {
         }
     }
     word
+}
+
+/// The time as a sum: a list of columns, each as it is stated alone.
+fn sum(reader: &mut Reader, entry: &Entry, items: &[Item], mut sum: ColumnWord) -> ColumnWord {
+    if entry.key != TIME {
+        let help = format!(
+            "the columns of a list are added, of the time alone; write a formula: {} = \"a + b\"",
+            entry.key
+        );
+        reader.fault(entry.item.span, format!("`{}` is a list", entry.key), help);
+        return sum;
+    }
+    if items.is_empty() {
+        reader.fault(entry.item.span, "the list of columns is empty", OF_TIME);
+    }
+    for item in items {
+        if let Value::List(_) = &item.value {
+            reader.fault(item.span, "a list in a list", OF_TIME);
+            continue;
+        }
+        let part = Entry { item: item.clone(), ..entry.clone() };
+        let part = word(reader, &part);
+        let known = part.column.as_ref().filter(|own| sum.columns().any(|known| known == *own));
+        match (known, part.column.clone()) {
+            (Some(column), _) => {
+                let message = format!("the list has the column `{column}` twice");
+                reader.fault(item.span, message, "keep one of them");
+            }
+            (None, Some(column)) if sum.column.is_some() => sum.added.push((column, part.unit)),
+            (None, Some(column)) => (sum.column, sum.unit) = (Some(column), part.unit),
+            (None, None) => reader.fault(item.span, "no column is named here", OF_TIME),
+        }
+    }
+    sum
 }
 
 fn parsed(reader: &Reader, item: &Item, text: &str) -> Result<Formula, Diagnostic> {

@@ -22,4 +22,5 @@ mod parquet;
 mod recorded;
 mod spline;
 mod stamps_and_formulas;
+mod stamps_in_columns;
 mod timing_faults;

@@ -36,18 +36,15 @@ impl Log {
 
     /// Its first and last stamp (s).
     pub(super) fn span(&self) -> Option<[f64; 2]> {
-        let time = self.guess.time.as_ref()?;
-        let values = &self.survey.columns[time.column].values;
-        let si = |value: &f64| value * time.unit.factor;
-        Some([values.first().map(si)?, values.last().map(si)?])
+        self.guess.time.as_ref()?.span()
     }
 
     /// Whether its rows are stops: without stamps, far apart, or in no curve.
     pub(super) fn stands_still(&self) -> bool {
         let Some(spacing) = self.spacing() else { return true };
-        let time = self.guess.time.as_ref().map(|time| time.column);
+        let is_time = |at: usize| self.guess.time.as_ref().is_some_and(|time| time.has(at));
         let columns = self.survey.columns.iter().enumerate();
-        let mut moving = columns.filter(|(at, column)| Some(*at) != time && column.moves());
+        let mut moving = columns.filter(|(at, column)| !is_time(*at) && column.moves());
         spacing > STOPS || moving.all(|(_, column)| column.leaps() > LEAP)
     }
 
@@ -59,9 +56,7 @@ impl Log {
 
     /// The mean time between its rows (s).
     pub(super) fn spacing(&self) -> Option<f64> {
-        let time = self.guess.time.as_ref()?;
-        let values = &self.survey.columns[time.column].values;
-        let span = values.last()? - values.first()?;
-        Some(span * time.unit.factor / self.survey.rows().max(1) as f64)
+        let [first, last] = self.span()?;
+        Some((last - first) / self.survey.rows().max(1) as f64)
     }
 }

@@ -1,9 +1,8 @@
 //! Models to begin with, where none of the library fits: columns in pairs.
 
-use crate::campaign::begin::guess::{Guessed, base};
+use crate::campaign::begin::guessed::{Guessed, base};
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::text::{Table, Word, quoted, sigma};
-use crate::campaign::header::TIME;
 use crate::model::name;
 
 /// A model that was made, and the columns that it takes.
@@ -156,9 +155,8 @@ pub(super) fn pairs(data: &Log, stream: &Log) -> Option<Made> {
         names.join(", ")
     );
     let text = format!("{note}{}{delays}", parts.text("Readings of one log against another"));
-    let time = |log: &Log| Word::of(TIME, log, log.guess.time.as_ref());
-    let of_data = time(data).into_iter().chain(parts.of_data).collect();
-    let of_stream = time(stream).into_iter().chain(parts.of_stream).collect();
+    let of_data = Word::time(data).into_iter().chain(parts.of_data).collect();
+    let of_stream = Word::time(stream).into_iter().chain(parts.of_stream).collect();
     let tables = tables((data, of_data), (stream, of_stream));
     Some(Made { name: "begun".into(), text, tables, sigmas: parts.sigmas, file: None })
 }

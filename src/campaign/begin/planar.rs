@@ -1,11 +1,10 @@
 //! Poses in a plane: a model to begin with, with the scales of a path of dead reckoning where one of
 //! the logs is that.
 
-use crate::campaign::begin::guess::{Guessed, base};
+use crate::campaign::begin::guessed::{Guessed, base};
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::models::{Made, tables};
 use crate::campaign::begin::text::{Table, Word, sigma};
-use crate::campaign::header::TIME;
 use crate::units::Unit;
 
 /// Rows of a stream that are smoothed together.
@@ -72,7 +71,7 @@ pub(super) fn planar(data: &Log, stream: &Log) -> Option<Made> {
             others.iter().find(|one| base(&log.survey.columns[one.column].name).0 == axis)
         };
         let all = [find("x"), find("y"), log.guess.heading.as_ref()];
-        let mut words = vec![Word::of(TIME, log, log.guess.time.as_ref())?];
+        let mut words = vec![Word::time(log)?];
         for (name, guessed) in names.into_iter().zip(all) {
             let mut guessed = guessed?.clone();
             if name.ends_with('x') || name.ends_with('y') {
@@ -138,9 +137,9 @@ fn bend(stream: &Log, words: &[Word]) -> Option<String> {
     if stream.survey.is_cut {
         return None;
     }
-    let (time, pose) = words.split_first()?;
+    let (time, pose) = (stream.guess.time.as_ref()?, words.get(1..4)?);
     let column = |word: &Word| &stream.survey.columns[word.guessed.column].values;
-    let rows = column(time).iter().enumerate().map(|(row, time)| {
+    let rows = time.values.iter().enumerate().map(|(row, time)| {
         let si = |word: &Word| word.guessed.unit.to_si(column(word)[row]);
         (*time, si(&pose[0]), si(&pose[1]), si(&pose[2]))
     });
@@ -153,7 +152,7 @@ fn bend(stream: &Log, words: &[Word]) -> Option<String> {
         rows[row].3 -= turn * (step / turn).round();
     }
     let mean = rows.iter().map(|row| row.3).sum::<f64>() / rows.len().max(1) as f64;
-    let mut text = format!("time [{}],bend_x [m],bend_y [m]\n", time.guessed.unit.symbol);
+    let mut text = format!("time [{}],bend_x [m],bend_y [m]\n", time.unit.symbol);
     let (mut bend_x, mut bend_y) = (0.0, 0.0);
     let mut last = *rows.first()?;
     for own in rows {

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::campaign::dialect::{cells, names};
+use crate::campaign::dialect::cells;
 use crate::campaign::form::Form;
 use crate::campaign::formats::Format;
 use crate::campaign::header::split;
 use crate::campaign::lines::Lines;
 use crate::campaign::recognise::{Head, ROWS};
-use crate::campaign::stamps::of_date;
+use crate::campaign::stamps::{Calendar, calendar};
 use crate::diagnostic::Diagnostic;
 use crate::document::files::{open_regular, reason};
 use crate::units::Unit;
@@ -26,6 +26,8 @@ pub(super) struct Surveyed {
     pub(super) is_named: bool,
     /// Its unit, where the header has one that is known.
     pub(super) unit: Option<Unit>,
+    /// What its first cell is of the calendar, if it is no number.
+    pub(super) calendar: Option<Calendar>,
     /// Its numbers; NaN where a cell is none.
     pub(super) values: Vec<f64>,
 }
@@ -38,6 +40,9 @@ impl Surveyed {
 
     /// Whether most of its cells are numbers, and not all of them the same.
     pub(super) fn moves(&self) -> bool {
+        if self.calendar.is_some() {
+            return false;
+        }
         let finite = self.values.iter().filter(|value| value.is_finite());
         let (mut count, mut least, mut most) = (0, f64::INFINITY, f64::NEG_INFINITY);
         for value in finite {
@@ -97,10 +102,7 @@ impl Survey {
         };
         let header = layout.header.as_ref();
         let heads: Vec<&str> = match header {
-            Some(header) => {
-                let all = names(&header.text[header.start..], header.separator);
-                all.into_iter().map(|(name, _)| name).collect()
-            }
+            Some(header) => header.names().into_iter().map(|(name, _)| name).collect(),
             None => vec![""; layout.width],
         };
         let plain: Vec<&str> = heads.iter().map(|head| split(head).0).collect();
@@ -116,7 +118,8 @@ impl Survey {
                 "" => Some(Unit::one()),
                 unit => Unit::parse(unit).ok(),
             });
-            Surveyed { name, is_named, unit, values: Vec::new() }
+            let calendar = layout.first_cell(number).and_then(calendar);
+            Surveyed { name, is_named, unit, calendar, values: Vec::new() }
         };
         let mut columns: Vec<Surveyed> =
             heads.iter().take(MOST_COLUMNS).enumerate().map(column).collect();
@@ -138,7 +141,12 @@ impl Survey {
                 let cell = row.next().map(|(cell, _)| cell);
                 let number = cell.and_then(|cell| decimal.number(cell, layout.separator));
                 let number = number.filter(|number| number.is_finite());
-                let number = number.or_else(|| cell.and_then(|cell| of_date(0, cell)));
+                let dated = || match calendar(cell?)? {
+                    Calendar::Moment(time) | Calendar::Day(time) | Calendar::Clock(time) => {
+                        time.since(0)
+                    }
+                };
+                let number = number.or_else(dated);
                 if number.is_none() && cell.is_none_or(|cell| !cell.is_empty()) {
                     own.push(at);
                 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::campaign::begin::guess::Guessed;
+use crate::campaign::begin::guessed::Guessed;
 use crate::campaign::begin::log::Log;
 use crate::campaign::header::TIME;
 use crate::units::Unit;
@@ -20,17 +20,42 @@ pub(super) struct Word {
 }
 
 impl Word {
+    /// Of the stamps of a log.
+    pub(super) fn time(log: &Log) -> Option<Self> {
+        let time = log.guess.time.as_ref()?;
+        let parts: Vec<Self> =
+            time.parts.iter().filter_map(|part| Self::of(TIME, log, Some(part))).collect();
+        let [first, rest @ ..] = parts.as_slice() else { return None };
+        let written = match (time.is_dated, rest) {
+            (_, []) => return Some(first.clone()),
+            // The time of day beside a date is found.
+            (true, _) => format!("{{ column = {} }}", first.column(log)?),
+            (false, _) => {
+                let all = parts.iter().filter_map(|part| part.written.clone());
+                format!("[{}]", all.collect::<Vec<_>>().join(", "))
+            }
+        };
+        Some(Self { written: Some(written), ..first.clone() })
+    }
+
+    /// The column as a campaign names it.
+    fn column(&self, log: &Log) -> Option<String> {
+        let column = log.survey.columns.get(self.guessed.column)?;
+        Some(match column.is_named {
+            true => quoted(&column.name),
+            false => column.name.clone(),
+        })
+    }
+
     /// Of a column of a log.
     pub(super) fn of(name: &str, log: &Log, guessed: Option<&Guessed>) -> Option<Self> {
         let guessed = guessed?.clone();
         let column = log.survey.columns.get(guessed.column)?;
-        let known = match column.is_named {
-            true => quoted(&column.name),
-            false => column.name.clone(),
-        };
         let is_said = column.is_named && column.name == name && column.unit.is_some();
-        let written = format!("{{ column = {known}, unit = {} }}", quoted(&guessed.unit.symbol));
-        Some(Self { name: name.to_owned(), guessed, written: (!is_said).then_some(written) })
+        let own = Self { name: name.to_owned(), guessed, written: None };
+        let unit = quoted(&own.guessed.unit.symbol);
+        let written = format!("{{ column = {}, unit = {unit} }}", own.column(log)?);
+        Some(Self { written: (!is_said).then_some(written), ..own })
     }
 }
 

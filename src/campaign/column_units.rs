@@ -1,0 +1,100 @@
+//! The unit of a column: as its header says, or as the campaign states.
+
+use crate::campaign::endings;
+use crate::campaign::origin::Origin;
+use crate::campaign::wanted::{TIME, Wanted};
+use crate::diagnostic::Diagnostic;
+use crate::units::Unit;
+
+/// The unit of stamps, if they can count in it; `since_1970` is the unit of stamps since 1970 that
+/// are as large.
+pub(super) fn counts(unit: Unit, since_1970: Option<&str>) -> Result<Unit, Box<UnitFault>> {
+    match since_1970.and_then(|symbol| Some((symbol, Unit::parse(symbol).ok()?))) {
+        Some((symbol, usual)) if unit.factor / usual.factor > 999.0 => {
+            let message = format!(
+                "stamps as large as these count in {symbol} since 1970, not in `{}`",
+                unit.symbol
+            );
+            let help = format!(
+                "write `{TIME} [{symbol}]`, or the unit in the campaign where the file has none"
+            );
+            Err(Box::new((Diagnostic::error(message).help(help), None)))
+        }
+        _ => Ok(unit),
+    }
+}
+
+/// The unit that the ending of a name says (`heading_deg`), where it may be that of a quantity.
+pub(super) fn ending(name: &str, like: &Unit) -> Option<&'static str> {
+    let symbol = endings::ending(name)?;
+    Unit::parse(symbol).is_ok_and(|unit| like.accepts(&unit)).then_some(symbol)
+}
+
+/// A fault of a unit, and its bytes in the header cell.
+pub(super) type UnitFault = (Diagnostic, Option<(usize, usize)>);
+
+/// The unit of a column: that of the header, or `stated`, which must be one that is wanted.
+pub(super) fn read_unit(
+    origin: &Origin,
+    want: &Wanted,
+    like: Option<&Unit>,
+    stated: Option<Unit>,
+    (name, hint): (&str, &str),
+    found: Option<(&str, usize)>,
+) -> Result<Unit, Box<UnitFault>> {
+    let wrong = |unit: &Unit| {
+        let message = match want.unit.misses(unit) {
+            true => format!("`{}` has no angle, `{}` has one", unit.symbol, want.name),
+            false => format!("`{}` is not a unit of `{}`", unit.symbol, want.name),
+        };
+        let help = format!("it is measured in units such as `{}`", want.unit.symbol);
+        Diagnostic::error(message).help(help)
+    };
+    let accepts = |unit: &Unit| like.is_none_or(|like| like.accepts(unit));
+    let usable = |stated: Unit| match accepts(&stated) {
+        true => Ok(stated),
+        false => Err(Box::new((wrong(&stated), None))),
+    };
+    let Some((text, start)) = found else {
+        let Some(stated) = stated else {
+            let (own, symbol) = (&want.name, hint);
+            let error = Diagnostic::error(format!("the column `{name}` has no unit"));
+            let error = error.help(format!(
+                "write `{name} [{symbol}]`, or in the run: columns = {{ {own} = {{ column = \"{name}\", unit = \"{symbol}\" }} }}"
+            ));
+            return Err(Box::new((error, None)));
+        };
+        return usable(stated);
+    };
+    if let (Some(stated), "") = (&stated, text.trim()) {
+        return usable(stated.clone());
+    }
+    let unit = match Unit::parse(text) {
+        // What the campaign states counts where the file writes no unit that is known.
+        Err(_) if stated.is_some() => return usable(stated.unwrap_or_else(Unit::one)),
+        _ if text.trim().is_empty() => Ok(Unit::one()),
+        other => other,
+    };
+    let unit = unit.map_err(|error| {
+        let mut diagnostic = match origin.is_outside {
+            true => Diagnostic::error(format!("the unit of the column `{name}` is none")),
+            false => Diagnostic::error(error.message),
+        };
+        diagnostic.help.extend(error.help.filter(|_| !origin.is_outside));
+        Box::new((diagnostic, Some((start + error.start, start + error.end))))
+    })?;
+    let whole = Some((start, start + text.len()));
+    if !accepts(&unit) {
+        return Err(Box::new((wrong(&unit), whole)));
+    }
+    match stated {
+        Some(stated) if stated.factor != unit.factor || stated.offset != unit.offset => {
+            let message = format!(
+                "the campaign says that `{name}` is in `{}`, the file says `{}`",
+                stated.symbol, unit.symbol
+            );
+            Err(Box::new((Diagnostic::error(message), whole)))
+        }
+        _ => Ok(unit),
+    }
+}
