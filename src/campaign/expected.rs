@@ -8,6 +8,7 @@ use crate::campaign::origin::listed;
 use crate::campaign::roles::roles;
 use crate::campaign::table::Table;
 use crate::campaign::timing::COLUMNS;
+use crate::campaign::words::{NO_FORMULA, OF_TIME};
 use crate::diagnostic::{Diagnostic, nearest, shortened};
 use crate::document::OUTSIDE;
 use crate::graph::MeasurandKind;
@@ -91,7 +92,8 @@ impl Loader<'_> {
             }
             let is_there = |table: &&Table, column: Option<&Choice>| match column {
                 Some(column) => {
-                    let is_computed = word.formula.is_some() && table.column(name).is_some();
+                    let is_formula = word.formula.is_some() && name != TIME;
+                    let is_computed = is_formula && table.column(name).is_some();
                     table.has(name, column) || is_computed
                 }
                 None => table.column(name).is_some(),
@@ -106,7 +108,16 @@ impl Loader<'_> {
                 let has = if who.starts_with("no ") { "has a" } else { "has no" };
                 let message = format!("{who} {has} column `{column}`");
                 let found: Vec<String> = tables.iter().map(|table| table.names()).collect();
-                let help = format!("columns found: {}", found.join("; "));
+                let found = format!("columns found: {}", found.join("; "));
+                let has_header = tables.iter().any(|table| table.layout.header.is_some());
+                let is_digits = has_header && column.parse::<usize>().is_ok();
+                let help = match &word.formula {
+                    Some(_) if name == TIME => format!("{NO_FORMULA}: {OF_TIME}; {found}"),
+                    _ if is_digits => format!(
+                        "{found}; in quotes a number counts columns of a file without header row alone: where there is none, say `header = false` beside `file`; else write `{name} = {{ column = {column}, unit = \"...\" }}`"
+                    ),
+                    _ => found,
+                };
                 self.reader.fault(word.name.span, message, help);
             }
         }
@@ -168,7 +179,8 @@ fn stated(word: &ColumnWord, all: &[&ColumnWord]) -> Stated {
         added: word.added.iter().map(|(own, unit)| column(&Some(own.clone()), unit)).collect(),
         ..column(&word.column, &word.unit)
     };
-    let Some(formula) = &word.formula else { return plain(word) };
+    let formula = word.formula.as_ref().filter(|_| word.name.text != TIME);
+    let Some(formula) = formula else { return plain(word) };
     let names = formula.root.names().into_iter().map(|(name, _)| name);
     let of = |name: &str| {
         let own = all.iter().find(|own| own.name.text == name && own.formula.is_none())?;

@@ -31,8 +31,6 @@ impl Loader<'_> {
         let input = &self.model.inputs[index];
         let span = entry.signals.first().map_or(entry.name.span, |stream| stream.name.span);
         let (Some(times), Some(values)) = (stream.values(TIME), stream.values(&input.name)) else {
-            let message = format!("the stream of `{}` has no column `time [s]`", input.name);
-            self.reader.fault(span, message, format!("columns found: {}", stream.names()));
             return Track::Absent;
         };
         let (times, mut values): (Vec<f64>, Vec<f64>) =

@@ -67,7 +67,15 @@ impl Loader<'_> {
         let tables: Vec<&Table> = [&table].into_iter().chain(&captures).chain(&streams).collect();
         let of: Vec<_> =
             [(data, &table)].into_iter().chain(entry.signals.iter().zip(&streams)).collect();
+        let before = self.reader.count();
         self.check_columns(entry, &every, &tables, &of);
+        if self.reader.count() == before {
+            self.check_stamps(entry, &streams);
+        }
+        // What follows of columns that are not there is no fault of its own.
+        if self.reader.count() > before {
+            return None;
+        }
         let data = &data.name;
         let mut captures = match self.timing.clone() {
             Some(timing) => Captures::begin(self, timing, entry, &mut table, captures)?,
@@ -99,6 +107,22 @@ impl Loader<'_> {
         }
         self.note_read(&mut table);
         record.filter(|_| self.reader.count() == before)
+    }
+
+    /// Faults streams of inputs without stamps.
+    fn check_stamps(&mut self, entry: &RunEntry, streams: &[Table]) {
+        for (stream, table) in entry.signals.iter().zip(streams) {
+            let is_of_input = self.model.inputs.iter().any(|one| table.column(&one.name).is_some());
+            if !is_of_input || table.column(TIME).is_some() {
+                continue;
+            }
+            let message = format!("the stream `{}` has no column `time [s]`", stream.name.text);
+            let help = format!(
+                "say which of its columns holds the stamps: columns = {{ time = \"NAME [s]\" }}; columns found: {}",
+                table.names()
+            );
+            self.reader.fault(stream.name.span, message, help);
+        }
     }
 
     /// Warns of clocks that were set forward in the middle of a run.

@@ -8,6 +8,8 @@ use crate::formula::{ExpressionKind, Formula};
 use crate::units::Unit;
 
 const EXAMPLE: &str = "columns = { hand_x = \"tool_x [m]\" }";
+/// What the time is not.
+pub(crate) const NO_FORMULA: &str = "the time is a column, not a formula";
 /// How the time is stated.
 pub(crate) const OF_TIME: &str = "name it with its unit: time = { column = \"stamp\", unit = \"ms\" }; columns in a list are added: time = [\"sec [s]\", \"nanosec [ns]\"]";
 const KEYS: [&str; 3] = ["column", "unit", "formula"];
@@ -17,7 +19,7 @@ pub(crate) fn read(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
     let mut found: Vec<ColumnWord> = Vec::new();
     for entry in reader.table(item, EXAMPLE) {
         let before = reader.count();
-        let mut word = word(reader, entry);
+        let word = word(reader, entry);
         if reader.count() > before {
             continue;
         }
@@ -32,12 +34,10 @@ pub(crate) fn read(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
             reader.fault(entry.span, message, help);
             continue;
         }
-        if word.name.text == TIME && word.formula.is_some() {
-            if word.column.is_none() {
-                reader.fault(entry.span, "the time is a column, not a formula", OF_TIME);
-                continue;
-            }
-            word.formula = None;
+        let is_of_column = word.formula.is_none() || word.column.is_some();
+        if word.name.text == TIME && !is_of_column {
+            reader.fault(entry.span, NO_FORMULA, OF_TIME);
+            continue;
         }
         found.push(word);
     }

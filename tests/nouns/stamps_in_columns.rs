@@ -218,3 +218,55 @@ fn a_wrong_list_of_columns_is_said_where_it_stands() {
         assert!(fault.contains(words), "{columns}\n{fault}");
     }
 }
+
+#[test]
+fn one_cause_is_one_error() {
+    let two = |ns: u64, n: u64| format!("{},{},{n},0,1", ns / 1_000_000_000, ns % 1_000_000_000);
+    let (data, named) = (rows("", 3, two), rows("sec,nanosec,e [m],n [m],u [m]\n", 3, two));
+    let of_stream = rows("", 400, two);
+    let columns = |time: &str, names: [&str; 3]| {
+        let [x, y, z] = names;
+        format!("columns = {{ {time}, {x} = \"3 [m]\", {y} = \"4 [m]\", {z} = \"5 [m]\" }}")
+    };
+    let formula = "time = \"sec + nanosec\", sec = \"1 [s]\", nanosec = \"2 [ns]\"";
+    let list = "time = [\"1 [s]\", \"2 [ns]\"]";
+    let (own, inputs) = (["e", "n", "u"], ["px", "py", "pz"]);
+    let run = |of_data: &str, of_stream: &str| {
+        format!(
+            "data = {{ file = \"data.csv\", {of_data} }}\nsignals = [{{ file = \"stream.csv\", {of_stream} }}]"
+        )
+    };
+    for (run, data, count, words) in [
+        (
+            run(&columns(formula, own), &columns(formula, inputs)),
+            &data,
+            2,
+            "the time is a column, not a formula: name it",
+        ),
+        (
+            run(&columns(list, own), &columns("time = \"9 [s]\"", inputs)),
+            &data,
+            1,
+            "`stream.csv` has no column `9`",
+        ),
+        (
+            run(
+                &columns(list, own),
+                "columns = { px = \"3 [m]\", py = \"4 [m]\", pz = \"5 [m]\" }",
+            ),
+            &data,
+            1,
+            "the stream `stream.csv` has no column `time [s]`",
+        ),
+        (
+            run("columns = { time = \"1 [s]\" }", &columns(list, inputs)),
+            &named,
+            1,
+            "say `header = false` beside `file`",
+        ),
+    ] {
+        let faults = load(&run, data, &of_stream).unwrap_err();
+        assert!(faults.to_string().contains(words), "{run}\n{faults}");
+        assert_eq!(faults.0.len(), count, "{run}\n{faults}");
+    }
+}
