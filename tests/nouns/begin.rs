@@ -301,3 +301,29 @@ fn what_cannot_be_begun_says_why() {
     let fault = begin(&none, None, &library()).unwrap_err().to_string();
     assert!(fault.contains("does not exist"), "{fault}");
 }
+
+#[test]
+fn stamps_of_rows_that_came_late_are_stamps() {
+    let log = |every: f64| {
+        let text = table("", every, |t| {
+            format!(
+                "{}000000,{:.4},{:.4},{:.4},0,0,{:.6},{:.6}",
+                (1.7e12 + 1e3 * t).round() as u64,
+                t.sin(),
+                t.cos(),
+                0.1 * t,
+                (0.2 * t).sin(),
+                (0.2 * t).cos()
+            )
+        });
+        let mut rows: Vec<String> = text.trim().lines().map(str::to_owned).collect();
+        // One row in twenty comes behind the next.
+        (5..rows.len() - 1).step_by(20).for_each(|row| rows.swap(row, row + 1));
+        rows.join("\n")
+    };
+    let (campaign, _, read) =
+        begun(&[("eye.csv", log(0.25)), ("hand.csv", log(0.02))], None).unwrap();
+    assert!(campaign.contains("model = \"hand_eye\""), "{campaign}");
+    assert!(campaign.contains("as large as ns since 1970"), "{campaign}");
+    assert_eq!(read.warnings.iter().filter(|one| one.message.contains("were sorted")).count(), 2);
+}

@@ -146,6 +146,8 @@ fn bend(stream: &Log, words: &[Word]) -> Option<String> {
     let mut rows: Vec<_> = rows
         .filter(|(time, x, y, heading)| [time, x, y, heading].iter().all(|one| one.is_finite()))
         .collect();
+    // Rows may be out of order.
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
     let turn = std::f64::consts::TAU;
     for row in 1..rows.len() {
         let step = rows[row].3 - rows[row - 1].3;

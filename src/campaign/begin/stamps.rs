@@ -8,6 +8,8 @@ use crate::units::{Dimension, Unit};
 
 /// In so many pairs of rows a column of stamps goes on.
 const IN_ORDER: f64 = 0.99;
+/// ... where its name or its size says that it is one: rows may be out of order.
+const MOSTLY_IN_ORDER: f64 = 0.75;
 /// Names of the numbers of rows.
 const NUMBERS: [&str; 9] = ["i", "n", "no", "nr", "id", "row", "index", "number", "count"];
 /// Names of stamps.
@@ -120,7 +122,9 @@ fn column(survey: &Survey) -> Option<Guessed> {
         let steps: Vec<f64> = column.values.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let on = steps.iter().filter(|step| **step >= 0.0).count();
         let rises = steps.iter().filter(|step| **step > 0.0).count();
-        on as f64 >= IN_ORDER * steps.len() as f64 && 2 * rises > steps.len() && !steps.is_empty()
+        let is_said = is_called(column) || unit_since_1970(first(column)).is_some();
+        let least = if is_said { MOSTLY_IN_ORDER } else { IN_ORDER };
+        on as f64 >= least * steps.len() as f64 && 2 * rises > steps.len() && !steps.is_empty()
     };
     let names = survey.columns.iter().enumerate();
     let candidates: Vec<(usize, &Surveyed)> =
