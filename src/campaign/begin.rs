@@ -4,6 +4,7 @@
 //! | file | answers |
 //! |---|---|
 //! | `pairing` | which of several logs are of one recording |
+//! | `kinds` | what a column without a unit measures, as its name says |
 //! | `stamps` | which columns are the stamps |
 //! | `survey` | the first rows of a table with all of its columns |
 //! | `guess`, `log` | what the columns seem to be; a file with that |
@@ -12,6 +13,7 @@
 
 mod guess;
 mod guessed;
+mod kinds;
 mod log;
 mod models;
 mod pairing;
@@ -26,7 +28,9 @@ use crate::campaign::columns::reading_columns;
 use crate::campaign::formats::Role;
 use crate::campaign::roles::roles;
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::graph::MeasurandKind;
 use crate::model::Model;
+use crate::units::Unit;
 
 use guess::Guess;
 use guessed::{Guessed, base};
@@ -91,6 +95,7 @@ pub fn begin(
     };
     let notes: Vec<String> = logs.iter().filter_map(Log::bad_rows).collect();
     let rest = Rest::of(&logs, &recordings, &notes);
+    let is_static = is_alone && data.stands_still();
     let own = match model {
         Some(own) => Some(fitted(own, data, stream)),
         None => {
@@ -99,11 +104,18 @@ pub fn begin(
         }
     };
     if let Some(fitted) = own {
-        let campaign =
-            text::campaign(&fitted.name, &fitted.tables(data, stream), &fitted.sigmas, &rest);
+        let mut tables = fitted.tables(data, stream);
+        if is_static && let [of_data, of_stream] = tables.as_mut_slice() {
+            // Rows at rest have no streams: inputs are columns of the data.
+            of_data.words.append(&mut of_stream.words);
+            of_data.words.dedup_by(|a, b| a.name == b.name);
+            of_data.open.append(&mut of_stream.open);
+            tables.truncate(1);
+        }
+        let campaign = text::campaign(&fitted.name, &tables, &fitted.sigmas, &rest);
         return Ok(Begun { campaign, model: None, table: None, notes });
     }
-    let made = match is_alone && data.stands_still() {
+    let made = match is_static {
         true => models::stops(data),
         false => planar::planar(data, stream).or_else(|| models::pairs(data, stream)),
     };
@@ -117,8 +129,12 @@ pub fn begin(
         let help =
             "write a model first (`homepoint new my_rig.toml`), then add `--model my_rig.toml`";
         let stops = "of rows that stand still (poses, stars) all columns go into `data`: docs/static-rigs.md";
-        let fault = Diagnostic::error(message).help(help);
-        return Err(if is_alone { fault.help(stops) } else { fault }.into());
+        let fault = Diagnostic::error(message);
+        let fault = match is_alone {
+            true => fault.help(help).help(stops),
+            false => fault.help(data.columns_told()).help(stream.columns_told()).help(help),
+        };
+        return Err(fault.into());
     };
     let file = format!("{}.toml", made.name);
     let campaign = text::campaign(&format!("./{file}"), &made.tables, &made.sigmas, &rest);
@@ -130,7 +146,9 @@ struct Fitted {
     name: String,
     data: Vec<Word>,
     stream: Vec<Word>,
-    /// Names of inputs that no column is.
+    /// Lines to fill in for readings and for inputs that no column is.
+    open: [Vec<String>; 2],
+    /// How many inputs no column is.
     missing: usize,
     readings: usize,
     sigmas: Vec<(String, String)>,
@@ -144,10 +162,13 @@ impl Fitted {
 
     fn tables(&self, data: &Log, stream: &Log) -> Vec<Table> {
         let (data, stream) = if self.is_swapped { (stream, data) } else { (data, stream) };
-        vec![
-            Table { path: data.survey.path.clone(), words: self.data.clone() },
-            Table { path: stream.survey.path.clone(), words: self.stream.clone() },
-        ]
+        let table = |log: &Log, words: &[Word], open: &[String]| Table {
+            path: log.survey.path.clone(),
+            words: words.to_vec(),
+            open: open.to_vec(),
+        };
+        let [of_data, of_stream] = &self.open;
+        vec![table(data, &self.data, of_data), table(stream, &self.stream, of_stream)]
     }
 }
 
@@ -160,13 +181,17 @@ fn fitted(model: &NamedModel, data: &Log, stream: &Log) -> Fitted {
 }
 
 fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: bool) -> Fitted {
-    let readings = reading_columns(model);
-    let inputs: Vec<&str> = model.inputs.iter().map(|input| input.name.as_str()).collect();
-    let names: Vec<&str> = readings.iter().map(|(_, name)| name.as_str()).collect();
-    let of_data = wanted(&names, data, &roles(model, true));
+    let reading = |(index, name): (usize, String)| {
+        let one = &model.measurands[index];
+        let is_rotation = one.kind == MeasurandKind::Rotation;
+        (name, if is_rotation { Unit::one() } else { one.unit.clone() })
+    };
+    let readings: Vec<(String, Unit)> = reading_columns(model).into_iter().map(reading).collect();
+    let inputs: Vec<(String, Unit)> =
+        model.inputs.iter().map(|input| (input.name.clone(), input.unit.clone())).collect();
+    let of_data = wanted(&readings, data, &roles(model, true));
     let of_stream = wanted(&inputs, stream, &roles(model, false));
-    let is_missing = |input: &&&str| of_stream.iter().all(|word| word.name != **input);
-    let missing = inputs.iter().filter(is_missing).count();
+    let open = [open(&readings, &of_data, data), open(&inputs, &of_stream, stream)];
     let sigmas = model
         .measurands
         .iter()
@@ -178,14 +203,29 @@ fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: boo
         readings: of_data.len(),
         data: Word::time(data).into_iter().chain(of_data).collect(),
         stream: Word::time(stream).into_iter().chain(of_stream).collect(),
-        missing,
+        missing: open[1].len(),
+        open,
         sigmas,
         is_swapped,
     }
 }
 
-/// The columns of a file for these names of a model: of the same name, else of the same role.
-fn wanted(names: &[&str], log: &Log, roles: &[(String, Role)]) -> Vec<Word> {
+/// Lines to fill in for names of a model that no column of a file is.
+fn open(names: &[(String, Unit)], words: &[Word], log: &Log) -> Vec<String> {
+    let missing = names.iter().filter(|(name, _)| words.iter().all(|word| word.name != *name));
+    let line = |(name, unit): &(String, Unit)| {
+        format!(
+            "{name} = {{ column = \"...\", unit = {} }},   # WRITE its column, or leave it out: none is called so; {}",
+            text::quoted(&unit.symbol),
+            log.columns_told()
+        )
+    };
+    missing.map(line).collect()
+}
+
+/// The columns of a file for these names of a model: of the same name, else of the same role. What is
+/// of another kind is another quantity.
+fn wanted(names: &[(String, Unit)], log: &Log, roles: &[(String, Role)]) -> Vec<Word> {
     let columns = &log.survey.columns;
     let guessed = |column: usize| {
         let Guess { position, attitude, heading, others, .. } = &log.guess;
@@ -193,14 +233,30 @@ fn wanted(names: &[&str], log: &Log, roles: &[(String, Role)]) -> Vec<Word> {
         let all = position.chain(attitude.iter().flatten()).chain(heading).chain(others);
         all.into_iter().find(|guessed| guessed.column == column).cloned()
     };
-    let of = |name: &&str| {
-        let same = columns.iter().position(|column| column.name == **name);
-        let alike =
-            || columns.iter().position(|column| base(&column.name).0 == name.to_lowercase());
+    let of = |(name, like): &(String, Unit)| {
+        let is_of_kind = |column: &usize| {
+            let unit = columns[*column].unit.clone().or(base(&columns[*column].name).1);
+            unit.is_none_or(|unit| like.accepts(&unit))
+        };
+        let called = |is: &dyn Fn(&str) -> bool| {
+            let mut all = columns.iter().enumerate().filter(|(_, column)| is(&column.name));
+            all.find(|(at, _)| is_of_kind(at)).map(|(at, _)| at)
+        };
+        let same = called(&|own| own == name);
+        let alike = || called(&|own| base(own).0 == name.to_lowercase());
         let by_name = same.or_else(alike).and_then(|column| {
-            let known = guessed(column);
             let unit = columns[column].unit.clone();
-            known.or(unit.map(|unit| Guessed { column, unit, why: String::new() }))
+            let known = guessed(column);
+            let known = known.or(unit.map(|unit| Guessed { column, unit, why: String::new() }));
+            // A column without a unit has that of the model.
+            known.map(|known| match like.accepts(&known.unit) {
+                true => known,
+                false => Guessed {
+                    unit: like.clone(),
+                    why: format!("its name; the file has no unit, CHECK `{}`", like.symbol),
+                    ..known
+                },
+            })
         });
         let role = roles.iter().find(|(own, _)| own == name).map(|(_, role)| *role);
         let by_role = || match role? {

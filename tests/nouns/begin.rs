@@ -155,7 +155,8 @@ fn other_columns_go_in_pairs() {
     assert!(readings(&campaign) > 2000, "{text}");
 }
 
-/// Where no columns are called alike, those of one kind are compared; else a scale has both units.
+/// Where no columns are called alike, those of one kind are compared; where there is one alone in each
+/// log, a scale has both units.
 #[test]
 fn columns_of_one_kind_go_together() {
     let tracker = table("time [s],status,east [m],north [m]", 0.1, |t| {
@@ -170,7 +171,10 @@ fn columns_of_one_kind_go_together() {
     assert!(text.contains("ref_east = { column = \"along\""), "{text}");
     assert!(model.contains("east_scale * ref_east + east_offset', unit = \"m\""), "{model}");
     let angles = table("time [s],turn [rad]", 0.02, |t| format!("{t:.2},{:.4}", 7.0 * t));
-    let (_, model, _) = begun(&[("tracker.csv", tracker), ("angles.csv", angles)], None).unwrap();
+    let fault = begun(&[("tracker.csv", tracker), ("angles.csv", angles.clone())], None);
+    assert!(fault.unwrap_err().contains("columns of `angles.csv`: time [s], turn [rad]"));
+    let rope = table("time [s],east [m]", 0.1, |t| format!("{t:.1},{:.4}", 3.0 * t.sin()));
+    let (_, model, _) = begun(&[("rope.csv", rope), ("angles.csv", angles)], None).unwrap();
     assert!(model.contains("east_scale * ref_east + east_offset', unit = \"m\""), "{model}");
 }
 
@@ -326,4 +330,85 @@ fn stamps_of_rows_that_came_late_are_stamps() {
     assert!(campaign.contains("model = \"hand_eye\""), "{campaign}");
     assert!(campaign.contains("as large as ns since 1970"), "{campaign}");
     assert_eq!(read.warnings.iter().filter(|one| one.message.contains("were sorted")).count(), 2);
+}
+
+#[test]
+fn columns_of_another_kind_are_no_pairs() {
+    let pose = |t: f64| {
+        let [w, x, y, z] = quaternion(t);
+        format!("{t:.3},{:.4},{:.4},{:.4},{w:.6},{x:.6},{y:.6},{z:.6}", t.sin(), t.cos(), 0.1 * t)
+    };
+    let poses = table("time [s],px,py,pz,qw,qx,qy,qz", 0.02, pose);
+    let waves = |t: f64| {
+        format!("{t:.3},{:.4},{:.4},{:.4}", (1.1 * t).sin(), (0.9 * t).cos(), (0.7 * t).sin())
+    };
+    let log = |head: &str| table(head, 0.1, waves);
+    // Rates of turn are no positions, whatever lets the rows be read.
+    let fault = begun(&[("imu.csv", log("time [s],gx,gy,gz")), ("eye.csv", poses.clone())], None)
+        .unwrap_err();
+    assert!(fault.contains("no two columns that move go together"), "{fault}");
+    assert!(fault.contains("columns of `imu.csv`: time [s], gx, gy, gz"), "{fault}");
+    let turns = table("time [s],x [m],y [m],yaw [rad]", 0.02, waves);
+    let speeds = log("time [s],vx [m/s],vy [m/s],wz [rad/s]");
+    let fault = begun(&[("odometry.csv", speeds), ("eye.csv", turns)], None).unwrap_err();
+    assert!(fault.contains("vx [m/s], vy [m/s], wz [rad/s]"), "{fault}");
+    // East, north and up are a position.
+    let files = [("receiver.csv", log("time [s],e [m],n [m],u [m]")), ("eye.csv", poses)];
+    let (campaign, _, _) = begun(&files, None).unwrap();
+    assert!(campaign.contains("x = { column = \"e\", unit = \"m\" },"), "{campaign}");
+    // Coordinates of a plane are lengths, a heading is none.
+    let odometry = log("time,x,y,theta");
+    let marker = table("Frame,Time (Seconds),X,Y,Z", 0.02, |t| {
+        format!("{},{}", (t / 0.02).round(), waves(t))
+    });
+    let (campaign, model, _) =
+        begun(&[("odometry.csv", odometry), ("marker.csv", marker)], None).unwrap();
+    assert!(campaign.contains("ref_x = { column = \"X\", unit = \"m\" }"), "{campaign}");
+    assert!(!model.contains("theta"), "{model}");
+}
+
+/// A campaign of a model of its own, as text.
+fn begun_with(model: &str, files: &[(&str, String)]) -> String {
+    let texts: Vec<(&str, &str)> =
+        files.iter().map(|(name, text)| (*name, text.as_str())).collect();
+    let folder = Folder::new("begin", &texts);
+    let logs: Vec<(PathBuf, PathBuf)> =
+        files.iter().map(|(name, _)| (folder.join(name), PathBuf::from(name))).collect();
+    let own = ("own.toml".to_owned(), Model::parse(Source::new("own.toml", model)).unwrap());
+    let campaign = begin(&logs, Some(&own), &library()).unwrap().campaign;
+    std::fs::write(folder.join("campaign.toml"), &campaign).unwrap();
+    CampaignFile::read(&folder).unwrap_or_else(|faults| panic!("{faults}\n{campaign}"));
+    campaign
+}
+
+#[test]
+fn what_a_stated_model_lacks_is_a_line_to_fill_in() {
+    let model = "name = \"own\"\ntitle = \"own\"\n[inputs]\nodo_x = { unit = \"m\", signal = true }\n\
+        odo_th = { unit = \"rad\", signal = true }\n[measurands]\nx = { value = 'odo_x * cos(odo_th)', unit = \"m\" }\n";
+    let waves = |t: f64| format!("{t:.3},{:.4},{:.4}", t.sin(), t.cos());
+    let files = [
+        ("odometry.csv", table("time,x,theta", 0.1, waves)),
+        ("marker.csv", table("time,X,Z", 0.02, waves)),
+    ];
+    let campaign = begun_with(model, &files);
+    for line in [
+        "x = { column = \"x\", unit = \"m\" },   # guessed: its name; the file has no unit, CHECK `m`",
+        "# odo_x = { column = \"...\", unit = \"m\" },   # WRITE its column, or leave it out: none is called so; columns of `marker.csv`: time, X, Z",
+        "# odo_th = { column = \"...\", unit = \"rad\" },",
+    ] {
+        assert!(campaign.contains(line), "{line}\n{campaign}");
+    }
+    // Numbers of stops are no stamps, and rows at rest have no stream.
+    let stops = table("Stop,odo_x [m],odo_th [deg],x [m]", 1.0, |t| {
+        format!(
+            "{},{:.3},{:.2},{:.3}",
+            t + 1.0,
+            (7.0 * t).sin(),
+            (100.0 * t * t) % 170.0,
+            (9.0 * t).cos()
+        )
+    });
+    let campaign = begun_with(model, &[("stops.csv", stops)]);
+    assert!(!campaign.contains("time") && !campaign.contains("signals"), "{campaign}");
+    assert!(campaign.contains("data = "), "{campaign}");
 }

@@ -2,9 +2,11 @@
 
 use crate::campaign::axes::triples;
 use crate::campaign::begin::guessed::{Guessed, base, unit};
+use crate::campaign::begin::kinds::rate;
 use crate::campaign::begin::stamps::Stamps;
 use crate::campaign::begin::survey::{Survey, Surveyed};
 use crate::campaign::formats::Role;
+use crate::units::Dimension;
 
 /// How far the length of a quaternion may be off 1.
 const OFF_LENGTH: f64 = 0.02;
@@ -73,12 +75,27 @@ impl Guess {
                     true => guess.heading = Some(angle),
                     false => guess.others.push(angle),
                 }
+            } else if let Some(usual) = rate(&own.name) {
+                guess.others.push(guessed(column, usual, "a rate, by its name"));
+            } else if is_coordinate(all, own) {
+                guess.others.push(guessed(column, "m", "coordinate"));
             } else {
                 guess.others.push(guessed(column, "1", "a column that moves"));
             }
         }
         guess
     }
+}
+
+/// Whether a column is x, y or z of a point, and x and y are there.
+fn is_coordinate(all: &[Surveyed], column: &Surveyed) -> bool {
+    let own = base(&column.name).0;
+    let Some(stem) = own.strip_suffix(['x', 'y', 'z']) else { return false };
+    let has = |axis: &str| {
+        let name = format!("{stem}{axis}");
+        all.iter().any(|other| base(&other.name).0 == name)
+    };
+    ["", "p", "pos_"].contains(&stem) && has("x") && has("y")
 }
 
 /// Four columns whose names differ in w, x, y and z alone, of length 1.
@@ -112,11 +129,11 @@ fn triple(all: &[Surveyed], free: &dyn Fn(&usize) -> bool) -> Option<[usize; 3]>
         for (at, names) in triples(&small) {
             let places = names.map(|name| find(&name));
             let [Some(x), Some(y), Some(z)] = places else { continue };
-            let is_length = column
-                .unit
-                .as_ref()
-                .or(base(&column.name).1.as_ref())
-                .is_none_or(|u| u.dimension == crate::units::Dimension::LENGTH);
+            let unit = column.unit.clone().or(base(&column.name).1);
+            let is_length = match unit {
+                Some(unit) => unit.dimension == Dimension::LENGTH,
+                None => rate(&column.name).is_none(),
+            };
             if is_length && [x, y, z].iter().all(free) {
                 let stem = &small[..at];
                 let is_called =

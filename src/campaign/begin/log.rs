@@ -2,6 +2,7 @@
 
 use crate::campaign::begin::guess::Guess;
 use crate::campaign::begin::survey::Survey;
+use crate::campaign::origin::listed;
 
 /// A log.
 #[derive(Clone, Debug)]
@@ -10,6 +11,8 @@ pub(super) struct Log {
     pub(super) guess: Guess,
 }
 
+/// The most columns that are listed.
+const MOST_NAMES: usize = 20;
 /// Rows farther apart (s) are stops, not a motion.
 const STOPS: f64 = 10.0;
 /// A third difference of so much of the whole way is no curve.
@@ -19,6 +22,17 @@ impl Log {
     /// The names of its columns.
     pub(super) fn heads(&self) -> Vec<&str> {
         self.survey.columns.iter().map(|column| column.name.as_str()).collect()
+    }
+
+    /// Its columns with their units, as far as they are known.
+    pub(super) fn columns_told(&self) -> String {
+        let columns = self.survey.columns.iter().map(|column| match &column.unit {
+            Some(unit) => format!("{} [{}]", column.name, unit.symbol),
+            None => column.name.clone(),
+        });
+        let columns: Vec<String> = columns.collect();
+        let columns = listed(columns.iter().map(String::as_str), MOST_NAMES, "");
+        format!("columns of `{}`: {columns}", self.survey.path.display())
     }
 
     /// What is to be said of rows that are no numbers.

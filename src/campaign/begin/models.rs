@@ -17,7 +17,11 @@ pub(super) struct Made {
 
 /// A table each for data and stream.
 pub(super) fn tables(data: (&Log, Vec<Word>), stream: (&Log, Vec<Word>)) -> Vec<Table> {
-    let table = |(log, words): (&Log, Vec<Word>)| Table { path: log.survey.path.clone(), words };
+    let table = |(log, words): (&Log, Vec<Word>)| Table {
+        path: log.survey.path.clone(),
+        words,
+        open: Vec::new(),
+    };
     vec![table(data), table(stream)]
 }
 
@@ -126,22 +130,22 @@ pub(super) fn pairs(data: &Log, stream: &Log) -> Option<Made> {
         if is_one_log {
             return None;
         }
-        // Of one kind, where both files have such; else a scale has both units.
+        // Of one kind, or all that there is; between others a scale would say nothing.
         let streams = moving(stream);
+        let is_of_kind = |own: &Guessed, other: &Guessed| {
+            other.unit.dimension == own.unit.dimension
+                && other.unit.is_angle() == own.unit.is_angle()
+        };
         let of_kind = |own: Guessed| {
             let mut like = streams.iter().filter(|other| other_than_number(other));
-            let is_of_kind = |other: &&Guessed| {
-                other.unit.dimension == own.unit.dimension
-                    && other.unit.is_angle() == own.unit.is_angle()
-            };
-            let other = like.find(is_of_kind)?.clone();
+            let other = like.find(|other| is_of_kind(&own, other))?.clone();
             Some((own, other))
         };
         let named = moving(data).into_iter().filter(|one| other_than_number(&one));
-        let (own, other) = match named.into_iter().find_map(of_kind) {
-            Some(pair) => pair,
-            None => (first(data)?, first(stream)?),
-        };
+        let is_all = [data, stream].iter().all(|log| moving(log).len() == 1);
+        let firsts = || first(data).zip(first(stream));
+        let (own, other) = (named.into_iter().find_map(of_kind))
+            .or_else(|| firsts().filter(|(own, other)| is_all || is_of_kind(own, other)))?;
         let name = identifier(&name_of(data, &own).map_or("reading".to_owned(), |own| base(own).0));
         made.push(Pair { name, own, other });
         "# No two columns are called alike: WRITE what the readings of the data have to do with the stream.\n"
@@ -175,7 +179,7 @@ pub(super) fn stops(data: &Log) -> Option<Made> {
     Some(Made {
         name: "begun".into(),
         text: parts.text("Readings at rest against what they are of"),
-        tables: vec![Table { path: data.survey.path.clone(), words }],
+        tables: vec![Table { path: data.survey.path.clone(), words, open: Vec::new() }],
         sigmas: parts.sigmas,
         file: None,
     })

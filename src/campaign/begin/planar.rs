@@ -1,7 +1,7 @@
 //! Poses in a plane: a model to begin with, with the scales of a path of dead reckoning where one of
 //! the logs is that.
 
-use crate::campaign::begin::guessed::{Guessed, base};
+use crate::campaign::begin::guessed::base;
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::models::{Made, tables};
 use crate::campaign::begin::text::{Table, Word, sigma};
@@ -73,11 +73,7 @@ pub(super) fn planar(data: &Log, stream: &Log) -> Option<Made> {
         let all = [find("x"), find("y"), log.guess.heading.as_ref()];
         let mut words = vec![Word::time(log)?];
         for (name, guessed) in names.into_iter().zip(all) {
-            let mut guessed = guessed?.clone();
-            if name.ends_with('x') || name.ends_with('y') {
-                metres(&mut guessed);
-            }
-            words.push(Word::of(name, log, Some(&guessed))?);
+            words.push(Word::of(name, log, Some(guessed?))?);
         }
         Some(words)
     };
@@ -97,7 +93,7 @@ pub(super) fn planar(data: &Log, stream: &Log) -> Option<Made> {
     });
     let mut tables = tables((data, of_data), (stream, of_stream));
     if bend.is_some() {
-        tables.push(Table { path: BEND.into(), words: Vec::new() });
+        tables.push(Table { path: BEND.into(), words: Vec::new(), open: Vec::new() });
     }
     Some(Made {
         name: "planar_pose".into(),
@@ -171,14 +167,4 @@ fn bend(stream: &Log, words: &[Word]) -> Option<String> {
 fn smooth(stream: &Log) -> String {
     let spacing = stream.spacing().unwrap_or(0.01);
     format!("{:.0e} s", SMOOTHED * spacing.max(1e-9))
-}
-
-/// A coordinate without a unit is taken for one in metres.
-fn metres(guessed: &mut Guessed) {
-    if guessed.unit.symbol == "1"
-        && let Ok(metre) = Unit::parse("m")
-    {
-        guessed.unit = metre;
-        guessed.why = "coordinate; the file has no unit, CHECK `m`".into();
-    }
 }

@@ -134,8 +134,14 @@ fn column(survey: &Survey) -> Option<Guessed> {
         let unit = column.unit.clone().or(base(&column.name).1);
         unit.is_some_and(|unit| unit.dimension == Dimension::TIME)
     };
-    let is_no_number_of_rows =
-        |(_, column): &&(usize, &Surveyed)| !NUMBERS.contains(&base(&column.name).0.as_str());
+    // Numbers of rows, of stops or of frames: each is one more than the last.
+    let counts = |column: &Surveyed| {
+        let is_next = |pair: &[f64]| pair[1] - pair[0] == 1.0 && pair[0].fract() == 0.0;
+        column.is_named && column.values.windows(2).all(is_next)
+    };
+    let is_no_number_of_rows = |(_, column): &&(usize, &Surveyed)| {
+        !NUMBERS.contains(&base(&column.name).0.as_str()) && !counts(column)
+    };
     let (column, own) = called
         .or_else(|| candidates.iter().find(has_unit))
         .or_else(|| candidates.iter().find(is_no_number_of_rows))?;

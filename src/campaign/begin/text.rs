@@ -64,15 +64,17 @@ impl Word {
 pub(super) struct Table {
     pub(super) path: PathBuf,
     pub(super) words: Vec<Word>,
+    /// Lines to fill in.
+    pub(super) open: Vec<String>,
 }
 
 impl Table {
     /// As it stands behind `data =` or in `signals`.
     fn text(&self, indent: &str) -> String {
         let file = quoted(&self.path.display().to_string());
-        let lines: Vec<String> = self
-            .words
-            .iter()
+        let open = self.open.iter().map(|line| format!("{indent}    # {line}\n"));
+        let words = self.words.iter();
+        let lines: Vec<String> = words
             .filter_map(|word| {
                 let why = match word.guessed.why.as_str() {
                     "" => String::new(),
@@ -81,6 +83,7 @@ impl Table {
                 let written = word.written.as_ref()?;
                 Some(format!("{indent}    {} = {written},{why}\n", word.name))
             })
+            .chain(open)
             .collect();
         if lines.is_empty() {
             return file;

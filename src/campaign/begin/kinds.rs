@@ -1,0 +1,61 @@
+//! What a column without a unit measures, as its name says: a rate is no position.
+
+use crate::campaign::begin::guessed::base;
+
+/// Parts of names without their axis, and the usual unit of what is called so. The first that fits
+/// counts.
+const KINDS: [(&str, &str); 18] = [
+    ("angular_velocity", "rad/s"),
+    ("angular", "rad/s"),
+    ("gyro", "rad/s"),
+    ("g", "rad/s"),
+    ("omega", "rad/s"),
+    ("w", "rad/s"),
+    ("linear_acceleration", "m/s^2"),
+    ("acceleration", "m/s^2"),
+    ("accel", "m/s^2"),
+    ("acc", "m/s^2"),
+    ("a", "m/s^2"),
+    ("linear_velocity", "m/s"),
+    ("linear", "m/s"),
+    ("velocity", "m/s"),
+    ("vel", "m/s"),
+    ("speed", "m/s"),
+    ("v", "m/s"),
+    ("twist", "m/s"),
+];
+/// What parts a name.
+const PARTS: [char; 3] = ['_', '.', '/'];
+
+/// The usual unit of a rate or an acceleration, by the name of its column.
+pub(super) fn rate(name: &str) -> Option<&'static str> {
+    let base = base(name).0;
+    let stem = base.trim_end_matches(['x', 'y', 'z']).trim_end_matches(PARTS);
+    let is_called = |own: &&(&str, &str)| {
+        stem.strip_suffix(own.0).is_some_and(|before| before.is_empty() || before.ends_with(PARTS))
+    };
+    KINDS.iter().find(is_called).map(|(_, unit)| *unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rate;
+
+    #[test]
+    fn rates_are_known_by_their_names_without_axis() {
+        for (name, unit) in [
+            ("gx", Some("rad/s")),
+            ("imu.angular_velocity.z", Some("rad/s")),
+            ("linear_acceleration.x", Some("m/s^2")),
+            ("vx", Some("m/s")),
+            ("speed", Some("m/s")),
+            ("x", None),
+            ("px", None),
+            ("tracker_x", None),
+            ("e", None),
+            ("angle", None),
+        ] {
+            assert_eq!(rate(name), unit, "{name}");
+        }
+    }
+}
