@@ -59,20 +59,12 @@ fn with_readings(problem: &Problem) -> Vec<Vec<bool>> {
     problem.parts.iter().map(of_part).collect()
 }
 
-/// Takes runs out of which nothing is left: they have nothing to determine. A campaign keeps one.
+/// Takes runs out of which nothing is left: they have nothing to determine.
 fn without_emptied(problem: &mut Problem, had: &[Vec<bool>]) {
     let has = with_readings(problem);
-    if has == had {
-        return;
+    if let Some(rest) = problem.without_runs(|part, run| had[part][run] && !has[part][run]) {
+        *problem = rest;
     }
-    let mut parts = problem.parts.clone();
-    for (part, (had, has)) in parts.iter_mut().zip(had.iter().zip(has)) {
-        let mut stays = had.iter().zip(has).map(|(had, has)| has || !had);
-        if stays.clone().any(|stays| stays) {
-            part.runs.retain(|_| stays.next().unwrap_or(true));
-        }
-    }
-    *problem = problem.with_parts(parts);
 }
 
 /// A line of the table.

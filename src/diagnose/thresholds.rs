@@ -75,7 +75,8 @@ pub const LOST: f64 = 1.0 / 300.0;
 pub const LARGEST_RATE: f64 = 0.1;
 /// See [`LARGEST_RATE`].
 pub const LARGEST_DELAY: f64 = 1.0;
-/// Largest relative error of a scale: beyond it numbers are in another unit, or mirrored.
+/// The same of other dimensionless values whose typical size is below [`LARGEST_RATE`]: scales beyond
+/// it are another unit, or a mirrored frame.
 pub const LARGEST_SCALE: f64 = 0.5;
 /// How many times as probable as one of the library an effect of the user's own is: whoever writes a
 /// file for it suspects it.

@@ -268,9 +268,7 @@ fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspect<'c>]) -> Option<Next<
             Some((Looked::at(problem, &quick.point, Some(suspect))?, suspect))
         })
         .filter(|(looked, _)| {
-            // What is made larger must fit better, too: residuals of angles do not grow beyond a turn.
-            let times =
-                stands.variance_factor / looked.score.max(looked.variance_factor.ln()).exp();
+            let times = stands.variance_factor / looked.score.exp();
             times > BETTER[0] || (times > BETTER[1] && looked.variance_factor < GOOD)
         })
         .collect();

@@ -28,8 +28,8 @@ pub(super) mod thinned;
 
 use clocks::Clock;
 use mirrored::other_values;
-use signs::start_that_keeps_signs;
-use starts::{Attitudes, Offsets};
+use signs::{start_that_keeps_signs, stated_signs};
+use starts::{Attitudes, Offsets, is_open};
 use thinned::{Thinned, Tried, cut};
 
 /// Samples on which each start is tried; those on which the best of them are fitted further; those
@@ -100,6 +100,7 @@ pub struct Other {
 /// clock is searched by itself.
 pub fn improved(mut problem: Problem) -> (Problem, Vec<Found>) {
     let clocks = Clock::all(&problem);
+    let signs = stated_signs(&problem);
     let mut all = Vec::new();
     let mut settled: Vec<usize> = Vec::new();
     for clock in &clocks {
@@ -120,11 +121,10 @@ pub fn improved(mut problem: Problem) -> (Problem, Vec<Found>) {
         });
         all.push(found);
     }
-    if let Some(start) = start_that_keeps_signs(&problem) {
+    if let Some(start) = start_that_keeps_signs(&problem, &signs) {
         for index in 0..problem.layout.instances.len() {
-            let setting = &problem.layout.instances[index].setting;
-            let is_stated = setting.start.is_some() || setting.value.is_some();
-            if problem.layout.is_free(index) && !is_stated {
+            let was_found = problem.layout.instances[index].start_found;
+            if is_open(&problem.layout, index) || was_found && problem.layout.is_free(index) {
                 let components = start.components(&problem.layout, index);
                 problem.begin_at_found(index, components);
             }

@@ -232,17 +232,6 @@ impl Scaled {
         }
     }
 
-    /// A column of the covariance, from what is determined, beside some others that are held.
-    fn beside(&self, held: &[usize], i: usize) -> DVector<f64> {
-        let of = |a: usize, b: usize| self.covariance(UNOBSERVABLE, a, b);
-        let column = DVector::from_fn(self.active.len(), |j, _| of(j, i));
-        let own = DMatrix::from_fn(held.len(), held.len(), |a, b| of(held[a], held[b]));
-        let Some(factor) = own.cholesky() else { return column };
-        let known = factor.solve(&DVector::from_fn(held.len(), |a, _| of(held[a], i)));
-        let across = DMatrix::from_fn(self.active.len(), held.len(), |j, a| of(j, held[a]));
-        column - across * known
-    }
-
     /// Parameters whose uncertainty, from what is otherwise determined, is beyond plausible: each
     /// with how the others make up for it (its column of the covariance).
     fn implausible(&self, limits: &[Limit]) -> Vec<Direction> {
@@ -254,15 +243,21 @@ impl Scaled {
                 (excess > 1.0).then_some((excess, i))
             })
             .collect();
+        if beyond.is_empty() {
+            return Vec::new();
+        }
         beyond.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let n = self.active.len();
+        let covariance = DMatrix::from_fn(n, n, |i, j| self.covariance(UNOBSERVABLE, i, j));
         let mut leaders: Vec<usize> = Vec::new();
         for (excess, i) in beyond {
             let shared = leaders.iter().any(|&l| {
-                let correlation = self.covariance(UNOBSERVABLE, i, l) / (sigma(i) * sigma(l));
+                let correlation = covariance[(i, l)] / (sigma(i) * sigma(l));
                 correlation.abs() > SAME
             });
             // What is known well enough once the leaders are is no direction of its own.
-            let left = self.beside(&leaders, i)[i].max(0.0).sqrt() / sigma(i);
+            let left = beside(&covariance, &leaders, i).map_or(0.0, |left| left[i].max(0.0));
+            let left = left.sqrt() / sigma(i);
             if !shared && excess * left > 1.0 {
                 leaders.push(i);
             }
@@ -271,9 +266,22 @@ impl Scaled {
             .iter()
             .map(|&i| {
                 let others: Vec<usize> = leaders.iter().copied().filter(|&l| l != i).collect();
-                let direction = self.direction(&self.beside(&others, i), Kind::UpToNoise, Some(i));
+                let column = beside(&covariance, &others, i);
+                let column = column.unwrap_or_else(|| covariance.column(i).into_owned());
+                let direction = self.direction(&column, Kind::UpToNoise, Some(i));
                 Direction { is_implausible: true, ..direction }
             })
             .collect()
     }
+}
+
+/// A column of a covariance beside some others that are held; `None` where these are dependent.
+fn beside(covariance: &DMatrix<f64>, held: &[usize], i: usize) -> Option<DVector<f64>> {
+    let column = covariance.column(i).into_owned();
+    if held.is_empty() {
+        return Some(column);
+    }
+    let across = covariance.select_columns(held);
+    let known = across.select_rows(held).cholesky()?.solve(&column.select_rows(held));
+    Some(column - across * known)
 }

@@ -35,7 +35,7 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
         text.push_str("The readings do not distinguish them, but parameters depend on the choice: choose by the programs that wrote the logs.\n");
     }
     if found.variance_factors[1] > DOUBTFUL {
-        text.push_str("The fit remains far from the stated uncertainties: this may be a part of what is wrong, or stand for something else.\n");
+        text.push_str(&format!("The variance factor is still {after}: another error remains, or this convention imitates one.\n"));
     }
     if !found.columns.is_empty() {
         let typed = typed(found, runs);

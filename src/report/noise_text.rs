@@ -1,7 +1,7 @@
 //! The noise that `diagnose` found, for people: its effects, its levels and memories, and what is
 //! left out.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::found::{LeftOut, Level, Lost, NoiseEffect, Reading, Stretch};
@@ -176,10 +176,12 @@ fn runs_left_out(diagnosis: &Diagnosis, left_out: &LeftOut) -> Vec<RunLeftOut> {
         *counts.entry((&one.run, &one.measurand)).or_default() += one.readings;
     }
     let mut all: Vec<RunLeftOut> = Vec::new();
+    let mut runs: BTreeSet<String> = BTreeSet::new();
     for part in &diagnosis.nominal.problem.parts {
         let names = &part.system.assembly.names.measurands;
         for (index, run) in part.runs.iter().enumerate() {
             let run = qualified(part.label.as_deref(), &run.name);
+            runs.insert(run.clone());
             for (one, rest) in names.iter().zip(part.present_in(index)) {
                 let out = counts.get(&(&run[..], &one.name[..])).copied().unwrap_or(0);
                 if out > rest && out > 1 {
@@ -190,9 +192,11 @@ fn runs_left_out(diagnosis: &Diagnosis, left_out: &LeftOut) -> Vec<RunLeftOut> {
         }
     }
     // A run of which nothing is left is not in the problem.
-    for Stretch { run, measurand, readings, .. } in &left_out.runs {
-        if !all.iter().any(|one| (&one.run, &one.measurand) == (run, measurand)) {
-            let (run, measurand, out) = (run.clone(), measurand.clone(), *readings);
+    for ((run, measurand), out) in counts {
+        let is_of_run = |one: &&Stretch| one.run == run;
+        let is_known = all.iter().any(|one| one.run == run && one.measurand == measurand);
+        if !is_known && !runs.contains(run) && left_out.runs.iter().any(|one| is_of_run(&one)) {
+            let (run, measurand) = (run.to_owned(), measurand.to_owned());
             all.push(RunLeftOut { measurand, run, out, all: out });
         }
     }

@@ -33,6 +33,7 @@ mod replay;
 mod runs;
 mod sensitivities;
 mod situations;
+mod sizes;
 mod stated_values;
 mod streams;
 mod trials;

@@ -1,9 +1,13 @@
 //! Unobservable directions.
 
 use homepoint::engine::gram::{Columns, LeastSquares, Normal};
+use homepoint::engine::open::{Request, open};
+use homepoint::estimate::calibrate::calibrate;
 use homepoint::estimate::observability::{Direction, Kind, Limit, examine};
 use nalgebra::{DMatrix, DVector};
 
+use crate::folder::Folder;
+use crate::problems::Stream;
 use crate::problems::linear::{Linear, constant_rate, random_arrow};
 
 fn at_zero(problem: &Linear) -> Normal {
@@ -142,4 +146,32 @@ fn a_weak_direction_within_plausible_sizes_is_determined() {
     let count =
         |size| examine(&normal, &[Limit::Size(size), Limit::Size(size)]).unwrap().directions.len();
     assert_eq!((count(2000.0), count(1000.0)), (0, 1));
+}
+
+/// A lever arm and a shift on a road that hardly turns: four values, of which two sums are known. What is
+/// known once the shift is counts as no direction of its own.
+#[test]
+fn open_directions_are_counted_once() {
+    let model = "name = \"antenna\"\ntitle = \"Antenna on a car\"\n[inputs]\nheading = { unit = \"rad\" }\n\
+        [parameters]\n\
+        shift_e = { unit = \"m\", plausible = \"100 mm\" }\nshift_n = { unit = \"m\", plausible = \"100 mm\" }\n\
+        ahead = { unit = \"m\", plausible = \"100 mm\" }\nleft = { unit = \"m\", plausible = \"100 mm\" }\n\
+        [measurands]\n\
+        e = { value = 'shift_e + ahead * cos(heading) - left * sin(heading)', unit = \"m\", sigma = \"20 mm\" }\n\
+        n = { value = 'shift_n + ahead * sin(heading) + left * cos(heading)', unit = \"m\", sigma = \"20 mm\" }\n";
+    let campaign = "title = \"Road\"\nmodel = \"model.toml\"\n[[runs]]\nname = \"road\"\ndata = \"data.csv\"\n";
+    let mut noise = Stream(11);
+    let mut data = "heading [rad],e [m],n [m]\n".to_owned();
+    for _ in 0..400 {
+        let heading: f64 = 0.6435 + 2e-3 * noise.normal();
+        let e = 0.4 - 1.2 * heading.cos() - 0.35 * heading.sin() + 0.02 * noise.normal();
+        let n = -0.2 - 1.2 * heading.sin() + 0.35 * heading.cos() + 0.02 * noise.normal();
+        data += &format!("{heading:.6},{e:.5},{n:.5}\n");
+    }
+    let files = [("model.toml", model), ("campaign.toml", campaign), ("data.csv", &*data)];
+    let folder = Folder::new("road", &files);
+    let fit =
+        calibrate(open(&Request::new([&*folder])).unwrap().problem, &Default::default()).unwrap();
+    assert_eq!(fit.unobservable.len(), 2, "{:?}", fit.unobservable);
+    assert!(fit.estimates().iter().all(|one| one.value.is_none()), "{:?}", fit.unobservable);
 }

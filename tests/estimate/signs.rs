@@ -52,3 +52,25 @@ fn a_scale_keeps_the_sign_with_which_it_starts() {
         );
     }
 }
+
+/// Where the readings exclude the stated sign, theirs stays.
+#[test]
+fn readings_decide_where_only_one_sign_fits() {
+    let model = "name = \"axis\"\ntitle = \"Axis\"\n[inputs]\nsent = { unit = \"m\" }\n\
+        [parameters]\nzero = { unit = \"rad\" }\ngain = { unit = \"rad/m\", start = \"1 rad/m\" }\n\
+        [measurands]\nq = { value = 'gain * sent + zero', kind = \"angle\", unit = \"rad\", sigma = \"1 mrad\" }\n";
+    let campaign =
+        "title = \"Axis\"\nmodel = \"model.toml\"\n[[runs]]\nname = \"a\"\ndata = \"read.csv\"\n";
+    let mut random = Stream(9);
+    let mut table = "sent [m],q [rad]\n".to_owned();
+    for k in 0..60 {
+        let sent = 0.01 * f64::from(k);
+        table.push_str(&format!("{sent:.3},{:.6}\n", 0.3 - 0.9 * sent + 1e-3 * random.normal()));
+    }
+    let files = [("model.toml", model), ("campaign.toml", campaign), ("read.csv", &table)];
+    let folder = Folder::new("axis", &files);
+    let (problem, _) = improved(open(&Request::new([&*folder])).unwrap().problem);
+    let fit = calibrate(problem, &Default::default()).unwrap();
+    let found = fit.estimates().into_iter().find(|one| one.name == "gain").unwrap();
+    assert!((found.value.unwrap() + 0.9).abs() < 0.01, "{found:?}");
+}

@@ -173,5 +173,5 @@ fn inches_for_millimetres_are_named() {
         changed(&folder, "stops.csv", axis, |value| value / 0.0254 / 1e3);
     }
     let one = found(&folder).unwrap();
-    assert!(names(&one).contains(&"coordinates_in_inches_for_millimetres"), "{one:?}");
+    assert_eq!(names(&one), ["coordinates_in_inches_for_millimetres"], "{one:?}");
 }

@@ -121,8 +121,7 @@ pub fn near_aliases(
         let columns = selection.terms[term].columns.iter();
         let typical: Vec<Option<f64>> =
             columns.map(|column| linear.sums.typical_of(column.first()?.0)).collect();
-        let ln_bayes = selection.ln_bayes_factor(term, selection.gain(model, term));
-        let ln_bayes = ln_bayes.min(selection.ln_bayes_factor_of_size(model, term, &typical));
+        let ln_bayes = selection.ln_odds_at(model, term, &typical);
         solved.widen(at, &both, &typical, ln_bayes);
         // Of several values each pair has another correlation: that of the forms is reported.
         let factor = both.factor(at, model.len());
@@ -165,30 +164,6 @@ impl Solved {
 }
 
 impl Selection<'_> {
-    /// The log Bayes factor of a term beside a model, its values normal about zero with these typical
-    /// sizes: one whose values would show otherwise is not there. Infinite where a size is not known.
-    fn ln_bayes_factor_of_size(
-        &self,
-        model: &[usize],
-        term: usize,
-        typical: &[Option<f64>],
-    ) -> f64 {
-        let Some(sizes) = typical.iter().copied().collect::<Option<Vec<f64>>>() else {
-            return f64::INFINITY;
-        };
-        let beside = self.across(&self.factored(model), &self.terms[term].columns);
-        let (left, score) = (beside.left, beside.score);
-        // In units of the typical sizes.
-        let size = DVector::from_vec(sizes);
-        let with_prior =
-            |i: usize, j: usize| left[(i, j)] * size[i] * size[j] + f64::from(u8::from(i == j));
-        let with_prior = DMatrix::from_fn(left.nrows(), left.ncols(), with_prior);
-        let score = score.component_mul(&size);
-        let Some(factor) = with_prior.cholesky() else { return f64::INFINITY };
-        let ln_determinant = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
-        0.5 * (score.dot(&factor.solve(&score)) - ln_determinant)
-    }
-
     /// Effects outside a model whose form is nearly that of one of its terms (by its place) with
     /// given values: with the squared cosine, largest first.
     fn near(&self, model: &[usize], at: usize, values: &[f64]) -> Vec<(usize, f64)> {

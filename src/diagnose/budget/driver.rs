@@ -75,8 +75,9 @@ struct Search<'a> {
     refused: Vec<(String, Option<Variant>)>,
     /// Why, where that was judged.
     objections: Vec<(String, Objection)>,
-    /// Effects that nominal parameters absorb, of which a refit found nothing beyond that.
-    absorbed: Vec<String>,
+    /// Effects that nominal parameters absorb, of which a refit found nothing beyond that; whether
+    /// relaxed forms were tried, too.
+    absorbed: Vec<(String, bool)>,
     /// Sets of rows that were in the fit.
     seen: Vec<Vec<String>>,
     left_out: LeftOut,

@@ -104,7 +104,7 @@ impl Selection<'_> {
             model = with;
             // It may have been too small beside a row that went later.
             if nameless.is_empty() && self.worst(&model, &pools.blocks, &own).is_none() {
-                log.push(format!("{} stands beside what is left", self.terms[term].name));
+                log.push(format!("{} passes after other rows were removed", self.terms[term].name));
                 objections.retain(|(other, _)| *other != term);
             } else {
                 nameless.push(term);

@@ -11,6 +11,7 @@ use std::ops::Range;
 
 use crate::diagnose::sequences::{OfRun, Sequence, median_size};
 use crate::engine::{Point, Problem};
+use crate::estimate::median::upper_median;
 
 use super::left_out::{OfSamples, rare};
 use super::limits::{MOST_OUTLIERS, OUTLIER, limit};
@@ -46,23 +47,21 @@ pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Sequence]) -> Vec<
         for run in 0..part.runs.len() {
             let sizes: Vec<Sizes> = (0..measurands).map(|of| sizes(all, (p, of), run)).collect();
             let whole = whole_samples(&sizes);
-            let mut own: Vec<Vec<Range<usize>>> =
+            let own: Vec<Option<Vec<Range<usize>>>> =
                 sizes.iter().map(|sizes| of_one(sizes, &whole)).collect();
             // Where one measurand is wrong, so may be others, by less than shows reading by reading.
-            for (measurand, ranges) in own.clone().into_iter().enumerate() {
-                for samples in ranges {
-                    for other in (0..measurands).filter(|other| *other != measurand) {
-                        if !own[other].iter().any(|known| overlaps(known, &samples))
-                            && is_offset(all, (p, other), run, &samples)
-                        {
-                            own[other].push(samples.clone());
-                        }
-                    }
-                }
-            }
-            for (measurand, ranges) in own.into_iter().enumerate() {
+            for (measurand, known) in own.iter().enumerate() {
+                let Some(known) = known else { continue };
+                let others = own.iter().enumerate().filter(|(other, _)| *other != measurand);
+                let others = others.filter_map(|(_, ranges)| ranges.as_ref()).flatten();
+                let beside = others.filter(|samples| {
+                    !known.iter().any(|own| overlaps(own, samples))
+                        && is_offset(all, (p, measurand), run, samples, known)
+                });
+                let mut beside: Vec<Range<usize>> = beside.cloned().collect();
+                beside.dedup();
                 let of = OfRun { part: p, measurand, run };
-                found.extend(ranges.into_iter().map(|samples| (of, samples)));
+                found.extend(known.iter().cloned().chain(beside).map(|samples| (of, samples)));
             }
         }
     }
@@ -71,36 +70,51 @@ pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Sequence]) -> Vec<
     found
 }
 
-/// The bursts of one measurand: those of whole samples, and its own.
-fn of_one(sizes: &Sizes, whole: &[Range<usize>]) -> Vec<Range<usize>> {
+/// The bursts of one measurand: those of whole samples, and its own. `None` where so much remains far
+/// out that the stretches are not all of it.
+fn of_one(sizes: &Sizes, whole: &[Range<usize>]) -> Option<Vec<Range<usize>>> {
     let is_new = |one: &Range<usize>| !whole.iter().any(|other| overlaps(one, other));
     let own: Vec<Range<usize>> =
         whole.iter().cloned().chain(stretches(sizes).into_iter().filter(is_new)).collect();
-    // What remains far out is more than outliers: the stretches are not all of it.
     let rest = sizes.iter().filter(|(at, _)| !own.iter().any(|one| one.contains(at)));
     let far = rest.filter(|(_, size)| *size > TRIM).count();
-    if far as f64 <= MOST_OUTLIERS * sizes.len() as f64 { own } else { Vec::new() }
+    (far as f64 <= MOST_OUTLIERS * sizes.len() as f64).then_some(own)
 }
 
-/// Whether the mean of a measurand's readings in a stretch differs from that of as many before and
-/// after it, by [`FAR`] of its standard deviations.
-fn is_offset(all: &[Sequence], of: (usize, usize), run: usize, samples: &Range<usize>) -> bool {
+/// Whether the median of a measurand's readings in a stretch differs from that of as many before and
+/// after it, by one robust standard deviation and by [`FAR`] of those of a difference of medians.
+/// Readings of its own bursts do not count.
+fn is_offset(
+    all: &[Sequence],
+    of: (usize, usize),
+    run: usize,
+    samples: &Range<usize>,
+    bursts: &[Range<usize>],
+) -> bool {
     let count = samples.len();
     let before = samples.start.saturating_sub(count)..samples.start;
     let after = samples.end..samples.end + count;
+    let is_out = |at: &usize| bursts.iter().any(|one| one.contains(at));
     all.iter().filter(|one| one.of() == of).any(|one| {
         let unit = limit(&one.runs[run], one.deviation.unwrap_or(f64::INFINITY)) / OUTLIER;
-        // Sum and number of the readings there.
-        let sums = |range: &Range<usize>| {
-            let own = one.runs[run].get(range.start..range.end.min(one.runs[run].len()));
-            let own = own.unwrap_or_default().iter().filter(|value| !value.is_nan());
-            own.fold((0.0, 0.0), |(sum, number), value| (sum + value, number + 1.0))
+        let values = |range: Range<usize>| -> Vec<f64> {
+            let all = range.filter(|at| !is_out(at)).filter_map(|at| one.runs[run].get(at));
+            all.copied().filter(|value| !value.is_nan()).collect()
         };
-        let (inside, within) = sums(samples);
-        let [(first, earlier), (last, later)] = [&before, &after].map(sums);
-        let outside = earlier + later;
-        let difference = inside / within - (first + last) / outside;
-        difference.abs() > FAR * unit * (1.0 / within + 1.0 / outside).sqrt()
+        let mut inside = values(samples.clone());
+        let [earlier, later] = [before.clone(), after.clone()].map(values);
+        if [&inside, &earlier, &later].iter().any(|some| some.len() < SHORTEST) {
+            return false;
+        }
+        let mut outside = [earlier, later].concat();
+        let parts = 1.0 / inside.len() as f64 + 1.0 / outside.len() as f64;
+        let of_medians = (std::f64::consts::FRAC_PI_2 * parts).sqrt();
+        let [Some(inside), Some(outside)] =
+            [&mut inside, &mut outside].map(|some| upper_median(some))
+        else {
+            return false;
+        };
+        (inside - outside).abs() > unit * (FAR * of_medians).max(1.0)
     })
 }
 

@@ -118,25 +118,10 @@ fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
 /// setup of which no reading is left, is to be estimated: nothing would determine it. `None` where
 /// there are no such runs.
 fn without_empty_runs(problem: &Problem) -> Option<Problem> {
-    let mut parts = problem.parts.clone();
-    for part in &mut parts {
-        let goes: Vec<bool> = (0..part.runs.len())
-            .map(|run| is_empty(part, run) && has_own_unknowns(problem, part, run))
-            .collect();
-        if goes.iter().all(|goes| *goes) {
-            continue;
-        }
-        let stays = |run: usize| !goes[run];
-        part.runs = kept(&part.runs, stays);
-        part.run_levels = kept(&part.run_levels, stays);
-    }
-    let count = |parts: &[Part]| -> usize { parts.iter().map(|part| part.runs.len()).sum() };
-    let is_less = count(&parts) < count(&problem.parts);
-    is_less.then(|| problem.with_parts(parts))
-}
-
-fn kept<T: Clone>(all: &[T], stays: impl Fn(usize) -> bool) -> Vec<T> {
-    all.iter().enumerate().filter(|(run, _)| stays(*run)).map(|(_, one)| one.clone()).collect()
+    problem.without_runs(|number, run| {
+        let part = &problem.parts[number];
+        is_empty(part, run) && has_own_unknowns(problem, part, run)
+    })
 }
 
 fn is_empty(part: &Part, run: usize) -> bool {

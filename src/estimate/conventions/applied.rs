@@ -77,8 +77,9 @@ impl Suspected<'_> {
     }
 
     /// Logarithm of the variance factor of a fit of the changed problem, where the uncertainties of
-    /// changed readings are stretched like these: what is made smaller scatters less, and carries no
-    /// more information.
+    /// changed readings are stretched like these, by `s`: chi squared is that of the other readings and
+    /// that of these over `s²`. What is made smaller scatters less, and carries no more information;
+    /// what is made larger must fit the stated uncertainties all the same.
     pub(super) fn score(&self, changed: &Problem, fit: &Tried) -> f64 {
         let score = fit.variance_factor.ln();
         let Some(stretch) = self.stretch() else { return score };
@@ -95,7 +96,7 @@ impl Suspected<'_> {
         others.reweight(&fit.point);
         let rest = others.cost(&fit.point).min(fit.chi_squared);
         let relative = rest + (fit.chi_squared - rest) / stretch.powi(2);
-        score + (relative / fit.chi_squared).max(f64::MIN_POSITIVE).ln()
+        score + (relative / fit.chi_squared).ln().max(0.0)
     }
 
     fn is_in(&self, run: OneRun) -> bool {

@@ -12,10 +12,9 @@ use super::{EXCLUDED, ITERATIONS, SAMPLES};
 
 /// The start from which scalars keep the signs with which they are stated to start, where they do not
 /// from the stated one and the fit is as good.
-pub(super) fn start_that_keeps_signs(problem: &Problem) -> Option<Point> {
-    let started = started(problem);
+pub(super) fn start_that_keeps_signs(problem: &Problem, stated: &[(usize, f64)]) -> Option<Point> {
     let attitudes = Attitudes::of(problem);
-    if started.is_empty() || attitudes.count() < 2 {
+    if stated.is_empty() || attitudes.count() < 2 {
         return None;
     }
     let some = Thinned::of(problem, SAMPLES[1]);
@@ -28,7 +27,7 @@ pub(super) fn start_that_keeps_signs(problem: &Problem) -> Option<Point> {
     let lost = |fit: &Tried| {
         let is_lost =
             |(index, start): &&(usize, f64)| fit.point.values[*index][0] * start.signum() < 0.0;
-        started.iter().filter(is_lost).count()
+        stated.iter().filter(is_lost).count()
     };
     let own = look(0)?;
     let lost_before = lost(&own);
@@ -42,8 +41,8 @@ pub(super) fn start_that_keeps_signs(problem: &Problem) -> Option<Point> {
     alike.into_iter().next().filter(|best| lost(best) < lost_before).map(|best| best.point)
 }
 
-/// Free scalars whose start is stated and not zero, with it.
-fn started(problem: &Problem) -> Vec<(usize, f64)> {
+/// Free scalars whose start is stated and not zero, with it; to be asked before a start is looked for.
+pub(super) fn stated_signs(problem: &Problem) -> Vec<(usize, f64)> {
     let layout = &problem.layout;
     let of = |index: usize| {
         let one = &layout.instances[index];

@@ -190,7 +190,7 @@ fn rotations() -> Vec<[f64; 4]> {
 
 /// Whether an instance is estimated from nothing but readings: free, and without a value, a start or
 /// a bound of the user's.
-fn is_open(layout: &Layout, index: usize) -> bool {
+pub(super) fn is_open(layout: &Layout, index: usize) -> bool {
     let one = &layout.instances[index];
     let setting = &one.setting;
     let start = if one.start_found { &None } else { &setting.start };

@@ -18,6 +18,9 @@ const END_ROUNDS: usize = 3;
 /// Share of a change's squared length below which the model takes it up.
 const TAKEN_UP: f64 = 1e-6;
 
+/// The first bin, and the one after the last.
+type Ends = (usize, usize);
+
 /// A moment from which on a value is different: the run, and the first sample from it on.
 pub(super) type Bin = (usize, usize);
 
@@ -129,7 +132,7 @@ impl Linear {
         let n = sum.nrows() - 2;
         let part = |bin: usize| bins.get(bin).map(|(run, _)| self.part_of(*run).0);
         // The gain of a stretch of a run, whose bins are `first..next`.
-        let gain = |(first, next): (usize, usize), from: usize, to: usize| -> Option<f64> {
+        let gain = |(first, next): Ends, from: usize, to: usize| -> Option<f64> {
             let end = if to < next { bins[to].1 } else { self.samples_in(bins[first].0) };
             if to <= from || end - bins[from].1 < LEAST_STRETCH {
                 return None;
@@ -150,7 +153,7 @@ impl Linear {
             (square > 0.0 && left >= TAKEN_UP * square)
                 .then(|| (within(sum, n) - along).powi(2) / left)
         };
-        let mut best: Option<(f64, (usize, usize), (usize, usize))> = None;
+        let mut best: Option<(f64, Ends, Ends)> = None;
         let mut tried = 0;
         let mut first = 0;
         for own in bins.chunk_by(|a, b| a.0 == b.0) {

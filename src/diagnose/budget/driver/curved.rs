@@ -34,10 +34,13 @@ impl Search<'_> {
         let scaled = selection.chi_squared(model) / self.fitted.fit.cost;
         let mut best: Option<Refitted> = None;
         for (term, own) in linear.terms.iter().enumerate() {
-            if !selection.live[term]
-                || self.absorbed.contains(&own.name)
-                || !is_unseen(own, selection, term)
-            {
+            if !selection.live[term] || !is_unseen(own, selection, term) {
+                continue;
+            }
+            // What would enter may have a value for each angle: then it may, too.
+            let is_wider = linear.terms[otherwise.term].columns.len() > own.columns.len();
+            let was_tried = |known: &(String, bool)| known.0 == own.name && (known.1 || !is_wider);
+            if self.absorbed.iter().any(was_tried) {
                 continue;
             }
             let square = squared_length(own, selection);
@@ -45,17 +48,19 @@ impl Search<'_> {
                 continue;
             }
             let plain = &linear.candidates[own.candidate].selected;
-            // What would enter may have a value for each angle: then it may, too.
-            let is_wider = linear.terms[otherwise.term].columns.len() > own.columns.len();
             let wider = own.variants.iter().copied().filter(|form| {
                 is_wider && own.variant.is_none() && !self.is_refused(&own.name, *form)
             });
             let mut is_worth = false;
             for form in std::iter::once(own.variant).chain(wider.map(Some)) {
-                let Some(with) = self.from_usual_values(plain, form)? else { continue };
+                let Some(with) = self.fit_from_usual_values(plain, form)? else { continue };
+                let degrees = columns_of(&with, &own.name).len();
+                // What a campaign states of scopes may undo the form.
+                if form != own.variant && degrees <= own.columns.len() {
+                    continue;
+                }
                 let drop = self.fitted.fit.cost - with.fit.cost;
-                let gain =
-                    Gain { gain: scaled * drop, degrees: columns_of(&with, &own.name).len() };
+                let gain = Gain { gain: scaled * drop, degrees };
                 let of_form = if form == own.variant { 0.0 } else { RELAXED };
                 let ln_bayes = selection.ln_bayes_factor(term, gain) - of_form;
                 if ln_bayes < ENTER {
@@ -63,7 +68,8 @@ impl Search<'_> {
                 }
                 is_worth = true;
                 let size = linear.ln_size_prior(&with, term);
-                // As what would enter otherwise is priced.
+                // As what would enter otherwise is priced; what is better by so much is so in units of
+                // the noise that was found.
                 let price = gain.gain - 2.0 * ln_bayes;
                 let cost = with.fit.cost + price - 2.0 * size;
                 let least = otherwise.cost - 2.0 * ENTER / scaled;
@@ -73,7 +79,7 @@ impl Search<'_> {
                 }
             }
             if !is_worth {
-                self.absorbed.push(own.name.clone());
+                self.absorbed.push((own.name.clone(), is_wider));
             }
         }
         Ok(best)
@@ -81,7 +87,7 @@ impl Search<'_> {
 
     /// The fit with an effect in some form, from its usual values: where its parameters are zero there
     /// is no slope to follow.
-    fn from_usual_values(
+    fn fit_from_usual_values(
         &self,
         plain: &Selected,
         form: Option<Variant>,

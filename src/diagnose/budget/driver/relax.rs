@@ -46,17 +46,19 @@ impl Search<'_> {
         let without = self.fitted.without(&[&plain], self.options)?;
         // Each value begins at the one that it had in common with the others: at zero some effects have
         // no slope.
-        let common: Vec<(&str, &[f64; 4])> = {
-            let instances = self.fitted.problem.layout.instances.iter();
-            let all = instances.zip(&self.fitted.fit.point.values);
-            all.map(|(one, value)| (one.name.as_str(), value)).collect()
-        };
+        let (layout, point) = (&self.fitted.problem.layout, &self.fitted.fit.point);
         let prefix = format!("{name}.");
         let start = |one: &Instance, component: usize| {
-            let is_of = |known: &&(&str, &[f64; 4])| {
-                known.0.starts_with(&prefix) && one.name.starts_with(known.0)
+            let is_of = |index: &usize| {
+                let known = &layout.instances[*index].name;
+                let rest = one.name.strip_prefix(known.as_str());
+                known.starts_with(&prefix)
+                    && rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
             };
-            common.iter().find(is_of).map(|(_, value)| value[component])
+            let all = || (0..layout.instances.len()).filter(is_of);
+            let same = all().find(|index| layout.instances[*index].whose() == one.whose());
+            let common = same.or_else(|| all().next())?;
+            point.components(layout, common).get(component).copied()
         };
         let with = without.with_starts(&selected, start, self.options)?;
         // What a campaign states of scopes may undo the form.

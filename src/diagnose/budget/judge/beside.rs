@@ -20,7 +20,7 @@ impl Selection<'_> {
         near.map(|block| gains[block].excess()).sum()
     }
 
-    /// Whether a block is not an error of one measurand that a row leaves as it is.
+    /// Whether a block and a row change a common measurand.
     pub(super) fn is_beside(&self, row: usize, block: usize) -> bool {
         let own =
             |term: usize| self.terms[term].columns.iter().flatten().map(|(column, _)| *column);

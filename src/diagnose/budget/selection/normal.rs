@@ -151,3 +151,42 @@ pub(super) fn gain_beyond_streams(
     let beyond = gain_of(left, &beyond, raw);
     if beyond.gain < plain.gain { beyond } else { plain }
 }
+
+/// The log Bayes factor of values that are normal about zero with these standard deviations, from
+/// their Schur complement `S` and score `g`: with `T` the diagonal of the deviations
+/// `gᵀ T (1 + T S T)⁻¹ T g / 2 - ln det(1 + T S T) / 2`. Infinite where `S` is no such matrix.
+pub(super) fn ln_bayes_factor_of_sizes(
+    left: &DMatrix<f64>,
+    score: &DVector<f64>,
+    sizes: &[f64],
+) -> f64 {
+    let scaled =
+        |i: usize, j: usize| left[(i, j)] * sizes[i] * sizes[j] + f64::from(u8::from(i == j));
+    let whole = DMatrix::from_fn(sizes.len(), sizes.len(), scaled);
+    let Some(factor) = whole.cholesky() else { return f64::INFINITY };
+    let score = score.component_mul(&DVector::from_column_slice(sizes));
+    let ln_determinant = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
+    0.5 * (score.dot(&factor.solve(&score)) - ln_determinant)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of one value by hand; of two independent ones the sum.
+    #[test]
+    fn a_bayes_factor_of_sizes_is_that_of_normal_values() {
+        let one = |s: f64, g: f64, t: f64| {
+            0.5 * (g * t).powi(2) / (1.0 + t * t * s) - 0.5 * (1.0 + t * t * s).ln()
+        };
+        let of = |s: &[f64], g: &[f64], t: &[f64]| {
+            let left = DMatrix::from_diagonal(&DVector::from_column_slice(s));
+            ln_bayes_factor_of_sizes(&left, &DVector::from_column_slice(g), t)
+        };
+        assert!((of(&[4.0], &[6.0], &[0.5]) - one(4.0, 6.0, 0.5)).abs() < 1e-12);
+        let both = of(&[4.0, 100.0], &[6.0, 0.3], &[0.5, 3.0]);
+        assert!((both - one(4.0, 6.0, 0.5) - one(100.0, 0.3, 3.0)).abs() < 1e-12);
+        // A large value that is not seen is not there; one that cannot show says nothing.
+        assert!(of(&[1e4], &[1.0], &[1.0]) < -4.0 && of(&[0.0], &[0.0], &[9.0]) == 0.0);
+    }
+}

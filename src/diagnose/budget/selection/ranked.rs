@@ -6,7 +6,7 @@ use nalgebra::linalg::Cholesky;
 use rayon::prelude::*;
 
 use super::Selection;
-use super::normal::gain_beyond_streams;
+use super::normal::{gain_beyond_streams, ln_bayes_factor_of_sizes};
 use crate::diagnose::price::{Gain, price};
 
 /// A term beside a model.
@@ -56,6 +56,30 @@ impl Selection<'_> {
             gain_beyond_streams(&left, &score, of_streams.as_ref(), &raw)
         };
         model.iter().zip(self.ranges(model)).map(gain).collect()
+    }
+
+    /// The log posterior odds of a term beside a model, its values normal about zero with these typical
+    /// sizes: one whose values would show otherwise is not there. Where a size is not known, or nothing
+    /// of the term is left beside the model, at the size that suits its gain best.
+    pub(in crate::diagnose::budget) fn ln_odds_at(
+        &self,
+        model: &[usize],
+        term: usize,
+        typical: &[Option<f64>],
+    ) -> f64 {
+        let own = &self.terms[term];
+        let beside = self.across(&self.factored(model), &own.columns);
+        let gain = beside.gain();
+        let sizes: Option<Vec<f64>> = typical.iter().copied().collect();
+        let Some(sizes) = sizes.filter(|_| gain.degrees > 0) else {
+            return self.ln_bayes_factor(term, gain);
+        };
+        let score = match &beside.of_streams {
+            Some(added) => &beside.score - added,
+            None => beside.score,
+        };
+        let choices = own.members.max(1) as f64 * self.candidates(term).max(1) as f64;
+        ln_bayes_factor_of_sizes(&beside.left, &score, &sizes) - choices.ln() + own.ln_prior
     }
 
     /// Log evidence of a model but for a constant: comparable between models under the same noise.
