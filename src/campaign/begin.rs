@@ -6,13 +6,14 @@
 //! | `pairing` | which of several logs are of one recording |
 //! | `kinds` | what a column without a unit measures, as its name says |
 //! | `stamps` | which columns are the stamps |
+//! | `candidate` | a column with the unit that it seems to have |
 //! | `survey` | the first rows of a table with all of its columns |
 //! | `guess`, `log` | what the columns seem to be; a file with that |
 //! | `models`, `planar` | models to begin with, where none of the library fits |
 //! | `text` | lines of the campaign |
 
+mod candidate;
 mod guess;
-mod guessed;
 mod kinds;
 mod log;
 mod models;
@@ -26,17 +27,21 @@ use std::path::PathBuf;
 
 use crate::campaign::columns::reading_columns;
 use crate::campaign::formats::Role;
+use crate::campaign::header::TIME;
 use crate::campaign::roles::roles;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::graph::MeasurandKind;
-use crate::model::Model;
+use crate::model::{Model, Process};
 use crate::units::Unit;
 
+use candidate::{Candidate, base};
 use guess::Guess;
-use guessed::{Guessed, base};
 use log::Log;
 use survey::Survey;
 use text::{Rest, Table, Word};
+
+/// Names of times in formulas.
+const TIMES: [&str; 5] = [TIME, "moment", "run_time", "setup_time", "uniform_time"];
 
 /// A campaign to begin with.
 #[derive(Clone, Debug)]
@@ -107,8 +112,10 @@ pub fn begin(
         let mut tables = fitted.tables(data, stream);
         if is_static && let [of_data, of_stream] = tables.as_mut_slice() {
             // Rows at rest have no streams: inputs are columns of the data.
-            of_data.words.append(&mut of_stream.words);
-            of_data.words.dedup_by(|a, b| a.name == b.name);
+            let time = Word::time_at_rest(data, fitted.needs_time);
+            let words = of_data.words.iter().chain(&of_stream.words);
+            let words = words.filter(|word| word.name != TIME).cloned();
+            of_data.words = time.into_iter().chain(words).collect();
             of_data.open.append(&mut of_stream.open);
             tables.truncate(1);
         }
@@ -132,7 +139,7 @@ pub fn begin(
         let fault = Diagnostic::error(message);
         let fault = match is_alone {
             true => fault.help(help).help(stops),
-            false => fault.help(data.columns_told()).help(stream.columns_told()).help(help),
+            false => fault.help(data.column_list()).help(stream.column_list()).help(help),
         };
         return Err(fault.into());
     };
@@ -153,6 +160,8 @@ struct Fitted {
     readings: usize,
     sigmas: Vec<(String, String)>,
     is_swapped: bool,
+    /// Whether the model depends on the stamps of rows at rest, too.
+    needs_time: bool,
 }
 
 impl Fitted {
@@ -207,7 +216,16 @@ fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: boo
         open,
         sigmas,
         is_swapped,
+        needs_time: needs_time(model),
     }
+}
+
+/// Whether a formula of a model names a time, or a random parameter depends on it.
+fn needs_time(model: &Model) -> bool {
+    let names = model.formulas().flat_map(|formula| formula.root.names());
+    let mut names = names.map(|(name, _)| name);
+    names.any(|name| TIMES.contains(&name))
+        || model.parameters.iter().any(|one| one.process != Process::White)
 }
 
 /// Lines to fill in for names of a model that no column of a file is.
@@ -217,7 +235,7 @@ fn open(names: &[(String, Unit)], words: &[Word], log: &Log) -> Vec<String> {
         format!(
             "{name} = {{ column = \"...\", unit = {} }},   # WRITE its column, or leave it out: none is called so; {}",
             text::quoted(&unit.symbol),
-            log.columns_told()
+            log.column_list()
         )
     };
     missing.map(line).collect()
@@ -247,11 +265,11 @@ fn wanted(names: &[(String, Unit)], log: &Log, roles: &[(String, Role)]) -> Vec<
         let by_name = same.or_else(alike).and_then(|column| {
             let unit = columns[column].unit.clone();
             let known = guessed(column);
-            let known = known.or(unit.map(|unit| Guessed { column, unit, why: String::new() }));
+            let known = known.or(unit.map(|unit| Candidate { column, unit, why: String::new() }));
             // A column without a unit has that of the model.
             known.map(|known| match like.accepts(&known.unit) {
                 true => known,
-                false => Guessed {
+                false => Candidate {
                     unit: like.clone(),
                     why: format!("its name; the file has no unit, CHECK `{}`", like.symbol),
                     ..known

@@ -2,7 +2,7 @@
 
 use crate::campaign::endings;
 use crate::campaign::origin::Origin;
-use crate::campaign::wanted::{TIME, Wanted};
+use crate::campaign::wanted::{Choice, Stated, TIME, Wanted};
 use crate::diagnostic::Diagnostic;
 use crate::units::Unit;
 
@@ -24,10 +24,29 @@ pub(super) fn counts(unit: Unit, since_1970: Option<&str>) -> Result<Unit, Box<U
     }
 }
 
-/// The unit that the ending of a name says (`heading_deg`), where it may be that of a quantity.
-pub(super) fn ending(name: &str, like: &Unit) -> Option<&'static str> {
-    let symbol = endings::ending(name)?;
+/// The unit that a name says (`heading_deg`, `nanosec`), where it may be that of a quantity.
+pub(super) fn by_name(name: &str, like: &Unit) -> Option<&'static str> {
+    let symbol = endings::ending(name).or_else(|| endings::decimals(name))?;
     Unit::parse(symbol).is_ok_and(|unit| like.accepts(&unit)).then_some(symbol)
+}
+
+/// The columns that are added, as a campaign lists them; `open` has no unit yet.
+fn list(stated: &Stated, open: &str) -> String {
+    let part = |part: &Stated| {
+        let column = part.column.as_ref()?;
+        let name = column.to_string();
+        let own = part.unit.as_ref().map(|unit| unit.symbol.as_str());
+        let usual = own.or_else(|| by_name(&name, &Unit::second()));
+        let unit = usual.or((name == open).then_some("..."));
+        Some(match (column, unit) {
+            (Choice::Name(_), Some(unit)) => format!("\"{name} [{unit}]\""),
+            (Choice::Name(_), None) => format!("\"{name}\""),
+            (Choice::Number(_), Some(unit)) => format!("{{ column = {name}, unit = \"{unit}\" }}"),
+            (Choice::Number(_), None) => format!("{{ column = {name} }}"),
+        })
+    };
+    let parts: Vec<String> = [stated].into_iter().chain(&stated.added).filter_map(part).collect();
+    parts.join(", ")
 }
 
 /// A fault of a unit, and its bytes in the header cell.
@@ -39,7 +58,7 @@ pub(super) fn read_unit(
     want: &Wanted,
     like: Option<&Unit>,
     stated: Option<Unit>,
-    (name, hint): (&str, &str),
+    (name, hint): (&str, Option<&str>),
     found: Option<(&str, usize)>,
 ) -> Result<Unit, Box<UnitFault>> {
     let wrong = |unit: &Unit| {
@@ -57,12 +76,18 @@ pub(super) fn read_unit(
     };
     let Some((text, start)) = found else {
         let Some(stated) = stated else {
-            let (own, symbol) = (&want.name, hint);
+            let (own, symbol) = (&want.name, hint.unwrap_or(&want.unit.symbol));
             let error = Diagnostic::error(format!("the column `{name}` has no unit"));
-            let error = error.help(format!(
-                "write `{name} [{symbol}]`, or in the run: columns = {{ {own} = {{ column = \"{name}\", unit = \"{symbol}\" }} }}"
-            ));
-            return Err(Box::new((error, None)));
+            let help = match want.stated.added.is_empty() {
+                true => format!(
+                    "write `{name} [{symbol}]`, or in the run: columns = {{ {own} = {{ column = \"{name}\", unit = \"{symbol}\" }} }}"
+                ),
+                false => format!(
+                    "give each part of the list its unit: {own} = [{}]",
+                    list(&want.stated, name)
+                ),
+            };
+            return Err(Box::new((error.help(help), None)));
         };
         return usable(stated);
     };

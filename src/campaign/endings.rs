@@ -32,6 +32,16 @@ const ENDINGS: [(&str, &str); 28] = [
     ("hz", "Hz"),
 ];
 
+/// Parts of the names of columns that hold the decimals of seconds, and their unit.
+const DECIMALS: [(&str, &str); 5] =
+    [("nano", "ns"), ("nsec", "ns"), ("micro", "us"), ("usec", "us"), ("msec", "ms")];
+
+/// The unit of the decimals of seconds that a column of this name holds.
+pub(crate) fn decimals(name: &str) -> Option<&'static str> {
+    let small = name.to_lowercase();
+    DECIMALS.iter().find(|(own, _)| small.contains(own)).map(|(_, unit)| *unit)
+}
+
 /// The unit that the ending of a name is, as `deg` of `heading_deg`.
 pub(crate) fn ending(name: &str) -> Option<&'static str> {
     let small = name.to_lowercase();

@@ -208,6 +208,14 @@ impl Format {
     }
 }
 
+/// Names of columns of dates in a zone, and how far it is ahead of UTC (h).
+const ZONES: [(&str, u8); 1] = [("JST", 9)];
+
+/// How far the dates of a column of this name are ahead of UTC (h), if they are.
+pub(crate) fn ahead_of_utc(name: &str) -> Option<u8> {
+    ZONES.iter().find(|(own, _)| own.eq_ignore_ascii_case(name)).map(|(_, hours)| *hours)
+}
+
 /// Seconds from 1970 on between which logs are written: 2001 to 2100.
 const SINCE_1970: std::ops::Range<f64> = 1e9..4.1e9;
 

@@ -1,18 +1,19 @@
 //! The header of a table: which of its columns are wanted, and in which units they are.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
-use crate::campaign::column_units::{counts, ending, read_unit};
+use crate::campaign::column_units::{by_name, counts, read_unit};
 use crate::campaign::computed::Computation;
 use crate::campaign::form::Form;
-use crate::campaign::formats::{Format, Role, unit_since_1970};
+use crate::campaign::formats::{Format, Role, ahead_of_utc, unit_since_1970};
 use crate::campaign::origin::Origin;
 use crate::campaign::recognise::Layout;
 use crate::campaign::stamps::calendar;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::units::Unit;
 
-pub(crate) use crate::campaign::wanted::ADDED;
+pub(crate) use crate::campaign::wanted::{ADDED, ONE_COLUMN};
 pub use crate::campaign::wanted::{Choice, Stated, TIME, Wanted};
 
 /// The columns of a file, and the format in which it is.
@@ -142,15 +143,18 @@ impl<'a> Names<'a> {
     }
 
     /// Chooses the columns that are added to the stamp: those that are stated, those of the format, or
-    /// the time of day beside a date. Where one of them is not there the file has no stamps.
+    /// the time of day beside a date. Where one of them is not there the file has no stamps. Answers
+    /// with those that are something else already, and what.
     fn add_to_stamp<'w>(
         &self,
         layout: &Layout,
         format: Option<&'static Format>,
         chosen: &mut HashMap<usize, Chosen<'w>>,
-    ) {
+    ) -> Vec<(usize, &'w Wanted)> {
         let time = chosen.iter().find(|(_, one)| one.want.name == TIME);
-        let Some((time, want)) = time.map(|(index, one)| (*index, one.want)) else { return };
+        let Some((time, want)) = time.map(|(index, one)| (*index, one.want)) else {
+            return Vec::new();
+        };
         let stated = &want.stated.added;
         let mut added: Vec<(Option<usize>, Option<&Unit>, Option<Unit>)> = stated
             .iter()
@@ -172,13 +176,20 @@ impl<'a> Names<'a> {
             let beside = layout.beside(time).filter(|beside| !chosen.contains_key(beside));
             added.extend(beside.map(|beside| (Some(beside), None, None)));
         }
+        let mut taken = Vec::new();
         for (index, stated, usual) in added {
             let Some(index) = index else {
                 chosen.retain(|_, one| one.want.name != TIME);
-                return;
+                return Vec::new();
             };
-            chosen.entry(index).or_insert(Chosen { want, stated, usual, is_added: true });
+            match chosen.entry(index) {
+                Entry::Occupied(known) => taken.push((index, known.get().want)),
+                Entry::Vacant(free) => {
+                    free.insert(Chosen { want, stated, usual, is_added: true });
+                }
+            }
         }
+        taken
     }
 
     /// The column that is stated, and one of the same name if there is another.
@@ -280,10 +291,17 @@ pub(crate) fn read(
             return Err(fault.into());
         }
     }
-    all.add_to_stamp(layout, format, &mut chosen);
+    let taken = all.add_to_stamp(layout, format, &mut chosen);
+    let is_sum = chosen.values().any(|one| one.is_added);
     let sources = sources(wanted, &all, &chosen);
-    for want in sources.iter().flat_map(|(_, sources)| sources) {
+    let mut of_formulas = Vec::new();
+    for (own, want) in sources.iter().flat_map(|(own, all)| all.iter().map(move |one| (*own, one)))
+    {
         if let Some((index, _, unit)) = all.place(want) {
+            // The parts of a sum have no values of their own.
+            if chosen.get(&index).is_some_and(|known| is_sum && known.want.name == TIME) {
+                of_formulas.push((index, own));
+            }
             chosen.entry(index).or_insert(Chosen {
                 want,
                 stated: unit,
@@ -291,6 +309,18 @@ pub(crate) fn read(
                 is_added: false,
             });
         }
+    }
+    for (index, other) in taken.into_iter().chain(of_formulas) {
+        let (cell, span) = all.cells[index];
+        let name = match split(cell).0 {
+            "" => (index + 1).to_string(),
+            name => origin.word(name).into_owned(),
+        };
+        let (message, help) = match other.name.as_str() {
+            TIME => (format!("the list has the column `{name}` twice"), "keep one of them"),
+            other => (format!("`{TIME}` and `{other}` name the same column, `{name}`"), ONE_COLUMN),
+        };
+        faults.push(Diagnostic::error(message).at(at(span)).help(help));
     }
     let first_stamp =
         |index: usize| form.decimal.clone().number(layout.first_cell(index)?, layout.separator);
@@ -324,10 +354,15 @@ pub(crate) fn read(
             let stated = stated.cloned().or(usual);
             // A date has no unit, whatever stands there.
             let is_dated = want.role == Some(Role::Time(0)) && is_dated(index);
+            if let Some(hours) = ahead_of_utc(&column.name).filter(|_| is_dated) {
+                let message =
+                    format!("stamps in `{}` are {hours} h ahead of UTC", origin.word(&column.name));
+                let help = "let the program that writes the file write UTC or GPST";
+                faults.push(Diagnostic::error(message).at(at(*span)).help(help));
+            }
             let (stated, unit) =
                 if is_dated { (Some(Unit::second()), None) } else { (stated, unit) };
-            let hint = since_1970.or_else(|| ending(&column.name, &want.unit));
-            let hint = hint.unwrap_or(&want.unit.symbol);
+            let hint = since_1970.or_else(|| by_name(&column.name, &want.unit));
             let accepts = (!is_source).then_some(&want.unit);
             let read = read_unit(origin, want, accepts, stated, (&column.name, hint), unit);
             match read.and_then(|unit| counts(unit, since_1970)) {

@@ -326,11 +326,20 @@ impl Reader {
 
     fn not_a_number(&self, cell: &str, column: &Column) -> Diagnostic {
         let word = self.origin.word(cell);
+        let time = calendar(cell).filter(|_| self.stamp.has(column.index));
+        if time.is_some() && self.stamp.is_sum() {
+            let message = format!(
+                "column `{}` has a second date or time of day of the stamp: `{word}`",
+                column.name
+            );
+            return Diagnostic::error(message)
+                .help("keep one column of the list for each: time = [\"date\", \"clock\"]");
+        }
         let what = Diagnostic::error(format!(
             "expected a number in column `{}`, found `{word}`",
             column.name
         ));
-        if let Some(Calendar::Day(_)) = calendar(cell).filter(|_| self.stamp.has(column.index)) {
+        if let Some(Calendar::Day(_)) = time {
             return what.help("a date alone is no moment: name the column of the time of day, too: columns = { time = [\"date\", \"clock\"] }");
         }
         match self.decimal {

@@ -21,6 +21,8 @@ pub(crate) struct StampColumns {
     rest: f64,
     /// Parts of the row that are there.
     count: usize,
+    /// Whether a date and a time of day are among them.
+    taken: [bool; 2],
 }
 
 impl StampColumns {
@@ -37,6 +39,7 @@ impl StampColumns {
             sum: Exact::ZERO,
             rest: 0.0,
             count: 0,
+            taken: [false; 2],
         }
     }
 
@@ -52,7 +55,7 @@ impl StampColumns {
 
     /// Begins a row.
     pub(crate) fn begin(&mut self) {
-        (self.sum, self.rest, self.count) = (Exact::ZERO, 0.0, 0);
+        (self.sum, self.rest, self.count, self.taken) = (Exact::ZERO, 0.0, 0, [false; 2]);
     }
 
     /// Lets stamps count from a moment (s).
@@ -65,19 +68,33 @@ impl StampColumns {
         self.zero
     }
 
-    /// Takes a part: its cell, and the number that it is, if it is one; whether it is a time.
+    /// Whether the stamp is the sum of several columns.
+    pub(crate) fn is_sum(&self) -> bool {
+        !self.added.is_empty()
+    }
+
+    /// Takes a part: its cell, and the number that it is, if it is one; whether it is a time. A date
+    /// and a time of day are taken once.
     pub(crate) fn take(&mut self, cell: &str, number: Option<f64>, unit: &Unit) -> bool {
-        let is_one = self.added.is_empty();
+        let is_one = !self.is_sum();
         let exact = match number {
             // Like any other column, where nothing is added and nothing taken off.
             Some(_) if is_one && self.zero == 0 => None,
             Some(_) => Exact::of_number(cell, unit),
-            None => match calendar(cell) {
-                Some(Calendar::Moment(part) | Calendar::Clock(part)) => Some(part),
-                // A date without time of day is no moment.
-                Some(Calendar::Day(part)) if !is_one => Some(part),
-                _ => return false,
-            },
+            None => {
+                let (part, own) = match calendar(cell) {
+                    Some(Calendar::Moment(part)) => (part, [true, true]),
+                    Some(Calendar::Clock(part)) => (part, [false, true]),
+                    // A date without time of day is no moment.
+                    Some(Calendar::Day(part)) if !is_one => (part, [true, false]),
+                    _ => return false,
+                };
+                if (0..2).any(|kind| self.taken[kind] && own[kind]) {
+                    return false;
+                }
+                self.taken = [0, 1].map(|kind| self.taken[kind] || own[kind]);
+                Some(part)
+            }
         };
         self.count += 1;
         match exact.and_then(|part| self.sum.plus(part)) {

@@ -10,6 +10,8 @@ const FAR: f64 = 1e8;
 /// The shared moment is a multiple of so many seconds: runs of one campaign rarely differ in it, and
 /// numbers up to it tell a tenth of a nanosecond apart.
 const GRID: f64 = 1e6;
+/// No zone is farther from UTC (h).
+const MOST_HOURS: i64 = 14;
 /// Decimals of a written stamp.
 const DECIMALS: usize = 9;
 
@@ -90,7 +92,8 @@ pub(crate) fn calendar(cell: &str) -> Option<Calendar> {
     let Some((date, rest)) = cell.split_once(['T', 't', ' ']) else {
         return match day(cell) {
             Some(day) => Some(Calendar::Day(Exact::seconds(day))),
-            None => clock(cell).filter(|_| cell.matches(':').count() > 1).map(Calendar::Clock),
+            None if cell.matches(':').count() > 1 => clock(cell).map(Calendar::Clock),
+            None => None,
         };
     };
     Exact::seconds(day(date)?).plus(clock(rest.trim_start())?).map(Calendar::Moment)
@@ -123,6 +126,17 @@ fn day(date: &str) -> Option<i64> {
     Some(86_400 * days)
 }
 
+/// The distance (s) of a zone from UTC: `02`, `0730` or `05:30`.
+fn zone(text: &str) -> Option<i64> {
+    let (hours, minutes) = match text.split_once(':') {
+        Some(parts) => parts,
+        None if text.len() == 4 => text.split_at_checked(2)?,
+        None => (text, "0"),
+    };
+    let (hours, minutes) = (digits(hours)?, digits(minutes)?);
+    (hours <= MOST_HOURS && minutes <= 59).then_some(3600 * hours + 60 * minutes)
+}
+
 /// A time of day since midnight of UTC.
 fn clock(text: &str) -> Option<Exact> {
     let (clock, offset) = match text.find(['Z', 'z', '+', '-']) {
@@ -131,12 +145,7 @@ fn clock(text: &str) -> Option<Exact> {
             (text.strip_suffix(['Z', 'z'])?, 0)
         }
         Some(at) => {
-            let (hours, minutes) = match &text[at + 1..] {
-                zone if zone.contains(':') => zone.split_once(':')?,
-                zone if zone.len() == 4 => zone.split_at(2),
-                zone => (zone, "0"),
-            };
-            let seconds = 3600 * digits(hours)? + 60 * digits(minutes)?;
+            let seconds = zone(&text[at + 1..])?;
             (&text[..at], if text[at..].starts_with('-') { -seconds } else { seconds })
         }
     };
@@ -211,8 +220,14 @@ mod tests {
             "",
             "1e5 3",
             "é",
+            "2025-03-26T12:34:56+15:00",
+            "2025-03-26T12:34:56+02:60",
+            "2025-03-26T12:34:56+9223372036854775807",
         ] {
             assert_eq!(of_date(0, cell), None, "{cell}");
+        }
+        for cell in ["-5°C", "+1µm", "a-1µs", "12:00:00+aé1", "12:00:00+aé", "1:2:3-é"] {
+            assert_eq!(calendar(cell), None, "{cell}");
         }
     }
 

@@ -10,6 +10,10 @@ pub const TIME: &str = "time";
 /// What a column is that is added to the time.
 pub(crate) const ADDED: &str = "added to the time";
 
+/// What to do about a column that is two things.
+pub(crate) const ONE_COLUMN: &str =
+    "a column is one input, one measurand or part of the time: keep the entry that it is";
+
 /// A column of a file, as a campaign names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Choice {

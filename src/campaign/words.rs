@@ -1,7 +1,7 @@
 //! What a campaign calls the columns of its files: the entries of `columns`.
 
 use crate::campaign::declared::ColumnWord;
-use crate::campaign::header::{Choice, TIME, split};
+use crate::campaign::header::{Choice, ONE_COLUMN, TIME, split};
 use crate::diagnostic::Diagnostic;
 use crate::document::entries::{Entry, Item, Named, Reader, Value, get};
 use crate::formula::{ExpressionKind, Formula};
@@ -30,8 +30,7 @@ pub(crate) fn read(reader: &mut Reader, item: &Item) -> Vec<ColumnWord> {
         if let Some((other, column)) = found.iter().find_map(same) {
             let message =
                 format!("`{}` and `{}` name the same column, `{column}`", other, word.name.text);
-            let help = "a column is one input or one measurand: keep the entry that it is";
-            reader.fault(entry.span, message, help);
+            reader.fault(entry.span, message, ONE_COLUMN);
             continue;
         }
         let is_of_column = word.formula.is_none() || word.column.is_some();

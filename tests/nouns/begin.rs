@@ -412,3 +412,39 @@ fn what_a_stated_model_lacks_is_a_line_to_fill_in() {
     assert!(!campaign.contains("time") && !campaign.contains("signals"), "{campaign}");
     assert!(campaign.contains("data = "), "{campaign}");
 }
+
+#[test]
+fn names_in_a_begun_table_of_stops_are_unique() {
+    let model = |value: &str| {
+        format!(
+            "name = \"own\"\ntitle = \"own\"\n[inputs]\nroll = {{ unit = \"deg\" }}\n[parameters]\n\
+             drift = {{ unit = \"deg/s\", scope = \"setup\" }}\n[measurands]\nq = {{ value = '{value}', unit = \"deg\" }}\n"
+        )
+    };
+    let stops = |head: &str| {
+        (0..20).fold(format!("{head},roll,q\n"), |text, n| {
+            let roll = (f64::from(n) * 37.0) % 90.0;
+            format!("{text}{}.5,{roll},{:.2}\n", 20 * n, roll + 0.1)
+        })
+    };
+    let plain = "roll + drift * 1 s";
+    let timed = "roll + drift * run_time";
+    for (value, head, time) in [
+        (plain, "t", None),
+        (timed, "t", Some("time = { column = \"t\", unit = \"s\" },")),
+        // A column of that name is read: it needs its unit.
+        (plain, "time", Some("time = { column = \"time\", unit = \"s\" },")),
+    ] {
+        let files = [("stops.csv", stops(head))];
+        let text = begun_with(&model(value), &files);
+        assert_eq!(text.matches("time = {").count(), usize::from(time.is_some()), "{text}");
+        assert!(time.is_none_or(|time| text.contains(time)), "{text}");
+        assert!(text.contains("roll = { column = \"roll\", unit = \"deg\" },"), "{text}");
+        let [(name, stops)] = &files;
+        let folder = Folder::new("stops", &[(*name, stops.as_str()), ("campaign.toml", &text)]);
+        let model = Model::parse(Source::new("own.toml", model(value))).unwrap();
+        let loaded = CampaignFile::read(&folder).unwrap().load(&model, &LoadOptions::default());
+        let loaded = loaded.unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+        assert_eq!(readings(&loaded), 20, "{text}");
+    }
+}

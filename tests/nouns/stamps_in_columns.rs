@@ -173,6 +173,11 @@ fn receivers_and_robots_need_no_word_in_the_campaign() {
     assert!(told.contains("`stream.csv`: in the format `ros2_pose`, stamps in s"), "{told}");
 }
 
+/// The same with names, those of the stamps as stated.
+fn with_names(stamps: &str) -> String {
+    format!("{stamps},frame,px [m],py [m],pz [m],qx [],qy [],qz [],qw []\n{}", poses(4))
+}
+
 #[test]
 fn campaigns_are_begun_from_stamps_in_two_columns() {
     let library = Library::builtin().unwrap();
@@ -187,6 +192,16 @@ fn campaigns_are_begun_from_stamps_in_two_columns() {
         ),
         (receiver(), poses(1), "time = { column = \"GPST\" },"),
         (receiver().replace('%', "#"), poses(1), "x = { column = \"e-baseline\", unit = \"m\" },"),
+        (
+            with_names("time [s],time_nanos [ns]"),
+            poses(1),
+            "time = [{ column = \"time\", unit = \"s\" }, { column = \"time_nanos\", unit = \"ns\" }],",
+        ),
+        (
+            with_names("stamp_s,stamp_ns"),
+            poses(1),
+            "time = [{ column = \"stamp_s\", unit = \"s\" }, { column = \"stamp_ns\", unit = \"ns\" }],",
+        ),
     ] {
         let folder = Folder::new("begun-stamps", &[("data.txt", &data), ("stream.txt", &stream)]);
         let named = |name: &str| (folder.join(name), PathBuf::from(name));
@@ -212,11 +227,73 @@ fn a_wrong_list_of_columns_is_said_where_it_stands() {
         ("e = [\"e\", \"n\"]", "write a formula: e = \"a + b\""),
         ("time = [\"sec\", \"e\"], e = \"e [m]\"", "`time` and `e` name the same column"),
         ("time = { formula = \"sec + nanosec\" }", "time = [\"sec [s]\", \"nanosec [ns]\"]"),
+        // To state one unit alone would drop the other column.
+        (
+            "time = [\"sec\", \"nanosec\"]",
+            "give each part of the list its unit: time = [\"sec\", \"nanosec [ns]\"]",
+        ),
+        (
+            "time = [\"sec [s]\", { column = 2 }]",
+            "give each part of the list its unit: time = [\"sec [s]\", { column = 2 }]",
+        ),
+        (
+            "time = [\"sec [s]\", { column = 1, unit = \"s\" }]",
+            "the list has the column `sec` twice",
+        ),
+        (
+            "time = [\"sec [s]\", \"nanosec [ns]\"], e = { column = 2, unit = \"m\" }",
+            "`time` and `e` name the same column, `nanosec`",
+        ),
+        (
+            "time = [\"sec [s]\", \"nanosec [ns]\"], e = \"2 * nanosec\"",
+            "`time` and `e` name the same column, `nanosec`",
+        ),
     ] {
         let run = format!("data = {{ file = \"data.csv\", columns = {{ {columns} }} }}\n{SIGNALS}");
         let fault = load(&run, &data, &stream()).unwrap_err().to_string();
         assert!(fault.contains(words), "{columns}\n{fault}");
     }
+}
+
+#[test]
+fn a_stamp_has_one_date_and_one_time_of_day() {
+    let moment = |ns: u64| clock(ns, "T");
+    let day = |ns: u64| clock(ns, "T")[..10].to_owned();
+    let of_day = |ns: u64| clock(ns, "T")[11..].to_owned();
+    let parts: [(&str, &dyn Fn(u64) -> String, &dyn Fn(u64) -> String); 4] = [
+        ("two moments", &moment, &moment),
+        ("a moment and a date", &moment, &day),
+        ("two dates", &day, &day),
+        ("two times of day", &of_day, &of_day),
+    ];
+    for (case, first, second) in parts {
+        let head = "a,b,e [m],n [m],u [m]\n";
+        let data = rows(head, 3, |ns, n| format!("{},{},{n},0,1", first(ns), second(ns)));
+        let run = format!(
+            "data = {{ file = \"data.csv\", columns = {{ time = [\"a\", \"b\"] }} }}\n{SIGNALS}"
+        );
+        let fault = load(&run, &data, &stream()).unwrap_err().to_string();
+        let words = "column `b` has a second date or time of day of the stamp";
+        assert!(fault.contains(words), "{case}\n{fault}");
+    }
+}
+
+#[test]
+fn stamps_of_another_zone_are_refused() {
+    let run = format!("data = \"data.csv\"\n{SIGNALS}");
+    for name in ["JST", "jst"] {
+        let data = receiver().replace("GPST", name);
+        let fault = load(&run, &data, &stream()).unwrap_err().to_string();
+        assert!(fault.contains(&format!("stamps in `{name}` are 9 h ahead of UTC")), "{fault}");
+    }
+}
+
+#[test]
+fn cells_that_are_no_times_are_refused_as_such() {
+    let data = rows("time [ns],e [m],n [m],u [m]\n", 3, |ns, _| format!("{ns},-5°C,0,1"));
+    let fault = load(&format!("data = \"data.csv\"\n{SIGNALS}"), &data, &stream()).unwrap_err();
+    let fault = fault.to_string();
+    assert!(fault.contains("expected a number in column `e`, found `-5°C`"), "{fault}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What the columns of a table seem to be: guesses from their names and their values.
 
 use crate::campaign::axes::triples;
-use crate::campaign::begin::guessed::{Guessed, base, unit};
+use crate::campaign::begin::candidate::{Candidate, base, unit};
 use crate::campaign::begin::kinds::rate;
 use crate::campaign::begin::stamps::Stamps;
 use crate::campaign::begin::survey::{Survey, Surveyed};
@@ -18,12 +18,12 @@ const ANGLES: [&str; 6] = ["angle", "azimuth", "elevation", "roll", "pitch", "jo
 #[derive(Clone, Debug, Default)]
 pub(super) struct Guess {
     pub(super) time: Option<Stamps>,
-    pub(super) position: Option<[Guessed; 3]>,
+    pub(super) position: Option<[Candidate; 3]>,
     /// Components w, x, y, z of a quaternion.
-    pub(super) attitude: Option<[Guessed; 4]>,
-    pub(super) heading: Option<Guessed>,
+    pub(super) attitude: Option<[Candidate; 4]>,
+    pub(super) heading: Option<Candidate>,
     /// All other columns that move.
-    pub(super) others: Vec<Guessed>,
+    pub(super) others: Vec<Candidate>,
 }
 
 impl Guess {
@@ -33,7 +33,7 @@ impl Guess {
         let mut guess = Self { time: Stamps::of(survey), ..Self::default() };
         let guessed = |column: usize, usual: &str, what: &str| {
             let (unit, why) = unit(&all[column], usual, what);
-            Guessed { column, unit, why }
+            Candidate { column, unit, why }
         };
         let place = |role| {
             let name = |column: &'_ Surveyed| -> String {

@@ -25,7 +25,7 @@ impl Log {
     }
 
     /// Its columns with their units, as far as they are known.
-    pub(super) fn columns_told(&self) -> String {
+    pub(super) fn column_list(&self) -> String {
         let columns = self.survey.columns.iter().map(|column| match &column.unit {
             Some(unit) => format!("{} [{}]", column.name, unit.symbol),
             None => column.name.clone(),

@@ -1,6 +1,6 @@
 //! Models to begin with, where none of the library fits: columns in pairs.
 
-use crate::campaign::begin::guessed::{Guessed, base};
+use crate::campaign::begin::candidate::{Candidate, base};
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::text::{Table, Word, quoted, sigma};
 use crate::model::name;
@@ -100,19 +100,19 @@ fn alike(data: &Log, stream: &Log) -> Vec<Pair> {
 /// A reading and what it is read of.
 struct Pair {
     name: String,
-    own: Guessed,
-    other: Guessed,
+    own: Candidate,
+    other: Candidate,
 }
 
 /// The columns of a log that move.
-fn moving(log: &Log) -> Vec<Guessed> {
+fn moving(log: &Log) -> Vec<Candidate> {
     let guess = &log.guess;
     let poses = guess.position.iter().flatten().chain(guess.attitude.iter().flatten());
     poses.chain(&guess.heading).chain(&guess.others).cloned().collect()
 }
 
 /// The name of a column, if it has one.
-fn name_of<'l>(log: &'l Log, one: &Guessed) -> Option<&'l str> {
+fn name_of<'l>(log: &'l Log, one: &Candidate) -> Option<&'l str> {
     let column = &log.survey.columns[one.column];
     column.is_named.then_some(column.name.as_str())
 }
@@ -122,7 +122,7 @@ pub(super) fn pairs(data: &Log, stream: &Log) -> Option<Made> {
     let is_one_log = std::ptr::eq(data, stream);
     let mut made = alike(data, stream);
     let note = if made.is_empty() {
-        let other_than_number = |one: &&Guessed| one.unit.symbol != "1";
+        let other_than_number = |one: &&Candidate| one.unit.symbol != "1";
         let first = |log: &Log| {
             let all = moving(log);
             all.iter().find(other_than_number).or(all.first()).cloned()
@@ -132,11 +132,11 @@ pub(super) fn pairs(data: &Log, stream: &Log) -> Option<Made> {
         }
         // Of one kind, or all that there is; between others a scale would say nothing.
         let streams = moving(stream);
-        let is_of_kind = |own: &Guessed, other: &Guessed| {
+        let is_of_kind = |own: &Candidate, other: &Candidate| {
             other.unit.dimension == own.unit.dimension
                 && other.unit.is_angle() == own.unit.is_angle()
         };
-        let of_kind = |own: Guessed| {
+        let of_kind = |own: Candidate| {
             let mut like = streams.iter().filter(|other| other_than_number(other));
             let other = like.find(|other| is_of_kind(&own, other))?.clone();
             Some((own, other))
@@ -175,7 +175,8 @@ pub(super) fn stops(data: &Log) -> Option<Made> {
     for ((_, sigma), pair) in parts.sigmas.iter_mut().zip(&made) {
         *sigma = apart(data, pair);
     }
-    let words = parts.of_data.iter().chain(&parts.of_stream).cloned().collect();
+    let words = parts.of_data.iter().chain(&parts.of_stream).cloned();
+    let words = Word::time_at_rest(data, false).into_iter().chain(words).collect();
     Some(Made {
         name: "begun".into(),
         text: parts.text("Readings at rest against what they are of"),
@@ -187,7 +188,7 @@ pub(super) fn stops(data: &Log) -> Option<Made> {
 
 /// How far readings at rest are from what they are of, in the middle, beside what all have in common.
 fn apart(log: &Log, Pair { own, other, .. }: &Pair) -> String {
-    let si = |one: &Guessed| {
+    let si = |one: &Candidate| {
         let unit = one.unit.clone();
         log.survey.columns[one.column].values.iter().map(move |value| unit.to_si(*value))
     };
@@ -229,7 +230,7 @@ impl Parts {
         for Pair { name, own, other } in pairs {
             let (unit, from) = (&own.unit.symbol, &other.unit.symbol);
             // Angles over more than half a turn may begin anew, and a full turn has no scale.
-            let wide = |log: &Log, one: &Guessed| {
+            let wide = |log: &Log, one: &Candidate| {
                 let range = log.survey.columns[one.column].range() * one.unit.factor;
                 one.unit.is_angle() && range > std::f64::consts::PI
             };

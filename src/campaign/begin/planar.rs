@@ -1,7 +1,7 @@
 //! Poses in a plane: a model to begin with, with the scales of a path of dead reckoning where one of
 //! the logs is that.
 
-use crate::campaign::begin::guessed::base;
+use crate::campaign::begin::candidate::base;
 use crate::campaign::begin::log::Log;
 use crate::campaign::begin::models::{Made, tables};
 use crate::campaign::begin::text::{Table, Word, sigma};
@@ -80,7 +80,7 @@ pub(super) fn planar(data: &Log, stream: &Log) -> Option<Made> {
     let (of_data, of_stream) =
         (pose(data, ["x", "y", "heading"])?, pose(stream, ["ref_x", "ref_y", "ref_heading"])?);
     let columns =
-        |words: &[Word]| words[1..].iter().map(|word| word.guessed.column).collect::<Vec<_>>();
+        |words: &[Word]| words[1..].iter().map(|word| word.candidate.column).collect::<Vec<_>>();
     let text = PLANAR.replace("SMOOTH", &smooth(stream));
     let is_reckoned =
         data.begins_at_zero(&columns(&of_data)) || stream.begins_at_zero(&columns(&of_stream));
@@ -134,9 +134,9 @@ fn bend(stream: &Log, words: &[Word]) -> Option<String> {
         return None;
     }
     let (time, pose) = (stream.guess.time.as_ref()?, words.get(1..4)?);
-    let column = |word: &Word| &stream.survey.columns[word.guessed.column].values;
+    let column = |word: &Word| &stream.survey.columns[word.candidate.column].values;
     let rows = time.values.iter().enumerate().map(|(row, time)| {
-        let si = |word: &Word| word.guessed.unit.to_si(column(word)[row]);
+        let si = |word: &Word| word.candidate.unit.to_si(column(word)[row]);
         (*time, si(&pose[0]), si(&pose[1]), si(&pose[2]))
     });
     let mut rows: Vec<_> = rows

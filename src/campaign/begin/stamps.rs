@@ -1,7 +1,8 @@
 //! The stamps of a table: which column they are, or which columns make them together.
 
-use crate::campaign::begin::guessed::{Guessed, base, unit};
+use crate::campaign::begin::candidate::{Candidate, base, unit};
 use crate::campaign::begin::survey::{Survey, Surveyed};
+use crate::campaign::endings::{self, ending};
 use crate::campaign::formats::unit_since_1970;
 use crate::campaign::stamps::Calendar;
 use crate::units::{Dimension, Unit};
@@ -14,15 +15,12 @@ const MOSTLY_IN_ORDER: f64 = 0.75;
 const NUMBERS: [&str; 9] = ["i", "n", "no", "nr", "id", "row", "index", "number", "count"];
 /// Names of stamps.
 const TIMES: [&str; 7] = ["t", "time", "stamp", "timestamp", "clock", "seconds", "sec"];
-/// Parts of the names of columns that hold the decimals of seconds, and their unit.
-const DECIMALS: [(&str, &str); 5] =
-    [("nano", "ns"), ("nsec", "ns"), ("micro", "us"), ("usec", "us"), ("msec", "ms")];
 
 /// The stamps of a table.
 #[derive(Clone, Debug)]
 pub(super) struct Stamps {
     /// The columns that are added: most often one.
-    pub(super) parts: Vec<Guessed>,
+    pub(super) parts: Vec<Candidate>,
     /// The stamp of each row.
     pub(super) values: Vec<f64>,
     pub(super) unit: Unit,
@@ -64,8 +62,11 @@ impl Stamps {
             true => "stamps: a date, and the time of day beside it",
             false => "stamps: whole seconds, and their decimals",
         };
-        let part =
-            |k: usize| Guessed { column: columns[k], unit: units[k].clone(), why: why.to_owned() };
+        let part = |k: usize| Candidate {
+            column: columns[k],
+            unit: units[k].clone(),
+            why: why.to_owned(),
+        };
         let sums = values(0).zip(values(1)).map(|(whole, part)| whole + part);
         Some(Self {
             parts: vec![part(0), part(1)],
@@ -99,10 +100,13 @@ fn decimals(all: &[Surveyed], at: usize) -> Option<&'static str> {
     if whole.is_empty() || parts.is_empty() || !are_whole(&whole) || !are_whole(&parts) {
         return None;
     }
-    let name = base(&part.name).0;
-    let known = DECIMALS.iter().find(|(own, _)| name.contains(own)).map(|(_, symbol)| *symbol);
+    // `stamp_s` and `stamp_ns`: names that differ in their unit alone.
+    let are_alike = base(&seconds.name).0 == base(&part.name).0;
+    let by_ending = ending(&part.name).filter(|_| are_alike);
+    let known = by_ending.or_else(|| endings::decimals(&base(&part.name).0));
     let symbol = if part.is_named { known? } else { "ns" };
-    let count = 1.0 / Unit::parse(symbol).ok()?.factor;
+    let unit = Unit::parse(symbol).ok().filter(|unit| unit.dimension == Dimension::TIME)?;
+    let count = 1.0 / unit.factor;
     let most = parts.iter().copied().fold(0.0, f64::max);
     // Numbers of rows are smaller than most decimals.
     let are_decimals = parts.iter().all(|part| (0.0..count).contains(part)) && most > 0.1 * count;
@@ -111,7 +115,7 @@ fn decimals(all: &[Surveyed], at: usize) -> Option<&'static str> {
 }
 
 /// The column of stamps: numbers in order, best one that is called so.
-fn column(survey: &Survey) -> Option<Guessed> {
+fn column(survey: &Survey) -> Option<Candidate> {
     let is_called = |column: &Surveyed| {
         let base = base(&column.name).0;
         let parts: Vec<&str> = base.split(['.', '_', ' ']).collect();
@@ -155,7 +159,7 @@ fn column(survey: &Survey) -> Option<Guessed> {
         _ => why,
     };
     let unit = since.and_then(|since| Unit::parse(since).ok()).unwrap_or(unit);
-    Some(Guessed { column: *column, unit, why })
+    Some(Candidate { column: *column, unit, why })
 }
 
 /// The unit of stamps by how far apart they are: whole numbers far apart are no seconds.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::campaign::begin::guessed::Guessed;
+use crate::campaign::begin::candidate::Candidate;
 use crate::campaign::begin::log::Log;
 use crate::campaign::header::TIME;
 use crate::units::Unit;
@@ -14,7 +14,7 @@ const OF_WAY: f64 = 2e-3;
 #[derive(Clone, Debug)]
 pub(super) struct Word {
     pub(super) name: String,
-    pub(super) guessed: Guessed,
+    pub(super) candidate: Candidate,
     /// The column as `columns` names it; nothing where the file says all.
     written: Option<String>,
 }
@@ -23,40 +23,50 @@ impl Word {
     /// Of the stamps of a log.
     pub(super) fn time(log: &Log) -> Option<Self> {
         let time = log.guess.time.as_ref()?;
-        let parts: Vec<Self> =
-            time.parts.iter().filter_map(|part| Self::of(TIME, log, Some(part))).collect();
-        let [first, rest @ ..] = parts.as_slice() else { return None };
-        let written = match (time.is_dated, rest) {
-            (_, []) => return Some(first.clone()),
+        let first = Self::of(TIME, log, time.parts.first())?;
+        let written = match (time.is_dated, time.parts.as_slice()) {
+            (_, [_]) => return Some(first),
             // The time of day beside a date is found.
-            (true, _) => format!("{{ column = {} }}", first.column(log)?),
-            (false, _) => {
-                let all = parts.iter().filter_map(|part| part.written.clone());
-                format!("[{}]", all.collect::<Vec<_>>().join(", "))
+            (true, _) => format!("{{ column = {} }}", column(log, &first.candidate)?),
+            (false, parts) => {
+                let parts: Option<Vec<String>> =
+                    parts.iter().map(|part| stated(log, part)).collect();
+                format!("[{}]", parts?.join(", "))
             }
         };
-        Some(Self { written: Some(written), ..first.clone() })
+        Some(Self { written: Some(written), ..first })
     }
 
-    /// The column as a campaign names it.
-    fn column(&self, log: &Log) -> Option<String> {
-        let column = log.survey.columns.get(self.guessed.column)?;
-        Some(match column.is_named {
-            true => quoted(&column.name),
-            false => column.name.clone(),
-        })
+    /// Of the stamps of a table at rest, whose model may need them. A column that is called `time` is
+    /// read in any case.
+    pub(super) fn time_at_rest(log: &Log, is_needed: bool) -> Option<Self> {
+        let is_called = |word: &Self| log.survey.columns[word.candidate.column].name == TIME;
+        Self::time(log).filter(|word| is_needed || is_called(word))
     }
 
     /// Of a column of a log.
-    pub(super) fn of(name: &str, log: &Log, guessed: Option<&Guessed>) -> Option<Self> {
-        let guessed = guessed?.clone();
-        let column = log.survey.columns.get(guessed.column)?;
+    pub(super) fn of(name: &str, log: &Log, candidate: Option<&Candidate>) -> Option<Self> {
+        let candidate = candidate?.clone();
+        let column = log.survey.columns.get(candidate.column)?;
         let is_said = column.is_named && column.name == name && column.unit.is_some();
-        let own = Self { name: name.to_owned(), guessed, written: None };
-        let unit = quoted(&own.guessed.unit.symbol);
-        let written = format!("{{ column = {}, unit = {unit} }}", own.column(log)?);
-        Some(Self { written: (!is_said).then_some(written), ..own })
+        let written = stated(log, &candidate)?;
+        Some(Self { name: name.to_owned(), candidate, written: (!is_said).then_some(written) })
     }
+}
+
+/// The column of a log as a campaign names it.
+fn column(log: &Log, candidate: &Candidate) -> Option<String> {
+    let column = log.survey.columns.get(candidate.column)?;
+    Some(match column.is_named {
+        true => quoted(&column.name),
+        false => column.name.clone(),
+    })
+}
+
+/// The column of a log with its unit, as a campaign states them.
+fn stated(log: &Log, candidate: &Candidate) -> Option<String> {
+    let unit = quoted(&candidate.unit.symbol);
+    Some(format!("{{ column = {}, unit = {unit} }}", column(log, candidate)?))
 }
 
 /// A file with its columns.
@@ -76,7 +86,7 @@ impl Table {
         let words = self.words.iter();
         let lines: Vec<String> = words
             .filter_map(|word| {
-                let why = match word.guessed.why.as_str() {
+                let why = match word.candidate.why.as_str() {
                     "" => String::new(),
                     why => format!("   # guessed: {why}"),
                 };
@@ -169,10 +179,10 @@ pub(super) fn sigma(measurand: &str, words: &[Word], log: &Log, unit: &Unit) -> 
     let own = words.iter().filter(is_own).filter(|word| word.name != TIME);
     let largest = own
         .map(|word| {
-            let values = &log.survey.columns[word.guessed.column].values;
+            let values = &log.survey.columns[word.candidate.column].values;
             // The angle of a rotation is twice that of its quaternion.
             let twice = if word.name == measurand { 1.0 } else { 2.0 };
-            twice * scatter(values) * word.guessed.unit.factor
+            twice * scatter(values) * word.candidate.unit.factor
         })
         .fold(0.0, f64::max);
     let symbol = if unit.offset == 0.0 { unit.symbol.as_str() } else { "K" };

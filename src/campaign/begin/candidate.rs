@@ -6,7 +6,7 @@ use crate::units::Unit;
 
 /// A column with the unit that it seems to have, and why.
 #[derive(Clone, Debug)]
-pub(super) struct Guessed {
+pub(super) struct Candidate {
     pub(super) column: usize,
     pub(super) unit: Unit,
     /// Why it is taken for that; empty where the file says so.
