@@ -260,7 +260,8 @@ fn a_stamp_has_one_date_and_one_time_of_day() {
     let moment = |ns: u64| clock(ns, "T");
     let day = |ns: u64| clock(ns, "T")[..10].to_owned();
     let of_day = |ns: u64| clock(ns, "T")[11..].to_owned();
-    let parts: [(&str, &dyn Fn(u64) -> String, &dyn Fn(u64) -> String); 4] = [
+    type Part<'a> = &'a dyn Fn(u64) -> String;
+    let parts: [(&str, Part<'_>, Part<'_>); 4] = [
         ("two moments", &moment, &moment),
         ("a moment and a date", &moment, &day),
         ("two dates", &day, &day),
