@@ -112,6 +112,31 @@ fn what_is_off_beside_a_burst_is_left_out_with_it() {
     }
 }
 
+/// Two measurands far out, and the third of the same samples by less: each is left out once.
+#[test]
+fn what_is_off_beside_two_bursts_is_left_out_once() {
+    let (opened, nominal) = drawn(&[], &[], 615);
+    let mut problem = nominal.clone();
+    let long = [("A_cw50", 20..44), ("B_cw50", 60..86)];
+    for (name, samples) in long.clone() {
+        edit(&mut problem, name, |all| {
+            for (column, by) in [(0, 0.02), (1, 18e-6), (2, 0.1)] {
+                all.readings[column][samples.clone()].iter_mut().for_each(|value| *value += by);
+            }
+        });
+    }
+    let found = run(problem, &opened);
+    is_right(&found, &run(nominal, &opened));
+    for (name, samples) in long {
+        for measurand in ["horizontal", "vertical", "distance"] {
+            let all = stretches(&found);
+            let count =
+                all.iter().filter(|one| **one == (name, samples.clone(), measurand)).count();
+            assert_eq!(count, 1, "{measurand} of {name}: {}", told(&found));
+        }
+    }
+}
+
 /// An instrument that follows another target for a while: whole samples, far out.
 #[test]
 fn whole_samples_that_are_wrong_are_left_out() {

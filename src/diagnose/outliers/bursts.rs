@@ -59,6 +59,7 @@ pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Sequence]) -> Vec<
                         && is_offset(all, (p, measurand), run, samples, known)
                 });
                 let mut beside: Vec<Range<usize>> = beside.cloned().collect();
+                beside.sort_by_key(|samples| (samples.start, samples.end));
                 beside.dedup();
                 let of = OfRun { part: p, measurand, run };
                 found.extend(known.iter().cloned().chain(beside).map(|samples| (of, samples)));
