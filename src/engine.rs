@@ -55,6 +55,7 @@ pub mod undefined;
 pub mod visits;
 pub mod whitened_rows;
 pub mod whitening;
+mod without_runs;
 
 pub use layout::Layout;
 pub use part::Part;

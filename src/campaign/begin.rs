@@ -31,6 +31,7 @@ use crate::campaign::header::TIME;
 use crate::campaign::roles::roles;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::graph::MeasurandKind;
+use crate::model::name::is_time;
 use crate::model::{Model, Process};
 use crate::units::Unit;
 
@@ -39,9 +40,6 @@ use guess::Guess;
 use log::Log;
 use survey::Survey;
 use text::{Rest, Table, Word};
-
-/// Names of times in formulas.
-const TIMES: [&str; 5] = [TIME, "moment", "run_time", "setup_time", "uniform_time"];
 
 /// A campaign to begin with.
 #[derive(Clone, Debug)]
@@ -224,7 +222,7 @@ fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: boo
 fn needs_time(model: &Model) -> bool {
     let names = model.formulas().flat_map(|formula| formula.root.names());
     let mut names = names.map(|(name, _)| name);
-    names.any(|name| TIMES.contains(&name))
+    names.any(|name| is_time(name))
         || model.parameters.iter().any(|one| one.process != Process::White)
 }
 

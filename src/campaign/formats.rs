@@ -170,16 +170,14 @@ impl Format {
             let quaternion: Option<Vec<usize>> = (0..4).map(|k| place(Attitude(k))).collect();
             let (Some(time), Some(quaternion)) = (place(Time(0)), quaternion) else { return false };
             let is_pose = |row: &Vec<f64>| {
-                row.len() == format.columns.len() && {
-                    let length = quaternion.iter().map(|k| row[*k] * row[*k]).sum::<f64>().sqrt();
-                    (length - 1.0).abs() < OFF_LENGTH
-                }
+                let mut all = format.columns.iter().zip(row);
+                row.len() == format.columns.len()
+                    && all.all(|((role, ..), cell)| *role == Other || cell.is_finite())
+                    && {
+                        let square = quaternion.iter().map(|k| row[*k] * row[*k]).sum::<f64>();
+                        (square.sqrt() - 1.0).abs() < OFF_LENGTH
+                    }
             };
-            let has_numbers = |row: &Vec<f64>| {
-                let all = format.columns.iter().zip(row);
-                all.clone().all(|((role, ..), cell)| *role == Other || cell.is_finite())
-            };
-            let is_pose = |row: &Vec<f64>| is_pose(row) && has_numbers(row);
             // Rows may be out of order.
             let goes_on = |pair: &&[Vec<f64>]| pair[1][time] >= pair[0][time];
             let on = rows.windows(2).filter(goes_on).count();

@@ -54,8 +54,7 @@ pub(super) fn leave_out(problem: &mut Problem, file: &Path) -> Result<(), Failur
 
 /// For each run of each campaign whether it has readings.
 fn with_readings(problem: &Problem) -> Vec<Vec<bool>> {
-    let of_run = |part: &Part, run: usize| part.present_in(run).iter().any(|count| *count > 0);
-    let of_part = |part: &Part| (0..part.runs.len()).map(|run| of_run(part, run)).collect();
+    let of_part = |part: &Part| (0..part.runs.len()).map(|run| part.has_readings(run)).collect();
     problem.parts.iter().map(of_part).collect()
 }
 

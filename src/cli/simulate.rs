@@ -63,7 +63,7 @@ impl Simulate {
         let (campaign, model) = (&loaded.campaigns[0], &loaded.models[0]);
         let draw = &mut |run: usize, table: &mut RunTable| {
             table.seed(self.seed, run);
-            let planned = problem.parts[0].present_in(run).iter().all(|count| *count == 0);
+            let planned = !problem.parts[0].has_readings(run);
             table.expect_all(planned);
             draw_run(&problem, (0, run), &point, self.seed, planned, &mut |stretch, drawn| {
                 table.write(stretch, Some(drawn))

@@ -279,6 +279,11 @@ impl Part {
         all.map(|(slot, readings)| slot.components * readings).collect()
     }
 
+    /// Whether a run has readings.
+    pub fn has_readings(&self, run: usize) -> bool {
+        self.present_in(run).iter().any(|count| *count > 0)
+    }
+
     /// Number of readings of each measurand in a run.
     pub fn present_in(&self, run: usize) -> Vec<usize> {
         let mut counts = vec![0; self.slots.len()];

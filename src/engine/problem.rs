@@ -65,23 +65,6 @@ impl Problem {
         Self { progress: self.progress.clone(), ..Self::new(parts) }
     }
 
-    /// The problem without some runs (campaign and run); a campaign that would lose all of them keeps
-    /// all. `None` where none goes.
-    pub fn without_runs(&self, goes: impl Fn(usize, usize) -> bool) -> Option<Self> {
-        let mut parts = self.parts.clone();
-        let mut is_less = false;
-        for (number, part) in parts.iter_mut().enumerate() {
-            let stays: Vec<bool> = (0..part.runs.len()).map(|run| !goes(number, run)).collect();
-            if stays.iter().all(|stays| *stays) || !stays.contains(&true) {
-                continue;
-            }
-            is_less = true;
-            part.runs = kept(&part.runs, &stays);
-            part.run_levels = kept(&part.run_levels, &stays);
-        }
-        is_less.then(|| self.with_parts(parts))
-    }
-
     /// Lets a parameter start where a search found it, in this problem and in all that are made of
     /// its parts.
     pub fn begin_at_found(&mut self, instance: usize, components: Vec<f64>) {
@@ -316,9 +299,4 @@ pub(crate) fn layout_with<'a>(
         })
         .collect();
     Layout::new(&shares)
-}
-
-/// Those of some elements that stay.
-fn kept<T: Clone>(all: &[T], stays: &[bool]) -> Vec<T> {
-    all.iter().zip(stays).filter(|(_, stays)| **stays).map(|(one, _)| one.clone()).collect()
 }

@@ -25,10 +25,12 @@ const RESERVED: &[(&str, &str)] = &[
 
 /// Whether a formula may use this name for a time of the sample or a number.
 pub fn is_built_in(name: &str) -> bool {
-    matches!(
-        name,
-        "t" | "time" | "moment" | "index" | "run_time" | "setup_time" | "uniform_time" | "pi"
-    )
+    is_time(name) || matches!(name, "index" | "pi")
+}
+
+/// Whether a formula may use this name for a time of the sample.
+pub fn is_time(name: &str) -> bool {
+    matches!(name, "t" | "time" | "moment" | "run_time" | "setup_time" | "uniform_time")
 }
 
 /// What is wrong with a name for something formulas may use: message and help.

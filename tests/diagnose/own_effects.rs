@@ -235,3 +235,35 @@ fn a_single_outlier_is_left_out() {
         assert!(found.levels.is_empty(), "{}", told(&found));
     }
 }
+
+/// A term of a mount that acts on one angle alone (noncentrality 8 to 12), beside a wave of the other one
+/// that no file has: what remains there says nothing against it.
+#[test]
+fn a_remainder_in_another_reading_is_no_objection_to_a_small_cause() {
+    let mut random = Stream(31);
+    let mut log = "az [rad],el [rad],d_az [rad],d_el [rad]\n".to_owned();
+    for _ in 0..120 {
+        let [az, el] = [6.28 * random.uniform(), 0.3 + 1.0 * random.uniform()];
+        let noise = [0, 1].map(|_| 1e-4 * random.normal());
+        let d_az = 2e-4 - 4.0e-4 * el.sin() + noise[0];
+        let d_el = -1e-4 + 8e-4 * (7.0 * el).sin() + noise[1];
+        writeln!(log, "{az:.6},{el:.6},{d_az:.8},{d_el:.8}").unwrap();
+    }
+    let campaign = Campaign {
+        model: "name = \"mount\"\ntitle = \"Mount\"\n[inputs]\naz = { unit = \"rad\" }\nel = { unit = \"rad\" }\n\
+                [parameters]\naz_zero = { unit = \"rad\" }\nel_zero = { unit = \"rad\" }\n[measurands]\n\
+                d_az = { value = 'az_zero', unit = \"rad\" }\nd_el = { value = 'el_zero', unit = \"rad\" }",
+        effects: &[(
+            "npae",
+            "angle = { unit = \"rad\", typical = \"200 urad\", scope = \"instrument\" }",
+            "d_az = 'd_az + angle * sin(el)'",
+        )],
+        measurands: "d_az = { sigma = \"100 urad\" }\nd_el = { sigma = \"100 urad\" }",
+        log,
+    };
+    let found = campaign.diagnosed();
+    assert_eq!(names(&found), ["npae"], "{}", told(&found));
+    assert_eq!(found.verdict, Verdict::PartlyExplained, "{}", told(&found));
+    let noncentrality = found.rows[0].gain.noncentrality();
+    assert!((8.0..12.0).contains(&noncentrality), "{noncentrality}");
+}

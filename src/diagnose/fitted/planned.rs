@@ -12,8 +12,7 @@ use super::carried_onto;
 pub fn measured(problem: &Problem) -> Problem {
     let mut parts = problem.parts.clone();
     for part in &mut parts {
-        let has_readings = |run: usize| part.present_in(run).iter().any(|count| *count > 0);
-        let measured: Vec<bool> = (0..part.runs.len()).map(has_readings).collect();
+        let measured: Vec<bool> = (0..part.runs.len()).map(|run| part.has_readings(run)).collect();
         let mut measured = measured.into_iter();
         part.runs.retain(|_| measured.next().unwrap_or(false));
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::engine::open::Recipe;
 use crate::graph::Scope;
-use crate::system::{Selected, System};
+use crate::system::System;
 
 use super::candidate::{Candidate, fitting};
 use super::variant::Variant;
@@ -36,8 +36,7 @@ pub fn with_variants(
 
 /// A candidate in a relaxed form.
 fn relaxed(one: &Candidate, form: Variant, recipes: &[Recipe]) -> Option<Candidate> {
-    let effect = Arc::new(form.of(&one.selected.effect)?);
-    let selected = Selected { effect, ..one.selected.clone() };
+    let selected = form.selected(&one.selected)?;
     let relaxed = Candidate { variant: Some(form), ..fitting(recipes, &selected, None)? };
     // What a campaign states of scopes may undo the form.
     (scopes(&relaxed) != scopes(one)).then_some(relaxed)

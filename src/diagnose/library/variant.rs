@@ -3,9 +3,12 @@
 //! It says which forms there are. Whether one is needed the search finds out. A value for each run is
 //! no form: so many values follow slow noise and random walks.
 
+use std::sync::Arc;
+
 use crate::effect::{Effect, Target};
 use crate::graph::Scope;
 use crate::model::ParameterDeclaration;
+use crate::system::Selected;
 
 /// A relaxed form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +42,12 @@ impl Variant {
     /// Those that an effect may take.
     pub fn of_all(effect: &Effect) -> Vec<Self> {
         Self::ALL.into_iter().filter(|form| form.of(effect).is_some()).collect()
+    }
+
+    /// An effect as it is part of a model, in this form; `None` where it cannot have it.
+    pub fn selected(self, plain: &Selected) -> Option<Selected> {
+        let effect = Arc::new(self.of(&plain.effect)?);
+        Some(Selected { effect, ..plain.clone() })
     }
 
     /// An effect in this form; `None` where it has that form or has no such values.

@@ -120,12 +120,8 @@ fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
 fn without_empty_runs(problem: &Problem) -> Option<Problem> {
     problem.without_runs(|number, run| {
         let part = &problem.parts[number];
-        is_empty(part, run) && has_own_unknowns(problem, part, run)
+        !part.has_readings(run) && has_own_unknowns(problem, part, run)
     })
-}
-
-fn is_empty(part: &Part, run: usize) -> bool {
-    part.present_in(run).iter().all(|count| *count == 0)
 }
 
 /// Whether something holds for an empty run alone, or for a setup of which all runs are empty.
@@ -138,6 +134,6 @@ fn has_own_unknowns(problem: &Problem, part: &Part, run: usize) -> bool {
     let is_of_setup = |scope, of: &str| scope == Scope::Setup && of == setup_name;
     let unknowns = problem.layout.instances.iter().filter(|one| !one.setting.fixed);
     let mut of = unknowns.filter_map(|one| Some((one.setting.scope, one.of.as_deref()?)));
-    let is_setup_empty = of_setup.all(|other| is_empty(part, other));
+    let is_setup_empty = of_setup.all(|other| !part.has_readings(other));
     of.any(|(scope, of)| is_of_run(scope, of) || is_setup_empty && is_of_setup(scope, of))
 }

@@ -62,7 +62,7 @@ pub fn design(recipes: Vec<Recipe>, mut problem: Problem, point: Point) -> Fitte
     }
     for p in 0..problem.parts.len() {
         for r in 0..problem.parts[p].runs.len() {
-            let planned = problem.parts[p].present_in(r).iter().all(|count| *count == 0);
+            let planned = !problem.parts[p].has_readings(r);
             let mut columns: Vec<Vec<f64>> = Vec::new();
             let Ok(()) = draw_run(&silent, (p, r), &point, 1, planned, &mut |_, drawn| {
                 columns.resize(drawn.len(), Vec::new());

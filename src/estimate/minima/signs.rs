@@ -2,6 +2,8 @@
 //! alike, a scale of 1 with a frame or of -1 with the frame turned by half a turn, a start says which
 //! one is meant. It tries other attitudes; what the readings alone decide stays.
 
+use rayon::prelude::*;
+
 use crate::engine::{Point, Problem};
 use crate::estimate::minima::starts::Attitudes;
 use crate::estimate::minima::thinned::{Thinned, Tried};
@@ -35,7 +37,7 @@ pub(super) fn start_that_keeps_signs(problem: &Problem, stated: &[(usize, f64)])
         return None;
     }
     let limit = own.chi_squared + EXCLUDED * own.variance_factor.max(1.0) / some.times;
-    let others = (1..attitudes.count()).filter_map(look);
+    let others = (1..attitudes.count()).into_par_iter().filter_map(look);
     let mut alike: Vec<Tried> = others.filter(|fit| fit.chi_squared < limit).collect();
     alike.sort_by(|a, b| lost(a).cmp(&lost(b)).then(a.chi_squared.total_cmp(&b.chi_squared)));
     alike.into_iter().next().filter(|best| lost(best) < lost_before).map(|best| best.point)

@@ -2,8 +2,6 @@
 //! a delay. Their second-order part appears at large values only, so it takes a refit to find them.
 //! They are tried where another effect enters, which has the form of that part.
 
-use std::sync::Arc;
-
 use crate::diagnose::budget::absorbed::{is_unseen, squared_length};
 use crate::diagnose::budget::in_fit::columns_of;
 use crate::diagnose::budget::linear::Linear;
@@ -92,10 +90,8 @@ impl Search<'_> {
         plain: &Selected,
         form: Option<Variant>,
     ) -> Result<Option<Fitted>, FitError> {
-        let mut selected = plain.clone();
-        if let Some(relaxed) = form.and_then(|form| form.of(&plain.effect)) {
-            selected.effect = Arc::new(relaxed);
-        }
+        let relaxed = form.and_then(|form| form.selected(plain));
+        let selected = relaxed.unwrap_or_else(|| plain.clone());
         let prefix = format!("{}.", selected.name());
         let usual =
             |one: &Instance, _| one.name.starts_with(&prefix).then_some(one.setting.typical)?;

@@ -1,8 +1,6 @@
 //! Rows of the fit whose values differ between setups or angles get values of their own,
 //! where that explains more than one more effect.
 
-use std::sync::Arc;
-
 use crate::diagnose::budget::in_fit::{Row, columns_of, effect_of};
 use crate::diagnose::budget::labels::{Label, labels};
 use crate::diagnose::budget::linear::Linear;
@@ -13,7 +11,6 @@ use crate::diagnose::library::variant::Variant;
 use crate::diagnose::thresholds::{APART_SHARE, ENTER, RELAXED, ROW};
 use crate::engine::layout::Instance;
 use crate::estimate::batch::FitError;
-use crate::system::Selected;
 
 use super::Search;
 
@@ -41,8 +38,7 @@ impl Search<'_> {
         };
         let name = &self.rows[row].name;
         let Some(plain) = effect_of(&self.fitted, name).cloned() else { return Ok(false) };
-        let Some(effect) = form.of(&plain.effect) else { return Ok(false) };
-        let selected = Selected { effect: Arc::new(effect), ..plain.clone() };
+        let Some(selected) = form.selected(&plain) else { return Ok(false) };
         let without = self.fitted.without(&[&plain], self.options)?;
         // Each value begins at the one that it had in common with the others: at zero some effects have
         // no slope.
