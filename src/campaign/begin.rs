@@ -222,8 +222,7 @@ fn try_fit((name, model): &NamedModel, data: &Log, stream: &Log, is_swapped: boo
 fn needs_time(model: &Model) -> bool {
     let names = model.formulas().flat_map(|formula| formula.root.names());
     let mut names = names.map(|(name, _)| name);
-    names.any(|name| is_time(name))
-        || model.parameters.iter().any(|one| one.process != Process::White)
+    names.any(is_time) || model.parameters.iter().any(|one| one.process != Process::White)
 }
 
 /// Lines to fill in for names of a model that no column of a file is.

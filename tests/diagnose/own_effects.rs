@@ -243,7 +243,7 @@ fn a_remainder_in_another_reading_is_no_objection_to_a_small_cause() {
     let mut random = Stream(31);
     let mut log = "az [rad],el [rad],d_az [rad],d_el [rad]\n".to_owned();
     for _ in 0..120 {
-        let [az, el] = [6.28 * random.uniform(), 0.3 + 1.0 * random.uniform()];
+        let [az, el] = [std::f64::consts::TAU * random.uniform(), 0.3 + 1.0 * random.uniform()];
         let noise = [0, 1].map(|_| 1e-4 * random.normal());
         let d_az = 2e-4 - 4.0e-4 * el.sin() + noise[0];
         let d_el = -1e-4 + 8e-4 * (7.0 * el).sin() + noise[1];
