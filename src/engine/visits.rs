@@ -121,11 +121,14 @@ impl Problem {
             let lanes = jacobians.iter_mut().zip(&mut values).enumerate();
             for ((lane, (jacobian, values)), sample) in lanes.zip(chunk.stretch.each()) {
                 let there = chunk.present[lane] != 0.0;
-                jacobian.row_mut(chunk.row).fill(0.0);
                 values[chunk.row] = if there { chunk.lanes[0][lane] } else { missing };
-                for (direction, slope) in chunk.directions.iter().zip(&chunk.lanes[1..]) {
-                    for (column, by) in movers[*direction].iter().filter(|_| there) {
-                        jacobian[(chunk.row, *column)] += by * slope[lane];
+                // Column after column.
+                let cells = jacobian.as_mut_slice();
+                cells.iter_mut().skip(chunk.row).step_by(rows).for_each(|cell| *cell = 0.0);
+                let slopes = chunk.directions.iter().zip(&chunk.lanes[1..]);
+                for (direction, slope) in slopes.filter(|_| there) {
+                    for (column, by) in &movers[*direction] {
+                        cells[column * rows + chunk.row] += by * slope[lane];
                     }
                 }
                 if chunk.row + 1 == rows {

@@ -14,24 +14,27 @@ use crate::graph::Kind;
 
 /// Shares of an exact direction below this are rounding.
 pub const TRACE: f64 = 1e-5;
-/// A parameter known to this part of its size is determined, whatever its plausible size.
+/// A parameter known to this part of its size is determined, whatever its plausible size; a delay to
+/// this part of the largest in the range that is stated of delays.
 const RELATIVE: f64 = 0.01;
 
 /// The limit of every column. What is stated with a standard uncertainty has none of its own.
 pub fn limits(problem: &Problem, point: &Point) -> Vec<Limit> {
     let mut limits = vec![Limit::Unlimited; problem.layout.columns.len()];
+    let latest = problem.parts.iter().flat_map(|part| part.delay_range).map(f64::abs);
+    let latest = latest.fold(0.0, f64::max);
     for (index, instance) in problem.layout.instances.iter().enumerate() {
         for component in 0..instance.dimension() {
             for (column, _) in problem.layout.columns_of(index, component) {
-                limits[column] = limit(&problem.layout, point, (index, component));
+                limits[column] = limit(&problem.layout, point, (index, component), latest);
             }
         }
     }
     limits
 }
 
-/// The limit of one component of a parameter.
-fn limit(layout: &Layout, point: &Point, (index, component): (usize, usize)) -> Limit {
+/// The limit of one component of a parameter; `latest` is the largest delay that may be.
+fn limit(layout: &Layout, point: &Point, (index, component): (usize, usize), latest: f64) -> Limit {
     let instance = &layout.instances[index];
     let setting = &instance.setting;
     match setting.plausible {
@@ -41,8 +44,9 @@ fn limit(layout: &Layout, point: &Point, (index, component): (usize, usize)) -> 
         Some(plausible) => {
             let square: f64 =
                 point.components(layout, index).iter().map(|value| value * value).sum();
+            let most = if instance.name.ends_with(".delay") { latest } else { 0.0 };
             // A size that cannot be computed sets no limit.
-            Limit::Size(plausible.max(RELATIVE * square.sqrt()))
+            Limit::Size(plausible.max(RELATIVE * square.sqrt().max(most)))
         }
     }
 }

@@ -33,6 +33,11 @@ pub fn is_time(name: &str) -> bool {
     matches!(name, "t" | "time" | "moment" | "run_time" | "setup_time" | "uniform_time")
 }
 
+/// The name of the random error of an input.
+pub fn error_of_input(input: &str) -> String {
+    format!("{input}.error")
+}
+
 /// What is wrong with a name for something formulas may use: message and help.
 pub fn fault_of(name: &str) -> Option<(String, String)> {
     let letter = |c: char| c.is_ascii_alphabetic() || c == '_';

@@ -8,6 +8,7 @@ use crate::graph::names::CoordinatesNames;
 use crate::graph::resolve::assemble;
 use crate::graph::{Input, Kind, Local, Measurand, Names, Parameter, Random, Scope};
 use crate::library::unknown_parameter;
+use crate::model::name::error_of_input;
 use crate::model::{Model, Override, Setting};
 use crate::system::layer::Placed;
 use crate::system::needs::{delay_names, is_random, known_names};
@@ -73,7 +74,7 @@ impl Builder<'_> {
             let mut setting = Setting::new(Scope::Sample);
             setting.fixed = true;
             setting.sigma = Some(vec![sigma]);
-            let name = format!("{}.error", input.name);
+            let name = error_of_input(&input.name);
             let width = input.unit.of_differences();
             self.unknowns.push(Unknown::implied(name, width, setting, Origin::InputError));
         }
@@ -232,7 +233,7 @@ impl Builder<'_> {
             }
         }
         for input in &model.inputs {
-            let error = format!("{}.error", input.name);
+            let error = error_of_input(&input.name);
             names.inputs.push(Input {
                 name: input.name.clone(),
                 unit: input.unit.clone(),

@@ -7,7 +7,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Place, nearest};
 use crate::effect::{Effect, PatchLine, Target};
 use crate::graph::{Kind, MeasurandKind, Scope};
 use crate::model::component::AXES;
-use crate::model::name::is_built_in;
+use crate::model::name::{error_of_input, is_built_in};
 use crate::model::{Model, Override, ParameterDeclaration, Roles};
 use crate::system::{Selected, System};
 
@@ -255,7 +255,7 @@ pub fn known_names<'e>(
     let of_one = |one: &ParameterDeclaration| AXES.map(|axis| format!("{}.{axis}", one.name));
     let mut members: Vec<String> = several.flat_map(of_one).collect();
     known.extend(delay_names(model));
-    known.extend(model.inputs.iter().map(|input| format!("{}.error", input.name)));
+    known.extend(model.inputs.iter().map(|input| error_of_input(&input.name)));
     for effect in effects {
         let mut owners = vec![effect.name.clone()];
         owners.extend(

@@ -72,76 +72,82 @@ impl Solved {
         (row.len() == 1 && other.len() == 1).then(|| slope(row.start, other.start))
     }
 
-    /// What the values of a term vary with those of another, `E(row | other) = K other`, and the
-    /// inverse covariance of the other's.
-    fn slope(&self, row: usize, other: usize) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
-        let (row, other) = (self.terms[row].clone(), self.terms[other].clone());
-        let part = |rows: &std::ops::Range<usize>, columns: &std::ops::Range<usize>| {
-            let (first, count) = ((rows.start, columns.start), (rows.len(), columns.len()));
-            self.covariance.view(first, count).into_owned()
-        };
-        let inverse = part(&other, &other).cholesky()?.inverse();
-        Some((part(&row, &other) * &inverse, inverse))
+    /// What all values vary with those of a term, `E(all | term) = K term`, and the inverse covariance
+    /// of the term's.
+    fn slope(&self, term: usize) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+        let own = self.terms[term].clone();
+        let covariance = self.covariance.view((own.start, own.start), (own.len(), own.len()));
+        let inverse = covariance.into_owned().cholesky()?.inverse();
+        Some((self.covariance.columns(own.start, own.len()) * &inverse, inverse))
     }
 
-    /// Adds what an effect outside the fit may put into the values of a row: `with` has both in it.
+    /// Adds what an effect outside the fit, near a row, may put into all values: `with` has the effect
+    /// in it, last.
     fn widen(&mut self, at: usize, with: &Self, typical: &[Option<f64>], ln_bayes: f64) {
         let other = with.terms.len() - 1;
-        let Some((slope, inverse)) = with.slope(at, other) else { return };
+        let Some((slope, inverse)) = with.slope(other) else { return };
+        let slope = slope.rows(0, self.values.len());
         let found = DVector::from_column_slice(with.of_term(other));
-        let own = DVector::from_column_slice(self.of_term(at));
         // Without a typical size the other one is as large as the row.
-        let reach = own.norm() / slope.norm().max(f64::MIN_POSITIVE);
+        let of_row = slope.rows(self.terms[at].start, self.terms[at].len()).norm();
+        let own = DVector::from_column_slice(self.of_term(at)).norm();
+        let reach = own / of_row.max(f64::MIN_POSITIVE);
         let typical = typical.iter().map(|typical| typical.unwrap_or(reach).powi(-2));
         let prior = DMatrix::from_diagonal(&DVector::from_iterator(found.len(), typical));
         let Some(factor) = (&inverse + prior).cholesky() else { return };
         let covariance = factor.inverse();
         let mean = &covariance * &inverse * found;
         let probability = 1.0 / (1.0 + (-ln_bayes).exp());
-        let spread = &slope * (covariance + &mean * mean.transpose()) * slope.transpose();
-        let first = self.terms[at].start;
-        let mut place = self.covariance.view_mut((first, first), spread.shape());
-        place += spread * probability;
+        let spread = slope * (covariance + &mean * mean.transpose()) * slope.transpose();
+        self.covariance += spread * probability;
     }
 }
 
-/// Effects outside the fit whose form is nearly that of a row, with what they may put into its
-/// values added to these.
+/// For each row (by its place in the model) the effects outside the fit whose form is nearly its own.
+/// What they may put into the values, of whichever row, is added to the covariance: once for each.
 pub fn near_aliases(
     linear: &Linear,
     selection: &Selection<'_>,
     solved: &mut Solved,
     (model, rest, gains): (&[usize], &[usize], &[Gain]),
-    at: usize,
-) -> Vec<Confounded> {
-    let mut found = Vec::new();
-    for (term, cosine) in selection.near(model, at, solved.of_term(at)).into_iter().take(MOST) {
-        let with = [model, &[term]].concat();
-        let both = Solved::of(selection, &with, rest, gains);
-        let columns = selection.terms[term].columns.iter();
-        let typical: Vec<Option<f64>> =
-            columns.map(|column| linear.sums.typical_of(column.first()?.0)).collect();
-        let ln_bayes = selection.ln_odds_at(model, term, &typical);
-        solved.widen(at, &both, &typical, ln_bayes);
-        // Of several values each pair has another correlation: that of the forms is reported.
-        let factor = both.factor(at, model.len());
-        let of_forms = -cosine.sqrt();
-        let correlation = factor.map_or(of_forms, |_| both.correlation(at, model.len()));
-        let joint = if correlation.abs() < ONE {
-            let own = both.measured(linear, selection, model[at], at);
-            own.into_iter().chain(both.measured(linear, selection, term, model.len())).collect()
-        } else {
-            Vec::new()
-        };
-        found.push(Confounded {
-            name: linear.terms[term].name.clone(),
-            is_row: false,
-            correlation,
-            factor,
-            joint,
-        });
-    }
-    found
+    rows: &[usize],
+) -> Vec<Vec<Confounded>> {
+    let mut known = BTreeSet::new();
+    let mut of_row = |at: &usize| {
+        let near = selection.near(model, *at, solved.of_term(*at));
+        let mut found = Vec::new();
+        for (term, cosine) in near.into_iter().take(MOST) {
+            let with = [model, &[term]].concat();
+            let both = Solved::of(selection, &with, rest, gains);
+            if known.insert(term) {
+                let columns = selection.terms[term].columns.iter();
+                let typical = columns.map(|column| linear.sums.typical_of(column.first()?.0));
+                let typical: Vec<Option<f64>> = typical.collect();
+                let ln_bayes = selection.ln_odds_at(model, term, &typical);
+                solved.widen(*at, &both, &typical, ln_bayes);
+            }
+            // Of several values each pair has another correlation: that of the forms is reported.
+            let factor = both.factor(*at, model.len());
+            let of_forms = -cosine.sqrt();
+            let correlation = factor.map_or(of_forms, |_| both.correlation(*at, model.len()));
+            let joint = if correlation.abs() < ONE {
+                let own = both.measured(linear, selection, model[*at], *at);
+                let others = both.measured(linear, selection, term, model.len());
+                own.into_iter().chain(others).collect()
+            } else {
+                Vec::new()
+            };
+            found.push(Confounded {
+                name: linear.terms[term].name.clone(),
+                is_row: false,
+                correlation,
+                factor,
+                joint,
+            });
+        }
+        found
+    };
+    rows.iter().map(&mut of_row).collect()
 }
 
 impl Solved {

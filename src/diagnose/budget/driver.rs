@@ -128,7 +128,11 @@ pub fn search(
     loop {
         round += 1;
         let Some(competed) = search.compete()? else { return Ok(None) };
-        if round < ROUNDS && (search.take_noise(&competed)? || search.take_rows(&competed)?) {
+        if round < ROUNDS
+            && (search.take_noise(&competed)?
+                || search.take_rows(&competed)?
+                || search.take_curved(&competed)?)
+        {
             continue;
         }
         search.objections.extend(named_objections(&competed));

@@ -12,6 +12,7 @@ use crate::estimate::conventions::channels::{Channel, Source};
 use crate::estimate::conventions::one_run::OneRun;
 use crate::estimate::minima::thinned::Tried;
 use crate::formula::{Expression, ExpressionKind};
+use crate::model::name::error_of_input;
 
 /// How far a formula may be off a linear one.
 const LINEAR: f64 = 1e-9;
@@ -117,7 +118,31 @@ impl Suspected<'_> {
                 is_possible &= each.iter().all(|own| own.change(samples).is_some());
             });
         }
+        self.stretch_scatter(&mut problem);
         is_possible.then_some(problem)
+    }
+
+    /// Gives the inputs that are changed the standard uncertainties of what they are made of: an input
+    /// in thousandths scatters by thousandths, too. Those of one run are those of all: where one alone is
+    /// changed they never grow.
+    fn stretch_scatter(&self, problem: &mut Problem) {
+        let Some((_, factors)) = self.linear() else { return };
+        let errors: Vec<String> =
+            self.channels.iter().map(|one| error_of_input(&one.name)).collect();
+        for part in &mut problem.parts {
+            let place =
+                |name: &String| part.system.randoms.iter().position(|one| one.name == *name);
+            let places: Vec<Option<usize>> = errors.iter().map(place).collect();
+            let stated: Vec<f64> =
+                places.iter().map(|at| at.map_or(0.0, |at| part.random_sigma[at])).collect();
+            for (row, at) in factors.iter().zip(&places) {
+                let Some(at) = *at else { continue };
+                let squares = row.iter().zip(&stated).map(|(by, sigma)| (by * sigma).powi(2));
+                let sigma = squares.sum::<f64>().sqrt();
+                let most = if self.only.is_some() { part.random_sigma[at] } else { f64::INFINITY };
+                part.random_sigma[at] = sigma.min(most);
+            }
+        }
     }
 
     fn change(&self, samples: &mut Samples) -> Option<()> {

@@ -1,6 +1,7 @@
 //! Effects that nominal parameters absorb to first order, such as a low-pass filter, which begins as
 //! a delay. Their second-order part appears at large values only, so it takes a refit to find them.
-//! They are tried where another effect enters, which has the form of that part.
+//! They are tried where another effect enters, which has the form of that part, and where something
+//! is found that no effect explains.
 
 use crate::diagnose::budget::absorbed::{is_unseen, squared_length};
 use crate::diagnose::budget::in_fit::columns_of;
@@ -14,19 +15,19 @@ use crate::engine::layout::Instance;
 use crate::estimate::batch::FitError;
 use crate::system::Selected;
 
-use super::Search;
 use super::forward::Refitted;
+use super::{Competed, Search};
 
 impl Search<'_> {
-    /// The best of them in the fit, if it is better than what would enter otherwise by what a term
-    /// must be worth: an effect that the sums can see is simpler. Those that take nothing off chi
-    /// squared are tried once.
+    /// The best of them in the fit, if it is better than what would enter otherwise, if anything, by
+    /// what a term must be worth: an effect that the sums can see is simpler. Those that take nothing
+    /// off chi squared are tried once.
     pub(super) fn better_curved(
         &mut self,
         linear: &Linear,
         selection: &Selection<'_>,
         model: &[usize],
-        otherwise: &Refitted,
+        otherwise: Option<&Refitted>,
     ) -> Result<Option<Refitted>, FitError> {
         // Chi squared in units of the noise that was found, over that in units of the stated noise.
         let scaled = selection.chi_squared(model) / self.fitted.fit.cost;
@@ -36,7 +37,8 @@ impl Search<'_> {
                 continue;
             }
             // What would enter may have a value for each angle: then it may, too.
-            let is_wider = linear.terms[otherwise.term].columns.len() > own.columns.len();
+            let is_wider = otherwise
+                .is_some_and(|one| linear.terms[one.term].columns.len() > own.columns.len());
             let was_tried = |known: &(String, bool)| known.0 == own.name && (known.1 || !is_wider);
             if self.absorbed.iter().any(was_tried) {
                 continue;
@@ -70,8 +72,8 @@ impl Search<'_> {
                 // the noise that was found.
                 let price = gain.gain - 2.0 * ln_bayes;
                 let cost = with.fit.cost + price - 2.0 * size;
-                let least = otherwise.cost - 2.0 * ENTER / scaled;
-                let least = best.as_ref().map_or(least, |best| best.cost);
+                let least = otherwise.map_or(self.fitted.fit.cost, |one| one.cost);
+                let least = best.as_ref().map_or(least - 2.0 * ENTER / scaled, |best| best.cost);
                 if cost < least && linear.is_plausible(&with, term) {
                     best = Some(Refitted { cost, term, form, ln_bayes, fitted: with });
                 }
@@ -81,6 +83,23 @@ impl Search<'_> {
             }
         }
         Ok(best)
+    }
+
+    /// Lets the best of them enter where a model has terms that are no effects; whether there is one.
+    pub(super) fn take_curved(&mut self, competed: &Competed) -> Result<bool, FitError> {
+        let Competed { linear, judged, .. } = competed;
+        if judged.model.iter().all(|term| linear.terms[*term].is_effect()) {
+            return Ok(false);
+        }
+        let selection = self.selection_of(competed);
+        let best = self.better_curved(linear, &selection, &linear.rows(), None)?;
+        let is_found = best.is_some();
+        if let Some(best) = best {
+            // It may leave again, and would come back each time.
+            self.absorbed.push((linear.terms[best.term].name.clone(), false));
+            self.enter(linear, best);
+        }
+        Ok(is_found)
     }
 
     /// The fit with an effect in some form, from its usual values: where its parameters are zero there

@@ -108,21 +108,26 @@ impl Search<'_> {
                 }
                 break;
             };
-            let curved = self.better_curved(&linear, &selection, &model, &next)?;
-            let Refitted { term, form, ln_bayes, fitted, .. } = curved.unwrap_or(next);
-            let name = &linear.terms[term].name;
-            self.log.push(format!("{name} enters the fit ({ln_bayes:.1})"));
-            self.rows.push(linear.row(term));
-            if let Some(form) = form.filter(|_| linear.terms[term].variant.is_none()) {
-                self.take_form(self.rows.len() - 1, form);
-            }
-            self.fitted = fitted;
+            let curved = self.better_curved(&linear, &selection, &model, Some(&next))?;
+            self.enter(&linear, curved.unwrap_or(next));
             fresh = Some(Vec::new());
         }
         if fresh.is_some() {
             self.scanned.effects.clear();
         }
         Ok(true)
+    }
+
+    /// A refitted candidate is the fit from now on.
+    pub(super) fn enter(&mut self, linear: &Linear, refitted: Refitted) {
+        let Refitted { term, form, ln_bayes, fitted, .. } = refitted;
+        let name = &linear.terms[term].name;
+        self.log.push(format!("{name} enters the fit ({ln_bayes:.1})"));
+        self.rows.push(linear.row(term));
+        if let Some(form) = form.filter(|_| linear.terms[term].variant.is_none()) {
+            self.take_form(self.rows.len() - 1, form);
+        }
+        self.fitted = fitted;
     }
 
     /// An effect whose value cannot be does not come back.

@@ -1,5 +1,7 @@
 //! Errors of readings, of attitudes and of inputs.
 
+use std::collections::BTreeSet;
+
 use super::covariate::{
     CIRCLE_ORDERS, Covariate, FEW, of_itself, of_the_head, of_the_rig, scale_over_campaign,
 };
@@ -71,12 +73,17 @@ pub(super) fn attitudes(model: &Model, all: &mut Vec<Block>) {
 }
 
 /// Errors of inputs over themselves, where there are many: what a joint of an arm does wrong is
-/// another displacement of its tool in each pose, which no function of one covariate is.
+/// another displacement of its tool in each pose, which no function of one covariate is. An input
+/// that no formula of the model uses changes readings through effects alone: its error would have the
+/// form of an effect that is in the fit, and take its place.
 pub(super) fn of_inputs(model: &Model, all: &mut Vec<Block>) {
-    if model.inputs.len() <= FEW {
+    let names: BTreeSet<&str> =
+        model.formulas().flat_map(|one| one.root.names()).map(|(name, _)| name).collect();
+    let used = || model.inputs.iter().filter(|input| names.contains(input.name.as_str()));
+    if used().count() <= FEW {
         return;
     }
-    for input in &model.inputs {
+    for input in used() {
         let (name, covariate) = (&input.name, of_itself(input, INPUT_ORDERS));
         let (of, what) = (format!("input {name}"), format!("an error of the input `{name}`"));
         let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
