@@ -21,20 +21,19 @@ const RELATIVE: f64 = 0.01;
 /// The limit of every column. What is stated with a standard uncertainty has none of its own.
 pub fn limits(problem: &Problem, point: &Point) -> Vec<Limit> {
     let mut limits = vec![Limit::Unlimited; problem.layout.columns.len()];
-    let latest = problem.parts.iter().flat_map(|part| part.delay_range).map(f64::abs);
-    let latest = latest.fold(0.0, f64::max);
     for (index, instance) in problem.layout.instances.iter().enumerate() {
         for component in 0..instance.dimension() {
             for (column, _) in problem.layout.columns_of(index, component) {
-                limits[column] = limit(&problem.layout, point, (index, component), latest);
+                limits[column] = limit(problem, point, (index, component));
             }
         }
     }
     limits
 }
 
-/// The limit of one component of a parameter; `latest` is the largest delay that may be.
-fn limit(layout: &Layout, point: &Point, (index, component): (usize, usize), latest: f64) -> Limit {
+/// The limit of one component of a parameter.
+fn limit(problem: &Problem, point: &Point, (index, component): (usize, usize)) -> Limit {
+    let layout = &problem.layout;
     let instance = &layout.instances[index];
     let setting = &instance.setting;
     match setting.plausible {
@@ -44,7 +43,9 @@ fn limit(layout: &Layout, point: &Point, (index, component): (usize, usize), lat
         Some(plausible) => {
             let square: f64 =
                 point.components(layout, index).iter().map(|value| value * value).sum();
-            let most = if instance.name.ends_with(".delay") { latest } else { 0.0 };
+            let ranges = problem.parts.iter().flat_map(|part| part.delay_range).map(f64::abs);
+            let is_delay = instance.name.ends_with(".delay");
+            let most = if is_delay { ranges.fold(0.0, f64::max) } else { 0.0 };
             // A size that cannot be computed sets no limit.
             Limit::Size(plausible.max(RELATIVE * square.sqrt().max(most)))
         }
@@ -82,7 +83,7 @@ pub fn withheld(problem: &Problem, point: &Point, examined: Option<&Examined>) -
     let of_instance = |index: usize| {
         let rows = sensitivities(layout, point, index);
         let is_open = |(component, row): (usize, Vec<(usize, f64)>)| {
-            let limit = limit(layout, point, (index, component));
+            let limit = limit(problem, point, (index, component));
             examined.is_some_and(|found| {
                 let directions = &found.directions;
                 directions.iter().any(|one| is_moved(one, &found.judged, &row, limit))
