@@ -14,6 +14,7 @@ use crate::engine::{Part, Problem};
 use crate::estimate::batch::Options;
 use crate::model::Setting;
 use crate::report;
+use crate::report::diagnosis_text::Asked;
 
 use super::arguments::{CampaignArguments, Format};
 use super::wanted::WantedArguments;
@@ -238,21 +239,20 @@ impl Diagnose {
                 output::json(&value)?;
             }
             Format::Text => {
-                let with = self.given();
-                output::text(&report::diagnosis_text::text(
-                    &loaded.title,
-                    &found,
-                    &with,
-                    self.top,
-                ))?;
+                let campaigns = self.common.campaigns.iter();
+                let campaigns: Vec<String> =
+                    campaigns.map(|path| typed(&path.display().to_string())).collect();
+                let asked = Asked {
+                    campaigns: &campaigns.join(" "),
+                    options: &self.given(),
+                    top: self.top,
+                    mistaken: mistaken.as_ref().map(|one| (one, load::runs(&loaded.campaigns))),
+                };
+                output::text(&report::diagnosis_text::text(&loaded.title, &found, &asked))?;
                 let smoothing = report::smoothing::text(&found.nominal);
                 if !smoothing.is_empty() {
                     output::text(&(smoothing + report::smoothing::WHERE))?;
                 }
-                output::text(&report::conventions::text_for(
-                    mistaken.as_ref(),
-                    load::runs(&loaded.campaigns),
-                ))?;
                 if held_out.is_some() && found.rows.is_empty() {
                     output::text(
                         "\nNo effect stands as a row: there is nothing to judge on the held-out campaign.\n",

@@ -1,11 +1,14 @@
 //! The result of `diagnose` for people: the verdict, the budget of the gap, the noise, and what
 //! could not be tested.
 
+use crate::campaign::declared::RunEntry;
 use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{Row, Size};
 use crate::diagnose::budget::judge::Objection;
 use crate::diagnose::library::candidate::NotTestable;
 use crate::diagnose::library::variant::Variant;
+use crate::estimate::conventions::Mistaken;
+use crate::report::conventions;
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
 use crate::report::left_out;
@@ -18,12 +21,37 @@ use crate::report::verdict_text::sentence;
 /// Candidates shown unless another number is asked for.
 const TOP: usize = 8;
 
-/// The result of `diagnose`, at most `top` candidates; `given` are the options that an estimate
-/// needs, too.
-pub fn text(title: &str, diagnosis: &Diagnosis, given: &[String], top: Option<usize>) -> String {
+/// What was asked for, as it was typed, and what is known beside the diagnosis.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// The campaigns.
+    pub campaigns: &'a str,
+    /// The options that an estimate needs, too.
+    pub options: &'a [String],
+    /// Candidates that are shown at most.
+    pub top: Option<usize>,
+    /// The convention that was mistaken, with the runs as they were written.
+    pub mistaken: Option<(&'a Mistaken, &'a [RunEntry])>,
+}
+
+impl Default for Asked<'_> {
+    fn default() -> Self {
+        Self { campaigns: "CAMPAIGN", options: &[], top: None, mistaken: None }
+    }
+}
+
+/// The result of `diagnose`.
+pub fn text(title: &str, diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
     let mut text = format!("{title}\n\n{}\n", sentence(diagnosis));
     if !diagnosis.verdict.is_made() {
         text.push_str(&trouble(&diagnosis.nominal));
+    }
+    // A diagnosis of numbers that were misread is worth little: what to set right comes first.
+    if let Some((mistaken, runs)) = asked.mistaken {
+        text.push_str(&conventions::text_for(Some(mistaken), runs));
+        text.push_str("\nNext: set this right and diagnose again.\n");
+    }
+    if !diagnosis.verdict.is_made() {
         return text;
     }
     text.push_str(&budget(diagnosis));
@@ -34,8 +62,10 @@ pub fn text(title: &str, diagnosis: &Diagnosis, given: &[String], top: Option<us
     text.push_str(&gap(diagnosis));
     text.push_str(&doubtful(diagnosis));
     text.push_str(&unexplained(diagnosis));
-    text.push_str(&next(diagnosis, given));
-    text.push_str(&candidates(diagnosis, top.unwrap_or(TOP)));
+    if asked.mistaken.is_none() {
+        text.push_str(&next(diagnosis, asked));
+    }
+    text.push_str(&candidates(diagnosis, asked.top.unwrap_or(TOP)));
     let absorbed = diagnosis.absorbed.iter().map(|one| [one.name.as_str(), &one.acts_as]);
     text.push_str(&listed(
         "not visible here: these are absorbed by nominal parameters",
@@ -132,9 +162,9 @@ fn because(objection: &Objection) -> String {
             format!("its form lies within the remainder ({:.0} % are its own)", 100.0 * share)
         }
         Objection::Apart(label, _) => format!("its values differ by {}", label.words()),
-        Objection::Replaced(_) => "unmodelled effects in its place fit as well".to_owned(),
+        Objection::Replaced(_) => "unmodelled effects in its place fit about as well".to_owned(),
         Objection::Pair(other, _) => {
-            format!("one unmodelled effect in the place of it and `{other}` fits as well")
+            format!("one unmodelled effect in the place of it and `{other}` fits about as well")
         }
     }
 }
@@ -154,7 +184,8 @@ fn unexplained(diagnosis: &Diagnosis) -> String {
 }
 
 /// The command that goes on from here.
-fn next(diagnosis: &Diagnosis, given: &[String]) -> String {
+fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
+    let campaigns = asked.campaigns;
     let wanting = diagnosis.not_testable.iter().filter(|one| !one.wants.is_empty());
     let wanting: Vec<String> =
         wanting.map(|one| format!("`{}` ({})", one.name, one.wants.join(", "))).collect();
@@ -169,10 +200,14 @@ fn next(diagnosis: &Diagnosis, given: &[String]) -> String {
     if !diagnosis.rows.is_empty() || leaves_out {
         let rows = diagnosis.rows.iter().map(|one| format!("--with {}", one.name));
         let leave_out = leaves_out.then(|| "--leave-out DIR/left_out.csv".to_owned());
-        let options: Vec<String> = given.iter().cloned().chain(rows).chain(leave_out).collect();
-        text.push_str(&format!("\nNext: `homepoint calibrate CAMPAIGN {}`\n", options.join(" ")));
+        let options: Vec<String> =
+            asked.options.iter().cloned().chain(rows).chain(leave_out).collect();
+        text.push_str(&format!(
+            "\nNext: `homepoint calibrate {campaigns} {}`\n",
+            options.join(" ")
+        ));
         if leaves_out {
-            text.push_str("      after `homepoint diagnose CAMPAIGN --out DIR`, which lists there what is left out\n");
+            text.push_str(&format!("      after `homepoint diagnose {campaigns} --out DIR`, which lists there what is left out\n"));
         }
         text.push_str(&diagnosis.rows.iter().filter_map(relaxed).collect::<String>());
         if diagnosis.remainder.iter().any(|one| one.change.is_some()) {

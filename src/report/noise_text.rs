@@ -119,7 +119,8 @@ fn left_out(diagnosis: &Diagnosis, found: &LeftOut) -> String {
         let figure = |value| figure::value(value, one.sigma, &second);
         rows.add_row([format!("{}{of}", one.name), figure(one.with), figure(one.without)]);
     }
-    if !diagnosis.delays.is_empty() {
+    // Beside a remainder, which may be an error in time, a delay of the nominal model says nothing.
+    if !diagnosis.delays.is_empty() && !diagnosis.verdict.has_remainder() {
         text.push_str(&drawn(&rows));
     }
     text

@@ -10,7 +10,7 @@ use homepoint::diagnose::outliers::lost::look;
 use homepoint::engine::Problem;
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
-use homepoint::report::diagnosis_text::text;
+use homepoint::report::diagnosis_text::{Asked, text};
 
 use crate::drawn::{drawn, run};
 use crate::found::told;
@@ -66,7 +66,7 @@ fn readings_that_stand_still_are_left_out() {
             assert!(stretches(&found).contains(&due), "{due:?} in {:?}", stretches(&found));
         }
     }
-    let text = text("", &found, &[], None);
+    let text = text("", &found, &Asked::default());
     assert!(text.contains("in rows 22 to 33 of run `A_cw50`: repeat their last values"), "{text}");
 }
 

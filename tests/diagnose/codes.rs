@@ -76,7 +76,7 @@ fn codes_do_not_hide_in_an_open_level() {
     assert_eq!((found.verdict, found.rows.len()), (Verdict::Explained, 0));
     assert_eq!(out(&found).len(), count);
     assert!(out(&found).iter().all(|one| one.code == Some(0.0)));
-    let text = report::diagnosis_text::text("", &found, &[], None);
+    let text = report::diagnosis_text::text("", &found, &report::diagnosis_text::Asked::default());
     let told = format!("{count} readings of `distance` are 0 m, a code for what was not measured");
     assert!(text.contains(&told) && !text.contains("outliers"), "{text}");
 }
@@ -87,7 +87,7 @@ fn a_rotation_that_was_not_measured_is_a_code() {
     let (found, count) = hand_eye_with_codes(900);
     let codes = out(&found).iter().filter(|one| one.code.is_some()).count();
     assert_eq!(codes, count);
-    let text = report::diagnosis_text::text("", &found, &[], None);
+    let text = report::diagnosis_text::text("", &found, &report::diagnosis_text::Asked::default());
     let told = format!("{count} readings of `attitude` are one and the same turn, a code");
     assert!(text.contains(&told), "{text}");
 }

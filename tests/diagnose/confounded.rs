@@ -97,7 +97,7 @@ fn two_forms_that_are_nearly_one_are_a_group() {
         let error = size.value - ARCSEC * truth(effect);
         assert!(error.abs() < 4.0 * sigma && *sigma > 0.3 * ARCSEC, "{error} {sigma}");
     }
-    let text = diagnosis_text::text("", &found, &[], None);
+    let text = diagnosis_text::text("", &found, &diagnosis_text::Asked::default());
     assert!(text.contains(&format!("{} ~ {}", row.name, other.name)), "{text}");
 }
 

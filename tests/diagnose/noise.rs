@@ -257,7 +257,10 @@ fn an_effect_that_wants_a_constant_is_not_forgotten() {
     let told = |request: &Request| {
         let opened = open(request).unwrap();
         let found = run(opened.problem.clone(), &opened);
-        (found.verdict, report::diagnosis_text::text("", &found, &[], None))
+        (
+            found.verdict,
+            report::diagnosis_text::text("", &found, &report::diagnosis_text::Asked::default()),
+        )
     };
     let (verdict, text) = told(&request);
     assert_eq!(verdict, Verdict::PartlyExplained);
@@ -284,7 +287,7 @@ fn a_memory_is_said_without_an_effect_for_it() {
     // Half of the variance, for as long as the effect says.
     assert!((memory["share"].as_f64().unwrap() - 0.5).abs() < 0.1, "{memory}");
     assert!((memory["time"].as_f64().unwrap() / 1.5).ln().abs() < 0.5, "{memory}");
-    let text = report::diagnosis_text::text("", &found, &[], None);
+    let text = report::diagnosis_text::text("", &found, &report::diagnosis_text::Asked::default());
     assert!(text.contains("autocorrelated") && text.contains("`distance`"), "{text}");
 }
 
@@ -303,7 +306,7 @@ fn a_wrong_level_is_said_without_an_effect_for_it() {
     };
     assert_eq!(level["measurand"], "distance");
     assert!((level["factor"].as_f64().unwrap() - 3.0).abs() < 0.1, "{level}");
-    let text = report::diagnosis_text::text("", &found, &[], None);
+    let text = report::diagnosis_text::text("", &found, &report::diagnosis_text::Asked::default());
     assert!(text.contains("`distance` scatters 3.0"), "{text}");
 }
 
@@ -352,7 +355,8 @@ fn times_off(all: &[(&str, f64, u64)]) {
         let set = format!("{name}={value} s");
         let (opened, problem) = drawn(&[name.split('.').next().unwrap()], &[&set], seed);
         let found = run(problem, &opened);
-        let text = report::diagnosis_text::text("", &found, &[], None);
+        let text =
+            report::diagnosis_text::text("", &found, &report::diagnosis_text::Asked::default());
         assert!(found.rows.is_empty(), "{}", told(&found));
         assert!(found.contradicted.is_empty(), "{text}");
         // Half the variance of the times by the acceleration of a reading is an error of it.
@@ -390,7 +394,7 @@ fn shrinkage_is_judged_on_a_campaign_that_the_fit_never_saw() {
     judge(&mut found, &clean, &Options::default()).unwrap();
     assert!(found.gap.as_ref().unwrap().held_out_drop < 0.0, "{:?}", found.gap);
     assert_eq!(found.gap.as_ref().unwrap().closed, 0.0);
-    let text = report::diagnosis_text::text("", &found, &[], None);
+    let text = report::diagnosis_text::text("", &found, &report::diagnosis_text::Asked::default());
     assert!(text.contains("Held-out readings do not support it."), "{text}");
 }
 

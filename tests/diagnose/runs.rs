@@ -9,7 +9,7 @@ use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::diagnose::library::place::Of;
 use homepoint::engine::Problem;
-use homepoint::report::diagnosis_text::text as told;
+use homepoint::report::diagnosis_text::{Asked, text as told};
 
 use crate::drawn::{drawn, run};
 use crate::found::told as brief;
@@ -75,7 +75,7 @@ fn steps(all: &[(&str, usize, Range<usize>, f64)]) {
             all.readings[column][samples.clone()].iter_mut().for_each(|value| *value += by);
         });
         let found = run(problem, &opened);
-        let text = told("", &found, &[], None);
+        let text = told("", &found, &Asked::default());
         assert_eq!(found.verdict, Verdict::Unknown, "{name}: {}", brief(&found));
         let measurand = ["horizontal", "vertical", "distance"][column];
         let places = found.remainder.iter().map(|one| &one.place);

@@ -71,7 +71,8 @@ fn what_is_beyond_the_linear_range_is_simulated_again() {
         let mut far = Vec::new();
         let last = (0..5).find_map(|round| {
             let found = against(&own.path().join(round.to_string()), rate);
-            let text = report::diagnosis_text::text("", &found, &[], None);
+            let text =
+                report::diagnosis_text::text("", &found, &report::diagnosis_text::Asked::default());
             let Some(beyond) = found.beyond_range.first() else {
                 assert!(!text.contains("simulate again"), "{text}");
                 let change = found.rows.first().map_or(0.0, |row| row.values[0].value.unwrap());

@@ -110,7 +110,7 @@ fn a_wrong_stated_value_that_an_effect_takes_up_is_told_with_it() {
     let [one] = &found.contradicted[..] else { panic!("{}", crate::found::told(&found)) };
     assert_eq!(&*one.parameter, "horizontal.delay");
     assert_eq!(one.alone, contradicted(&nominal)[0].alone);
-    let text = diagnosis_text::text("", &found, &[], None);
+    let text = diagnosis_text::text("", &found, &diagnosis_text::Asked::default());
     assert!(text.contains("or by a stated value that is wrong"), "{text}");
     let at = |words: &str| text.find(words).unwrap_or_else(|| panic!("{words}: {text}"));
     assert!(at("`horizontal.delay` is stated as 0.0 ± 1.0 µs") < at("if what is stated is right"));
@@ -158,7 +158,7 @@ fn a_value_that_is_wrong_altogether_is_told_alone() {
         assert_eq!((&*one.parameter, one.estimate.of.as_deref()), ("radius", None), "{line}");
         assert!((one.alone - 1.15).abs() < 5e-6, "{line}: {}", one.alone);
         assert_eq!(found.remainder[0].place.words, "a wrong stated value of `radius`", "{line}");
-        let text = diagnosis_text::text("", &found, &[], None);
+        let text = diagnosis_text::text("", &found, &diagnosis_text::Asked::default());
         assert!(text.contains("`radius` is stated as") && !text.contains("left out"), "{text}");
     }
     let (at, _) = place(&fitted(&with_setup("").1));

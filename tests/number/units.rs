@@ -86,6 +86,9 @@ fn units_of_mechanics_and_electricity_have_their_si_value() {
         ("1 MPa", 1e6, "kg/(m*s^2)"),
         ("2 bar", 2e5, "kg/(m*s^2)"),
         ("1013 mbar", 101_300.0, "kg/(m*s^2)"),
+        ("10 kgf", 98.0665, "m*kg/s^2"),
+        ("2 lb", 0.907_184_74, "kg"),
+        ("5 mK", 0.005, "K"),
         ("3 mV", 0.003, "m^2*kg/(s^3*A)"),
         ("20 mA", 0.02, "A"),
         ("0.1 N m/A", 0.1, "m^2*kg/(s^2*A)"),
@@ -195,4 +198,12 @@ fn a_message_and_the_guide_list_every_unit() {
             assert!(listed.contains(&plain.as_str()), "{symbol} is not in: {text}");
         }
     }
+}
+
+/// A pound-force is the weight of a pound, and a pound-force on a square inch the pressure.
+#[test]
+fn pounds_force_follow_from_pounds() {
+    let si = |text: &str| parse_quantity(text).unwrap().0;
+    assert!((si("1 lbf") - si("1 lb") * 9.806_65).abs() < 1e-12);
+    assert!((si("1 psi") - si("1 lbf") / si("1 in").powi(2)).abs() < 1e-9);
 }
