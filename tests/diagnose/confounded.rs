@@ -14,6 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use crate::found::told;
+use crate::stream::Stream;
 
 const MODEL: &str = r#"
 name = "mount"
@@ -114,4 +115,58 @@ fn the_uncertainty_allows_for_a_near_alias() {
         if row.name == "line_of_sight" { 15.0 } else { 15.0 / row.confounded[0].factor.unwrap() };
     let error = row.values[0].value.unwrap() - ARCSEC * truth;
     assert!(error.abs() < 4.0 * sigma, "{error} {sigma}");
+}
+
+/// What an alias outside the fit may be changes the values of all rows, not of the one alone whose
+/// form is nearly its own: the base of a rover whose wheels may both be off.
+#[test]
+fn an_alias_of_one_row_widens_the_values_of_others() {
+    let own = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(own.path().join(name), text).unwrap();
+    write(
+        "model.toml",
+        "name = \"rover\"\ntitle = \"Rover\"\n[inputs]\nleft = { unit = \"m\" }\nright = { unit = \"m\" }\n\
+         [quantities]\nway_left = 'left'\nway_right = 'right'\ntrack = '0.3 m'\n[measurands]\n\
+         heading = { value = '(way_right - way_left) / track', unit = \"rad\" }\n\
+         path = { value = '(way_right + way_left) / 2', unit = \"m\" }\n",
+    );
+    write(
+        "campaign.toml",
+        "title = \"Rover\"\nmodel = \"model.toml\"\n[measurands]\nheading = { sigma = \"2 mrad\" }\n\
+         path = { sigma = \"2 mm\" }\n[[runs]]\nname = \"floor\"\ndata = \"log.csv\"\n",
+    );
+    fs::create_dir(own.path().join("effects")).unwrap();
+    for (name, of) in [("wheel_left", "way_left"), ("wheel_right", "way_right"), ("base", "track")]
+    {
+        write(
+            &format!("effects/{name}.toml"),
+            &format!(
+                "name = \"{name}\"\ntitle = \"{name}\"\nacts = \"encoder\"\n[parameters]\n\
+                 scale = {{ unit = \"1\", typical = \"0.005\", scope = \"rig\" }}\n\
+                 [patch]\n{of} = '{of} * (1 + scale)'\n"
+            ),
+        );
+    }
+    let mut random = Stream(5);
+    let mut log = "left [m],right [m],heading [rad],path [m]\n".to_owned();
+    for i in 0..48 {
+        let way = 1.0 + 2.0 * random.uniform();
+        let turn = if i % 8 == 0 { -0.6 } else { 0.6 } * (0.2 + random.uniform());
+        let (left, right) = (way - 0.5 * turn, way + 0.5 * turn);
+        let [real_left, real_right] = [left * 1.0006, right * (1.0 - 0.0045)];
+        let heading = (real_right - real_left) / (0.3 * 1.02) + 2e-3 * random.normal();
+        let path = 0.5 * (real_left + real_right) + 2e-3 * random.normal();
+        log.push_str(&format!("{left:.4},{right:.4},{heading:.5},{path:.5}\n"));
+    }
+    write("log.csv", &log);
+    let opened = open(&Request::new([own.path()])).unwrap();
+    let found =
+        diagnose(opened.problem, opened.recipes, &Wanted::default(), &Options::default()).unwrap();
+    let explained = found.explained.as_ref().unwrap().estimates();
+    for row in &found.rows {
+        let alone = explained.iter().find(|one| one.name == row.values[0].name).unwrap();
+        let ratio = row.values[0].sigma.unwrap() / alone.sigma.unwrap();
+        assert!(ratio > 1.1, "{} {ratio}: {}", row.name, told(&found));
+    }
+    assert_eq!(found.rows.len(), 2, "{}", told(&found));
 }

@@ -4,11 +4,12 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::diagnose::library::wanted::Wanted;
+use homepoint::diagnose::{Diagnosis, diagnose};
 use homepoint::engine::open::{Request, open};
+use homepoint::estimate::batch::Options;
 
-use crate::drawn::run;
 use crate::found::{names, told};
 use crate::stream::Stream;
 
@@ -33,6 +34,15 @@ fn filtered(t: f64, lag: f64) -> f64 {
 
 /// Writes a campaign of angles that follow a command 6 ms late, and diagnoses it.
 fn diagnosed(folder: &Path, readings: &[&dyn Fn(f64) -> f64], seed: u64) -> Diagnosis {
+    diagnosed_with(folder, readings, seed, &Wanted::default())
+}
+
+fn diagnosed_with(
+    folder: &Path,
+    readings: &[&dyn Fn(f64) -> f64],
+    seed: u64,
+    wanted: &Wanted,
+) -> Diagnosis {
     let mut random = Stream(seed);
     let names = &["q", "p"][..readings.len()];
     let each =
@@ -72,7 +82,7 @@ fn diagnosed(folder: &Path, readings: &[&dyn Fn(f64) -> f64], seed: u64) -> Diag
         std::fs::write(folder.join(name), text).unwrap();
     }
     let opened = open(&Request::new([folder])).unwrap();
-    run(opened.problem.clone(), &opened)
+    diagnose(opened.problem, opened.recipes, wanted, &Options::default()).unwrap()
 }
 
 #[test]
@@ -113,4 +123,17 @@ fn a_lag_in_proportion_to_acceleration_is_not_taken_for_a_filter() {
         let found = diagnosed(folder.path(), &[&|t| command(t)[0] - lag * command(t)[1]], seed);
         assert_eq!(names(&found), ["servo_acceleration_lag"], "{lag}: {}", told(&found));
     }
+}
+
+/// Where the filter alone is asked for, no other effect enters beside which it would be tried.
+#[test]
+fn a_filter_is_found_where_it_alone_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let only = Wanted::new(&["first_order_lowpass".to_owned()], &[]);
+    let found = diagnosed_with(folder.path(), &[&|t| filtered(t, 0.025)], 4, &only);
+    assert_eq!(names(&found), ["first_order_lowpass"], "{}", told(&found));
+    assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
+    let value = &found.rows[0].values[0];
+    let (estimate, u) = (value.value.unwrap(), value.sigma.unwrap());
+    assert!((estimate - 0.025).abs() < 4.0 * u && u < 2.5e-4, "{estimate} {u}");
 }

@@ -267,3 +267,45 @@ fn a_remainder_in_another_reading_is_no_objection_to_a_small_cause() {
     let noncentrality = found.rows[0].gain.noncentrality();
     assert!((8.0..12.0).contains(&noncentrality), "{noncentrality}");
 }
+
+/// An input that effects alone use is no joint of an arm: its own error would change readings through
+/// these effects, and take their place.
+#[test]
+fn errors_of_an_input_that_effects_alone_use_take_no_effects_place() {
+    let mut random = Stream(14);
+    let mut log = "x [mm],temp [K],beam [mm],sense [1],laser [mm]\n".to_owned();
+    for i in 0..108 {
+        let (pass, place) = (i / 18, i % 18);
+        let (x, sense) = if pass % 2 == 0 { (place, 1.0) } else { (17 - place, -1.0) };
+        let (x, temp) = (50.0 * f64::from(x), 293.15 + 4.0 * f64::from(i) / 108.0);
+        let beam = 100.0 * f64::from(pass % 3);
+        let warm = temp - 293.15;
+        let laser = x * (1.0 + 9e-6 * warm + 5e-6) - 2.5e-3 * warm + 0.5e-3 * random.normal();
+        writeln!(log, "{x:.1},{temp:.3},{beam:.1},{sense:.0},{laser:.5}").unwrap();
+    }
+    let found = Campaign {
+        model: "name = \"axis\"\ntitle = \"Axis\"\n[inputs]\nx = { unit = \"m\" }\n\
+                temp = { unit = \"K\" }\nbeam = { unit = \"m\" }\nsense = { unit = \"1\" }\n\
+                [parameters]\nzero = { unit = \"m\", scope = \"rig\" }\n[quantities]\n\
+                place = 'x + zero'\n[measurands]\nlaser = { value = 'place', unit = \"m\" }\n",
+        effects: &[
+            (
+                "expansion",
+                "alpha = { unit = \"1/K\", typical = \"10 ppm/K\" }",
+                "place = 'place + x * alpha * (temp - 293.15 K)'",
+            ),
+            (
+                "creep",
+                "of_zero = { unit = \"m/K\", typical = \"1 um/K\" }",
+                "place = 'place + of_zero * (temp - 293.15 K)'",
+            ),
+            ("scale", "k = { unit = \"1\", typical = \"5 ppm\" }", "place = 'place + x * k'"),
+        ],
+        measurands: "laser = { sigma = \"0.4 um\" }",
+        log,
+    };
+    let found = found.diagnosed();
+    assert_eq!(names(&found), ["creep", "expansion", "scale"], "{}", told(&found));
+    assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
+    assert!(found.levels.iter().all(|one| one.factor < 2.0), "{}", told(&found));
+}

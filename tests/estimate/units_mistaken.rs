@@ -175,3 +175,27 @@ fn inches_for_millimetres_are_named() {
     let one = found(&folder).unwrap();
     assert_eq!(names(&one), ["coordinates_in_inches_for_millimetres"], "{one:?}");
 }
+
+/// An input with a stated scatter and a free gain: in a smaller unit its gain would be larger, and the
+/// readings as uncertain as that gain makes the scatter. They do not fit better so.
+#[test]
+fn an_input_with_scatter_is_in_no_smaller_unit() {
+    let model = "name = \"valve\"\ntitle = \"Valve\"\n[inputs]\nset = { unit = \"1\" }\n\
+        [parameters]\nzero = { unit = \"1\" }\ngain = { unit = \"1\" }\n\
+        [measurands]\nlift = { value = 'gain * set + zero', unit = \"1\" }\n";
+    let campaign = "title = \"Play\"\nmodel = \"model.toml\"\n[inputs]\nset = { sigma = \"0.01 %\" }\n\
+        [measurands]\nlift = { sigma = \"0.1 %\" }\n[[runs]]\nname = \"loop\"\ndata = \"loop.csv\"\n";
+    let mut table = "set [%],lift [%]\n".to_owned();
+    let mut random = Stream(31);
+    for i in 0..240 {
+        let (turn, at) = (i / 40, f64::from(i % 40));
+        // Play of 3 %: the lift stays behind on either way.
+        let (set, behind) =
+            if turn % 2 == 0 { (2.0 * at + 10.0, -1.5) } else { (90.0 - 2.0 * at, 1.5) };
+        let lift = 0.98 * set + 1.3 + behind + 0.1 * random.normal();
+        table.push_str(&format!("{set:.2},{lift:.3}\n"));
+    }
+    let files = [("model.toml", model), ("campaign.toml", campaign), ("loop.csv", &table)];
+    let found = found(&Folder::new("valve", &files));
+    assert!(found.is_none(), "{found:?}");
+}
