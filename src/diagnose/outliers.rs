@@ -36,8 +36,8 @@ use self::settle::{settled, without_lost, without_spoiling};
 use self::spikes::without_spikes;
 use super::found::{LeftOut, Lost};
 
-/// Leaves something out and fits again; `None` where there is nothing to leave out.
-type Step = fn(&Calibration, &Options) -> Result<Option<(Calibration, LeftOut)>, FitError>;
+/// The fit of the rest with what was left out; `None` where there is nothing to leave out.
+type Cleaned = Result<Option<(Calibration, LeftOut)>, FitError>;
 
 /// The nominal fit without what spoils it, what is left out of it, and lost samples.
 pub(super) fn without_outliers(
@@ -45,7 +45,7 @@ pub(super) fn without_outliers(
     options: &Options,
 ) -> Result<(Calibration, LeftOut, Vec<Lost>), FitError> {
     let mut out = LeftOut::default();
-    let mut leave_out = |nominal: Calibration, step: Step| {
+    let mut leave_out = |nominal: Calibration, step: fn(&Calibration, &Options) -> Cleaned| {
         let Some((rest, found)) = step(&nominal, options)? else { return Ok(nominal) };
         out.extend(found);
         Ok::<_, FitError>(rest)

@@ -1,7 +1,6 @@
 //! Residuals as sequences in time: of each component of each measurand, run after run, as they are
 //! seen from a point, in SI units. What follows from them is judged elsewhere.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::engine::layout::qualified;
@@ -50,14 +49,14 @@ pub(super) struct Sequence {
     pub(super) measurand: usize,
     pub(super) part: usize,
     pub(super) runs: Vec<Arc<Vec<f64>>>,
-    /// The robust standard deviation of all; `None` of none.
-    pub(super) deviation: Option<f64>,
+    /// The robust standard deviation of all; NaN of none.
+    pub(super) deviation: f64,
 }
 
 impl Sequence {
     /// The residuals of a measurand of a campaign.
     pub(super) fn new((part, measurand): (usize, usize), runs: Vec<Arc<Vec<f64>>>) -> Self {
-        let deviation = robust(runs.iter().flat_map(|run| run.iter()));
+        let deviation = robust(runs.iter().flat_map(|run| run.iter())).unwrap_or(f64::NAN);
         Self { measurand, part, runs, deviation }
     }
 
@@ -70,9 +69,9 @@ impl Sequence {
         self.runs.iter().flat_map(|run| run.iter()).copied().filter(|value| !value.is_nan())
     }
 
-    /// Whether it is of one of some measurands and runs in a run.
-    pub(super) fn is_among(&self, some: &BTreeSet<OfRun>, run: usize) -> bool {
-        some.contains(&OfRun { part: self.part, measurand: self.measurand, run })
+    /// Its measurand in a run.
+    pub(super) fn in_run(&self, run: usize) -> OfRun {
+        OfRun { part: self.part, measurand: self.measurand, run }
     }
 
     /// Those of a run that are there, with the numbers of their samples.
@@ -82,13 +81,13 @@ impl Sequence {
     }
 
     /// Those whose sizes are beyond a limit, which may differ from run to run, by run.
-    pub(super) fn beyond(&self, limit: impl Fn(&[f64]) -> f64) -> Vec<Vec<(usize, f64)>> {
-        let of_run = |run: &Arc<Vec<f64>>| {
+    pub(super) fn beyond(&self, limit: impl Fn(usize) -> f64) -> Vec<Vec<(usize, f64)>> {
+        let of_run = |run: usize| {
             let limit = limit(run);
-            let all = run.iter().copied().enumerate();
+            let all = self.runs[run].iter().copied().enumerate();
             all.filter(|(_, value)| value.abs() > limit).collect()
         };
-        self.runs.iter().map(of_run).collect()
+        (0..self.runs.len()).map(of_run).collect()
     }
 }
 

@@ -45,23 +45,23 @@ pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Sequence]) -> Vec<
     for (p, part) in problem.parts.iter().enumerate() {
         let measurands = part.slots().len();
         for run in 0..part.runs.len() {
-            let sizes: Vec<Sizes> = (0..measurands).map(|of| sizes(all, (p, of), run)).collect();
+            let of = |measurand: usize| OfRun { part: p, measurand, run };
+            let sizes: Vec<Sizes> = (0..measurands).map(|one| sizes(all, of(one))).collect();
             let whole = whole_samples(&sizes);
             let own: Vec<Option<Vec<Range<usize>>>> =
                 sizes.iter().map(|sizes| of_one(sizes, &whole)).collect();
             // Where one measurand is wrong, so may be others, by less than shows reading by reading.
             for (measurand, known) in own.iter().enumerate() {
                 let Some(known) = known else { continue };
-                let others = own.iter().enumerate().filter(|(other, _)| *other != measurand);
-                let others = others.filter_map(|(_, ranges)| ranges.as_ref()).flatten();
+                let of = of(measurand);
+                let others = own.iter().flatten().flatten();
                 let beside = others.filter(|samples| {
                     !known.iter().any(|own| overlaps(own, samples))
-                        && is_offset(all, (p, measurand), run, samples, known)
+                        && is_offset(all, of, samples, known)
                 });
                 let mut beside: Vec<Range<usize>> = beside.cloned().collect();
                 beside.sort_by_key(|samples| (samples.start, samples.end));
                 beside.dedup();
-                let of = OfRun { part: p, measurand, run };
                 found.extend(known.iter().cloned().chain(beside).map(|samples| (of, samples)));
             }
         }
@@ -85,21 +85,15 @@ fn of_one(sizes: &Sizes, whole: &[Range<usize>]) -> Option<Vec<Range<usize>>> {
 /// Whether the median of a measurand's readings in a stretch differs from that of as many before and
 /// after it, by one robust standard deviation and by [`FAR`] of those of a difference of medians.
 /// Readings of its own bursts do not count.
-fn is_offset(
-    all: &[Sequence],
-    of: (usize, usize),
-    run: usize,
-    samples: &Range<usize>,
-    bursts: &[Range<usize>],
-) -> bool {
+fn is_offset(all: &[Sequence], of: OfRun, samples: &Range<usize>, bursts: &[Range<usize>]) -> bool {
     let count = samples.len();
     let before = samples.start.saturating_sub(count)..samples.start;
     let after = samples.end..samples.end + count;
     let is_out = |at: &usize| bursts.iter().any(|one| one.contains(at));
-    all.iter().filter(|one| one.of() == of).any(|one| {
-        let unit = limit(&one.runs[run], one.deviation.unwrap_or(f64::INFINITY)) / OUTLIER;
+    all.iter().filter(|one| one.of() == of.of()).any(|one| {
+        let unit = limit(one, of.run) / OUTLIER;
         let values = |range: Range<usize>| -> Vec<f64> {
-            let all = range.filter(|at| !is_out(at)).filter_map(|at| one.runs[run].get(at));
+            let all = range.filter(|at| !is_out(at)).filter_map(|at| one.runs[of.run].get(at));
             all.copied().filter(|value| !value.is_nan()).collect()
         };
         let mut inside = values(samples.clone());
@@ -136,12 +130,11 @@ fn without_shifts(problem: &Problem, point: &Point, all: &[Sequence], found: &mu
 }
 
 /// The sizes of a measurand's readings in a run, of the component that is farthest out.
-fn sizes(all: &[Sequence], of: (usize, usize), run: usize) -> Sizes {
+fn sizes(all: &[Sequence], of: OfRun) -> Sizes {
     let mut sizes: Sizes = Vec::new();
-    for one in all.iter().filter(|one| one.of() == of) {
-        let deviation = one.deviation.unwrap_or(f64::INFINITY);
-        let unit = limit(&one.runs[run], deviation) / OUTLIER;
-        let own = one.readings(run).into_iter().map(|(at, value)| (at, value.abs() / unit));
+    for one in all.iter().filter(|one| one.of() == of.of()) {
+        let unit = limit(one, of.run) / OUTLIER;
+        let own = one.readings(of.run).into_iter().map(|(at, value)| (at, value.abs() / unit));
         match sizes.is_empty() {
             true => sizes = own.collect(),
             false => sizes.iter_mut().zip(own).for_each(|(size, own)| size.1 = size.1.max(own.1)),

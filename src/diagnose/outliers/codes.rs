@@ -15,9 +15,10 @@ use crate::diagnose::found::LeftOut;
 use crate::diagnose::sequences::{Sequence, median_size, robust, seen_from};
 use crate::engine::Part;
 use crate::engine::part::Slot;
-use crate::estimate::batch::{FitError, Options, Outcome};
+use crate::estimate::batch::{Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
+use super::Cleaned;
 use super::left_out::{Far, leave_out, listed};
 use super::limits::{OUTLIER, has_beyond};
 use super::settle::is_spoilt;
@@ -36,10 +37,7 @@ const JUMP: f64 = 5.0;
 
 /// Leaves codes out where the nominal fit does not settle, is spoilt or may hide it, and fits
 /// again; `None` where there are none.
-pub(super) fn without_codes(
-    whole: &Calibration,
-    options: &Options,
-) -> Result<Option<(Calibration, LeftOut)>, FitError> {
+pub(super) fn without_codes(whole: &Calibration, options: &Options) -> Cleaned {
     let problem = &whole.problem;
     let mut seen = seen_from(problem, &whole.fit.point);
     if !is_in_doubt(whole, &seen) {
@@ -157,7 +155,9 @@ pub(super) fn readings(part: &Part, column: usize) -> Vec<Vec<f64>> {
 
 /// The numbers among the readings of some runs that are codes.
 fn codes(runs: &[Vec<f64>]) -> Vec<f64> {
-    let mut sorted: Vec<f64> = runs.iter().flatten().copied().filter(|x| !x.is_nan()).collect();
+    let present = |run: &Vec<f64>| run.iter().copied().filter(|x| !x.is_nan()).collect();
+    let runs: Vec<Vec<f64>> = runs.iter().map(present).collect();
+    let mut sorted = runs.concat();
     sorted.sort_by(f64::total_cmp);
     let half = sorted.len() / 2;
     let range =
@@ -178,8 +178,8 @@ fn codes(runs: &[Vec<f64>]) -> Vec<f64> {
     let mut found: Vec<usize> = many.filter(|k| is_apart(*k) || is_often(*k)).collect();
     found.sort_by_key(|k| std::cmp::Reverse(same[*k].len()));
     found.truncate(MOST);
-    found.retain(|k| is_apart(*k) || is_jump(runs, same[*k][0]));
-    found.retain(|k| is_scattered(runs, same[*k][0]));
+    found.retain(|k| is_apart(*k) || is_jump(&runs, same[*k][0]));
+    found.retain(|k| is_scattered(&runs, same[*k][0]));
     found.into_iter().map(|k| same[k][0]).collect()
 }
 
@@ -187,11 +187,9 @@ fn codes(runs: &[Vec<f64>]) -> Vec<f64> {
 fn is_scattered(runs: &[Vec<f64>], code: f64) -> bool {
     let mut places = 0;
     for run in runs {
-        let present: Vec<bool> =
-            run.iter().filter(|x| !x.is_nan()).map(|value| *value == code).collect();
-        let groups = present.chunk_by(|a, b| a == b).filter(|group| group[0]);
-        if 2 * present.iter().filter(|is| **is).count() <= present.len() {
-            places += groups.count();
+        if 2 * run.iter().filter(|value| **value == code).count() <= run.len() {
+            let groups = run.chunk_by(|a, b| (*a == code) == (*b == code));
+            places += groups.filter(|group| group[0] == code).count();
         }
     }
     places >= PLACES
@@ -201,8 +199,7 @@ fn is_scattered(runs: &[Vec<f64>], code: f64) -> bool {
 fn is_jump(runs: &[Vec<f64>], code: f64) -> bool {
     let (mut to_code, mut others) = (Vec::new(), Vec::new());
     for run in runs {
-        let present: Vec<f64> = run.iter().copied().filter(|value| !value.is_nan()).collect();
-        for pair in present.windows(2).filter(|pair| pair[0] != code) {
+        for pair in run.windows(2).filter(|pair| pair[0] != code) {
             let step = (pair[1] - pair[0]).abs();
             if pair[1] == code {
                 to_code.push(step);

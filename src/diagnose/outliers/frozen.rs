@@ -12,9 +12,10 @@ use std::ops::Range;
 use crate::diagnose::found::LeftOut;
 use crate::diagnose::sequences::{OfRun, Sequence, robust, seen_from};
 use crate::engine::{Part, Problem};
-use crate::estimate::batch::{FitError, Options};
+use crate::estimate::batch::Options;
 use crate::estimate::calibrate::Calibration;
 
+use super::Cleaned;
 use super::codes::readings;
 use super::left_out::{OfSamples, fit_without, rare, stretches_out};
 
@@ -26,10 +27,7 @@ const MOVED: f64 = 20.0;
 const BACK: f64 = 0.25;
 
 /// Leaves frozen readings out and fits again; `None` where there are none.
-pub(super) fn without_frozen(
-    nominal: &Calibration,
-    options: &Options,
-) -> Result<Option<(Calibration, LeftOut)>, FitError> {
+pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleaned {
     let problem = &nominal.problem;
     let all = seen_from(problem, &nominal.fit.point);
     let frozen = frozen(problem, &all);

@@ -101,7 +101,6 @@ pub(super) fn listed(
 ) -> Vec<Reading> {
     let (mut readings, mut listed) = (Vec::new(), BTreeSet::new());
     for (one, far) in all.iter().zip(far) {
-        let deviation = one.deviation.unwrap_or(1.0);
         let part = &problem.parts[one.part];
         let names = &part.system.assembly.names.measurands;
         let measurand: Arc<str> = names[one.measurand].name.as_str().into();
@@ -115,7 +114,7 @@ pub(super) fn listed(
                 run: Arc::clone(&called),
                 row,
                 measurand: Arc::clone(&measurand),
-                deviations: *value / deviation,
+                deviations: *value / one.deviation,
                 code: code(one, number, *sample),
             }));
         }
@@ -137,16 +136,15 @@ fn stretch(
     there.retain(|(sample, _)| samples.contains(sample));
     let ends = [there.first()?.0, there.last()?.0];
     let rows = problem.parts[off.part].runs[off.run].record.rows(&ends);
-    let size = |one: &Sequence| {
-        let deviation = one.deviation.filter(|deviation| *deviation > 0.0)?;
-        Some(median_size(&one.runs[off.run][samples.clone()])? / deviation)
-    };
+    let size =
+        |one: &Sequence| Some(median_size(&one.runs[off.run][samples.clone()])? / one.deviation);
+    let sizes = own().filter(|one| one.deviation > 0.0).filter_map(size);
     Some(Stretch {
         run,
         measurand,
         readings: there.len(),
         rows: (*rows.first()?, *rows.last()?),
         repeats,
-        deviations: own().filter_map(size).fold(0.0, f64::max),
+        deviations: sizes.fold(0.0, f64::max),
     })
 }

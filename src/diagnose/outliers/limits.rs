@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use crate::diagnose::found::LeftOut;
 use crate::diagnose::sequences::{OfRun, Sequence, robust, seen_from};
 use crate::engine::layout::qualified;
-use crate::engine::{Part, Point, Problem};
+use crate::engine::{Point, Problem};
 use crate::graph::Scope;
 
 use super::left_out::{Far, readings_out, stretches_out};
@@ -39,18 +39,17 @@ pub(super) fn without_outliers_at(problem: &Problem, point: &Point) -> (Problem,
 
 /// The same from a point that a fit of most runs settled at: a run may be an outlier as a whole there.
 pub(super) fn without_wrong_at(problem: &Problem, point: &Point) -> (Problem, LeftOut) {
-    trimmed(problem, point, 0.0, |_, deviation| OUTLIER * deviation)
+    trimmed(problem, point, 0.0, |one, _| OUTLIER * one.deviation)
 }
 
 /// Whether some reading is so many robust standard deviations out among all.
 pub(super) fn has_beyond(one: &Sequence, deviations: f64) -> bool {
-    let limit = deviations * one.deviation.unwrap_or(f64::INFINITY);
-    one.present().any(|value| value.abs() > limit)
+    one.present().any(|value| value.abs() > deviations * one.deviation)
 }
 
-/// Beyond what a reading is an outlier.
-pub(super) fn limit(residuals: &[f64], deviation: f64) -> f64 {
-    OUTLIER * robust(residuals).unwrap_or(0.0).max(deviation)
+/// Beyond what a reading of a run is an outlier.
+pub(super) fn limit(one: &Sequence, run: usize) -> f64 {
+    OUTLIER * robust(one.runs[run].iter()).unwrap_or(0.0).max(one.deviation)
 }
 
 /// Leaves readings beyond a limit out and lists them, each once, however many components it has.
@@ -58,15 +57,11 @@ fn trimmed(
     problem: &Problem,
     point: &Point,
     peeled: f64,
-    limit: impl Fn(&[f64], f64) -> f64,
+    limit: impl Fn(&Sequence, usize) -> f64,
 ) -> (Problem, LeftOut) {
     let mut rest = problem.clone();
     let all = seen_from(problem, point);
-    let beyond = |one: &Sequence| {
-        let deviation = one.deviation.unwrap_or(f64::INFINITY);
-        one.beyond(|residuals| limit(residuals, deviation))
-    };
-    let far: Vec<Far> = all.iter().map(beyond).collect();
+    let far: Vec<Far> = all.iter().map(|one| one.beyond(|run| limit(one, run))).collect();
     let wrong = wrong_runs(&all, &far);
     let single = |(one, far)| among_others(one, far, &wrong, peeled);
     let far: Vec<Far> = all.iter().zip(far).map(single).collect();
@@ -75,18 +70,19 @@ fn trimmed(
     let wrong: Vec<_> = wrong.iter().map(whole).collect();
     let runs = stretches_out(&mut rest, &all, &wrong, false);
     let found = LeftOut { readings, runs, ..LeftOut::default() };
-    (without_empty_runs(&rest).unwrap_or(rest), found)
+    let others = rest.without_runs(|p, run| is_undetermined(&rest, p, run));
+    (others.unwrap_or(rest), found)
 }
 
 /// Of readings that are far out those in runs that are not wrong and, if these are not too many, at
 /// least some part of the farthest.
 fn among_others(one: &Sequence, mut far: Far, wrong: &BTreeSet<OfRun>, peeled: f64) -> Far {
-    let others = (0..far.len()).filter(|run| !one.is_among(wrong, *run));
+    let others = (0..far.len()).filter(|run| !wrong.contains(&one.in_run(*run)));
     let count: usize = others.map(|run| far[run].len()).sum();
     let too_many = count as f64 > MOST_OUTLIERS * one.present().count() as f64;
     let farthest = one.present().map(f64::abs).fold(0.0, f64::max);
     for (run, far) in far.iter_mut().enumerate() {
-        let stays = too_many || one.is_among(wrong, run);
+        let stays = too_many || wrong.contains(&one.in_run(run));
         far.retain(|(_, value)| !stays && value.abs() >= peeled * farthest);
     }
     far
@@ -101,12 +97,10 @@ fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
             let count = far[*run].len();
             count >= LEAST_WRONG && 2 * count > one.readings(*run).len()
         };
-        let of = |run| OfRun { part: one.part, measurand: one.measurand, run };
-        wrong.extend((0..far.len()).filter(is_wrong).map(of));
+        wrong.extend((0..far.len()).filter(is_wrong).map(|run| one.in_run(run)));
     }
     for one in all {
-        let of = |run: &usize| one.is_among(&wrong, *run);
-        let count = (0..one.runs.len()).filter(of).count();
+        let count = (0..one.runs.len()).filter(|run| wrong.contains(&one.in_run(*run))).count();
         if count > RUNS_APART || ONE_OF * count > one.runs.len() {
             wrong.retain(|run| run.of() != one.of());
         }
@@ -114,18 +108,13 @@ fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
     wrong
 }
 
-/// Campaigns without the runs of which no reading is left, where something of their own, or of a
-/// setup of which no reading is left, is to be estimated: nothing would determine it. `None` where
-/// there are no such runs.
-fn without_empty_runs(problem: &Problem) -> Option<Problem> {
-    problem.without_runs(|number, run| {
-        let part = &problem.parts[number];
-        !part.has_readings(run) && has_own_unknowns(problem, part, run)
-    })
-}
-
-/// Whether something holds for an empty run alone, or for a setup of which all runs are empty.
-fn has_own_unknowns(problem: &Problem, part: &Part, run: usize) -> bool {
+/// Whether no reading of a run is left and something is to be estimated that holds for it alone, or
+/// for a setup of which all runs are empty: nothing would determine it.
+fn is_undetermined(problem: &Problem, part: usize, run: usize) -> bool {
+    let part = &problem.parts[part];
+    if part.has_readings(run) {
+        return false;
+    }
     let setup = part.runs[run].setup;
     let mut of_setup = (0..part.runs.len()).filter(|other| part.runs[*other].setup == setup);
     let called = |name: &str| qualified(part.label.as_deref(), name);

@@ -70,9 +70,10 @@ pub fn look(
     let others: Vec<(f64, Vec<Lost>)> = others.collect();
     // Each part of a run may be the one that all others are shifted against: the largest is.
     let least = others.iter().map(|one| one.0).fold(f64::INFINITY, f64::min);
-    let count = |found: &[Lost]| found.iter().map(|one| one.samples.len()).sum::<usize>();
     let alike = others.into_iter().filter(|one| one.0 <= ALIKE * least).map(|one| one.1);
-    Ok(alike.min_by_key(|found| count(found)).unwrap_or_default())
+    Ok(alike
+        .min_by_key(|found| found.iter().map(|one| one.samples.len()).sum::<usize>())
+        .unwrap_or_default())
 }
 
 /// The stretches of all runs, at a point; `sound` are residuals from which their scatter is taken.
@@ -117,7 +118,9 @@ pub(in crate::diagnose) fn robust_fit(
 ) -> Result<TrimmedFit, FitError> {
     let far = |one: &Sequence| {
         let of_all = scatter(problem, one);
-        let of_run = |run: &[f64]| if in_run { robust(run).unwrap_or(0.0) } else { 0.0 };
+        let of_run = |run: usize| {
+            if in_run { robust(one.runs[run].iter()).unwrap_or(0.0) } else { 0.0 }
+        };
         one.beyond(|run| OUTLIER * of_all.max(of_run(run)))
     };
     trimmed_fit(problem, point, ROUNDS, far, options)

@@ -7,6 +7,7 @@ use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
+use super::Cleaned;
 use super::limits::{without_outliers_at, without_wrong_at};
 use super::lost;
 use super::trimmed::SPOILT;
@@ -27,10 +28,7 @@ const SPOILT_WITHOUT: f64 = 4.0;
 
 /// Leaves out what keeps the nominal fit from settling, and fits again: outliers, or what is
 /// an outlier where the fit settles once a run or two are left out. `None` where it settles.
-pub(super) fn settled(
-    whole: &Calibration,
-    options: &Options,
-) -> Result<Option<(Calibration, LeftOut)>, FitError> {
+pub(super) fn settled(whole: &Calibration, options: &Options) -> Cleaned {
     if whole.fit.outcome == Outcome::Converged {
         return Ok(None);
     }
@@ -45,10 +43,7 @@ pub(super) fn settled(
 
 /// Leaves out what is far out where the fit is sound without a run or two that spoil it, and fits
 /// again; `None` where there are no such runs.
-pub(super) fn without_spoiling(
-    nominal: &Calibration,
-    options: &Options,
-) -> Result<Option<(Calibration, LeftOut)>, FitError> {
+pub(super) fn without_spoiling(nominal: &Calibration, options: &Options) -> Cleaned {
     if !is_spoilt(nominal) || !nominal.is_sound() {
         return Ok(None);
     }
@@ -57,11 +52,7 @@ pub(super) fn without_spoiling(
 
 /// Leaves out what is far out where the fit is sound without a run or two, and fits again. `spoilt` is
 /// the variance factor of the fit of all, where that settled: then some run is an outlier as a whole.
-fn without_wrong(
-    problem: &Problem,
-    spoilt: Option<f64>,
-    options: &Options,
-) -> Result<Option<(Calibration, LeftOut)>, FitError> {
+fn without_wrong(problem: &Problem, spoilt: Option<f64>, options: &Options) -> Cleaned {
     let Some(point) = without_runs(problem, spoilt, options)? else { return Ok(None) };
     let (rest, found) = without_wrong_at(problem, &point);
     if found.runs.is_empty() && (spoilt.is_some() || found.is_empty()) {

@@ -254,7 +254,7 @@ impl<'a> Shifted<'a> {
 
 /// Robust standard deviation of residuals, at least the stated one.
 pub(super) fn scatter(problem: &Problem, one: &Sequence) -> f64 {
-    one.deviation.unwrap_or(0.0).max(problem.parts[one.part].sigma[one.measurand])
+    one.deviation.max(problem.parts[one.part].sigma[one.measurand])
 }
 
 fn square(all: &[f64]) -> f64 {

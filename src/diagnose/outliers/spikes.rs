@@ -15,6 +15,7 @@ use crate::diagnose::sequences::{Sequence, seen_from};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::Calibration;
 
+use super::Cleaned;
 use super::bursts::{FAR, TRIM, bursts};
 use super::left_out::{Far, OfSamples, fit_without, readings_out, stretches_out};
 use super::limits::{ONE_OF, RUNS_APART, has_beyond, limit};
@@ -33,10 +34,7 @@ const NEIGHBOURS: usize = 5;
 const FOOT: f64 = 0.25;
 
 /// Leaves outliers out that bend a fit, and fits again; `None` where there are none.
-pub(super) fn without_spikes(
-    nominal: &Calibration,
-    options: &Options,
-) -> Result<Option<(Calibration, LeftOut)>, FitError> {
+pub(super) fn without_spikes(nominal: &Calibration, options: &Options) -> Cleaned {
     let whole = &nominal.problem;
     let is_far_out = nominal.variance_factor().is_some_and(|factor| factor > GROSS_FACTOR);
     let has_far = || seen_from(whole, &nominal.fit.point).iter().any(|one| has_beyond(one, FAR));
@@ -70,8 +68,8 @@ fn sturdiest(nominal: &Calibration, options: &Options) -> Result<Option<TrimmedF
         }
     }
     let scatter = |one: &TrimmedFit| -> f64 {
-        let of = |one: &Sequence| one.present().count() as f64 * one.deviation.map_or(0.0, f64::ln);
-        one.seen.iter().map(of).sum()
+        let of = |one: &Sequence| one.present().count() as f64 * one.deviation.ln();
+        one.seen.iter().filter(|one| !one.deviation.is_nan()).map(of).sum()
     };
     fits.retain(|one| one.converged);
     Ok(fits.into_iter().min_by(|a, b| scatter(a).total_cmp(&scatter(b))))
@@ -92,19 +90,17 @@ fn farthest(one: &Sequence) -> Far {
     sizes.sort_by(f64::total_cmp);
     let kept = (sizes.len() as f64 * (1.0 - TRIMMED)) as usize;
     let most = sizes.get(kept).copied().unwrap_or(f64::INFINITY);
-    let limit = one.deviation.map_or(most, |deviation| most.max(TRIM * deviation));
-    one.beyond(|_| limit)
+    one.beyond(|_| most.max(TRIM * one.deviation))
 }
 
 /// The outliers of a sequence with the few about them that are far out, too, by run: those in
 /// small groups; none where they are too many, or where larger groups are in more than a few runs,
 /// for these are structure. What is next to each other is by the readings that are there.
 fn spikes(one: &Sequence) -> Far {
-    let deviation = one.deviation.unwrap_or(f64::INFINITY);
     let none = || vec![Vec::new(); one.runs.len()];
     let (mut all, mut long) = (none(), 0);
     for (run, out) in all.iter_mut().enumerate() {
-        let limit = limit(&one.runs[run], deviation);
+        let limit = limit(one, run);
         let readings = one.readings(run);
         let is_far = |value: f64| value.abs() > FOOT * limit;
         let groups = readings.chunk_by(|before, after| is_far(before.1) && is_far(after.1));

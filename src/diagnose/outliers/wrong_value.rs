@@ -8,6 +8,7 @@
 use std::collections::BTreeSet;
 
 use crate::engine::Problem;
+use crate::engine::layout::Instance;
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::contradicted::{Contradicted, against};
@@ -56,17 +57,12 @@ const PREFIX: f64 = 1e3;
 /// what it would be in a unit next to the one that is said; vectors and rotations as the model has
 /// it.
 fn starts(whole: &Calibration, name: &str) -> Vec<Option<f64>> {
-    let layout = &whole.problem.layout;
-    let index = layout.instances.iter().position(|one| one.name == name);
-    match index {
-        Some(index) if layout.instances[index].kind == Kind::Scalar => {
-            let left = whole.fit.point.values[index][0];
-            let stated = layout.instances[index].setting.value.as_ref().and_then(|all| all.first());
-            let other = stated.into_iter().flat_map(|one| [one * PREFIX, one / PREFIX]);
-            std::iter::once(left).chain(other).filter(|one| one.is_finite()).map(Some).collect()
-        }
-        _ => vec![None],
-    }
+    let mut all = whole.problem.layout.instances.iter().zip(&whole.fit.point.values);
+    let is_own = |(one, _): &(&Instance, _)| one.name == name && one.kind == Kind::Scalar;
+    let Some((one, left)) = all.find(is_own) else { return vec![None] };
+    let stated = one.setting.value.as_ref().and_then(|all| all.first());
+    let other = stated.into_iter().flat_map(|one| [one * PREFIX, one / PREFIX]);
+    std::iter::once(left[0]).chain(other).filter(|one| one.is_finite()).map(Some).collect()
 }
 
 /// The same problem with nothing stated of a parameter.
