@@ -98,24 +98,20 @@ impl Made {
     }
 }
 
-/// The signatures of candidates in each campaign.
+/// The signatures of candidates in each campaign that they fit; an effect is called by its number.
 pub(in crate::diagnose) fn sign(
     problem: &Problem,
     candidates: &[&Candidate],
 ) -> Arc<Vec<Signatures>> {
-    let parts = 0..problem.parts.len();
-    Arc::new(parts.map(|part| sign_in(problem, part, candidates)).collect())
-}
-
-/// Those of the candidates that fit a campaign; an effect is called by its number.
-fn sign_in(problem: &Problem, part: usize, candidates: &[&Candidate]) -> Signatures {
     let names: Vec<String> = (0..candidates.len()).map(|number| number.to_string()).collect();
-    let signed: Vec<Signed<'_>> = candidates
-        .iter()
-        .zip(&names)
-        .filter_map(|(one, name)| Some(Signed { name, system: one.systems[part].as_deref()? }))
-        .collect();
-    Signatures::new(problem, part, &signed)
+    let of_part = |part: usize| {
+        let signed = candidates
+            .iter()
+            .zip(&names)
+            .filter_map(|(one, name)| Some(Signed { name, system: one.systems[part].as_deref()? }));
+        Signatures::new(problem, part, &signed.collect::<Vec<_>>())
+    };
+    Arc::new((0..problem.parts.len()).map(of_part).collect())
 }
 
 /// All that the signatures of candidates hang on, for the same models.

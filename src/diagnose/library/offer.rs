@@ -83,8 +83,7 @@ fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, Stri
                 why.push(remains.message);
                 continue;
             }
-            let chosen = chosen_members(recipe, effect);
-            for member in members(effect, &chosen) {
+            for member in members(recipe, effect) {
                 let selected = Selected { member, ..selected.clone() };
                 match recipe.with(std::slice::from_ref(&selected)) {
                     Ok(system) => joined.add(campaign, selected, None, system),
@@ -97,22 +96,17 @@ fn ways(recipes: &[Recipe], effect: &Arc<Effect>) -> Result<Vec<Candidate>, Stri
     if joined.found.is_empty() { Err(why.join("; ")) } else { Ok(joined.found) }
 }
 
-/// The members that a campaign chose.
-fn chosen_members(recipe: &Recipe, effect: &Effect) -> BTreeMap<String, f64> {
-    let said = |family: &String| {
+/// Every combination of members; of a family of which a campaign chose one, with that alone.
+fn members(recipe: &Recipe, effect: &Effect) -> Vec<BTreeMap<String, f64>> {
+    let chosen = |family: &String| {
         let name = format!("{}.{family}", effect.name);
         let line = recipe.overrides.iter().rev().find(|said| said.name == name)?;
         line.value.as_ref()?.first().map(|(value, _)| *value)
     };
-    effect.shape.keys().filter_map(|family| Some((family.clone(), said(family)?))).collect()
-}
-
-/// Every combination of members.
-fn members(effect: &Effect, chosen: &BTreeMap<String, f64>) -> Vec<BTreeMap<String, f64>> {
     let mut all = vec![BTreeMap::new()];
     for (family, declared) in &effect.shape {
-        let values = match chosen.get(family) {
-            Some(value) => vec![*value],
+        let values = match chosen(family) {
+            Some(value) => vec![value],
             None => declared.members.series(MEMBERS),
         };
         let with = |one: &BTreeMap<String, f64>, value: f64| {

@@ -39,19 +39,12 @@ impl Prior {
     /// With probabilities of some causes; the others share the rest as they usually do. `None`
     /// unless all three are above zero and add up to one.
     pub fn stated(stated: &[(Cause, f64)]) -> Option<Self> {
-        let mut causes = USUAL;
-        let is_stated = |n: usize| stated.iter().any(|(cause, _)| *cause as usize == n);
-        for (cause, probability) in stated {
-            causes[*cause as usize] = *probability;
-        }
-        let sum = |wanted: bool| -> f64 {
-            (0..3).filter(|n| is_stated(*n) == wanted).map(|n| causes[n]).sum()
-        };
-        let (given, others) = (sum(true), sum(false));
-        if others > 0.0 {
-            let by = (1.0 - given) / others;
-            (0..3).filter(|n| !is_stated(*n)).for_each(|n| causes[n] *= by);
-        }
+        let mut known = [None; 3];
+        stated.iter().for_each(|(cause, probability)| known[*cause as usize] = Some(*probability));
+        let rest = 1.0 - known.iter().flatten().sum::<f64>();
+        let usual = USUAL.iter().zip(known).filter(|(_, known)| known.is_none());
+        let by = rest / usual.map(|(usual, _)| usual).sum::<f64>();
+        let causes = [0, 1, 2].map(|n| known[n].unwrap_or(USUAL[n] * by));
         let is_sound = causes.iter().all(|one| *one >= LEAST)
             && (causes.iter().sum::<f64>() - 1.0).abs() < LEAST;
         is_sound.then_some(Self { causes, times: BTreeMap::new() })

@@ -29,7 +29,7 @@ use crate::units::Dimension;
 use super::candidate::{Candidate, Joined};
 use super::place::{ALL_READINGS, Of, TIME_OF};
 pub(in crate::diagnose) use covariate::turns;
-use made::{Block, block};
+use made::{Block, blocks_over};
 use readings::{attitudes, errors, of_inputs, readings};
 
 mod covariate;
@@ -53,33 +53,33 @@ pub fn blocks(recipes: &[Recipe]) -> Vec<Candidate> {
 
 /// Direction-dependent errors: hysteresis, backlash, the drag of a cable. Where many things move they
 /// are too many.
-fn by_sense(model: &Model, all: &mut Vec<Block>) {
+fn by_sense(model: &Model) -> Vec<Block> {
     if !few_move(model) {
-        return;
+        return Vec::new();
     }
     let covariates = covariate::by_sense(model, orders(model).min(SENSE_ORDERS));
-    displacements(model, &covariates, all);
-    for measurand in plain(model) {
+    let errors = |measurand: &MeasurandDeclaration| {
         let own = reading_by_sense(measurand);
-        errors(measurand, covariates.iter().cloned().chain(own), all);
-    }
+        let covariates: Vec<Covariate> = covariates.iter().cloned().chain(own).collect();
+        errors(measurand, &covariates)
+    };
+    let displacements = displacements(model, &covariates).into_iter();
+    displacements.chain(plain(model).flat_map(errors)).collect()
 }
 
-/// Those that are a bent line over an input, with knots where the values of all campaigns lie. A form that powers and waves do not have is seen so, and a value of its
-/// own for each of a few places.
+/// Those that are a bent line over an input, with knots where the values of all campaigns lie. A
+/// form that powers and waves do not have is seen so, and a value of its own for each of a few
+/// places.
 pub(in crate::diagnose) fn bent(recipes: &[Recipe], knots: &[Knots]) -> Vec<Candidate> {
     offered(recipes, |model| {
-        let mut all = Vec::new();
-        let covariates: Vec<Covariate> = knots
-            .iter()
-            .filter_map(|(name, knots)| {
-                let input = model.inputs.iter().find(|one| one.name == *name)?;
-                Some(covariate::bent(input, knots))
-            })
-            .collect();
-        displacements(model, &covariates, &mut all);
+        let bent = |(name, knots): &Knots| {
+            let input = model.inputs.iter().find(|one| one.name == *name)?;
+            Some(covariate::bent(input, knots))
+        };
+        let covariates: Vec<Covariate> = knots.iter().filter_map(bent).collect();
+        let mut all = displacements(model, &covariates);
         if directions(model).is_empty() || !few_move(model) {
-            plain(model).for_each(|one| errors(one, covariates.iter().cloned(), &mut all));
+            all.extend(plain(model).flat_map(|one| errors(one, &covariates)));
         }
         all
     })
@@ -102,17 +102,10 @@ fn offered(recipes: &[Recipe], effects: impl Fn(&Model) -> Vec<Block>) -> Vec<Ca
 }
 
 fn effects(model: &Model) -> Vec<Block> {
-    let mut all = Vec::new();
-    channels(model, &mut all);
-    rig(model, [over_time(), waves::slow(), over_runs()], &mut all);
-    pedestal(model, &mut all);
-    timing(model, &mut all);
-    readings(model, &mut all);
-    of_inputs(model, &mut all);
-    attitudes(model, &mut all);
-    by_sense(model, &mut all);
-    all.extend(waves::in_time(model));
-    all
+    [channels, rig, pedestal, timing, readings, of_inputs, attitudes, by_sense, waves::in_time]
+        .iter()
+        .flat_map(|of| of(model))
+        .collect()
 }
 
 /// Measurands that are no rotations.
@@ -151,56 +144,46 @@ fn has_quantity(model: &Model, name: &str) -> bool {
 }
 
 /// Displacements of the target.
-fn channels(model: &Model, all: &mut Vec<Block>) {
+fn channels(model: &Model) -> Vec<Block> {
     let mut covariates = of_the_rig(model, orders(model));
     covariates.extend(waves::over_signals(model));
     covariates.extend([waves::slow(), waves::settling(model)]);
-    displacements(model, &covariates, all);
+    displacements(model, &covariates)
 }
 
 /// Displacements of the target as functions of these.
-fn displacements(model: &Model, covariates: &[Covariate], all: &mut Vec<Block>) {
-    for (channel, direction) in directions(model) {
-        let what = displacement(channel);
+fn displacements(model: &Model, covariates: &[Covariate]) -> Vec<Block> {
+    let along = |(channel, direction): &(&str, &str)| {
+        let of = Of::Channel((*channel).to_owned());
         let patch = |sum: &str| format!("target = 'target + ({sum}) * {direction}'");
-        all.extend(covariates.iter().filter_map(|covariate| {
-            let of = Of::Channel((*channel).to_owned());
-            block(of, &what, covariate, Dimension::LENGTH, patch)
-        }));
-    }
+        blocks_over(&of, &displacement(channel), covariates, Dimension::LENGTH, patch)
+    };
+    directions(model).iter().flat_map(along).collect()
 }
 
 /// Displacements of the instrument, or of all that it looks at.
-fn rig(model: &Model, covariates: [Covariate; 3], all: &mut Vec<Block>) {
+fn rig(model: &Model) -> Vec<Block> {
     if !model.parameters.iter().any(|one| one.name == model.called(POSITION)) {
-        return;
+        return Vec::new();
     }
-    for covariate in covariates.map(Covariate::along_axes) {
-        let of = Of::Channel("rig".to_owned());
-        let patch = |sum: &str| format!("{POSITION} = '{POSITION} + {sum}'");
-        all.extend(block(
-            of,
-            "a displacement of the instrument or the rig",
-            &covariate,
-            Dimension::LENGTH,
-            patch,
-        ));
-    }
+    let covariates = [over_time(), waves::slow(), over_runs()].map(Covariate::along_axes);
+    let (of, what) = ("rig".to_owned(), "a displacement of the instrument or the rig");
+    let patch = |sum: &str| format!("{POSITION} = '{POSITION} + {sum}'");
+    blocks_over(&Of::Channel(of), what, &covariates, Dimension::LENGTH, patch)
 }
 
 /// Displacements of the rig by what moves: its pedestal gives way to imbalance and torque, in
 /// directions of its own, which are others in each setup for the instrument. Where nothing turns
 /// they are those of the target.
-fn pedestal(model: &Model, all: &mut Vec<Block>) {
+fn pedestal(model: &Model) -> Vec<Block> {
     if !turns_its_target(model) || !few_move(model) {
-        return;
+        return Vec::new();
     }
-    let covariates = of_motion(model, COARSE_ORDERS);
-    for covariate in covariates.into_iter().map(Covariate::along_axes) {
-        let (of, what) = ("pedestal".to_owned(), "a displacement of the rig's pedestal");
-        let patch = |sum: &str| format!("target = 'target + {sum}'");
-        all.extend(block(Of::Channel(of), what, &covariate, Dimension::LENGTH, patch));
-    }
+    let covariates = of_motion(model, COARSE_ORDERS).into_iter().map(Covariate::along_axes);
+    let covariates: Vec<Covariate> = covariates.collect();
+    let (of, what) = ("pedestal".to_owned(), "a displacement of the rig's pedestal");
+    let patch = |sum: &str| format!("target = 'target + {sum}'");
+    blocks_over(&Of::Channel(of), what, &covariates, Dimension::LENGTH, patch)
 }
 
 fn displacement(channel: &str) -> String {
@@ -210,28 +193,25 @@ fn displacement(channel: &str) -> String {
 }
 
 /// Errors in the time of readings: of each measurand, and of all alike, as a clock makes them.
-fn timing(model: &Model, all: &mut Vec<Block>) {
+fn timing(model: &Model) -> Vec<Block> {
     let names: Vec<&str> = model.measurands.iter().map(|one| one.name.as_str()).collect();
-    let mut groups: Vec<(&str, &[&str])> = Vec::new();
-    for (number, name) in names.iter().enumerate() {
-        groups.push((name, &names[number..=number]));
-    }
+    let mut groups: Vec<(&str, &[&str])> = names.iter().copied().zip(names.chunks(1)).collect();
     if names.len() > 1 {
         groups.push((ALL_READINGS, &names));
     }
-    for (of, names) in groups {
+    let mut covariates = of_the_rig(model, COARSE_ORDERS);
+    covariates.push(waves::settling(model));
+    let of_group = |(of, names): (&str, &[&str])| {
         let called = if names.len() > 1 { of.to_owned() } else { format!("`{of}`") };
         let what = format!("a timing error of {called}");
-        let covariates = of_the_rig(model, COARSE_ORDERS).into_iter();
-        for covariate in covariates.chain([waves::settling(model)]) {
-            let patch = |sum: &str| {
-                let line = |name: &&str| format!("\"{name}.t\" = 't + {sum}'\n");
-                names.iter().map(line).collect()
-            };
-            let of = Of::Channel(format!("{TIME_OF}{of}"));
-            all.extend(block(of, &what, &covariate, Dimension::TIME, patch));
-        }
-    }
+        let patch = |sum: &str| {
+            let line = |name: &&str| format!("\"{name}.t\" = 't + {sum}'\n");
+            names.iter().map(line).collect()
+        };
+        let of = Of::Channel(format!("{TIME_OF}{of}"));
+        blocks_over(&of, &what, &covariates, Dimension::TIME, patch)
+    };
+    groups.into_iter().flat_map(of_group).collect()
 }
 
 #[cfg(test)]

@@ -61,18 +61,16 @@ impl Variant {
             });
             let setting = &mut parameter.setting;
             let is_value = !setting.fixed && !setting.sum_zero && setting.value.is_none();
-            let wider = match self {
-                Self::EachAngle => acts_on_angles && !parameter.per_measurand,
-                Self::EachSetup => matches!(setting.scope, Scope::Rig | Scope::Instrument),
-            };
-            if !is_value || !wider {
-                continue;
+            match (self, setting.scope) {
+                (Self::EachAngle, _) if is_value && acts_on_angles && !parameter.per_measurand => {
+                    parameter.per_measurand = true;
+                }
+                (Self::EachSetup, Scope::Rig | Scope::Instrument) if is_value => {
+                    setting.scope = Scope::Setup;
+                }
+                _ => continue,
             }
             changed = true;
-            match self {
-                Self::EachAngle => parameter.per_measurand = true,
-                Self::EachSetup => setting.scope = Scope::Setup,
-            }
         }
         changed.then_some(relaxed)
     }

@@ -156,11 +156,7 @@ pub(super) fn bent(input: &InputDeclaration, knots: &[f64]) -> Covariate {
         (format!("abs({name} {sign} {:e}{unit})", knot.abs()), own)
     };
     let terms = std::iter::once((name.clone(), own)).chain(knots.iter().map(bend));
-    Covariate {
-        over: name.clone(),
-        words: name.clone(),
-        ..Covariate::new(format!("bends of {name}"), terms)
-    }
+    Covariate { name: format!("bends of {name}"), ..Covariate::new(name, terms) }
 }
 
 /// The reading of a measurand, otherwise one way than the other.
@@ -199,8 +195,8 @@ pub(super) fn over_time() -> Covariate {
 
 /// The course of a campaign: what drifts goes on while the instrument is put to another place.
 fn over_campaign() -> Covariate {
-    let own = Covariate::new("campaign time", powers("time", Dimension::TIME));
-    Covariate { over: TIME.to_owned(), words: TIME.to_owned(), ..own }
+    let own = Covariate::new(TIME, powers("time", Dimension::TIME));
+    Covariate { name: "campaign time".to_owned(), ..own }
 }
 
 /// A scale of what a measurand of this dimension reads that drifts in the course of a campaign.
@@ -244,7 +240,7 @@ pub(super) fn of_the_head(model: &Model) -> Vec<Covariate> {
 mod tests {
     #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
 
-    use super::super::made::block;
+    use super::super::made::blocks_over;
     use super::*;
     use crate::diagnose::library::place::Of;
     use crate::diagnostic::Source;
@@ -261,8 +257,8 @@ mod tests {
             let covariate = bent(&model.inputs[0], &[-11.7, 0.03, 2.0]);
             let of = Of::Measurand("y".to_owned());
             let patch = |sum: &str| format!("y = 'y + {sum}'\n");
-            let made = block(of, "an error of `y`", &covariate, Dimension::NONE, patch);
-            assert!(made.is_some(), "{unit}");
+            let made = blocks_over(&of, "an error of `y`", &[covariate], Dimension::NONE, patch);
+            assert_eq!(made.len(), 1, "{unit}");
         }
     }
 }

@@ -13,35 +13,30 @@ use crate::diagnose::library::place::{Of, Place};
 /// A block as an effect, and where it sits.
 pub(super) type Block = (Arc<Effect>, Place);
 
-/// A block of what is wrong, with a phrase for that, over a covariate: the sum of coefficients times
-/// terms, put into a patch.
-pub(super) fn block(
-    of: Of,
+/// Blocks of what is wrong, with a phrase for that, over each of some covariates: the sum of
+/// coefficients times terms, put into a patch.
+pub(super) fn blocks_over(
+    of: &Of,
     what: &str,
-    covariate: &Covariate,
+    covariates: &[Covariate],
     dimension: Dimension,
     patch: impl Fn(&str) -> String,
-) -> Option<Block> {
-    let (kind, name) = match &of {
+) -> Vec<Block> {
+    let (kind, wrong) = match of {
         Of::Measurand(name) => ("reading", name),
         Of::Channel(name) => ("channel", name),
     };
-    let name = format!("unknown_{kind}_{name}_{}", covariate.name);
-    let place = Place::new(of, &covariate.over, format!("{what} over {}", covariate.words));
-    let part = |number: usize| format!("part_{number}");
-    let coefficients: Vec<(String, Dimension)> = (0..)
-        .zip(&covariate.terms)
-        .map(|(number, (_, of))| (part(number), dimension / *of))
-        .collect();
-    let terms = (0..).zip(&covariate.terms);
-    let sum: Vec<String> = terms.map(|(n, (term, _))| format!("{} * {term}", part(n))).collect();
-    made(
-        &name,
-        &place,
-        (&coefficients, covariate.scope),
-        &covariate.family,
-        &patch(&sum.join(" + ")),
-    )
+    let over = |Covariate { name, over, words, terms, scope, family }: &Covariate| {
+        let place = Place::new(of.clone(), over, format!("{what} over {words}"));
+        let (mut coefficients, mut sum) = (Vec::new(), Vec::new());
+        for (number, (term, of)) in terms.iter().enumerate() {
+            coefficients.push((format!("part_{number}"), dimension / *of));
+            sum.push(format!("part_{number} * {term}"));
+        }
+        let name = format!("unknown_{kind}_{wrong}_{name}");
+        made(&name, &place, (&coefficients, scope), family, &patch(&sum.join(" + ")))
+    };
+    covariates.iter().filter_map(over).collect()
 }
 
 /// An effect of unknown structure: coefficients with their dimensions and scope, the line of its

@@ -5,19 +5,19 @@ use std::collections::BTreeSet;
 use super::covariate::{
     CIRCLE_ORDERS, Covariate, FEW, of_itself, of_the_head, of_the_rig, scale_over_campaign,
 };
-use super::made::{Block, block};
+use super::made::{Block, blocks_over};
 use super::{COARSE_ORDERS, orders, plain, waves};
 use crate::diagnose::library::place::Of;
 use crate::graph::MeasurandKind;
-use crate::model::{MeasurandDeclaration, Model};
+use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::Dimension;
 
 /// Waves of an error over an input that turns.
 const INPUT_ORDERS: usize = 3;
 
 /// Errors of readings.
-pub(super) fn readings(model: &Model, all: &mut Vec<Block>) {
-    for measurand in plain(model) {
+pub(super) fn readings(model: &Model) -> Vec<Block> {
+    let of = |measurand: &MeasurandDeclaration| {
         let name = &measurand.name;
         let mut covariates = of_the_rig(model, orders(model));
         covariates.extend(of_the_head(model));
@@ -29,28 +29,23 @@ pub(super) fn readings(model: &Model, all: &mut Vec<Block>) {
         if matches!(measurand.kind, MeasurandKind::Angle { .. }) {
             covariates.push(waves::over_circle(name, CIRCLE_ORDERS));
         }
-        errors(measurand, covariates.into_iter(), all);
-    }
+        errors(measurand, &covariates)
+    };
+    plain(model).flat_map(of).collect()
 }
 
 /// Errors of a reading as functions of these.
-pub(super) fn errors(
-    measurand: &MeasurandDeclaration,
-    covariates: impl Iterator<Item = Covariate>,
-    all: &mut Vec<Block>,
-) {
+pub(super) fn errors(measurand: &MeasurandDeclaration, covariates: &[Covariate]) -> Vec<Block> {
     let name = &measurand.name;
-    let what = format!("an error of `{name}`");
+    let (of, what) = (Of::Measurand(name.clone()), format!("an error of `{name}`"));
     let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
-    all.extend(covariates.filter_map(|covariate| {
-        let of = Of::Measurand(name.clone());
-        block(of, &what, &covariate, measurand.unit.dimension, patch)
-    }));
+    blocks_over(&of, &what, covariates, measurand.unit.dimension, patch)
 }
 
 /// Errors of readings that are rotations: turns about the axes of what is looked at, and about
 /// those of what it is looked at from, which are others where it turns.
-pub(super) fn attitudes(model: &Model, all: &mut Vec<Block>) {
+pub(super) fn attitudes(model: &Model) -> Vec<Block> {
+    let mut all = Vec::new();
     let rotations = model.measurands.iter().filter(|one| one.kind == MeasurandKind::Rotation);
     for MeasurandDeclaration { name, .. } in rotations {
         let mut covariates = of_the_rig(model, COARSE_ORDERS);
@@ -60,33 +55,38 @@ pub(super) fn attitudes(model: &Model, all: &mut Vec<Block>) {
             ("its own axes", format!("{name} * "), String::new()),
             ("fixed axes", String::new(), format!(" * {name}")),
         ] {
-            for covariate in covariates.iter().cloned().map(Covariate::along_axes) {
-                let what = format!("an error of `{name}` about {axes}");
-                let covariate =
-                    Covariate { name: format!("{} {axes}", covariate.name), ..covariate };
-                let patch = |sum: &str| format!("{name} = '{before}turn({sum}){after}'");
-                let of = Of::Measurand(name.clone());
-                all.extend(block(of, &what, &covariate, Dimension::NONE, patch));
-            }
+            let about = |one: &Covariate| Covariate {
+                name: format!("{} {axes}", one.name),
+                ..one.clone().along_axes()
+            };
+            let covariates: Vec<Covariate> = covariates.iter().map(about).collect();
+            let what = format!("an error of `{name}` about {axes}");
+            let patch = |sum: &str| format!("{name} = '{before}turn({sum}){after}'");
+            let of = Of::Measurand(name.clone());
+            all.extend(blocks_over(&of, &what, &covariates, Dimension::NONE, patch));
         }
     }
+    all
 }
 
 /// Errors of inputs over themselves, where there are many: what a joint of an arm does wrong is
 /// another displacement of its tool in each pose, which no function of one covariate is. An input
 /// that no formula of the model uses changes readings through effects alone: its error would have the
 /// form of an effect that is in the fit, and take its place.
-pub(super) fn of_inputs(model: &Model, all: &mut Vec<Block>) {
+pub(super) fn of_inputs(model: &Model) -> Vec<Block> {
     let names: BTreeSet<&str> =
         model.formulas().flat_map(|one| one.root.names()).map(|(name, _)| name).collect();
-    let used = || model.inputs.iter().filter(|input| names.contains(input.name.as_str()));
-    if used().count() <= FEW {
-        return;
+    let is_used = |input: &&InputDeclaration| names.contains(input.name.as_str());
+    let used: Vec<&InputDeclaration> = model.inputs.iter().filter(is_used).collect();
+    if used.len() <= FEW {
+        return Vec::new();
     }
-    for input in used() {
-        let (name, covariate) = (&input.name, of_itself(input, INPUT_ORDERS));
+    let of = |input: &InputDeclaration| {
+        let name = &input.name;
         let (of, what) = (format!("input {name}"), format!("an error of the input `{name}`"));
+        let covariates = [of_itself(input, INPUT_ORDERS)];
         let patch = |sum: &str| format!("{name} = '{name} + {sum}'");
-        all.extend(block(Of::Channel(of), &what, &covariate, input.unit.dimension, patch));
-    }
+        blocks_over(&Of::Channel(of), &what, &covariates, input.unit.dimension, patch)
+    };
+    used.into_iter().flat_map(of).collect()
 }

@@ -14,7 +14,7 @@ use crate::units::Dimension;
 use super::covariate::{Covariate, FEW, RUN_TIME, TIME, few_move, sense_of, turns, wave};
 use super::made::{Block, made};
 use super::{ORDERS, directions};
-use crate::diagnose::library::place::{OSCILLATION, Of, Place};
+use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place};
 
 /// The finest waves that are looked for, in waves a turn.
 const FINEST: usize = 36;
@@ -119,7 +119,7 @@ pub(super) fn in_time(model: &Model) -> Vec<Block> {
     // Models with other measurands have another family.
     let together = all.iter().map(name).collect::<Vec<_>>().join("_");
     let words = "an oscillation of the readings at {member} Hz".to_owned();
-    let whole = Place::new(Of::Channel("all readings".to_owned()), OSCILLATION, words);
+    let whole = Place::new(Of::Channel(ALL_READINGS.to_owned()), OSCILLATION, words);
     let each = all.iter().map(|one| {
         let words = format!("an oscillation of `{}` at {{member}} Hz", one.name);
         let place = Place::new(Of::Measurand(one.name.clone()), OSCILLATION, words);
