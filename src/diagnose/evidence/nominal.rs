@@ -5,6 +5,8 @@
 //! directions stay where they are, and take nothing off a candidate. It knows no candidate, and
 //! does not say what is not determined.
 
+use std::iter::successors;
+
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn};
 
@@ -65,11 +67,8 @@ pub(in crate::diagnose) fn factored(
     };
     let is_sound =
         |factor: &Cholesky<f64, Dyn>| (0..n).all(|i| factor.l_dirty()[(i, i)].powi(2) > ROUNDING);
-    let mut held = ROUNDING;
-    let mut factor = scaled(0.0).filter(is_sound);
-    while factor.is_none() && held < 1e-6 {
-        factor = scaled(held);
-        held *= 10.0;
-    }
-    Some((factor?, length))
+    let mut held =
+        successors(Some(ROUNDING), |held| Some(10.0 * held)).take_while(|held| *held < 1e-6);
+    let factor = scaled(0.0).filter(is_sound).or_else(|| held.find_map(scaled))?;
+    Some((factor, length))
 }

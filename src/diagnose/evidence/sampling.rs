@@ -33,17 +33,16 @@ impl Sampling {
             .iter()
             .flat_map(|part| &part.runs)
             .map(|run| {
-                let (mut first, mut last, mut squares) = (None, 0.0, 0.0);
+                let [first, last] = run.record.ends(|samples| &samples.run_time)?;
+                let mut squares = 0.0;
                 run.record.walk(|stretch| {
                     let samples = stretch.samples;
                     for at in stretch.range() {
-                        first = first.or(Some(samples.run_time[at]));
-                        last = samples.run_time[at];
                         squares += (samples.run_time[at] - samples.uniform_time[at]).powi(2);
                     }
                 });
                 let count = run.record.len() as f64;
-                let duration = last - first?;
+                let duration = last - first;
                 let interval = duration / (count - 1.0);
                 let is_even = count > 2.0 && squares < count * (EVEN * interval).powi(2);
                 (is_even && interval > 0.0).then_some((interval, duration))
@@ -62,8 +61,7 @@ impl Sampling {
     /// lower frequency in all of them.
     pub(super) fn is_blind(&self, frequency: f64) -> bool {
         let folded = |(interval, duration): &(f64, f64)| {
-            let turns = (frequency * interval).round();
-            turns >= 1.0 && (frequency - turns / interval).abs() * duration < 1.0
+            from_multiple(frequency, *interval) * duration < 1.0
         };
         frequency > self.highest || self.runs.iter().flatten().any(folded)
     }
@@ -71,12 +69,15 @@ impl Sampling {
     /// Whether a wave of this frequency (Hz) in a run is the same as one of another frequency below
     /// some.
     pub(super) fn is_slow_in(&self, run: usize, frequency: f64, below: f64) -> bool {
-        let is_slow = |(interval, _): &(f64, f64)| {
-            let turns = (frequency * interval).round();
-            turns >= 1.0 && (frequency - turns / interval).abs() < below
-        };
-        self.runs.get(run).is_some_and(|one| one.as_ref().is_some_and(is_slow))
+        let even = self.runs.get(run).copied().flatten();
+        even.is_some_and(|(interval, _)| from_multiple(frequency, interval) < below)
     }
+}
+
+/// How far (Hz) a frequency is from the nearest multiple of a sampling rate; infinite where that is 0.
+fn from_multiple(frequency: f64, interval: f64) -> f64 {
+    let turns = (frequency * interval).round();
+    if turns >= 1.0 { (frequency - turns / interval).abs() } else { f64::INFINITY }
 }
 
 /// Half the reciprocal of the longest interval of which all are multiples; infinite where there is

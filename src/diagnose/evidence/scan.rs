@@ -14,6 +14,7 @@ mod group;
 
 use std::sync::Arc;
 
+use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::fitted::Fitted;
@@ -53,24 +54,21 @@ pub fn scan(
     let scan = Scan::new(fitted, family)?;
     let (grid, tried) = scan.tried()?;
     let plain: Vec<f64> =
-        grid.chunks(TOGETHER).flat_map(|members| scan.plain_gains(members)).collect();
+        grid.chunks(TOGETHER).flat_map(|members| scan.added(&scan.alone, members, None)).collect();
     let mut order: Vec<usize> = (0..grid.len()).collect();
     order.sort_by(|a, b| plain[*b].total_cmp(&plain[*a]));
     order.truncate(BEST);
-    let mut gains: Vec<f64> = vec![0.0; grid.len()];
-    for members in order.chunks(TOGETHER) {
+    let again = order.chunks(TOGETHER).flat_map(|members| {
         let values: Vec<f64> = members.iter().map(|member| grid[*member]).collect();
-        for (member, gain) in members.iter().zip(scan.gains(&values)) {
-            gains[*member] = gain;
-        }
-    }
-    let best = order.into_iter().max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
+        members.iter().copied().zip(scan.gains(&values))
+    });
+    let (best, gain) = again.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let value = match scan.members {
         Members::List(_) => grid[best],
         Members::Range { .. } => {
             let low = grid[best.saturating_sub(1)];
             let high = grid[(best + 1).min(grid.len() - 1)];
-            scan.polished(low, high, (grid[best], gains[best]))
+            scan.polished(low, high, (grid[best], gain))
         }
     };
     let candidate = with_member(fitted, family, value)?;
@@ -164,12 +162,12 @@ impl<'a> Scan<'a> {
     }
 
     /// Sums over runs of columns that hold together: over a campaign, a setup or a run.
-    fn groups(&self, passes: &Passes<'_>, members: &[f64]) -> Vec<Group> {
+    fn groups(&self, passes: &Passes<'_>, members: &[f64]) -> IndexMap<(usize, usize), Group> {
         let problem = &self.fitted.problem;
         let (part, columns) = (passes.signatures().part(), &passes.signatures().columns);
         let n = self.nominal.length.len();
         let k = columns.len();
-        let mut groups: Vec<Group> = Vec::new();
+        let mut groups = IndexMap::new();
         for (run, sums) in passes.sums(members).iter().enumerate() {
             let touched = problem.layout.columns.touched_by(problem.run_index(part, run));
             let key = match columns.first().map(|one| one.scope) {
@@ -178,16 +176,11 @@ impl<'a> Scan<'a> {
                 _ => (0, 0),
             };
             let rows = if k > 0 { sums.own(0).len() } else { 0 };
-            let at = groups.iter().position(|group| group.key == key).unwrap_or_else(|| {
-                groups.push(Group {
-                    key,
-                    own: DMatrix::zeros(rows, k),
-                    across: DMatrix::zeros(n, k),
-                    score: DVector::zeros(k),
-                });
-                groups.len() - 1
+            let group = groups.entry(key).or_insert_with(|| Group {
+                own: DMatrix::zeros(rows, k),
+                across: DMatrix::zeros(n, k),
+                score: DVector::zeros(k),
             });
-            let group = &mut groups[at];
             for j in 0..k {
                 group.score[j] += sums.residual(j);
                 for (sum, more) in group.own.column_mut(j).iter_mut().zip(sums.own(j)) {
@@ -199,12 +192,6 @@ impl<'a> Scan<'a> {
             }
         }
         groups
-    }
-
-    /// What each of at most `TOGETHER` members takes off the sum of squares while nominal
-    /// parameters stand still.
-    fn plain_gains(&self, members: &[f64]) -> Vec<f64> {
-        self.added(&self.alone, members, None)
     }
 
     /// What each of at most `TOGETHER` members takes off the sum of squares; blind ones nothing.
@@ -220,9 +207,10 @@ impl<'a> Scan<'a> {
         gains
     }
 
-    /// What each member gains, added up over everything that holds together; without the runs in
-    /// which its wave is as much one slower than all of the family, where these say most of it. With
-    /// the nominal parameters' score, halfway to its product, what they take up is taken off.
+    /// What each of at most `TOGETHER` members gains, added up over everything that holds together;
+    /// without the runs in which its wave is as much one slower than all of the family, where these
+    /// say most of it. Nominal parameters stand still or, with their score halfway to its product,
+    /// what they take up is taken off.
     fn added(
         &self,
         programs: &[Passes<'_>],
@@ -230,12 +218,11 @@ impl<'a> Scan<'a> {
         known: Option<&DVector<f64>>,
     ) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); members.len()];
-        for group in programs.iter().flat_map(|one| self.groups(one, &filled(members))) {
+        for (key, group) in programs.iter().flat_map(|one| self.groups(one, &filled(members))) {
             let taken = known.map(|known| (self.nominal.halfway(&group.across), known));
             for (member, (fast, slow)) in sums.iter_mut().enumerate() {
-                let is_slow = self.is_slow_in(group.key, members[member]);
-                *(if is_slow { slow } else { fast }) +=
-                    group.gain(member, TOGETHER, taken.as_ref());
+                let is_slow = self.is_slow_in(key, members[member]);
+                *(if is_slow { slow } else { fast }) += group.gain(member, taken.as_ref());
             }
         }
         // What does most where it is slow is something slow.
@@ -246,9 +233,9 @@ impl<'a> Scan<'a> {
     fn alike(&self, member: f64, others: &[f64]) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); others.len()];
         let all: Vec<f64> = std::iter::once(member).chain(others.iter().copied()).collect();
-        for group in self.across.iter().flat_map(|one| self.groups(one, &filled(&all))) {
+        for (_, group) in self.across.iter().flat_map(|one| self.groups(one, &filled(&all))) {
             for (number, (between, directions)) in (1..).zip(&mut sums) {
-                if let Some((cosines, own)) = group.cosines(0, number, TOGETHER) {
+                if let Some((cosines, own)) = group.cosines(number) {
                     *between += cosines;
                     *directions += own;
                 }
@@ -258,8 +245,7 @@ impl<'a> Scan<'a> {
     }
 
     /// The best value between two members about the best one.
-    fn polished(&self, mut low: f64, mut high: f64, best: (f64, f64)) -> f64 {
-        let mut best = best;
+    fn polished(&self, mut low: f64, mut high: f64, mut best: (f64, f64)) -> f64 {
         for _ in 0..POLISH {
             let part = (high - low) / (TOGETHER + 1) as f64;
             let between: Vec<f64> = (1..=TOGETHER).map(|one| low + part * one as f64).collect();

@@ -6,10 +6,11 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::evidence::basis::RANK;
 
-/// Sums of some members' columns that hold together: with those of the same member, or of all; with
+use super::TOGETHER;
+
+/// Sums of `TOGETHER` members' columns that hold together: with those of the same member, or of all; with
 /// the nominal columns; with what is left.
 pub(super) struct Group {
-    pub(super) key: (usize, usize),
     pub(super) own: DMatrix<f64>,
     pub(super) across: DMatrix<f64>,
     pub(super) score: DVector<f64>,
@@ -18,13 +19,8 @@ pub(super) struct Group {
 impl Group {
     /// What a member takes off the sum of squares, without what others take up: `taken` are nominal
     /// columns' products with the columns and with what is left, halfway to their product.
-    pub(super) fn gain(
-        &self,
-        member: usize,
-        members: usize,
-        taken: Option<&(DMatrix<f64>, &DVector<f64>)>,
-    ) -> f64 {
-        let k = self.score.len() / members;
+    pub(super) fn gain(&self, member: usize, taken: Option<&(DMatrix<f64>, &DVector<f64>)>) -> f64 {
+        let k = self.score.len() / TOGETHER;
         let first = member * k;
         let mut left = self.own.view((0, first), (k, k)).into_owned();
         let mut score = self.score.rows(first, k).into_owned();
@@ -36,21 +32,21 @@ impl Group {
         gained(left, |i| self.own[(i, first + i)], &score)
     }
 
-    /// The squared cosines between two members of so many, added up, and those of the first with
-    /// itself: as many as it has directions. `None` where they have none.
-    pub(super) fn cosines(&self, first: usize, other: usize, members: usize) -> Option<(f64, f64)> {
-        let k = self.score.len() / members;
+    /// The squared cosines between the first member and another, added up, and those of the first
+    /// with itself: as many as it has directions. `None` where they have none.
+    pub(super) fn cosines(&self, other: usize) -> Option<(f64, f64)> {
+        let k = self.score.len() / TOGETHER;
         let block = |i: usize, j: usize| self.own.view((i * k, j * k), (k, k)).into_owned();
         let factor = |mut own: DMatrix<f64>| {
             (0..k).for_each(|i| own[(i, i)] = raised(own[(i, i)], own[(i, i)]));
             Cholesky::new(own)
         };
-        let (left, right) = (factor(block(first, first))?, factor(block(other, other))?);
+        let (left, right) = (factor(block(0, 0))?, factor(block(other, other))?);
         let cosines = |right: &Factor, products: DMatrix<f64>| {
             let half = left.l().solve_lower_triangular(&products)?;
             Some(right.l().solve_lower_triangular(&half.transpose())?.norm_squared())
         };
-        Some((cosines(&right, block(first, other))?, cosines(&left, block(first, first))?))
+        Some((cosines(&right, block(0, other))?, cosines(&left, block(0, 0))?))
     }
 }
 
