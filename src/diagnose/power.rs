@@ -150,8 +150,8 @@ pub fn power(
     }
     let Some(stage) = design::prospect(fitted, wanted) else { return Ok(power) };
     let mut rows = rows(&stage, wanted);
-    let open = |row: &Row| matches!(row.state, State::Alias | State::Absorbed | State::NotTestable);
-    let tried = if rows.iter().any(open) { remedies(&stage.fitted) } else { Vec::new() };
+    let is_open = rows.iter().any(|row| row.state != State::Visible);
+    let tried = if is_open { remedies(&stage.fitted) } else { Vec::new() };
     let tried = tried.into_iter().filter_map(|(remedy, fitted)| {
         Some((remedy, self::rows(&design::prospect(fitted, wanted)?, wanted)))
     });
@@ -222,15 +222,12 @@ fn row(stage: &Prospect, ways: &[Way<'_>], seen: Sight) -> Row {
     } else {
         seen.with
     };
-    let size = seen.detectable.unwrap_or(0.0);
-    let shifts = delay_rows(stage)
-        .into_iter()
-        .map(|(delay, row)| {
-            let largest = ways.iter().map(|way| size * shift(*way, &row)).fold(0.0, f64::max);
-            (delay, largest)
-        })
-        .filter(|_| seen.detectable.is_some())
-        .collect();
+    let shifts = |size: f64| {
+        let largest = |row: &[(usize, f64)]| {
+            ways.iter().map(|way| size * shift(*way, row)).fold(0.0, f64::max)
+        };
+        delay_rows(stage).into_iter().map(|(delay, row)| (delay, largest(&row))).collect()
+    };
     Row {
         state,
         unit: way.candidate.unit(&owner.parameter).unwrap_or_else(Unit::one),
@@ -239,7 +236,7 @@ fn row(stage: &Prospect, ways: &[Way<'_>], seen: Sight) -> Row {
         identifiable: seen.identifiable,
         with,
         members: seen.members,
-        shifts,
+        shifts: seen.detectable.map(shifts).unwrap_or_default(),
         ..Row::new(name)
     }
 }

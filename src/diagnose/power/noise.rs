@@ -165,11 +165,9 @@ fn pattern(stage: &Prospect, candidate: &Candidate, name: &str) -> Option<(Vec<V
                     let g: DVector<f64> = own.sensitivities.column(0).into_owned();
                     let Some(factor) = made.covariance.cholesky() else { continue };
                     let Some(a) = factor.l_dirty().solve_lower_triangular(&g) else { continue };
-                    products.extend(
-                        (0..a.len())
-                            .flat_map(|m| (0..m).map(move |n| (m, n)))
-                            .map(|(m, n)| a[m] * a[n]),
-                    );
+                    for m in 0..a.len() {
+                        products.extend((0..m).map(|n| a[m] * a[n]));
+                    }
                 }
             });
         }

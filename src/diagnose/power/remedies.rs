@@ -241,9 +241,9 @@ fn with_setups(from: &Problem, point: &Point, to: &Problem) -> Point {
             _ => continue,
         };
         let (turn, around) = (Quaternion::turn(turn), Quaternion::turn([0.0, 0.0, -0.4]));
-        let same = |one: &&crate::engine::layout::Instance| one.name == instance.name;
-        let Some(first) = from.layout.instances.iter().position(|one| same(&one)) else { continue };
-        let value = point.values[first];
+        let instances = &from.layout.instances;
+        let first = instances.iter().position(|one| one.name == instance.name);
+        let Some(value) = first.map(|first| point.values[first]) else { continue };
         made.values[index] = match instance.kind {
             Kind::Rotation => {
                 let q = turn * Quaternion { w: value[0], v: [value[1], value[2], value[3]] };

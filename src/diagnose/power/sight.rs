@@ -8,6 +8,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
@@ -63,13 +64,11 @@ pub fn directions(way: Way<'_>) -> Vec<DVector<f64>> {
     let seen = seen(way, &scale);
     let mut generator = ChaCha12Rng::seed_from_u64(1);
     let mut draw = || {
-        let mut direction =
-            DVector::from_fn(scale.len(), |_, _| StandardNormal.sample(&mut generator));
         // What no reading shows is no part of the size.
-        seen.iter()
-            .zip(direction.iter_mut())
-            .filter(|(seen, _)| !**seen)
-            .for_each(|(_, one)| *one = 0.0);
+        let mut direction = DVector::from_fn(scale.len(), |k, _| {
+            let drawn = StandardNormal.sample(&mut generator);
+            if seen[k] { drawn } else { 0.0 }
+        });
         normalise(&mut direction, &groups);
         if contrast {
             // Values over one scope sum to zero, parameter by parameter.
@@ -99,15 +98,12 @@ pub fn groups(way: Way<'_>) -> (DVector<f64>, Vec<Vec<usize>>) {
     let typical = |k: usize| way.candidate.typical(&way.entry.owners[k].parameter).unwrap_or(1.0);
     let count = way.entry.owners.len();
     let scale = DVector::from_fn(count, |k, _| typical(k) / typical(0));
-    let mut groups: Vec<(_, Vec<usize>)> = Vec::new();
+    let mut groups: IndexMap<_, Vec<usize>> = IndexMap::new();
     for (k, owner) in way.entry.owners.iter().enumerate() {
-        let key = (owner.of.clone(), way.candidate.measurand(&owner.parameter));
-        match groups.iter_mut().find(|(known, _)| *known == key) {
-            Some((_, group)) => group.push(k),
-            None => groups.push((key, vec![k])),
-        }
+        let key = (&owner.of, way.candidate.measurand(&owner.parameter));
+        groups.entry(key).or_default().push(k);
     }
-    (scale, groups.into_iter().map(|(_, group)| group).collect())
+    (scale, groups.into_values().collect())
 }
 
 fn normalise(direction: &mut DVector<f64>, groups: &[Vec<usize>]) {
@@ -154,6 +150,7 @@ pub fn sight(
     critical_gains: impl Fn(usize) -> CriticalGains,
 ) -> Sight {
     let rays = rays(evidence, ways, others, critical_gains);
+    // Of no rays it is no number: they are never caught.
     let mean = |rays: &[&Ray], size: f64, of: fn(&Ray, f64) -> f64| {
         rays.iter().map(|ray| of(ray, size)).sum::<f64>() / rays.len() as f64
     };
@@ -165,17 +162,11 @@ pub fn sight(
         size.is_finite().then_some(size)
     };
     let all: Vec<&Ray> = rays.iter().collect();
-    if all.is_empty() {
-        return Sight::default();
-    }
     let detectable = caught(&all, Ray::detected);
     let most = FAR * typical.max(detectable.unwrap_or(0.0));
     let identifiable = caught(&all, Ray::identified).filter(|size| *size <= most);
     let members = ways.iter().enumerate().filter(|_| ways.len() > 1).filter_map(|(number, way)| {
         let own: Vec<&Ray> = rays.iter().filter(|ray| ray.member == number).collect();
-        if own.is_empty() {
-            return None;
-        }
         Some((way.candidate.selected.member.clone(), caught(&own, Ray::detected)?))
     });
     let with = alike(&rays, others, identifiable.is_none().then_some(most));
@@ -225,28 +216,24 @@ fn rays(
 /// The effects that stand in the way of naming this one, nearest first: those that it cannot be
 /// distinguished from at a size, if one is given, else those that do nearly the same.
 fn alike(rays: &[Ray], others: &[Way<'_>], size: Option<f64>) -> Vec<String> {
-    let mut found: Vec<(&str, f64, f64)> = Vec::new();
+    let mut found: IndexMap<&str, (f64, f64)> = IndexMap::new();
     for ray in rays {
         for (number, apart, degrees) in &ray.others {
             let name = others[*number].candidate.name.as_str();
             let share = apart * apart / ray.square;
             let leading = size.map_or(0.0, |size| leads(size * apart, ray.degrees, *degrees));
-            match found.iter_mut().find(|(known, ..)| *known == name) {
-                Some((_, sum, all)) => {
-                    *sum += share;
-                    *all += leading;
-                }
-                None => found.push((name, share, leading)),
-            }
+            let (sum, all) = found.entry(name).or_default();
+            *sum += share;
+            *all += leading;
         }
     }
     let count = rays.len() as f64;
-    found.retain(|(_, share, leading)| match size {
-        Some(_) => leading / count < CAUGHT,
-        None => share / count < 1.0 - NEAR_ALIAS,
+    found.retain(|_, (share, leading)| match size {
+        Some(_) => *leading / count < CAUGHT,
+        None => *share / count < 1.0 - NEAR_ALIAS,
     });
-    found.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(b.0)));
-    found.into_iter().map(|(name, ..)| name.to_owned()).take(NEAREST).collect()
+    found.sort_by(|a, one, b, other| one.0.total_cmp(&other.0).then(a.cmp(b)));
+    found.into_keys().take(NEAREST).map(str::to_owned).collect()
 }
 
 /// The largest shift that an effect of size one causes in a nominal combination of columns (`row`:
