@@ -43,7 +43,7 @@ pub struct Step {
 }
 
 /// The gap before and after.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Gap {
     /// The campaign on which it is judged, if that is another one than was fitted.
     pub held_out: Option<String>,
@@ -85,18 +85,15 @@ impl Gap {
         let (closed, closed_interval) = closed(drops, leftover);
         let after_rms = rms(&after.problem, &after.fit.point);
         Self {
-            held_out: None,
             before: after_rms.clone(),
             after: after_rms,
-            steps: Vec::new(),
             floor: floor(after),
-            lambda: 0.0,
             held_out_drop: taken(drops),
             leftover,
             closed,
             closed_interval,
             folds: drops.len(),
-            left_out: 0,
+            ..Self::default()
         }
     }
 
@@ -223,15 +220,11 @@ mod tests {
             held_out: held_out.map(str::to_owned),
             before: of(1.0),
             after: of(after),
-            steps: Vec::new(),
             floor: of(0.01),
-            lambda: 0.0,
-            held_out_drop: 0.0,
-            leftover: 0.0,
             closed: most,
             closed_interval: [0.0, most],
             folds: 1,
-            left_out: 0,
+            ..Gap::default()
         };
         let far = gap(Some("other"), 0.9, 0.0);
         assert_eq!(far.is_borne_out(), None);

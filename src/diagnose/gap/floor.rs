@@ -1,5 +1,7 @@
 //! rms of the residuals that noise alone gives, by measurand. It judges nothing.
 
+use indexmap::IndexMap;
+
 use crate::diagnose::fitted::Fitted;
 use crate::engine::noise::{active_randoms, covariance_of};
 
@@ -8,7 +10,7 @@ const MOST_SAMPLES: usize = 5_000;
 
 /// rms that the noise alone gives, by measurand.
 pub fn floor(fitted: &Fitted) -> Vec<(String, f64)> {
-    let mut sums: Vec<(String, f64, f64)> = Vec::new();
+    let mut sums: IndexMap<&str, (f64, f64)> = IndexMap::new();
     let problem = &fitted.problem;
     for (p, part) in problem.parts.iter().enumerate() {
         let samples: usize = part.runs.iter().map(|run| run.record.len()).sum();
@@ -25,17 +27,14 @@ pub fn floor(fitted: &Fitted) -> Vec<(String, f64)> {
                     for (measurand, slot) in all.filter(|(_, slot)| part.is_present(sample, slot)) {
                         let rows = slot.residual..slot.residual + slot.components;
                         let variance: f64 = rows.map(|row| made.covariance[(row, row)]).sum();
-                        match sums.iter_mut().find(|(name, ..)| *name == measurand.name) {
-                            Some((_, sum, count)) => {
-                                *sum += variance;
-                                *count += 1.0;
-                            }
-                            None => sums.push((measurand.name.clone(), variance, 1.0)),
-                        }
+                        let (sum, count) = sums.entry(&measurand.name).or_default();
+                        *sum += variance;
+                        *count += 1.0;
                     }
                 }
             });
         }
     }
-    sums.into_iter().map(|(name, sum, count)| (name, (sum / count).sqrt())).collect()
+    let rms = |(name, (sum, count)): (&str, (f64, f64))| (name.to_owned(), (sum / count).sqrt());
+    sums.into_iter().map(rms).collect()
 }

@@ -248,7 +248,8 @@ fn take_runs(parts: &mut [Part], problem: Problem) {
     }
 }
 
-/// Holds what belongs to a campaign's instrument and rig at the values of a fit: at those of the same instrument or rig, else of the first campaign.
+/// Holds what belongs to a campaign's instrument and rig at the values of a fit: at those of the
+/// same instrument or rig, else of the first campaign.
 fn hold(system: &mut System, part: &Part, values: &Fitted) {
     let Problem { layout, parts, .. } = &values.problem;
     let point: &Point = &values.fit.point;
