@@ -37,10 +37,13 @@ impl Fitted {
         start: &[NamedValue],
         options: &Options,
     ) -> Result<Option<Self>, FitError> {
-        let begin = |problem: &Problem, point: &mut Point| {
-            point.set_named(&problem.layout, start, true);
+        let start = |one: &Instance, component: usize| {
+            let is_of = |(name, at, of, _): &&NamedValue| {
+                *name == one.name && *at == component && of.as_deref() == one.whose()
+            };
+            start.iter().find(is_of).map(|(.., value)| *value)
         };
-        self.changed(|effects| effects.push(more.clone()), begin, options)
+        self.with_starts(more, start, options)
     }
 
     /// The same where every component of a parameter begins at what is said of it, if anything is.
@@ -53,17 +56,7 @@ impl Fitted {
         start: impl Fn(&Instance, usize) -> Option<f64>,
         options: &Options,
     ) -> Result<Option<Self>, FitError> {
-        let begin = |problem: &Problem, point: &mut Point| {
-            let layout = &problem.layout;
-            for (index, one) in layout.instances.iter().enumerate() {
-                for component in (0..one.dimension()).filter(|_| !one.setting.fixed) {
-                    if let Some(value) = start(one, component) {
-                        point.set_component(layout, index, component, value);
-                    }
-                }
-            }
-        };
-        self.changed(|effects| effects.push(more.clone()), begin, options)
+        self.changed(|effects| effects.push(more.clone()), start, options)
     }
 
     /// The same campaigns, readings and weights without some effects, fitted from here.
@@ -74,7 +67,7 @@ impl Fitted {
         let is_kept = |one: &Selected| {
             !less.iter().any(|gone| gone.name() == one.name() && gone.member == one.member)
         };
-        let changed = self.changed(|effects| effects.retain(is_kept), |_, _| (), options)?;
+        let changed = self.changed(|effects| effects.retain(is_kept), |_, _| None, options)?;
         changed.map_or_else(|| self.clone().again(options), Ok)
     }
 
@@ -83,7 +76,7 @@ impl Fitted {
     fn changed(
         &self,
         change: impl Fn(&mut Vec<Selected>),
-        begin: impl Fn(&Problem, &mut Point),
+        start: impl Fn(&Instance, usize) -> Option<f64>,
         options: &Options,
     ) -> Result<Option<Self>, FitError> {
         let mut recipes = self.recipes.clone();
@@ -103,8 +96,15 @@ impl Fitted {
         }
         let mut problem = self.problem.with_parts(parts);
         let mut point = carried(&self.problem, &self.fit.point, &problem);
-        begin(&problem, &mut point);
-        point.balance(&problem.layout);
+        let layout = &problem.layout;
+        for (index, one) in layout.instances.iter().enumerate() {
+            for component in (0..one.dimension()).filter(|_| !one.setting.fixed) {
+                if let Some(value) = start(one, component) {
+                    point.set_component(layout, index, component, value);
+                }
+            }
+        }
+        point.balance(layout);
         let fit = fit(&mut problem, point, options)?;
         Ok(Some(Self { recipes, problem, fit }))
     }
@@ -148,14 +148,10 @@ pub fn carried(from: &Problem, point: &Point, to: &Problem) -> Point {
 /// The same where what is new stays as it is.
 pub fn carried_onto(from: &Problem, point: &Point, to: &Problem, onto: Point) -> Point {
     let mut carried = onto;
-    for (index, instance) in to.layout.instances.iter().enumerate() {
-        let same = from
-            .layout
-            .instances
-            .iter()
-            .position(|one| one.name == instance.name && one.whose() == instance.whose());
-        if let Some(same) = same {
-            carried.values[index] = point.values[same];
+    for (value, instance) in carried.values.iter_mut().zip(&to.layout.instances) {
+        let is_same = |one: &Instance| one.name == instance.name && one.whose() == instance.whose();
+        if let Some(same) = from.layout.instances.iter().position(is_same) {
+            *value = point.values[same];
         }
     }
     carried

@@ -133,13 +133,11 @@ impl Point {
         }
     }
 
-    /// Gives components of parameters, named with the component and whose value it is, other values:
-    /// all of them or, with `free_only`, those that are not fixed.
-    pub fn set_named(&mut self, layout: &Layout, values: &[NamedValue], free_only: bool) {
+    /// Gives components of parameters, named with the component and whose value it is, other values.
+    pub fn set_named(&mut self, layout: &Layout, values: &[NamedValue]) {
         for (name, component, of, value) in values {
             for (index, instance) in layout.instances.iter().enumerate() {
-                let is_held = free_only && instance.setting.fixed;
-                if instance.name == *name && instance.whose() == of.as_deref() && !is_held {
+                if instance.name == *name && instance.whose() == of.as_deref() {
                     self.set_component(layout, index, *component, *value);
                 }
             }

@@ -35,7 +35,7 @@ pub(super) fn with(
     });
     let full = Problem::new(parts.collect());
     let mut point = carried(&design.problem, &design.truth, &full);
-    point.set_named(&full.layout, values, false);
+    point.set_named(&full.layout, values);
     (full, point)
 }
 
