@@ -239,12 +239,13 @@ impl Diagnose {
                 output::json(&value)?;
             }
             Format::Text => {
-                let campaigns = self.common.campaigns.iter();
-                let campaigns: Vec<String> =
-                    campaigns.map(|path| typed(&path.display().to_string())).collect();
+                let path = |path: &PathBuf| typed(&path.display().to_string());
+                let campaigns: Vec<String> = self.common.campaigns.iter().map(path).collect();
+                let out = self.common.out.as_ref().map(path);
                 let asked = Asked {
                     campaigns: &campaigns.join(" "),
                     options: &self.given(),
+                    out: out.as_deref(),
                     top: self.top,
                     mistaken: mistaken.as_ref().map(|one| (one, load::runs(&loaded.campaigns))),
                 };

@@ -28,6 +28,8 @@ pub struct Asked<'a> {
     pub campaigns: &'a str,
     /// The options that an estimate needs, too.
     pub options: &'a [String],
+    /// The folder into which tables are written, if one was named.
+    pub out: Option<&'a str>,
     /// Candidates that are shown at most.
     pub top: Option<usize>,
     /// The convention that was mistaken, with the runs as they were written.
@@ -36,7 +38,7 @@ pub struct Asked<'a> {
 
 impl Default for Asked<'_> {
     fn default() -> Self {
-        Self { campaigns: "CAMPAIGN", options: &[], top: None, mistaken: None }
+        Self { campaigns: "CAMPAIGN", options: &[], out: None, top: None, mistaken: None }
     }
 }
 
@@ -199,14 +201,15 @@ fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
     let leaves_out = left_out::is_any(diagnosis) && diagnosis.verdict.is_made();
     if !diagnosis.rows.is_empty() || leaves_out {
         let rows = diagnosis.rows.iter().map(|one| format!("--with {}", one.name));
-        let leave_out = leaves_out.then(|| "--leave-out DIR/left_out.csv".to_owned());
+        let folder = asked.out.unwrap_or("DIR");
+        let leave_out = leaves_out.then(|| format!("--leave-out {folder}/left_out.csv"));
         let options: Vec<String> =
             asked.options.iter().cloned().chain(rows).chain(leave_out).collect();
         text.push_str(&format!(
             "\nNext: `homepoint calibrate {campaigns} {}`\n",
             options.join(" ")
         ));
-        if leaves_out {
+        if leaves_out && asked.out.is_none() {
             text.push_str(&format!("      after `homepoint diagnose {campaigns} --out DIR`, which lists there what is left out\n"));
         }
         text.push_str(&diagnosis.rows.iter().filter_map(relaxed).collect::<String>());

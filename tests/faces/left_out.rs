@@ -104,7 +104,7 @@ fn what_a_diagnosis_leaves_out_is_left_out_of_the_estimate_that_it_names() {
     let output = run(&["diagnose", "C", "--out", "D"], folder.path());
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("Next: `homepoint calibrate C "), "{text}");
-    assert!(text.contains("--leave-out DIR/left_out.csv"), "{text}");
+    assert!(text.contains("--leave-out D/left_out.csv"), "{text}");
     let table = fs::read_to_string(folder.path().join("D/left_out.csv")).unwrap();
     assert_eq!(table, "first_row,last_row,measurand,run\n60,60,distance,A_ccw50\n");
     let delay = |arguments: &[&str]| {
