@@ -80,6 +80,7 @@ mod parquet;
 pub mod plan;
 mod planned;
 mod points;
+mod preamble;
 mod readings;
 mod recognise;
 pub mod record;

@@ -27,6 +27,9 @@ impl Table {
             Some(header) if header.start > 0 => {
                 words.push(format!("the comment in line {} as header row", header.line));
             }
+            Some(header) if self.layout.preamble > 0 => {
+                words.push(format!("header row in line {}", header.line));
+            }
             Some(_) => {}
         }
         (!words.is_empty()).then(|| format!("`{}`: {}", self.name(), words.join(", ")))

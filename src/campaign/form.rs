@@ -8,8 +8,22 @@ use crate::campaign::formats::{FORMATS, Format};
 use crate::document::entries::{Entry, Item, Reader, Value, get};
 use crate::units::Unit;
 
+/// The last line in which a header row may be.
+pub(crate) const MOST_LINE: usize = 1000;
+
 /// The keys of a file's form.
 pub(crate) const KEYS: [&str; 6] = ["format", "separator", "decimal", "header", "missing", "wraps"];
+
+/// Where the header row of a file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeaderRow {
+    /// There is none.
+    None,
+    /// In the first row.
+    First,
+    /// In a line, counted from 1 as an editor shows them.
+    In(usize),
+}
 
 /// A file's form as far as it is stated.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,8 +34,8 @@ pub struct Form {
     pub separator: Option<Separator>,
     /// How decimals are written; `Open` where it is not stated.
     pub decimal: Decimal,
-    /// Whether it has a header row.
-    pub header: Option<bool>,
+    /// Where its header row is.
+    pub header: Option<HeaderRow>,
     /// Cells that stand for a reading that is missing.
     pub missing: Vec<String>,
     /// After which time its stamps begin anew (s).
@@ -67,7 +81,7 @@ impl Form {
         }
         form.wraps = get(entries, "wraps")
             .and_then(|item| reader.positive_of(item, "wraps", &Unit::second()));
-        form.header = get(entries, "header").and_then(|item| reader.boolean(item));
+        form.header = get(entries, "header").and_then(|item| header(reader, item));
         if let Some(item) = get(entries, "missing") {
             form.missing = match &item.value {
                 Value::List(_) => {
@@ -79,6 +93,26 @@ impl Form {
         }
         form
     }
+}
+
+fn header(reader: &mut Reader, item: &Item) -> Option<HeaderRow> {
+    let line = match &item.value {
+        Value::Bool(true) => return Some(HeaderRow::First),
+        Value::Bool(false) => return Some(HeaderRow::None),
+        Value::Bare(line) => line.parse().ok(),
+        _ => {
+            reader.wrong(item, "true, false or the number of its line", "header = 4");
+            return None;
+        }
+    };
+    let found = line.filter(|line| (1..=MOST_LINE).contains(line)).map(HeaderRow::In);
+    if found.is_none() {
+        let message = "there is no such line for a header row";
+        let help =
+            format!("expected true, false, or the number of its line, from 1 to {MOST_LINE}");
+        reader.fault(item.span, message, help);
+    }
+    found
 }
 
 fn character<T>(

@@ -2,10 +2,11 @@
 //!
 //! Of all separators the one is taken that splits most of the rows into as many cells as the header
 //! has names. Without any numbers the first row is the header; where it holds numbers
-//! the last comment before it with as many names is the header, if there is one.
+//! the last comment before it with as many names is the header, if there is one. What comes before
+//! the header is [`super::preamble`]'s business.
 
 use crate::campaign::dialect::{Cell, Decimal, SEPARATORS, Separator, cells, names};
-use crate::campaign::form::{Form, is_missing};
+use crate::campaign::form::{Form, HeaderRow, MOST_LINE, is_missing};
 use crate::campaign::stamps::{Calendar, calendar};
 use crate::units::Unit;
 
@@ -64,6 +65,8 @@ pub(crate) struct Layout {
     pub(crate) width: usize,
     /// Line and text of the first row, the header where it is one.
     pub(crate) first: (usize, String),
+    /// Rows before the header.
+    pub(crate) preamble: usize,
     /// Whether the row behind the header holds the units of its names, which stand in the header then.
     pub(crate) has_units: bool,
     /// The first rows behind the header, long ones left out.
@@ -115,6 +118,7 @@ impl Layout {
             }),
             width: names.len(),
             first: (1, text),
+            preamble: 0,
             has_units: false,
             rows: Vec::new(),
         }
@@ -149,7 +153,7 @@ impl<'a> Head<'a> {
                 Some(_) => &mut head.rows,
             };
             own.push((number + 1, text));
-            if head.rows.len() > ROWS {
+            if head.rows.len() > MOST_LINE + ROWS {
                 break;
             }
         }
@@ -158,10 +162,19 @@ impl<'a> Head<'a> {
 
     /// How the file is laid out; `None` without any row.
     pub(crate) fn layout(&self, form: &Form) -> Option<Layout> {
+        // Where a stated header is beyond the end, the first row shows that it is another one.
+        let preamble =
+            Some(self.preamble(form)).filter(|rows| *rows < self.rows.len()).unwrap_or(0);
+        let rows = self.rows[preamble..].iter().take(ROWS + 1).copied().collect();
+        let layout = Self { comments: self.comments.clone(), rows }.without_preamble(form)?;
+        Some(Layout { preamble, ..layout })
+    }
+
+    fn without_preamble(&self, form: &Form) -> Option<Layout> {
         let (line, text) = *self.rows.first()?;
         let first = (line, text.to_owned());
         let is_row = || self.begins_with_readings(form) || self.begins_with_numbers(form);
-        let has_header = form.header.unwrap_or_else(|| !is_row());
+        let has_header = form.header.map_or_else(|| !is_row(), |one| one != HeaderRow::None);
         let (separator, of_names) = self.separators(form, has_header);
         let width = cells(text, separator).count();
         let mut has_units = false;
@@ -175,7 +188,7 @@ impl<'a> Head<'a> {
             let header = header.over(row.map_or("", |(_, row)| *row), separator);
             let width = header.names().len();
             (Some(header), width)
-        } else if form.header == Some(false) {
+        } else if form.header == Some(HeaderRow::None) {
             (None, width)
         } else {
             (self.commented(separator, text), width)
@@ -183,7 +196,7 @@ impl<'a> Head<'a> {
         let heads = usize::from(has_header) + usize::from(has_units);
         let rows = self.rows.iter().skip(heads).map(|(_, row)| *row);
         let rows = rows.filter(|row| row.len() <= LONGEST_ROW).map(str::to_owned).collect();
-        Some(Layout { separator, header, width, first, has_units, rows })
+        Some(Layout { separator, header, width, first, preamble: 0, has_units, rows })
     }
 
     /// Whether all cells of the first row are numbers, or empty, between some separator.
@@ -300,7 +313,7 @@ fn dated(row: &str, separator: Separator) -> Vec<usize> {
 }
 
 /// Whether a row holds units, one or none for each name, and no numbers.
-fn are_units(row: &str, separator: Separator) -> bool {
+pub(super) fn are_units(row: &str, separator: Separator) -> bool {
     let units: Vec<Option<String>> = cells(row, separator).map(|(cell, _)| unit(cell)).collect();
     let is_any =
         |unit: &Option<String>| unit.as_ref().is_some_and(|unit| !unit.is_empty() && unit != "1");
@@ -337,7 +350,7 @@ fn joined(header: &str, row: &str, of_names: Separator, separator: Separator) ->
 }
 
 /// The separators that may be a file's.
-fn candidates(form: &Form) -> impl Iterator<Item = Separator> + use<> {
+pub(super) fn candidates(form: &Form) -> impl Iterator<Item = Separator> + use<> {
     let (stated, decimal) = (form.separator, form.decimal);
     SEPARATORS.into_iter().filter(move |separator| {
         stated.is_none_or(|stated| stated == *separator)
@@ -354,7 +367,7 @@ fn is_reading(cell: &str, decimal: &mut Decimal, separator: Separator, form: &Fo
 }
 
 /// How many cells of a row are numbers, dates or times of day.
-fn numbers(row: &str, separator: Separator, form: &Form) -> usize {
+pub(super) fn numbers(row: &str, separator: Separator, form: &Form) -> usize {
     let mut decimal = form.decimal;
     let all = cells(row, separator);
     let mut is_number =

@@ -11,14 +11,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::campaign::computed::Computation;
-use crate::campaign::form::Form;
+use crate::campaign::form::{Form, HeaderRow};
 use crate::campaign::formats::Format;
 use crate::campaign::header::{self, Column, Header, Wanted};
 use crate::campaign::lines::Lines;
 use crate::campaign::origin::Origin;
 #[cfg(feature = "parquet")]
 use crate::campaign::parquet::Rows;
-use crate::campaign::recognise::{Head, Layout, ROWS};
+use crate::campaign::preamble::{head_lines, pass_header};
+use crate::campaign::recognise::{Head, Layout};
 use crate::campaign::reordered::Reordered;
 use crate::campaign::repeats::Repeats;
 use crate::campaign::row::Reader;
@@ -151,7 +152,7 @@ impl Table {
         }
         let content = |faults| TableError::Content(origin.faults(faults));
         let mut source = Lines::of(file).map_err(unreadable)?;
-        let layout = Head::of(source.head(ROWS).map_err(unreadable)?).layout(form);
+        let layout = Head::of(source.head(head_lines(form)).map_err(unreadable)?).layout(form);
         let Some(layout) = layout else {
             // Nothing is there, or the first row is no text.
             let fault = match source.next().map_err(unreadable)? {
@@ -162,6 +163,11 @@ impl Table {
             };
             return Err(content(fault.into()));
         };
+        if let Some(HeaderRow::In(line)) = form.header
+            && layout.first.0 != line
+        {
+            return Err(content(no_row_in(&origin, line).into()));
+        }
         let header = header::read(&origin, &layout, form, wanted).map_err(content)?;
         let Header { columns, format, computed } = header;
         let is_used = !computed.is_empty() || columns.iter().any(|column| column.wanted.is_some());
@@ -445,7 +451,7 @@ impl Table {
 pub(crate) fn columns_in(path: &Path, form: &Form) -> Vec<Column> {
     let layout = || {
         let mut lines = open_regular(path).and_then(Lines::of).ok()?;
-        let layout = Head::of(lines.head(ROWS).ok()?).layout(form)?;
+        let layout = Head::of(lines.head(head_lines(form)).ok()?).layout(form)?;
         let origin = Origin { file: "".into(), is_outside: false };
         header::read(&origin, &layout, form, &[]).ok().map(|header| header.columns)
     };
@@ -459,16 +465,11 @@ pub(super) fn is_parquet(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "parquet")
 }
 
-/// Takes the header from the lines to come.
-fn pass_header(lines: &mut Lines, layout: &Layout) -> std::io::Result<()> {
-    // A header behind a comment sign is passed over like all comments.
-    if layout.header.as_ref().is_some_and(|header| header.line == layout.first.0) {
-        lines.next()?;
-    }
-    if layout.has_units {
-        lines.next()?;
-    }
-    Ok(())
+/// The fault of a stated header that is none.
+fn no_row_in(origin: &Origin, line: usize) -> Diagnostic {
+    Diagnostic::error(format!("there is no header row in line {line}"))
+        .at(whole_line(origin, line, ""))
+        .help("it is empty, a comment, or beyond the end: lines count from 1, as an editor shows them")
 }
 
 fn whole_line(origin: &Origin, number: usize, text: &str) -> Place {

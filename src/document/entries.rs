@@ -335,7 +335,8 @@ impl Reader {
         }
     }
 
-    fn wrong(&mut self, item: &Item, expected: &str, example: &str) {
+    /// A value of another kind than is expected.
+    pub(crate) fn wrong(&mut self, item: &Item, expected: &str, example: &str) {
         let message = format!("expected {expected}, found {}", item.kind());
         let help = if example.is_empty() { String::new() } else { format!("as in {example}") };
         self.fault(item.span, message, help);

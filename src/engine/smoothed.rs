@@ -98,11 +98,18 @@ impl Problem {
             _ => f64::INFINITY,
         });
         let end = end.fold(f64::INFINITY, f64::min);
+        let delays = part.system.assembly.names.measurands.iter().map(|one| {
+            let instance = self.layout.instance_in(p, r, one.delay);
+            point.values[instance][0]
+        });
+        let slots: Vec<_> = part.slots().iter().zip(delays).collect();
         thinned.edit(|samples| {
-            let late: Vec<usize> =
-                (0..samples.len()).filter(|at| samples.time[*at] > end).collect();
-            for column in &mut samples.readings {
-                late.iter().for_each(|at| column[*at] = f64::NAN);
+            for (slot, delay) in &slots {
+                let is_late = |at: &usize| samples.time[*at] + delay > end;
+                let late: Vec<usize> = (0..samples.len()).filter(is_late).collect();
+                for column in &mut samples.readings[slot.column..slot.column + slot.width] {
+                    late.iter().for_each(|at| column[*at] = f64::NAN);
+                }
             }
         });
         let residuals = |record: Record| {

@@ -24,11 +24,16 @@ fn angle(t: f64) -> (f64, f64) {
 }
 
 fn fit(noise: f64, input: &str, seed: u64) -> Calibration {
+    fit_of_clocks(noise, input, seed, 0.0)
+}
+
+/// The same where the clock of the logged angle is ahead by this (s).
+fn fit_of_clocks(noise: f64, input: &str, seed: u64, ahead: f64) -> Calibration {
     let mut stream = Stream(seed);
     let mut logged = String::from("time [s],angle [rad]\n");
     for n in 0..6001 {
         let t = -5.0 + 0.01 * f64::from(n);
-        writeln!(logged, "{t},{}", angle(t).0 + noise * stream.normal()).unwrap();
+        writeln!(logged, "{},{}", t + ahead, angle(t).0 + noise * stream.normal()).unwrap();
     }
     let mut read = String::from("time [s],w [rad/s],q [rad]\n");
     for n in 0..1000 {
@@ -38,8 +43,11 @@ fn fit(noise: f64, input: &str, seed: u64) -> Calibration {
         writeln!(read, "{t},{w},{q}").unwrap();
     }
     let campaign = format!(
-        "title = \"Gyro\"\nmodel = \"gyro.toml\"\n{input}\n[measurands]\nw = {{ sigma = \"{GYRO} rad/s\" }}\nq = {{ sigma = \"{OTHER} rad\" }}\n\
-         [[runs]]\nname = \"run\"\ndata = \"read.csv\"\nsignals = [\"logged.csv\"]\n"
+        "title = \"Gyro\"\nmodel = \"gyro.toml\"\ndelay_range = [\"{} s\", \"{} s\"]\n\
+         parameters.\"w.delay\".start = \"{ahead} s\"\nparameters.\"q.delay\".start = \"{ahead} s\"\n{input}\n[measurands]\nw = {{ sigma = \"{GYRO} rad/s\" }}\nq = {{ sigma = \"{OTHER} rad\" }}\n\
+         [[runs]]\nname = \"run\"\ndata = \"read.csv\"\nsignals = [\"logged.csv\"]\n",
+        ahead - 0.5,
+        ahead + 0.5
     );
     let files = [
         ("campaign.toml", &*campaign),
@@ -79,4 +87,18 @@ fn noise_of_a_smoothed_stream_is_in_the_weights() {
 #[test]
 fn a_stream_without_noise_changes_nothing() {
     assert!(added(&fit(1e-6, "", 5)).is_empty());
+}
+
+/// Stamps of one file that are all off by a time zone are a delay, and nothing else: the noise of the
+/// stream is there at the moments that are looked at.
+#[test]
+fn clocks_far_apart_hide_no_noise_of_a_stream() {
+    let [near, far] = [0.0, 3600.0].map(|ahead| fit_of_clocks(2e-3, "", 1, ahead));
+    let alike = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
+    assert!(added(&near)[0] > GYRO, "{:?}", added(&near));
+    alike(added(&far)[0], added(&near)[0]);
+    alike(far.variance_factor().unwrap(), near.variance_factor().unwrap());
+    for (one, other) in near.estimates().iter().zip(far.estimates()) {
+        alike(other.sigma.unwrap(), one.sigma.unwrap());
+    }
 }

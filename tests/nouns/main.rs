@@ -19,6 +19,7 @@ mod limits;
 mod models;
 mod order;
 mod parquet;
+mod preambles;
 mod recorded;
 mod spline;
 mod stamps_and_formulas;

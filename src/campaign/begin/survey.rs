@@ -7,7 +7,8 @@ use crate::campaign::form::Form;
 use crate::campaign::formats::Format;
 use crate::campaign::header::split;
 use crate::campaign::lines::Lines;
-use crate::campaign::recognise::{Head, ROWS};
+use crate::campaign::preamble::{head_lines, pass_header};
+use crate::campaign::recognise::Head;
 use crate::campaign::stamps::{Calendar, calendar};
 use crate::diagnostic::Diagnostic;
 use crate::document::files::{open_regular, reason};
@@ -95,7 +96,7 @@ impl Survey {
         };
         let mut lines = open_regular(path).and_then(Lines::of).map_err(unreadable)?;
         let form = Form::default();
-        let layout = Head::of(lines.head(ROWS).map_err(unreadable)?).layout(&form);
+        let layout = Head::of(lines.head(head_lines(&form)).map_err(unreadable)?).layout(&form);
         let Some(layout) = layout else {
             let message = format!("`{}` holds no table of text", path.display());
             return Err(Diagnostic::error(message).help("name text tables: CSV, or of blanks"));
@@ -123,12 +124,7 @@ impl Survey {
         };
         let mut columns: Vec<Surveyed> =
             heads.iter().take(MOST_COLUMNS).enumerate().map(column).collect();
-        if header.is_some_and(|header| header.line == layout.first.0) {
-            lines.next().map_err(unreadable)?;
-        }
-        if layout.has_units {
-            lines.next().map_err(unreadable)?;
-        }
+        pass_header(&mut lines, &layout).map_err(unreadable)?;
         let mut decimal = form.decimal;
         // For each row the columns whose cells are no numbers, though something stands there.
         let mut words: Vec<Vec<usize>> = Vec::new();

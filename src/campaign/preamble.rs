@@ -1,0 +1,78 @@
+//! Lines before the header of a table: title, settings, names of bodies, as measuring programs write
+//! them.
+//!
+//! The header is the last row before the first rows that are alike: as many cells, mostly numbers.
+//! It has as many names, and no numbers. Where a campaign says in which line it is, it is there. A table
+//! that begins with its header, or has none, has no preamble.
+
+use std::io;
+
+use crate::campaign::dialect::{Separator, cells, names};
+use crate::campaign::form::{Form, HeaderRow, is_missing};
+use crate::campaign::lines::Lines;
+use crate::campaign::recognise::{Head, Layout, ROWS, are_units, candidates, numbers};
+
+/// Rows in which the header is looked for.
+pub(crate) const MOST: usize = 100;
+/// Rows behind it that are alike, unless the file ends.
+const ALIKE: usize = 5;
+
+/// Lines by which a file's form is recognised.
+pub(crate) fn head_lines(form: &Form) -> usize {
+    match form.header {
+        Some(HeaderRow::In(line)) => line + ROWS,
+        _ => MOST + ROWS,
+    }
+}
+
+impl Head<'_> {
+    /// How many rows come before the header, as stated or as they look.
+    pub(super) fn preamble(&self, form: &Form) -> usize {
+        match form.header {
+            Some(HeaderRow::In(line)) => self.rows.partition_point(|(number, _)| *number < line),
+            Some(HeaderRow::First | HeaderRow::None) => 0,
+            None => {
+                (1..self.rows.len().min(MOST)).find_map(|at| self.before(at, form)).unwrap_or(0)
+            }
+        }
+    }
+
+    /// The number of the header, of all rows, if rows begin at a place.
+    fn before(&self, at: usize, form: &Form) -> Option<usize> {
+        let rows = &self.rows[at..self.rows.len().min(at + ALIKE)];
+        candidates(form).find_map(|separator| {
+            let width = cells(rows[0].1, separator).count();
+            let is_alike = |row: &str| {
+                let filled =
+                    |(cell, _): &(&str, _)| !cell.is_empty() && !is_missing(&form.missing, cell);
+                let count = cells(row, separator).count();
+                let found = numbers(row, separator, form);
+                let filled = cells(row, separator).filter(filled).count();
+                count == width && found > 0 && 2 * found > filled
+            };
+            if width < 2 || !rows.iter().all(|(_, row)| is_alike(row)) {
+                return None;
+            }
+            let has_units = at > 1 && are_units(self.rows[at - 1].1, separator);
+            let header = at - 1 - usize::from(has_units);
+            let text = self.rows[header].1;
+            let is_header = |of_names: Separator| {
+                let found = names(text, of_names);
+                let named = found.iter().filter(|(name, _)| !name.is_empty()).count();
+                found.len() == width && 2 * named >= width && numbers(text, of_names, form) == 0
+            };
+            is_header(separator).then_some(header)
+        })
+    }
+}
+
+/// Passes over everything before the first row of a table. A header behind a comment sign is passed
+/// over like all comments.
+pub(crate) fn pass_header(lines: &mut Lines, layout: &Layout) -> io::Result<()> {
+    let has_header = layout.header.as_ref().is_some_and(|header| header.line == layout.first.0);
+    let rows = layout.preamble + usize::from(has_header) + usize::from(layout.has_units);
+    for _ in 0..rows {
+        lines.next()?;
+    }
+    Ok(())
+}

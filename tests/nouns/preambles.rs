@@ -1,0 +1,141 @@
+//! Lines before the header of a table, as measuring programs write them: passed over where the header
+//! is seen behind them, or stated.
+
+use std::fs;
+use std::path::PathBuf;
+
+use homepoint::campaign::begin::begin;
+use homepoint::campaign::file::CampaignFile;
+use homepoint::campaign::load::Campaign;
+use homepoint::campaign::loaded::LoadOptions;
+use homepoint::diagnostic::{Diagnostics, Source};
+use homepoint::model::Model;
+
+use crate::folder::Folder;
+
+const MODEL: &str = "name = \"head\"\ntitle = \"Head\"\n[parameters]\nzero = { unit = \"rad\" }\n\
+    [measurands]\npan = { value = 'zero', unit = \"rad\", sigma = \"1 mrad\" }\n\
+    tilt = { value = 'zero', unit = \"rad\", sigma = \"1 mrad\" }\n";
+
+/// A table of stamps and two angles with something before its rows.
+fn table(before: &str, separator: &str) -> String {
+    let row = |n: usize| [0.5 * n as f64, 0.25 + n as f64, 0.125 - n as f64];
+    let rows = (0..30).map(|n| row(n).map(|cell| format!("{cell:.3}")).join(separator) + "\n");
+    before.to_owned() + &rows.collect::<String>()
+}
+
+fn load(data: &str, table: &str) -> Result<Campaign, Diagnostics> {
+    let campaign = format!("model = \"head.toml\"\n[[runs]]\nname = \"one\"\ndata = {data}\n");
+    let files = [("head.toml", MODEL), ("campaign.toml", campaign.as_str()), ("data.csv", table)];
+    let folder = Folder::new("preambles", &files);
+    let model = Model::parse(Source::new("head.toml", MODEL)).unwrap();
+    CampaignFile::read(&folder)?.load(&model, &LoadOptions::default())
+}
+
+/// Stamps and readings (SI) of a campaign.
+fn numbers(campaign: &Campaign) -> Vec<[f64; 3]> {
+    let mut all = Vec::new();
+    campaign.runs[0].record.walk(|stretch| {
+        let samples = stretch.samples;
+        for at in stretch.range() {
+            let [pan, tilt] = [0, 1].map(|column| samples.readings[column][at]);
+            all.push([samples.time[at], pan, tilt]);
+        }
+    });
+    all
+}
+
+const HEADER: &str = "time [s],pan [deg],tilt [deg]\n";
+
+/// Forms of exports: what comes before the rows, what separates cells, and the line of the header.
+const FORMS: [(&str, &str, usize); 7] = [
+    ("Pan and tilt, Tuesday\ntime [s],pan [deg],tilt [deg]\n", ",", 2),
+    ("Pan and tilt\n\n\ntime [s],pan [deg],tilt [deg]\n", ",", 4),
+    ("Device,PT-9\nRate,100\nMade,2024-03-07\ntime [s],pan [deg],tilt [deg]\n", ",", 4),
+    ("Device,PT-9,\nRate,100,\n,,\ntime [s],pan [deg],tilt [deg]\n", ",", 4),
+    ("NO_OF_FRAMES\t30\nMARKERS\tpan\ttilt\ntime [s]\tpan [deg]\ttilt [deg]\n", "\t", 3),
+    ("Joints\n100\ntime,pan,tilt\ns,deg,deg\n", ",", 3),
+    (
+        "Format Version,1.23,Take,A,Rate,100.0,Length,mm\n\n,Joint,Joint\n,one,two\n,\"1A\",\"2B\"\ntime [s],pan [deg],tilt [deg]\n",
+        ",",
+        6,
+    ),
+];
+
+#[test]
+fn lines_before_the_header_are_passed_over() {
+    let due = numbers(&load("\"data.csv\"", &table(HEADER, ",")).unwrap());
+    assert_eq!(due.len(), 30);
+    for (before, separator, line) in FORMS {
+        let text = table(before, separator);
+        let stated = format!("{{ file = \"data.csv\", header = {line} }}");
+        for data in ["\"data.csv\"", &stated] {
+            let found = load(data, &text).map_err(|faults| format!("{before}: {faults:?}"));
+            assert_eq!(numbers(&found.unwrap()), due, "{data}: {before}");
+        }
+    }
+}
+
+/// The line that is stated counts, not what looks like a header.
+#[test]
+fn a_stated_header_is_in_its_line() {
+    let text = table("time [s],tilt [deg],pan [deg]\ntime [s],pan [deg],tilt [deg]\n", ",");
+    let due = numbers(&load("\"data.csv\"", &table(HEADER, ",")).unwrap());
+    let second = load("{ file = \"data.csv\", header = 2 }", &text).unwrap();
+    assert_eq!(numbers(&second), due);
+    // More lines than are looked through.
+    let far = table(&("setting = on\n".repeat(300) + HEADER), ",");
+    let stated = load("{ file = \"data.csv\", header = 301 }", &far).unwrap();
+    assert_eq!(numbers(&stated), due);
+}
+
+#[test]
+fn what_is_no_header_row_is_refused() {
+    let text = table(&format!("Title\n\n{HEADER}"), ",");
+    let message = |header: &str, text: &str| {
+        let data = format!("{{ file = \"data.csv\", header = {header} }}");
+        load(&data, text).unwrap_err().0[0].message.clone()
+    };
+    for header in ["0", "-3", "5000"] {
+        assert_eq!(message(header, &text), "there is no such line for a header row", "{header}");
+    }
+    assert_eq!(
+        message("\"first\"", &text),
+        "expected true, false or the number of its line, found a text"
+    );
+    for header in ["2", "900"] {
+        assert_eq!(message(header, &text), format!("there is no header row in line {header}"));
+    }
+    for (header, text) in [("3", ""), ("3", "Title\nA\n"), ("2", "Title\nA\n"), ("1", "Title\n")] {
+        assert!(load(&format!("{{ file = \"data.csv\", header = {header} }}"), text).is_err());
+        assert!(load("\"data.csv\"", text).is_err(), "{text}");
+    }
+}
+
+/// A table that begins with its header or its rows has no lines before it.
+#[test]
+fn rows_of_a_table_without_preamble_are_all_there() {
+    let due = numbers(&load("\"data.csv\"", &table(HEADER, ",")).unwrap());
+    let gone = HEADER.to_owned() + "0.000,,\n";
+    let first = numbers(
+        &load("\"data.csv\"", &table(&gone, ",").replacen("0.000,0.250,0.125\n", "", 1)).unwrap(),
+    );
+    assert_eq!(first[1..], due[1..]);
+    assert_eq!((first.len(), first[0][0]), (30, 0.0));
+}
+
+/// A campaign that is begun from such a file finds its columns, and loads.
+#[test]
+fn a_campaign_begun_from_an_export_has_its_columns() {
+    let own = ("head.toml".to_owned(), Model::parse(Source::new("head.toml", MODEL)).unwrap());
+    for (before, separator, _) in FORMS {
+        let text = table(before, separator);
+        let folder = Folder::new("begun", &[("head.toml", MODEL), ("data.csv", &text)]);
+        let log = (folder.join("data.csv"), PathBuf::from("data.csv"));
+        let begun = begin(&[log], Some(&own), &[]).unwrap().campaign;
+        fs::write(folder.join("campaign.toml"), &begun).unwrap();
+        let file = CampaignFile::read(&folder).unwrap();
+        let loaded = file.load(&own.1, &LoadOptions::default());
+        assert_eq!(numbers(&loaded.unwrap_or_else(|_| panic!("{begun}"))).len(), 30, "{begun}");
+    }
+}
