@@ -9,7 +9,7 @@
 //! | [`timing`] | when a reading was asked for: captures made into reference times |
 //! | [`declared`], [`mod@file`] | inputs, measurands, runs as declared; what campaign.toml says, with the place of everything |
 //! | `origin`, `described` | where a table's cells are from, for messages; what they say of a table |
-//! | `lines`, [`dialect`], [`form`], `recognise` | a file's lines; how they fall into cells and numbers; what is stated of it; what is recognised |
+//! | `lines`, [`dialect`], [`form`], `preamble`, `recognise` | a file's lines; how they fall into cells and numbers; what is stated of it; what is recognised, and where its header is |
 //! | [`formats`], `roles` | formats of logs by name; which names of a model have a role in them |
 //! | [`header`], `row`, `repeats` | what a file's columns are; a line of it as numbers; what is wrong with rows, each cause once |
 //! | `words`, `table_entry`, `endings` | what a campaign calls columns; how it names a file; units at the end of a name |

@@ -124,7 +124,9 @@ impl Problem {
                 values[chunk.row] = if there { chunk.lanes[0][lane] } else { missing };
                 // Column after column.
                 let cells = jacobian.as_mut_slice();
-                cells.iter_mut().skip(chunk.row).step_by(rows).for_each(|cell| *cell = 0.0);
+                if chunk.row == 0 {
+                    cells.fill(0.0);
+                }
                 let slopes = chunk.directions.iter().zip(&chunk.lanes[1..]);
                 for (direction, slope) in slopes.filter(|_| there) {
                     for (column, by) in &movers[*direction] {
