@@ -7,7 +7,7 @@
 
 use std::io;
 
-use crate::campaign::dialect::{Separator, cells, names};
+use crate::campaign::dialect::{cells, names};
 use crate::campaign::form::{Form, HeaderRow, is_missing};
 use crate::campaign::lines::Lines;
 use crate::campaign::recognise::{Head, Layout, ROWS, are_units, candidates, numbers};
@@ -55,13 +55,17 @@ impl Head<'_> {
             }
             let has_units = at > 1 && are_units(self.rows[at - 1].1, separator);
             let header = at - 1 - usize::from(has_units);
-            let text = self.rows[header].1;
-            let is_header = |of_names: Separator| {
-                let found = names(text, of_names);
-                let named = found.iter().filter(|(name, _)| !name.is_empty()).count();
-                found.len() == width && 2 * named >= width && numbers(text, of_names, form) == 0
+            // How many names a row has, if it is as wide and has no numbers.
+            let named = |row: usize| {
+                let text = self.rows[row].1;
+                let found = names(text, separator);
+                let is_header = found.len() == width && numbers(text, separator, form) == 0;
+                is_header.then(|| found.iter().filter(|(name, _)| !name.is_empty()).count())
             };
-            is_header(separator).then_some(header)
+            // Of two rows of names the second is a row of something else, units say.
+            let is_second = header == 1 && named(0) == Some(width);
+            let is_header = named(header).is_some_and(|count| 2 * count >= width);
+            is_header.then_some(if is_second { 0 } else { header })
         })
     }
 }

@@ -112,6 +112,14 @@ fn what_is_no_header_row_is_refused() {
     }
 }
 
+/// A row behind the header that holds neither numbers nor units is a bad row, as ever.
+#[test]
+fn of_two_rows_of_names_the_first_is_the_header() {
+    let text = table(&format!("{HEADER}sec,degrees,degrees\n"), ",");
+    let fault = load("\"data.csv\"", &text).unwrap_err().0.swap_remove(0);
+    assert_eq!(fault.place.unwrap().line, 2, "{}", fault.message);
+}
+
 /// A table that begins with its header or its rows has no lines before it.
 #[test]
 fn rows_of_a_table_without_preamble_are_all_there() {
