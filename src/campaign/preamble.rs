@@ -2,7 +2,8 @@
 //! them.
 //!
 //! The header is the last row before the first rows that are alike: as many cells, mostly numbers.
-//! It has as many names, and no numbers. Where a campaign says in which line it is, it is there. A table
+//! It has as many names, and no numbers. No row is passed over that may be one of the table: where the
+//! first row has as many names, or rows of numbers come before, there is no preamble. Where a campaign says in which line it is, it is there. A table
 //! that begins with its header, or has none, has no preamble.
 
 use std::io;
@@ -62,10 +63,12 @@ impl Head<'_> {
                 let is_header = found.len() == width && numbers(text, separator, form) == 0;
                 is_header.then(|| found.iter().filter(|(name, _)| !name.is_empty()).count())
             };
-            // Of two rows of names the second is a row of something else, units say.
-            let is_second = header == 1 && named(0) == Some(width);
+            // Behind a row of as many names, or behind rows of numbers, words are a bad row: units,
+            // readings that are missing, the header of a recorder that was started again.
+            let is_named = named(0) == Some(width);
+            let is_behind_rows = self.rows[..header].iter().any(|(_, row)| is_alike(row));
             let is_header = named(header).is_some_and(|count| 2 * count >= width);
-            is_header.then_some(if is_second { 0 } else { header })
+            is_header.then_some(if is_named || is_behind_rows { 0 } else { header })
         })
     }
 }
