@@ -11,7 +11,7 @@
 //! | [`json`] | the keys that programs rely on, `docs/formats.md` section 6 |
 //! | `layout` | tables as the terminal shows them |
 //! | [`text`] | tables and sentences for the terminal |
-//! | [`diagnosis`], `diagnosis_text`, `verdict_text`, `noise_text` | why simulation and reality differ, for programs and for people |
+//! | [`diagnosis`], `diagnosis_text`, `verdict_text`, `noise_text`, `next` | why simulation and reality differ, for programs and for people |
 //! | [`trials`], `trials_text` | how well a diagnosis does on campaigns whose truth is known |
 //! | [`trials_replay`], `trials_replay_text` | recorded trials made again, and what differs |
 //! | [`power`], `power_text` | what a campaign can see |
@@ -42,6 +42,7 @@ pub mod left_out;
 mod linear_range;
 pub mod members;
 pub mod minima;
+mod next;
 pub mod noise;
 #[cfg(feature = "cli")]
 mod noise_text;

@@ -41,6 +41,11 @@ pub struct Instance {
 }
 
 impl Instance {
+    /// Whether it is the delay of measurands.
+    pub fn is_delay(&self) -> bool {
+        self.name.ends_with(".delay")
+    }
+
     /// Number of tangent components: 1 for a scalar, 3 for a vector or a rotation.
     pub fn dimension(&self) -> usize {
         self.kind.dimension()

@@ -351,7 +351,7 @@ fn outside_range(problem: &Problem, fit: &Fit<Point>) -> Vec<Refused> {
             for index in used {
                 let instance = &problem.layout.instances[*index];
                 let value = fit.point.values[*index][0];
-                if instance.name.ends_with(".delay")
+                if instance.is_delay()
                     && problem.layout.is_free(*index)
                     && !(range[0]..=range[1]).contains(&value)
                 {

@@ -44,8 +44,7 @@ fn limit(problem: &Problem, point: &Point, (index, component): (usize, usize)) -
             let square: f64 =
                 point.components(layout, index).iter().map(|value| value * value).sum();
             let ranges = problem.parts.iter().flat_map(|part| part.delay_range).map(f64::abs);
-            let is_delay = instance.name.ends_with(".delay");
-            let most = if is_delay { ranges.fold(0.0, f64::max) } else { 0.0 };
+            let most = if instance.is_delay() { ranges.fold(0.0, f64::max) } else { 0.0 };
             // A size that cannot be computed sets no limit.
             Limit::Size(plausible.max(RELATIVE * square.sqrt().max(most)))
         }

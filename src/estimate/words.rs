@@ -76,9 +76,8 @@ fn placed_name(problem: &Problem, index: usize) -> String {
 }
 
 fn sentence(problem: &Problem, shares: &[Share], direction: &Direction) -> String {
-    let (delays, others): (Vec<&Share>, Vec<&Share>) = shares
-        .iter()
-        .partition(|share| problem.layout.instances[share.instance].name.ends_with(".delay"));
+    let (delays, others): (Vec<&Share>, Vec<&Share>) =
+        shares.iter().partition(|share| problem.layout.instances[share.instance].is_delay());
     let mut phrases = Vec::new();
     if !delays.is_empty() {
         phrases.push(delay_phrase(problem, &delays));
@@ -112,7 +111,7 @@ fn delay_phrase(problem: &Problem, delays: &[&Share]) -> String {
         .layout
         .instances
         .iter()
-        .filter(|instance| instance.name.ends_with(".delay") && !instance.setting.fixed)
+        .filter(|instance| instance.is_delay() && !instance.setting.fixed)
         .count();
     let first = delays[0].change[0];
     let alike = delays.iter().all(|share| (share.change[0] / first - 1.0).abs() < 0.05);

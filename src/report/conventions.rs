@@ -10,6 +10,11 @@ use crate::units::decimal;
 /// Variance factor from which a convention set right is not all that is wrong.
 const DOUBTFUL: f64 = 30.0;
 
+/// Whether something else is wrong beside a convention, or in its place.
+pub(super) fn is_doubtful(found: &Mistaken) -> bool {
+    found.variance_factors[1] > DOUBTFUL
+}
+
 /// A paragraph, with what to type in these runs; empty if none was mistaken.
 pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
     let Some(found) = found else { return String::new() };
@@ -34,7 +39,7 @@ pub fn text_for(found: Option<&Mistaken>, runs: &[RunEntry]) -> String {
     if !found.alike.is_empty() {
         text.push_str("The readings do not distinguish them, but parameters depend on the choice: choose by the programs that wrote the logs.\n");
     }
-    if found.variance_factors[1] > DOUBTFUL {
+    if is_doubtful(found) {
         text.push_str(&format!("The variance factor is still {after}: another error remains, or this convention imitates one.\n"));
     }
     if !found.columns.is_empty() {

@@ -1,46 +1,23 @@
 //! The result of `diagnose` for people: the verdict, the budget of the gap, the noise, and what
 //! could not be tested.
 
-use crate::campaign::declared::RunEntry;
 use crate::diagnose::Diagnosis;
-use crate::diagnose::budget::answer::{Row, Size};
+use crate::diagnose::budget::answer::Size;
 use crate::diagnose::budget::judge::Objection;
 use crate::diagnose::library::candidate::NotTestable;
-use crate::diagnose::library::variant::Variant;
-use crate::estimate::conventions::Mistaken;
-use crate::report::conventions;
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
-use crate::report::left_out;
 use crate::report::linear_range;
+use crate::report::next::{mistaken, next};
 use crate::report::noise_text::noise;
 use crate::report::rows_text::{SHORT, budget, share, values};
 use crate::report::text::{residual_unit, stated, trouble, unit_of};
 use crate::report::verdict_text::sentence;
 
+pub use crate::report::next::Asked;
+
 /// Candidates shown unless another number is asked for.
 const TOP: usize = 8;
-
-/// What was asked for, as it was typed, and what is known beside the diagnosis.
-#[derive(Clone, Copy, Debug)]
-pub struct Asked<'a> {
-    /// The campaigns.
-    pub campaigns: &'a str,
-    /// The options that an estimate needs, too.
-    pub options: &'a [String],
-    /// The folder into which tables are written, if one was named.
-    pub out: Option<&'a str>,
-    /// Candidates that are shown at most.
-    pub top: Option<usize>,
-    /// The convention that was mistaken, with the runs as they were written.
-    pub mistaken: Option<(&'a Mistaken, &'a [RunEntry])>,
-}
-
-impl Default for Asked<'_> {
-    fn default() -> Self {
-        Self { campaigns: "CAMPAIGN", options: &[], out: None, top: None, mistaken: None }
-    }
-}
 
 /// The result of `diagnose`.
 pub fn text(title: &str, diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
@@ -48,11 +25,7 @@ pub fn text(title: &str, diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
     if !diagnosis.verdict.is_made() {
         text.push_str(&trouble(&diagnosis.nominal));
     }
-    // A diagnosis of numbers that were misread is worth little: what to set right comes first.
-    if let Some((mistaken, runs)) = asked.mistaken {
-        text.push_str(&conventions::text_for(Some(mistaken), runs));
-        text.push_str("\nNext: set this right and diagnose again.\n");
-    }
+    text.push_str(&mistaken(asked));
     if !diagnosis.verdict.is_made() {
         return text;
     }
@@ -64,9 +37,7 @@ pub fn text(title: &str, diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
     text.push_str(&gap(diagnosis));
     text.push_str(&doubtful(diagnosis));
     text.push_str(&unexplained(diagnosis));
-    if asked.mistaken.is_none() {
-        text.push_str(&next(diagnosis, asked));
-    }
+    text.push_str(&next(diagnosis, asked));
     text.push_str(&candidates(diagnosis, asked.top.unwrap_or(TOP)));
     let absorbed = diagnosis.absorbed.iter().map(|one| [one.name.as_str(), &one.acts_as]);
     text.push_str(&listed(
@@ -183,64 +154,6 @@ fn unexplained(diagnosis: &Diagnosis) -> String {
         nearest.name,
         100.0 * nearest.share
     )
-}
-
-/// The command that goes on from here.
-fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
-    let campaigns = asked.campaigns;
-    let wanting = diagnosis.not_testable.iter().filter(|one| !one.wants.is_empty());
-    let wanting: Vec<String> =
-        wanting.map(|one| format!("`{}` ({})", one.name, one.wants.join(", "))).collect();
-    let mut text = String::new();
-    if !wanting.is_empty() && diagnosis.verdict.has_remainder() {
-        text.push_str(&format!(
-            "\nNot tried, because a constant is missing that `--set NAME=VALUE` or [parameters] states: {}.\n",
-            wanting.join(", ")
-        ));
-    }
-    let leaves_out = left_out::is_any(diagnosis) && diagnosis.verdict.is_made();
-    if !diagnosis.rows.is_empty() || leaves_out {
-        let rows = diagnosis.rows.iter().map(|one| format!("--with {}", one.name));
-        let folder = asked.out.unwrap_or("DIR");
-        let leave_out = leaves_out.then(|| format!("--leave-out {folder}/left_out.csv"));
-        let options: Vec<String> =
-            asked.options.iter().cloned().chain(rows).chain(leave_out).collect();
-        text.push_str(&format!(
-            "\nNext: `homepoint calibrate {campaigns} {}`\n",
-            options.join(" ")
-        ));
-        if leaves_out && asked.out.is_none() {
-            text.push_str(&format!("      after `homepoint diagnose {campaigns} --out DIR`, which lists there what is left out\n"));
-        }
-        text.push_str(&diagnosis.rows.iter().filter_map(relaxed).collect::<String>());
-        if diagnosis.remainder.iter().any(|one| one.change.is_some()) {
-            text.push_str("      without what changes at a moment (see the remainder), so its values differ from those above: give these rows a run of their own\n");
-        }
-    }
-    let mut parts = diagnosis.remainder.iter();
-    let part = parts.find(|one| one.gain.gain > 0.0 && one.place.is_of_an_effect());
-    if let Some(part) = part.filter(|_| diagnosis.rows.is_empty()) {
-        text.push_str(&format!(
-            "\nNext: describe what may cause {} in `effects/NAME.toml` beside the campaign (docs/effects.md), and diagnose again.\n",
-            part.place.words
-        ));
-    }
-    text
-}
-
-/// How an effect is estimated in the relaxed form in which it stands.
-fn relaxed(row: &Row) -> Option<String> {
-    let name = &row.name;
-    Some(match row.variant? {
-        Variant::EachSetup => {
-            format!(
-                "      with scope = \"setup\" for the parameters of `{name}`, in [parameters]\n"
-            )
-        }
-        Variant::EachAngle => format!(
-            "      with a copy of `{name}` in effects/ under a name of its own, given in its place, whose parameters have per = \"measurand\"\n"
-        ),
-    })
 }
 
 fn candidates(diagnosis: &Diagnosis, top: usize) -> String {

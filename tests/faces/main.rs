@@ -14,6 +14,7 @@ mod examples_again;
 mod joint_fit;
 mod json_keys;
 mod left_out;
+mod misread;
 mod sessions;
 mod spilled_campaigns;
 mod terminal;

@@ -14,7 +14,7 @@ use crate::system::Selected;
 
 use super::absorbed::absorbed;
 use super::answer::{Diagnosis, Doubtful, FAR_BEYOND_STATED, Findings, Ranked, Row, decide};
-use super::confounded::near_aliases;
+use super::confounded::confounded;
 use super::driver::Found;
 use super::held_out::Folded;
 use super::in_fit::effect_of;
@@ -80,20 +80,15 @@ impl Diagnosis {
             let members = member_uncertainties(&with_rows, &selected, options)?;
             let Fitted { problem, fit, .. } = with_rows.clone();
             let explained = finish(problem, fit, Vec::new(), Vec::new())?;
-            let confounded_rows: Vec<_> = stands
-                .iter()
-                .map(|at| solved.confounded_rows(&selection, &judged.model, *at))
-                .collect();
             let parts = (judged.model.as_slice(), rest.as_slice(), gains.as_slice());
-            let aliases = near_aliases(&linear, &selection, &mut solved, parts, &stands);
-            let confounded = confounded_rows.into_iter().zip(aliases);
-            for (at, (rows, aliases)) in stands.iter().zip(confounded) {
+            let confounded = confounded(&linear, &selection, &mut solved, parts, &stands);
+            for (at, confounded) in stands.iter().zip(confounded) {
                 let mut own = budget.row(*at, &gains, &folded);
                 // Beside the other rows: what the remainder could take over from it is the row's.
                 let row = in_fit.iter().position(|term| *term == judged.model[*at]);
                 let drop = row.map_or(0.0, |row| of_rows.drop(row));
                 own.closes = (drop.max(0.0) / all).min(1.0);
-                own.confounded = [rows, aliases].concat();
+                own.confounded = confounded;
                 own.values = solved.values(&linear, &own.name, *at, &explained);
                 own.ratio_to_typical = ratio_to_typical(&linear.fitted.problem, &own.values);
                 self.rows.push(own);

@@ -29,7 +29,7 @@ const ONE: f64 = 0.9999;
 
 impl Solved {
     /// Rows whose values are correlated with those of a row.
-    pub fn confounded_rows(
+    fn confounded_rows(
         &self,
         selection: &Selection<'_>,
         model: &[usize],
@@ -103,23 +103,26 @@ impl Solved {
     }
 }
 
-/// For each row (by its place in the model) the effects outside the fit whose form is nearly its own.
-/// What they may put into the values, of whichever row, is added to the covariance: once for each.
-pub fn near_aliases(
+/// For each row (by its place in the model) the rows whose values are correlated with its own, and the
+/// effects outside the fit whose form is nearly its own. What these may put into the values, of
+/// whichever row, is added to the covariance: once for each.
+pub fn confounded(
     linear: &Linear,
     selection: &Selection<'_>,
     solved: &mut Solved,
     (model, rest, gains): (&[usize], &[usize], &[Gain]),
     rows: &[usize],
 ) -> Vec<Vec<Confounded>> {
+    // Before anything is added.
+    let others = |at: &usize| solved.confounded_rows(selection, model, *at);
+    let mut all: Vec<Vec<Confounded>> = rows.iter().map(others).collect();
     let mut known = BTreeSet::new();
-    let mut of_row = |at: &usize| {
+    for (at, found) in rows.iter().zip(&mut all) {
         let near = selection.near(model, *at, solved.of_term(*at));
-        let mut found = Vec::new();
         for (term, cosine) in near.into_iter().take(MOST) {
             let with = [model, &[term]].concat();
             let both = Solved::of(selection, &with, rest, gains);
-            if known.insert(term) {
+            if known.insert(&linear.terms[term].name) {
                 let columns = selection.terms[term].columns.iter();
                 let typical = columns.map(|column| linear.sums.typical_of(column.first()?.0));
                 let typical: Vec<Option<f64>> = typical.collect();
@@ -145,9 +148,8 @@ pub fn near_aliases(
                 joint,
             });
         }
-        found
-    };
-    rows.iter().map(&mut of_row).collect()
+    }
+    all
 }
 
 impl Solved {

@@ -120,7 +120,7 @@ pub fn noise(
 fn delay_columns(linear: &Linear, selection: &Selection<'_>) -> Vec<usize> {
     let layout = &linear.fitted.problem.layout;
     let delays: Vec<usize> = (0..layout.instances.len())
-        .filter(|index| layout.instances[*index].name.ends_with(".delay"))
+        .filter(|index| layout.instances[*index].is_delay())
         .flat_map(|index| layout.own_columns(index).map(|(_, column)| column).collect::<Vec<_>>())
         .collect();
     let nominal = selection.columns(&[]);

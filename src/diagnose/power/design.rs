@@ -102,7 +102,7 @@ pub fn prospect(fitted: Fitted, wanted: &Wanted) -> Option<Prospect> {
 pub(super) fn delay_rows(stage: &Prospect) -> Vec<(String, Vec<(usize, f64)>)> {
     let layout = &stage.fitted.problem.layout;
     let delays = layout.instances.iter().enumerate();
-    let delays = delays.filter(|(_, instance)| instance.name.ends_with(".delay"));
+    let delays = delays.filter(|(_, instance)| instance.is_delay());
     let rows = delays.map(|(index, instance)| {
         let of = instance.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
         (format!("{}{of}", instance.name), layout.columns_of(index, 0))

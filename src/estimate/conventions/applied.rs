@@ -127,20 +127,19 @@ impl Suspected<'_> {
     /// changed they never grow.
     fn stretch_scatter(&self, problem: &mut Problem) {
         let Some((_, factors)) = self.linear() else { return };
-        let errors: Vec<String> =
-            self.channels.iter().map(|one| error_of_input(&one.name)).collect();
         for part in &mut problem.parts {
-            let place =
-                |name: &String| part.system.randoms.iter().position(|one| one.name == *name);
-            let places: Vec<Option<usize>> = errors.iter().map(place).collect();
+            let place = |channel: &Channel| {
+                let error = error_of_input(&channel.name);
+                part.system.randoms.iter().position(|one| one.name == error)
+            };
+            let places: Vec<Option<usize>> = self.channels.iter().map(place).collect();
             let stated: Vec<f64> =
                 places.iter().map(|at| at.map_or(0.0, |at| part.random_sigma[at])).collect();
             for (row, at) in factors.iter().zip(&places) {
                 let Some(at) = *at else { continue };
                 let squares = row.iter().zip(&stated).map(|(by, sigma)| (by * sigma).powi(2));
-                let sigma = squares.sum::<f64>().sqrt();
                 let most = if self.only.is_some() { part.random_sigma[at] } else { f64::INFINITY };
-                part.random_sigma[at] = sigma.min(most);
+                part.random_sigma[at] = squares.sum::<f64>().sqrt().min(most);
             }
         }
     }

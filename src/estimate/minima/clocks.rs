@@ -19,9 +19,8 @@ impl Clock {
     /// runs.
     pub(in crate::estimate) fn all(problem: &Problem) -> Vec<Self> {
         let layout = &problem.layout;
-        let is_delay = |index: &usize| {
-            layout.instances[*index].name.ends_with(".delay") && layout.is_free(*index)
-        };
+        let is_delay =
+            |index: &usize| layout.instances[*index].is_delay() && layout.is_free(*index);
         let mut clocks: Vec<Self> = Vec::new();
         for (p, used) in layout.used.iter().enumerate() {
             for (r, used) in used.iter().enumerate() {

@@ -128,7 +128,7 @@ fn components(fit: &Calibration) -> Vec<Component> {
     let layout = &fit.problem.layout;
     let mut all = Vec::new();
     for (instance, one) in layout.instances.iter().enumerate() {
-        if one.kind == Kind::Rotation || one.unit.is_angle() || one.name.ends_with(".delay") {
+        if one.kind == Kind::Rotation || one.unit.is_angle() || one.is_delay() {
             continue;
         }
         for (component, column) in layout.own_columns(instance) {

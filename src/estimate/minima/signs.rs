@@ -48,7 +48,7 @@ pub(super) fn stated_signs(problem: &Problem) -> Vec<(usize, f64)> {
     let layout = &problem.layout;
     let of = |index: usize| {
         let one = &layout.instances[index];
-        let is_angle_or_delay = one.unit.is_angle() || one.name.ends_with(".delay");
+        let is_angle_or_delay = one.unit.is_angle() || one.is_delay();
         let is_tried = one.kind == Kind::Scalar && !is_angle_or_delay && !one.start_found;
         let start = one.setting.start_of(0).filter(|start| *start != 0.0)?;
         (is_tried && layout.is_free(index)).then_some((index, start))

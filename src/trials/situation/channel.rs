@@ -56,7 +56,7 @@ impl Channel {
                 (0..most.unwrap_or(0)).map(Direction::Measurand).collect()
             }
             Self::Time => {
-                let delays = instances().filter(|(_, one)| one.name.ends_with(".delay"));
+                let delays = instances().filter(|(_, one)| one.is_delay());
                 vec![Direction::Point(delays.map(|(index, _)| (index, 0, 1.0)).collect())]
             }
             Self::Parameter(name) => {

@@ -1,0 +1,109 @@
+//! What to do after a diagnosis: the command that goes on from it, or what is to be set right before.
+
+use crate::campaign::declared::RunEntry;
+use crate::diagnose::Diagnosis;
+use crate::diagnose::budget::answer::Row;
+use crate::diagnose::library::variant::Variant;
+use crate::estimate::conventions::Mistaken;
+use crate::report::conventions::{is_doubtful, text_for};
+use crate::report::left_out;
+
+/// What was asked for, as it was typed, and what is known beside the diagnosis.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// The campaigns.
+    pub campaigns: &'a str,
+    /// The options that an estimate needs, too.
+    pub options: &'a [String],
+    /// The folder into which tables are written, if one was named.
+    pub out: Option<&'a str>,
+    /// Candidates that are shown at most.
+    pub top: Option<usize>,
+    /// The convention that was mistaken, with the runs as they were written.
+    pub mistaken: Option<(&'a Mistaken, &'a [RunEntry])>,
+}
+
+impl Default for Asked<'_> {
+    fn default() -> Self {
+        Self { campaigns: "CAMPAIGN", options: &[], out: None, top: None, mistaken: None }
+    }
+}
+
+impl Asked<'_> {
+    /// Whether numbers were misread, and all else is right.
+    fn is_misread(&self) -> bool {
+        self.mistaken.is_some_and(|(mistaken, _)| !is_doubtful(mistaken))
+    }
+}
+
+/// The convention that was mistaken. It stands before all else: a diagnosis of numbers that were misread
+/// is worth little.
+pub(super) fn mistaken(asked: &Asked<'_>) -> String {
+    let Some((mistaken, runs)) = asked.mistaken else { return String::new() };
+    let next = match asked.is_misread() {
+        true => "\nNext: set this right and diagnose again.\n",
+        false => "",
+    };
+    text_for(Some(mistaken), runs) + next
+}
+
+/// The command that goes on from here; none beside a convention that is to be set right.
+pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
+    if asked.is_misread() {
+        return String::new();
+    }
+    let campaigns = asked.campaigns;
+    let wanting = diagnosis.not_testable.iter().filter(|one| !one.wants.is_empty());
+    let wanting: Vec<String> =
+        wanting.map(|one| format!("`{}` ({})", one.name, one.wants.join(", "))).collect();
+    let mut text = String::new();
+    if !wanting.is_empty() && diagnosis.verdict.has_remainder() {
+        text.push_str(&format!(
+            "\nNot tried, because a constant is missing that `--set NAME=VALUE` or [parameters] states: {}.\n",
+            wanting.join(", ")
+        ));
+    }
+    let leaves_out = left_out::is_any(diagnosis) && diagnosis.verdict.is_made();
+    if !diagnosis.rows.is_empty() || leaves_out {
+        let rows = diagnosis.rows.iter().map(|one| format!("--with {}", one.name));
+        let folder = asked.out.unwrap_or("DIR");
+        let leave_out = leaves_out.then(|| format!("--leave-out {folder}/left_out.csv"));
+        let options: Vec<String> =
+            asked.options.iter().cloned().chain(rows).chain(leave_out).collect();
+        text.push_str(&format!(
+            "\nNext: `homepoint calibrate {campaigns} {}`\n",
+            options.join(" ")
+        ));
+        if leaves_out && asked.out.is_none() {
+            text.push_str(&format!("      after `homepoint diagnose {campaigns} --out DIR`, which lists there what is left out\n"));
+        }
+        text.push_str(&diagnosis.rows.iter().filter_map(relaxed).collect::<String>());
+        if diagnosis.remainder.iter().any(|one| one.change.is_some()) {
+            text.push_str("      without what changes at a moment (see the remainder), so its values differ from those above: give these rows a run of their own\n");
+        }
+    }
+    let mut parts = diagnosis.remainder.iter();
+    let part = parts.find(|one| one.gain.gain > 0.0 && one.place.is_of_an_effect());
+    if let Some(part) = part.filter(|_| diagnosis.rows.is_empty()) {
+        text.push_str(&format!(
+            "\nNext: describe what may cause {} in `effects/NAME.toml` beside the campaign (docs/effects.md), and diagnose again.\n",
+            part.place.words
+        ));
+    }
+    text
+}
+
+/// How an effect is estimated in the relaxed form in which it stands.
+fn relaxed(row: &Row) -> Option<String> {
+    let name = &row.name;
+    Some(match row.variant? {
+        Variant::EachSetup => {
+            format!(
+                "      with scope = \"setup\" for the parameters of `{name}`, in [parameters]\n"
+            )
+        }
+        Variant::EachAngle => format!(
+            "      with a copy of `{name}` in effects/ under a name of its own, given in its place, whose parameters have per = \"measurand\"\n"
+        ),
+    })
+}
