@@ -42,6 +42,7 @@ pub mod left_out;
 mod linear_range;
 pub mod members;
 pub mod minima;
+#[cfg(feature = "cli")]
 mod next;
 pub mod noise;
 #[cfg(feature = "cli")]
