@@ -22,6 +22,8 @@
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | `columns`, `captured` | the columns of a model's runs; an input recorded with each sample |
 //! | [`samples`] | the samples of a run or a stretch of it: times, inputs, readings |
+//! | `held` | readings that are logged more often than they are read |
+//! | `uniform` | when samples were taken if sampling is uniform, and how far stamps have jumped |
 //! | `sigmas` | standard uncertainties as formulas and columns |
 //! | `spill`, `spilled` | numbers in a temporary file; them as samples |
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
@@ -64,6 +66,7 @@ pub mod file;
 pub mod form;
 pub mod formats;
 pub mod header;
+mod held;
 pub(crate) mod lines;
 pub mod load;
 pub mod loaded;
@@ -106,6 +109,7 @@ mod steps;
 pub mod table;
 mod table_entry;
 pub mod timing;
+mod uniform;
 pub mod wanted;
 pub mod whole;
 mod words;

@@ -156,6 +156,7 @@ impl Plan<'_> {
                         run_time: time.clone(),
                         setup_time: time.clone(),
                         uniform_time: time.clone(),
+                        jump_time: Vec::new(),
                         inputs: vec![Track::Captured {
                             value: angle,
                             rate: Some(vec![rate; count]),

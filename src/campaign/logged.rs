@@ -154,12 +154,23 @@ fn counts(input: &InputDeclaration, times: &[f64], values: &[f64]) -> Option<Dia
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (value.min(a), value.max(b)));
     let way = most - least;
     let steps = || values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    let large = steps().filter(|step| *step > COUNTS.1 * way).count();
     let at = steps().position(|step| step > COUNTS.0 * way)?;
-    let jump = (values[at + 1] - values[at]).abs();
-    let size = order::size(jump / input.unit.factor)?;
-    let all_alike = steps().all(|step| step <= COUNTS.1 * way || (step / jump - 1.0).abs() < 0.05);
-    if !is_count || !all_alike || 20 * large > values.len() {
+    // What a counter jumps by falls short of its size by the way in between.
+    let large = |at: &usize| (values[at + 1] - values[*at]).abs() > COUNTS.1 * way;
+    let size_at = |at: usize| {
+        let before = at.checked_sub(1).map_or(0.0, |last| values[at] - values[last]);
+        (values[at + 1] - values[at] - before).abs() / input.unit.factor
+    };
+    let sizes: Vec<f64> = (0..values.len() - 1).filter(large).map(size_at).collect();
+    let first = *sizes.first()?;
+    let all_alike = sizes.iter().all(|size| (size / first - 1.0).abs() < 0.05);
+    let rounded = || {
+        let mean = sizes.iter().sum::<f64>() / sizes.len() as f64;
+        let digit = 10_f64.powf(mean.log10().floor() - 1.0);
+        (sizes.len() > 1).then(|| (mean / digit).round() * digit)
+    };
+    let size = order::size(first).or_else(rounded)?;
+    if !is_count || !all_alike || 20 * sizes.len() > values.len() {
         return None;
     }
     let symbol = if input.unit.symbol == "1" { "" } else { input.unit.symbol.as_str() };

@@ -217,6 +217,7 @@ impl Loader<'_> {
         }
         self.tell_left_out(entry, inputs, &readings);
         match recorder.finish(self.store) {
+            Ok(record) if is_timed => Some(self.without_held(entry, record)),
             Ok(record) => Some(record),
             Err(error) => {
                 self.cannot_keep(entry, &error);

@@ -8,11 +8,12 @@ use std::io;
 use std::sync::OnceLock;
 
 use crate::campaign::record::Record;
-use crate::campaign::samples::{Line, Samples, shape};
+use crate::campaign::samples::{Samples, shape};
 use crate::campaign::signal::Track;
 use crate::campaign::spill::{BLOCK, Spill, Table};
 use crate::campaign::spilled::Spilled;
 use crate::campaign::stamps;
+use crate::campaign::uniform::Uniform;
 
 /// Memory and, where that does not suffice, disk for the records of several runs.
 #[derive(Debug)]
@@ -172,10 +173,10 @@ impl Recorder {
             readings: self.readings,
             lead: self.lead,
             first_time: self.first_time,
-            uniform: Line::default(),
+            uniform: Uniform::default(),
             fault: OnceLock::new(),
         };
-        spilled.uniform = Line::through(spilled.table.len(), |visit| {
+        spilled.uniform = Uniform::through(spilled.table.len(), |visit| {
             spilled.each_time(&mut |time| visit(time - self.first_time));
         });
         match spilled.fault.get() {

@@ -1,6 +1,7 @@
 //! The samples of a run, or of a stretch of it: times, inputs, readings, clocks.
 
 use crate::campaign::signal::Track;
+use crate::campaign::uniform::Uniform;
 
 /// The samples of a run, or of a stretch of it. All in SI; a reading that is not there is NaN.
 #[derive(Clone, Debug, Default)]
@@ -14,8 +15,10 @@ pub struct Samples {
     pub run_time: Vec<f64>,
     /// Time since the start of the setup (s).
     pub setup_time: Vec<f64>,
-    /// Straight line through `run_time` over the sample number (s).
+    /// Straight line through `run_time` over the sample number, with the jumps of the stamps (s).
     pub uniform_time: Vec<f64>,
+    /// How far the stamps have jumped (s), see [`Uniform`]; empty where they do not jump.
+    pub jump_time: Vec<f64>,
     /// One for each input of the model, in its order.
     pub inputs: Vec<Track>,
     /// One column for each component of each measurand of the model, in their order (a rotation has
@@ -61,6 +64,7 @@ impl Samples {
         self.run_time.append(&mut more.run_time);
         self.setup_time.append(&mut more.setup_time);
         self.uniform_time.append(&mut more.uniform_time);
+        self.jump_time.append(&mut more.jump_time);
         self.rows.append(&mut more.rows);
     }
 
@@ -69,7 +73,7 @@ impl Samples {
         8 * (self.columns().count() as u64 + 5) * self.len() as u64
     }
 
-    /// Fills `run_time`, `uniform_time` and, for a setup and campaign that begin with this run,
+    /// Fills `run_time`, `uniform_time`, `jump_time` and, for a setup and campaign that begin with this run,
     /// `setup_time` and `elapsed_time` from `time`.
     pub(crate) fn set_clocks(&mut self) {
         let first = self.time.first().copied().unwrap_or(0.0);
@@ -77,8 +81,10 @@ impl Samples {
         self.setup_time.clone_from(&self.run_time);
         self.elapsed_time.clone_from(&self.run_time);
         let times = &self.run_time;
-        let line = Line::through(times.len(), |visit| times.iter().for_each(|time| visit(*time)));
-        self.uniform_time = (0..times.len()).map(|sample| line.at(sample)).collect();
+        let each = |visit: &mut dyn FnMut(f64)| times.iter().for_each(|time| visit(*time));
+        let uniform = Uniform::through(times.len(), each);
+        self.uniform_time = (0..times.len()).map(|sample| uniform.at(sample)).collect();
+        self.jump_time = uniform.jumps_at(0..times.len());
     }
 }
 
@@ -94,37 +100,6 @@ pub(crate) struct Starts {
 impl Starts {
     pub(crate) fn at(time: f64) -> Self {
         Self { setup: time, all: time }
-    }
-}
-
-/// A straight line over the sample number.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Line {
-    middle: f64,
-    mean: f64,
-    slope: f64,
-}
-
-impl Line {
-    /// The straight line through `len` values, which `each` shows in their order, twice.
-    pub(crate) fn through(len: usize, mut each: impl FnMut(&mut dyn FnMut(f64))) -> Self {
-        let middle = (len as f64 - 1.0) / 2.0;
-        let mut sum = 0.0;
-        each(&mut |value| sum += value);
-        let mean = sum / len as f64;
-        let (mut x, mut along, mut square) = (-middle, 0.0, 0.0);
-        each(&mut |value| {
-            along += x * (value - mean);
-            square += x * x;
-            x += 1.0;
-        });
-        let slope = if square > 0.0 { along / square } else { 0.0 };
-        Self { middle, mean, slope }
-    }
-
-    /// Its value at a sample.
-    pub(crate) fn at(&self, sample: usize) -> f64 {
-        self.mean + self.slope * (sample as f64 - self.middle)
     }
 }
 

@@ -6,9 +6,10 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use crate::campaign::samples::{Line, Samples, Starts, shape};
+use crate::campaign::samples::{Samples, Starts, shape};
 use crate::campaign::signal::Track;
 use crate::campaign::spill::{self, BLOCK};
+use crate::campaign::uniform::Uniform;
 
 /// A spilled record's columns: times, captured inputs, readings, rows.
 #[derive(Debug)]
@@ -22,7 +23,7 @@ pub(crate) struct Spilled {
     pub(crate) lead: Vec<f64>,
     /// Time of the first sample (s).
     pub(crate) first_time: f64,
-    pub(crate) uniform: Line,
+    pub(crate) uniform: Uniform,
     pub(crate) fault: OnceLock<String>,
 }
 
@@ -72,6 +73,7 @@ impl Spilled {
             run_time,
             setup_time,
             uniform_time,
+            jump_time,
             rows: row_numbers,
             ..
         } = into;
@@ -79,7 +81,8 @@ impl Spilled {
         replace(run_time, time.iter().map(|time| time - self.first_time));
         replace(setup_time, time.iter().map(|time| time - starts.setup));
         replace(elapsed_time, time.iter().map(|time| time - starts.all));
-        replace(uniform_time, range.map(|sample| self.uniform.at(sample)));
+        replace(uniform_time, range.clone().map(|sample| self.uniform.at(sample)));
+        *jump_time = self.uniform.jumps_at(range);
     }
 }
 

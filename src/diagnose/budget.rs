@@ -11,7 +11,7 @@
 //! | [`changes`] | change points as terms |
 //! | `stated` | stated values that are wrong, as terms |
 //! | `size`, `values` | how large an effect is, and may be; values of terms by parameter |
-//! | `still` | readings that hardly vary |
+//! | `still`, [`stamp_jumps`] | readings that hardly vary; where stamps jump |
 //! | [`judge`] | when a row stands |
 //! | [`linear`], [`in_fit`] | a fitted model with everything that may be added to it; rows that are in it |
 //! | [`families`] | which member of a family stands for it |
@@ -50,6 +50,7 @@ pub mod search;
 pub mod selection;
 mod size;
 pub mod solved;
+pub mod stamp_jumps;
 mod stated;
 mod still;
 pub mod sums;

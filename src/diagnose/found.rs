@@ -52,8 +52,29 @@ pub struct Reading {
     pub measurand: Arc<str>,
     /// How far out it was, in robust standard deviations of its measurand.
     pub deviations: f64,
-    /// The code that stands in its place, if it is one (SI).
-    pub code: Option<f64>,
+    /// What stands in its place, if it is no reading.
+    pub instead: Option<NoReading>,
+}
+
+/// A number that stands in the place of a reading (SI).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NoReading {
+    /// A code for what was not measured.
+    Code(f64),
+    /// The limit at which an instrument is saturated.
+    Limit(f64),
+}
+
+impl NoReading {
+    /// The number, if it is a code.
+    pub fn code(self) -> Option<f64> {
+        if let Self::Code(code) = self { Some(code) } else { None }
+    }
+
+    /// The number, if it is a limit.
+    pub fn limit(self) -> Option<f64> {
+        if let Self::Limit(limit) = self { Some(limit) } else { None }
+    }
 }
 
 /// A run, or a stretch of it, of which all readings of a measurand are left out.

@@ -5,6 +5,7 @@
 //! | `wrong_value` | a stated value that is wrong altogether |
 //! | `settle` | the nominal fit, without what keeps it from settling |
 //! | `codes` | numbers that stand in the place of readings |
+//! | `saturated` | readings at the limit of what an instrument shows |
 //! | `frozen` | readings that repeat the last one while the instrument moves on |
 //! | `bursts`, `places` | stretches of wrong readings, and whether they come back at a place |
 //! | `spikes`, `trimmed` | readings that bend a fit, and a fit that they do not bend |
@@ -21,6 +22,7 @@ mod left_out;
 mod limits;
 pub mod lost;
 mod places;
+mod saturated;
 mod settle;
 mod shifted;
 mod spikes;
@@ -32,6 +34,7 @@ use crate::estimate::calibrate::Calibration;
 
 use self::codes::without_codes;
 use self::frozen::without_frozen;
+use self::saturated::without_saturated;
 use self::settle::{settled, without_lost, without_spoiling};
 use self::spikes::without_spikes;
 use super::found::{LeftOut, Lost};
@@ -51,6 +54,7 @@ pub(super) fn without_outliers(
         Ok::<_, FitError>(rest)
     };
     let nominal = leave_out(whole.clone(), without_codes)?;
+    let nominal = leave_out(nominal, without_saturated)?;
     let nominal = leave_out(nominal, settled)?;
     let nominal = leave_out(nominal, without_frozen)?;
     let (nominal, lost) = without_lost(nominal, options)?;

@@ -370,6 +370,7 @@ impl<N: Number> Leaves<N> for SampleLeaves<'_, N> {
                 Clock::SetupTime => samples.setup_time[i],
                 Clock::Index => number as f64,
                 Clock::UniformTime => samples.uniform_time[i],
+                Clock::JumpTime => samples.jump_time.get(i).copied().unwrap_or(0.0),
             }),
             Leaf::Reading { measurand, component } => {
                 let column = self.columns[measurand as usize] + component as usize;

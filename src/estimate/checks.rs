@@ -1,10 +1,11 @@
 //! Cheap looks at the set-up before any fit: rates that contradict their angles, angles that cannot
-//! be, and mistakes that would make the coordinates fit far better if they were undone.
+//! be, readings that are rounded more coarsely than stated, and mistakes that would make the coordinates fit far better if they were undone.
 //!
 //! Each finding is a sentence; nothing is changed.
 
 mod mistakes;
 mod rates;
+mod resolution;
 
 use std::f64::consts::PI;
 
@@ -30,6 +31,7 @@ pub fn check(problem: &Problem) -> Vec<Diagnostic> {
         }
         found.extend(rates::missing_rates(part));
         found.extend(unread(part));
+        found.extend(resolution::resolution(part));
         found.extend(angles(part));
         found.extend(mistakes::mistakes(problem, p, &start));
     }

@@ -15,6 +15,7 @@
 //! | `turns` | products of turns in another order, about other axes, the other way |
 //! | `one_run` | the run that does not fit beside the others |
 //! | `quick` | a convention on few samples |
+//! | `sturdy` | a fit that a few gross readings do not bend |
 //! | `suspect` | what may have been mistaken, of either kind |
 
 use rayon::prelude::*;
@@ -23,7 +24,7 @@ use crate::convention::Convention;
 use crate::engine::{Part, Point, Problem};
 use crate::estimate::minima::better_start;
 use crate::estimate::minima::clocks::Clock;
-use crate::estimate::minima::thinned::{Thinned, Tried};
+use crate::estimate::minima::thinned::Thinned;
 use crate::estimate::start::start;
 use crate::formula::Expression;
 use crate::formula::show::text;
@@ -34,6 +35,7 @@ mod applied;
 mod channels;
 mod one_run;
 mod quick;
+mod sturdy;
 mod suspect;
 mod turns;
 
@@ -41,6 +43,7 @@ use applied::Suspected;
 use channels::Channels;
 use one_run::run_that_does_not_fit;
 use quick::Quick;
+use sturdy::sturdy_fit;
 use suspect::Suspect;
 pub use turns::ChangedFormula;
 use turns::{Reordered, changed_formulas};
@@ -202,7 +205,7 @@ struct Looked {
 impl Looked {
     /// The fit from a start, with what was set right.
     fn at(problem: Problem, start: &Point, suspect: Option<&Suspect<'_>>) -> Option<Self> {
-        let fit = Tried::fit(problem.clone(), start.clone(), 0.0, ITERATIONS[2])?;
+        let fit = sturdy_fit(&problem, start.clone(), ITERATIONS[2])?;
         let variance_factor = fit.variance_factor;
         let score = suspect.map_or(variance_factor.ln(), |one| one.score(&problem, &fit));
         Some(Self { problem, point: fit.point, variance_factor, score })

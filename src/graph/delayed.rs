@@ -5,7 +5,7 @@
 //! nests.
 
 use crate::graph::Graph;
-use crate::graph::node::{Clock, Leaf, Node, NodeId};
+use crate::graph::node::{Leaf, Node, NodeId};
 use crate::graph::rate::Rates;
 use crate::graph::table::Table;
 
@@ -53,9 +53,7 @@ impl Delayed {
     fn step(&self, graph: &mut Graph, node: NodeId, duration: NodeId) -> NodeId {
         let at = |of| self.known.get(&(duration, of)).copied().unwrap_or(of);
         match graph.node(node) {
-            Node::Leaf(Leaf::Clock(clock)) if clock != Clock::Index => {
-                graph.subtract(node, duration)
-            }
+            Node::Leaf(Leaf::Clock(clock)) if clock.runs() => graph.subtract(node, duration),
             Node::Constant(_) | Node::Leaf(_) => node,
             Node::Signal { input, order, offset } => {
                 let offset = graph.subtract(offset, duration);

@@ -73,12 +73,13 @@ pub enum Named {
 }
 
 /// The names that every model has.
-pub const BUILT_IN: [(&str, Named); 8] = [
+pub const BUILT_IN: [(&str, Named); 9] = [
     ("t", Named::Offset),
     ("time", Named::Clock(Clock::Time)),
     ("run_time", Named::Clock(Clock::RunTime)),
     ("setup_time", Named::Clock(Clock::SetupTime)),
     ("uniform_time", Named::Clock(Clock::UniformTime)),
+    ("jump_time", Named::Clock(Clock::JumpTime)),
     ("index", Named::Clock(Clock::Index)),
     ("moment", Named::Moment),
     ("pi", Named::Pi),

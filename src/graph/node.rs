@@ -20,8 +20,17 @@ pub enum Clock {
     SetupTime,
     /// Number of the sample in its run, from 0.
     Index,
-    /// Straight line through the run's `RunTime` over `Index`.
+    /// Straight line through the run's `RunTime` over `Index`, with the jumps of the stamps.
     UniformTime,
+    /// How far the run's stamps have jumped.
+    JumpTime,
+}
+
+impl Clock {
+    /// Whether it goes on between samples.
+    pub fn runs(self) -> bool {
+        !matches!(self, Self::Index | Self::JumpTime)
+    }
 }
 
 /// A value that comes from outside the graph.

@@ -5,7 +5,7 @@
 //! derivatives are those of [`super::partials`].
 
 use crate::graph::Graph;
-use crate::graph::node::{Clock, Leaf, Node, NodeId};
+use crate::graph::node::{Leaf, Node, NodeId};
 use crate::graph::partials::change;
 use crate::graph::table::{Set, Table};
 
@@ -67,7 +67,7 @@ impl Rates {
             return zero;
         }
         match graph.node(node) {
-            Node::Leaf(Leaf::Clock(clock)) if clock != Clock::Index => graph.constant(1.0),
+            Node::Leaf(Leaf::Clock(clock)) if clock.runs() => graph.constant(1.0),
             Node::Signal { input, order, offset } => {
                 graph.signal(input, order.saturating_add(1), offset)
             }

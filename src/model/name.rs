@@ -15,7 +15,8 @@ const RESERVED: &[(&str, &str)] = &[
     ("index", "the number of the sample in its run"),
     ("run_time", "the time since the start of the run"),
     ("setup_time", "the time since the start of the setup"),
-    ("uniform_time", "the straight line through run_time over index"),
+    ("uniform_time", "the straight line through run_time over index, with its jumps"),
+    ("jump_time", "how far the stamps of the run have jumped"),
     ("delay", "as in `horizontal.delay`"),
     ("sigma", "as in `horizontal.sigma`"),
     ("self", "the unpatched quantity"),
@@ -30,7 +31,8 @@ pub fn is_built_in(name: &str) -> bool {
 
 /// Whether a formula may use this name for a time of the sample.
 pub fn is_time(name: &str) -> bool {
-    matches!(name, "t" | "time" | "moment" | "run_time" | "setup_time" | "uniform_time")
+    let of_run = matches!(name, "run_time" | "setup_time" | "uniform_time" | "jump_time");
+    of_run || matches!(name, "t" | "time" | "moment")
 }
 
 /// The name of the random error of an input.

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{Doubtful, Ranked, Remainder, Row, Size};
-use crate::diagnose::found::NoiseEffect;
+use crate::diagnose::found::{NoReading, NoiseEffect};
 use crate::diagnose::gap::Gap;
 use crate::diagnose::library::place::Of;
 use crate::diagnose::library::variant::Variant;
@@ -105,6 +105,11 @@ fn row(one: &Row) -> Value {
                 })).collect::<Vec<_>>(),
             }))
             .collect::<Vec<_>>(),
+        "stamp_jumps": one.stamp_jumps.iter().map(|jump| json!({
+            "run": jump.run,
+            "row": jump.row,
+            "size": number(Some(jump.size)),
+        })).collect::<Vec<_>>(),
         "ratio_to_typical": number(one.ratio_to_typical),
         "parameters": one.values.iter().map(estimate).collect::<Vec<_>>(),
     })
@@ -202,7 +207,8 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
             "row": one.row,
             "measurand": &*one.measurand,
             "deviations": number(Some(one.deviations)),
-            "code": number(one.code),
+            "code": number(one.instead.and_then(NoReading::code)),
+            "limit": number(one.instead.and_then(NoReading::limit)),
         })
     });
     let runs = out.runs.iter().chain(&out.stretches).map(|one| {

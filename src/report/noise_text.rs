@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::found::{LeftOut, Level, Lost, NoiseEffect, Reading, Stretch};
+use crate::diagnose::found::{LeftOut, Level, Lost, NoReading, NoiseEffect, Reading, Stretch};
 use crate::engine::layout::qualified;
 use crate::graph::names::MeasurandKind;
 use crate::model::Shape;
@@ -85,9 +85,9 @@ fn left_out(diagnosis: &Diagnosis, found: &LeftOut) -> String {
             periods.abs()
         ));
     }
-    let (codes, outliers): (Vec<&Reading>, Vec<&Reading>) =
-        found.readings.iter().partition(|one| one.code.is_some());
-    text.push_str(&codes_left_out(diagnosis, &codes));
+    let (no_readings, outliers): (Vec<&Reading>, Vec<&Reading>) =
+        found.readings.iter().partition(|one| one.instead.is_some());
+    text.push_str(&no_readings_left_out(diagnosis, &no_readings));
     let all = outliers.len();
     if all > 0 {
         let are = if all == 1 { "reading is" } else { "readings are" };
@@ -126,27 +126,32 @@ fn left_out(diagnosis: &Diagnosis, found: &LeftOut) -> String {
     text
 }
 
-/// Codes that stand in the place of readings, each with its number.
-fn codes_left_out(diagnosis: &Diagnosis, codes: &[&Reading]) -> String {
-    let mut of_code: Vec<(&str, f64, usize)> = Vec::new();
-    for one in codes {
-        let (measurand, code) = (&*one.measurand, one.code.unwrap_or(f64::NAN));
-        match of_code.iter_mut().find(|known| (known.0, known.1) == (measurand, code)) {
+/// Codes and limits that stand in the place of readings, each with its number.
+fn no_readings_left_out(diagnosis: &Diagnosis, all: &[&Reading]) -> String {
+    let mut counts: Vec<(&str, NoReading, usize)> = Vec::new();
+    for (measurand, instead) in all.iter().filter_map(|one| Some((&*one.measurand, one.instead?))) {
+        match counts.iter_mut().find(|known| (known.0, known.1) == (measurand, instead)) {
             Some(known) => known.2 += 1,
-            None => of_code.push((measurand, code, 1)),
+            None => counts.push((measurand, instead, 1)),
         }
     }
-    let told = |(measurand, code, count): (&str, f64, usize)| {
-        let code = match is_rotation(diagnosis, measurand) {
-            true => "one and the same turn".to_owned(),
-            false => figure::exact(code, &unit_of(&diagnosis.nominal, measurand)),
+    let words = |(measurand, instead, count): (&str, NoReading, usize)| {
+        let exact = |number| figure::exact(number, &unit_of(&diagnosis.nominal, measurand));
+        let what = match instead {
+            NoReading::Code(_) if is_rotation(diagnosis, measurand) => {
+                "one and the same turn, a code for what was not measured".to_owned()
+            }
+            NoReading::Code(code) => format!("{}, a code for what was not measured", exact(code)),
+            NoReading::Limit(limit) => {
+                format!("{}, the limit at which they are saturated", exact(limit))
+            }
         };
         format!(
-            "{count} readings of `{measurand}` are {code}, a code for what was not measured; they are left out. \
+            "{count} readings of `{measurand}` are {what}; they are left out. \
              All rows with `--format json`.\n"
         )
     };
-    of_code.into_iter().map(told).collect()
+    counts.into_iter().map(words).collect()
 }
 
 fn is_rotation(diagnosis: &Diagnosis, name: &str) -> bool {

@@ -2,6 +2,7 @@
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{Remainder, Row};
+use crate::diagnose::budget::stamp_jumps::StampJump;
 use crate::estimate::calibrate::Estimate;
 use crate::report::figure;
 use crate::report::layout::{drawn, table};
@@ -10,6 +11,10 @@ use crate::units::Unit;
 
 /// Values of a row that stand in the table; the others follow it.
 pub(super) const SHORT: usize = 2;
+/// Jumps of stamps that are named one by one.
+const JUMPS: usize = 3;
+/// They are shown to this part of their size.
+const JUMP_DIGITS: f64 = 1e-2;
 /// Parts of the remainder below this share of the gap are counted, not listed.
 const SMALL: f64 = 0.01;
 
@@ -92,6 +97,13 @@ fn remarks(row: &Row) -> String {
     }
     if let Some(words) = &row.unmodelled_alias {
         remarks.push(format!("{words} would fit as well"));
+    }
+    for StampJump { run, row, size } in row.stamp_jumps.iter().take(JUMPS) {
+        let size = figure::value(*size, Some(JUMP_DIGITS * size.abs()), &Unit::second());
+        remarks.push(format!("stamps jump by {size} at row {row} of run `{run}`"));
+    }
+    if row.stamp_jumps.len() > JUMPS {
+        remarks.push(format!("{} jumps in all", row.stamp_jumps.len()));
     }
     let rows = row.confounded.iter().filter(|other| other.is_row);
     for other in rows.chain(row.grouped()) {

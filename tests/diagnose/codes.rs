@@ -5,7 +5,7 @@ use std::path::Path;
 
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
-use homepoint::diagnose::found::Reading;
+use homepoint::diagnose::found::{NoReading, Reading};
 use homepoint::engine::Problem;
 use homepoint::engine::open::{Request, open};
 use homepoint::report;
@@ -56,7 +56,10 @@ fn codes_for_missing_values_are_left_out_by_row() {
             .map(|one| one.row)
             .collect();
         assert_eq!((told, left_out.readings.len()), (due, rows.len()), "{code}");
-        assert!(left_out.readings.iter().all(|one| one.code == Some(code)), "{code}");
+        assert!(
+            left_out.readings.iter().all(|one| one.instead == Some(NoReading::Code(code))),
+            "{code}"
+        );
     }
 }
 
@@ -75,7 +78,7 @@ fn codes_do_not_hide_in_an_open_level() {
     let found = run(opened.problem.clone(), &opened);
     assert_eq!((found.verdict, found.rows.len()), (Verdict::Explained, 0));
     assert_eq!(out(&found).len(), count);
-    assert!(out(&found).iter().all(|one| one.code == Some(0.0)));
+    assert!(out(&found).iter().all(|one| one.instead == Some(NoReading::Code(0.0))));
     let text = report::diagnosis_text::text("", &found, &report::diagnosis_text::Asked::default());
     let told = format!("{count} readings of `distance` are 0 m, a code for what was not measured");
     assert!(text.contains(&told) && !text.contains("outliers"), "{text}");
@@ -85,7 +88,7 @@ fn codes_do_not_hide_in_an_open_level() {
 #[test]
 fn a_rotation_that_was_not_measured_is_a_code() {
     let (found, count) = hand_eye_with_codes(900);
-    let codes = out(&found).iter().filter(|one| one.code.is_some()).count();
+    let codes = out(&found).iter().filter(|one| one.instead.is_some()).count();
     assert_eq!(codes, count);
     let text = report::diagnosis_text::text("", &found, &report::diagnosis_text::Asked::default());
     let told = format!("{count} readings of `attitude` are one and the same turn, a code");

@@ -15,6 +15,7 @@ mod stream;
 
 mod budget;
 mod bursts;
+mod clock_steps;
 mod codes;
 mod confounded;
 mod curved;
@@ -22,6 +23,7 @@ mod designs;
 mod each_effect;
 mod found;
 mod moments;
+mod no_readings;
 mod noise;
 mod own_effects;
 mod parts;

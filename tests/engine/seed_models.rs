@@ -95,6 +95,7 @@ fn in_text(model: &str, pose: &Pose) -> Vec<Jet> {
         run_time: vec![0.0],
         setup_time: vec![0.0],
         uniform_time: vec![0.0],
+        jump_time: Vec::new(),
         inputs: tracks.collect(),
         readings: vec![vec![0.0]; names.len()],
         rows: vec![2],

@@ -52,6 +52,22 @@ pub(crate) fn names(found: &Mistaken) -> Vec<&str> {
     found.what.iter().chain(&found.alike).map(|one| one.name.as_str()).collect()
 }
 
+/// One stop in 24 was taken for another one, which bends every fit.
+#[test]
+fn a_convention_is_named_beside_a_gross_reading() {
+    let folder = Camera::default().stops(24, 3);
+    let mut row = 0;
+    changed(&folder, "stops.csv", "x", |value| {
+        row += 1;
+        if row == 9 { value + 0.8 } else { value }
+    });
+    changed(&folder, "stops.csv", "attitude_x", |value| -value);
+    changed(&folder, "stops.csv", "attitude_y", |value| -value);
+    changed(&folder, "stops.csv", "attitude_z", |value| -value);
+    let found = found(&folder).unwrap();
+    assert!(names(&found).contains(&"quaternion_inverse"), "{found:?}");
+}
+
 #[test]
 fn right_logs_have_no_convention_mistaken() {
     assert!(found(&Camera::default().stops(24, 3)).is_none());

@@ -115,6 +115,20 @@ fn the_inverse_of_turns_is_named() {
     assert!(one.variance_factors[1] < 2.0, "{one:?}");
 }
 
+/// The angles that some robots write are the components of a rotation vector.
+#[test]
+fn a_rotation_vector_is_named() {
+    let by_vector = |[a, b, c]: [f64; 3]| {
+        let angle = (a * a + b * b + c * c).sqrt();
+        Quaternion::from_axis_angle([c / angle, b / angle, a / angle], angle)
+    };
+    let folder = wrist(by_vector, "flange = 'rotation_z(a) * rotation_y(b) * rotation_x(c)'");
+    let one = found(&folder).unwrap();
+    assert_eq!(one.what[0].name, "rotation_vector", "{one:?}");
+    assert_eq!(one.formulas, [flange("turn([c, b, a])")]);
+    assert!(one.variance_factors[1] < 2.0, "{one:?}");
+}
+
 /// The program prints the formula; with it the model fits.
 #[test]
 fn the_formula_that_is_printed_mends_the_model() {

@@ -164,6 +164,7 @@ impl<N: Number> Leaves<N> for Sample<N> {
             Leaf::Clock(Clock::RunTime) => self.time - 0.5,
             Leaf::Clock(Clock::SetupTime) => self.time + 4.0,
             Leaf::Clock(Clock::UniformTime) => self.time - 0.49,
+            Leaf::Clock(Clock::JumpTime) => N::constant(0.35),
             Leaf::Reading { measurand, component } => {
                 N::constant(self.readings[&(measurand, component)])
             }

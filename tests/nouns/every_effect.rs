@@ -55,6 +55,7 @@ impl Leaves<f64> for Sample<'_> {
             Leaf::Clock(Clock::Index) => 5.0,
             Leaf::Clock(Clock::Time) => self.time,
             Leaf::Clock(Clock::UniformTime) => self.time - 0.24,
+            Leaf::Clock(Clock::JumpTime) => 0.35,
             Leaf::Clock(_) => self.time - 0.25,
             Leaf::Reading { measurand, component } => {
                 number_of(&names.measurands[measurand as usize].name, component)

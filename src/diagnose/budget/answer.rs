@@ -17,6 +17,7 @@ use crate::units::Unit;
 
 use super::absorbed::Absorbed;
 use super::judge::Objection;
+use super::stamp_jumps::StampJump;
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::CONFOUNDED;
 
@@ -56,6 +57,8 @@ pub struct Row {
     pub unmodelled_alias: Option<String>,
     /// Effects that the readings hardly separate from it: rows, and near aliases outside the fit.
     pub confounded: Vec<Confounded>,
+    /// The jumps of stamps at which it acts.
+    pub stamp_jumps: Vec<StampJump>,
     /// Ratio of its largest value to the typical magnitude.
     pub ratio_to_typical: Option<f64>,
 }

@@ -26,9 +26,11 @@ use super::pieces::Pieces;
 use super::search::Pools;
 use super::selection::{Ranked as RankedTerm, Selection};
 use super::solved::{Solved, ratio_to_typical};
+use super::stamp_jumps::stamp_jumps;
 use super::terms::Term;
 use crate::diagnose::price::{Gain, ln_bayes_factor, ln_bayes_factor_of_any_size};
 use crate::diagnose::thresholds::{ENTER, TIE};
+use crate::effect::Effect;
 
 mod remainder;
 
@@ -193,6 +195,7 @@ impl Budget<'_> {
         let others = rivals.iter().chain(blocks.first()).map(|one| one.ln_bayes - ln_bayes);
         let odds: f64 = others.chain([-ln_bayes]).map(f64::exp).sum();
         let selected = effect_of(&linear.fitted, &own.name);
+        let jumps = |effect: &Effect| stamp_jumps(&linear.fitted.problem, effect);
         let alone = selection.gain(&[], term);
         let total = selection.chi_squared(&[]) - selection.chi_squared(self.model);
         Row {
@@ -214,6 +217,7 @@ impl Budget<'_> {
                 .filter(|one| one.ln_bayes > ln_bayes - TIE)
                 .and_then(|one| Some(linear.terms[one.term].place.as_ref()?.words.clone())),
             confounded: Vec::new(),
+            stamp_jumps: selected.map_or_else(Vec::new, |one| jumps(&one.effect)),
         }
     }
 

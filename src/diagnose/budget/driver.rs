@@ -25,6 +25,7 @@ use super::terms::Change;
 use crate::diagnose::thresholds::ENTER;
 
 mod curved;
+mod far;
 mod forward;
 mod relax;
 mod update;
@@ -69,6 +70,7 @@ struct Search<'a> {
     /// Of the library, with the relaxed forms that were found necessary.
     wanted: Wanted,
     options: &'a Options,
+    nominal: Fitted,
     fitted: Fitted,
     rows: Vec<Row>,
     /// Effects that did not stand: they do not come back.
@@ -102,25 +104,7 @@ pub fn search(
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Option<Found>, FitError> {
-    let parts = nominal.problem.parts.iter();
-    let records = parts.map(|part| part.runs.iter().map(|run| run.record.clone()).collect());
-    let mut search = Search {
-        records: records.collect(),
-        still: still_readings(&nominal),
-        wanted: wanted.clone(),
-        options,
-        fitted: nominal,
-        rows: Vec::new(),
-        refused: Vec::new(),
-        objections: Vec::new(),
-        absorbed: Vec::new(),
-        seen: Vec::new(),
-        left_out: LeftOut::default(),
-        outliers: Vec::new(),
-        noise: Vec::new(),
-        scanned: Families::default(),
-        log: Log::new(),
-    };
+    let mut search = Search::new(nominal, wanted, options);
     if !search.grow()? {
         return Ok(None);
     }
@@ -129,7 +113,8 @@ pub fn search(
         round += 1;
         let Some(competed) = search.compete()? else { return Ok(None) };
         if round < ROUNDS
-            && (search.take_noise(&competed)?
+            && (search.take_far(&competed)?
+                || search.take_noise(&competed)?
                 || search.take_rows(&competed)?
                 || search.take_curved(&competed)?)
         {
@@ -143,7 +128,31 @@ pub fn search(
     }
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    /// One that begins with a nominal fit.
+    fn new(nominal: Fitted, wanted: &Wanted, options: &'a Options) -> Self {
+        let parts = nominal.problem.parts.iter();
+        let records = parts.map(|part| part.runs.iter().map(|run| run.record.clone()).collect());
+        Self {
+            records: records.collect(),
+            still: still_readings(&nominal),
+            wanted: wanted.clone(),
+            options,
+            fitted: nominal.clone(),
+            nominal,
+            rows: Vec::new(),
+            refused: Vec::new(),
+            objections: Vec::new(),
+            absorbed: Vec::new(),
+            seen: Vec::new(),
+            left_out: LeftOut::default(),
+            outliers: Vec::new(),
+            noise: Vec::new(),
+            scanned: Families::default(),
+            log: Log::new(),
+        }
+    }
+
     /// Whether a relaxed form of an effect did not stand.
     fn is_refused(&self, name: &str, form: Variant) -> bool {
         self.refused.iter().any(|(own, other)| own == name && *other == Some(form))

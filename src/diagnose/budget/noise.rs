@@ -193,7 +193,7 @@ pub fn leave_out(problem: &mut Problem, linear: &Linear, outliers: &[Outlier]) -
             row: record.row(*sample),
             measurand: part.system.assembly.names.measurands[measurand].name.as_str().into(),
             deviations: *deviations,
-            code: None,
+            instead: None,
         });
         record.leave_out([(*sample..sample + 1, columns)]);
     }

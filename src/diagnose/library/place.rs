@@ -82,9 +82,11 @@ impl Place {
         Self::new(Of::Channel(STATED.to_owned()), parameter, words)
     }
 
-    /// Of a reading whose error depends on several inputs together.
-    pub(in crate::diagnose) fn of_inputs(measurand: &str) -> Self {
-        let words = format!("an error of `{measurand}` over several inputs together");
+    /// Of a reading whose error depends on several inputs together, or on the only one in a form that
+    /// no block has.
+    pub(in crate::diagnose) fn of_inputs(measurand: &str, only: Option<&str>) -> Self {
+        let over = only.unwrap_or("several inputs together");
+        let words = format!("an error of `{measurand}` over {over}");
         Self::new(Of::Measurand(measurand.to_owned()), "inputs", words)
     }
 

@@ -11,7 +11,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::campaign::Run;
-use crate::diagnose::found::LeftOut;
+use crate::diagnose::found::{LeftOut, NoReading};
 use crate::diagnose::sequences::{Sequence, median_size, robust, seen_from};
 use crate::engine::Part;
 use crate::engine::part::Slot;
@@ -74,7 +74,7 @@ pub(super) fn without_codes(whole: &Calibration, options: &Options) -> Cleaned {
     let code = |one: &Sequence, run: usize, sample: usize| {
         let codes = &found[one.part][one.measurand][run];
         let at = codes.binary_search_by_key(&sample, |code| code.0);
-        at.ok().map(|at| codes[at].1)
+        at.ok().map(|at| NoReading::Code(codes[at].1))
     };
     let readings = listed(problem, &seen, &far, code);
     Ok(Some((rest, LeftOut { readings, ..LeftOut::default() })))

@@ -2,14 +2,14 @@
 //! components, with how far out they were; those of a measurand in a run, or a stretch of it, that
 //! is wrong as a whole by their number.
 //!
-//! Which ones those are is judged elsewhere ([`super::limits`], `codes`, `frozen`, `bursts`,
+//! Which ones those are is judged elsewhere ([`super::limits`], `codes`, `saturated`, `frozen`, `bursts`,
 //! `spikes`).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::diagnose::found::{Reading, Stretch};
+use crate::diagnose::found::{NoReading, Reading, Stretch};
 use crate::diagnose::sequences::{OfRun, Sequence, median_size};
 use crate::engine::layout::qualified;
 use crate::engine::{Part, Problem};
@@ -91,13 +91,13 @@ pub(super) fn stretches_out(
     stretches
 }
 
-/// Readings of sequences as they are listed, each once; `code` is the code that stands in a sample
-/// of a run.
+/// Readings of sequences as they are listed, each once; `instead` is what stands in the place of a
+/// sample of a run.
 pub(super) fn listed(
     problem: &Problem,
     all: &[Sequence],
     far: &[Far],
-    code: impl Fn(&Sequence, usize, usize) -> Option<f64>,
+    instead: impl Fn(&Sequence, usize, usize) -> Option<NoReading>,
 ) -> Vec<Reading> {
     let (mut readings, mut listed) = (Vec::new(), BTreeSet::new());
     for (one, far) in all.iter().zip(far) {
@@ -115,7 +115,7 @@ pub(super) fn listed(
                 row,
                 measurand: Arc::clone(&measurand),
                 deviations: *value / one.deviation,
-                code: code(one, number, *sample),
+                instead: instead(one, number, *sample),
             }));
         }
     }

@@ -21,14 +21,17 @@ use super::left_out::{Far, OfSamples, fit_without, readings_out, stretches_out};
 use super::limits::{ONE_OF, RUNS_APART, has_beyond, limit};
 use super::lost::GROSS_FACTOR;
 use super::settle::is_spoilt;
-use super::trimmed::{TrimmedFit, starts, trimmed_fit};
+use super::trimmed::{TrimmedFit, drawn_starts, starts, trimmed_fit};
 
 /// Fits until the same readings are out; from other starts.
 const STEPS: usize = 12;
 const STEPS_OF_OTHERS: usize = 5;
-/// Part of the readings of a measurand that is out of such a fit at most, and of spikes for good.
+/// Part of the readings of a measurand that is out of such a fit at most, and of spikes for good;
+/// where the others scatter so many times as stated at most, they are right, and more may go.
 const TRIMMED: f64 = 0.4;
 const MOST: f64 = 0.15;
+const MOST_BESIDE_RIGHT: f64 = 0.35;
+const RIGHT: f64 = 2.0;
 /// More next to each other, beyond this part of what is far out, are no spikes.
 const NEIGHBOURS: usize = 5;
 const FOOT: f64 = 0.25;
@@ -48,7 +51,11 @@ pub(super) fn without_spikes(nominal: &Calibration, options: &Options) -> Cleane
     let bursts = bursts(whole, &point, &seen);
     let stretches = stretches_out(&mut rest, &seen, &bursts, false);
     let others: Vec<Sequence> = seen.iter().map(|one| without(one, &bursts)).collect();
-    let far: Vec<Far> = others.iter().map(spikes).collect();
+    let most = |one: &Sequence| {
+        let stated = whole.parts[one.part].sigma[one.measurand];
+        if one.deviation <= RIGHT * stated { MOST_BESIDE_RIGHT } else { MOST }
+    };
+    let far: Vec<Far> = others.iter().map(|one| spikes(one, most(one))).collect();
     let readings = readings_out(&mut rest, &others, &far);
     let found = LeftOut { readings, stretches, ..LeftOut::default() };
     if found.is_empty() {
@@ -63,7 +70,8 @@ fn sturdiest(nominal: &Calibration, options: &Options) -> Result<Option<TrimmedF
     let whole = &nominal.problem;
     let mut fits = vec![trimmed_fit(whole, &nominal.fit.point, STEPS, farthest, options)?];
     if is_spoilt(nominal) {
-        for (point, _) in starts(whole, &nominal.fit.point, options) {
+        let of_parts = starts(whole, &nominal.fit.point, options).map(|(point, _)| point);
+        for point in of_parts.chain(drawn_starts(whole, &nominal.fit.point, options)) {
             fits.extend(trimmed_fit(whole, &point, STEPS_OF_OTHERS, farthest, options).ok());
         }
     }
@@ -94,9 +102,9 @@ fn farthest(one: &Sequence) -> Far {
 }
 
 /// The outliers of a sequence with the few about them that are far out, too, by run: those in
-/// small groups; none where they are too many, or where larger groups are in more than a few runs,
+/// small groups; none where they are more than a part of all readings, or where larger groups are in more than a few runs,
 /// for these are structure. What is next to each other is by the readings that are there.
-fn spikes(one: &Sequence) -> Far {
+fn spikes(one: &Sequence, most: f64) -> Far {
     let none = || vec![Vec::new(); one.runs.len()];
     let (mut all, mut long) = (none(), 0);
     for (run, out) in all.iter_mut().enumerate() {
@@ -115,7 +123,7 @@ fn spikes(one: &Sequence) -> Far {
     }
     let count: usize = all.iter().map(Vec::len).sum();
     let are_few = long <= RUNS_APART && (long < 2 || ONE_OF * long <= all.len());
-    let are_too_many = count as f64 > MOST * one.present().count() as f64;
+    let are_too_many = count as f64 > most * one.present().count() as f64;
     if are_too_many || !are_few { none() } else { all }
 }
 
@@ -132,7 +140,7 @@ mod tests {
         let mut run: Vec<f64> = (0..400).map(|k| [0.7, -1.0, 1.2, -0.4][k % 4]).collect();
         (run[40], run[41], run[90]) = (60.0, -70.0, 50.0);
         let one = Sequence::new((0, 0), vec![Arc::new(run.clone())]);
-        let found = |one: &Sequence| samples(&spikes(one)).concat();
+        let found = |one: &Sequence| samples(&spikes(one, MOST)).concat();
         assert_eq!(found(&one), [40, 41, 90]);
         assert!(has_beyond(&one, OUTLIER));
         assert_eq!(farthest(&one)[0].len(), 3);
@@ -162,7 +170,7 @@ mod tests {
         for run in [step.clone(), crest.clone(), every_second(&step), every_second(&crest)] {
             let one = Sequence::new((0, 0), vec![Arc::new(run)]);
             assert!(has_beyond(&one, OUTLIER));
-            assert_eq!(spikes(&one)[0], []);
+            assert_eq!(spikes(&one, MOST)[0], []);
         }
     }
 }

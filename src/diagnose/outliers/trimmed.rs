@@ -3,10 +3,14 @@
 //! It is trimmed as least trimmed squares are (Rousseeuw 1984), but from where another fit stopped:
 //! what is far out is left out, the model is fitted again, all readings are looked at from there,
 //! and so on until the same ones are out. The caller decides what is far out. Where a fit of
-//! all readings is too far off for that, fits to parts of the runs are other starts.
+//! all readings is too far off for that, fits to parts of the runs are other starts, and of few
+//! samples fits to some of them.
 
 use crate::diagnose::sequences::{Sequence, seen_from};
-use crate::engine::{Point, Problem};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::engine::{Part, Point, Problem};
 use crate::estimate::batch::{FitError, Options, Outcome, fit};
 
 use super::left_out::{Far, leave_out};
@@ -82,6 +86,49 @@ pub(super) fn starts(
         (fitted.outcome == Outcome::Converged).then_some((fitted.point, rest))
     };
     (0..PARTS).filter_map(of_part)
+}
+
+/// Samples of campaigns that are few enough for other starts to be fits to some samples here and
+/// there, and the number of such starts: one in three samples may be wrong, and some start has none
+/// of them.
+const FEW: usize = 1500;
+const DRAWS: usize = 40;
+/// Readings of such a start for each unknown.
+const FOR_EACH: f64 = 1.5;
+const SEED: u64 = 1;
+
+/// Other starts where samples are few and stand for themselves: where fits to some of them stop, drawn
+/// at random and always the same.
+pub(super) fn drawn_starts(problem: &Problem, point: &Point, options: &Options) -> Vec<Point> {
+    let runs = problem.parts.iter().flat_map(|part| &part.runs);
+    let samples: usize = runs.map(|run| run.record.len()).sum();
+    let readings: usize = problem.parts.iter().flat_map(Part::present).sum();
+    let wanted = FOR_EACH * problem.layout.columns.len() as f64;
+    let share = wanted / readings.max(1) as f64;
+    let count = (share * samples as f64).ceil() as usize + 1;
+    if samples > FEW || 2 * count > samples {
+        return Vec::new();
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let mut draw = |_| {
+        let mut kept = rand::seq::index::sample(&mut random, samples, count).into_vec();
+        kept.sort_unstable();
+        let mut rest = problem.clone();
+        let mut first = 0;
+        for part in &mut rest.parts {
+            let columns = part.reading_columns();
+            for run in &mut part.runs {
+                let len = run.record.len();
+                let is_out = |sample: &usize| kept.binary_search(&(first + sample)).is_err();
+                let out: Vec<usize> = (0..len).filter(is_out).collect();
+                first += len;
+                run.record.leave_out(out.into_iter().map(|at| (at..at + 1, columns.clone())));
+            }
+        }
+        let fitted = fit(&mut rest, point.clone(), options).ok()?;
+        (fitted.outcome == Outcome::Converged).then_some(fitted.point)
+    };
+    (0..DRAWS).filter_map(|number| draw(number)).collect()
 }
 
 /// Which samples readings are of, by run.

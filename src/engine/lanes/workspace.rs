@@ -158,6 +158,11 @@ impl Workspace {
                 Column::Clock(Clock::RunTime) => &samples.run_time[stretch.clone()],
                 Column::Clock(Clock::SetupTime) => &samples.setup_time[stretch.clone()],
                 Column::Clock(Clock::UniformTime) => &samples.uniform_time[stretch.clone()],
+                Column::Clock(Clock::JumpTime) if samples.jump_time.is_empty() => {
+                    slot.fill(0.0);
+                    continue;
+                }
+                Column::Clock(Clock::JumpTime) => &samples.jump_time[stretch.clone()],
                 Column::Clock(Clock::Index) => {
                     for (lane, value) in slot.iter_mut().enumerate() {
                         *value = (chunk.first + lane.min(chunk.len - 1)) as f64;

@@ -5,6 +5,7 @@ use crate::estimate::minima::starts::Attitudes;
 use crate::estimate::minima::thinned::{Thinned, Tried};
 use crate::estimate::start::start;
 
+use super::sturdy::sturdy_fit;
 use super::suspect::Suspect;
 use super::{ITERATIONS, STARTS};
 
@@ -34,9 +35,12 @@ impl Quick {
             })
             .collect();
         all.sort_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor));
-        let further =
-            all.iter().take(STARTS).filter_map(|one| fit(one.point.clone(), ITERATIONS[1]));
-        let best = further.min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
+        let further = all
+            .iter()
+            .take(STARTS)
+            .map(|one| sturdy_fit(&problem, one.point.clone(), ITERATIONS[1]));
+        let best =
+            further.flatten().min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
         let stands = best.variance_factor.ln();
         let score = suspect.map_or(stands, |suspect| suspect.score(&problem, &best));
         Some(Self { score, point: best.point })

@@ -3,7 +3,7 @@
 //!
 //! Programs agree neither on the order (`Z Y X` of one robot is `X Y Z` of another; about fixed axes
 //! the order is the reverse of that about moving ones), nor on which angle belongs to which axis, nor
-//! on whether the product or its inverse is meant. The model's formulas are rewritten, not its
+//! on whether the product or its inverse is meant; some write the components of a rotation vector. The model's formulas are rewritten, not its
 //! columns. Products of more turns are kinematic chains, whose order is a matter of construction.
 
 use crate::engine::rows::Sweep;
@@ -24,7 +24,7 @@ const ORDERS_OF_THREE: &[&[usize]] =
 /// A product of turns, and what may have been meant instead.
 #[derive(Clone, Debug)]
 pub(super) struct Reordered {
-    /// `order_of_turns`, `axes_of_turns`, `angles_of_turns` or `inverse_turns`.
+    /// `order_of_turns`, `axes_of_turns`, `angles_of_turns`, `inverse_turns` or `rotation_vector`.
     pub(super) name: &'static str,
     /// What is mistaken, in words.
     about: &'static str,
@@ -116,6 +116,9 @@ impl Reordered {
             add("angles_of_turns", "angles of the turns", each(&|at, own| turn(at, own)));
             let back = each(&|at, _| product[order[last - at]].reversed());
             add("inverse_turns", "sense of the turns (the inverse rotation)", back);
+        }
+        if let Some(vector) = rotation_vector(product) {
+            add("rotation_vector", "angles that are components of a rotation vector", vec![vector]);
         }
         all
     }
@@ -222,6 +225,20 @@ impl Turn {
         };
         self.about(&angle)
     }
+}
+
+/// The turn by a vector whose components are the angles about x, y and z; `None` where each axis is
+/// not there once.
+fn rotation_vector(product: &[Turn]) -> Option<Expression> {
+    let axes = [Function::RotationX, Function::RotationY, Function::RotationZ];
+    let angle = |axis: Function| {
+        let mut of_axis = product.iter().filter(|turn| turn.function == axis);
+        of_axis.next().map(|turn| turn.angle.clone()).filter(|_| of_axis.next().is_none())
+    };
+    let angles: Option<Vec<Expression>> = axes.into_iter().map(angle).collect();
+    let span = product.first()?.factor.span;
+    let vector = Expression { kind: ExpressionKind::Vector(angles?.try_into().ok()?), span };
+    Some(Expression { kind: ExpressionKind::Call(Function::Turn, vec![vector]), span })
 }
 
 fn written(product: &[Turn]) -> Vec<String> {

@@ -142,7 +142,7 @@ fn excluded(found: &Diagnosis) -> Vec<Excluded> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     let LeftOut { readings, runs, stretches } = &found.left_out;
     for one in readings {
-        let reason = if one.code.is_some() { "error_code" } else { "outlier" };
+        let reason = if one.instead.is_some() { "error_code" } else { "outlier" };
         *counts.entry(reason).or_default() += 1;
     }
     for (reason, all) in [("run", runs), ("part_of_run", stretches)] {

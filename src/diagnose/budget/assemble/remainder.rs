@@ -77,7 +77,11 @@ impl Budget<'_> {
         let remainder = |one: OfInputs| {
             let of = linear.measurands().find(|own| own.number == one.measurand)?;
             let rms = one.rms * problem.rms_sigma(&fit.point, of.part, of.measurand);
-            let place = Place::of_inputs(of.name);
+            let only = match &*problem.parts[of.part].system.assembly.names.inputs {
+                [only] => Some(only.name.as_str()),
+                _ => None,
+            };
+            let place = Place::of_inputs(of.name, only);
             Some(Remainder { rms: Some((rms, of.name.to_owned())), ..Remainder::at(place) })
         };
         of_inputs(linear, selection, model).into_iter().filter_map(remainder).collect()

@@ -53,7 +53,9 @@ impl Search<'_> {
             });
             let mut is_worth = false;
             for form in std::iter::once(own.variant).chain(wider.map(Some)) {
-                let Some(with) = self.fit_from_usual_values(plain, form)? else { continue };
+                let Some(with) = self.fit_from_usual_values(&self.fitted, plain, form, 0.0)? else {
+                    continue;
+                };
                 let degrees = columns_of(&with, &own.name).len();
                 // What a campaign states of scopes may undo the form.
                 if form != own.variant && degrees <= own.columns.len() {
@@ -102,19 +104,30 @@ impl Search<'_> {
         Ok(is_found)
     }
 
-    /// The fit with an effect in some form, from its usual values: where its parameters are zero there
-    /// is no slope to follow.
-    fn fit_from_usual_values(
+    /// The fit with an effect in some form, from its usual values, with delays that begin later (s):
+    /// where its parameters are zero there is no slope to follow.
+    pub(super) fn fit_from_usual_values(
         &self,
+        from: &Fitted,
         plain: &Selected,
         form: Option<Variant>,
+        later: f64,
     ) -> Result<Option<Fitted>, FitError> {
         let relaxed = form.and_then(|form| form.selected(plain));
         let selected = relaxed.unwrap_or_else(|| plain.clone());
         let prefix = format!("{}.", selected.name());
-        let usual =
-            |one: &Instance, _| one.name.starts_with(&prefix).then_some(one.setting.typical)?;
-        let with = self.fitted.with_starts(&selected, usual, self.options)?;
+        let (layout, point) = (&from.problem.layout, &from.fit.point);
+        let usual = |one: &Instance, _| {
+            if one.name.starts_with(&prefix) {
+                return one.setting.typical;
+            }
+            let is_same = |own: &&Instance| {
+                own.name == one.name && own.whose() == one.whose() && later != 0.0
+            };
+            let same = layout.instances.iter().position(|own| is_same(&own));
+            same.filter(|_| one.is_delay()).map(|own| point.values[own][0] + later)
+        };
+        let with = from.with_starts(&selected, usual, self.options)?;
         Ok(with.filter(Fitted::is_sound))
     }
 }

@@ -1,0 +1,116 @@
+//! Readings that are logged more often than the instrument reads: each stands in several rows, of
+//! which the first alone is a measurement at its stamp.
+//!
+//! Readings repeat for other reasons, too: an instrument at rest, a coarse display. Those are held
+//! whose repeats come in stretches of one length, and between them step by more than the last digit.
+
+use crate::campaign::declared::RunEntry;
+use crate::campaign::loaded::LeftOut;
+use crate::campaign::loader::Loader;
+use crate::campaign::record::Record;
+use crate::campaign::samples::Samples;
+
+/// A run has so many samples at least.
+const LEAST: usize = 30;
+/// Part of its samples that repeat the one before at least.
+const REPEATED: f64 = 0.4;
+/// Part of the stretches whose length is the usual one, give or take one row.
+const REGULAR: f64 = 0.8;
+/// The median step of some reading is so many times its least.
+const VARIOUS: f64 = 3.0;
+
+impl Loader<'_> {
+    /// Leaves readings out that repeat the one before where they are logged more often than they are
+    /// read. A run that is not in memory stays as it is.
+    pub(crate) fn without_held(&mut self, entry: &RunEntry, mut record: Record) -> Record {
+        let held = if record.is_in_memory() { held(record.whole()) } else { Vec::new() };
+        if !held.is_empty() {
+            let why = "they repeat the readings before them: each is logged in several rows, of which the first is kept";
+            let (run, why) = (entry.name.text.clone(), why.to_owned());
+            self.left_out.push(LeftOut { run, samples: held.len(), why });
+            record.edit(|samples| {
+                for column in &mut samples.readings {
+                    held.iter().for_each(|sample| column[*sample] = f64::NAN);
+                }
+            });
+        }
+        record
+    }
+}
+
+/// The samples that repeat the readings of the one before, of a run whose readings are held.
+fn held(samples: &Samples) -> Vec<usize> {
+    let count = samples.len();
+    let repeats = |sample: &usize| {
+        let mut columns = samples.readings.iter();
+        columns.all(|column| column[*sample].to_bits() == column[*sample - 1].to_bits())
+    };
+    let is_there = |sample: usize| samples.readings.iter().any(|column| !column[sample].is_nan());
+    if count < LEAST {
+        return Vec::new();
+    }
+    let repeated: Vec<usize> =
+        (1..count).filter(|sample| is_there(*sample) && repeats(sample)).collect();
+    if (repeated.len() as f64) < REPEATED * count as f64 {
+        return Vec::new();
+    }
+    let new: Vec<usize> = {
+        let mut next = repeated.iter().copied().peekable();
+        (0..count).filter(|sample| next.next_if_eq(sample).is_none()).collect()
+    };
+    let mut lengths: Vec<usize> = new.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let usual = middle(&mut lengths);
+    let is_usual = |length: &&usize| length.abs_diff(usual) <= 1;
+    let regular = lengths.iter().filter(is_usual).count();
+    let is_held = usual > 1
+        && regular as f64 >= REGULAR * lengths.len() as f64
+        && samples.readings.iter().any(|column| is_various(column, &new));
+    if is_held { repeated } else { Vec::new() }
+}
+
+/// Whether the steps of a reading differ by more than those of a coarse display.
+fn is_various(column: &[f64], new: &[usize]) -> bool {
+    let steps = new.windows(2).map(|pair| (column[pair[1]] - column[pair[0]]).abs());
+    let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.first().is_some_and(|least| steps[steps.len() / 2] >= VARIOUS * least)
+}
+
+fn middle(values: &mut [usize]) -> usize {
+    let at = values.len() / 2;
+    if values.is_empty() { 0 } else { *values.select_nth_unstable(at).1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::held;
+    use crate::campaign::samples::Samples;
+
+    fn of(readings: impl Fn(usize) -> f64) -> Vec<usize> {
+        let readings = vec![(0..600).map(readings).collect()];
+        let time = (0..600).map(|number| 0.02 * number as f64).collect();
+        held(&Samples { time, readings, ..Samples::default() })
+    }
+
+    #[test]
+    fn readings_that_are_held_are_their_first_row() {
+        let wave = |number: usize| (0.013 * number as f64).sin();
+        let found = of(|number| wave(number / 10 * 10));
+        assert_eq!(found.len(), 540);
+        assert!(found.iter().all(|sample| sample % 10 != 0));
+        // Each in two or three rows.
+        assert_eq!(of(|number| wave(number * 2 / 5)).len(), 360);
+    }
+
+    #[test]
+    fn rests_and_coarse_displays_are_not_held() {
+        let wave = |number: usize| (0.013 * number as f64).sin();
+        assert!(of(wave).is_empty());
+        assert!(of(|number| (20.0 * wave(number)).round() / 20.0).is_empty());
+        assert!(of(|number| (number / 4) as f64).is_empty());
+        // Moves for a while and rests for the rest.
+        assert!(of(|number| wave(number.min(150))).is_empty());
+        assert!(of(|number| wave(number % 200 / 100 * (number % 100))).is_empty());
+        assert!(of(|_| 1.0).is_empty());
+    }
+}

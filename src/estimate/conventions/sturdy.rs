@@ -1,0 +1,59 @@
+//! Fits that a few gross readings do not bend, such as a pose that was recognised the other way up:
+//! beside one of them the right convention fits as badly as any other.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use crate::engine::{Point, Problem};
+use crate::estimate::median::upper_median;
+use crate::estimate::minima::thinned::Tried;
+
+/// A sample is gross whose squared residuals are so many times those in the middle.
+const GROSS: f64 = 50.0;
+/// Part of all samples that may be.
+const MOST: f64 = 0.2;
+/// Fits at most.
+const ROUNDS: usize = 3;
+
+/// A fit from a start, without the samples that are gross beside it. `None` where the model has no
+/// values.
+pub(super) fn sturdy_fit(problem: &Problem, start: Point, iterations: usize) -> Option<Tried> {
+    let mut fitted = Tried::fit(problem.clone(), start, 0.0, iterations)?;
+    let mut out = BTreeSet::new();
+    for _ in 1..ROUNDS {
+        let gross = gross(problem, &fitted.point);
+        if gross.is_empty() || gross == out {
+            break;
+        }
+        let mut rest = problem.clone();
+        for (part, run, sample) in &gross {
+            let part = &mut rest.parts[*part];
+            let columns: Range<usize> = part.reading_columns();
+            part.runs[*run].record.leave_out([(*sample..*sample + 1, columns)]);
+        }
+        fitted = Tried::fit(rest, fitted.point, 0.0, iterations)?;
+        out = gross;
+    }
+    Some(fitted)
+}
+
+/// Campaign, run and number of the samples that are gross; none where they are many.
+fn gross(problem: &Problem, point: &Point) -> BTreeSet<(usize, usize, usize)> {
+    let mut sizes: Vec<(f64, (usize, usize, usize))> = Vec::new();
+    for (p, part) in problem.parts.iter().enumerate() {
+        let sigma = |row: usize| part.sigma[part.measurand_of(row)];
+        for run in 0..part.runs.len() {
+            problem.visit_residuals(p, run, point, &mut |sample, residuals| {
+                let rows = residuals.iter().enumerate().filter(|(_, value)| !value.is_nan());
+                let size: f64 = rows.map(|(row, value)| (value / sigma(row)).powi(2)).sum();
+                if size > 0.0 {
+                    sizes.push((size, (p, run, sample.number)));
+                }
+            });
+        }
+    }
+    let middle = upper_median(&mut sizes.iter().map(|one| one.0).collect::<Vec<_>>());
+    let limit = GROSS * middle.unwrap_or(f64::INFINITY);
+    let gross: BTreeSet<_> = sizes.iter().filter(|one| one.0 > limit).map(|one| one.1).collect();
+    if gross.len() as f64 > MOST * sizes.len() as f64 { BTreeSet::new() } else { gross }
+}
