@@ -15,7 +15,7 @@
 //! | [`header`], `row`, `repeats` | what a file's columns are; a line of it as numbers; what is wrong with rows, each cause once |
 //! | `words`, `table_entry`, `endings` | what a campaign calls columns; how it names a file; units at the end of a name |
 //! | [`stamps`] | stamps as exact numbers since a moment that all files share |
-//! | [`calendar`], `dates` | dates and times of day; in which order a column has day and month |
+//! | `calendar`, [`mod@date`], `date_order` | dates and times of day; a date; in which order a column has day and month |
 //! | `clock` | whether the clock of a file was set forward |
 //! | `repeated_rows` | rows that repeat another one, left out |
 //! | `wraps`, `order`, `sorted`, `reordered` | stamps that begin anew; in which order rows are whose time goes back; a file read anew and sorted; its rows |
@@ -49,7 +49,7 @@
 mod attitude;
 mod axes;
 pub mod begin;
-pub mod calendar;
+mod calendar;
 pub mod calibration;
 mod captured;
 mod certificate;
@@ -58,7 +58,8 @@ mod column_units;
 mod columns;
 mod computed;
 mod computed_columns;
-mod dates;
+pub mod date;
+mod date_order;
 pub mod declared;
 pub mod delay_range;
 mod described;

@@ -1,9 +1,6 @@
-//! Dates and times of day, as loggers and instruments write them.
-//!
-//! A date can be read in one way where its year of four digits comes first, where it has points, or
-//! the name of its month. Others (`07/03/2024`) can be read in several orders of day, month and year:
-//! the campaign states the order, or the column decides (`dates`).
+//! Cells with dates, times of day or both, as loggers and instruments write them.
 
+use crate::campaign::date::{Date, DateOrder, is_digit, is_number_of};
 use crate::campaign::stamps::Exact;
 
 /// What a message says of the forms that are read.
@@ -11,8 +8,6 @@ pub(crate) const FORMS: &str = "dates are read as `2026-11-28`, `28.11.2026`, `1
 
 /// No zone is farther from UTC (h).
 const MOST_HOURS: i64 = 14;
-/// Years of two digits below this are of this century.
-const LAST_CENTURY: i64 = 70;
 
 /// What a cell of stamps holds that is no number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,36 +18,6 @@ pub(crate) enum Calendar {
     Day(Exact),
     /// A time of day alone.
     Clock(Exact),
-}
-
-/// The order of the parts of a date.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DateOrder {
-    /// `28/11/2026`
-    DayFirst,
-    /// `11/28/2026`
-    MonthFirst,
-    /// `26/11/28`
-    YearFirst,
-}
-
-impl DateOrder {
-    /// All of them.
-    pub(crate) const ALL: [Self; 3] = [Self::DayFirst, Self::MonthFirst, Self::YearFirst];
-
-    /// As a campaign states it.
-    pub(crate) fn words(self) -> &'static str {
-        match self {
-            Self::DayFirst => "day/month/year",
-            Self::MonthFirst => "month/day/year",
-            Self::YearFirst => "year/month/day",
-        }
-    }
-
-    /// The order that a campaign states.
-    pub(crate) fn of(text: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|order| order.words() == text)
-    }
 }
 
 /// A date, a time of day or both, with or without zone, which is then UTC; `None` for anything else,
@@ -88,13 +53,8 @@ pub(crate) fn seeming(cell: &str) -> Option<Calendar> {
 /// The date in a cell, if it can be read in several orders by its form.
 pub(crate) fn open_date(cell: &str) -> Option<&str> {
     let (date, _) = split(cell)?;
-    let is_open = matches!(Date::of(date)?, Date::Numbers { usual: None, .. });
+    let is_open = Date::of(date)?.is_open();
     is_open.then_some(date)
-}
-
-/// The number of a date since 1970, as it is read in an order.
-pub(crate) fn day_in(date: &str, order: DateOrder) -> Option<i64> {
-    Date::of(date)?.day(Some(order))
 }
 
 /// A date and a time of day, as far as a cell has them.
@@ -105,137 +65,6 @@ fn split(cell: &str) -> Option<(&str, Option<&str>)> {
     let bare = date.strip_suffix(['T', 't']).filter(|bare| bare.ends_with(is_digit));
     let is_apart = date.is_empty() || bare.is_some() || date.ends_with([' ', ',']);
     is_apart.then(|| (bare.unwrap_or(date).trim_end_matches([' ', ',']), Some(clock)))
-}
-
-/// The parts of a date.
-enum Date {
-    /// Year, month and day.
-    Known([i64; 3]),
-    /// Three numbers as they are written, the digits of the first and the last one, and the order in
-    /// which they are read where none is stated.
-    Numbers { parts: [i64; 3], digits: [usize; 2], usual: Option<DateOrder> },
-}
-
-impl Date {
-    fn of(text: &str) -> Option<Self> {
-        if text.contains(char::is_alphabetic) {
-            return named(text);
-        }
-        let mark = text.chars().find(|c| !c.is_ascii_digit())?;
-        let mut all = text.split(mark);
-        let parts = [all.next()?, all.next()?, all.next()?];
-        let is_date = matches!(mark, '-' | '/' | '.')
-            && all.next().is_none()
-            && is_number_of(parts[0], 1..=4)
-            && is_number_of(parts[1], 1..=2)
-            && is_number_of(parts[2], 1..=4);
-        let digits = [parts[0].len(), parts[2].len()];
-        let [first, middle, last] = parts.map(|part| part.parse().ok());
-        let numbers = [first?, middle?, last?];
-        match digits {
-            _ if !is_date => None,
-            [4, 1 | 2] => Some(Self::Known(numbers)),
-            [1 | 2, 2 | 4] => {
-                let usual = (mark == '.').then_some(DateOrder::DayFirst);
-                Some(Self::Numbers { parts: numbers, digits, usual })
-            }
-            _ => None,
-        }
-    }
-
-    /// Its number since 1970; `None` for a day that the calendar does not have.
-    fn day(self, order: Option<DateOrder>) -> Option<i64> {
-        let [year, month, day] = match self {
-            Self::Known(date) => date,
-            Self::Numbers { parts: [first, middle, last], digits, usual } => {
-                match order.or(usual)? {
-                    DateOrder::DayFirst => [whole_year(last, digits[1])?, middle, first],
-                    DateOrder::MonthFirst => [whole_year(last, digits[1])?, first, middle],
-                    DateOrder::YearFirst if digits == [2, 2] => {
-                        [whole_year(first, digits[0])?, middle, last]
-                    }
-                    DateOrder::YearFirst => return None,
-                }
-            }
-        };
-        let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
-        let days = match month {
-            4 | 6 | 9 | 11 => 30,
-            2 if is_leap => 29,
-            2 => 28,
-            _ => 31,
-        };
-        let is_date = (1..=12).contains(&month) && (1..=days).contains(&day);
-        is_date.then(|| since_1970(year, month, day))
-    }
-}
-
-/// The year of so many digits.
-fn whole_year(year: i64, digits: usize) -> Option<i64> {
-    match digits {
-        4 => Some(year),
-        2 if year < LAST_CENTURY => Some(2000 + year),
-        2 => Some(1900 + year),
-        _ => None,
-    }
-}
-
-/// Names of months, in English and in German.
-const MONTHS: [&[&str]; 12] = [
-    &["jan", "january", "januar"],
-    &["feb", "february", "februar"],
-    &["mar", "march", "mär", "mrz", "märz"],
-    &["apr", "april"],
-    &["may", "mai"],
-    &["jun", "june", "juni"],
-    &["jul", "july", "juli"],
-    &["aug", "august"],
-    &["sep", "sept", "september"],
-    &["oct", "october", "okt", "oktober"],
-    &["nov", "november"],
-    &["dec", "december", "dez", "dezember"],
-];
-const WEEKDAYS: [&str; 7] = ["mon", "tue", "wed", "thu", "fri", "sat", "sun"];
-
-/// A date with the name of its month, with or without day of the week.
-fn named(text: &str) -> Option<Date> {
-    let mut month = None;
-    let mut numbers: Vec<&str> = Vec::new();
-    for (place, part) in
-        text.split(['-', '/', '.', ',', ' ']).filter(|part| !part.is_empty()).enumerate()
-    {
-        let small = part.to_lowercase();
-        if is_number_of(part, 1..=4) {
-            numbers.push(part);
-        } else if let Some(at) = MONTHS.iter().position(|names| names.contains(&small.as_str())) {
-            if month.replace(at as i64 + 1).is_some() {
-                return None;
-            }
-        } else if place > 0 || !WEEKDAYS.iter().any(|day| small.starts_with(day)) {
-            return None;
-        }
-    }
-    let [first, last] = numbers.as_slice() else { return None };
-    let (year, day) = if first.len() == 4 { (first, last) } else { (last, first) };
-    let [whole, day] = [year.parse().ok()?, day.parse().ok()?];
-    Some(Date::Known([whole_year(whole, year.len())?, month?, day]))
-}
-
-/// Days of the calendar since 1970, years beginning in March.
-fn since_1970(year: i64, month: i64, day: i64) -> i64 {
-    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
-    let era = year.div_euclid(400);
-    let of_era = year - 400 * era;
-    let of_year = (153 * month + 2) / 5 + day - 1;
-    146_097 * era + 365 * of_era + of_era / 4 - of_era / 100 + of_year - 719_468
-}
-
-fn is_digit(c: char) -> bool {
-    c.is_ascii_digit()
-}
-
-fn is_number_of(text: &str, digits: std::ops::RangeInclusive<usize>) -> bool {
-    digits.contains(&text.len()) && text.chars().all(is_digit)
 }
 
 fn digits(text: &str) -> Option<i64> {

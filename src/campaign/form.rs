@@ -3,7 +3,7 @@
 //! `data` and each of `signals` is the name of a file, or a table with the name and these keys.
 //! What is not stated is recognised from the file.
 
-use crate::campaign::calendar::DateOrder;
+use crate::campaign::date::DateOrder;
 use crate::campaign::dialect::{Decimal, Separator};
 use crate::campaign::formats::{FORMATS, Format};
 use crate::document::entries::{Entry, Item, Reader, Value, get};

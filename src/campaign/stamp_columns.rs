@@ -3,7 +3,8 @@
 //!
 //! The parts are added as exact numbers, so that a sum has all the digits that they have.
 
-use crate::campaign::calendar::{Calendar, DateOrder, calendar};
+use crate::campaign::calendar::{Calendar, calendar};
+use crate::campaign::date::DateOrder;
 use crate::campaign::header::{ADDED, Column, TIME};
 use crate::campaign::stamps::Exact;
 use crate::units::Unit;

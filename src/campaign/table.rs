@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::campaign::computed::Computation;
-use crate::campaign::dates::{self, Found};
+use crate::campaign::date_order;
 use crate::campaign::encodings::Encoding;
 use crate::campaign::form::{Form, HeaderRow};
 use crate::campaign::formats::Format;
@@ -26,7 +26,6 @@ use crate::campaign::reordered::Reordered;
 use crate::campaign::repeated_rows::RepeatedRows;
 use crate::campaign::repeats::Repeats;
 use crate::campaign::row::Reader;
-use crate::campaign::stamp_columns::StampColumns;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::document::files::{Files, Input, Refused, open_regular, reason, refused};
 
@@ -179,18 +178,8 @@ impl Table {
         if layout.header.is_none() && !is_used {
             return Err(content(header::no_header(&origin, &layout).into()));
         }
-        let stamp = StampColumns::of(&columns, form.dates);
-        let dated = (0..columns.len()).filter(|column| stamp.has(*column));
-        let form = match dates::in_file(path, form, &layout, dated).map_err(unreadable)? {
-            (column, Found::Open { orders, line, text }) => {
-                let cell = (layout.separator, column);
-                return Err(content(
-                    dates::undecided(&origin, (line, &text), cell, &orders).into(),
-                ));
-            }
-            (_, Found::Order(order)) => &Form { dates: Some(order), ..form.clone() },
-            (_, Found::None) => form,
-        };
+        let settled = date_order::settled(path, form, (&origin, &layout), &columns);
+        let form = &settled.map_err(unreadable)?.map_err(|fault| content(fault.into()))?;
         pass_header(&mut source, &layout).map_err(unreadable)?;
         let source = Source::Text(source);
         let table = Self::new(path, origin, form, columns, layout, source, skip_bad_rows);

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::campaign::calendar::{Calendar, DateOrder, calendar, seeming};
-use crate::campaign::dates::{self, Found};
+use crate::campaign::calendar::{Calendar, calendar, seeming};
+use crate::campaign::date::DateOrder;
+use crate::campaign::date_order::{self, Found};
 use crate::campaign::dialect::cells;
 use crate::campaign::form::Form;
 use crate::campaign::formats::Format;
@@ -141,7 +142,7 @@ impl Survey {
             heads.iter().take(MOST_COLUMNS).enumerate().map(column).collect();
         let dated = (0..columns.len()).filter(|at| columns[*at].calendar.is_some());
         let (orders, order) =
-            match dates::in_file(path, &form, &layout, dated).map_err(unreadable)?.1 {
+            match date_order::in_file(path, &form, &layout, dated).map_err(unreadable)?.1 {
                 Found::Open { orders, .. } => (orders.clone(), orders.first().copied()),
                 Found::Order(order) => (Vec::new(), Some(order)),
                 Found::None => (Vec::new(), None),

@@ -6,13 +6,16 @@
 use std::io;
 use std::path::Path;
 
-use crate::campaign::calendar::{DateOrder, day_in, open_date};
+use crate::campaign::calendar::open_date;
+use crate::campaign::date::{DateOrder, day_in, written};
 use crate::campaign::dialect::{Separator, cells};
 use crate::campaign::form::Form;
+use crate::campaign::header::Column;
 use crate::campaign::lines::Lines;
 use crate::campaign::origin::Origin;
 use crate::campaign::preamble::pass_header;
 use crate::campaign::recognise::Layout;
+use crate::campaign::stamp_columns::StampColumns;
 use crate::diagnostic::Diagnostic;
 use crate::document::files::open_regular;
 
@@ -36,6 +39,25 @@ struct Possible {
     order: DateOrder,
     last: Option<i64>,
     goes_on: bool,
+}
+
+/// The form of a file with the order of the dates in its columns of stamps, as stated or as the column
+/// decides; a fault where nothing does.
+pub(crate) fn settled(
+    path: &Path,
+    form: &Form,
+    (origin, layout): (&Origin, &Layout),
+    columns: &[Column],
+) -> io::Result<Result<Form, Diagnostic>> {
+    let stamp = StampColumns::of(columns, form.dates);
+    let dated = (0..columns.len()).filter(|column| stamp.has(*column));
+    Ok(match in_file(path, form, layout, dated)? {
+        (_, Found::None) => Ok(form.clone()),
+        (_, Found::Order(order)) => Ok(Form { dates: Some(order), ..form.clone() }),
+        (column, Found::Open { orders, line, text }) => {
+            Err(undecided(origin, (line, &text), (layout.separator, column), &orders))
+        }
+    })
 }
 
 /// Looks for the order in the first of these columns whose dates leave it open, unless it is stated;
@@ -102,7 +124,7 @@ impl Possible {
 }
 
 /// The fault of dates whose order nothing decides.
-pub(crate) fn undecided(
+fn undecided(
     origin: &Origin,
     (line, text): (usize, &str),
     (separator, column): (Separator, usize),
@@ -126,31 +148,4 @@ pub(crate) fn undecided(
         keys.join(" or ")
     );
     Diagnostic::error(message).at(origin.cell(line, text, separator, column)).help(help)
-}
-
-/// A day since 1970 as a date.
-fn written(days: i64) -> String {
-    // Years that begin in March, in eras of 400.
-    let days = days + 719_468;
-    let (era, of_era) = (days.div_euclid(146_097), days.rem_euclid(146_097));
-    let of = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * of + of / 4 - of / 100);
-    let march = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * march + 2) / 5 + 1;
-    let month = if march < 10 { march + 3 } else { march - 9 };
-    let year = of + 400 * era + i64::from(month <= 2);
-    format!("{year:04}-{month:02}-{day:02}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn days_are_written_as_they_are_read() {
-        for date in ["1970-01-01", "2000-02-29", "2024-03-07", "1999-12-31", "2100-03-01"] {
-            let day = day_in(date, DateOrder::DayFirst);
-            assert_eq!(day.map(written).as_deref(), Some(date));
-        }
-    }
 }
