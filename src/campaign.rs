@@ -9,12 +9,15 @@
 //! | [`timing`] | when a reading was asked for: captures made into reference times |
 //! | [`declared`], [`mod@file`] | inputs, measurands, runs as declared; what campaign.toml says, with the place of everything |
 //! | `origin`, `described` | where a table's cells are from, for messages; what they say of a table |
+//! | `encodings` | texts that are not UTF-8 |
 //! | `lines`, [`dialect`], [`form`], `preamble`, `recognise` | a file's lines; how they fall into cells and numbers; what is stated of it; what is recognised, and where its header is |
 //! | [`formats`], `roles` | formats of logs by name; which names of a model have a role in them |
 //! | [`header`], `row`, `repeats` | what a file's columns are; a line of it as numbers; what is wrong with rows, each cause once |
 //! | `words`, `table_entry`, `endings` | what a campaign calls columns; how it names a file; units at the end of a name |
 //! | [`stamps`] | stamps as exact numbers since a moment that all files share |
+//! | `calendar`, [`mod@date`], `date_order` | dates and times of day; a date; in which order a column has day and month |
 //! | `clock` | whether the clock of a file was set forward |
+//! | `repeated_rows` | rows that repeat another one, left out |
 //! | `wraps`, `order`, `sorted`, `reordered` | stamps that begin anew; in which order rows are whose time goes back; a file read anew and sorted; its rows |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `points`, `smoothing`, [`spline`] | a stream gathered into knots; how much to smooth it; the curve |
@@ -48,6 +51,7 @@
 mod attitude;
 mod axes;
 pub mod begin;
+mod calendar;
 pub mod calibration;
 mod captured;
 mod certificate;
@@ -56,10 +60,13 @@ mod column_units;
 mod columns;
 mod computed;
 mod computed_columns;
+pub mod date;
+mod date_order;
 pub mod declared;
 pub mod delay_range;
 mod described;
 pub mod dialect;
+mod encodings;
 mod endings;
 mod expected;
 pub mod file;
@@ -89,6 +96,7 @@ mod recognise;
 pub mod record;
 pub mod recorder;
 mod reordered;
+mod repeated_rows;
 mod repeats;
 mod roles;
 mod row;

@@ -3,7 +3,12 @@
 /// The axes x, y, z, wherever they stand in a name.
 const LETTERS: [&str; 3] = ["x", "y", "z"];
 /// Axes that are a whole part of a name: east, north, up.
-const WORDS: [[&str; 3]; 2] = [["e", "n", "u"], ["east", "north", "up"]];
+const WORDS: [[&str; 3]; 4] = [
+    ["e", "n", "u"],
+    ["east", "north", "up"],
+    ["easting", "northing", "elevation"],
+    ["easting", "northing", "height"],
+];
 /// What parts a name.
 const PARTS: [char; 5] = ['_', '.', '-', '/', ' '];
 
@@ -41,6 +46,7 @@ mod tests {
         assert_eq!(all("e-baseline"), ["e-baseline n-baseline u-baseline"]);
         assert_eq!(all("pos_east"), ["pos_east pos_north pos_up"]);
         assert_eq!(all("e"), ["e n u"]);
+        assert_eq!(all("easting").len(), 2);
         assert!(all("theta").is_empty() && all("he").is_empty());
     }
 }

@@ -5,13 +5,15 @@
 //! |---|---|
 //! | `pairing` | which of several logs are of one recording |
 //! | `kinds` | what a column without a unit measures, as its name says |
-//! | `stamps` | which columns are the stamps |
+//! | `stamps`, `stamp_column` | which columns are the stamps; which column of numbers |
 //! | `candidate` | a column with the unit that it seems to have |
 //! | `survey` | the first rows of a table with all of its columns |
+//! | `axis_columns` | which columns are the axes of one thing |
 //! | `guess`, `log` | what the columns seem to be; a file with that |
 //! | `models`, `planar` | models to begin with, where none of the library fits |
 //! | `text` | lines of the campaign |
 
+mod axis_columns;
 mod candidate;
 mod guess;
 mod kinds;
@@ -19,6 +21,7 @@ mod log;
 mod models;
 mod pairing;
 mod planar;
+mod stamp_column;
 mod stamps;
 mod survey;
 mod text;
@@ -82,7 +85,14 @@ pub fn begin(
                 "`{}` has no column of stamps: none of numbers in order",
                 log.survey.path.display()
             );
-            let help = "name the column in the campaign yourself (docs/files-as-they-are.md)";
+            let help = match stamp_column::counter(&log.survey) {
+                Some(name) => format!(
+                    "`{name}` counts rows: where they come at a known rate, name it with the time from row to row: time = {{ column = {}, unit = \"10 ms\" }}",
+                    text::quoted(name)
+                ),
+                None => "name the column in the campaign yourself (docs/files-as-they-are.md)"
+                    .to_owned(),
+            };
             faults.push(Diagnostic::error(message).help(help));
         }
     }
@@ -169,10 +179,8 @@ impl Fitted {
 
     fn tables(&self, data: &Log, stream: &Log) -> Vec<Table> {
         let (data, stream) = if self.is_swapped { (stream, data) } else { (data, stream) };
-        let table = |log: &Log, words: &[Word], open: &[String]| Table {
-            path: log.survey.path.clone(),
-            words: words.to_vec(),
-            open: open.to_vec(),
+        let table = |log: &Log, words: &[Word], open: &[String]| {
+            Table::of(log, words.to_vec(), open.to_vec())
         };
         let [of_data, of_stream] = &self.open;
         vec![table(data, &self.data, of_data), table(stream, &self.stream, of_stream)]
@@ -254,8 +262,14 @@ fn wanted(names: &[(String, Unit)], log: &Log, roles: &[(String, Role)]) -> Vec<
             unit.is_none_or(|unit| like.accepts(&unit))
         };
         let called = |is: &dyn Fn(&str) -> bool| {
-            let mut all = columns.iter().enumerate().filter(|(_, column)| is(&column.name));
-            all.find(|(at, _)| is_of_kind(at)).map(|(at, _)| at)
+            let all = columns.iter().enumerate().filter(|(_, column)| is(&column.name));
+            let all = || all.clone().map(|(at, _)| at).filter(is_of_kind);
+            // Of several columns of that name the one that is an axis of the position.
+            let is_axis = |at: &usize| {
+                let axes = log.guess.position.iter().flatten();
+                axes.into_iter().any(|axis| axis.column == *at)
+            };
+            all().find(is_axis).or_else(|| all().next())
         };
         let same = called(&|own| own == name);
         let alike = || called(&|own| base(own).0 == name.to_lowercase());

@@ -22,6 +22,7 @@ impl Table {
         if self.reader.has_decimal_commas() {
             words.push("decimal commas".to_owned());
         }
+        words.extend(self.encoding().map(|encoding| encoding.words().to_owned()));
         match header {
             None => words.push("no header row".to_owned()),
             Some(header) if header.start > 0 => {
@@ -33,6 +34,21 @@ impl Table {
             Some(_) => {}
         }
         (!words.is_empty()).then(|| format!("`{}`: {}", self.name(), words.join(", ")))
+    }
+
+    /// What to do where the header seems to be in another line: most rows have another number of cells.
+    pub(crate) fn header_help(&self) -> Option<String> {
+        let header = self.layout.header.as_ref()?;
+        let width = |row: &String| cells(row, self.layout.separator).count();
+        let is_off = |count: usize| count != self.width && count != self.width + 1;
+        let rows = &self.layout.rows;
+        let off = rows.iter().filter(|row| is_off(width(row))).count();
+        (2 * off > rows.len()).then(|| {
+            format!(
+                "the row of names in line {} has other cells than most rows: if the names are in another line, write its number beside `file`, as `header = 4`; `header = false` where there are none",
+                header.line
+            )
+        })
     }
 
     /// The name of its file without its folder.

@@ -118,7 +118,9 @@ impl Loader<'_> {
                     ),
                     _ => found,
                 };
-                self.reader.fault(word.name.span, message, help);
+                let fault = Diagnostic::error(message).at(word.name.place.clone()).help(help);
+                let doubt = tables.iter().find_map(|table| table.header_help());
+                self.reader.report(doubt.into_iter().fold(fault, Diagnostic::help));
             }
         }
     }

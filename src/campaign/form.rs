@@ -1,8 +1,9 @@
-//! What a campaign states of a file's form: separator, decimals, header row, missing readings.
+//! What a campaign states of a file's form: separator, decimals, header row, dates, missing readings.
 //!
 //! `data` and each of `signals` is the name of a file, or a table with the name and these keys.
 //! What is not stated is recognised from the file.
 
+use crate::campaign::date::DateOrder;
 use crate::campaign::dialect::{Decimal, Separator};
 use crate::campaign::formats::{FORMATS, Format};
 use crate::document::entries::{Entry, Item, Reader, Value, get};
@@ -12,7 +13,8 @@ use crate::units::Unit;
 pub(crate) const MOST_LINE: usize = 1000;
 
 /// The keys of a file's form.
-pub(crate) const KEYS: [&str; 6] = ["format", "separator", "decimal", "header", "missing", "wraps"];
+pub(crate) const KEYS: [&str; 7] =
+    ["format", "separator", "decimal", "header", "dates", "missing", "wraps"];
 
 /// Where the header row of a file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +38,8 @@ pub struct Form {
     pub decimal: Decimal,
     /// Where its header row is.
     pub header: Option<HeaderRow>,
+    /// In which order dates have day, month and year.
+    pub dates: Option<DateOrder>,
     /// Cells that stand for a reading that is missing.
     pub missing: Vec<String>,
     /// After which time its stamps begin anew (s).
@@ -82,6 +86,16 @@ impl Form {
         form.wraps = get(entries, "wraps")
             .and_then(|item| reader.positive_of(item, "wraps", &Unit::second()));
         form.header = get(entries, "header").and_then(|item| header(reader, item));
+        if let Some(item) = get(entries, "dates") {
+            let orders = DateOrder::ALL.map(DateOrder::words).join("\", \"");
+            form.dates = word(
+                reader,
+                item,
+                ("dates", DateOrder::DayFirst.words(), "an order of dates"),
+                &format!("\"{orders}\""),
+                DateOrder::of,
+            );
+        }
         if let Some(item) = get(entries, "missing") {
             form.missing = match &item.value {
                 Value::List(_) => {
@@ -122,10 +136,21 @@ fn character<T>(
     expected: &str,
     known: impl Fn(&str) -> Option<T>,
 ) -> Option<T> {
-    let text = reader.text(item, &format!("{key} = \";\""))?;
+    word(reader, item, (key, ";", &format!("a {key}")), expected, known)
+}
+
+/// One of the words that a key may have; with an example, and what it should be.
+fn word<T>(
+    reader: &mut Reader,
+    item: &Item,
+    (key, example, what): (&str, &str, &str),
+    expected: &str,
+    known: impl Fn(&str) -> Option<T>,
+) -> Option<T> {
+    let text = reader.text(item, &format!("{key} = \"{example}\""))?;
     let found = known(&text);
     if found.is_none() {
-        let message = format!("`{text}` is not a {key}");
+        let message = format!("`{text}` is not {what}");
         reader.fault(item.span, message, format!("expected {expected}"));
     }
     found

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
+use crate::campaign::calendar::{FORMS, seeming};
 use crate::campaign::column_units::{by_name, counts, read_unit};
 use crate::campaign::computed::Computation;
-use crate::campaign::form::Form;
+use crate::campaign::form::{Form, is_missing};
 use crate::campaign::formats::{Format, Role, ahead_of_utc, unit_since_1970};
 use crate::campaign::origin::Origin;
 use crate::campaign::recognise::Layout;
-use crate::campaign::stamps::calendar;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::units::Unit;
 
@@ -57,7 +57,9 @@ pub fn split(cell: &str) -> (&str, Option<(&str, usize)>) {
         let open = cell.find(open).filter(|_| cell.ends_with(close))?;
         Some((cell[..open].trim(), (&cell[open + 1..cell.len() - 1], open + 1)))
     };
-    if let Some((name, unit)) = parts('[', ']') {
+    // `q[0]` names an element; `[1]` may be the unit 1.
+    let is_index = |text: &str| text.parse::<u32>().is_ok_and(|index| index != 1);
+    if let Some((name, unit)) = parts('[', ']').filter(|(_, unit)| !is_index(unit.0)) {
         return (name, Some(unit));
     }
     match parts('(', ')') {
@@ -236,13 +238,23 @@ impl Choice {
     }
 }
 
+/// The first cell of a column, where it is neither a number nor a date, a time of day or a reading
+/// that is missing.
+fn no_stamp<'a>(layout: &'a Layout, form: &Form, column: usize) -> Option<&'a str> {
+    let cell = layout.first_cell(column)?;
+    let is_number = form.decimal.clone().number(cell, layout.separator).is_some();
+    let is_known = is_number || seeming(cell).is_some() || is_missing(&form.missing, cell);
+    Some(cell).filter(|cell| !cell.is_empty() && !is_known)
+}
+
 /// The fault of a file that does not say what its columns are.
 pub(crate) fn no_header(origin: &Origin, layout: &Layout) -> Diagnostic {
     let (line, text) = &layout.first;
     Diagnostic::error("the file has no header row")
         .at(origin.place(*line, text, (0, text.len())))
         .help("the first row names the columns, each with its unit: `time [s],distance [m]`")
-        .help("or say in the campaign which column is which: columns = { time = { column = 1, unit = \"s\" } }")
+        .help("where the row of names is in another line, write its number beside `file`: header = 4")
+        .help("where there is none, count the columns: header = false, columns = { time = { column = 1, unit = \"s\" } }")
 }
 
 /// Reads a header.
@@ -324,7 +336,7 @@ pub(crate) fn read(
     }
     let first_stamp =
         |index: usize| form.decimal.clone().number(layout.first_cell(index)?, layout.separator);
-    let is_dated = |index| layout.first_cell(index).and_then(calendar).is_some();
+    let is_dated = |index| layout.first_cell(index).and_then(seeming).is_some();
     let mut columns = Vec::with_capacity(all.cells.len());
     for (index, (cell, span)) in all.cells.iter().enumerate() {
         if faults.len() >= MOST_FAULTS {
@@ -362,6 +374,18 @@ pub(crate) fn read(
             }
             let (stated, unit) =
                 if is_dated { (Some(Unit::second()), None) } else { (stated, unit) };
+            let is_without = !is_source && stated.is_none() && unit.is_none();
+            let is_stamp = want.role == Some(Role::Time(0)) && is_without;
+            if let Some(word) = no_stamp(layout, form, index).filter(|_| is_stamp) {
+                let message = format!(
+                    "expected a number, a date or a time of day in column `{}`, found `{}`",
+                    origin.word(&column.name),
+                    origin.word(word)
+                );
+                faults.push(Diagnostic::error(message).at(at(*span)).help(FORMS));
+                columns.push(column);
+                continue;
+            }
             let hint = since_1970.or_else(|| by_name(&column.name, &want.unit));
             let accepts = (!is_source).then_some(&want.unit);
             let read = read_unit(origin, want, accepts, stated, (&column.name, hint), unit);

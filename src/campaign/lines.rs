@@ -1,4 +1,5 @@
-//! A text file, plain or `.gz`, by its lines; comments (`#`, `%`) and empty lines are passed over.
+//! A text file, plain or `.gz`, by its lines; comments (`#`, `%`) and empty lines are passed over. Other
+//! encodings than UTF-8 are decoded ([`super::encodings`]).
 //!
 //! Lines come one after the other from a buffer of fixed size: a file may be larger than memory.
 
@@ -9,6 +10,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use flate2::read::MultiGzDecoder;
 use memchr::memchr;
+
+use crate::campaign::encodings::{Decoded, Encoding};
 
 /// The most bytes of one line.
 const MOST_LINE: usize = 1 << 24;
@@ -71,6 +74,8 @@ pub(crate) struct Lines {
     ended: bool,
     /// Bytes of the file read, packed.
     count: Arc<AtomicU64>,
+    /// How the file is encoded, if not as UTF-8.
+    pub(crate) encoding: Option<Encoding>,
 }
 
 impl std::fmt::Debug for Lines {
@@ -88,8 +93,16 @@ impl Lines {
         let count = Arc::default();
         let mut lines = Self::new(open(file, &count)?, BUFFER);
         lines.count = count;
-        while lines.end < 3 && !lines.ended {
+        while lines.end < HEAD && !lines.ended {
             lines.fill()?;
+        }
+        let head = lines.buffer[..lines.end].to_vec();
+        if let Some(encoding) = Encoding::of(&head) {
+            let source = std::mem::replace(&mut lines.source, Box::new(io::empty()));
+            let whole = io::Cursor::new(head).chain(source);
+            let count = lines.count;
+            lines = Self::new(Box::new(Decoded::new(whole, encoding)), BUFFER);
+            (lines.count, lines.encoding) = (count, Some(encoding));
         }
         if lines.buffer[..lines.end].starts_with(b"\xef\xbb\xbf") {
             lines.start = 3;
@@ -99,7 +112,8 @@ impl Lines {
 
     fn new(source: Box<dyn Read + Send>, buffer: usize) -> Self {
         let (buffer, count) = (vec![0; buffer], Arc::default());
-        Self { source, buffer, start: 0, end: 0, number: 0, ended: false, count }
+        let encoding = None;
+        Self { source, buffer, start: 0, end: 0, number: 0, ended: false, count, encoding }
     }
 
     /// Bytes of the file, packed as it is, read so far.

@@ -77,6 +77,11 @@ impl Loader<'_> {
         if let Some(told) = table.layout_told().filter(|told| !self.recognised.contains(told)) {
             self.recognised.push(told);
         }
+        // One log may be read as data and as a stream.
+        let repeated = table.repeated.told(&table.name());
+        let is_new =
+            |told: &Diagnostic| self.warnings.iter().all(|one| one.message != told.message);
+        self.warnings.extend(repeated.filter(is_new));
         self.skipped.append(&mut table.skipped);
         self.skipped_count += table.skipped_count;
     }

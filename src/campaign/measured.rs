@@ -198,9 +198,6 @@ impl Loader<'_> {
                 }
             }
             self.take_readings(table, &mut samples, &mut readings);
-            if is_timed {
-                readings.count_repeated(&samples);
-            }
             self.leave_out(&mut samples, &usable, &mut readings);
             if let Err(error) = recorder.push(self.store, &samples) {
                 self.cannot_keep(entry, &error);

@@ -138,7 +138,11 @@ const CLOCKS: [(&str, f64); 5] =
 pub(crate) fn counter(step: f64, unit: &Unit) -> Option<String> {
     let clock = CLOCKS.into_iter().find(|(_, size)| (step / size - 1.0).abs() < CLOSE);
     let clock = clock.map(|(words, _)| words.to_owned());
-    clock.or_else(|| size(step / unit.factor).map(|size| format!("{size} {}", unit.symbol)))
+    let counts = |size: f64| match unit.symbol.starts_with(|c: char| c.is_ascii_digit()) {
+        true => format!("{} s", size * unit.factor),
+        false => format!("{size} {}", unit.symbol),
+    };
+    clock.or_else(|| size(step / unit.factor).map(counts))
 }
 
 /// The power of two or of ten that a step of a counter is close to, if any.

@@ -65,12 +65,7 @@ impl Origin {
         let valid = std::str::from_utf8(line).err().map_or(0, |error| error.valid_up_to());
         let text = String::from_utf8_lossy(line);
         let place = self.place(number, &text, (valid, valid));
-        let is_utf16 = line.starts_with(b"\xff\xfe") || line.starts_with(b"\xfe\xff");
-        let message = match is_utf16 {
-            true => "the file is UTF-16, not UTF-8",
-            false => "the file is not UTF-8 here",
-        };
-        Diagnostic::error(message).at(place).help("save the file as UTF-8")
+        Diagnostic::error("the file is not UTF-8 here").at(place).help("save the file as UTF-8")
     }
 }
 

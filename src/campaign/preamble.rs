@@ -8,7 +8,7 @@
 
 use std::io;
 
-use crate::campaign::dialect::{cells, names};
+use crate::campaign::dialect::{Separator, cells, names};
 use crate::campaign::form::{Form, HeaderRow, is_missing};
 use crate::campaign::lines::Lines;
 use crate::campaign::recognise::{Head, Layout, ROWS, are_units, candidates, numbers};
@@ -66,11 +66,22 @@ impl Head<'_> {
             // Behind a row of as many names, or behind rows of numbers, words are a bad row: units,
             // readings that are missing, the header of a recorder that was started again.
             let is_named = named(0) == Some(width);
-            let is_behind_rows = self.rows[..header].iter().any(|(_, row)| is_alike(row));
+            // A setting (`Samples,300,300`) has a word where the rows have a number.
+            let is_behind_rows = self.rows[..header]
+                .iter()
+                .any(|(_, row)| is_alike(row) && has_numbers_of(row, rows[0].1, separator, form));
             let is_header = named(header).is_some_and(|count| 2 * count >= width);
             is_header.then_some(if is_named || is_behind_rows { 0 } else { header })
         })
     }
+}
+
+/// Whether a row has numbers, or nothing, wherever another one has numbers.
+fn has_numbers_of(row: &str, other: &str, separator: Separator, form: &Form) -> bool {
+    let is_number = |cell: &str| numbers(cell, separator, form) > 0;
+    let is_open = |cell: &str| cell.is_empty() || is_missing(&form.missing, cell);
+    let mut pairs = cells(row, separator).zip(cells(other, separator));
+    pairs.all(|((own, _), (other, _))| !is_number(other) || is_number(own) || is_open(own))
 }
 
 /// Passes over everything before the first row of a table. A header behind a comment sign is passed

@@ -24,36 +24,10 @@ pub(crate) struct Readings {
     /// Those of them that lack an input; those that lie outside a stream.
     lacking: usize,
     outside: usize,
-    /// Samples that repeat the one before, time and readings; that one's time and readings.
-    repeated: usize,
-    last: Vec<f64>,
     /// Time of the first and the last sample (s).
     span: Option<(f64, f64)>,
     /// Measurands of which a quaternion was found to be none.
     faulty: Vec<usize>,
-}
-
-impl Readings {
-    /// Counts the samples that repeat the one before.
-    pub(crate) fn count_repeated(&mut self, samples: &Samples) {
-        let Samples { time, readings, .. } = samples;
-        let row = |row: usize| readings.iter().map(move |column| column[row]);
-        let same = |(a, b): (f64, f64)| a.to_bits() == b.to_bits();
-        for (number, at) in time.iter().enumerate() {
-            let repeats = match number.checked_sub(1) {
-                Some(last) => *at == time[last] && row(number).zip(row(last)).all(same),
-                None => {
-                    let (time, last) = self.last.split_first().unwrap_or((&f64::NAN, &[]));
-                    at == time && row(0).zip(last.iter().copied()).all(same)
-                }
-            };
-            self.repeated += usize::from(repeats && row(number).any(|reading| !reading.is_nan()));
-        }
-        if let Some(at) = time.last() {
-            self.last.clear();
-            self.last.extend(std::iter::once(*at).chain(row(time.len() - 1)));
-        }
-    }
 }
 
 impl Loader<'_> {
@@ -73,7 +47,9 @@ impl Loader<'_> {
             let names: Vec<_> = columns.iter().map(|(_, name)| name.as_str()).collect();
             let message = format!("`{}` holds no reading", data.text);
             let help = format!("expected columns {}; found {}", names.join(", "), table.names());
-            self.reader.fault(data.span, message, help);
+            let help = [Some(help), table.header_help()].into_iter().flatten();
+            let fault = Diagnostic::error(message).at(data.place.clone());
+            self.reader.report(help.fold(fault, Diagnostic::help));
         }
         for (index, first) in self.rotations() {
             let own = &columns[first..first + 4];
@@ -185,15 +161,6 @@ impl Loader<'_> {
     pub(crate) fn tell_left_out(&mut self, entry: &RunEntry, inputs: &[Track], known: &Readings) {
         let Readings { read: all, lacking, outside, .. } = *known;
         let run = entry.name.text.clone();
-        if known.repeated > 0 {
-            let samples = if known.repeated == 1 { "sample repeats" } else { "samples repeat" };
-            let message = format!(
-                "run `{run}`: {} {samples} the one before, time and readings: that counts twice",
-                known.repeated
-            );
-            let help = "leave such rows out of the file";
-            self.warnings.push(Diagnostic::warning(message).help(help));
-        }
         if lacking > 0 {
             let why = "an input is missing".to_owned();
             self.left_out.push(LeftOut { run: run.clone(), samples: lacking, why });

@@ -5,9 +5,9 @@
 //! the last comment before it with as many names is the header, if there is one. What comes before
 //! the header is [`super::preamble`]'s business.
 
+use crate::campaign::calendar::{Calendar, seeming};
 use crate::campaign::dialect::{Cell, Decimal, SEPARATORS, Separator, cells, names};
 use crate::campaign::form::{Form, HeaderRow, MOST_LINE, is_missing};
-use crate::campaign::stamps::{Calendar, calendar};
 use crate::units::Unit;
 
 /// Rows by which a file's form is recognised.
@@ -304,7 +304,7 @@ impl<'a> Head<'a> {
 
 /// The cells of a row that hold dates, with a time of day behind them.
 fn dated(row: &str, separator: Separator) -> Vec<usize> {
-    let kinds: Vec<_> = cells(row, separator).map(|(cell, _)| calendar(cell)).collect();
+    let kinds: Vec<_> = cells(row, separator).map(|(cell, _)| seeming(cell)).collect();
     let is_dated = |pair: &[Option<Calendar>]| {
         matches!(pair, [Some(Calendar::Day(_)), Some(Calendar::Clock(_))])
     };
@@ -370,8 +370,7 @@ fn is_reading(cell: &str, decimal: &mut Decimal, separator: Separator, form: &Fo
 pub(super) fn numbers(row: &str, separator: Separator, form: &Form) -> usize {
     let mut decimal = form.decimal;
     let all = cells(row, separator);
-    let mut is_number =
-        |cell| decimal.number(cell, separator).is_some() || calendar(cell).is_some();
+    let mut is_number = |cell| decimal.number(cell, separator).is_some() || seeming(cell).is_some();
     all.filter(|(cell, _)| is_number(cell)).count()
 }
 

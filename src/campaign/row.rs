@@ -3,13 +3,13 @@
 //! A line without quotes is cut at its separators and its cells are parsed where they stand. Only
 //! what that way does not take goes the slow way, which knows quotes and finds the words for faults.
 
+use crate::campaign::calendar::{Calendar, FORMS, seeming};
 use crate::campaign::dialect::{Decimal, Separator, cells};
 use crate::campaign::form::{Form, is_missing};
 use crate::campaign::header::Column;
 use crate::campaign::origin::Origin;
 use crate::campaign::repeats::{Cause, RowFault};
 use crate::campaign::stamp_columns::StampColumns;
-use crate::campaign::stamps::{Calendar, calendar};
 use crate::campaign::wraps::Wraps;
 use crate::diagnostic::{self, Diagnostic};
 
@@ -51,7 +51,7 @@ impl Reader {
     ) -> Self {
         Self {
             origin,
-            stamp: StampColumns::of(columns),
+            stamp: StampColumns::of(columns, form.dates),
             last_time: f64::NEG_INFINITY,
             any_order: false,
             is_late: false,
@@ -326,7 +326,8 @@ impl Reader {
 
     fn not_a_number(&self, cell: &str, column: &Column) -> Diagnostic {
         let word = self.origin.word(cell);
-        let time = calendar(cell).filter(|_| self.stamp.has(column.index));
+        let is_stamp = self.stamp.has(column.index);
+        let time = seeming(cell).filter(|_| is_stamp);
         if time.is_some() && self.stamp.is_sum() {
             let message = format!(
                 "column `{}` has a second date or time of day of the stamp: `{word}`",
@@ -352,6 +353,7 @@ impl Reader {
             Decimal::Point if cell.contains(',') => {
                 what.help("the numbers of this file have decimal points, this one has a comma")
             }
+            _ if is_stamp => what.help(FORMS),
             _ => what,
         }
     }

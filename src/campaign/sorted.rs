@@ -50,7 +50,7 @@ impl Table {
         self.take_far_out(&time, &far)?;
         let is_bad = order::marked(time.values.len(), &bad);
         order.retain(|row| !is_bad[*row]);
-        let sorted = order.len();
+        let before = order.len();
         let columns: Vec<Vec<f64>> =
             self.columns.iter_mut().map(|column| std::mem::take(&mut column.values)).collect();
         let same = |a: usize, b: usize| {
@@ -60,11 +60,11 @@ impl Table {
             })
         };
         order.dedup_by(|row, before| same(*row, *before));
-        let repeated = sorted - order.len();
+        self.repeated.add(before - order.len());
         let lines = std::mem::take(&mut self.lines);
         let count = lines.len();
         self.sorted = Some(Reordered { lines, columns, order, shown: 0, begins: false });
-        let mut message = match (back, far.len()) {
+        let message = match (back, far.len()) {
             (0, 0) => return Ok(None),
             (0, far) => format!(
                 "`{}`: the times of {} are far from all others",
@@ -73,9 +73,6 @@ impl Table {
             ),
             _ => order::told(&self.name(), count, back, largest),
         };
-        if repeated > 0 {
-            message += &format!("; {repeated} that repeat the row before were left out");
-        }
         Ok(Some(Diagnostic::warning(message)))
     }
 

@@ -3,8 +3,10 @@
 //!
 //! The parts are added as exact numbers, so that a sum has all the digits that they have.
 
+use crate::campaign::calendar::{Calendar, calendar};
+use crate::campaign::date::DateOrder;
 use crate::campaign::header::{ADDED, Column, TIME};
-use crate::campaign::stamps::{Calendar, Exact, calendar};
+use crate::campaign::stamps::Exact;
 use crate::units::Unit;
 
 /// The columns of a file that make its stamps, and the parts of the row at hand so far.
@@ -16,6 +18,8 @@ pub(crate) struct StampColumns {
     added: Vec<usize>,
     /// From when stamps count (s).
     zero: i64,
+    /// In which order dates have day, month and year.
+    order: Option<DateOrder>,
     sum: Exact,
     /// Parts that are no exact numbers (s).
     rest: f64,
@@ -27,7 +31,7 @@ pub(crate) struct StampColumns {
 
 impl StampColumns {
     /// Those among the columns of a file.
-    pub(crate) fn of(columns: &[Column]) -> Self {
+    pub(crate) fn of(columns: &[Column], order: Option<DateOrder>) -> Self {
         let are = |name: &'static str| {
             let all = columns.iter().enumerate();
             all.filter(move |(_, column)| column.wanted.as_deref() == Some(name))
@@ -36,6 +40,7 @@ impl StampColumns {
             time: are(TIME).next().map(|(place, _)| place),
             added: are(ADDED).map(|(place, _)| place).collect(),
             zero: 0,
+            order,
             sum: Exact::ZERO,
             rest: 0.0,
             count: 0,
@@ -82,7 +87,7 @@ impl StampColumns {
             Some(_) if is_one && self.zero == 0 => None,
             Some(_) => Exact::of_number(cell, unit),
             None => {
-                let (part, own) = match calendar(cell) {
+                let (part, own) = match calendar(cell, self.order) {
                     Some(Calendar::Moment(part)) => (part, [true, true]),
                     Some(Calendar::Clock(part)) => (part, [false, true]),
                     // A date without time of day is no moment.

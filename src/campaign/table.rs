@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::campaign::computed::Computation;
+use crate::campaign::date_order;
+use crate::campaign::encodings::Encoding;
 use crate::campaign::form::{Form, HeaderRow};
 use crate::campaign::formats::Format;
 use crate::campaign::header::{self, Column, Header, Wanted};
@@ -21,6 +23,7 @@ use crate::campaign::parquet::Rows;
 use crate::campaign::preamble::{head_lines, pass_header};
 use crate::campaign::recognise::{Head, Layout};
 use crate::campaign::reordered::Reordered;
+use crate::campaign::repeated_rows::RepeatedRows;
 use crate::campaign::repeats::Repeats;
 use crate::campaign::row::Reader;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
@@ -65,6 +68,7 @@ pub struct Table {
     /// The rows in the order of time, where they are not so in the file.
     pub(crate) sorted: Option<Reordered>,
     faults: Repeats,
+    pub(super) repeated: RepeatedRows,
     /// Rows read so far.
     count: usize,
     pub(super) layout: Layout,
@@ -174,6 +178,8 @@ impl Table {
         if layout.header.is_none() && !is_used {
             return Err(content(header::no_header(&origin, &layout).into()));
         }
+        let settled = date_order::settled(path, form, (&origin, &layout), &columns);
+        let form = &settled.map_err(unreadable)?.map_err(|fault| content(fault.into()))?;
         pass_header(&mut source, &layout).map_err(unreadable)?;
         let source = Source::Text(source);
         let table = Self::new(path, origin, form, columns, layout, source, skip_bad_rows);
@@ -195,6 +201,7 @@ impl Table {
             file: origin.file.clone(),
             origin,
             width: columns.len(),
+            repeated: RepeatedRows::of(&columns),
             columns,
             lines: Vec::new(),
             skipped: Vec::new(),
@@ -265,6 +272,7 @@ impl Table {
     }
 
     fn more_rows(&mut self, most: usize) -> Result<bool, TableError> {
+        self.repeated.remember(&self.columns[..self.width]);
         self.columns.iter_mut().for_each(|column| column.values.clear());
         self.lines.clear();
         if let Some(sorted) = &mut self.sorted {
@@ -293,7 +301,8 @@ impl Table {
                 Ok(row) => {
                     self.count += 1;
                     // With a fault nothing of the table will be used.
-                    if self.faults.is_empty() {
+                    let own = &self.columns[..self.width];
+                    if self.faults.is_empty() && !self.repeated.is_repeated(own, row) {
                         self.lines.push(number);
                         push(&mut self.columns, row);
                     }
@@ -368,6 +377,8 @@ impl Table {
             }
         };
         self.reader.take_any_order();
+        self.columns.iter_mut().for_each(|column| column.values.clear());
+        self.repeated = RepeatedRows::of(&self.columns);
         self.skipped.clear();
         (self.skipped_count, self.count) = (0, 0);
         Ok(())
@@ -398,6 +409,15 @@ impl Table {
         }
         let found = Diagnostics(faults).into_result(!self.lines.is_empty());
         found.map_err(|faults| TableError::Content(self.origin.faults(faults)))
+    }
+
+    /// How the file is encoded, if not as UTF-8.
+    pub(super) fn encoding(&self) -> Option<Encoding> {
+        match &self.source {
+            Source::Text(lines) => lines.encoding,
+            #[cfg(feature = "parquet")]
+            Source::Parquet(_) => None,
+        }
     }
 
     /// Bytes of the file, packed as it is, read so far.

@@ -5,7 +5,7 @@ use crate::campaign::header::{Choice, ONE_COLUMN, TIME, split};
 use crate::diagnostic::Diagnostic;
 use crate::document::entries::{Entry, Item, Named, Reader, Value, get};
 use crate::formula::{ExpressionKind, Formula};
-use crate::units::Unit;
+use crate::units::{Dimension, Unit, parse_quantity};
 
 const EXAMPLE: &str = "columns = { hand_x = \"tool_x [m]\" }";
 /// What the time is not.
@@ -55,7 +55,7 @@ fn word(reader: &mut Reader, entry: &Entry) -> ColumnWord {
             word.column = get(entries, "column").and_then(|item| column(reader, item));
             word.unit = get(entries, "unit").and_then(|item| {
                 let text = reader.text(item, "unit = \"mm\"")?;
-                unit(reader, item, &text)
+                unit(reader, item, &text, entry.key == TIME)
             });
             if let Some(item) = get(entries, "formula")
                 && let Some(text) = reader.text(item, "formula = \"90 deg - elevation\"")
@@ -79,7 +79,8 @@ fn word(reader: &mut Reader, entry: &Entry) -> ColumnWord {
             if let Some(text) = reader.text(&entry.item, "hand_x = \"tool_x [m]\"") {
                 let (header, symbol) = split(text.trim());
                 word.column = Some(Choice::Name(header.to_owned()));
-                word.unit = symbol.and_then(|(symbol, _)| unit(reader, &entry.item, symbol));
+                word.unit = symbol
+                    .and_then(|(symbol, _)| unit(reader, &entry.item, symbol, entry.key == TIME));
                 word.formula = meant(parsed(reader, &entry.item, &text).ok());
             }
         }
@@ -149,8 +150,14 @@ fn column(reader: &mut Reader, item: &Item) -> Option<Choice> {
     }
 }
 
-fn unit(reader: &mut Reader, item: &Item, text: &str) -> Option<Unit> {
-    match Unit::parse(text) {
+/// A unit; of the time also an interval, as `10 ms` from count to count.
+fn unit(reader: &mut Reader, item: &Item, text: &str, is_time: bool) -> Option<Unit> {
+    let interval = || {
+        let (factor, unit) = parse_quantity(text).ok()?;
+        let is_interval = is_time && factor > 0.0 && unit.dimension == Dimension::TIME;
+        is_interval.then(|| Unit { symbol: text.trim().to_owned(), factor, ..unit })
+    };
+    match Unit::parse(text).or_else(|error| interval().ok_or(error)) {
         Ok(unit) => Some(unit),
         Err(error) => {
             reader.fault(item.span, error.message, error.help.unwrap_or_default());

@@ -23,7 +23,7 @@ fn library() -> Vec<NamedModel> {
 }
 
 /// What is begun of logs in a folder; it is read, and comes with its model's text.
-fn begun(
+pub(crate) fn begun(
     files: &[(&str, String)],
     model: Option<&str>,
 ) -> Result<(String, String, Campaign), String> {

@@ -492,12 +492,13 @@ fn samples_without_an_input_are_left_out_and_counted() {
 }
 
 #[test]
-fn rows_that_repeat_the_one_before_are_told() {
-    // The same time with another reading, and a row without reading, are no repetition.
+fn rows_that_repeat_the_one_before_are_left_out() {
+    // The same time with another reading is no repetition; a row without reading is one.
     let more = "12.5,15,10,3,1002\n12.5,15,10,3,1003\n13,20,10,,\n13,20,10,,\n";
     let campaign = load("repeat", CAMPAIGN, &(SLOW.to_owned() + more)).unwrap();
     let warning = &campaign.warnings[0];
-    assert!(warning.message.contains("run `slow`: 1 sample"), "{warning}");
+    let words = "`slow.csv`: 2 rows that repeat another one, stamp and values, were left out";
+    assert_eq!(warning.message, words);
     assert!(load("no-repeat", CAMPAIGN, SLOW).unwrap().warnings.is_empty());
     // Across the blocks in which a long file is read.
     let mut long = SLOW.to_owned();
@@ -511,7 +512,9 @@ fn rows_that_repeat_the_one_before_are_told() {
     let campaign = load("repeat-long", CAMPAIGN, &twice).unwrap();
     let told = campaign.warnings[0].message.clone();
     let due = long.lines().filter(|line| line.starts_with('1')).count();
-    assert!(told.contains(&format!("{due} samples")), "{told}");
+    assert!(told.contains(&format!("{due} rows that repeat another one")), "{told}");
+    let once = load("once", CAMPAIGN, &long).unwrap();
+    assert_eq!(campaign.runs[0].held().time, once.runs[0].held().time);
 }
 
 /// Runs of a setup come one after the other: where their times say otherwise somebody should look.

@@ -8,7 +8,9 @@ mod stream;
 
 mod begin;
 mod campaign;
+mod dates;
 mod every_effect;
+mod exports;
 mod faults;
 mod files;
 mod formats;

@@ -73,8 +73,26 @@ fn rows_that_repeat_another_one_are_left_out_once_the_rows_are_sorted() {
     let data = rows("time [s],x [m]", (0..300).chain([120, 121]).chain(300..400));
     let found = load(CAMPAIGN, &data, &stream, false).unwrap();
     assert_eq!(found.runs[0].held().time.len(), 400);
-    let said = said(&found);
-    assert!(said.iter().any(|one| one.contains("; 2 that repeat the row before")), "{said:?}");
+    let told = said(&found);
+    let words = "`data.csv`: 2 rows that repeat another one, stamp and values, were left out";
+    assert!(told.iter().any(|one| one == words), "{told:?}");
+    // The same of a file in order, over its blocks; and of a stream.
+    let count = 20_000;
+    let twice = |n: usize| std::iter::repeat_n(n, 1 + usize::from(n % 3 == 1));
+    let data = rows("time [s],x [m]", (0..count).flat_map(twice));
+    let stream = rows("time [s],q [m]", (0..count).flat_map(twice));
+    let found = load(CAMPAIGN, &data, &stream, false).unwrap();
+    assert_eq!(found.runs[0].held().time.len(), count);
+    let told = said(&found);
+    for file in ["data.csv", "stream.csv"] {
+        let words = format!("`{file}`: 6667 rows that repeat another one");
+        assert!(told.iter().any(|one| one.starts_with(&words)), "{told:?}");
+    }
+    // Of the same stamp, but another value; and without values.
+    let head = "time [s],x [m]\n1,0\n1.01,1\n1.01,2\n1.02,\n1.02,\n1.03,1\n";
+    let found = load(CAMPAIGN, head, &rows("time [s],q [m]", 0..400), false).unwrap();
+    assert_eq!(found.runs[0].held().time.len(), 6);
+    assert!(said(&found).iter().all(|one| !one.contains("repeat")), "{:?}", said(&found));
 }
 
 #[test]

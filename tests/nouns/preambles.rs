@@ -179,3 +179,30 @@ fn a_campaign_begun_from_an_export_has_its_columns() {
         assert_eq!(numbers(&loaded.unwrap_or_else(|_| panic!("{begun}"))).len(), 30, "{begun}");
     }
 }
+
+/// Settings of a recorder that are as wide as the rows, with numbers in all but the first cell.
+#[test]
+fn settings_with_numbers_are_no_rows() {
+    let before = "Measurement\t\nVersion\t2\nDate\t2026/11/28\n***End***\t\n\t\nChannels\t2\t\nSamples\t30\t30\n\
+        X0\t0.0E+0\t0.0E+0\nDelta_X\t0.5\t0.5\n***End***\t\t\n";
+    let text = table(&format!("{before}{}", HEADER.replace(',', "\t")), "\t");
+    let due = numbers(&load("\"data.csv\"", &table(HEADER, ",")).unwrap());
+    let found = load("\"data.csv\"", &text).unwrap_or_else(|faults| panic!("{faults}"));
+    assert_eq!(numbers(&found), due);
+}
+
+/// Where the header is in another line than it seems, the faults say how to state its line.
+#[test]
+fn a_header_in_another_line_is_offered() {
+    let text = table(&format!("a title\n{HEADER}"), ",").replacen("0.250,", "x,", 1);
+    let text = text.replacen("0.125\n", "0.125,what, a note\n", 1);
+    let words = "columns = { pan = \"angle [deg]\" }";
+    let stated = format!("{{ file = \"data.csv\", {words} }}");
+    for data in ["\"data.csv\"", &stated] {
+        let fault = load(data, &text).unwrap_err().to_string();
+        assert!(fault.contains("write its number beside `file`, as `header = 4`"), "{fault}");
+        assert!(fault.contains("`header = false` where there are none"), "{fault}");
+    }
+    let fault = load("\"data.csv\"", &table("", ",")).unwrap_err().to_string();
+    assert!(fault.contains("header = false, columns = {"), "{fault}");
+}

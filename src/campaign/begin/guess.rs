@@ -1,15 +1,12 @@
 //! What the columns of a table seem to be: guesses from their names and their values.
 
-use crate::campaign::axes::triples;
+use crate::campaign::begin::axis_columns::{is_turn, quaternion, triple};
 use crate::campaign::begin::candidate::{Candidate, base, unit};
 use crate::campaign::begin::kinds::rate;
 use crate::campaign::begin::stamps::Stamps;
 use crate::campaign::begin::survey::{Survey, Surveyed};
 use crate::campaign::formats::Role;
-use crate::units::Dimension;
 
-/// How far the length of a quaternion may be off 1.
-const OFF_LENGTH: f64 = 0.02;
 /// Names of headings and of angles.
 const HEADINGS: [&str; 6] = ["th", "theta", "yaw", "heading", "psi", "phi"];
 const ANGLES: [&str; 6] = ["angle", "azimuth", "elevation", "roll", "pitch", "joint"];
@@ -67,7 +64,7 @@ impl Guess {
                 continue;
             }
             let is_heading = is(&HEADINGS, own) && guess.heading.is_none();
-            if is_heading || is(&ANGLES, own) {
+            if is_heading || is(&ANGLES, own) || is_turn(own) {
                 let largest = own.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
                 let usual = if largest > 7.0 { "deg" } else { "rad" };
                 let angle = guessed(column, usual, "angle");
@@ -96,54 +93,4 @@ fn is_coordinate(all: &[Surveyed], column: &Surveyed) -> bool {
         all.iter().any(|other| base(&other.name).0 == name)
     };
     ["", "p", "pos_"].contains(&stem) && has("x") && has("y")
-}
-
-/// Four columns whose names differ in w, x, y and z alone, of length 1.
-fn quaternion(all: &[Surveyed]) -> Option<[usize; 4]> {
-    let find = |name: &str| all.iter().position(|column| column.name.eq_ignore_ascii_case(name));
-    let is_unit = |columns: &[usize; 4]| {
-        let rows = all[columns[0]].values.len();
-        let length = |row: usize| {
-            columns.iter().map(|column| all[*column].values[row].powi(2)).sum::<f64>().sqrt()
-        };
-        let good = (0..rows).filter(|row| (length(*row) - 1.0).abs() < OFF_LENGTH).count();
-        good > 0 && 10 * good >= 9 * rows
-    };
-    all.iter().find_map(|column| {
-        let small = column.name.to_lowercase();
-        small.match_indices('w').find_map(|(at, _)| {
-            let name = |axis: &str| format!("{}{axis}{}", &small[..at], &small[at + 1..]);
-            let places = ["w", "x", "y", "z"].map(|axis| find(&name(axis)));
-            let [Some(w), Some(x), Some(y), Some(z)] = places else { return None };
-            Some([w, x, y, z]).filter(is_unit)
-        })
-    })
-}
-
-/// Three columns whose names differ in their axis alone: those first that are called positions.
-fn triple(all: &[Surveyed], free: &dyn Fn(&usize) -> bool) -> Option<[usize; 3]> {
-    let find = |name: &str| all.iter().position(|column| column.name.eq_ignore_ascii_case(name));
-    let mut found: Vec<([usize; 3], bool)> = Vec::new();
-    for column in all {
-        let small = column.name.to_lowercase();
-        for (at, names) in triples(&small) {
-            let places = names.map(|name| find(&name));
-            let [Some(x), Some(y), Some(z)] = places else { continue };
-            let unit = column.unit.clone().or(base(&column.name).1);
-            let is_length = match unit {
-                Some(unit) => unit.dimension == Dimension::LENGTH,
-                None => rate(&column.name).is_none(),
-            };
-            if is_length && [x, y, z].iter().all(free) {
-                let stem = &small[..at];
-                let is_called =
-                    ["", "p", "p_", "pos", "position", "t", "tool_", "hand_"].iter().any(|own| {
-                        stem == *own || stem.ends_with("position.") || stem.starts_with("p_")
-                    });
-                found.push(([x, y, z], is_called));
-            }
-        }
-    }
-    let called = found.iter().find(|(_, is_called)| *is_called);
-    called.or_else(|| found.first()).map(|(columns, _)| *columns)
 }

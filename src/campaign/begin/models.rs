@@ -17,11 +17,7 @@ pub(super) struct Made {
 
 /// A table each for data and stream.
 pub(super) fn tables(data: (&Log, Vec<Word>), stream: (&Log, Vec<Word>)) -> Vec<Table> {
-    let table = |(log, words): (&Log, Vec<Word>)| Table {
-        path: log.survey.path.clone(),
-        words,
-        open: Vec::new(),
-    };
+    let table = |(log, words): (&Log, Vec<Word>)| Table::of(log, words, Vec::new());
     vec![table(data), table(stream)]
 }
 
@@ -180,7 +176,7 @@ pub(super) fn stops(data: &Log) -> Option<Made> {
     Some(Made {
         name: "begun".into(),
         text: parts.text("Readings at rest against what they are of"),
-        tables: vec![Table { path: data.survey.path.clone(), words, open: Vec::new() }],
+        tables: vec![Table::of(data, words, Vec::new())],
         sigmas: parts.sigmas,
         file: None,
     })

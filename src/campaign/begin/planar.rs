@@ -93,7 +93,12 @@ pub(super) fn planar(data: &Log, stream: &Log) -> Option<Made> {
     });
     let mut tables = tables((data, of_data), (stream, of_stream));
     if bend.is_some() {
-        tables.push(Table { path: BEND.into(), words: Vec::new(), open: Vec::new() });
+        tables.push(Table {
+            path: BEND.into(),
+            form: String::new(),
+            words: Vec::new(),
+            open: Vec::new(),
+        });
     }
     Some(Made {
         name: "planar_pose".into(),

@@ -2,6 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::campaign::calendar::{Calendar, calendar, seeming};
+use crate::campaign::date::DateOrder;
+use crate::campaign::date_order::{self, Found};
 use crate::campaign::dialect::cells;
 use crate::campaign::form::Form;
 use crate::campaign::formats::Format;
@@ -9,7 +12,6 @@ use crate::campaign::header::split;
 use crate::campaign::lines::Lines;
 use crate::campaign::preamble::{head_lines, pass_header};
 use crate::campaign::recognise::Head;
-use crate::campaign::stamps::{Calendar, calendar};
 use crate::diagnostic::Diagnostic;
 use crate::document::files::{open_regular, reason};
 use crate::units::Unit;
@@ -29,6 +31,8 @@ pub(super) struct Surveyed {
     pub(super) unit: Option<Unit>,
     /// What its first cell is of the calendar, if it is no number.
     pub(super) calendar: Option<Calendar>,
+    /// The cell above its name, where a row above the header is as wide: a word for several columns.
+    pub(super) above: String,
     /// Its numbers; NaN where a cell is none.
     pub(super) values: Vec<f64>,
 }
@@ -80,6 +84,10 @@ pub(super) struct Survey {
     /// Its path as the campaign names it.
     pub(super) path: PathBuf,
     pub(super) columns: Vec<Surveyed>,
+    /// The line of its header, where others stand before it.
+    pub(super) header: Option<usize>,
+    /// In which orders its dates may have day, month and year, where the column does not decide.
+    pub(super) dates: Vec<DateOrder>,
     /// The format in which it seems to be.
     pub(super) format: Option<&'static Format>,
     /// Rows with a cell that is no number, in a column of numbers, or with too few cells.
@@ -96,7 +104,14 @@ impl Survey {
         };
         let mut lines = open_regular(path).and_then(Lines::of).map_err(unreadable)?;
         let form = Form::default();
-        let layout = Head::of(lines.head(head_lines(&form)).map_err(unreadable)?).layout(&form);
+        let head = Head::of(lines.head(head_lines(&form)).map_err(unreadable)?);
+        let layout = head.layout(&form);
+        let above = layout.as_ref().and_then(|layout| {
+            let row = head.rows.get(layout.preamble.checked_sub(1)?)?.1;
+            let all = cells(row, layout.separator).map(|(cell, _)| cell.to_lowercase());
+            Some(all.collect::<Vec<_>>()).filter(|all| all.len() == layout.width)
+        });
+        let above = above.unwrap_or_default();
         let Some(layout) = layout else {
             let message = format!("`{}` holds no table of text", path.display());
             return Err(Diagnostic::error(message).help("name text tables: CSV, or of blanks"));
@@ -119,11 +134,19 @@ impl Survey {
                 "" => Some(Unit::one()),
                 unit => Unit::parse(unit).ok(),
             });
-            let calendar = layout.first_cell(number).and_then(calendar);
-            Surveyed { name, is_named, unit, calendar, values: Vec::new() }
+            let calendar = layout.first_cell(number).and_then(seeming);
+            let above = above.get(number).cloned().unwrap_or_default();
+            Surveyed { name, is_named, unit, calendar, above, values: Vec::new() }
         };
         let mut columns: Vec<Surveyed> =
             heads.iter().take(MOST_COLUMNS).enumerate().map(column).collect();
+        let dated = (0..columns.len()).filter(|at| columns[*at].calendar.is_some());
+        let (orders, order) =
+            match date_order::in_file(path, &form, &layout, dated).map_err(unreadable)?.1 {
+                Found::Open { orders, .. } => (orders.clone(), orders.first().copied()),
+                Found::Order(order) => (Vec::new(), Some(order)),
+                Found::None => (Vec::new(), None),
+            };
         pass_header(&mut lines, &layout).map_err(unreadable)?;
         let mut decimal = form.decimal;
         // For each row the columns whose cells are no numbers, though something stands there.
@@ -137,7 +160,7 @@ impl Survey {
                 let cell = row.next().map(|(cell, _)| cell);
                 let number = cell.and_then(|cell| decimal.number(cell, layout.separator));
                 let number = number.filter(|number| number.is_finite());
-                let dated = || match calendar(cell?)? {
+                let dated = || match calendar(cell?, order)? {
                     Calendar::Moment(time) | Calendar::Day(time) | Calendar::Clock(time) => {
                         time.since(0)
                     }
@@ -153,7 +176,9 @@ impl Survey {
         let is_cut = lines.next().map_err(unreadable)?.is_some();
         let of_numbers: Vec<bool> = columns.iter().map(Surveyed::is_of_numbers).collect();
         let bad_rows = words.iter().filter(|row| row.iter().any(|at| of_numbers[*at])).count();
-        Ok(Self { path: named.to_owned(), columns, format, bad_rows, is_cut })
+        let header = header.filter(|_| layout.preamble > 0).map(|header| header.line);
+        let path = named.to_owned();
+        Ok(Self { path, columns, header, dates: orders, format, bad_rows, is_cut })
     }
 
     /// How many rows were looked at.

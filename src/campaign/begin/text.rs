@@ -24,9 +24,13 @@ impl Word {
     pub(super) fn time(log: &Log) -> Option<Self> {
         let time = log.guess.time.as_ref()?;
         let first = Self::of(TIME, log, time.parts.first())?;
+        let is_named = |part: &Candidate| log.survey.columns[part.column].is_named;
         let written = match (time.is_dated, time.parts.as_slice()) {
-            (_, [_]) => return Some(first),
-            // The time of day beside a date is found.
+            (false, [_]) => return Some(first),
+            (true, [day, clock]) if is_named(clock) || day.column + 1 != clock.column => {
+                format!("[{}, {}]", dated(log, day)?, dated(log, clock)?)
+            }
+            // A date has no unit, and the time of day beside it is found.
             (true, _) => format!("{{ column = {} }}", column(log, &first.candidate)?),
             (false, parts) => {
                 let parts: Option<Vec<String>> =
@@ -49,18 +53,31 @@ impl Word {
         let candidate = candidate?.clone();
         let column = log.survey.columns.get(candidate.column)?;
         let is_said = column.is_named && column.name == name && column.unit.is_some();
+        let is_said = is_said && !is_repeated(log, name);
         let written = stated(log, &candidate)?;
         Some(Self { name: name.to_owned(), candidate, written: (!is_said).then_some(written) })
     }
 }
 
-/// The column of a log as a campaign names it.
+/// The column of a log as a campaign names it: by its number where no column or another one, too, is
+/// called so.
 fn column(log: &Log, candidate: &Candidate) -> Option<String> {
     let column = log.survey.columns.get(candidate.column)?;
-    Some(match column.is_named {
+    Some(match column.is_named && !is_repeated(log, &column.name) {
         true => quoted(&column.name),
-        false => column.name.clone(),
+        false => (candidate.column + 1).to_string(),
     })
+}
+
+/// Whether several columns of a log are called so.
+fn is_repeated(log: &Log, name: &str) -> bool {
+    log.survey.columns.iter().filter(|column| column.name == name).count() > 1
+}
+
+/// A column of dates or of times of day, as a list names it.
+fn dated(log: &Log, part: &Candidate) -> Option<String> {
+    let column = column(log, part)?;
+    Some(if column.starts_with('"') { column } else { format!("{{ column = {column} }}") })
 }
 
 /// The column of a log with its unit, as a campaign states them.
@@ -73,12 +90,29 @@ fn stated(log: &Log, candidate: &Candidate) -> Option<String> {
 #[derive(Clone, Debug)]
 pub(super) struct Table {
     pub(super) path: PathBuf,
+    /// What is stated of its form, behind the name of the file.
+    pub(super) form: String,
     pub(super) words: Vec<Word>,
     /// Lines to fill in.
     pub(super) open: Vec<String>,
 }
 
 impl Table {
+    /// Of a log.
+    pub(super) fn of(log: &Log, words: Vec<Word>, open: Vec<String>) -> Self {
+        let survey = &log.survey;
+        let header = survey.header.map(|line| format!(" header = {line},"));
+        let is_dated = log.guess.time.as_ref().is_some_and(|time| time.is_dated);
+        let dates = survey.dates.split_first().filter(|_| is_dated).map(|(order, others)| {
+            let others: Vec<&str> = others.iter().map(|other| other.words()).collect();
+            let others = others.join(" or ");
+            let order = quoted(order.words());
+            format!(" dates = {order},   # guessed: no date decides; {others}? CHECK\n   ")
+        });
+        let form = header.into_iter().chain(dates).collect();
+        Self { path: survey.path.clone(), form, words, open }
+    }
+
     /// As it stands behind `data =` or in `signals`.
     fn text(&self, indent: &str) -> String {
         let file = quoted(&self.path.display().to_string());
@@ -95,10 +129,13 @@ impl Table {
             })
             .chain(open)
             .collect();
-        if lines.is_empty() {
-            return file;
+        match (lines.is_empty(), self.form.as_str()) {
+            (true, "") => file,
+            (true, form) => format!("{{ file = {file},{form} }}"),
+            (false, form) => {
+                format!("{{ file = {file},{form} columns = {{\n{}{indent}}} }}", lines.concat())
+            }
         }
-        format!("{{ file = {file}, columns = {{\n{}{indent}}} }}", lines.concat())
     }
 }
 
