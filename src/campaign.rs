@@ -21,7 +21,7 @@
 //! | `wraps`, `order`, `sorted`, `reordered` | stamps that begin anew; in which order rows are whose time goes back; a file read anew and sorted; its rows |
 //! | [`table`] | a CSV file (plain or .gz) or a Parquet file as columns in SI, with the place of every cell |
 //! | `points`, `smoothing`, [`spline`] | a stream gathered into knots; how much to smooth it; the curve |
-//! | `steps` | streams that go in steps, which no curve follows |
+//! | `steps`, `counters` | streams that go in steps, which no curve follows; that begin anew |
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | `columns`, `captured` | the columns of a model's runs; an input recorded with each sample |
 //! | [`samples`] | the samples of a run or a stretch of it: times, inputs, readings |
@@ -60,6 +60,7 @@ mod column_units;
 mod columns;
 mod computed;
 mod computed_columns;
+mod counters;
 pub mod date;
 mod date_order;
 pub mod declared;

@@ -191,16 +191,51 @@ impl Loader<'_> {
                 "{outside} of {all} samples of run `{run}` lie outside its streams, or in gaps of them"
             );
             let help = format!(
-                "the samples go from {} s to {} s, the streams hold {}; a margin of delay_range = {} is kept{even}",
+                "the samples go from {} s to {} s, the streams hold {}; a margin of delay_range = {} is kept{even}{}",
                 decimals(first + zero, 3),
                 decimals(last + zero, 3),
                 spans.join(", "),
-                self.delay_range.written(|text| format!("\"{text}\""))
+                self.delay_range.written(|text| format!("\"{text}\"")),
+                if outside == all { apart(inputs, (first, last)) } else { String::new() }
             );
             let span = entry.signals.first().map_or(entry.name.span, |stream| stream.name.span);
             self.reader.fault(span, message, help);
         }
     }
+}
+
+/// Half the range of delays (s) that is proposed where clocks are far apart, at least.
+const LEAST_APART: f64 = 5.0;
+/// Time zones are halves of an hour (s) apart, so many at most; recordings of one motion begin within
+/// so much (s) of each other.
+const HALF_AN_HOUR: f64 = 1800.0;
+const MOST_HALVES: f64 = 28.0;
+const ALIKE: f64 = 60.0;
+
+/// What to write where clocks are so far apart that no sample lies within the streams; nothing where
+/// these are.
+fn apart(inputs: &[Track], (first, last): (f64, f64)) -> String {
+    let spans = inputs.iter().filter_map(|track| match track {
+        Track::Logged(spline) => Some(spline.span()),
+        _ => None,
+    });
+    let common = spans.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)));
+    let Some((from, to)) = common.filter(|(from, to)| last < *from || first > *to) else {
+        return String::new();
+    };
+    let (low, high) = ((from - first).min(to - last), (from - first).max(to - last));
+    let middle = 0.5 * (low + high);
+    let half = (0.5 * (high - low)).max(LEAST_APART);
+    let (low, high) = (decimals(middle - half, 1), decimals(middle + half, 1));
+    let halves = (middle / HALF_AN_HOUR).round();
+    let zone = (middle - halves * HALF_AN_HOUR).abs() <= half.max(ALIKE)
+        && halves != 0.0
+        && halves.abs() <= MOST_HALVES;
+    let zone = match zone {
+        true => format!(" ({} h: a time zone?)", decimals(0.5 * halves, 1)),
+        false => String::new(),
+    };
+    format!("; if their clocks are apart{zone}, write delay_range = [\"{low} s\", \"{high} s\"]")
 }
 
 /// What a stream holds of an input, in words.

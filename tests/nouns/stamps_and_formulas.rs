@@ -186,6 +186,25 @@ fn a_column_may_be_a_formula_of_others_with_their_units() {
     }
 }
 
+/// Of clocks that are two hours apart, and of leap seconds, the range to write is proposed; with it the
+/// samples are read.
+#[test]
+fn clocks_that_are_far_apart_have_a_range_of_delays_proposed() {
+    for (apart, zone, range) in [
+        (7200.0, true, "delay_range = [\"-7205 s\", \"-7195 s\"]"),
+        (-5400.0, true, "delay_range = [\"5395 s\", \"5405 s\"]"),
+        (137.0, false, "delay_range = [\"-142 s\", \"-132 s\"]"),
+    ] {
+        let data =
+            rows("time [s],x [deg],y [deg]", 400, |n| format!("{:.1},1,1", apart + 0.1 * n as f64));
+        let fault = load("", "", &data, &stream(40.0)).unwrap_err().to_string();
+        assert!(fault.contains(range) && fault.contains("a time zone?") == zone, "{fault}");
+        let read = load(range, "", &data, &stream(60.0)).unwrap();
+        let there = read.runs[0].held().readings[0].iter().filter(|x| !x.is_nan()).count();
+        assert!(there > 300, "{there}");
+    }
+}
+
 #[test]
 fn a_range_of_delays_leaves_out_the_rows_that_it_cannot_use() {
     // Data from 0 to 100 s, a stream from 0 to 60 s.
@@ -203,6 +222,7 @@ fn a_range_of_delays_leaves_out_the_rows_that_it_cannot_use() {
     };
     let fault = load("", "", &data, &stream(40.0)).unwrap_err().to_string();
     assert!(fault.contains("lie outside its streams"), "{fault}");
+    assert!(!fault.contains("clocks"), "{fault}");
     assert_eq!(read("delay_range = \"1 s\""), [[1.0, 58.9]; 2]);
     assert_eq!(read("delay_range = [\"-8 s\", \"-4 s\"]"), [[8.0, 63.9]; 2]);
     assert_eq!(read("delay_range = [\"0 s\", \"500 ms\"]"), [[0.0, 59.4]; 2]);

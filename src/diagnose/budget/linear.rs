@@ -122,13 +122,12 @@ impl Linear {
         }
         let own = fitted.recipes.iter().flat_map(|recipe| recipe.library.own_effects());
         let own: BTreeSet<&str> = own.map(|effect| effect.name.as_str()).collect();
-        let ln_prior = ln_priors(&candidates, wanted, &own);
         let mut terms: Vec<Term> = candidates
             .iter()
             .zip(&members)
             .enumerate()
             .map(|(number, (one, members))| {
-                let mut term = Term::of(&sums, number, one, (*members, ln_prior[number]));
+                let mut term = Term::of(&sums, number, one, *members);
                 term.is_own = own.contains(one.selected.effect.name.as_str());
                 term.variant = one.variant;
                 if term.is_effect() && one.variant.is_none() {
@@ -137,6 +136,7 @@ impl Linear {
                 term
             })
             .collect();
+        set_ln_priors(&mut terms, &candidates, wanted);
         let mut active = Vec::new();
         for row in rows {
             let columns = columns_of(&fitted, &row.name);
@@ -247,26 +247,26 @@ pub(super) fn by_candidate(signed: &Signatures, candidates: usize) -> Vec<Vec<us
     places
 }
 
-/// The log prior odds of each candidate beyond those of one among equals. An effect's are shared by
-/// its heads; where some are more probable, such as a user's `own`, the others give way. Blocks are
-/// equals.
-fn ln_priors(candidates: &[Candidate], wanted: &Wanted, own: &BTreeSet<&str>) -> Vec<f64> {
+/// Sets the log prior odds of the terms of candidates, beyond those of one among equals. An effect's
+/// are shared by its heads; where some are more probable, such as a user's own, the others give way.
+/// Effects that show in no reading have no part in it. Blocks are equals.
+fn set_ln_priors(terms: &mut [Term], candidates: &[Candidate], wanted: &Wanted) {
+    let shown = |term: &&mut Term| term.is_effect() && !term.columns.is_empty();
+    let effect = |term: &Term| candidates[term.candidate].selected.effect.name.as_str();
     let mut heads: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-    let effects = || candidates.iter().filter(|one| one.place.is_none());
-    for one in effects() {
+    for one in candidates {
         heads.entry(&one.selected.effect.name).or_default().insert(&one.name);
     }
-    let weight = |one: &Candidate| {
-        let name = one.selected.effect.name.as_str();
-        let suspected = if own.contains(name) { OWN_EFFECT } else { 1.0 };
-        suspected * wanted.prior.times(name) / heads[name].len() as f64
+    let weight = |term: &Term| {
+        let suspected = if term.is_own { OWN_EFFECT } else { 1.0 };
+        suspected * wanted.prior.times(effect(term)) / heads[effect(term)].len() as f64
     };
-    let mean = effects().map(weight).sum::<f64>() / effects().count().max(1) as f64;
-    let ln = |one: &Candidate| {
-        let of_form = if one.variant.is_some() { -RELAXED } else { 0.0 };
-        if one.place.is_some() { 0.0 } else { (weight(one) / mean).ln() + of_form }
-    };
-    candidates.iter().map(ln).collect()
+    let weights: Vec<f64> = terms.iter_mut().filter(shown).map(|term| weight(term)).collect();
+    let mean = weights.iter().sum::<f64>() / weights.len().max(1) as f64;
+    for (term, weight) in terms.iter_mut().filter(shown).zip(&weights) {
+        let of_form = if term.variant.is_some() { -RELAXED } else { 0.0 };
+        term.ln_prior = (weight / mean).ln() + of_form;
+    }
 }
 
 /// For each run its place in the order of time.

@@ -55,7 +55,10 @@ impl<'a> Selection<'a> {
         let nominal = (0..sums.nominal).filter(|column| !in_fit(*column));
         let mut residual = vec![(sums.residual(), 1.0)];
         residual.extend(active);
-        let count = |effect: bool| terms.iter().filter(|one| one.is_effect() == effect).count();
+        // What shows in no reading raises no false alarm.
+        let shown = terms.iter().filter(|one| !one.columns.is_empty());
+        let [effects, blocks] =
+            [true, false].map(|kind| shown.clone().filter(|one| one.is_effect() == kind).count());
         let scale = vec![1.0; sums.readings.len()];
         let weighted = Weighted::new(sums, &scale);
         let mut selection = Self {
@@ -68,8 +71,8 @@ impl<'a> Selection<'a> {
             weighted,
             score: Vec::new(),
             of_streams: None,
-            effects: count(true),
-            blocks: count(false).max(1),
+            effects: effects.max(1),
+            blocks: blocks.max(1),
         };
         selection.weigh();
         selection

@@ -111,12 +111,7 @@ impl Term {
     }
 
     /// The term of a candidate that is not in the fit.
-    pub fn of(
-        sums: &Sums,
-        number: usize,
-        candidate: &Candidate,
-        (members, ln_prior): (usize, f64),
-    ) -> Self {
+    pub fn of(sums: &Sums, number: usize, candidate: &Candidate, members: usize) -> Self {
         let of_effect = candidate.place.is_none();
         let own = sums.of_candidate[number].iter().copied();
         let own: Vec<usize> = own.filter(|column| !of_effect || shows(sums, *column)).collect();
@@ -134,7 +129,6 @@ impl Term {
         Self {
             candidate: number,
             members,
-            ln_prior,
             ..Self::new(candidate.name.clone(), candidate.place.clone(), columns)
         }
     }
