@@ -12,6 +12,7 @@ use crate::campaign::table::Table;
 use crate::diagnostic::{Diagnostic, decimals};
 use crate::document::entries::Named;
 use crate::graph::MeasurandKind;
+use crate::units::decimal;
 
 /// A quaternion whose norm is further from 1 is not one.
 const NORM_TOLERANCE: f64 = 1e-2;
@@ -204,8 +205,10 @@ impl Loader<'_> {
     }
 }
 
-/// Half the range of delays (s) that is proposed where clocks are far apart, at least.
+/// Half the range of delays (s) that is proposed where clocks are far apart, at least, or this part of
+/// how long the samples last.
 const LEAST_APART: f64 = 5.0;
+const PART_APART: f64 = 0.125;
 /// Time zones are halves of an hour (s) apart, so many at most; recordings of one motion begin within
 /// so much (s) of each other.
 const HALF_AN_HOUR: f64 = 1800.0;
@@ -225,14 +228,16 @@ fn apart(inputs: &[Track], (first, last): (f64, f64)) -> String {
     };
     let (low, high) = ((from - first).min(to - last), (from - first).max(to - last));
     let middle = 0.5 * (low + high);
-    let half = (0.5 * (high - low)).max(LEAST_APART);
-    let (low, high) = (decimals(middle - half, 1), decimals(middle + half, 1));
+    let least = LEAST_APART.min(PART_APART * (last - first));
+    let half = (0.5 * (high - low)).max(least);
+    let places = if half >= 1.0 { 0 } else { 2 };
+    let [low, high] = [middle - half, middle + half].map(|at| decimal(at, places));
     let halves = (middle / HALF_AN_HOUR).round();
     let zone = (middle - halves * HALF_AN_HOUR).abs() <= half.max(ALIKE)
         && halves != 0.0
         && halves.abs() <= MOST_HALVES;
     let zone = match zone {
-        true => format!(" ({} h: a time zone?)", decimals(0.5 * halves, 1)),
+        true => format!(" ({} h: a time zone?)", 0.5 * halves.abs()),
         false => String::new(),
     };
     format!("; if their clocks are apart{zone}, write delay_range = [\"{low} s\", \"{high} s\"]")

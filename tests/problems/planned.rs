@@ -106,6 +106,10 @@ pub(crate) fn problem(campaign: &Path, with: &[&str]) -> Problem {
                 for (i, time) in samples.uniform_time.iter_mut().enumerate() {
                     *time += 2e-4 * (i % 5) as f64 - 4e-4;
                 }
+                // They jump by 0.3 ms.
+                let count = samples.len();
+                samples.jump_time =
+                    (0..count).map(|i| if 3 * i > count { 3e-4 } else { 0.0 }).collect();
             });
         }
     }

@@ -1,7 +1,7 @@
 //! Fits that a few gross readings do not bend, such as a pose that was recognised the other way up:
 //! beside one of them the right convention fits as badly as any other.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use crate::engine::{Point, Problem};
@@ -10,7 +10,7 @@ use crate::estimate::minima::thinned::Tried;
 
 /// A sample is gross whose squared residuals are so many times those in the middle.
 const GROSS: f64 = 50.0;
-/// Part of all samples that may be.
+/// Part of a run's samples that may be: a run that is gross as a whole was read in another convention.
 const MOST: f64 = 0.2;
 /// Fits at most.
 const ROUNDS: usize = 3;
@@ -37,7 +37,7 @@ pub(super) fn sturdy_fit(problem: &Problem, start: Point, iterations: usize) -> 
     Some(fitted)
 }
 
-/// Campaign, run and number of the samples that are gross; none where they are many.
+/// Campaign, run and number of the samples that are gross; none where they are many of a run.
 fn gross(problem: &Problem, point: &Point) -> BTreeSet<(usize, usize, usize)> {
     let mut sizes: Vec<(f64, (usize, usize, usize))> = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
@@ -55,5 +55,12 @@ fn gross(problem: &Problem, point: &Point) -> BTreeSet<(usize, usize, usize)> {
     let middle = upper_median(&mut sizes.iter().map(|one| one.0).collect::<Vec<_>>());
     let limit = GROSS * middle.unwrap_or(f64::INFINITY);
     let gross: BTreeSet<_> = sizes.iter().filter(|one| one.0 > limit).map(|one| one.1).collect();
-    if gross.len() as f64 > MOST * sizes.len() as f64 { BTreeSet::new() } else { gross }
+    let mut counts: BTreeMap<(usize, usize), [usize; 2]> = BTreeMap::new();
+    for (_, at) in &sizes {
+        let [all, out] = counts.entry((at.0, at.1)).or_default();
+        *all += 1;
+        *out += usize::from(gross.contains(at));
+    }
+    let are_few = counts.values().all(|[all, out]| *out as f64 <= MOST * *all as f64);
+    if are_few { gross } else { BTreeSet::new() }
 }
