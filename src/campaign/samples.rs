@@ -17,7 +17,7 @@ pub struct Samples {
     pub setup_time: Vec<f64>,
     /// Straight line through `run_time` over the sample number, with the jumps of the stamps (s).
     pub uniform_time: Vec<f64>,
-    /// How far the stamps have jumped (s), see [`Uniform`]; empty where they do not jump.
+    /// How far the stamps have jumped (s), see `uniform`; empty where they do not jump.
     pub jump_time: Vec<f64>,
     /// One for each input of the model, in its order.
     pub inputs: Vec<Track>,

@@ -110,7 +110,7 @@ pub(super) fn drawn_starts(problem: &Problem, point: &Point, options: &Options) 
         return Vec::new();
     }
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
-    let mut draw = |_| {
+    let draw = |_| {
         let mut kept = rand::seq::index::sample(&mut random, samples, count).into_vec();
         kept.sort_unstable();
         let mut rest = problem.clone();
@@ -128,7 +128,7 @@ pub(super) fn drawn_starts(problem: &Problem, point: &Point, options: &Options) 
         let fitted = fit(&mut rest, point.clone(), options).ok()?;
         (fitted.outcome == Outcome::Converged).then_some(fitted.point)
     };
-    (0..DRAWS).filter_map(|number| draw(number)).collect()
+    (0..DRAWS).filter_map(draw).collect()
 }
 
 /// Which samples readings are of, by run.
