@@ -14,9 +14,10 @@ use super::Cleaned;
 use super::codes::readings;
 use super::left_out::{Far, leave_out, listed};
 
-/// A limit stands there so many times at least, and so many times as often as the usual reading; it
-/// is so large a part of all readings at most.
+/// A limit stands there so many times at least, in so many places, and so many times as often as the
+/// usual reading; it is so large a part of all readings at most. In one place a log may be frozen.
 const FEWEST: usize = 4;
+const PLACES: usize = 2;
 const AS_OFTEN: usize = 4;
 const MOST: f64 = 0.5;
 /// Part of what stands at a limit that is predicted beyond it, half of it by so many robust standard
@@ -122,8 +123,11 @@ fn limits(problem: &Problem) -> Vec<Limit> {
                 {
                     let value = end[0];
                     let at = |run: &Vec<f64>| (0..run.len()).filter(|k| run[*k] == value).collect();
-                    let samples = runs.iter().map(at).collect();
-                    limits.push(Limit { of: (p, measurand), value, sign, samples });
+                    let samples: Vec<Vec<usize>> = runs.iter().map(at).collect();
+                    let places = |run: &Vec<usize>| run.chunk_by(|a, b| b - a == 1).count();
+                    if samples.iter().map(places).sum::<usize>() >= PLACES {
+                        limits.push(Limit { of: (p, measurand), value, sign, samples });
+                    }
                 }
             }
         }
