@@ -112,7 +112,7 @@ impl Intervals {
             jump.row,
             decimals(usual * mean, 6)
         );
-        let help = "was the clock set there? Then split the file there into two runs with delays of their own; `homepoint diagnose` tells a clock that was set from rows that were lost";
+        let help = "was the clock set there? `homepoint diagnose` separates that from rows that were lost; of readings, `--with clock_steps` takes it into account; of a stream, split the file there into two runs with delays of their own";
         Some(Diagnostic::warning(message).help(help))
     }
 }

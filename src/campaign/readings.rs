@@ -197,7 +197,7 @@ impl Loader<'_> {
                 decimals(last + zero, 3),
                 spans.join(", "),
                 self.delay_range.written(|text| format!("\"{text}\"")),
-                if outside == all { apart(inputs, (first, last)) } else { String::new() }
+                if outside == all { proposed_range(inputs, (first, last)) } else { String::new() }
             );
             let span = entry.signals.first().map_or(entry.name.span, |stream| stream.name.span);
             self.reader.fault(span, message, help);
@@ -217,7 +217,7 @@ const ALIKE: f64 = 60.0;
 
 /// What to write where clocks are so far apart that no sample lies within the streams; nothing where
 /// these are.
-fn apart(inputs: &[Track], (first, last): (f64, f64)) -> String {
+fn proposed_range(inputs: &[Track], (first, last): (f64, f64)) -> String {
     let spans = inputs.iter().filter_map(|track| match track {
         Track::Logged(spline) => Some(spline.span()),
         _ => None,

@@ -15,7 +15,7 @@
 //! | `turns` | products of turns in another order, about other axes, the other way |
 //! | `one_run` | the run that does not fit beside the others |
 //! | `quick` | a convention on few samples |
-//! | `sturdy` | a fit that a few gross readings do not bend |
+//! | `trimmed` | fits that a few outliers do not bend |
 //! | `suspect` | what may have been mistaken, of either kind |
 
 use rayon::prelude::*;
@@ -35,16 +35,16 @@ mod applied;
 mod channels;
 mod one_run;
 mod quick;
-mod sturdy;
 mod suspect;
+mod trimmed;
 mod turns;
 
 use applied::Suspected;
 use channels::Channels;
 use one_run::run_that_does_not_fit;
 use quick::Quick;
-use sturdy::sturdy_fit;
 use suspect::Suspect;
+use trimmed::trimmed_fit;
 pub use turns::ChangedFormula;
 use turns::{Reordered, changed_formulas};
 
@@ -205,7 +205,7 @@ struct Looked {
 impl Looked {
     /// The fit from a start, with what was set right.
     fn at(problem: Problem, start: &Point, suspect: Option<&Suspect<'_>>) -> Option<Self> {
-        let fit = sturdy_fit(&problem, start.clone(), ITERATIONS[2])?;
+        let fit = trimmed_fit(&problem, start.clone(), ITERATIONS[2])?;
         let variance_factor = fit.variance_factor;
         let score = suspect.map_or(variance_factor.ln(), |one| one.score(&problem, &fit));
         Some(Self { problem, point: fit.point, variance_factor, score })

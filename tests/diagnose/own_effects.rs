@@ -210,6 +210,31 @@ fn two_terms_that_an_imitator_stands_for_are_named() {
     assert!(both >= 31, "{both} of 40");
 }
 
+/// What shows in no reading, such as a time where nothing moves, has no part in prices.
+#[test]
+fn an_effect_that_shows_in_no_reading_changes_nothing() {
+    let mut random = Stream(0);
+    let mut log = "tape [m],range [m]\n".to_owned();
+    for _ in 0..120 {
+        let tape = 2.0 + 78.0 * random.uniform();
+        writeln!(log, "{tape:.4},{:.4}", tape * (1.0 + 420e-6) + 0.006 * random.normal()).unwrap();
+    }
+    let model = "name = \"lidar\"\ntitle = \"Lidar and tape\"\n[inputs]\ntape = { unit = \"m\" }\n\
+                 [roles]\ndistance = \"range\"\n[measurands]\nrange = { value = 'tape', unit = \"m\" }";
+    let measurands = "range = { sigma = \"6 mm\" }";
+    let of = |effects: &[(&str, &str, &str)]| {
+        let found = Campaign { model, effects, measurands, log: log.clone() }.diagnosed();
+        let row = |row: &homepoint::diagnose::budget::answer::Row| {
+            (row.name.clone(), row.ln_bayes.to_bits(), row.posterior.to_bits())
+        };
+        found.rows.iter().map(row).collect::<Vec<_>>()
+    };
+    let late = "late = { unit = \"s\", typical = \"1 ms\", scope = \"rig\" }";
+    let without = of(&[]);
+    assert_eq!(without.iter().map(|row| row.0.as_str()).collect::<Vec<_>>(), ["distance_scale"]);
+    assert_eq!(without, of(&[("late_reading", late, "t = 't + late'")]));
+}
+
 /// Motion is lost at a worn place: no covariate has it, but what neighbours have in common is neither
 /// noise nor outliers.
 #[test]

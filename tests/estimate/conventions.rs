@@ -54,7 +54,7 @@ pub(crate) fn names(found: &Mistaken) -> Vec<&str> {
 
 /// One stop in 24 was taken for another one, which bends every fit.
 #[test]
-fn a_convention_is_named_beside_a_gross_reading() {
+fn a_convention_is_identified_beside_an_outlier() {
     let folder = Camera::default().stops(24, 3);
     let mut row = 0;
     changed(&folder, "stops.csv", "x", |value| {

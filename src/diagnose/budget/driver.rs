@@ -24,8 +24,8 @@ use super::still::still_readings;
 use super::terms::Change;
 use crate::diagnose::thresholds::ENTER;
 
+mod beyond_linear;
 mod curved;
-mod far;
 mod forward;
 mod relax;
 mod update;
@@ -113,7 +113,7 @@ pub fn search(
         round += 1;
         let Some(competed) = search.compete()? else { return Ok(None) };
         if round < ROUNDS
-            && (search.take_far(&competed)?
+            && (search.take_beyond_linear(&competed)?
                 || search.take_noise(&competed)?
                 || search.take_rows(&competed)?
                 || search.take_curved(&competed)?)

@@ -5,8 +5,8 @@ use crate::estimate::minima::starts::Attitudes;
 use crate::estimate::minima::thinned::{Thinned, Tried};
 use crate::estimate::start::start;
 
-use super::sturdy::sturdy_fit;
 use super::suspect::Suspect;
+use super::trimmed::trimmed_fit;
 use super::{ITERATIONS, STARTS};
 
 /// A convention on few samples, from several attitudes.
@@ -38,7 +38,7 @@ impl Quick {
         let further = all
             .iter()
             .take(STARTS)
-            .map(|one| sturdy_fit(&problem, one.point.clone(), ITERATIONS[1]));
+            .map(|one| trimmed_fit(&problem, one.point.clone(), ITERATIONS[1]));
         let best =
             further.flatten().min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
         let stands = best.variance_factor.ln();

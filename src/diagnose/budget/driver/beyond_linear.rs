@@ -18,7 +18,7 @@ const LEAVES: f64 = 0.1;
 
 impl Search<'_> {
     /// Lets the best of them enter; whether there is one.
-    pub(super) fn take_far(&mut self, competed: &Competed) -> Result<bool, FitError> {
+    pub(super) fn take_beyond_linear(&mut self, competed: &Competed) -> Result<bool, FitError> {
         let Competed { linear, judged, scale } = competed;
         if scale.iter().all(|one| *one <= FAR_BEYOND_STATED) {
             return Ok(false);

@@ -1,4 +1,4 @@
-//! Fits that a few gross readings do not bend, such as a pose that was recognised the other way up:
+//! Trimmed fits: a few outliers do not bend them, such as a pose that was recognised the other way up:
 //! beside one of them the right convention fits as badly as any other.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -8,37 +8,37 @@ use crate::engine::{Point, Problem};
 use crate::estimate::median::upper_median;
 use crate::estimate::minima::thinned::Tried;
 
-/// A sample is gross whose squared residuals are so many times those in the middle.
-const GROSS: f64 = 50.0;
-/// Part of a run's samples that may be: a run that is gross as a whole was read in another convention.
+/// A sample is an outlier whose squared residuals are so many times those in the middle.
+const OUTLIER: f64 = 50.0;
+/// Part of a run's samples that may be: a run that is one as a whole was read in another convention.
 const MOST: f64 = 0.2;
 /// Fits at most.
 const ROUNDS: usize = 3;
 
-/// A fit from a start, without the samples that are gross beside it. `None` where the model has no
+/// A fit from a start, without the samples that are outliers beside it. `None` where the model has no
 /// values.
-pub(super) fn sturdy_fit(problem: &Problem, start: Point, iterations: usize) -> Option<Tried> {
+pub(super) fn trimmed_fit(problem: &Problem, start: Point, iterations: usize) -> Option<Tried> {
     let mut fitted = Tried::fit(problem.clone(), start, 0.0, iterations)?;
     let mut out = BTreeSet::new();
     for _ in 1..ROUNDS {
-        let gross = gross(problem, &fitted.point);
-        if gross.is_empty() || gross == out {
+        let outliers = outliers(problem, &fitted.point);
+        if outliers.is_empty() || outliers == out {
             break;
         }
         let mut rest = problem.clone();
-        for (part, run, sample) in &gross {
+        for (part, run, sample) in &outliers {
             let part = &mut rest.parts[*part];
             let columns: Range<usize> = part.reading_columns();
             part.runs[*run].record.leave_out([(*sample..*sample + 1, columns)]);
         }
         fitted = Tried::fit(rest, fitted.point, 0.0, iterations)?;
-        out = gross;
+        out = outliers;
     }
     Some(fitted)
 }
 
-/// Campaign, run and number of the samples that are gross; none where they are many of a run.
-fn gross(problem: &Problem, point: &Point) -> BTreeSet<(usize, usize, usize)> {
+/// Campaign, run and number of the samples that are outliers; none where they are many of a run.
+fn outliers(problem: &Problem, point: &Point) -> BTreeSet<(usize, usize, usize)> {
     let mut sizes: Vec<(f64, (usize, usize, usize))> = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         let sigma = |row: usize| part.sigma[part.measurand_of(row)];
@@ -53,14 +53,14 @@ fn gross(problem: &Problem, point: &Point) -> BTreeSet<(usize, usize, usize)> {
         }
     }
     let middle = upper_median(&mut sizes.iter().map(|one| one.0).collect::<Vec<_>>());
-    let limit = GROSS * middle.unwrap_or(f64::INFINITY);
-    let gross: BTreeSet<_> = sizes.iter().filter(|one| one.0 > limit).map(|one| one.1).collect();
+    let limit = OUTLIER * middle.unwrap_or(f64::INFINITY);
+    let outliers: BTreeSet<_> = sizes.iter().filter(|one| one.0 > limit).map(|one| one.1).collect();
     let mut counts: BTreeMap<(usize, usize), [usize; 2]> = BTreeMap::new();
     for (_, at) in &sizes {
         let [all, out] = counts.entry((at.0, at.1)).or_default();
         *all += 1;
-        *out += usize::from(gross.contains(at));
+        *out += usize::from(outliers.contains(at));
     }
     let are_few = counts.values().all(|[all, out]| *out as f64 <= MOST * *all as f64);
-    if are_few { gross } else { BTreeSet::new() }
+    if are_few { outliers } else { BTreeSet::new() }
 }
