@@ -26,7 +26,7 @@
 //! | `columns`, `captured` | the columns of a model's runs; an input recorded with each sample |
 //! | [`samples`] | the samples of a run or a stretch of it: times, inputs, readings |
 //! | `held` | readings that are logged more often than they are read |
-//! | `uniform` | when samples were taken if sampling is uniform, and how far stamps have jumped |
+//! | `uniform`, `jumps` | when samples were taken if sampling is uniform; where stamps jump |
 //! | `sigmas` | standard uncertainties as formulas and columns |
 //! | `spill`, `spilled` | numbers in a temporary file; them as samples |
 //! | [`record`] | all samples of a run, however long: held in memory or spilled to a temporary file |
@@ -75,6 +75,7 @@ pub mod form;
 pub mod formats;
 pub mod header;
 mod held;
+mod jumps;
 pub(crate) mod lines;
 pub mod load;
 pub mod loaded;

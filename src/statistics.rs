@@ -1,4 +1,4 @@
-//! Tail probabilities as logarithms: the chi squared of a strong effect lies far beyond what a
+//! Medians, and tail probabilities as logarithms: the chi squared of a strong effect lies far beyond what a
 //! double holds (it underflows near 1400).
 //!
 //! `ln Q(a, x)` of the incomplete gamma function by Legendre's continued fraction where `x > a + 1`
@@ -7,6 +7,20 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::gamma::gamma_lr;
 pub use statrs::function::gamma::ln_gamma;
+
+/// Standard deviation over median absolute deviation of a normal distribution.
+pub const NORMAL: f64 = 1.482_602_2;
+
+/// The median of some numbers, which change their order: of an even number of them the upper of the
+/// middle two. It takes one pass.
+pub fn upper_median(numbers: &mut [f64]) -> Option<f64> {
+    let middle = numbers.len() / 2;
+    if numbers.is_empty() {
+        return None;
+    }
+    let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median)
+}
 
 /// Terms of the continued fraction at most; it needs about the root of its argument.
 const TERMS: usize = 100_000;

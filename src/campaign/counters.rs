@@ -84,7 +84,7 @@ mod tests {
 
     use super::counts;
 
-    /// Counters of any size, forwards and backwards; a motion there and back is none.
+    /// Counters of any size, forwards and backwards; an oscillation is none.
     #[test]
     fn counters_are_recognised_by_what_they_jump_by() {
         let text = "name = \"cart\"\n[inputs]\nticks = { unit = \"1\", signal = true }\n\

@@ -9,6 +9,7 @@ use crate::campaign::loaded::LeftOut;
 use crate::campaign::loader::Loader;
 use crate::campaign::record::Record;
 use crate::campaign::samples::Samples;
+use crate::statistics::upper_median;
 
 /// A run has so many samples at least.
 const LEAST: usize = 30;
@@ -58,11 +59,11 @@ fn held(samples: &Samples) -> Vec<usize> {
         let mut next = repeated.iter().copied().peekable();
         (0..count).filter(|sample| next.next_if_eq(sample).is_none()).collect()
     };
-    let mut lengths: Vec<usize> = new.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let usual = middle(&mut lengths);
-    let is_usual = |length: &&usize| length.abs_diff(usual) <= 1;
+    let mut lengths: Vec<f64> = new.windows(2).map(|pair| (pair[1] - pair[0]) as f64).collect();
+    let usual = upper_median(&mut lengths).unwrap_or(1.0);
+    let is_usual = |length: &&f64| (*length - usual).abs() <= 1.0;
     let regular = lengths.iter().filter(is_usual).count();
-    let is_held = usual > 1
+    let is_held = usual > 1.0
         && regular as f64 >= REGULAR * lengths.len() as f64
         && samples.readings.iter().any(|column| is_various(column, &new));
     if is_held { repeated } else { Vec::new() }
@@ -74,11 +75,6 @@ fn is_various(column: &[f64], new: &[usize]) -> bool {
     let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
     steps.sort_by(f64::total_cmp);
     steps.first().is_some_and(|least| steps[steps.len() / 2] >= VARIOUS * least)
-}
-
-fn middle(values: &mut [usize]) -> usize {
-    let at = values.len() / 2;
-    if values.is_empty() { 0 } else { *values.select_nth_unstable(at).1 }
 }
 
 #[cfg(test)]

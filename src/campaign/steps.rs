@@ -8,6 +8,7 @@
 
 use crate::diagnostic::{Diagnostic, decimals};
 use crate::model::InputDeclaration;
+use crate::statistics::upper_median;
 
 /// A change is a jump if it is so many times the median change.
 const JUMP: f64 = 20.0;
@@ -28,7 +29,8 @@ pub(super) fn steps(input: &InputDeclaration, times: &[f64], values: &[f64]) -> 
     if changes.len() < 3 * LEAST || changes.iter().any(|change| !change.is_finite()) {
         return None;
     }
-    let median = median(changes.clone());
+    let middle = |all: &[f64]| upper_median(&mut all.to_vec()).unwrap_or(0.0);
+    let median = middle(&changes);
     let stands = |n: Option<usize>, jump: f64| {
         n.and_then(|n| changes.get(n)).is_none_or(|beside| *beside <= BESIDE * jump)
     };
@@ -46,13 +48,13 @@ pub(super) fn steps(input: &InputDeclaration, times: &[f64], values: &[f64]) -> 
         (low.min(*one), high.max(*one))
     });
     let least = jumps.iter().copied().fold(f64::INFINITY, f64::min);
-    let size = self::median(jumps.clone());
+    let size = middle(&jumps);
     if size < LARGE * (high - low) && size < VARIOUS * least {
         return None;
     }
     let apart: Vec<f64> = places.windows(2).map(|pair| times[pair[1]] - times[pair[0]]).collect();
     let (name, count) = (&input.name, jumps.len());
-    let apart = decimals(self::median(apart), 3);
+    let apart = decimals(middle(&apart), 3);
     let message = format!(
         "the stream of `{name}` goes in steps ({count} of them, {apart} s apart in the median), between which it hardly moves"
     );
@@ -60,15 +62,6 @@ pub(super) fn steps(input: &InputDeclaration, times: &[f64], values: &[f64]) -> 
         "no curve follows a step, and a delay that rests on it is wrong: where a value was held until the next one came, keep only the rows in which `{name}` changes; where it is a command, log what moved instead"
     );
     Some(Diagnostic::warning(message).help(help))
-}
-
-/// The middle one.
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return 0.0;
-    }
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]

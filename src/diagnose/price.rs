@@ -47,6 +47,20 @@ pub fn ln_bayes_factor(gain: Gain, members: usize, candidates: usize) -> f64 {
 
 /// Noncentrality below which an effect counts as none.
 const SMALLEST: f64 = 2.0;
+/// Part of a log Bayes factor below which differences are rounding: gains are sums over readings, and a
+/// clock that was set by seconds has a gain of 1e11.
+pub const ROUNDING: f64 = 1e-9;
+
+/// The posterior probability of what has a log Bayes factor, against nothing and others; what differs by
+/// rounding alone is as probable.
+pub fn posterior(ln_bayes: f64, others: impl Iterator<Item = f64>) -> f64 {
+    let rounding = ROUNDING * ln_bayes;
+    let others = others.map(|other| other - ln_bayes);
+    let others = others.map(|by| if by.abs() < rounding { 0.0 } else { by });
+    let odds: f64 = others.chain([-ln_bayes]).map(f64::exp).sum();
+    1.0 / (1.0 + odds)
+}
+
 /// The logarithm of 50: sizes are log-uniform from [`SMALLEST`] to 100.
 const LN_RANGE: f64 = 3.912_023;
 /// Step and reach of the integral over sizes, in units of the noise.
@@ -171,5 +185,13 @@ mod tests {
         let one = Gain { gain: 25.0, degrees: 1 };
         let difference = ln_bayes_factor(one, 1, 1) - ln_bayes_factor(one, 40, 59);
         assert!((difference - (40.0_f64 * 59.0).ln()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_differs_by_rounding_is_as_probable() {
+        let of = |own: f64, other: f64| super::posterior(own, [other].into_iter());
+        assert!((of(8.0, 5.0) - 1.0 / (1.0 + (-3.0_f64).exp() + (-8.0_f64).exp())).abs() < 1e-12);
+        assert!((of(1.6e11, 1.6e11 + 17.0) - 0.5).abs() < 1e-12);
+        assert!(of(1.6e11, 1.7e11) < 1e-12);
     }
 }

@@ -5,10 +5,7 @@ use std::sync::Arc;
 
 use crate::engine::layout::qualified;
 use crate::engine::{Point, Problem};
-use crate::estimate::median::upper_median;
-
-/// Standard deviation over median absolute deviation of a normal distribution.
-pub(super) const NORMAL: f64 = 1.482_602_2;
+use crate::statistics::{NORMAL, upper_median};
 
 /// The median of the sizes of numbers, NaN not counted; `None` of none.
 pub(super) fn median_size<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {

@@ -1,6 +1,5 @@
-//! Medians: of numbers at hand, with either convention for an even number of them, and of positive
-//! numbers, however many: exact up to `ENOUGH`, else from a histogram whose classes are `WIDTH` wide
-//! on the scale of logarithms.
+//! Medians: of numbers at hand, and of positive numbers, however many: exact up to `ENOUGH`, else from
+//! a histogram whose classes are `WIDTH` wide on the scale of logarithms.
 //!
 //! The histogram's median is that of the numbers to half a class, 5 parts in 100,000, and its
 //! memory does not grow with their count.
@@ -69,17 +68,6 @@ pub fn median(numbers: &mut [f64]) -> Option<f64> {
     }
 }
 
-/// The median of some numbers, which change their order: of an even number of them the upper of the
-/// middle two. Thresholds of the diagnosis and scores of trials are made with it; it takes one pass.
-pub fn upper_median(numbers: &mut [f64]) -> Option<f64> {
-    let middle = numbers.len() / 2;
-    if numbers.is_empty() {
-        return None;
-    }
-    let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*median)
-}
-
 /// Counts numbers in their classes.
 fn classify(classes: &mut Classes, values: &[f64]) {
     let of_some = |values: &[f64]| {
@@ -132,7 +120,7 @@ mod tests {
             (vec![9.0, 1.0, 4.0, 2.0], Some(3.0), Some(4.0)),
         ] {
             assert_eq!(super::median(&mut numbers.clone()), mean);
-            assert_eq!(upper_median(&mut numbers.clone()), upper);
+            assert_eq!(crate::statistics::upper_median(&mut numbers.clone()), upper);
         }
     }
 

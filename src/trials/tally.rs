@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use super::bound::Count;
 use super::outcome::Outcome;
-use crate::estimate::median::upper_median;
+use crate::statistics::upper_median;
 use mixtures::Mixtures;
 
 /// Sizes drawn from a range are put together between these.

@@ -28,9 +28,10 @@ use super::selection::{Ranked as RankedTerm, Selection};
 use super::solved::{Solved, ratio_to_typical};
 use super::stamp_jumps::stamp_jumps;
 use super::terms::Term;
-use crate::diagnose::price::{Gain, ln_bayes_factor, ln_bayes_factor_of_any_size};
+use crate::diagnose::price::{
+    Gain, ROUNDING, ln_bayes_factor, ln_bayes_factor_of_any_size, posterior,
+};
 use crate::diagnose::thresholds::{ENTER, TIE};
-use crate::effect::Effect;
 
 mod remainder;
 
@@ -180,6 +181,7 @@ impl Budget<'_> {
         let own = &linear.terms[term];
         let rest = self.without(term);
         let ln_bayes = selection.ln_bayes_factor(term, gains[at]);
+        let tie = TIE.max(ROUNDING * ln_bayes);
         let pools = Pools::of(selection);
         let rivals = selection.ranked(&rest, &pools.effects);
         // An effect in two forms is one rival.
@@ -188,14 +190,12 @@ impl Budget<'_> {
         let rivals: Vec<_> = rivals.into_iter().filter(is_new).take(RIVALS).collect();
         let aliases: Vec<String> = rivals
             .iter()
-            .filter(|one| one.ln_bayes >= ENTER && one.ln_bayes > ln_bayes - TIE)
+            .filter(|one| one.ln_bayes >= ENTER && one.ln_bayes > ln_bayes - tie)
             .map(|one| linear.terms[one.term].name.clone())
             .collect();
         let blocks = selection.ranked(&rest, &pools.blocks);
-        let others = rivals.iter().chain(blocks.first()).map(|one| one.ln_bayes - ln_bayes);
-        let odds: f64 = others.chain([-ln_bayes]).map(f64::exp).sum();
+        let others = rivals.iter().chain(blocks.first()).map(|one| one.ln_bayes);
         let selected = effect_of(&linear.fitted, &own.name);
-        let jumps = |effect: &Effect| stamp_jumps(&linear.fitted.problem, effect);
         let alone = selection.gain(&[], term);
         let total = selection.chi_squared(&[]) - selection.chi_squared(self.model);
         Row {
@@ -209,15 +209,15 @@ impl Budget<'_> {
             ln_bayes,
             closes: 0.0,
             alone: (alone.excess() / total.max(f64::MIN_POSITIVE)).min(1.0),
-            posterior: 1.0 / (1.0 + odds),
+            posterior: posterior(ln_bayes, others),
             held_out: folded.drop(at),
             aliases,
             unmodelled_alias: blocks
                 .first()
-                .filter(|one| one.ln_bayes > ln_bayes - TIE)
+                .filter(|one| one.ln_bayes > ln_bayes - tie)
                 .and_then(|one| Some(linear.terms[one.term].place.as_ref()?.words.clone())),
             confounded: Vec::new(),
-            stamp_jumps: selected.map_or_else(Vec::new, |one| jumps(&one.effect)),
+            stamp_jumps: stamp_jumps(&linear.fitted.problem, selected),
         }
     }
 

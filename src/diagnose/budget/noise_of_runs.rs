@@ -11,7 +11,7 @@ use super::noise::{Component, components};
 use super::selection::Selection;
 use crate::diagnose::sequences::robust;
 use crate::diagnose::thresholds::{NOISE, NOISE_OF_A_RUN};
-use crate::estimate::median::upper_median;
+use crate::statistics::upper_median;
 
 /// Standard deviation of the logarithm of that from `n` readings, times `√n`.
 const SCATTER: f64 = 1.17;

@@ -9,6 +9,7 @@
 
 use super::selection::exchange::Exchange;
 use super::selection::{Ranked, Selection};
+use crate::diagnose::price::ROUNDING;
 use crate::diagnose::thresholds::{ENTER, MOST_ROWS, SWAP, TIE};
 
 mod pair;
@@ -161,10 +162,11 @@ impl Selection<'_> {
             for (number, (term, gain)) in model.iter().zip(&gains).enumerate() {
                 let own = self.ln_bayes_factor(*term, *gain);
                 let effect = exchange.best(number, is_effect);
-                let effect = effect.filter(|one| one.ln_bayes >= ENTER.max(own + TIE));
+                let tie = TIE.max(ROUNDING * own);
+                let effect = effect.filter(|one| one.ln_bayes >= ENTER.max(own + tie));
                 let is_plain = |block: usize| is_simple(block, gain.degrees);
                 let block = if is_effect(*term) { exchange.best(number, is_plain) } else { None };
-                let block = block.filter(|one| one.ln_bayes >= ENTER.max(own) + TIE);
+                let block = block.filter(|one| one.ln_bayes >= ENTER.max(own) + tie);
                 for found in effect.into_iter().chain(block) {
                     let gained = found.ln_bayes - own;
                     if best.is_none_or(|(known, ..)| gained > known) {

@@ -1,7 +1,7 @@
 //! Where stamps jump, of effects that act there. How jumps are found is for the campaign to say.
 
-use crate::effect::Effect;
 use crate::engine::Problem;
+use crate::system::Selected;
 
 /// The clock of formulas that steps where stamps jump.
 const JUMP_TIME: &str = "jump_time";
@@ -17,10 +17,10 @@ pub struct StampJump {
     pub size: f64,
 }
 
-/// The jumps at which an effect acts.
-pub fn stamp_jumps(problem: &Problem, effect: &Effect) -> Vec<StampJump> {
-    let formulas = effect.patches.iter().flat_map(|patch| patch.formula.root.names());
-    if !formulas.into_iter().any(|(name, _)| name == JUMP_TIME) {
+/// The jumps at which an effect that is in the fit acts.
+pub fn stamp_jumps(problem: &Problem, selected: Option<&Selected>) -> Vec<StampJump> {
+    let patches = selected.into_iter().flat_map(|one| &one.effect.patches);
+    if !patches.flat_map(|patch| patch.formula.root.names()).any(|(name, _)| name == JUMP_TIME) {
         return Vec::new();
     }
     let mut jumps = Vec::new();

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use crate::diagnose::sequences::{OfRun, Sequence, median_size};
 use crate::engine::{Point, Problem};
-use crate::estimate::median::upper_median;
+use crate::statistics::upper_median;
 
 use super::left_out::{OfSamples, rare};
 use super::limits::{MOST_OUTLIERS, OUTLIER, limit};

@@ -20,8 +20,8 @@ const FEWEST: usize = 4;
 const PLACES: usize = 2;
 const AS_OFTEN: usize = 4;
 const MOST: f64 = 0.5;
-/// Part of what stands at a limit that is predicted beyond it, half of it by so many robust standard
-/// deviations.
+/// Part of what stands at a limit that is predicted beyond it, half of it by so many times the median
+/// size of the other residuals.
 const BEYOND: f64 = 0.9;
 const FAR: f64 = 3.0;
 
@@ -108,29 +108,33 @@ fn limits(problem: &Problem) -> Vec<Limit> {
             let mut columns = slot.columns();
             let (Some(column), None) = (columns.next(), columns.next()) else { continue };
             let runs = readings(part, column);
-            let mut sorted: Vec<f64> =
-                runs.iter().flatten().copied().filter(|one| !one.is_nan()).collect();
-            sorted.sort_by(f64::total_cmp);
-            let same: Vec<&[f64]> = sorted.chunk_by(|a, b| a == b).collect();
-            let mut often: Vec<usize> = same.iter().map(|all| all.len()).collect();
-            often.sort_unstable();
-            let Some(usual) = often.get(often.len() / 2) else { continue };
-            let ends = [(same.first(), -1.0), (same.last(), 1.0)];
-            for (end, sign) in ends.into_iter().filter_map(|(end, sign)| Some((end?, sign))) {
-                let count = end.len();
-                if count >= FEWEST.max(AS_OFTEN * usual)
-                    && count as f64 <= MOST * sorted.len() as f64
-                {
-                    let value = end[0];
-                    let at = |run: &Vec<f64>| (0..run.len()).filter(|k| run[*k] == value).collect();
-                    let samples: Vec<Vec<usize>> = runs.iter().map(at).collect();
-                    let places = |run: &Vec<usize>| run.chunk_by(|a, b| b - a == 1).count();
-                    if samples.iter().map(places).sum::<usize>() >= PLACES {
-                        limits.push(Limit { of: (p, measurand), value, sign, samples });
-                    }
+            for (value, sign) in ends(&runs) {
+                let at = |run: &Vec<f64>| (0..run.len()).filter(|k| run[*k] == value).collect();
+                let samples: Vec<Vec<usize>> = runs.iter().map(at).collect();
+                let places = |run: &Vec<usize>| run.chunk_by(|a, b| b - a == 1).count();
+                if samples.iter().map(places).sum::<usize>() >= PLACES {
+                    limits.push(Limit { of: (p, measurand), value, sign, samples });
                 }
             }
         }
     }
     limits
+}
+
+/// The smallest (-1) and the largest (1) of the readings of some runs, where it is there often.
+fn ends(runs: &[Vec<f64>]) -> Vec<(f64, f64)> {
+    let mut sorted: Vec<f64> = runs.concat();
+    sorted.retain(|one| !one.is_nan());
+    sorted.sort_by(f64::total_cmp);
+    let same: Vec<&[f64]> = sorted.chunk_by(|a, b| a == b).collect();
+    let mut often: Vec<usize> = same.iter().map(|all| all.len()).collect();
+    often.sort_unstable();
+    let usual = often.get(often.len() / 2).copied().unwrap_or(0);
+    let is_often = |end: &&[f64]| {
+        let count = end.len();
+        count >= FEWEST.max(AS_OFTEN * usual) && count as f64 <= MOST * sorted.len() as f64
+    };
+    let ends = [(same.first(), -1.0), (same.last(), 1.0)].into_iter();
+    let ends = ends.filter_map(|(end, sign)| Some((*end.filter(|end| is_often(end))?, sign)));
+    ends.map(|(end, sign)| (end[0], sign)).collect()
 }

@@ -10,7 +10,7 @@ use crate::campaign::Samples;
 use crate::diagnose::sequences::Sequence;
 use crate::engine::part::SampleLeaves;
 use crate::engine::{Part, Point, Problem};
-use crate::estimate::median::upper_median;
+use crate::statistics::upper_median;
 
 /// Sample periods looked at, in both senses.
 pub(super) const PERIODS: isize = 12;

@@ -154,7 +154,7 @@ mod tests {
     fn a_step_and_a_crest_are_none() {
         let noise = |k: usize| [1.0, 1.0, -1.0, -1.0][k % 4];
         // A step about the limit: half of its readings are beyond.
-        let limit = OUTLIER * crate::diagnose::sequences::NORMAL;
+        let limit = OUTLIER * crate::statistics::NORMAL;
         let step: Vec<f64> = (0..400)
             .map(|k| noise(k) + if (200..230).contains(&k) { limit } else { 0.0 })
             .collect();

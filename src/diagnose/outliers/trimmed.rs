@@ -7,6 +7,8 @@
 //! samples fits to some of them.
 
 use crate::diagnose::sequences::{Sequence, seen_from};
+use std::ops::Range;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -72,25 +74,38 @@ pub(super) fn starts(
     options: &Options,
 ) -> impl Iterator<Item = (Point, Problem)> {
     let of_part = move |number: usize| {
-        let mut rest = problem.clone();
-        for part in &mut rest.parts {
-            let columns = part.reading_columns();
-            for run in &mut part.runs {
-                let count = run.record.len();
-                let own = number * count / PARTS..(number + 1) * count / PARTS;
-                let others = [0..own.start, own.end..count].map(|out| (out, columns.clone()));
-                run.record.leave_out(others);
-            }
-        }
-        let fitted = fit(&mut rest, point.clone(), options).ok()?;
-        (fitted.outcome == Outcome::Converged).then_some((fitted.point, rest))
+        let others = |count: usize| {
+            let own = number * count / PARTS..(number + 1) * count / PARTS;
+            vec![0..own.start, own.end..count]
+        };
+        fit_without(problem, point, options, others)
     };
     (0..PARTS).filter_map(of_part)
 }
 
+/// Where a fit without some samples of each run stops, and the campaigns without them; `None` where it
+/// does not converge. `out` are those of a run of so many samples, run after run.
+fn fit_without(
+    problem: &Problem,
+    point: &Point,
+    options: &Options,
+    mut out: impl FnMut(usize) -> Vec<Range<usize>>,
+) -> Option<(Point, Problem)> {
+    let mut rest = problem.clone();
+    for part in &mut rest.parts {
+        let columns = part.reading_columns();
+        for run in &mut part.runs {
+            let out = out(run.record.len()).into_iter().map(|out| (out, columns.clone()));
+            run.record.leave_out(out);
+        }
+    }
+    let fitted = fit(&mut rest, point.clone(), options).ok()?;
+    (fitted.outcome == Outcome::Converged).then_some((fitted.point, rest))
+}
+
 /// Samples of campaigns that are few enough for other starts to be fits to some samples here and
-/// there, and the number of such starts: one in three samples may be wrong, and some start has none
-/// of them.
+/// there, and the number of such starts: of few unknowns one in three samples may be wrong, and some
+/// start has none of them.
 const FEW: usize = 1500;
 const DRAWS: usize = 40;
 /// Readings of such a start for each unknown.
@@ -113,20 +128,14 @@ pub(super) fn drawn_starts(problem: &Problem, point: &Point, options: &Options) 
     let draw = |_| {
         let mut kept = rand::seq::index::sample(&mut random, samples, count).into_vec();
         kept.sort_unstable();
-        let mut rest = problem.clone();
         let mut first = 0;
-        for part in &mut rest.parts {
-            let columns = part.reading_columns();
-            for run in &mut part.runs {
-                let len = run.record.len();
-                let is_out = |sample: &usize| kept.binary_search(&(first + sample)).is_err();
-                let out: Vec<usize> = (0..len).filter(is_out).collect();
-                first += len;
-                run.record.leave_out(out.into_iter().map(|at| (at..at + 1, columns.clone())));
-            }
-        }
-        let fitted = fit(&mut rest, point.clone(), options).ok()?;
-        (fitted.outcome == Outcome::Converged).then_some(fitted.point)
+        let out = |count: usize| {
+            let own = first..first + count;
+            first = own.end;
+            let out = own.clone().filter(|sample| kept.binary_search(sample).is_err());
+            out.map(|sample| sample - own.start..sample - own.start + 1).collect()
+        };
+        fit_without(problem, point, options, out).map(|(point, _)| point)
     };
     (0..DRAWS).filter_map(draw).collect()
 }

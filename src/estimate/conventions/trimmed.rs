@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use crate::engine::{Point, Problem};
-use crate::estimate::median::upper_median;
 use crate::estimate::minima::thinned::Tried;
+use crate::statistics::upper_median;
 
 /// A sample is an outlier whose squared residuals are so many times those in the middle.
 const OUTLIER: f64 = 50.0;

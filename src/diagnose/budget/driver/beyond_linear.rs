@@ -7,6 +7,8 @@ use crate::diagnose::budget::answer::FAR_BEYOND_STATED;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::terms::Term;
 use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::relaxed::Variants;
+use crate::diagnose::library::wanted::Wanted;
 use crate::estimate::batch::FitError;
 
 use super::{Competed, Search};
@@ -47,7 +49,8 @@ impl Search<'_> {
         let Some((term, fitted)) = best else { return Ok(false) };
         let mut log = std::mem::take(&mut self.log);
         log.push(format!("{} enters the fit from its usual values", linear.terms[term].name));
-        let anew = Search::new(self.nominal.clone(), &self.wanted, self.options);
+        let wanted = Wanted { variants: Variants::default(), ..self.wanted.clone() };
+        let anew = Search::new(self.nominal.clone(), &wanted, self.options);
         *self = Search { fitted, rows: vec![linear.row(term)], log, ..anew };
         self.grow()
     }
