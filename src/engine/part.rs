@@ -172,6 +172,7 @@ impl Part {
         made.delay_range = self.delay_range;
         made.found_starts.clone_from(&self.found_starts);
         made.zero = self.zero;
+        made.calibration.clone_from(&self.calibration);
         made.gauss_markov.clone_from(&self.gauss_markov);
         made.run_levels.clone_from(&self.run_levels);
         made.smoothing_sigma.clone_from(&self.smoothing_sigma);

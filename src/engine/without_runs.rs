@@ -16,6 +16,7 @@ impl Problem {
             is_less = true;
             part.runs = kept(&part.runs, &stays);
             part.run_levels = kept(&part.run_levels, &stays);
+            part.smoothing_sigma = kept(&part.smoothing_sigma, &stays);
         }
         is_less.then(|| self.with_parts(parts))
     }

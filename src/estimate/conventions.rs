@@ -14,6 +14,7 @@
 //! | `applied` | the numbers as a convention has them |
 //! | `turns` | products of turns in another order, about other axes, the other way |
 //! | `one_run` | the run that does not fit beside the others |
+//! | `reach` | conventions that the readings do not bear out as they stand |
 //! | `quick` | a convention on few samples |
 //! | `trimmed` | fits that a few outliers do not bend |
 //! | `suspect` | what may have been mistaken, of either kind |
@@ -35,6 +36,7 @@ mod applied;
 mod channels;
 mod one_run;
 mod quick;
+mod reach;
 mod suspect;
 mod trimmed;
 mod turns;
@@ -43,6 +45,7 @@ use applied::Suspected;
 use channels::Channels;
 use one_run::run_that_does_not_fit;
 use quick::Quick;
+use reach::Residuals;
 use suspect::Suspect;
 use trimmed::trimmed_fit;
 pub use turns::ChangedFormula;
@@ -254,9 +257,20 @@ struct Next<'s, 'c> {
 /// The convention that fits best of all, if that is far better than how it stands.
 fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspect<'c>]) -> Option<Next<'s, 'c>> {
     let few = Thinned::of(&stands.problem, SAMPLES[0]);
+    let numbers = few.late_by(0.0, &[])?;
+    let residuals = Residuals::of(&numbers, &stands.point);
+    let is_borne_out = |suspect: &Suspect<'_>| {
+        let changed = suspect.applied(&numbers);
+        changed.is_some_and(|one| residuals.bear_out(&Residuals::of(&one, &stands.point)))
+    };
+    let suspects: Vec<&Suspect<'_>> =
+        suspects.par_iter().filter(|suspect| !is_borne_out(suspect)).collect();
+    if suspects.is_empty() {
+        return None;
+    }
     let control = Quick::of(&few, None)?.score;
     let mut tried: Vec<(Quick, &Suspect<'_>)> = suspects
-        .par_iter()
+        .into_par_iter()
         .filter_map(|suspect| Some((Quick::of(&few, Some(suspect))?, suspect)))
         .filter(|(quick, _)| quick.score < control - BETTER[1].ln())
         .collect();

@@ -143,7 +143,7 @@ fn remainder(one: &Remainder) -> Value {
         "noncentrality": number(Some(one.gain.noncentrality())),
         "rms": number(one.rms.as_ref().map(|(rms, _)| *rms)),
         "rms_of": one.rms.as_ref().map(|(_, name)| name),
-        "amplitude": number(one.amplitude),
+        "amplitude": number(one.amplitude.as_ref().map(|(size, _)| *size)),
         "change": one.change.as_ref().map(|step| json!({
             "value": number(Some(step.value)),
             "sigma": number(Some(step.sigma)),

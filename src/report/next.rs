@@ -2,7 +2,7 @@
 
 use crate::campaign::declared::RunEntry;
 use crate::diagnose::Diagnosis;
-use crate::diagnose::budget::answer::Row;
+use crate::diagnose::budget::answer::{Remainder, Row};
 use crate::diagnose::library::variant::Variant;
 use crate::estimate::conventions::Mistaken;
 use crate::report::conventions::{is_doubtful, text_for};
@@ -68,8 +68,10 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
         let rows = diagnosis.rows.iter().map(|one| format!("--with {}", one.name));
         let folder = asked.out.unwrap_or("DIR");
         let leave_out = leaves_out.then(|| format!("--leave-out {folder}/left_out.csv"));
+        let is_autocorrelated = !diagnosis.autocorrelation.is_empty();
+        let noise = is_autocorrelated.then(|| "--noise autocorrelated".to_owned());
         let options: Vec<String> =
-            asked.options.iter().cloned().chain(rows).chain(leave_out).collect();
+            asked.options.iter().cloned().chain(rows).chain(leave_out).chain(noise).collect();
         text.push_str(&format!(
             "\nNext: `homepoint calibrate {campaigns} {}`\n",
             options.join(" ")
@@ -78,19 +80,37 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
             text.push_str(&format!("      after `homepoint diagnose {campaigns} --out DIR`, which lists there what is left out\n"));
         }
         text.push_str(&diagnosis.rows.iter().filter_map(relaxed).collect::<String>());
-        if diagnosis.remainder.iter().any(|one| one.change.is_some()) {
-            text.push_str("      without what changes at a moment (see the remainder), so its values differ from those above: give these rows a run of their own\n");
-        }
     }
-    let mut parts = diagnosis.remainder.iter();
-    let part = parts.find(|one| one.gain.gain > 0.0 && one.place.is_of_an_effect());
-    if let Some(part) = part.filter(|_| diagnosis.rows.is_empty()) {
-        text.push_str(&format!(
-            "\nNext: describe what may cause {} in `effects/NAME.toml` beside the campaign (docs/effects.md), and diagnose again.\n",
+    text.push_str(&of_remainder(diagnosis));
+    text
+}
+
+/// What to do about the remainder.
+fn of_remainder(diagnosis: &Diagnosis) -> String {
+    let has_rows = !diagnosis.rows.is_empty();
+    let is_cause = |one: &&Remainder| {
+        one.gain.gain > 0.0 && one.change.is_none() && one.place.is_of_an_effect()
+    };
+    let mut steps = Vec::new();
+    if diagnosis.remainder.iter().any(|one| one.change.is_some()) {
+        steps.push("give the rows after the change a run of their own, with scope = \"run\" for parameters that may differ (docs/formats.md), and diagnose again".to_owned());
+    }
+    if let Some(part) = diagnosis.remainder.iter().find(is_cause) {
+        steps.push(format!(
+            "describe what may cause {} in `effects/NAME.toml` beside the campaign (docs/effects.md), and diagnose again",
             part.place.words
         ));
     }
-    text
+    if steps.is_empty() {
+        return String::new();
+    }
+    let steps = steps.join("; ");
+    match has_rows {
+        true => {
+            format!("      The remainder is not in that model, and may bias its values: {steps}.\n")
+        }
+        false => format!("\nNext: {steps}.\n"),
+    }
 }
 
 /// How an effect is estimated in the relaxed form in which it stands.

@@ -117,19 +117,21 @@ fn remarks(row: &Row) -> String {
 fn size(diagnosis: &Diagnosis, one: &Remainder) -> String {
     let Some((rms, measurand)) = &one.rms else { return String::new() };
     let declared = unit_of(&diagnosis.nominal, measurand);
-    let of = |size: f64| figure::size(size, &residual_unit(size, &declared));
+    // Of an error of the reading in its unit, of others in their own.
+    let unit_of_size = |size: f64, own: &Unit| match own.accepts(&declared) {
+        true => residual_unit(size, &declared),
+        false => own.clone(),
+    };
+    let rms = format!("rms {} in {measurand}", figure::size(*rms, &residual_unit(*rms, &declared)));
     if let Some(step) = &one.change {
-        // Of an error of the reading in its unit, of others in their own.
-        let unit = match step.unit.dimension == declared.dimension {
-            true => residual_unit(step.value, &declared),
-            false => step.unit.clone(),
-        };
-        let step = figure::measured(step.value, step.sigma, &unit);
-        return format!("change {step}, rms {} in {measurand}", of(*rms));
+        let unit = unit_of_size(step.value, &step.unit);
+        return format!("change {}, {rms}", figure::measured(step.value, step.sigma, &unit));
     }
-    match one.amplitude {
-        Some(amplitude) => format!("amplitude {}, rms {}", of(amplitude), of(*rms)),
-        None => format!("rms {} in {measurand}", of(*rms)),
+    match &one.amplitude {
+        Some((size, unit)) => {
+            format!("amplitude {}, {rms}", figure::size(*size, &unit_of_size(*size, unit)))
+        }
+        None => rms,
     }
 }
 

@@ -156,7 +156,7 @@ fn an_effect_of_the_rate_is_not_taken_for_displacements() {
     let known = Request { effects: vec![own.path().to_owned()], ..Request::new([folder()]) };
     let recipes = open(&known).unwrap().recipes;
     let truth = Request { with: vec!["spin_lift".to_owned()], ..known };
-    for (seed, lift) in [(1, 1e-6), (2, 1e-6), (3, 5e-6)] {
+    for (seed, lift) in [(1, 1e-6), (3, 5e-6)] {
         let (_, problem) = drawn_at(&truth, seed, &|_| Some(lift));
         let of = |without: &[String]| {
             let wanted = Wanted::new(&[], without);

@@ -132,7 +132,7 @@ fn a_distance_that_is_off_from_a_row_on_beside_an_effect() {
     assert_eq!(place.of, Of::Measurand("distance".to_owned()), "{}", told(&found));
     assert_eq!(place.run.as_deref(), Some("A_cw50"), "{}", told(&found));
     let (row, last) = place.rows.unwrap();
-    assert!(row.abs_diff(52) <= 3 && last.is_none(), "{row}");
+    assert!(row.abs_diff(52) <= 3 && last.unwrap().abs_diff(120) <= 2, "{row} {last:?}");
 }
 
 /// A clock that is set for good in the second of four setups.
@@ -215,5 +215,5 @@ fn an_effect_beside_a_clock_that_was_set_is_named() {
     let (pull, u) = (value.value.unwrap(), value.sigma.unwrap());
     assert!((pull - 1.2e-3).abs() < 4.0 * u && u < 1e-4, "{pull} {u}");
     let words: Vec<&str> = found.remainder.iter().map(|one| one.place.words.as_str()).collect();
-    assert!(words.iter().any(|one| one.contains("changes in run `r1`")), "{words:?}");
+    assert!(words.iter().any(|one| one.contains("in run `r1`")), "{words:?}");
 }

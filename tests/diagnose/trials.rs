@@ -37,16 +37,15 @@ fn a_design_is_the_same_by_every_path() {
 #[test]
 fn threads_and_interruptions_change_nothing() {
     let design = design();
-    let plan = Plan::standard(3, 11);
+    let plan = Plan::standard(2, 11);
     let at_once = run(&design, &plan, None, 1, &Progress::default()).unwrap();
-    assert_eq!(at_once.len(), 3);
+    assert_eq!(at_once.len(), 2);
 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("trials.jsonl");
     let heading = Heading::of(&plan, &design);
     let mut ledger = Ledger::open(&path, &heading).unwrap();
-    let shorter = Plan::standard(2, 11);
-    run(&design, &shorter, Some(&mut ledger), 1, &Progress::default()).unwrap();
+    run(&design, &plan, Some(&mut ledger), 1, &Progress::default()).unwrap();
     drop(ledger);
     // Interrupted in the middle of a line.
     let whole = std::fs::read(&path).unwrap();
@@ -56,20 +55,20 @@ fn threads_and_interruptions_change_nothing() {
     let resumed = run(&design, &plan, Some(&mut ledger), 2, &Progress::default()).unwrap();
     assert_eq!(resumed, at_once);
     assert_eq!(tally(&resumed), tally(&at_once));
-    assert_eq!(Ledger::open(&path, &heading).unwrap().outcomes.len(), 3);
+    assert_eq!(Ledger::open(&path, &heading).unwrap().outcomes.len(), 2);
 
     // A line that cannot be read costs its own trial and no other.
     let whole = std::fs::read_to_string(&path).unwrap();
     let mut lines: Vec<&str> = whole.lines().collect();
-    lines[2] = "{\"trial\":";
+    lines[1] = "{\"trial\":";
     std::fs::write(&path, lines.join("\n") + "\n").unwrap();
     let mut ledger = Ledger::open(&path, &heading).unwrap();
-    assert_eq!(ledger.outcomes.len(), 2);
+    assert_eq!(ledger.outcomes.len(), 1);
     let mended = run(&design, &plan, Some(&mut ledger), 1, &Progress::default()).unwrap();
     assert_eq!(mended, at_once);
 
     // Trials of something else are not mixed in.
-    let other = Heading::of(&Plan::standard(3, 12), &design);
+    let other = Heading::of(&Plan::standard(2, 12), &design);
     let refused = Ledger::open(&path, &other);
     assert!(matches!(refused, Err(LedgerError::Other { what: "seed" })));
 }

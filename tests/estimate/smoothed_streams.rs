@@ -102,3 +102,18 @@ fn clocks_far_apart_hide_no_noise_of_a_stream() {
         alike(other.sigma.unwrap(), one.sigma.unwrap());
     }
 }
+
+/// Without a run the others keep their own uncertainties of smoothing.
+#[test]
+fn runs_that_stay_keep_what_is_known_of_their_streams() {
+    let fitted = fit(1e-3, "", 5);
+    let mut part = fitted.problem.parts[0].clone();
+    let own = part.smoothing_sigma[0].clone();
+    assert!(own.iter().any(|sigma| *sigma > 0.0));
+    let other: Vec<f64> = own.iter().map(|sigma| 2.0 * sigma).collect();
+    part.runs.push(part.runs[0].clone());
+    part.smoothing_sigma.push(other.clone());
+    let both = fitted.problem.with_parts(vec![part]);
+    let last = both.without_runs(|_, run| run == 0).unwrap();
+    assert_eq!(last.parts[0].smoothing_sigma, [other]);
+}

@@ -102,8 +102,8 @@ pub struct Remainder {
     pub share: f64,
     /// Its rms in the measurand in which it is largest (SI), and that measurand.
     pub rms: Option<(f64, String)>,
-    /// Amplitude of a wave (SI), where it is one.
-    pub amplitude: Option<f64>,
+    /// Amplitude of a wave (SI), where it is one, and the unit in which it is shown.
+    pub amplitude: Option<(f64, Unit)>,
     /// By how much something changes at a moment, where it does.
     pub change: Option<StepChange>,
     /// The effect that is nearest to it, and the part of its gain that this explains.

@@ -47,6 +47,9 @@ impl Diagnosis {
         let Found { linear, rows, judged, scale, left_out, noise, objections, log } = found;
         let mut selection = Selection::new(&linear.sums, &linear.terms, &linear.active);
         selection.adopt_scale(&scale);
+        for (live, term) in selection.live.iter_mut().zip(&linear.terms) {
+            *live &= term.is_effect() || term.may_enter;
+        }
         let budget = Budget { linear: &linear, selection: &selection, model: &judged.model };
         self.left_out.extend(left_out);
         self.noise = noise;

@@ -139,6 +139,22 @@ impl Linear {
         }
     }
 
+    /// The changes of a model, each with the name of its block.
+    pub fn changes_in(&self, model: &[usize]) -> Vec<(String, Change)> {
+        let changes = model.iter().filter_map(|term| self.terms[*term].change.clone());
+        changes.map(|one| (self.candidates[one.base.candidate].name.clone(), one)).collect()
+    }
+
+    /// Changes of another linearisation in this one, by the names of their blocks.
+    pub fn known_changes(&self, named: &[(String, Change)]) -> Vec<Change> {
+        let here = |(name, change): &(String, Change)| {
+            let candidate = self.candidates.iter().position(|one| one.name == *name)?;
+            let base = Base { candidate, ..change.base };
+            Some(Change { base, ..change.clone() })
+        };
+        named.iter().filter_map(here).collect()
+    }
+
     /// The products of the columns of changes, from `new` on, with all columns and with those of the
     /// changes before them.
     fn products(&self, changes: &[(usize, Change)], new: usize) -> Vec<Appended> {

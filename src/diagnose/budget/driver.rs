@@ -92,6 +92,8 @@ struct Search<'a> {
     /// Best members of families: of blocks, as they were found beside the first rows; of effects, as
     /// they were found last.
     scanned: Families,
+    /// Change points of the last model with their blocks: the next one begins with them.
+    changes: Vec<(String, Change)>,
     log: Log,
 }
 
@@ -149,6 +151,7 @@ impl<'a> Search<'a> {
             outliers: Vec::new(),
             noise: Vec::new(),
             scanned: Families::default(),
+            changes: Vec::new(),
             log: Log::new(),
         }
     }
@@ -189,6 +192,8 @@ impl<'a> Search<'a> {
         let Some(mut linear) = linear else { return Ok(None) };
         linear.without_own_covariates(&self.still);
         let mut model = linear.rows();
+        let first = self.first_changes(&linear, &model);
+        linear.with_changes(&first);
         let mut scale: Vec<f64> = Vec::new();
         let mut instead = None;
         for round in 0..=CHANGE_ROUNDS {
@@ -215,6 +220,7 @@ impl<'a> Search<'a> {
                 break;
             }
         }
+        self.changes = linear.changes_in(&model);
         let mut selection = self.selection(&linear);
         selection.adopt_scale(&scale);
         let instead = instead.or_else(|| instead_of_blocks(&linear, &selection, &model));
@@ -234,7 +240,21 @@ impl<'a> Search<'a> {
         let scale = selection.scale.clone();
         let (terms, live) = (selection.terms, selection.live);
         linear.take_terms(terms, live);
+        self.changes = linear.changes_in(&judged.model);
         Ok(Some(Competed { linear, judged, scale }))
+    }
+
+    /// The change points with which a competition begins: those of the last model, or, where blocks
+    /// would enter beside the rows, those that are found beside these. A block that imitates a change
+    /// would enter first otherwise, and others to mend it.
+    fn first_changes(&self, linear: &Linear, model: &[usize]) -> Vec<Change> {
+        if !self.changes.is_empty() {
+            return linear.known_changes(&self.changes);
+        }
+        let mut selection = self.selection(linear);
+        selection.set_scale(model);
+        let has_structure = selection.best_block(model, &Pools::of(&selection)).is_some();
+        if has_structure { changes(linear, &selection, model) } else { Vec::new() }
     }
 }
 

@@ -56,7 +56,9 @@ impl Folded {
         let all: Vec<usize> = (0..n).collect();
         self.folds
             .iter()
-            .map(|fold| self.left(fold, &others, &others) - self.left(fold, &all, &others))
+            .filter_map(|fold| {
+                Some(self.left(fold, &others, &others)? - self.left(fold, &all, &others)?)
+            })
             .sum()
     }
 
@@ -64,8 +66,9 @@ impl Folded {
     pub fn drop_of_all(&self) -> f64 {
         let nominal = self.upto(0);
         let all = self.upto(self.terms.len());
-        let drop = |fold| self.left(fold, &nominal, &nominal) - self.left(fold, &all, &nominal);
-        if self.terms.is_empty() { 0.0 } else { self.folds.iter().map(drop).sum() }
+        let drop =
+            |fold| Some(self.left(fold, &nominal, &nominal)? - self.left(fold, &all, &nominal)?);
+        if self.terms.is_empty() { 0.0 } else { self.folds.iter().filter_map(drop).sum() }
     }
 
     /// For the first term, the first two, and so on the drop that they bring in each piece of the
@@ -135,11 +138,11 @@ impl Folded {
     }
 
     /// Squared residuals of a fold under the columns `fitted` to the other folds; those of `free`
-    /// that these do not determine are fitted in the fold.
-    fn left(&self, fold: &DMatrix<f64>, fitted: &[usize], free: &[usize]) -> f64 {
-        let Some(vector) = self.predicting(fold, fitted) else { return 0.0 };
+    /// that these do not determine are fitted in the fold. `None` where the other folds have no fit.
+    fn left(&self, fold: &DMatrix<f64>, fitted: &[usize], free: &[usize]) -> Option<f64> {
+        let vector = self.predicting(fold, fitted)?;
         let left = self.left_of(fold, &vector, &self.unknown(fold, free));
-        left + (vector.transpose() * &self.prior * &vector)[(0, 0)] / FOLDS as f64
+        Some(left + (vector.transpose() * &self.prior * &vector)[(0, 0)] / FOLDS as f64)
     }
 
     /// Coefficients of the columns, the residual's 1, that make a prediction of the fold from the

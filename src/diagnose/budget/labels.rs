@@ -3,7 +3,7 @@
 
 use indexmap::IndexMap;
 
-use crate::diagnose::library::structure::{Knots, turns};
+use crate::diagnose::library::structure::Knots;
 use crate::diagnose::library::variant::Variant;
 use crate::engine::Problem;
 use crate::graph::names::Input;
@@ -114,7 +114,7 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
 pub fn knots(problem: &Problem) -> Vec<Knots> {
     let mut values: IndexMap<String, Vec<f64>> = IndexMap::new();
     each_input(problem, 0, |_, input, here| {
-        if !turns(&input.unit) {
+        if !input.unit.is_angle() {
             values.entry(input.name.clone()).or_default().extend(here);
         }
     });

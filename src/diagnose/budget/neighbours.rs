@@ -14,7 +14,6 @@ use rayon::prelude::*;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::noise::{Component, components};
 use crate::diagnose::budget::selection::Selection;
-use crate::diagnose::library::structure::turns;
 use crate::diagnose::sequences::robust;
 use crate::diagnose::thresholds::NEIGHBOURS;
 use crate::engine::Problem;
@@ -73,7 +72,7 @@ fn places_of(problem: &Problem, part: usize) -> Places {
                 for (input, track) in inputs.iter().zip(&stretch.samples.inputs) {
                     let of = |order| track.at(at, stretch.samples.time[at], 0.0_f64, order);
                     let value: f64 = of(0);
-                    if turns(&input.unit) {
+                    if input.unit.is_angle() {
                         row.extend([value.cos(), value.sin()]);
                     } else {
                         row.push(value);

@@ -109,7 +109,7 @@ impl<'a> Selection<'a> {
 
     /// The products of some columns in the rows of prior knowledge.
     pub(super) fn prior(&self, columns: &[Combination]) -> DMatrix<f64> {
-        Combined::of(columns).squares(|a, b| self.weighted.prior(a, b))
+        Combined::of(columns.iter()).squares(|a, b| self.weighted.prior(a, b))
     }
 
     /// What the noise of smoothed streams adds to the scores of some columns.
@@ -155,7 +155,7 @@ impl<'a> Selection<'a> {
     /// With the inverse covariance, beforehand, of the values of some columns: where they begin.
     fn factored_under(&self, model: &[usize], priors: &[(usize, DMatrix<f64>)]) -> Factored {
         let columns = self.columns(model);
-        let combined = Combined::of(&columns);
+        let combined = Combined::of(columns.iter());
         let mut matrix = combined.squares(|a, b| self.weighted.product(a, b));
         for (first, prior) in priors {
             let mut own = matrix.view_mut((*first, *first), prior.shape());
@@ -194,10 +194,32 @@ impl<'a> Selection<'a> {
 
     /// Columns beside a model.
     pub(super) fn across(&self, model: &Factored, columns: &[Combination]) -> Beside {
+        let across = self.products_with(model, &Combined::of(columns.iter()));
+        self.beside(model, columns, across)
+    }
+
+    /// The columns of each of some terms beside a model: products with it are taken together.
+    pub(super) fn across_each(&self, model: &Factored, terms: &[usize]) -> Vec<Beside> {
+        let columns = |term: &usize| self.terms[*term].columns.as_slice();
+        let across = self.products_with(model, &Combined::of(terms.iter().flat_map(columns)));
+        let mut first = 0;
+        let beside = |columns: &[Combination]| {
+            let own = across.columns(first, columns.len()).into_owned();
+            first += columns.len();
+            self.beside(model, columns, own)
+        };
+        terms.iter().map(columns).map(beside).collect()
+    }
+
+    /// `L⁻¹ H_Mj` of columns.
+    fn products_with(&self, model: &Factored, columns: &Combined) -> DMatrix<f64> {
         let product = |a, b| self.weighted.product(a, b);
-        let combined = Combined::of(columns);
-        let across = model.factor.across(model.combined.products(&combined, product));
-        let own = combined.squares(product);
+        model.factor.across(model.combined.products(columns, product))
+    }
+
+    /// Columns beside a model, from their products with it.
+    fn beside(&self, model: &Factored, columns: &[Combination], across: DMatrix<f64>) -> Beside {
+        let own = Combined::of(columns.iter()).squares(|a, b| self.weighted.product(a, b));
         let raw = own.diagonal().map(|square| square.max(0.0).sqrt());
         let left = own - across.transpose() * &across;
         let score = self.scores(columns) - across.tr_mul(&model.half);
@@ -208,12 +230,7 @@ impl<'a> Selection<'a> {
 
     /// What a term takes off chi squared beside a model.
     pub fn gain(&self, model: &[usize], term: usize) -> Gain {
-        let model = self.factored(model);
-        self.gain_beside(&model, term)
-    }
-
-    fn gain_beside(&self, model: &Factored, term: usize) -> Gain {
-        self.across(model, &self.terms[term].columns).gain()
+        self.across(&self.factored(model), &self.terms[term].columns).gain()
     }
 
     /// The Schur complement of a term's columns beside a model.

@@ -46,6 +46,9 @@ pub struct Sums {
     /// Number of wide columns, the residual among them.
     wide: usize,
     by_measurand: Vec<Store>,
+    /// For each column the measurands whose readings it changes; all of them.
+    acts_in: Vec<Vec<usize>>,
+    all: Vec<usize>,
     /// What the noise of smoothed streams adds to the products with the residual, by measurand and
     /// column; empty where there is none.
     of_streams: Vec<Vec<f64>>,
@@ -126,6 +129,7 @@ impl Sums {
                 }
             });
         }
+        let acts_in = place.iter().map(|one| Self::acts_in(&by_measurand, one)).collect();
         Self {
             owners,
             of_candidate,
@@ -136,6 +140,8 @@ impl Sums {
             priors,
             place,
             wide,
+            all: (0..by_measurand.len()).collect(),
+            acts_in,
             by_measurand,
             of_streams: Vec::new(),
             of_runs: Arc::new(of_runs),
@@ -180,7 +186,9 @@ impl Sums {
             self.by_measurand[*measurand].add_wide(number, 0.0, others);
         }
         self.wide += 1;
-        self.place.push(Placed::Wide(number));
+        let place = Placed::Wide(number);
+        self.acts_in.push(Self::acts_in(&self.by_measurand, &place));
+        self.place.push(place);
         self.owners.push(Owner { parameter: String::new(), component: 0, of: None });
         self.typical.push(None);
         self.place.len() - 1
@@ -205,6 +213,26 @@ impl Sums {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.place.is_empty()
+    }
+
+    /// The measurands in which two columns may have a product: those of the one that acts in fewer.
+    fn measurands_of(&self, a: usize, b: usize) -> &[usize] {
+        match (self.acts_in.get(a), self.acts_in.get(b)) {
+            (Some(a), Some(b)) => {
+                if a.len() < b.len() {
+                    a
+                } else {
+                    b
+                }
+            }
+            (Some(one), None) | (None, Some(one)) => one,
+            (None, None) => &self.all,
+        }
+    }
+
+    /// The measurands whose readings a column changes.
+    fn acts_in(by_measurand: &[Store], place: &Placed) -> Vec<usize> {
+        (0..by_measurand.len()).filter(|own| by_measurand[*own].has(place)).collect()
     }
 
     /// The product of two columns in the sums of one measurand; the column after the last is the

@@ -28,7 +28,6 @@ use crate::units::Dimension;
 
 use super::candidate::{Candidate, Joined};
 use super::place::{ALL_READINGS, Of, TIME_OF};
-pub(in crate::diagnose) use covariate::turns;
 use made::{Block, blocks_over};
 use readings::{attitudes, errors, of_inputs, readings};
 

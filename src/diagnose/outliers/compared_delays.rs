@@ -30,6 +30,7 @@ pub(in crate::diagnose) fn compared_delays(
     for (part, given) in parts.iter_mut().zip(&whole.problem.parts) {
         if part.runs.len() != given.runs.len() {
             part.run_levels.clear();
+            part.smoothing_sigma.clone_from(&given.smoothing_sigma);
         }
         part.runs.clone_from(&given.runs);
     }

@@ -153,7 +153,7 @@ fn template(problem: &Problem) -> Option<Template> {
 
 /// A rate of an input of this unit, for a person to set.
 fn in_words(rate: f64, unit: &Unit) -> String {
-    if unit.dimension == Dimension::NONE && unit.symbol != Unit::one().symbol {
+    if unit.is_angle() {
         return format!("{} deg/s", two_digits(rate.to_degrees()));
     }
     format!("{} {}/s", two_digits(rate / unit.factor), unit.symbol)

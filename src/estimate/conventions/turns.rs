@@ -165,9 +165,7 @@ impl Reordered {
         }
         let mut system = part.system.clone();
         system.assembly = assemble(names).ok()?;
-        let mut other = part.with_system(system);
-        other.calibration.clone_from(&part.calibration);
-        Some(other)
+        Some(part.with_system(system))
     }
 }
 

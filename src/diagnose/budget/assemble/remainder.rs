@@ -39,10 +39,16 @@ impl Budget<'_> {
                     (linear.terms[one.term].name.clone(), share.min(1.0))
                 });
                 let is_wave = own.len() == 2 && term.members > 1;
-                let amplitude = is_wave.then(|| own[0].hypot(own[1]));
+                let of_wave = is_wave.then(|| linear.candidates.get(term.candidate)).flatten();
+                let amplitude = of_wave.and_then(|block| {
+                    let unit = block.selected.effect.parameters.first()?.unit.clone();
+                    Some((own[0].hypot(own[1]), unit))
+                });
                 // Weights of autocorrelated noise would make a slow wave small.
-                let rms = match (&place.of, amplitude) {
-                    (Of::Measurand(name), Some(size)) => Some((size * FRAC_1_SQRT_2, name.clone())),
+                let rms = match (&place.of, &amplitude) {
+                    (Of::Measurand(name), Some((size, _))) => {
+                        Some((size * FRAC_1_SQRT_2, name.clone()))
+                    }
                     _ => self.rms(self.model[*at], &own),
                 };
                 Remainder {

@@ -91,7 +91,8 @@ impl Linear {
                 let mut best: Option<(f64, usize)> = None;
                 for bin in 1..bins.len() {
                     let square = sum[(n + 1, bin)];
-                    if square <= 0.0 || square >= *total {
+                    // What is different from the first sample of a campaign on is no change.
+                    if square <= 0.0 || square >= *total || part(bin) != part(bin - 1) {
                         continue;
                     }
                     let across = across.column(bin);
@@ -131,27 +132,30 @@ impl Linear {
     ) -> Option<Change> {
         let n = sum.nrows() - 2;
         let part = |bin: usize| bins.get(bin).map(|(run, _)| self.part_of(*run).0);
-        // The gain of a stretch of a run, whose bins are `first..next`.
-        let gain = |(first, next): Ends, from: usize, to: usize| -> Option<f64> {
-            let end = if to < next { bins[to].1 } else { self.samples_in(bins[first].0) };
+        // Running sums begin anew with each campaign.
+        let is_past = |(first, next): Ends, to: usize| to == next && part(next) != part(first);
+        // What a stretch of a run, whose bins are `first..next`, gains, from the squared length that
+        // the model takes up, and the product with what the residual has in common with it.
+        let gain = |run: Ends, (from, to): Ends, (taken, along): (f64, f64)| -> Option<f64> {
+            let end = if to < run.1 { bins[to].1 } else { self.samples_in(bins[run.0].0) };
             if to <= from || end - bins[from].1 < LEAST_STRETCH {
                 return None;
             }
-            // Running sums begin anew with each campaign.
-            let is_whole = to == next && part(next) != part(first);
-            let within = |all: &DMatrix<f64>, row: usize| {
-                all[(row, from)] - if is_whole { 0.0 } else { all[(row, to)] }
-            };
-            let square = within(sum, n + 1);
+            let within =
+                |row: usize| sum[(row, from)] - if is_past(run, to) { 0.0 } else { sum[(row, to)] };
+            let square = within(n + 1);
+            let left = square - taken;
+            (square > 0.0 && left >= TAKEN_UP * square).then(|| (within(n) - along).powi(2) / left)
+        };
+        let gain_alone = |run: Ends, (from, to): Ends| -> Option<f64> {
+            let to_end = is_past(run, to);
             let (mut taken, mut along) = (0.0, 0.0);
-            for i in 0..half.len() {
-                let own = within(across, i);
+            for i in 0..if to > from { half.len() } else { 0 } {
+                let own = across[(i, from)] - if to_end { 0.0 } else { across[(i, to)] };
                 taken += own * own;
                 along += own * half[i];
             }
-            let left = square - taken;
-            (square > 0.0 && left >= TAKEN_UP * square)
-                .then(|| (within(sum, n) - along).powi(2) / left)
+            gain(run, (from, to), (taken, along))
         };
         let mut best: Option<(f64, Ends, Ends)> = None;
         let mut tried = 0;
@@ -159,9 +163,18 @@ impl Linear {
         for own in bins.chunk_by(|a, b| a.0 == b.0) {
             let run = (first, first + own.len());
             let step = own.len().div_ceil(MOST_ENDS).max(1);
-            for from in (run.0..run.1).step_by(step) {
-                for to in (from + step..=run.1).step_by(step) {
-                    let gain = gain(run, from, to);
+            let ends: Vec<usize> = (run.0..=run.1).step_by(step).collect();
+            // All products at once: of what the model takes up at each end with that at each other.
+            let at_ends = DMatrix::from_fn(half.len(), ends.len(), |i, end| {
+                if is_past(run, ends[end]) { 0.0 } else { across[(i, ends[end])] }
+            });
+            let products = at_ends.transpose() * &at_ends;
+            let along = at_ends.tr_mul(half);
+            for (i, from) in ends.iter().enumerate() {
+                for (j, to) in ends.iter().enumerate().skip(i + 1) {
+                    let taken = products[(i, i)] - 2.0 * products[(i, j)] + products[(j, j)];
+                    let (from, to) = (*from, *to);
+                    let gain = gain(run, (from, to), (taken, along[i] - along[j]));
                     tried += usize::from(gain.is_some());
                     if let Some(gain) = gain.filter(|gain| best.is_none_or(|best| *gain > best.0)) {
                         best = Some((gain, run, (from, to)));
@@ -176,12 +189,12 @@ impl Linear {
         for _ in 0..END_ROUNDS {
             let (near_from, near_to) = (from, to);
             for other in near_from.saturating_sub(step).max(run.0)..(near_from + step).min(run.1) {
-                if let Some(gain) = gain(run, other, to).filter(|gain| *gain > most) {
+                if let Some(gain) = gain_alone(run, (other, to)).filter(|gain| *gain > most) {
                     (most, from) = (gain, other);
                 }
             }
             for other in near_to.saturating_sub(step)..=(near_to + step).min(run.1) {
-                if let Some(gain) = gain(run, from, other).filter(|gain| *gain > most) {
+                if let Some(gain) = gain_alone(run, (from, other)).filter(|gain| *gain > most) {
                     (most, to) = (gain, other);
                 }
             }

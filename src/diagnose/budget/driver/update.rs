@@ -220,6 +220,8 @@ impl Search<'_> {
                 fitted = fitted.without(&[&selected], self.options)?;
             }
             self.rows.retain(|own| own.name != *name);
+            // The library's form of it may come back.
+            self.wanted.variants.remove(name);
             self.log.push(format!("{name} leaves the fit"));
         }
         for term in &enter {

@@ -16,13 +16,14 @@ pub(super) struct Combined {
 
 impl Combined {
     /// Of combinations.
-    pub(super) fn of(columns: &[Combination]) -> Self {
-        let mut made_of: Vec<usize> = columns.iter().flatten().map(|(column, _)| *column).collect();
+    pub(super) fn of<'a>(columns: impl Iterator<Item = &'a Combination> + Clone) -> Self {
+        let mut made_of: Vec<usize> =
+            columns.clone().flatten().map(|(column, _)| *column).collect();
         made_of.sort_unstable();
         made_of.dedup();
         let place =
             |(column, by): &(usize, f64)| (made_of.partition_point(|known| known < column), *by);
-        let columns = columns.iter().map(|one| one.iter().map(place).collect()).collect();
+        let columns = columns.map(|one| one.iter().map(place).collect()).collect();
         Self { made_of, columns }
     }
 
@@ -85,8 +86,8 @@ mod tests {
             };
             a.iter().map(of).sum()
         };
-        let found = Combined::of(&left).products(&Combined::of(&right), product);
-        let squares = Combined::of(&left).squares(product);
+        let found = Combined::of(left.iter()).products(&Combined::of(right.iter()), product);
+        let squares = Combined::of(left.iter()).squares(product);
         for (i, a) in left.iter().enumerate() {
             for (j, b) in right.iter().enumerate() {
                 assert!((found[(i, j)] - due(a, b)).abs() < 1e-12);

@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::normal::{Beside, gain_beyond_streams};
+use super::ranked::TOGETHER;
 use super::{Ranked, Selection};
 
 /// Candidates beside a model.
@@ -39,17 +40,20 @@ impl<'s> Exchange<'s> {
     pub fn new(selection: &'s Selection<'s>, model: &[usize], pool: &[usize]) -> Self {
         let factored = selection.factored(model);
         let back = factored.factor.inverse.transpose();
-        let candidate = |term: &usize| {
-            let columns = &selection.terms[*term].columns;
-            let beside = selection.across(&factored, columns);
+        let candidate = |(term, beside): (&usize, Beside)| {
             let mut taken_up = &back * &beside.across;
             for mut column in taken_up.column_iter_mut() {
                 column.component_div_assign(&factored.factor.length);
             }
             Candidate { term: *term, beside, taken_up }
         };
-        let may_enter = |term: &&usize| selection.live[**term] && !model.contains(term);
-        let candidates = pool.par_iter().filter(may_enter).map(candidate).collect();
+        let may_enter = |term: &usize| selection.live[*term] && !model.contains(term);
+        let pool: Vec<usize> = pool.iter().copied().filter(may_enter).collect();
+        let candidates = pool.par_chunks(TOGETHER).flat_map_iter(|terms| {
+            let beside = selection.across_each(&factored, terms);
+            terms.iter().zip(beside).map(candidate).collect::<Vec<_>>()
+        });
+        let candidates = candidates.collect();
         let (values, covariance) = factored.solved();
         let values_of_streams = factored.values_of_streams();
         let ranges = selection.ranges(model);

@@ -9,6 +9,9 @@ use super::Selection;
 use super::normal::{gain_beyond_streams, ln_bayes_factor_of_sizes};
 use crate::diagnose::price::{Gain, price};
 
+/// Terms whose products with a model are taken together.
+pub(super) const TOGETHER: usize = 32;
+
 /// A term beside a model.
 #[derive(Clone, Copy, Debug)]
 pub struct Ranked {
@@ -24,14 +27,16 @@ impl Selection<'_> {
     /// Terms of a pool beside a model, best first: log Bayes factor, term, gain.
     pub fn ranked(&self, model: &[usize], pool: &[usize]) -> Vec<Ranked> {
         let factored = self.factored(model);
-        let mut ranked: Vec<Ranked> = pool
-            .par_iter()
-            .filter(|term| self.live[**term] && !model.contains(term))
-            .map(|term| {
-                let gain = self.gain_beside(&factored, *term);
+        let may_enter = |term: &usize| self.live[*term] && !model.contains(term);
+        let pool: Vec<usize> = pool.iter().copied().filter(may_enter).collect();
+        let ranked = pool.par_chunks(TOGETHER).flat_map_iter(|terms| {
+            let beside = self.across_each(&factored, terms);
+            terms.iter().zip(beside).map(|(term, beside)| {
+                let gain = beside.gain();
                 Ranked { term: *term, gain, ln_bayes: self.ln_bayes_factor(*term, gain) }
             })
-            .collect();
+        });
+        let mut ranked: Vec<Ranked> = ranked.collect();
         ranked.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
         ranked
     }

@@ -16,7 +16,7 @@ impl Selection<'_> {
         let mut columns = self.columns(model);
         let n = columns.len();
         columns.push(self.residual.clone());
-        let combined = Combined::of(&columns);
+        let combined = Combined::of(columns.iter());
         let prior = self.prior(&columns);
         let measurands = (0..self.scale.len()).filter(|one| self.sums.readings[*one] > 0);
         let sums: Vec<(usize, DMatrix<f64>)> = measurands

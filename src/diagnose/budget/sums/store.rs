@@ -167,6 +167,15 @@ impl Store {
         }
     }
 
+    /// Whether a column changes readings of this measurand.
+    pub(super) fn has(&self, column: &Placed) -> bool {
+        let place = match column {
+            Placed::Wide(number) => self.wide_at.get(*number),
+            Placed::Narrow(number, _) => self.narrow_at.get(*number),
+        };
+        place.is_some()
+    }
+
     /// The product of two columns; none is the residual.
     pub(super) fn product(&self, a: Option<&Placed>, b: Option<&Placed>) -> f64 {
         let wide = |one: Option<&Placed>| match one {

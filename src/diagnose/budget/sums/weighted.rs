@@ -44,11 +44,10 @@ impl<'a> Weighted<'a> {
 
     /// The product of two columns; the column after the last is the residual.
     pub fn product(&self, a: usize, b: usize) -> f64 {
-        let of_readings = self.weights.iter().enumerate();
-        let sum: f64 = of_readings
-            .map(|(measurand, weight)| weight * self.sums.product_in(measurand, a, b))
-            .sum();
-        sum + self.prior(a, b)
+        let both = self.sums.measurands_of(a, b).iter();
+        let of_readings: f64 =
+            both.map(|own| self.weights[*own] * self.sums.product_in(*own, a, b)).sum();
+        of_readings + self.prior(a, b)
     }
 
     /// The product of two columns in the rows of prior knowledge.

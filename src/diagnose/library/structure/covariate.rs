@@ -103,7 +103,7 @@ fn rates(name: &str, own: Dimension, third: Term) -> [Covariate; 2] {
 
 /// An input: waves of so many orders over what turns, powers of anything else.
 pub(super) fn of_itself(input: &InputDeclaration, orders: usize) -> Covariate {
-    if turns(&input.unit) {
+    if input.unit.is_angle() {
         return Covariate::waves(&input.name, orders);
     }
     Covariate::new(&input.name, powers(&input.name, input.unit.dimension))
@@ -116,7 +116,7 @@ pub(super) fn of_motion(model: &Model, orders: usize) -> Vec<Covariate> {
     for signal in signals {
         let (name, own) = (&signal.name, signal.unit.dimension);
         all.push(of_itself(signal, orders));
-        if turns(&signal.unit) {
+        if signal.unit.is_angle() {
             all.push(Covariate::new(format!("turns of {name}"), powers(name, own)));
         }
         all.push(Covariate::new(format!("sense of {name}"), [sense_of(name)]));
@@ -214,11 +214,6 @@ pub(super) fn scale_over_campaign(name: &str, own: Dimension) -> Covariate {
 /// Whether few things move: a robot's joints are many.
 pub(super) fn few_move(model: &Model) -> bool {
     model.inputs.iter().filter(|input| input.signal).count() <= FEW
-}
-
-/// Whether a signal of this unit is an angle.
-pub(in crate::diagnose) fn turns(unit: &Unit) -> bool {
-    unit.dimension == Dimension::NONE && unit.symbol != "1"
 }
 
 /// What the head does.

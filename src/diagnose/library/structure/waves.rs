@@ -11,7 +11,7 @@ use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::Dimension;
 
-use super::covariate::{Covariate, FEW, RUN_TIME, TIME, few_move, sense_of, turns, wave};
+use super::covariate::{Covariate, FEW, RUN_TIME, TIME, few_move, sense_of, wave};
 use super::made::{Block, made};
 use super::{ORDERS, directions};
 use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place};
@@ -50,7 +50,7 @@ pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
     let halves = || (0..ORDERS.0).map(|order| order as f64 + 0.5);
     let signals = model.inputs.iter().filter(|input| input.signal);
     let over = |input: &InputDeclaration| {
-        if turns(&input.unit) {
+        if input.unit.is_angle() {
             Some(orders_of(&input.name, halves().chain(finer(ORDERS.0))))
         } else {
             (input.unit.dimension == Dimension::LENGTH).then(|| over_length(&input.name))
