@@ -10,6 +10,7 @@ use super::linear::Linear;
 use super::memory::{OfComponent, SURE, autocorrelated};
 use super::noise_of_runs::{OfRun, noise_of_runs};
 use super::selection::Selection;
+use super::terms::Term;
 
 /// Noise that explains more than blocks do.
 #[derive(Clone, Debug)]
@@ -21,39 +22,52 @@ pub enum Instead {
 }
 
 /// The noise that explains more than the blocks of a model do, if there is one. What changes at a
-/// moment is no noise: it stays beside it, as rows do.
+/// moment is no noise: it stays beside it, as rows do, unless the noise explains it, too.
 pub fn instead_of_blocks(
     linear: &Linear,
     selection: &Selection<'_>,
     model: &[usize],
 ) -> Option<Instead> {
     let problem = &linear.fitted.problem;
-    let stays = |term: &usize| {
-        let term = &selection.terms[*term];
-        term.is_effect() || term.change.is_some()
+    let those = |stays: &dyn Fn(&Term) -> bool| -> Vec<usize> {
+        model.iter().copied().filter(|term| stays(&selection.terms[*term])).collect()
     };
-    let rows: Vec<usize> = model.iter().copied().filter(stays).collect();
-    let rows = rows.as_slice();
-    let mut of_rows = selection.clone();
-    of_rows.set_scale(rows);
-    let mut by_blocks = selection.ln_price_of(rows) - selection.ln_price_of(model);
-    for (number, readings) in linear.sums.readings.iter().enumerate() {
-        if *readings > 0 {
-            by_blocks += *readings as f64 * (of_rows.scale[number] / selection.scale[number]).ln();
-        }
-    }
-    let mut best: Option<(f64, Instead)> = None;
+    let with_changes = those(&|term| term.is_effect() || term.change.is_some());
+    let rows = those(&Term::is_effect);
     // Without blocks autocorrelation is looked for in what is left in the end.
-    if model.len() > rows.len() && !problem.has_memory() {
-        let (gained, found) = autocorrelated(linear, &of_rows, rows);
-        best = (!found.is_empty()).then_some((gained, Instead::Autocorrelated(found)));
-    }
-    if problem.parts.iter().all(|part| part.run_levels.is_empty()) {
-        let (gained, found) = noise_of_runs(linear, &of_rows, rows);
-        let is_more = best.as_ref().is_none_or(|(known, _)| gained > *known);
-        if !found.is_empty() && is_more {
-            best = Some((gained, Instead::OfRuns(found)));
+    let has_blocks = model.len() > with_changes.len() && !problem.has_memory();
+    let has_own_levels = problem.parts.iter().any(|part| !part.run_levels.is_empty());
+    let mut best: Option<(f64, Instead)> = None;
+    let mut take = |beyond: f64, gained: f64, found: Instead| {
+        if gained > SURE && beyond > best.as_ref().map_or(0.0, |(known, _)| *known) {
+            best = Some((beyond, found));
+        }
+    };
+    for kept in [&with_changes, &rows] {
+        let mut of_rows = selection.clone();
+        of_rows.set_scale(kept);
+        let mut by_blocks = selection.ln_price_of(kept) - selection.ln_price_of(model);
+        for (number, readings) in linear.sums.readings.iter().enumerate() {
+            if *readings > 0 {
+                let ratio = of_rows.scale[number] / selection.scale[number];
+                by_blocks += *readings as f64 * ratio.ln();
+            }
+        }
+        if has_blocks {
+            let (gained, found) = autocorrelated(linear, &of_rows, kept);
+            if !found.is_empty() {
+                take(gained - by_blocks, gained, Instead::Autocorrelated(found));
+            }
+        }
+        if kept.len() == with_changes.len() && !has_own_levels {
+            let (gained, found) = noise_of_runs(linear, &of_rows, kept);
+            if !found.is_empty() {
+                take(gained - by_blocks, gained, Instead::OfRuns(found));
+            }
+        }
+        if rows == with_changes {
+            break;
         }
     }
-    best.filter(|(gained, _)| *gained > by_blocks.max(SURE)).map(|(_, found)| found)
+    best.map(|(_, found)| found)
 }
