@@ -140,6 +140,51 @@ fn a_memory_as_long_as_a_run_is_no_structure() {
     assert!(!found.autocorrelation.is_empty(), "{}", told(&found));
 }
 
+/// Noise whose correlation time is a 25th of the only run has steps that look like changes.
+#[test]
+fn slow_noise_is_no_change_at_a_moment() {
+    use std::fmt::Write as _;
+    let model = "name = \"arm\"\n[inputs]\nangle = { unit = \"rad\", signal = true }\n\
+        [parameters]\nradius = { unit = \"m\", scope = \"rig\", start = \"1 m\" }\n\
+        x0 = { unit = \"m\" }\ny0 = { unit = \"m\" }\n[measurands]\n\
+        x = { value = 'radius * cos(angle) + x0', unit = \"m\", sigma = \"3 mm\" }\n\
+        y = { value = 'radius * sin(angle) + y0', unit = \"m\", sigma = \"3 mm\" }\n";
+    let campaign = "title = \"Slow noise\"\nmodel = \"arm.toml\"\n[[runs]]\nname = \"run\"\n\
+        data = \"read.csv\"\nsignals = [\"sent.csv\"]\n";
+    let angle = |t: f64| 2.0 * (0.21 * t).sin() + 0.8 * (0.57 * t + 1.0).sin();
+    let mut sent = "time [s],angle [rad]\n".to_owned();
+    for i in -50..3_050 {
+        let t = 0.1 * f64::from(i);
+        writeln!(sent, "{t:.1},{:.9}", angle(t)).unwrap();
+    }
+    for seed in [2, 3, 5] {
+        let mut random = crate::stream::Stream(seed);
+        let share = (-0.2_f64 / 12.0).exp();
+        let mut errors = [0.0, 0.0].map(|_: f64| 0.015 * random.normal());
+        let mut read = "time [s],x [m],y [m]\n".to_owned();
+        for i in 0..1_500 {
+            let t = 0.2 * f64::from(i);
+            for error in &mut errors {
+                *error = share * *error + 0.015 * (1.0 - share * share).sqrt() * random.normal();
+            }
+            let (x, y) = (1.2 * angle(t).cos() + 0.4, 1.2 * angle(t).sin() - 0.3);
+            writeln!(read, "{t:.1},{:.6},{:.6}", x + errors[0], y + errors[1]).unwrap();
+        }
+        let files = [
+            ("arm.toml", model),
+            ("campaign.toml", campaign),
+            ("sent.csv", &sent),
+            ("read.csv", &read),
+        ];
+        let folder = crate::folder::Folder::new("slow_noise", &files);
+        let opened = open(&Request::new([&*folder])).unwrap();
+        let found = run(opened.problem.clone(), &opened);
+        assert_eq!(found.verdict, Verdict::Explained, "{seed}: {}", told(&found));
+        assert!(found.rows.is_empty() && found.remainder.is_empty(), "{seed}: {}", told(&found));
+        assert_eq!(found.autocorrelation.len(), 2, "{seed}: {}", told(&found));
+    }
+}
+
 #[test]
 fn an_effect_is_found_beside_noise_with_a_memory() {
     let set = [
