@@ -20,6 +20,7 @@ const DEVIATIONS: f64 = 2.5;
 const SUSPECT: f64 = 8.0;
 /// Jumps at most: stamps with more of them are not uniform.
 const MOST: usize = 50;
+
 /// A jump of the stamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jump {

@@ -14,7 +14,7 @@
 //! | `applied` | the numbers as a convention has them |
 //! | `turns` | products of turns in another order, about other axes, the other way |
 //! | `one_run` | the run that does not fit beside the others |
-//! | `reach` | conventions that the readings do not bear out as they stand |
+//! | `residuals` | conventions that the readings do not bear out as they stand |
 //! | `quick` | a convention on few samples |
 //! | `trimmed` | fits that a few outliers do not bend |
 //! | `suspect` | what may have been mistaken, of either kind |
@@ -36,7 +36,7 @@ mod applied;
 mod channels;
 mod one_run;
 mod quick;
-mod reach;
+mod residuals;
 mod suspect;
 mod trimmed;
 mod turns;
@@ -45,7 +45,7 @@ use applied::Suspected;
 use channels::Channels;
 use one_run::run_that_does_not_fit;
 use quick::Quick;
-use reach::Residuals;
+use residuals::Residuals;
 use suspect::Suspect;
 use trimmed::trimmed_fit;
 pub use turns::ChangedFormula;

@@ -68,7 +68,9 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
         let rows = diagnosis.rows.iter().map(|one| format!("--with {}", one.name));
         let folder = asked.out.unwrap_or("DIR");
         let leave_out = leaves_out.then(|| format!("--leave-out {folder}/left_out.csv"));
-        let is_autocorrelated = !diagnosis.autocorrelation.is_empty();
+        // Beside a remainder such weights would take it for noise, and what rows do with it.
+        let is_autocorrelated =
+            !diagnosis.autocorrelation.is_empty() && !diagnosis.verdict.has_remainder();
         let noise = is_autocorrelated.then(|| "--noise autocorrelated".to_owned());
         let options: Vec<String> =
             asked.options.iter().cloned().chain(rows).chain(leave_out).chain(noise).collect();

@@ -47,8 +47,11 @@ impl Diagnosis {
         let Found { linear, rows, judged, scale, left_out, noise, objections, log } = found;
         let mut selection = Selection::new(&linear.sums, &linear.terms, &linear.active);
         selection.adopt_scale(&scale);
-        for (live, term) in selection.live.iter_mut().zip(&linear.terms) {
-            *live &= term.is_effect() || term.may_enter;
+        // Of the blocks that may not enter those are rivals of a row that were reduced beside it.
+        let reduced: Vec<_> = linear.terms.iter().filter_map(|term| term.reduced_from).collect();
+        for (number, term) in linear.terms.iter().enumerate() {
+            selection.live[number] &=
+                term.is_effect() || term.may_enter || reduced.contains(&number);
         }
         let budget = Budget { linear: &linear, selection: &selection, model: &judged.model };
         self.left_out.extend(left_out);

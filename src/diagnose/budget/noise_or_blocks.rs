@@ -65,7 +65,7 @@ pub fn instead_of_blocks(
                 take(gained - by_blocks, gained, Instead::OfRuns(found));
             }
         }
-        if rows == with_changes {
+        if !has_blocks || rows == with_changes {
             break;
         }
     }
