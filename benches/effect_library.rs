@@ -67,8 +67,11 @@ fn products_alone(problem: &Problem, count: usize, chunks: usize) {
 fn main() -> Result<(), Box<dyn Error>> {
     let (problem, point) = Plan::of(SAMPLES).make().map_err(|faults| format!("{faults:?}"))?;
     let systems = systems()?;
-    let candidates: Vec<Candidate<'_>> =
-        systems.iter().map(|(name, system)| Candidate { name, system }).collect();
+    let candidates: Vec<Candidate<'_>> = systems
+        .iter()
+        .enumerate()
+        .map(|(number, (_, system))| Candidate { number, system })
+        .collect();
     let signatures = Signatures::new(&problem, 0, &candidates);
     let columns = signatures.columns.len();
     let counts = signatures.columns_by_row();

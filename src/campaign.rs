@@ -118,6 +118,7 @@ pub mod statement;
 mod steps;
 pub mod table;
 mod table_entry;
+mod time_units;
 pub mod timing;
 mod uniform;
 pub mod wanted;

@@ -73,7 +73,7 @@ pub fn diagnose(
         return Ok(diagnosis);
     }
     let Some(found) = search(fitted, wanted, options)? else { return Ok(diagnosis) };
-    let last = found.linear.fitted.clone();
+    let last = found.competed.linear.fitted.clone();
     let mut diagnosis = diagnosis.of(found, &wanted.prior, options)?;
     if !diagnosis.lost.is_empty() || !diagnosis.left_out.is_empty() {
         diagnosis.delays = compared_delays(&whole, &last, options)?;

@@ -14,6 +14,7 @@ use crate::campaign::signal::{Track, unwrap};
 use crate::campaign::spline::{Spline, is_pause, mean_spacing};
 use crate::campaign::steps::steps;
 use crate::campaign::table::Table;
+use crate::campaign::time_units::coarse;
 use crate::diagnostic::{Diagnostic, decimals};
 use crate::model::InputDeclaration;
 
@@ -49,6 +50,7 @@ impl Loader<'_> {
         }
         told.extend(glitches(input, &shown, &values));
         told.extend(steps(input, &times, &values));
+        told.extend(coarse(input, &times, self.inputs[index].smoothing));
         let run = |one: Diagnostic| Diagnostic {
             message: format!("run `{}`: {}", entry.name.text, one.message),
             ..one

@@ -9,6 +9,7 @@ use crate::campaign::samples::Samples;
 use crate::campaign::signal::Track;
 use crate::campaign::spline::Spline;
 use crate::campaign::table::Table;
+use crate::campaign::time_units::{read_in, unit_of};
 use crate::diagnostic::{Diagnostic, decimals};
 use crate::document::entries::Named;
 use crate::graph::MeasurandKind;
@@ -197,7 +198,7 @@ impl Loader<'_> {
                 decimals(last + zero, 3),
                 spans.join(", "),
                 self.delay_range.written(|text| format!("\"{text}\"")),
-                if outside == all { proposed_range(inputs, (first, last)) } else { String::new() }
+                proposed(inputs, (first, last), outside == all)
             );
             let span = entry.signals.first().map_or(entry.name.span, |stream| stream.name.span);
             self.reader.fault(span, message, help);
@@ -215,17 +216,29 @@ const HALF_AN_HOUR: f64 = 1800.0;
 const MOST_HALVES: f64 = 28.0;
 const ALIKE: f64 = 60.0;
 
-/// What to write where clocks are so far apart that no sample lies within the streams; nothing where
-/// these are.
-fn proposed_range(inputs: &[Track], (first, last): (f64, f64)) -> String {
+/// What to write where samples and streams last so differently that their times are in different
+/// units, and where clocks are so far apart that no sample lies within the streams; nothing where some
+/// do.
+fn proposed(inputs: &[Track], (first, last): (f64, f64), are_all_outside: bool) -> String {
     let spans = inputs.iter().filter_map(|track| match track {
         Track::Logged(spline) => Some(spline.span()),
         _ => None,
     });
-    let common = spans.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)));
-    let Some((from, to)) = common.filter(|(from, to)| last < *from || first > *to) else {
+    let Some((from, to)) = spans.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1))) else {
         return String::new();
     };
+    let times = (last - first) / (to - from);
+    let longer = if times > 1.0 { "samples" } else { "streams" };
+    if let Some(unit) = unit_of(times.max(times.recip())).filter(|_| times > 0.0) {
+        return format!(
+            "; the {longer} last {:.0} times as long: are their times in {unit}? {}",
+            times.max(times.recip()),
+            read_in(unit)
+        );
+    }
+    if !are_all_outside || (last >= from && first <= to) {
+        return String::new();
+    }
     let (low, high) = ((from - first).min(to - last), (from - first).max(to - last));
     let middle = 0.5 * (low + high);
     let least = LEAST_APART.min(PART_APART * (last - first));

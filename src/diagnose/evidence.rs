@@ -9,17 +9,9 @@
 //!
 //! Values of scope setup and run have a column each; sums are kept by run, so nothing more is
 //! summed.
-//!
-//! | file | answers |
-//! |---|---|
-//! | `nominal` | what the nominal parameters can follow |
-//! | `columns` | which column is which value of which candidate |
-//! | [`mod@basis`] | directions in which columns differ beyond the nominal parameters |
-//! | [`mod@scan`], `sampling` | which member of a family explains most, at which members it is looked for |
 
 pub mod basis;
 pub(super) mod columns;
-pub(super) mod nominal;
 pub(in crate::diagnose) mod sampling;
 pub mod scan;
 
@@ -30,16 +22,15 @@ use nalgebra::{DMatrix, DVector};
 use crate::engine::gram::{Normal, RunGram};
 use crate::engine::signatures::Signatures;
 use crate::engine::{Point, Problem};
+use crate::estimate::arrow::normal_matrix;
+use crate::estimate::inverse_factor::Factor;
 
 use self::basis::basis;
 pub use self::columns::Owner;
-use self::columns::{Column, joined, shared};
-use self::nominal::Nominal;
+use self::columns::{Column, joined, shared, shows};
 use super::library::candidate::Candidate;
 use super::library::catalogue::sign;
-
-/// Length, in units of the noise, that a column must have at the usual size of its value.
-const NEGLIGIBLE: f64 = 1e-4;
+use super::price::Gain;
 
 /// One pass over the readings.
 #[derive(Clone, Debug)]
@@ -75,6 +66,25 @@ pub struct Entry {
     pub finite: bool,
 }
 
+/// The nominal normal equations, factored: what is taken off everything that a candidate does. The
+/// columns of effects that are in the fit are among them; directions that the readings do not
+/// determine stay where they are, and take nothing off a candidate.
+#[derive(Clone, Debug)]
+struct Nominal {
+    factor: Factor,
+    /// What the readings say of each column.
+    score: DVector<f64>,
+}
+
+impl Nominal {
+    /// Those of a linearised problem; `None` where they hold what is no number.
+    fn of(normal: &Normal) -> Option<Self> {
+        let (hessian, score) = normal_matrix(normal).ok()?;
+        let is_sound = hessian.iter().all(|value| value.is_finite());
+        is_sound.then(|| Self { factor: Factor::of(&hessian), score })
+    }
+}
+
 impl Entry {
     /// Directions that nominal parameters cannot follow.
     pub fn degrees(&self) -> usize {
@@ -82,8 +92,8 @@ impl Entry {
     }
 
     /// What its best values take off the sum of squares.
-    pub fn gain(&self) -> f64 {
-        self.score.norm_squared()
+    pub fn gain(&self) -> Gain {
+        Gain { gain: self.score.norm_squared(), degrees: self.degrees() }
     }
 
     /// Whether it changes readings at all.
@@ -118,22 +128,15 @@ impl Evidence {
         let touched = (0..runs.len()).map(|run| problem.layout.columns.touched_by(run)).collect();
         let evidence = Self { entries: Vec::new(), runs: Arc::new(runs), touched, nominal };
         let entries = joined(problem, signed, candidates).into_iter().map(|mut own| {
-            own.retain(|_, column| evidence.shows(column));
+            own.retain(|_, column| {
+                let one = std::slice::from_ref(column);
+                shows(evidence.products(one, one)[(0, 0)], column.typical)
+            });
             let (owners, columns) = own.into_iter().unzip();
             evidence.entry(owners, columns)
         });
         let entries = entries.collect();
         Some(Self { entries, ..evidence })
-    }
-
-    /// Whether a column changes readings at a size that can be: what does not even show at
-    /// thousands of times its usual size is rounding, such as stamps that are uniform but for their
-    /// last digit.
-    fn shows(&self, column: &Column) -> bool {
-        let one = std::slice::from_ref(column);
-        let square = self.products(one, one)[(0, 0)];
-        let shows = |usual: f64| square.is_nan() || usual * square.sqrt() >= NEGLIGIBLE;
-        column.typical.is_none_or(shows)
     }
 
     /// Sums of products of two sets of columns.
@@ -151,7 +154,7 @@ impl Evidence {
     /// What the pass says of a candidate with these columns.
     fn entry(&self, owners: Vec<Owner>, columns: Vec<Column>) -> Entry {
         let k = columns.len();
-        let mut across = DMatrix::zeros(self.nominal.length.len(), k);
+        let mut across = DMatrix::zeros(self.nominal.score.len(), k);
         let mut score = DVector::zeros(k);
         for (j, column) in columns.iter().enumerate() {
             for (run, index) in &column.at {
@@ -165,7 +168,7 @@ impl Evidence {
         }
         let own = self.products(&columns, &columns);
         let raw = own.diagonal().map(|square| square.max(0.0).sqrt());
-        let coupling = self.nominal.solve(&across);
+        let coupling = self.nominal.factor.solve(across.clone());
         let left = own - across.tr_mul(&coupling);
         let score = score - coupling.tr_mul(&self.nominal.score);
         let finite = left.iter().chain(score.iter()).all(|value| value.is_finite());
@@ -190,10 +193,10 @@ impl Evidence {
             return Vec::new();
         };
         let share = |n: usize| {
-            let taken = entry.coupling[(n, column)] * self.nominal.length[n];
+            let taken = entry.coupling[(n, column)] * self.nominal.factor.length[n];
             (n, (taken / entry.raw[column]).abs())
         };
-        let mut takers: Vec<(usize, f64)> = (0..self.nominal.length.len()).map(share).collect();
+        let mut takers: Vec<(usize, f64)> = (0..self.nominal.score.len()).map(share).collect();
         takers.sort_by(|a, b| b.1.total_cmp(&a.1));
         takers
     }

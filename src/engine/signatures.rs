@@ -28,8 +28,8 @@ use crate::system::System;
 /// A model with one more effect.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate<'a> {
-    /// How the effect is called.
-    pub name: &'a str,
+    /// Its number among those of its caller.
+    pub number: usize,
     /// The nominal model and its effects with this one.
     pub system: &'a System,
 }
@@ -37,8 +37,8 @@ pub struct Candidate<'a> {
 /// What one column stands for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signature {
-    /// The effect, as the candidate is called.
-    pub effect: String,
+    /// The number of its candidate.
+    pub candidate: usize,
     /// The parameter's full name.
     pub parameter: String,
     /// Component of its tangent space.
@@ -153,7 +153,7 @@ impl Adding<'_> {
     fn signature(&self, parameter: usize, component: usize) -> Signature {
         let system = self.candidate.system;
         Signature {
-            effect: self.candidate.name.to_owned(),
+            candidate: self.candidate.number,
             parameter: system.assembly.names.parameters[parameter].name.clone(),
             component,
             scope: system.settings[parameter].scope,

@@ -1,14 +1,18 @@
 //! Inverse of the Cholesky factor of a symmetric matrix of some hundred columns, by halves: nearly all
 //! of the work is products of matrices, which are quicker than columns.
 
-use nalgebra::{DMatrix, DMatrixView};
+use nalgebra::{DMatrix, DMatrixView, DVector};
 
 /// Up to this size column by column.
 const SMALL: usize = 24;
 
+/// Added to the diagonal of scaled normal equations: what the readings do not determine stays where
+/// it is.
+const RIDGE: f64 = 1e-10;
+
 /// `L⁻¹` with `L Lᵀ = matrix`; only the lower triangle is read. `None` where the matrix is not positive
 /// definite.
-pub(crate) fn inverse_factor(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+fn inverse_factor(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     of(matrix.as_view())
 }
 
@@ -53,6 +57,75 @@ fn small(matrix: DMatrixView<'_, f64>) -> Option<DMatrix<f64>> {
         }
     }
     Some(inverse)
+}
+
+/// Normal equations, factored: columns scaled to unit length, `L` their Cholesky factor.
+#[derive(Clone, Debug)]
+pub struct Factor {
+    /// `L⁻¹`: one product with it is quicker than a triangular solution.
+    pub inverse: DMatrix<f64>,
+    /// The lengths that the columns are scaled by.
+    pub length: DVector<f64>,
+}
+
+impl Factor {
+    /// Of products of columns.
+    pub fn of(matrix: &DMatrix<f64>) -> Self {
+        let n = matrix.nrows();
+        let length = matrix.diagonal().map(|square| if square > 0.0 { square.sqrt() } else { 1.0 });
+        let scaled = |ridge: f64| {
+            DMatrix::from_fn(n, n, |i, j| {
+                matrix[(i, j)] / (length[i] * length[j]) + f64::from(i == j) * ridge
+            })
+        };
+        let mut ridge = RIDGE;
+        // Sums that are no numbers: nothing is taken off anything.
+        while ridge <= 10.0 {
+            if let Some(inverse) = inverse_factor(&scaled(ridge)) {
+                return Self { inverse, length };
+            }
+            ridge *= 10.0;
+        }
+        Self { inverse: DMatrix::identity(n, n), length }
+    }
+
+    /// `L⁻¹ b` of products of the columns with others.
+    pub fn across(&self, mut products: DMatrix<f64>) -> DMatrix<f64> {
+        for mut column in products.column_iter_mut() {
+            column.component_div_assign(&self.length);
+        }
+        &self.inverse * products
+    }
+
+    /// The same of products with one other.
+    pub fn half(&self, score: &DVector<f64>) -> DVector<f64> {
+        &self.inverse * score.component_div(&self.length)
+    }
+
+    /// The values of the columns from those.
+    pub fn values(&self, half: &DVector<f64>) -> DVector<f64> {
+        self.inverse.tr_mul(half).component_div(&self.length)
+    }
+
+    /// The inverse of the matrix times products of the columns with others.
+    pub fn solve(&self, products: DMatrix<f64>) -> DMatrix<f64> {
+        let mut values = self.inverse.tr_mul(&self.across(products));
+        for mut column in values.column_iter_mut() {
+            column.component_div_assign(&self.length);
+        }
+        values
+    }
+
+    /// The covariance of the values.
+    pub fn covariance(&self) -> DMatrix<f64> {
+        // A product of two matrices is blocked, `tr_mul` goes column by column.
+        let mut covariance = self.inverse.transpose() * &self.inverse;
+        for (j, mut column) in covariance.column_iter_mut().enumerate() {
+            column.component_div_assign(&self.length);
+            column /= self.length[j];
+        }
+        covariance
+    }
 }
 
 #[cfg(test)]

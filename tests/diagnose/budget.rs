@@ -72,14 +72,13 @@ fn dense(linear: &Linear, changes: &[(usize, Change)]) -> Vec<(usize, Vec<f64>)>
         .map(|run| {
             let mut columns = problem.layout.columns.touched_by(run);
             for signature in &signatures.columns {
-                let candidate: usize = signature.effect.parse().unwrap();
                 let whose = of(problem, run, signature);
                 let is_own = |column: &&usize| {
                     let owner = &sums.owners[**column - sums.nominal];
                     (&owner.parameter, owner.component, &owner.of)
                         == (&signature.parameter, signature.component, &whose)
                 };
-                columns.push(*sums.of_candidate[candidate].iter().find(is_own).unwrap());
+                columns.push(*sums.of_candidate[signature.candidate].iter().find(is_own).unwrap());
             }
             columns
         })
@@ -90,18 +89,18 @@ fn dense(linear: &Linear, changes: &[(usize, Change)]) -> Vec<(usize, Vec<f64>)>
         let mut row = Vec::new();
         for lane in (0..lanes.stretch.len).filter(|lane| lanes.is_present(*lane)) {
             lanes.put(lane, &mut row);
-            let mut whole = vec![0.0; sums.len() + 1];
+            let mut whole = vec![0.0; sums.residual() + 1];
             own.iter().zip(&row).for_each(|(column, value)| whole[*column] += value);
             for (column, change) in changes {
-                let base = change.base.candidate.to_string();
+                let base = change.base.candidate;
                 let mut all = signatures.columns.iter().enumerate();
-                let (at, _) = all.find(|(_, one)| one.effect == base).unwrap();
+                let (at, _) = all.find(|(_, one)| one.candidate == base).unwrap();
                 let sample = (lanes.run, lanes.stretch.first + lane);
                 if is_later(problem, sample, change.at) {
                     whole[*column] = row[own.len() - signatures.columns.len() + at];
                 }
             }
-            whole[sums.len()] = lanes.residual[lane];
+            whole[sums.residual()] = lanes.residual[lane];
             rows.push((problem.parts[0].measurand_of(lanes.row), whole));
         }
     });
@@ -142,7 +141,7 @@ fn sums_are_products_of_rows() {
     assert_eq!(placed.len(), 3);
 
     let rows = dense(&linear, &placed);
-    let (sums, size) = (&linear.sums, linear.sums.len() + 1);
+    let (sums, size) = (&linear.sums, linear.sums.residual() + 1);
     let weights = [0.7, 1.3, 0.2];
     let mut whole = DMatrix::<f64>::zeros(size, size);
     for (measurand, weight) in weights.iter().enumerate() {

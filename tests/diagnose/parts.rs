@@ -100,7 +100,7 @@ fn a_gain_is_what_the_nonlinear_fit_takes_off() {
     let mut compared = 0;
     for name in ["collimation", "encoder_eccentricity", "station_drift", "clock_drift"] {
         let candidate = offered.iter().find(|one| one.name == name).unwrap();
-        let gain = evidence(&fitted, &[candidate]).entries[0].gain();
+        let gain = evidence(&fitted, &[candidate]).entries[0].gain().gain;
         let with = fitted.with(&candidate.selected, &[], &Options::default()).unwrap().unwrap();
         let taken = fitted.fit.cost - with.fit.cost;
         assert!((gain - taken).abs() < 0.02 * gain.max(1.0), "{name}: {gain} {taken}");

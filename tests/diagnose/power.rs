@@ -11,7 +11,7 @@ use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::power::design::{Prospect, design, prospect};
 use homepoint::diagnose::power::sight::{Way, directions};
 use homepoint::diagnose::power::{Power, Row, State, power};
-use homepoint::diagnose::price::{Gain, ln_bayes_factor};
+use homepoint::diagnose::price::ln_bayes_factor;
 use homepoint::diagnose::thresholds::{ENTER, ROW, TIE};
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::engine::simulate::simulate;
@@ -150,7 +150,7 @@ fn shares(opened: &Opened, point: &Point, name: &str, size: f64, trials: usize) 
         let ln_bayes: Vec<f64> = (0..all.len())
             .map(|n| {
                 let entry = &evidence.entries[n];
-                let gain = Gain { gain: entry.gain(), degrees: entry.degrees() };
+                let gain = entry.gain();
                 let members = all.iter().filter(|one| one.name == all[n].name).count();
                 ln_bayes_factor(gain, members, names.len())
             })
@@ -162,7 +162,7 @@ fn shares(opened: &Opened, point: &Point, name: &str, size: f64, trials: usize) 
         let (own, other) = (best(true).unwrap(), best(false).unwrap());
         entered += usize::from(ln_bayes[own] >= ENTER);
         let leads = ln_bayes[own] > ln_bayes[other] + TIE;
-        named += usize::from(leads && evidence.entries[own].gain() >= ROW);
+        named += usize::from(leads && evidence.entries[own].gain().gain >= ROW);
     }
     (entered as f64 / trials as f64, named as f64 / trials as f64)
 }

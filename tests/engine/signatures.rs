@@ -59,7 +59,7 @@ fn sums_are_those_of_the_model_that_has_the_effect() {
             }
             let stated = Point::stated(&with.layout);
             with.refresh_weights(&stated);
-            let candidate = Candidate { name: &effect, system: &with.parts[0].system };
+            let candidate = Candidate { number: 0, system: &with.parts[0].system };
             let signatures = Signatures::new(&nominal, 0, &[candidate]);
             let found = nominal.gram_with(&signatures, &point);
             let due = with.normal(&stated);
@@ -107,7 +107,8 @@ fn a_library_in_one_pass_gives_the_same_as_each_effect_alone() {
     let problems = with_each_effect(&path);
     let candidates: Vec<Candidate<'_>> = problems
         .iter()
-        .map(|(name, with)| Candidate { name, system: &with.parts[0].system })
+        .enumerate()
+        .map(|(number, (_, with))| Candidate { number, system: &with.parts[0].system })
         .collect();
     let together = Signatures::new(&nominal, 0, &candidates);
     let all = nominal.gram_with(&together, &point);
@@ -120,7 +121,11 @@ fn a_library_in_one_pass_gives_the_same_as_each_effect_alone() {
             for k in 0..alone.columns.len() {
                 let (i, j) = (nominal_columns + k, nominal_columns + column + k);
                 let (one, all) = (one.gram[(i, i)], all.gram[(j, j)]);
-                assert!((one - all).abs() <= 1e-12 * one, "{}: {one} {all}", candidate.name);
+                assert!(
+                    (one - all).abs() <= 1e-12 * one,
+                    "{}: {one} {all}",
+                    problems[candidate.number].0
+                );
             }
         }
         column += alone.columns.len();
@@ -145,12 +150,13 @@ fn passes_sum_what_each_candidate_does_by_itself() {
         let problems = with_each_effect(&path);
         let candidates: Vec<Candidate<'_>> = problems
             .iter()
-            .map(|(name, with)| Candidate { name, system: &with.parts[0].system })
+            .enumerate()
+            .map(|(number, (_, with))| Candidate { number, system: &with.parts[0].system })
             .collect();
         for among in [true, false] {
             let signatures = Arc::new(Signatures::open(&nominal, 0, &candidates, "", among));
             let due = nominal.gram_with(&signatures, &point);
-            let owner = |column: usize| &signatures.columns[column].effect;
+            let owner = |column: usize| signatures.columns[column].candidate;
             for across in [false, true] {
                 let passes = Passes::new(&nominal, Arc::clone(&signatures), &point, across);
                 passes.sums(&[]);

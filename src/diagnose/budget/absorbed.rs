@@ -3,10 +3,10 @@
 
 use crate::campaign::Track;
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::library::candidate::{NotTestable, with_only};
+use crate::diagnose::library::candidate::NotTestable;
 use crate::engine::open::Recipe;
 use crate::graph::recognise;
-use crate::system::Selected;
+use crate::system::{Selected, System};
 
 use super::linear::Linear;
 use super::selection::Selection;
@@ -109,8 +109,10 @@ pub fn why_silent(fitted: &Fitted, selected: &Selected) -> String {
 
 /// The inputs, by index, whose accelerations an effect brings into a model's readings.
 fn accelerations(recipe: &Recipe, selected: &Selected) -> Vec<u32> {
-    let asked = |effect| with_only(recipe, effect).map(|it| recognise::accelerations(&it.assembly));
-    let nominal = asked(None).unwrap_or_default();
-    let with = asked(Some(selected)).unwrap_or_default();
-    with.difference(&nominal).copied().collect()
+    let asked = |effects: &[Selected]| {
+        let Recipe { model, overrides, input_sigma, .. } = recipe;
+        let system = System::build(model, effects, overrides, input_sigma).ok();
+        system.map(|system| recognise::accelerations(&system.assembly)).unwrap_or_default()
+    };
+    asked(std::slice::from_ref(selected)).difference(&asked(&[])).copied().collect()
 }

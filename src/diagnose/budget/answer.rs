@@ -268,24 +268,3 @@ impl Diagnosis {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{Findings, Verdict, decide};
-
-    #[test]
-    fn the_verdict_follows_from_rows_and_remainder() {
-        let of = |rows, remainder, noise, largest_scale| {
-            decide(Findings { rows, remainder, noise, largest_scale })
-        };
-        assert_eq!(of(0, 0, 0, 1.0), Verdict::Adequate);
-        assert_eq!(of(0, 0, 0, 4.5), Verdict::Adequate);
-        assert_eq!(of(0, 0, 0, 7.0), Verdict::Unknown);
-        assert_eq!(of(0, 0, 3, 1.0), Verdict::Explained);
-        assert_eq!(of(0, 0, 3, 402.0), Verdict::Unknown);
-        assert_eq!(of(2, 0, 0, 1.2), Verdict::Explained);
-        assert_eq!(of(2, 0, 0, 7.0), Verdict::PartlyExplained);
-        assert_eq!(of(2, 1, 0, 1.0), Verdict::PartlyExplained);
-        assert_eq!(of(0, 1, 0, 1.0), Verdict::Unknown);
-    }
-}

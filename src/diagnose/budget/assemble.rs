@@ -15,7 +15,7 @@ use crate::system::Selected;
 use super::absorbed::absorbed;
 use super::answer::{Diagnosis, Doubtful, FAR_BEYOND_STATED, Findings, Ranked, Row, decide};
 use super::confounded::confounded;
-use super::driver::Found;
+use super::driver::{Competed, Found};
 use super::held_out::Folded;
 use super::in_fit::effect_of;
 use super::judge::Objection;
@@ -27,7 +27,7 @@ use super::search::Pools;
 use super::selection::{Ranked as RankedTerm, Selection};
 use super::solved::{Solved, ratio_to_typical};
 use super::stamp_jumps::stamp_jumps;
-use super::terms::Term;
+use super::terms::{Term, without};
 use crate::diagnose::price::{
     Gain, ROUNDING, ln_bayes_factor, ln_bayes_factor_of_any_size, posterior,
 };
@@ -40,20 +40,18 @@ const RIVALS: usize = 8;
 
 impl Diagnosis {
     /// Puts the answer together beside the nominal calibration.
-    ///
-    /// # Errors
-    /// [`FitError`] where a model cannot be fitted at all.
     pub fn of(mut self, found: Found, prior: &Prior, options: &Options) -> Result<Self, FitError> {
-        let Found { linear, rows, judged, scale, left_out, noise, objections, log } = found;
+        let Found { competed, left_out, noise, objections, log } = found;
+        let Competed { linear, judged, scale } = competed;
         let mut selection = Selection::new(&linear.sums, &linear.terms, &linear.active);
         selection.adopt_scale(&scale);
-        // Of the blocks that may not enter those are rivals of a row that were reduced beside it.
+        // What did not stand is a rival of a row still, and whole blocks that were reduced beside it.
         let reduced: Vec<_> = linear.terms.iter().filter_map(|term| term.reduced_from).collect();
-        for (number, term) in linear.terms.iter().enumerate() {
-            selection.live[number] &=
-                term.is_effect() || term.may_enter || reduced.contains(&number);
+        for (number, term) in selection.terms.iter_mut().enumerate() {
+            let is_rival = term.is_effect() || term.may_enter || reduced.contains(&number);
+            term.may_enter = is_rival && !term.columns.is_empty();
         }
-        let budget = Budget { linear: &linear, selection: &selection, model: &judged.model };
+        let budget = Budget::new(&linear, &selection, &judged.model);
         self.left_out.extend(left_out);
         self.noise = noise;
         self.levels = levels(&linear, &scale);
@@ -79,8 +77,9 @@ impl Diagnosis {
             let mut with_rows = linear.fitted.clone();
             scale_noise(&mut with_rows.problem, &linear, &scale);
             let with_rows = with_rows.again(options)?;
+            let named = in_fit.iter().map(|row| &linear.terms[*row].name);
             let selected: Vec<Selected> =
-                rows.iter().filter_map(|row| effect_of(&with_rows, &row.name).cloned()).collect();
+                named.filter_map(|name| effect_of(&with_rows, name).cloned()).collect();
             let steps = Steps::of(&with_rows, &selected, options)?;
             let degrees = stands.iter().map(|at| gains[*at].degrees).sum();
             let leftover = rest.iter().map(|at| gains[*at].excess()).sum();
@@ -92,35 +91,34 @@ impl Diagnosis {
             let parts = (judged.model.as_slice(), rest.as_slice(), gains.as_slice());
             let confounded = confounded(&linear, &selection, &mut solved, parts, &stands);
             for (at, confounded) in stands.iter().zip(confounded) {
-                let mut own = budget.row(*at, &gains, &folded);
+                let term = judged.model[*at];
+                let name = &linear.terms[term].name;
                 // Beside the other rows: what the remainder could take over from it is the row's.
-                let row = in_fit.iter().position(|term| *term == judged.model[*at]);
+                let row = in_fit.iter().position(|own| *own == term);
                 let drop = row.map_or(0.0, |row| of_rows.drop(row));
-                own.closes = (drop.max(0.0) / all).min(1.0);
-                own.confounded = confounded;
-                own.values = solved.values(&linear, &own.name, *at, &explained);
-                own.ratio_to_typical = ratio_to_typical(&linear.fitted.problem, &own.values);
-                self.rows.push(own);
-            }
-            for row in &mut self.rows {
-                let own = members.iter().filter(|one| one.effect == row.name);
-                for one in own {
-                    row.member_sigma.insert(one.family.clone(), one.sigma);
-                    for (instance, share) in &one.shares {
-                        let own = row.values.iter_mut().filter(|v| v.instance == Some(*instance));
-                        own.for_each(|v| v.sigma = v.sigma.map(|sigma| sigma.hypot(*share)));
-                    }
+                let closes = (drop.max(0.0) / all).min(1.0);
+                let mut values = solved.values(&linear, name, *at, &explained);
+                let own = || members.iter().filter(|one| one.effect == *name);
+                for (instance, share) in own().flat_map(|one| &one.shares) {
+                    let own = values.iter_mut().filter(|value| value.instance == Some(*instance));
+                    own.for_each(|value| value.sigma = value.sigma.map(|own| own.hypot(*share)));
                 }
+                self.rows.push(Row {
+                    closes,
+                    confounded,
+                    member_sigma: own().map(|one| (one.family.clone(), one.sigma)).collect(),
+                    ratio_to_typical: ratio_to_typical(&linear.fitted.problem, &values),
+                    values,
+                    ..budget.row(*at, &gains, &folded)
+                });
             }
             self.rows.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
             self.contradicted = contradicted(&explained);
-            // A row may absorb what a wrong stated value does.
-            if self.contradicted.is_empty() {
-                self.contradicted = contradicted(&self.nominal);
-            }
             self.steps = Some(steps);
             self.explained = Some(explained);
-        } else {
+        }
+        // A row may absorb what a wrong stated value does.
+        if self.contradicted.is_empty() {
             self.contradicted = contradicted(&self.nominal);
         }
         let last = self.explained.as_ref().unwrap_or(&self.nominal);
@@ -139,8 +137,7 @@ impl Diagnosis {
             BeyondRange::of(setting, whose, one.value, &one.unit)
         }));
         (self.candidates, self.causes) = budget.candidates(prior);
-        let (found, not_testable) = absorbed(&linear, &selection);
-        (self.absorbed, self.not_testable) = (found, not_testable);
+        (self.absorbed, self.not_testable) = absorbed(&linear, &selection);
         let white = white_scale(&linear, &scale);
         let largest_scale = white.iter().copied().fold(0.0, f64::max);
         if largest_scale > FAR_BEYOND_STATED {
@@ -164,31 +161,34 @@ struct Budget<'a> {
     linear: &'a Linear,
     selection: &'a Selection<'a>,
     model: &'a [usize],
+    pools: Pools,
+    /// What the model takes off chi squared.
+    total: f64,
 }
 
 /// A way to cut readings into folds.
 type Cut = fn(&Linear, &Selection<'_>, &[usize]) -> Pieces;
 
-impl Budget<'_> {
+impl<'a> Budget<'a> {
+    fn new(linear: &'a Linear, selection: &'a Selection<'a>, model: &'a [usize]) -> Self {
+        let total = selection.chi_squared(&[]) - selection.chi_squared(model);
+        Self { linear, selection, model, pools: Pools::of(selection), total }
+    }
+
     /// The sums of some terms by fold.
     fn folded(&self, terms: &[usize], cut: Cut) -> (Folded, Pieces) {
         let pieces = cut(self.linear, self.selection, terms);
         (Folded::new(self.selection, terms, &pieces), pieces)
     }
 
-    fn without(&self, term: usize) -> Vec<usize> {
-        self.model.iter().copied().filter(|own| *own != term).collect()
-    }
-
     /// A row without its values.
     fn row(&self, at: usize, gains: &[Gain], folded: &Folded) -> Row {
-        let Self { linear, selection, .. } = self;
+        let Self { linear, selection, pools, .. } = self;
         let term = self.model[at];
         let own = &linear.terms[term];
-        let rest = self.without(term);
+        let rest = without(self.model, term);
         let ln_bayes = selection.ln_bayes_factor(term, gains[at]);
         let tie = TIE.max(ROUNDING * ln_bayes);
-        let pools = Pools::of(selection);
         let rivals = selection.ranked(&rest, &pools.effects);
         // An effect in two forms is one rival.
         let mut names: BTreeSet<&str> = BTreeSet::from([own.name.as_str()]);
@@ -203,7 +203,6 @@ impl Budget<'_> {
         let others = rivals.iter().chain(blocks.first()).map(|one| one.ln_bayes);
         let selected = effect_of(&linear.fitted, &own.name);
         let alone = selection.gain(&[], term);
-        let total = selection.chi_squared(&[]) - selection.chi_squared(self.model);
         Row {
             name: own.name.clone(),
             variant: own.variant,
@@ -214,7 +213,7 @@ impl Budget<'_> {
             gain: gains[at],
             ln_bayes,
             closes: 0.0,
-            alone: (alone.excess() / total.max(f64::MIN_POSITIVE)).min(1.0),
+            alone: (alone.excess() / self.total.max(f64::MIN_POSITIVE)).min(1.0),
             posterior: posterior(ln_bayes, others),
             held_out: folded.drop(at),
             aliases,
@@ -236,12 +235,7 @@ impl Budget<'_> {
             let Some(term) = term.filter(|_| !found.iter().any(|one| one.name == *name)) else {
                 continue;
             };
-            let blocks = self
-                .model
-                .iter()
-                .copied()
-                .filter(|own| linear.terms[*own].is_effect() && *own != term);
-            let rows: Vec<usize> = blocks.collect();
+            let rows = without(&selection.rows_of(self.model), term);
             let gain = selection.gain(&rows, term);
             if gain.degrees > 0 {
                 found.push(Doubtful {
@@ -258,12 +252,10 @@ impl Budget<'_> {
     /// All effects against the nominal model alone, and the probabilities of nothing, of one of
     /// them and of an unmodelled effect.
     fn candidates(&self, prior: &Prior) -> (Vec<Ranked>, Option<[f64; 3]>) {
-        let Self { linear, selection, .. } = self;
-        let pools = Pools::of(selection);
-        let total = selection.chi_squared(&[]) - selection.chi_squared(self.model);
-        let mut live = (*selection).clone();
-        live.live = linear.terms.iter().map(|term| !term.columns.is_empty()).collect();
-        let ranked = live.ranked(&[], &pools.effects);
+        let Self { linear, selection, pools, total, .. } = self;
+        let mut open = (*selection).clone();
+        open.terms.iter_mut().for_each(|term| term.may_enter = !term.columns.is_empty());
+        let ranked = open.ranked(&[], &pools.effects);
         // Of an effect in two forms the library's is listed.
         let is_listed = |own: &Term| {
             own.variant.is_none()
@@ -273,7 +265,7 @@ impl Budget<'_> {
             .into_iter()
             .filter(|one| one.gain.degrees > 0 && is_listed(&linear.terms[one.term]))
             .collect();
-        let blocks = live.ranked(&[], &pools.blocks);
+        let blocks = open.ranked(&[], &pools.blocks);
         let blocks: Vec<_> = blocks.into_iter().filter(|one| one.gain.degrees > 0).collect();
         // Posterior probabilities use the Bayes factor averaged over sizes.
         let ln_bayes = |one: &RankedTerm| {
@@ -296,9 +288,9 @@ impl Budget<'_> {
                 member,
                 gain: one.gain,
                 ln_bayes: one.ln_bayes,
-                share: if total > 0.0 { (one.gain.gain / total).clamp(0.0, 1.0) } else { 0.0 },
+                share: if *total > 0.0 { (one.gain.gain / total).clamp(0.0, 1.0) } else { 0.0 },
                 probability: weight(Cause::Library, ln_bayes(one)) / sum,
-                values: linear.sizes(&live, &[], one.term),
+                values: linear.sizes(&open, &[], one.term),
             }
         });
         (candidates.collect(), Some([nothing / sum, library / sum, unknown / sum]))

@@ -10,7 +10,7 @@ use self::moments::Bin;
 use super::linear::Linear;
 use super::selection::Selection;
 use super::sums::Appended;
-use super::terms::{Base, Change, Term};
+use super::terms::{Base, Change, Term, without};
 use crate::diagnose::thresholds::ENTER;
 use crate::engine::layout::qualified;
 
@@ -20,28 +20,28 @@ mod moments;
 const MOST_BINS: usize = 1500;
 /// Bases whose changes are located sample by sample at most.
 const MOST_STRONG: usize = 4;
+/// Change points that enter the competition in a round at most.
+const MOST_CHANGES: usize = 4;
 /// Share of a row's log Bayes factor that a change in its place has at least: it may stand for this
 /// row and another one.
 const IN_PLACE: f64 = 0.5;
 
 impl Linear {
-    /// For each value of a run that a block has the moment at which a change explains most beside a
-    /// model, and beside the model without each of its rows.
+    /// Change points beside a model, and beside the model without each of its rows, that are worth
+    /// their price: the best of each kind.
     pub fn changes(&self, selection: &Selection<'_>, model: &[usize]) -> Vec<Change> {
         let bases = self.bases();
         let mut runs: Vec<usize> = (0..self.order.len()).collect();
         runs.sort_by_key(|run| self.order[*run]);
-        let samples: usize = runs.iter().map(|run| self.samples_in(*run)).sum();
+        let samples: usize = runs.iter().map(|run| self.fitted.problem.samples_in(*run)).sum();
         let step = samples.div_ceil(MOST_BINS).max(1);
         let mut bins: Vec<Bin> = Vec::new();
         for run in &runs {
-            let firsts = (0..self.samples_in(*run)).step_by(step);
+            let firsts = (0..self.fitted.problem.samples_in(*run)).step_by(step);
             bins.extend(firsts.map(|first| (*run, first)));
         }
-        let rows = model.iter().filter(|term| selection.terms[**term].is_effect());
-        let without = |out: &usize| model.iter().copied().filter(|own| own != out).collect();
-        let models: Vec<Vec<usize>> =
-            std::iter::once(model.to_vec()).chain(rows.map(without)).collect();
+        let rows = selection.rows_of(model).into_iter().map(|row| without(model, row));
+        let models: Vec<Vec<usize>> = std::iter::once(model.to_vec()).chain(rows).collect();
         let own: Vec<f64> = model
             .iter()
             .zip(selection.contributions(model))
@@ -68,7 +68,7 @@ impl Linear {
             };
             let mut around: Vec<Bin> = Vec::new();
             for (number, (run, first)) in bins.iter().enumerate() {
-                let end = self.samples_in(*run).min(first + step);
+                let end = self.fitted.problem.samples_in(*run).min(first + step);
                 let end = if is_near(number) { end } else { first + 1 };
                 around.extend((*first..end).map(|first| (*run, first)));
             }
@@ -77,6 +77,10 @@ impl Linear {
                 fine.into_iter().map(|one| Change { members: one.members.max(samples), ..one }),
             );
         }
+        let ln_bayes = |one: &Change| selection.ln_bayes_factor_of_change(one);
+        found.retain(|one| ln_bayes(one) >= ENTER);
+        found.sort_by(|a, b| ln_bayes(b).total_cmp(&ln_bayes(a)));
+        Change::keep_one_of_a_kind(&mut found, MOST_CHANGES);
         found
     }
 
@@ -93,19 +97,6 @@ impl Linear {
         bases
     }
 
-    /// Number of samples of a run.
-    pub fn samples_in(&self, run: usize) -> usize {
-        let (part, run) = self.part_of(run);
-        self.fitted.problem.parts[part].runs[run].record.len()
-    }
-
-    /// The campaign of a run, and its index there.
-    pub fn part_of(&self, run: usize) -> (usize, usize) {
-        let first = &self.fitted.problem.layout.first_run;
-        let part = first.partition_point(|first| *first <= run) - 1;
-        (part, run - first[part])
-    }
-
     /// Adds changes as terms, with their sums.
     pub fn with_changes(&mut self, changes: &[Change]) {
         let mut known: Vec<(usize, Change)> = self
@@ -116,14 +107,14 @@ impl Linear {
         let old = known.len();
         for change in changes {
             if !known.iter().any(|(_, one)| one == change) {
-                known.push((self.sums.len() + known.len() - old, change.clone()));
+                known.push((self.sums.residual() + known.len() - old, change.clone()));
             }
         }
         let added = self.products(&known, old);
         for ((column, change), added) in known.drain(old..).zip(&added) {
             self.sums.append(added);
             let block = &self.candidates[change.base.candidate];
-            let (part, run) = self.part_of(change.at.0);
+            let (part, run) = self.fitted.problem.run_at(change.at.0);
             let part = &self.fitted.problem.parts[part];
             let run = &part.runs[run];
             let name = qualified(part.label.as_deref(), &run.name);
@@ -203,7 +194,8 @@ impl Linear {
 
     /// Where a base stands among the columns of a run.
     fn place_of(&self, run: usize, base: Base) -> Option<usize> {
-        let place = self.signatures_of(self.part_of(run).0, base.candidate).get(base.signature)?;
+        let place = self.signatures[self.fitted.problem.run_at(run).0][base.candidate]
+            .get(base.signature)?;
         Some(self.fitted.problem.layout.columns.touched_by(run).len() + place)
     }
 }

@@ -17,6 +17,7 @@ use super::linear::Linear;
 use super::selection::Selection;
 use super::selection::normal::Beside;
 use super::solved::Solved;
+use super::terms::without;
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::{CONFOUNDED, NEAR_ALIAS};
 
@@ -176,13 +177,15 @@ impl Selection<'_> {
     /// given values: with the squared cosine, largest first.
     fn near(&self, model: &[usize], at: usize, values: &[f64]) -> Vec<(usize, f64)> {
         let term = model[at];
-        let rest: Vec<usize> = model.iter().copied().filter(|own| *own != term).collect();
+        let rest = without(model, term);
         let (factored, nominal) = (self.factored(&rest), self.factored(&[]));
         let own = &self.terms[term].columns;
         let values = DVector::from_column_slice(values);
         let mut found: Vec<(usize, f64)> = (0..self.terms.len())
             .filter(|other| {
-                self.live[*other] && self.terms[*other].is_effect() && !model.contains(other)
+                self.terms[*other].may_enter
+                    && self.terms[*other].is_effect()
+                    && !model.contains(other)
             })
             .filter_map(|other| {
                 let both: Vec<_> = own.iter().chain(&self.terms[other].columns).cloned().collect();

@@ -22,32 +22,22 @@ use super::search::{Log, Pools};
 use super::selection::Selection;
 use super::still::still_readings;
 use super::terms::Change;
-use crate::diagnose::thresholds::ENTER;
 
-mod beyond_linear;
-mod curved;
 mod forward;
 mod relax;
 mod update;
+mod usual_values;
 
 /// Rounds in which change points are looked for.
 const CHANGE_ROUNDS: usize = 2;
-/// Change points that enter the competition in a round at most.
-const MOST_CHANGES: usize = 4;
 /// Rounds of structure and noise.
 const ROUNDS: usize = 5;
 
 /// What the driver found.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// The last linearisation.
-    pub linear: Linear,
-    /// The rows that are in the fit.
-    pub rows: Vec<Row>,
-    /// The model on it.
-    pub judged: Judged,
-    /// Noise scale factor of each measurand.
-    pub scale: Vec<f64>,
+    /// The last linearisation, with the rows that are in the fit.
+    pub competed: Competed,
     /// Readings that were left out.
     pub left_out: LeftOut,
     /// Effects on the noise.
@@ -59,10 +49,14 @@ pub struct Found {
 }
 
 /// A linearised fit with the model that a competition of terms left, and its noise scale factors.
-struct Competed {
-    linear: Linear,
-    judged: Judged,
-    scale: Vec<f64>,
+#[derive(Clone, Debug)]
+pub struct Competed {
+    /// The fit.
+    pub linear: Linear,
+    /// The model on it.
+    pub judged: Judged,
+    /// Noise scale factor of each measurand.
+    pub scale: Vec<f64>,
 }
 
 /// A search that goes on.
@@ -98,9 +92,6 @@ struct Search<'a> {
 }
 
 /// Searches from a fitted nominal model. `None` where its parameters are not determined.
-///
-/// # Errors
-/// [`FitError`] where a model cannot be fitted at all.
 pub fn search(
     nominal: Fitted,
     wanted: &Wanted,
@@ -122,11 +113,12 @@ pub fn search(
         {
             continue;
         }
-        search.objections.extend(named_objections(&competed));
-        let Competed { linear, judged, scale } = competed;
-        let Search { rows, left_out, noise, objections, log, .. } = search;
-        let found = Found { linear, rows, judged, scale, left_out, noise, objections, log };
-        return Ok(Some(found));
+        let Competed { linear, judged, .. } = &competed;
+        let name = |term: usize| linear.terms[term].name.clone();
+        let named = judged.objections.iter().map(|(term, why)| (name(*term), why.clone()));
+        search.objections.extend(named);
+        let Search { left_out, noise, objections, log, .. } = search;
+        return Ok(Some(Found { competed, left_out, noise, objections, log }));
     }
 }
 
@@ -164,13 +156,12 @@ impl<'a> Search<'a> {
     /// A selection in which what did not stand has no part.
     fn selection<'l>(&self, linear: &'l Linear) -> Selection<'l> {
         let mut selection = Selection::new(&linear.sums, &linear.terms, &linear.active);
-        for (term, own) in linear.terms.iter().enumerate() {
+        for own in selection.terms.iter_mut().filter(|own| own.is_effect()) {
             // Without an effect there is no relaxed form of it.
             let is_refused = |(name, form): &(String, Option<Variant>)| {
                 own.name == *name && form.is_none_or(|form| own.variant == Some(form))
             };
-            let is_refused = own.is_effect() && self.refused.iter().any(is_refused);
-            selection.live[term] &= !is_refused && own.may_enter;
+            own.may_enter &= !self.refused.iter().any(is_refused);
         }
         selection
     }
@@ -207,13 +198,9 @@ impl<'a> Search<'a> {
                     break;
                 }
             }
-            let found = if round < CHANGE_ROUNDS {
-                changes(&linear, &selection, &model)
-            } else {
-                Vec::new()
-            };
-            let (terms, live) = (selection.terms, selection.live);
-            linear.take_terms(terms, live);
+            let found =
+                if round < CHANGE_ROUNDS { linear.changes(&selection, &model) } else { Vec::new() };
+            linear.terms = selection.terms;
             let before = linear.terms.len();
             linear.with_changes(&found);
             if linear.terms.len() == before {
@@ -238,8 +225,7 @@ impl<'a> Search<'a> {
         let judged = selection.judge(model, pools, &linear, &mut self.log);
         selection.set_scale(&judged.model);
         let scale = selection.scale.clone();
-        let (terms, live) = (selection.terms, selection.live);
-        linear.take_terms(terms, live);
+        linear.terms = selection.terms;
         self.changes = linear.changes_in(&judged.model);
         Ok(Some(Competed { linear, judged, scale }))
     }
@@ -254,22 +240,6 @@ impl<'a> Search<'a> {
         let mut selection = self.selection(linear);
         selection.set_scale(model);
         let has_structure = selection.best_block(model, &Pools::of(&selection)).is_some();
-        if has_structure { changes(linear, &selection, model) } else { Vec::new() }
+        if has_structure { linear.changes(&selection, model) } else { Vec::new() }
     }
-}
-
-fn named_objections(competed: &Competed) -> Vec<(String, Objection)> {
-    let name = |term: usize| competed.linear.terms[term].name.clone();
-    competed.judged.objections.iter().map(|(term, why)| (name(*term), why.clone())).collect()
-}
-
-/// Change points beside a model, and beside the model without each of its rows, that are worth
-/// their price: the best of each kind.
-fn changes(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Vec<Change> {
-    let mut found = linear.changes(selection, model);
-    let ln_bayes = |one: &Change| selection.ln_bayes_factor_of_change(one);
-    found.retain(|one| ln_bayes(one) >= ENTER);
-    found.sort_by(|a, b| ln_bayes(b).total_cmp(&ln_bayes(a)));
-    Change::keep_one_of_a_kind(&mut found, MOST_CHANGES);
-    found
 }

@@ -7,7 +7,7 @@ use crate::diagnose::evidence::scan::{Scanned, scan};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::catalogue::Made;
-use crate::diagnose::price::{Gain, ln_bayes_factor};
+use crate::diagnose::price::ln_bayes_factor;
 use crate::effect::{Family, Members};
 
 /// Best members of families as they were found.
@@ -17,18 +17,6 @@ pub struct Families {
     pub effects: Scanned,
     /// Of basis blocks.
     pub blocks: Scanned,
-}
-
-impl Families {
-    /// Whether a member of an effect was found before.
-    pub fn knows(&self, effect: &str) -> bool {
-        self.effects.iter().any(|(name, ..)| name == effect)
-    }
-
-    /// Lets an effect be scanned again.
-    pub fn forget(&mut self, effect: &str) {
-        self.effects.retain(|(name, ..)| name != effect);
-    }
 }
 
 /// Of each family the member that explains most, with the number of members tried, and families of
@@ -63,11 +51,7 @@ pub fn best_members(
             let signatures = made.signatures(&fitted.problem, &members);
             let evidence =
                 Evidence::with(&fitted.problem, &fit.normal, &fit.point, count, &signatures)?;
-            let ln_bayes = |k: &usize| {
-                let entry = &evidence.entries[*k];
-                let gain = Gain { gain: entry.gain(), degrees: entry.degrees() };
-                ln_bayes_factor(gain, 1, 1)
-            };
+            let ln_bayes = |k: &usize| ln_bayes_factor(evidence.entries[*k].gain(), 1, 1);
             winner = (0..count).max_by(|a, b| ln_bayes(a).total_cmp(&ln_bayes(b))).unwrap_or(0);
         }
         best.push(members[winner].clone());

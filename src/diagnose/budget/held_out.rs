@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::gap::Drop;
 use crate::estimate::eigen;
+use crate::estimate::inverse_factor::Factor;
 
 use super::pieces::{FOLDS, Pieces};
 use super::selection::Selection;
@@ -18,8 +19,6 @@ use super::terms::Combination;
 const KNOWN: f64 = 1e-6;
 /// Part of the squared length of what terms do that the readings beside each fold must show.
 const SHOWN: f64 = 0.5;
-/// Added to the diagonal of scaled normal equations.
-const RIDGE: f64 = 1e-9;
 /// Eigenvalue of scaled columns below which held-out readings do not determine a direction.
 const RANK: f64 = 1e-9;
 
@@ -56,9 +55,7 @@ impl Folded {
         let all: Vec<usize> = (0..n).collect();
         self.folds
             .iter()
-            .filter_map(|fold| {
-                Some(self.left(fold, &others, &others)? - self.left(fold, &all, &others)?)
-            })
+            .map(|fold| self.left(fold, &others, &others) - self.left(fold, &all, &others))
             .sum()
     }
 
@@ -66,9 +63,8 @@ impl Folded {
     pub fn drop_of_all(&self) -> f64 {
         let nominal = self.upto(0);
         let all = self.upto(self.terms.len());
-        let drop =
-            |fold| Some(self.left(fold, &nominal, &nominal)? - self.left(fold, &all, &nominal)?);
-        if self.terms.is_empty() { 0.0 } else { self.folds.iter().filter_map(drop).sum() }
+        let drop = |fold| self.left(fold, &nominal, &nominal) - self.left(fold, &all, &nominal);
+        if self.terms.is_empty() { 0.0 } else { self.folds.iter().map(drop).sum() }
     }
 
     /// For the first term, the first two, and so on the drop that they bring in each piece of the
@@ -79,13 +75,13 @@ impl Folded {
         let models: Vec<Vec<usize>> = models.collect();
         let in_fold = |fold: &DMatrix<f64>| {
             let predicting = models.iter().map(|fitted| self.predicting(fold, fitted));
-            Some((predicting.collect::<Option<Vec<_>>>()?, self.unknown(fold, &nominal)))
+            (predicting.collect::<Vec<_>>(), self.unknown(fold, &nominal))
         };
         let folds: Vec<_> = self.folds.iter().map(in_fold).collect();
         let weights = selection.weights();
         let mut drops: Vec<Vec<Drop>> = vec![Vec::new(); self.terms.len()];
         for piece in &pieces.pieces {
-            let Some((predicting, free)) = &folds[piece.fold] else { continue };
+            let (predicting, free) = &folds[piece.fold];
             let [before, after @ ..] = predicting.as_slice() else { continue };
             let own = pieces.products_in(piece, &weights);
             let left = |vector: &DVector<f64>| self.left_of(&own, vector, free);
@@ -104,9 +100,7 @@ impl Folded {
         let n = self.whole.nrows() - 1;
         let nothing = DMatrix::zeros(n + 1, n + 1);
         let nominal = self.upto(0);
-        let Some(mut terms) = self.predicting(&nothing, &self.upto(self.terms.len())) else {
-            return true;
-        };
+        let mut terms = self.predicting(&nothing, &self.upto(self.terms.len()));
         nominal.iter().chain([&n]).for_each(|column| terms[*column] = 0.0);
         let length = |sums: &DMatrix<f64>| self.left_of(sums, &terms, &nominal);
         let whole = length(&self.whole);
@@ -138,35 +132,27 @@ impl Folded {
     }
 
     /// Squared residuals of a fold under the columns `fitted` to the other folds; those of `free`
-    /// that these do not determine are fitted in the fold. `None` where the other folds have no fit.
-    fn left(&self, fold: &DMatrix<f64>, fitted: &[usize], free: &[usize]) -> Option<f64> {
-        let vector = self.predicting(fold, fitted)?;
+    /// that these do not determine are fitted in the fold.
+    fn left(&self, fold: &DMatrix<f64>, fitted: &[usize], free: &[usize]) -> f64 {
+        let vector = self.predicting(fold, fitted);
         let left = self.left_of(fold, &vector, &self.unknown(fold, free));
-        Some(left + (vector.transpose() * &self.prior * &vector)[(0, 0)] / FOLDS as f64)
+        left + vector.dot(&(&self.prior * &vector)) / FOLDS as f64
     }
 
     /// Coefficients of the columns, the residual's 1, that make a prediction of the fold from the
     /// other folds its residual.
-    fn predicting(&self, fold: &DMatrix<f64>, fitted: &[usize]) -> Option<DVector<f64>> {
+    fn predicting(&self, fold: &DMatrix<f64>, fitted: &[usize]) -> DVector<f64> {
         let n = self.whole.nrows() - 1;
-        let rest = |i: usize, j: usize| self.whole[(i, j)] - fold[(i, j)];
-        let fit: Vec<usize> =
-            fitted.iter().copied().filter(|column| self.is_known(fold, *column)).collect();
-        let k = fit.len();
+        let is_known = |column: &usize| self.is_known(fold, *column);
+        let fit: Vec<usize> = fitted.iter().copied().filter(is_known).collect();
+        let rest = &self.whole - fold;
+        let factor = Factor::of(&rest.select_rows(&fit).select_columns(&fit));
+        let score = rest.column(n).select_rows(&fit);
+        let values = factor.values(&factor.half(&score));
         let mut vector = DVector::zeros(n + 1);
         vector[n] = 1.0;
-        if k > 0 {
-            let length: Vec<f64> = fit.iter().map(|column| self.scale(*column).sqrt()).collect();
-            let matrix = DMatrix::from_fn(k, k, |i, j| {
-                rest(fit[i], fit[j]) / (length[i] * length[j]) + f64::from(i == j) * RIDGE
-            });
-            let right = DVector::from_fn(k, |i, _| rest(fit[i], n) / length[i]);
-            let values = matrix.cholesky()?.solve(&right);
-            for (i, column) in fit.iter().enumerate() {
-                vector[*column] = -values[i] / length[i];
-            }
-        }
-        Some(vector)
+        fit.iter().zip(values.iter()).for_each(|(column, value)| vector[*column] = -value);
+        vector
     }
 
     /// The squared length of a combination of columns in some readings, the `free` ones fitted there.

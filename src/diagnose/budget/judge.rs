@@ -10,9 +10,9 @@ use super::held_out::Folded;
 use super::labels::Label;
 use super::linear::Linear;
 use super::pieces::Pieces;
-use super::search::{Log, Pools};
+use super::search::{Log, MOST, Pools};
 use super::selection::Selection;
-use super::terms::Term;
+use super::terms::{Term, without};
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::thresholds::{
     APART, APART_OF_ALL, APART_SHARE, BLOCKS_FOR_A_ROW, BORROWED, ENTER, HELD_OUT, LONE_MARGIN,
@@ -54,11 +54,11 @@ impl Selection<'_> {
         loop {
             for _ in 0..MOST_BLOCKS {
                 let Some(best) = self.best_block(&model, &pools) else { break };
-                log.push(format!("+ {} ({:.1})", self.terms[best.term].name, best.ln_bayes));
+                self.note(log, "+", best.term, best.ln_bayes);
                 let block = self.beside_rows(&model, best.term);
                 model.push(block);
                 model = self.prune(model, log);
-                model = self.grow(model, &pools.effects, ROW, 40, log);
+                model = self.grow(model, &pools.effects, ROW, MOST, log);
             }
             let own = Pieces::new(linear, self, &model);
             let Some((term, objection)) = self.worst(&model, &pools.blocks, &own) else { break };
@@ -66,9 +66,9 @@ impl Selection<'_> {
                 && let Some(block) = self.needless_beside(&model, term)
             {
                 log.push(format!("- {}: rows do as well", self.terms[block].name));
-                self.live[block] = false;
+                self.terms[block].may_enter = false;
                 model.retain(|own| *own != block);
-                model = self.grow(model, &pools.effects, ROW, 40, log);
+                model = self.grow(model, &pools.effects, ROW, MOST, log);
                 continue;
             }
             log.push(format!("{} does not stand: {objection:?}", self.terms[term].name));
@@ -77,14 +77,13 @@ impl Selection<'_> {
             }
             objections.push((term, objection));
             let Term { name, variant, .. } = self.terms[term].clone();
-            for (other, own) in self.terms.iter().enumerate() {
-                let goes = own.name == name && (variant.is_none() || own.variant == variant);
-                self.live[other] &= !goes;
+            for own in self.terms.iter_mut().filter(|own| own.name == name) {
+                own.may_enter &= variant.is_some() && own.variant != variant;
             }
-            pools.effects.retain(|own| self.live[*own]);
+            pools.effects.retain(|own| self.terms[*own].may_enter);
             model.retain(|own| *own != term);
             model = self.reduced_anew(&model);
-            model = self.grow(model, &pools.effects, ROW, 40, log);
+            model = self.grow(model, &pools.effects, ROW, MOST, log);
         }
         // What is too small for a name is still there.
         let gain = |selection: &Self, model: &[usize], term: usize| selection.gain(model, term);
@@ -219,12 +218,12 @@ impl Selection<'_> {
     /// A block that takes the form of a row, and without which the evidence is no less.
     fn needless_beside(&self, model: &[usize], row: usize) -> Option<usize> {
         let evidence = self.ln_evidence(model);
-        let rest: Vec<usize> = model.iter().copied().filter(|own| *own != row).collect();
+        let rest = without(model, row);
         let blocks = rest.iter().copied().filter(|term| !self.terms[*term].is_effect());
         let left = self.form_left(&rest, model, row);
         let mut best: Option<(f64, usize)> = None;
         for block in blocks {
-            let without: Vec<usize> = rest.iter().copied().filter(|own| *own != block).collect();
+            let without = without(&rest, block);
             if self.form_left(&without, model, row) < 2.0 * left {
                 continue;
             }

@@ -55,7 +55,7 @@ pub struct Linear {
     pub order: Vec<usize>,
     rows: std::ops::Range<usize>,
     /// For each campaign and candidate the places of its signatures.
-    signatures: Vec<Vec<Vec<usize>>>,
+    pub(super) signatures: Vec<Vec<Vec<usize>>>,
 }
 
 /// A measurand of a campaign.
@@ -89,11 +89,6 @@ impl Linear {
         not_testable.extend(blind);
         if with_blocks {
             for block in &made.blocks {
-                let measurands = fitted.problem.parts.iter().map(|part| part.slots().len());
-                let several = measurands.max().unwrap_or(0) > 1;
-                if several && block.place.as_ref().is_some_and(Place::is_oscillation_of_one) {
-                    continue;
-                }
                 let found = if block.selected.effect.shape.is_empty() {
                     Some((block.clone(), 1))
                 } else {
@@ -154,7 +149,7 @@ impl Linear {
             });
         }
         let rows = candidates.len()..terms.len();
-        let order = order(&fitted);
+        let order = fitted.problem.order_in_time();
         let signatures = signed.iter().map(|one| by_candidate(one, candidates.len())).collect();
         let mut linear = Self {
             fitted,
@@ -173,12 +168,6 @@ impl Linear {
             linear.with_stated_values();
         }
         Some(linear)
-    }
-
-    /// Takes the terms that a search made, and which of them may enter.
-    pub fn take_terms(&mut self, mut terms: Vec<Term>, live: Vec<bool>) {
-        terms.iter_mut().zip(live).for_each(|(term, live)| term.may_enter = live);
-        self.terms = terms;
     }
 
     /// Takes blocks out of the competition whose covariate is what rows do: readings that hardly vary
@@ -219,11 +208,6 @@ impl Linear {
         })
     }
 
-    /// The places of a candidate's signatures among those of a campaign.
-    pub fn signatures_of(&self, part: usize, candidate: usize) -> &[usize] {
-        &self.signatures[part][candidate]
-    }
-
     /// The terms that are rows in the fit.
     pub fn rows(&self) -> Vec<usize> {
         self.rows.clone().collect()
@@ -241,8 +225,7 @@ impl Linear {
 pub(super) fn by_candidate(signed: &Signatures, candidates: usize) -> Vec<Vec<usize>> {
     let mut places = vec![Vec::new(); candidates];
     for (place, signature) in signed.columns.iter().enumerate() {
-        let own = signature.effect.parse::<usize>().ok().and_then(|own| places.get_mut(own));
-        own.into_iter().for_each(|own: &mut Vec<usize>| own.push(place));
+        places[signature.candidate].push(place);
     }
     places
 }
@@ -267,19 +250,4 @@ fn set_ln_priors(terms: &mut [Term], candidates: &[Candidate], wanted: &Wanted) 
         let of_form = if term.variant.is_some() { -RELAXED } else { 0.0 };
         term.ln_prior = (weight / mean).ln() + of_form;
     }
-}
-
-/// For each run its place in the order of time.
-fn order(fitted: &Fitted) -> Vec<usize> {
-    let mut runs: Vec<(usize, f64, usize)> = Vec::new();
-    for (number, part) in fitted.problem.parts.iter().enumerate() {
-        for (run, one) in part.runs.iter().enumerate() {
-            let first = one.record.first_time().unwrap_or(0.0);
-            runs.push((number, first, fitted.problem.run_index(number, run)));
-        }
-    }
-    runs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let mut order = vec![0; runs.len()];
-    runs.iter().enumerate().for_each(|(place, (.., run))| order[*run] = place);
-    order
 }

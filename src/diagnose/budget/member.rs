@@ -36,9 +36,6 @@ pub struct MemberUncertainty {
 }
 
 /// Those of the named effects, in the model with all of them.
-///
-/// # Errors
-/// [`FitError`] where a model cannot be fitted at all.
 pub fn member_uncertainties(
     fitted: &Fitted,
     effects: &[Selected],

@@ -39,20 +39,21 @@ pub struct NoiseFound {
 
 /// Residuals of one component by run: sample, time (s), whitened residual.
 pub type Component = BTreeMap<usize, Vec<(usize, f64, f64)>>;
+/// Components by campaign, measurand (of all campaigns) and residual component.
+pub type Components = BTreeMap<(usize, usize, usize), Component>;
 
-/// The residuals of a model by campaign, measurand (of all campaigns) and residual component; `see`
-/// is shown each of them with its row.
+/// The residuals of a model; `see` is shown each of them with its row.
 pub fn components(
     linear: &Linear,
     selection: &Selection<'_>,
     model: &[usize],
     see: &mut dyn FnMut(&Values<'_>, f64),
-) -> BTreeMap<(usize, usize, usize), Component> {
+) -> Components {
     let values = selection.values(model);
-    let mut components: BTreeMap<(usize, usize, usize), Component> = BTreeMap::new();
+    let mut components = Components::new();
     linear.visit(selection, model, &[], &mut |row: Values<'_>| {
         let explained: f64 = row.model.iter().zip(values.iter()).map(|(x, b)| x * b).sum();
-        let part = linear.part_of(row.run).0;
+        let part = linear.fitted.problem.run_at(row.run).0;
         let component = components.entry((part, row.measurand, row.row)).or_default();
         let own = component.entry(row.run).or_default();
         let residual = row.residual - explained;
@@ -182,7 +183,7 @@ pub(super) fn gauss_markov(runs: &Component) -> Option<(GaussMarkov, f64)> {
 pub fn leave_out(problem: &mut Problem, linear: &Linear, outliers: &[Outlier]) -> LeftOut {
     let mut left_out = LeftOut::default();
     for Outlier { at: (run, sample, measurand), deviations } in outliers {
-        let (number, run) = linear.part_of(*run);
+        let (number, run) = linear.fitted.problem.run_at(*run);
         let measurand = measurand - linear.sums.first_measurand[number];
         let part = &mut problem.parts[number];
         let columns = part.slots()[measurand].columns();

@@ -6,11 +6,32 @@
 //! each with its price: that of the rows with such noise against that of the rows with the blocks
 //! and white noise.
 
+use std::collections::BTreeMap;
+
 use super::linear::Linear;
-use super::memory::{OfComponent, SURE, autocorrelated};
-use super::noise_of_runs::{OfRun, noise_of_runs};
+use super::noise::{Component, Components, components, gauss_markov};
 use super::selection::Selection;
 use super::terms::Term;
+use crate::diagnose::sequences::robust;
+use crate::diagnose::thresholds::{NOISE, NOISE_OF_A_RUN};
+use crate::engine::gauss_markov::GaussMarkov;
+use crate::statistics::upper_median;
+
+/// Residuals of a component whose noise may be autocorrelated at least.
+const LEAST_OF_COMPONENT: usize = 50;
+/// Log likelihood beyond which noise is autocorrelated at all: five standard deviations, and the
+/// price of two values.
+const SURE: f64 = 20.0;
+/// Standard deviation of the logarithm of that from `n` readings, times `√n`.
+const SCATTER: f64 = 1.17;
+/// Readings of a run of which the noise is judged at least.
+const LEAST_OF_RUN: usize = 20;
+
+/// Gauss-Markov noise of a campaign's residual component.
+pub type OfComponent = (usize, usize, GaussMarkov);
+
+/// Noise of a run: campaign, run in it, measurand in it, factor on the noise of the others.
+pub type OfRun = (usize, usize, usize, f64);
 
 /// Noise that explains more than blocks do.
 #[derive(Clone, Debug)]
@@ -37,6 +58,9 @@ pub fn instead_of_blocks(
     // Without blocks autocorrelation is looked for in what is left in the end.
     let has_blocks = model.len() > with_changes.len() && !problem.has_memory();
     let has_own_levels = problem.parts.iter().any(|part| !part.run_levels.is_empty());
+    if !has_blocks && has_own_levels {
+        return None;
+    }
     let mut best: Option<(f64, Instead)> = None;
     let mut take = |beyond: f64, gained: f64, found: Instead| {
         if gained > SURE && beyond > best.as_ref().map_or(0.0, |(known, _)| *known) {
@@ -53,14 +77,15 @@ pub fn instead_of_blocks(
                 by_blocks += *readings as f64 * ratio.ln();
             }
         }
+        let residuals = components(linear, &of_rows, kept, &mut |_, _| {});
         if has_blocks {
-            let (gained, found) = autocorrelated(linear, &of_rows, kept);
+            let (gained, found) = autocorrelated(&residuals);
             if !found.is_empty() {
                 take(gained - by_blocks, gained, Instead::Autocorrelated(found));
             }
         }
         if kept.len() == with_changes.len() && !has_own_levels {
-            let (gained, found) = noise_of_runs(linear, &of_rows, kept);
+            let (gained, found) = noise_of_runs(linear, &residuals);
             if !found.is_empty() {
                 take(gained - by_blocks, gained, Instead::OfRuns(found));
             }
@@ -70,4 +95,79 @@ pub fn instead_of_blocks(
         }
     }
     best.map(|(_, found)| found)
+}
+
+/// Gauss-Markov noise by campaign and residual component, and by how much it raises the log likelihood, less its price.
+fn autocorrelated(components: &Components) -> (f64, Vec<OfComponent>) {
+    let (mut gained, mut found) = (0.0, Vec::new());
+    for ((part, _, row), runs) in components {
+        let count: usize = runs.values().map(Vec::len).sum();
+        let Some((noise, own)) = gauss_markov(runs).filter(|_| count >= LEAST_OF_COMPONENT) else {
+            continue;
+        };
+        let own = own - (count as f64).ln();
+        if own > SURE {
+            gained += own;
+            found.push((*part, *row, noise));
+        }
+    }
+    (gained, found)
+}
+
+/// Runs whose noise differs from the others', and by how much their own
+/// factors raise the log likelihood, less their price.
+fn noise_of_runs(linear: &Linear, components: &Components) -> (f64, Vec<OfRun>) {
+    let mut by_measurand: BTreeMap<(usize, usize), Vec<&Component>> = BTreeMap::new();
+    for ((part, measurand, _), runs) in components {
+        by_measurand.entry((*part, *measurand)).or_default().push(runs);
+    }
+    let (mut gained, mut found) = (0.0, Vec::new());
+    for ((part, measurand), components) in by_measurand {
+        let mut of_run: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        for (run, values) in components.into_iter().flatten() {
+            of_run.entry(*run).or_default().extend(values.iter().map(|(.., value)| value.abs()));
+        }
+        of_run.retain(|_, sizes| sizes.len() >= LEAST_OF_RUN);
+        let robust: BTreeMap<usize, f64> =
+            of_run.iter().map(|(run, sizes)| (*run, robust(sizes).unwrap_or(0.0))).collect();
+        let usual = upper_median(&mut robust.values().copied().collect::<Vec<f64>>());
+        let usual = usual.unwrap_or(0.0);
+        // Where half of the residuals are zero, such as those of counts, their scatter is not known.
+        if of_run.len() < 3 || robust.values().any(|one| *one <= 0.0) {
+            continue;
+        }
+        let is_own = |run: &usize| {
+            let ratio = (robust[run] / usual).ln();
+            let score = ratio.abs() * (of_run[run].len() as f64).sqrt() / SCATTER;
+            score > NOISE && ratio.abs() > NOISE_OF_A_RUN.ln()
+        };
+        let own: Vec<usize> = of_run.keys().copied().filter(is_own).collect();
+        if own.is_empty() || 2 * own.len() > of_run.len() {
+            continue;
+        }
+        // Outliers are no noise.
+        let sums = |run: &usize| {
+            let kept = of_run[run].iter().filter(|size| **size <= NOISE * robust[run]);
+            kept.fold((0.0, 0.0), |(n, sum), size| (n + 1.0, sum + size * size))
+        };
+        let total =
+            |runs: &[usize]| runs.iter().map(sums).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let ln_likelihood = |runs: &[usize]| {
+            let (n, sum) = total(runs);
+            if n > 0.0 { -0.5 * n * (sum / n).ln() } else { 0.0 }
+        };
+        let all: Vec<usize> = of_run.keys().copied().collect();
+        let others: Vec<usize> = all.iter().copied().filter(|run| !own.contains(run)).collect();
+        let ((n, sum), (readings, _)) = (total(&others), total(&all));
+        gained += ln_likelihood(&others) - ln_likelihood(&all);
+        for run in own {
+            gained += ln_likelihood(&[run]) - 0.5 * readings.ln() - (all.len() as f64).ln();
+            let own = sums(&run);
+            let factor = (own.1 / own.0 / (sum / n)).sqrt();
+            let (_, of_part) = linear.fitted.problem.run_at(run);
+            let first = linear.sums.first_measurand[part];
+            found.push((part, of_part, measurand - first, factor));
+        }
+    }
+    (gained, found)
 }

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 use super::labels::{Grouping, labels};
 use super::linear::Linear;
 use super::selection::Selection;
+use super::sums::Index;
 
 /// Fewer runs are cut into stretches.
 const FEW_RUNS: usize = 4;
@@ -30,7 +31,7 @@ pub struct Piece {
     /// The fold that it belongs to.
     pub fold: usize,
     /// The columns that act in its run.
-    columns: Vec<usize>,
+    columns: Index,
     /// The sums of each measurand that has readings there.
     sums: Vec<(usize, DMatrix<f64>)>,
 }
@@ -60,19 +61,20 @@ impl Pieces {
             .map(|number| Piece {
                 run: number / stretches,
                 fold: if stretches > 1 { number % stretches } else { number % FOLDS },
-                columns: Vec::new(),
+                columns: Index::default(),
                 sums: Vec::new(),
             })
             .collect();
         let mut here: Vec<(usize, f64)> = Vec::new();
-        let lengths: Vec<usize> = (0..runs).map(|run| linear.samples_in(run).max(1)).collect();
+        let lengths: Vec<usize> =
+            (0..runs).map(|run| linear.fitted.problem.samples_in(run).max(1)).collect();
         linear.visit(selection, model, &[], &mut |values| {
             let stretch = (values.sample * stretches / lengths[values.run]).min(stretches - 1);
             let piece = &mut pieces[values.run * stretches + stretch];
             here.clear();
             let all = values.model.iter().copied().chain([values.residual]).enumerate();
             for (column, value) in all.filter(|(_, value)| *value != 0.0) {
-                here.push((piece.place(column), value));
+                here.push((piece.columns.place(column), value));
             }
             let known = piece.sums.iter().position(|(own, _)| *own == values.measurand);
             let known = known.unwrap_or_else(|| {
@@ -80,9 +82,9 @@ impl Pieces {
                 piece.sums.len() - 1
             });
             let sums = &mut piece.sums[known].1;
-            if sums.nrows() < piece.columns.len() {
-                let old = std::mem::replace(sums, DMatrix::zeros(0, 0));
-                *sums = old.resize(piece.columns.len(), piece.columns.len(), 0.0);
+            let size = piece.columns.numbers().len();
+            if sums.nrows() < size {
+                sums.resize_mut(size, size, 0.0);
             }
             for (j, y) in &here {
                 let mut column = sums.column_mut(*j);
@@ -120,21 +122,14 @@ impl Piece {
         weights: &[f64],
         wanted: &dyn Fn(&Self, usize) -> bool,
     ) {
+        let columns = self.columns.numbers();
         for (measurand, gram) in self.sums.iter().filter(|(own, _)| wanted(self, *own)) {
             let weight = weights[*measurand];
-            for (j, right) in self.columns.iter().enumerate().take(gram.ncols()) {
-                for (i, left) in self.columns.iter().enumerate().take(gram.nrows()) {
+            for (j, right) in columns.iter().enumerate().take(gram.ncols()) {
+                for (i, left) in columns.iter().enumerate().take(gram.nrows()) {
                     sum[(*left, *right)] += weight * gram[(i, j)];
                 }
             }
         }
-    }
-
-    /// The place of a column among those that act here.
-    fn place(&mut self, column: usize) -> usize {
-        self.columns.iter().position(|own| *own == column).unwrap_or_else(|| {
-            self.columns.push(column);
-            self.columns.len() - 1
-        })
     }
 }

@@ -79,10 +79,10 @@ impl Linear {
             for run in 0..problem.parts[part].runs.len() {
                 let run = problem.run_index(part, run);
                 let touched = problem.layout.columns.touched_by(run);
-                let mut here = vec![None; self.sums.len() + 1];
+                let mut here = vec![None; self.sums.residual() + 1];
                 touched.iter().enumerate().for_each(|(at, column)| here[*column] = Some(at));
                 for (number, mine) in own.iter().zip(&of_candidates) {
-                    for (at, in_sums) in mine.iter().zip(self.signatures_of(part, *number)) {
+                    for (at, in_sums) in mine.iter().zip(&self.signatures[part][*number]) {
                         if let Some(column) = self.sums.column_at(run, touched.len() + in_sums) {
                             here[column] = Some(touched.len() + at);
                         }
@@ -146,19 +146,13 @@ impl Linear {
     }
 
     /// Whether a change acts on a sample (run and number).
-    pub fn acts(&self, change: &Change, sample: (usize, usize)) -> bool {
+    pub fn acts(&self, change: &Change, (run, sample): (usize, usize)) -> bool {
+        let (first, from) = change.at;
+        let part_of = |run: usize| self.fitted.problem.run_at(run).0;
         match change.end {
-            None => self.is_after(change.at, sample),
-            Some(end) => change.at.0 == sample.0 && (change.at.1..end).contains(&sample.1),
+            Some(end) => run == first && (from..end).contains(&sample),
+            None if run == first => sample >= from,
+            None => part_of(first) == part_of(run) && self.order[run] > self.order[first],
         }
-    }
-
-    /// Whether a sample (run and number) comes no earlier than a moment of the same campaign.
-    pub fn is_after(&self, moment: (usize, usize), sample: (usize, usize)) -> bool {
-        if moment.0 == sample.0 {
-            return sample.1 >= moment.1;
-        }
-        self.part_of(moment.0).0 == self.part_of(sample.0).0
-            && self.order[sample.0] > self.order[moment.0]
     }
 }

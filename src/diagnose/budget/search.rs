@@ -9,13 +9,14 @@
 
 use super::selection::exchange::Exchange;
 use super::selection::{Ranked, Selection};
+use super::terms::without;
 use crate::diagnose::price::ROUNDING;
 use crate::diagnose::thresholds::{ENTER, MOST_ROWS, SWAP, TIE};
 
 mod pair;
 
 /// Terms that enter in one go at most.
-const MOST: usize = 40;
+pub(super) const MOST: usize = 40;
 /// Rounds of blocks and effects.
 const ROUNDS: usize = 6;
 /// Values of blocks from which no more of them enter: what so many do not explain is for noise to
@@ -202,7 +203,7 @@ impl Selection<'_> {
             }
             tried.push(block);
             let (scale, evidence) = (self.scale.clone(), self.ln_evidence(&model));
-            let rest: Vec<usize> = model.iter().copied().filter(|own| *own != block).collect();
+            let rest = without(&model, block);
             let is_new = |found: &[usize]| found.iter().any(|term| !model.contains(term));
             let (grown, mut steps) = self.grown_in_place(&rest, &pools.effects, &scale);
             if !is_new(&grown) {
@@ -224,7 +225,7 @@ impl Selection<'_> {
                 log.append(&mut steps);
                 model = more;
             } else if beside != block {
-                self.live[block] = true;
+                self.terms[block].may_enter = true;
             }
         }
         model
@@ -258,7 +259,7 @@ impl Selection<'_> {
         (grown, steps)
     }
 
-    fn note(&self, log: &mut Log, sign: &str, term: usize, ln_bayes: f64) {
+    pub(super) fn note(&self, log: &mut Log, sign: &str, term: usize, ln_bayes: f64) {
         log.push(format!("{sign} {} ({ln_bayes:.1})", self.terms[term].name));
     }
 }

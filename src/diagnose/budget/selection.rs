@@ -11,11 +11,12 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use self::combined::Combined;
-use self::normal::{Beside, Factor, Factored};
+use self::normal::{Beside, Factored};
 pub use self::ranked::Ranked;
 use super::sums::{Sums, Weighted};
 use super::terms::{Change, Combination, Term};
 use crate::diagnose::price::{Gain, ln_bayes_factor};
+use crate::estimate::inverse_factor::Factor;
 
 mod combined;
 pub mod exchange;
@@ -31,8 +32,6 @@ pub struct Selection<'a> {
     pub sums: &'a Sums,
     /// The terms.
     pub terms: Vec<Term>,
-    /// Whether each may enter.
-    pub live: Vec<bool>,
     /// Noise scale factor of each measurand: found over stated standard deviation.
     pub scale: Vec<f64>,
     /// Columns of the nominal parameters.
@@ -61,10 +60,11 @@ impl<'a> Selection<'a> {
             [true, false].map(|kind| shown.clone().filter(|one| one.is_effect() == kind).count());
         let scale = vec![1.0; sums.readings.len()];
         let weighted = Weighted::new(sums, &scale);
+        let mut terms = terms.to_vec();
+        terms.iter_mut().for_each(|one| one.may_enter &= !one.columns.is_empty());
         let mut selection = Self {
             sums,
-            terms: terms.to_vec(),
-            live: terms.iter().map(|one| !one.columns.is_empty()).collect(),
+            terms,
             scale,
             nominal: nominal.map(|column| vec![(column, 1.0)]).collect(),
             residual,
@@ -85,11 +85,11 @@ impl<'a> Selection<'a> {
 
     /// Sums anew with the noise scale factors as they are.
     fn weigh(&mut self) {
-        self.weighted.weigh(self.weights());
+        self.weighted.weights = self.weights();
         let product = |column| {
             self.residual.iter().map(|(other, by)| by * self.weighted.product(column, *other)).sum()
         };
-        self.score = (0..self.sums.len()).map(product).collect();
+        self.score = (0..self.sums.residual()).map(product).collect();
         self.of_streams = self.sums.scores_of_streams(&self.weights());
     }
 
@@ -138,6 +138,11 @@ impl<'a> Selection<'a> {
         model.iter().map(range).collect()
     }
 
+    /// The effects of a model.
+    pub(super) fn rows_of(&self, model: &[usize]) -> Vec<usize> {
+        model.iter().copied().filter(|term| self.terms[*term].is_effect()).collect()
+    }
+
     /// Number of nominal columns.
     pub fn nominal(&self) -> usize {
         self.nominal.len()
@@ -153,7 +158,11 @@ impl<'a> Selection<'a> {
     }
 
     /// With the inverse covariance, beforehand, of the values of some columns: where they begin.
-    fn factored_under(&self, model: &[usize], priors: &[(usize, DMatrix<f64>)]) -> Factored {
+    pub(super) fn factored_under(
+        &self,
+        model: &[usize],
+        priors: &[(usize, DMatrix<f64>)],
+    ) -> Factored {
         let columns = self.columns(model);
         let combined = Combined::of(columns.iter());
         let mut matrix = combined.squares(|a, b| self.weighted.product(a, b));
@@ -180,16 +189,6 @@ impl<'a> Selection<'a> {
     /// Values of the columns of a model.
     pub fn values(&self, model: &[usize]) -> DVector<f64> {
         self.factored(model).values()
-    }
-
-    /// Values of the columns of a model and their covariance, where values of some columns have a
-    /// normal prior about zero: where these begin, and its inverse covariance.
-    pub fn solved_under(
-        &self,
-        model: &[usize],
-        priors: &[(usize, DMatrix<f64>)],
-    ) -> (DVector<f64>, DMatrix<f64>) {
-        self.factored_under(model, priors).solved()
     }
 
     /// Columns beside a model.

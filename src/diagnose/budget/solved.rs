@@ -13,6 +13,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::engine::Problem;
 use crate::estimate::calibrate::{Calibration, Estimate};
+use crate::estimate::covariance::of_combination;
 
 use super::in_fit::columns_of;
 use super::linear::Linear;
@@ -40,7 +41,7 @@ impl Solved {
             .iter()
             .filter_map(|at| Some((terms[*at].start, prior(selection, model[*at], gains[*at])?)))
             .collect();
-        let (values, covariance) = selection.solved_under(model, &priors);
+        let (values, covariance) = selection.factored_under(model, &priors).solved();
         Self { values, covariance, terms }
     }
 
@@ -79,10 +80,7 @@ impl Solved {
                 return one;
             }
             let value: f64 = placed.iter().map(|(column, by)| by * values[*column]).sum();
-            let mut variance = 0.0;
-            for (i, p) in &placed {
-                variance += placed.iter().map(|(j, q)| p * q * covariance[(*i, *j)]).sum::<f64>();
-            }
+            let variance = of_combination(covariance, &placed);
             one.value = Some(value);
             one.sigma = Some(variance.max(0.0).sqrt());
             one

@@ -18,6 +18,7 @@ use crate::engine::gram::PriorRow;
 use crate::engine::signatures::Signatures;
 use crate::engine::{Point, Problem};
 
+pub use self::store::Index;
 use self::store::{Placed, Store, columns_of_runs, placed};
 
 mod store;
@@ -158,7 +159,8 @@ impl Sums {
             let mean = noisier.iter().map(product).sum::<f64>() / noisier.len() as f64;
             mean - product(self)
         };
-        let columns = |measurand| (0..self.len()).map(|column| added(measurand, column)).collect();
+        let columns =
+            |measurand| (0..self.residual()).map(|column| added(measurand, column)).collect();
         self.of_streams = (0..self.by_measurand.len()).map(columns).collect();
     }
 
@@ -167,7 +169,7 @@ impl Sums {
     pub fn scores_of_streams(&self, weights: &[f64]) -> Option<Vec<f64>> {
         let all = || self.of_streams.iter().zip(weights);
         let of = |column: usize| all().filter_map(|(own, by)| Some(by * own.get(column)?)).sum();
-        (!self.of_streams.is_empty()).then(|| (0..self.len()).map(of).collect())
+        (!self.of_streams.is_empty()).then(|| (0..self.residual()).map(of).collect())
     }
 
     /// Appends a column; its number.
@@ -189,12 +191,10 @@ impl Sums {
         let place = Placed::Wide(number);
         self.acts_in.push(Self::acts_in(&self.by_measurand, &place));
         self.place.push(place);
-        self.owners.push(Owner { parameter: String::new(), component: 0, of: None });
-        self.typical.push(None);
         self.place.len() - 1
     }
 
-    /// The number of the residual's column.
+    /// Number of columns without the residual, which is the number of the residual's.
     pub fn residual(&self) -> usize {
         self.place.len()
     }
@@ -203,16 +203,6 @@ impl Sums {
     /// candidates' signatures.
     pub fn column_at(&self, run: usize, place: usize) -> Option<usize> {
         self.of_runs[run].get(place).copied().filter(|column| *column != usize::MAX)
-    }
-
-    /// Number of columns without the residual.
-    pub fn len(&self) -> usize {
-        self.place.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.place.is_empty()
     }
 
     /// The measurands in which two columns may have a product: those of the one that acts in fewer.

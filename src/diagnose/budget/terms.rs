@@ -3,15 +3,13 @@
 
 use std::collections::BTreeSet;
 
+use crate::diagnose::evidence::columns::shows;
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::library::place::Place;
 use crate::diagnose::library::variant::Variant;
 
 use super::sums::Sums;
 use crate::diagnose::price::Gain;
-
-/// Length, in units of the noise, that a column must have at the usual size of its value.
-const NEGLIGIBLE: f64 = 1e-4;
 
 /// A linear combination of columns.
 pub type Combination = Vec<(usize, f64)>;
@@ -113,8 +111,13 @@ impl Term {
     /// The term of a candidate that is not in the fit.
     pub fn of(sums: &Sums, number: usize, candidate: &Candidate, members: usize) -> Self {
         let of_effect = candidate.place.is_none();
+        let is_shown = |column: &usize| {
+            let measurands = 0..sums.readings.len();
+            let square = measurands.map(|own| sums.product_in(own, *column, *column)).sum();
+            !of_effect || shows(square, sums.typical_of(*column))
+        };
         let own = sums.of_candidate[number].iter().copied();
-        let own: Vec<usize> = own.filter(|column| !of_effect || shows(sums, *column)).collect();
+        let own: Vec<usize> = own.filter(is_shown).collect();
         let columns = if candidate.sums_to_zero() && own.len() > 1 {
             let key = |column: &usize| {
                 let owner = &sums.owners[column - sums.nominal];
@@ -134,13 +137,9 @@ impl Term {
     }
 }
 
-/// Whether a column changes readings at a size that can be: what does not even show at thousands of
-/// times its usual size is rounding, such as stamps that are uniform but for their last digit.
-fn shows(sums: &Sums, column: usize) -> bool {
-    let measurands = 0..sums.readings.len();
-    let square: f64 = measurands.map(|own| sums.product_in(own, column, column)).sum();
-    let usual = sums.typical_of(column);
-    usual.is_none_or(|usual| square.is_nan() || usual * square.sqrt() >= NEGLIGIBLE)
+/// A model without one of its terms.
+pub fn without(model: &[usize], term: usize) -> Vec<usize> {
+    model.iter().copied().filter(|own| *own != term).collect()
 }
 
 /// Combinations of columns whose coefficients sum to zero, orthonormal (Helmert).

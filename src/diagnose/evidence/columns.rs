@@ -17,6 +17,16 @@ pub(in crate::diagnose) struct Column {
     pub(in crate::diagnose) typical: Option<f64>,
 }
 
+/// Length, in units of the noise, that a column must have at the usual size of its value.
+const NEGLIGIBLE: f64 = 1e-4;
+
+/// Whether a column of this squared length changes readings at a size that can be: what does not
+/// even show at thousands of times its usual size is rounding, such as stamps that are uniform but
+/// for their last digit.
+pub(in crate::diagnose) fn shows(square: f64, typical: Option<f64>) -> bool {
+    typical.is_none_or(|usual| square.is_nan() || usual * square.sqrt() >= NEGLIGIBLE)
+}
+
 /// The runs that two lists have, by ascending run, with what each has there.
 pub(in crate::diagnose) fn shared<'a>(
     one: &'a [(usize, usize)],
@@ -51,8 +61,7 @@ pub(in crate::diagnose) fn joined(
     let mut all = vec![IndexMap::new(); candidates];
     for (part, signatures) in signed.iter().enumerate() {
         for (index, signature) in signatures.columns.iter().enumerate() {
-            let candidate = signature.effect.parse::<usize>().ok();
-            let Some(own) = candidate.and_then(|number| all.get_mut(number)) else { continue };
+            let own = &mut all[signature.candidate];
             for run in 0..problem.parts[part].runs.len() {
                 let new = || Column { at: Vec::new(), typical: signature.typical };
                 let column: &mut Column =

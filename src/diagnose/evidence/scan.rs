@@ -12,6 +12,7 @@
 mod grid;
 mod group;
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use indexmap::IndexMap;
@@ -26,7 +27,7 @@ use crate::graph::Scope;
 use crate::system::{Selected, System};
 
 use self::group::Group;
-use super::nominal::Nominal;
+use super::Nominal;
 use super::sampling::{Sampling, is_frequency};
 
 /// Members that are looked at again.
@@ -36,8 +37,8 @@ const TOGETHER: usize = 8;
 /// Passes between the neighbours of the best member.
 const POLISH: usize = 4;
 
-/// What was found before: the family, its best member, and the number of members.
-pub type Scanned = Vec<(String, Candidate, usize)>;
+/// What was found before: the best member of each family, and the number of members.
+pub type Scanned = HashMap<String, (f64, usize)>;
 
 /// The best member of a family, as `known` or looked for, and the number of members that it was
 /// chosen among. `None` where the effect has not just one family, or its member cannot be left
@@ -47,8 +48,7 @@ pub fn scan(
     family: &Candidate,
     known: &mut Scanned,
 ) -> Option<(Candidate, usize)> {
-    if let Some((_, candidate, members)) = known.iter().find(|(name, ..)| *name == family.name) {
-        let value = candidate.selected.member.values().next()?;
+    if let Some((value, members)) = known.get(&family.name) {
         return Some((with_member(fitted, family, *value)?, *members));
     }
     let scan = Scan::new(fitted, family)?;
@@ -72,7 +72,7 @@ pub fn scan(
         }
     };
     let candidate = with_member(fitted, family, value)?;
-    known.push((family.name.clone(), candidate.clone(), tried));
+    known.insert(family.name.clone(), (value, tried));
     Some((candidate, tried))
 }
 
@@ -128,12 +128,11 @@ impl<'a> Scan<'a> {
             head: family.selected.head.clone(),
         };
         let (mut alone, mut across, mut beside) = (Vec::new(), Vec::new(), Vec::new());
-        let numbers: Vec<String> = (0..TOGETHER).map(|number| number.to_string()).collect();
         let point = &fitted.fit.point;
         for (part, recipe) in fitted.recipes.iter().enumerate() {
             let Ok(system) = recipe.with(std::slice::from_ref(&selected)) else { continue };
             let system: &System = &system;
-            let all: Vec<Signed<'_>> = numbers.iter().map(|name| Signed { name, system }).collect();
+            let all = std::array::from_fn::<_, TOGETHER, _>(|number| Signed { number, system });
             let opened = |among| Arc::new(Signatures::open(problem, part, &all, name, among));
             let signatures = opened(false);
             alone.push(Passes::new(problem, Arc::clone(&signatures), point, false));
@@ -165,7 +164,7 @@ impl<'a> Scan<'a> {
     fn groups(&self, passes: &Passes<'_>, members: &[f64]) -> IndexMap<(usize, usize), Group> {
         let problem = &self.fitted.problem;
         let (part, columns) = (passes.signatures().part(), &passes.signatures().columns);
-        let n = self.nominal.length.len();
+        let n = self.nominal.score.len();
         let k = columns.len();
         let mut groups = IndexMap::new();
         for (run, sums) in passes.sums(members).iter().enumerate() {
@@ -196,8 +195,7 @@ impl<'a> Scan<'a> {
 
     /// What each of at most `TOGETHER` members takes off the sum of squares; blind ones nothing.
     fn gains(&self, members: &[f64]) -> Vec<f64> {
-        let score = DMatrix::from_columns(std::slice::from_ref(&self.nominal.score));
-        let known = self.nominal.halfway(&score).column(0).into_owned();
+        let known = self.nominal.factor.half(&self.nominal.score);
         let mut gains = self.added(&self.beside, members, Some(&known));
         for (gain, member) in gains.iter_mut().zip(members) {
             if self.is_blind(*member) {
@@ -219,7 +217,8 @@ impl<'a> Scan<'a> {
     ) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); members.len()];
         for (key, group) in programs.iter().flat_map(|one| self.groups(one, &filled(members))) {
-            let taken = known.map(|known| (self.nominal.halfway(&group.across), known));
+            let taken =
+                known.map(|known| (self.nominal.factor.across(group.across.clone()), known));
             for (member, (fast, slow)) in sums.iter_mut().enumerate() {
                 let is_slow = self.is_slow_in(key, members[member]);
                 *(if is_slow { slow } else { fast }) += group.gain(member, taken.as_ref());

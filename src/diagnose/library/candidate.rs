@@ -117,12 +117,6 @@ impl Joined {
     }
 }
 
-/// A campaign's model with this effect and no other, or with none; `None` where it does not fit.
-pub(in crate::diagnose) fn with_only(recipe: &Recipe, effect: Option<&Selected>) -> Option<System> {
-    let effects = effect.map(std::slice::from_ref).unwrap_or_default();
-    System::build(&recipe.model, effects, &recipe.overrides, &recipe.input_sigma).ok()
-}
-
 /// An effect as it fits campaigns of these models; `None` where it fits none.
 pub fn fitting(
     recipes: &[Recipe],

@@ -98,17 +98,15 @@ impl Made {
     }
 }
 
-/// The signatures of candidates in each campaign that they fit; an effect is called by its number.
+/// The signatures of candidates in each campaign that they fit.
 pub(in crate::diagnose) fn sign(
     problem: &Problem,
     candidates: &[&Candidate],
 ) -> Arc<Vec<Signatures>> {
-    let names: Vec<String> = (0..candidates.len()).map(|number| number.to_string()).collect();
     let of_part = |part: usize| {
-        let signed = candidates
-            .iter()
-            .zip(&names)
-            .filter_map(|(one, name)| Some(Signed { name, system: one.systems[part].as_deref()? }));
+        let signed = candidates.iter().enumerate().filter_map(|(number, one)| {
+            Some(Signed { number, system: one.systems[part].as_deref()? })
+        });
         Signatures::new(problem, part, &signed.collect::<Vec<_>>())
     };
     Arc::new((0..problem.parts.len()).map(of_part).collect())

@@ -70,11 +70,6 @@ impl Place {
         self.covariate == OSCILLATION
     }
 
-    /// Whether it is such a wave of one measurand.
-    pub(in crate::diagnose) fn is_oscillation_of_one(&self) -> bool {
-        self.is_oscillation() && matches!(self.of, Of::Measurand(_))
-    }
-
     /// Of a parameter whose stated value the readings contradict.
     pub(in crate::diagnose) fn of_stated(parameter: &str, of: Option<&str>) -> Self {
         let of = of.map_or_else(String::new, |of| format!(" of `{of}`"));

@@ -6,13 +6,6 @@
 //! other and go through the same machine; the best of them says where the unknown sits. (A plain
 //! Fourier series in the arm angle would miss clocks and platforms.) Those whose scale nobody knows
 //! are families.
-//!
-//! | file | answers |
-//! |---|---|
-//! | `covariate` | what it may be a function of |
-//! | `made` | blocks as effects |
-//! | `readings` | errors of readings, attitudes and inputs |
-//! | `waves` | which are families |
 
 use std::collections::BTreeMap;
 

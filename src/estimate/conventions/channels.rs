@@ -1,5 +1,7 @@
 //! Which logged numbers of a model are single numbers, vectors, quaternions and poses.
 
+use std::collections::BTreeSet;
+
 use crate::convention::{Convention, Form};
 use crate::formula::{Axis, Expression, ExpressionKind, Formula, Function};
 use crate::graph::{MeasurandKind, Names};
@@ -52,7 +54,10 @@ impl Channels {
                 _ => all.push(read(measurand.name.clone())),
             }
         }
-        all.extend(names.inputs.iter().enumerate().map(|(index, input)| Channel {
+        let of_sigma = of_sigma_alone(names);
+        let inputs = names.inputs.iter().enumerate();
+        let inputs = inputs.filter(|(_, input)| !of_sigma.contains(input.name.as_str()));
+        all.extend(inputs.map(|(index, input)| Channel {
             name: input.name.clone(),
             source: Source::Input(index),
             unit: input.unit.clone(),
@@ -126,6 +131,27 @@ fn formulas(names: &Names) -> impl Iterator<Item = &Formula> {
     let measurands = names.measurands.iter().map(|one| &one.formula);
     let measured = names.coordinates.iter().flat_map(|one| [&one.measured, &one.from]);
     names.quantities.values().chain(measurands).chain(measured)
+}
+
+/// Names that the standard uncertainties of readings hang on, and nothing else does: larger ones fit
+/// anything.
+fn of_sigma_alone(names: &Names) -> BTreeSet<&str> {
+    let readings = names.measurands.iter().map(|one| &one.formula);
+    let from = names.coordinates.iter().map(|one| &one.from);
+    let patches = names.layers.iter().flat_map(|layer| &layer.patches).map(|one| &one.formula);
+    let of_readings = reached(names, readings.chain(from).chain(patches).collect());
+    let sigmas = names.measurands.iter().filter_map(|one| one.sigma.as_ref());
+    reached(names, sigmas.collect()).difference(&of_readings).copied().collect()
+}
+
+/// All names that formulas hang on, over whatever quantities.
+fn reached<'a>(names: &'a Names, mut open: Vec<&'a Formula>) -> BTreeSet<&'a str> {
+    let mut known = BTreeSet::new();
+    while let Some(formula) = open.pop() {
+        let new = formula.root.names().into_iter().filter(|(name, _)| known.insert(*name));
+        open.extend(new.filter_map(|(name, _)| names.quantities.get(name)));
+    }
+    known
 }
 
 /// Three measurands that are the components of one quantity.

@@ -5,7 +5,6 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use crate::diagnose::budget::answer::{NEAREST, Remainder, StepChange};
 use crate::diagnose::budget::linear::Measurand;
 use crate::diagnose::budget::neighbours::{OfInputs, of_inputs};
-use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::solved::Solved;
 use crate::diagnose::budget::terms::Term;
 use crate::diagnose::fitted::Fitted;
@@ -13,6 +12,7 @@ use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::price::Gain;
 
 use super::Budget;
+use crate::diagnose::budget::terms::without;
 
 impl Budget<'_> {
     /// The parts of the remainder.
@@ -23,17 +23,15 @@ impl Budget<'_> {
         solved: &Solved,
     ) -> Vec<Remainder> {
         let Self { linear, selection, .. } = self;
-        let pools = Pools::of(selection);
-        let total = selection.chi_squared(&[]) - selection.chi_squared(self.model);
-        let total = total.max(f64::MIN_POSITIVE);
+        let total = self.total.max(f64::MIN_POSITIVE);
         let mut found: Vec<Remainder> = rest
             .iter()
             .map(|at| {
                 let term = &linear.terms[self.model[*at]];
                 let own: Vec<f64> = solved.of_term(*at).to_vec();
                 let place = term.place.clone().unwrap_or_else(|| Place::like(&term.name));
-                let rest = self.without(self.model[*at]);
-                let ranked = selection.ranked(&rest, &pools.effects);
+                let rest = without(self.model, self.model[*at]);
+                let ranked = selection.ranked(&rest, &self.pools.effects);
                 let nearest = ranked.first().filter(|one| one.ln_bayes > 0.0).map(|one| {
                     let share = one.gain.gain / gains[*at].gain.max(f64::MIN_POSITIVE);
                     (linear.terms[one.term].name.clone(), share.min(1.0))
@@ -78,7 +76,7 @@ impl Budget<'_> {
 
     /// Errors that several inputs decide together, which no term has the form of.
     pub(super) fn of_inputs(&self) -> Vec<Remainder> {
-        let Self { linear, selection, model } = self;
+        let Self { linear, selection, model, .. } = self;
         let Fitted { problem, fit, .. } = &linear.fitted;
         let remainder = |one: OfInputs| {
             let of = linear.measurands().find(|own| own.number == one.measurand)?;

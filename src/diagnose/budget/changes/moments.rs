@@ -71,7 +71,7 @@ impl Linear {
             }
         });
         // From each bin on to the end of its campaign.
-        let part = |bin: usize| self.part_of(bins[bin].0).0;
+        let part = |bin: usize| self.fitted.problem.run_at(bins[bin].0).0;
         let totals: Vec<f64> = sums.iter().map(|sum| sum.row(n + 1).iter().sum()).collect();
         for sum in &mut sums {
             for bin in (0..bins.len().saturating_sub(1)).rev() {
@@ -131,13 +131,14 @@ impl Linear {
         bins: &[Bin],
     ) -> Option<Change> {
         let n = sum.nrows() - 2;
-        let part = |bin: usize| bins.get(bin).map(|(run, _)| self.part_of(*run).0);
+        let part = |bin: usize| bins.get(bin).map(|(run, _)| self.fitted.problem.run_at(*run).0);
         // Running sums begin anew with each campaign.
         let is_past = |(first, next): Ends, to: usize| to == next && part(next) != part(first);
         // What a stretch of a run, whose bins are `first..next`, gains, from the squared length that
         // the model takes up, and the product with what the residual has in common with it.
         let gain = |run: Ends, (from, to): Ends, (taken, along): (f64, f64)| -> Option<f64> {
-            let end = if to < run.1 { bins[to].1 } else { self.samples_in(bins[run.0].0) };
+            let end =
+                if to < run.1 { bins[to].1 } else { self.fitted.problem.samples_in(bins[run.0].0) };
             if to <= from || end - bins[from].1 < LEAST_STRETCH {
                 return None;
             }
@@ -200,7 +201,8 @@ impl Linear {
             }
             tried += 4 * step;
         }
-        let end = if to < run.1 { bins[to].1 } else { self.samples_in(bins[run.0].0) };
+        let end =
+            if to < run.1 { bins[to].1 } else { self.fitted.problem.samples_in(bins[run.0].0) };
         let gain = Gain { gain: most, degrees: 1 };
         Some(Change { base, at: bins[from], end: Some(end), gain, members: tried })
     }

@@ -60,15 +60,16 @@ impl Search<'_> {
             });
             if let Some(known) = &mut fresh {
                 let name = |one: &&Ranked| linear.terms[one.term].name.clone();
-                let is_stale = |name: &String| self.scanned.knows(name) && !known.contains(name);
+                let scanned = &mut self.scanned.effects;
+                let is_stale = |name: &String| scanned.contains_key(name) && !known.contains(name);
                 let stale: Vec<String> = serious.iter().map(name).filter(is_stale).collect();
                 if serious.is_empty() {
                     fresh = None;
-                    self.scanned.effects.clear();
+                    scanned.clear();
                     continue;
                 }
                 if !stale.is_empty() {
-                    stale.iter().for_each(|name| self.scanned.forget(name));
+                    scanned.retain(|name, _| !stale.contains(name));
                     known.extend(stale);
                     continue;
                 }

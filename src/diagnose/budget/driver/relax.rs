@@ -14,13 +14,6 @@ use crate::estimate::batch::FitError;
 
 use super::Search;
 
-/// A row with values of its own.
-struct Relaxed {
-    row: usize,
-    form: Variant,
-    ln_bayes: f64,
-}
-
 impl Search<'_> {
     /// Gives the row whose relaxed form has the largest log Bayes factor, beyond `least`, values of
     /// its own; whether there is one.
@@ -31,11 +24,8 @@ impl Search<'_> {
         model: &[usize],
         least: f64,
     ) -> Result<bool, FitError> {
-        let Some(Relaxed { row, form, .. }) =
-            best(linear, selection, model).filter(|best| best.ln_bayes >= least.max(ENTER))
-        else {
-            return Ok(false);
-        };
+        let best = best(linear, selection, model).filter(|best| best.0 >= least.max(ENTER));
+        let Some((_, row, form)) = best else { return Ok(false) };
         let name = &self.rows[row].name;
         let Some(plain) = effect_of(&self.fitted, name).cloned() else { return Ok(false) };
         let Some(selected) = form.selected(&plain) else { return Ok(false) };
@@ -77,8 +67,12 @@ impl Search<'_> {
     }
 }
 
-/// The best relaxed form of a row in the fit.
-fn best(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Option<Relaxed> {
+/// The best relaxed form of a row in the fit: its log Bayes factor, the row, the form.
+fn best(
+    linear: &Linear,
+    selection: &Selection<'_>,
+    model: &[usize],
+) -> Option<(f64, usize, Variant)> {
     // No pass over the readings where they have no groups that a row may differ between.
     let forms = labels(&linear.fitted.problem);
     let forms: Vec<Variant> = forms.iter().filter_map(|one| one.label.variant()).collect();
@@ -94,8 +88,7 @@ fn best(linear: &Linear, selection: &Selection<'_>, model: &[usize]) -> Option<R
         let wanted = |label: &Label| label.variant().is_some_and(|form| forms.contains(&form));
         let (label, ln_bayes, gain) = selection.separate_values(model, row, &pieces, wanted)?;
         let is_more = gain > ROW.max(APART_SHARE * gains[row].gain);
-        Some(Relaxed { row, form: label.variant()?, ln_bayes: ln_bayes - RELAXED })
-            .filter(|_| is_more)
+        is_more.then_some((ln_bayes - RELAXED, row, label.variant()?))
     });
-    forms.max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes))
+    forms.max_by(|a, b| a.0.total_cmp(&b.0))
 }

@@ -6,8 +6,8 @@ use crate::diagnose::budget::judge::Objection;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::neighbours::of_inputs;
 use crate::diagnose::budget::noise::{Outlier, leave_out, noise};
-use crate::diagnose::budget::noise_of_runs::OfRun;
-use crate::diagnose::budget::terms::Term;
+use crate::diagnose::budget::noise_or_blocks::OfRun;
+use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::NoiseEffect;
 use crate::diagnose::library::variant::Variant;
@@ -16,7 +16,7 @@ use crate::engine::gauss_markov::GaussMarkov;
 use crate::engine::gram::LeastSquares;
 use crate::estimate::batch::FitError;
 
-use super::{Competed, Search, named_objections};
+use super::{Competed, Search};
 
 /// The effect that is timestamp jitter.
 const JITTER: &str = "timestamp_jitter";
@@ -132,10 +132,9 @@ impl Search<'_> {
     ) -> Result<Option<Fitted>, FitError> {
         let candidate = linear.noise.iter().find(|one| one.name.starts_with(JITTER));
         let Some(candidate) = candidate else { return Ok(None) };
-        let Some(with) = fitted.with(&candidate.selected, &[], self.options)? else {
+        let Some(mut with) = fitted.with(&candidate.selected, &[], self.options)? else {
             return Ok(None);
         };
-        let mut with = with;
         let prefix = format!("{}.", candidate.name);
         let system = candidate.systems.iter().flatten().next();
         let random = system.and_then(|system| {
@@ -162,8 +161,7 @@ impl Search<'_> {
     /// in the library's form; whether there are such.
     fn refuse(&mut self, competed: &Competed) -> bool {
         let (mut relaxed, mut narrowed) = (false, false);
-        let objections = competed.judged.objections.iter();
-        for ((term, objection), named) in objections.zip(named_objections(competed)) {
+        for (term, objection) in &competed.judged.objections {
             let own = &competed.linear.terms[*term];
             let form = match objection {
                 Objection::Apart(label, _) => label.variant(),
@@ -180,7 +178,7 @@ impl Search<'_> {
                 relaxed = true;
             } else {
                 self.refused.push((own.name.clone(), own.variant));
-                self.objections.push(named);
+                self.objections.push((own.name.clone(), objection.clone()));
                 // The library's form may stand where that with more values does not.
                 narrowed |= self.wanted.variants.remove(&own.name).is_some();
             }
@@ -225,7 +223,7 @@ impl Search<'_> {
             self.log.push(format!("{name} leaves the fit"));
         }
         for term in &enter {
-            let rest: Vec<usize> = judged.model.iter().copied().filter(|own| own != term).collect();
+            let rest = without(&judged.model, *term);
             let start = linear.start(&selection, &rest, *term);
             let selected = &linear.candidates[linear.terms[*term].candidate].selected;
             let with = fitted.with(selected, &start, self.options)?;

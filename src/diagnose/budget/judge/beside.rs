@@ -1,7 +1,7 @@
 //! What stands beside a row: blocks that change the same readings, and that have its form.
 
 use crate::diagnose::budget::selection::Selection;
-use crate::diagnose::budget::terms::Term;
+use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::price::Gain;
 
 impl Selection<'_> {
@@ -32,9 +32,8 @@ impl Selection<'_> {
 
     /// How much of the squared length of a row's form the blocks of the model leave to it.
     pub(super) fn own_share(&self, model: &[usize], at: usize) -> f64 {
-        let others: Vec<usize> = model.iter().copied().filter(|term| *term != model[at]).collect();
-        let rows: Vec<usize> =
-            others.iter().copied().filter(|term| self.terms[*term].is_effect()).collect();
+        let others = without(model, model[at]);
+        let rows = self.rows_of(&others);
         let length = |beside: &[usize]| self.form_left(beside, model, model[at]);
         length(&others) / length(&rows).max(f64::MIN_POSITIVE)
     }

@@ -5,9 +5,10 @@ use nalgebra::{DMatrix, DVector};
 use crate::diagnose::budget::labels::Label;
 use crate::diagnose::budget::pieces::Pieces;
 use crate::diagnose::budget::selection::Selection;
-use crate::diagnose::budget::selection::normal::{Factor, gain_of};
+use crate::diagnose::budget::selection::normal::gain_of;
 use crate::diagnose::budget::terms::Combination;
 use crate::diagnose::price::price;
+use crate::estimate::inverse_factor::Factor;
 
 /// Groups that have values of their own at most.
 const MOST_GROUPS: usize = 12;

@@ -20,7 +20,7 @@ impl Selection<'_> {
     pub(super) fn best_pair(&self, model: &[usize], pool: &[usize]) -> Option<[usize; 2]> {
         let is_tried = |term: &&usize| {
             let columns = self.terms[**term].columns.len();
-            self.live[**term] && !model.contains(term) && columns <= MOST_COLUMNS
+            self.terms[**term].may_enter && !model.contains(term) && columns <= MOST_COLUMNS
         };
         let tried: Vec<usize> = pool.iter().filter(is_tried).copied().collect();
         let (mut columns, mut ranges): (Vec<Combination>, Vec<_>) = (Vec::new(), Vec::new());

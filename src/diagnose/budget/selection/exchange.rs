@@ -47,7 +47,7 @@ impl<'s> Exchange<'s> {
             }
             Candidate { term: *term, beside, taken_up }
         };
-        let may_enter = |term: &usize| selection.live[*term] && !model.contains(term);
+        let may_enter = |term: &usize| selection.terms[*term].may_enter && !model.contains(term);
         let pool: Vec<usize> = pool.iter().copied().filter(may_enter).collect();
         let candidates = pool.par_chunks(TOGETHER).flat_map_iter(|terms| {
             let beside = selection.across_each(&factored, terms);

@@ -101,9 +101,10 @@ impl Selection<'_> {
             }
         }
         let reduced_from = self.terms[block].reduced_from.or(Some(block));
-        let term = Term { columns: reduced, reduced_from, ..self.terms[block].clone() };
-        self.live.push(!term.columns.is_empty());
-        self.live[block] = false;
+        let may_enter = !reduced.is_empty();
+        let whole = self.terms[block].clone();
+        let term = Term { columns: reduced, reduced_from, may_enter, ..whole };
+        self.terms[block].may_enter = false;
         self.terms.push(term);
         self.terms.len() - 1
     }
@@ -115,7 +116,7 @@ impl Selection<'_> {
             model.iter().copied().filter(|term| from(self, *term).is_none()).collect();
         for term in model {
             if let Some(whole) = from(self, *term) {
-                self.live[whole] = true;
+                self.terms[whole].may_enter = true;
                 let block = self.beside_rows(&anew, whole);
                 anew.push(block);
             }

@@ -7,71 +7,7 @@ use crate::diagnose::budget::terms::Combination;
 use crate::diagnose::evidence::basis::basis;
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::STREAM_NOISE;
-use crate::estimate::inverse_factor::inverse_factor;
-
-/// Added to the diagonal of scaled normal equations: what the readings do not determine stays where
-/// it is.
-const RIDGE: f64 = 1e-10;
-
-/// Normal equations, factored: columns scaled to unit length, `L` their Cholesky factor.
-#[derive(Debug)]
-pub struct Factor {
-    /// `L⁻¹`: one product with it is quicker than a triangular solution.
-    pub inverse: DMatrix<f64>,
-    /// The lengths that the columns are scaled by.
-    pub length: DVector<f64>,
-}
-
-impl Factor {
-    /// Of products of columns.
-    pub fn of(matrix: &DMatrix<f64>) -> Self {
-        let n = matrix.nrows();
-        let length = matrix.diagonal().map(|square| if square > 0.0 { square.sqrt() } else { 1.0 });
-        let scaled = |ridge: f64| {
-            DMatrix::from_fn(n, n, |i, j| {
-                matrix[(i, j)] / (length[i] * length[j]) + f64::from(i == j) * ridge
-            })
-        };
-        let mut ridge = RIDGE;
-        // Sums that are no numbers: nothing is taken off anything.
-        while ridge <= 10.0 {
-            if let Some(inverse) = inverse_factor(&scaled(ridge)) {
-                return Self { inverse, length };
-            }
-            ridge *= 10.0;
-        }
-        Self { inverse: DMatrix::identity(n, n), length }
-    }
-
-    /// `L⁻¹ b` of products of the columns with others.
-    pub fn across(&self, mut products: DMatrix<f64>) -> DMatrix<f64> {
-        for mut column in products.column_iter_mut() {
-            column.component_div_assign(&self.length);
-        }
-        &self.inverse * products
-    }
-
-    /// The same of products with one other.
-    pub fn half(&self, score: &DVector<f64>) -> DVector<f64> {
-        &self.inverse * score.component_div(&self.length)
-    }
-
-    /// The values of the columns from those.
-    pub fn values(&self, half: &DVector<f64>) -> DVector<f64> {
-        self.inverse.tr_mul(half).component_div(&self.length)
-    }
-
-    /// The covariance of the values.
-    pub fn covariance(&self) -> DMatrix<f64> {
-        // A product of two matrices is blocked, `tr_mul` goes column by column.
-        let mut covariance = self.inverse.transpose() * &self.inverse;
-        for (j, mut column) in covariance.column_iter_mut().enumerate() {
-            column.component_div_assign(&self.length);
-            column /= self.length[j];
-        }
-        covariance
-    }
-}
+use crate::estimate::inverse_factor::Factor;
 
 /// A model's normal equations, factored.
 #[derive(Debug)]

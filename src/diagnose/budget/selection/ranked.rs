@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::Selection;
 use super::normal::{gain_beyond_streams, ln_bayes_factor_of_sizes};
+use crate::diagnose::budget::terms::without;
 use crate::diagnose::price::{Gain, price};
 
 /// Terms whose products with a model are taken together.
@@ -27,7 +28,7 @@ impl Selection<'_> {
     /// Terms of a pool beside a model, best first: log Bayes factor, term, gain.
     pub fn ranked(&self, model: &[usize], pool: &[usize]) -> Vec<Ranked> {
         let factored = self.factored(model);
-        let may_enter = |term: &usize| self.live[*term] && !model.contains(term);
+        let may_enter = |term: &usize| self.terms[*term].may_enter && !model.contains(term);
         let pool: Vec<usize> = pool.iter().copied().filter(may_enter).collect();
         let ranked = pool.par_chunks(TOGETHER).flat_map_iter(|terms| {
             let beside = self.across_each(&factored, terms);
@@ -51,8 +52,7 @@ impl Selection<'_> {
             let (at, k) = (range.start, range.len());
             let own = covariance.view((at, at), (k, k)).into_owned();
             let Some(factor) = Cholesky::new(own) else {
-                let rest: Vec<usize> = model.iter().copied().filter(|one| one != term).collect();
-                return self.gain(&rest, *term);
+                return self.gain(&without(model, *term), *term);
             };
             let left = factor.inverse();
             let score = &left * values.rows(at, k);
@@ -89,19 +89,15 @@ impl Selection<'_> {
 
     /// Log evidence of a model but for a constant: comparable between models under the same noise.
     pub fn ln_evidence(&self, model: &[usize]) -> f64 {
-        let prices = model.iter().zip(self.contributions(model)).map(|(term, gain)| {
-            price(gain, self.terms[*term].members, self.candidates(*term))
-                - self.terms[*term].ln_prior
-        });
-        -0.5 * self.chi_squared(model) - prices.sum::<f64>()
+        -0.5 * self.chi_squared(model) - self.ln_price_of(model)
     }
 
     /// What the terms of a model cost together.
     pub fn ln_price_of(&self, model: &[usize]) -> f64 {
-        let prices = model
-            .iter()
-            .zip(self.contributions(model))
-            .map(|(term, gain)| price(gain, self.terms[*term].members, self.candidates(*term)));
+        let prices = model.iter().zip(self.contributions(model)).map(|(term, gain)| {
+            let own = &self.terms[*term];
+            price(gain, own.members, self.candidates(*term)) - own.ln_prior
+        });
         prices.sum()
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::Selection;
 use super::combined::Combined;
-use super::normal::Factor;
+use crate::estimate::inverse_factor::Factor;
 
 /// Rounds in which noise scale factors and model settle.
 const ROUNDS: usize = 3;

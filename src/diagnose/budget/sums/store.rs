@@ -25,31 +25,31 @@ pub(super) enum Placed {
 
 /// Places of some of many numbers, in the order in which they come.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Index {
+pub struct Index {
     places: Vec<Option<u32>>,
-    count: u32,
+    numbers: Vec<usize>,
 }
 
 impl Index {
     /// The place of a number that has one.
-    pub(super) fn get(&self, number: usize) -> Option<usize> {
+    pub fn get(&self, number: usize) -> Option<usize> {
         self.places.get(number).copied().flatten().map(|place| place as usize)
     }
 
     /// The place of a number, the next one if it has none.
-    pub(super) fn place(&mut self, number: usize) -> usize {
+    pub fn place(&mut self, number: usize) -> usize {
         if self.places.len() <= number {
             self.places.resize(number + 1, None);
         }
-        let next = self.count;
-        let place = *self.places[number].get_or_insert(next);
-        self.count = self.count.max(place + 1);
-        place as usize
+        if self.places[number].is_none() {
+            self.numbers.push(number);
+        }
+        *self.places[number].get_or_insert(self.numbers.len() as u32 - 1) as usize
     }
 
-    /// Number of places.
-    pub(super) fn len(&self) -> usize {
-        self.count as usize
+    /// The numbers that have a place, in their order.
+    pub fn numbers(&self) -> &[usize] {
+        &self.numbers
     }
 }
 
@@ -73,19 +73,14 @@ impl Store {
         let (wide_at, narrow_at) = (Index::default(), Index::default());
         let runs = (0..runs).map(|_| (Index::default(), none())).collect();
         let mut store = Self { wide_at, wide: none(), narrow_at, strips: none(), runs };
-        store.place_wide(RESIDUAL);
+        store.wide_at.place(RESIDUAL);
         store.grow();
         store
     }
 
-    /// The place of a wide column; matrices follow with [`Self::grow`].
-    fn place_wide(&mut self, number: usize) -> usize {
-        self.wide_at.place(number)
-    }
-
     /// Makes room for all columns that have a place.
     fn grow(&mut self) {
-        let (wide, narrow) = (self.wide_at.len(), self.narrow_at.len());
+        let (wide, narrow) = (self.wide_at.numbers.len(), self.narrow_at.numbers.len());
         if self.wide.nrows() < wide {
             self.wide.resize_mut(wide, wide, 0.0);
         }
@@ -106,11 +101,11 @@ impl Store {
         let (mut wide, mut narrow) = (Vec::new(), Vec::new());
         for (here, at) in gram.places.iter().enumerate() {
             let Some(column) = columns.get(*at) else {
-                wide.push((here, self.place_wide(RESIDUAL)));
+                wide.push((here, self.wide_at.place(RESIDUAL)));
                 continue;
             };
             match place.get(*column) {
-                Some(Placed::Wide(number)) => wide.push((here, self.place_wide(*number))),
+                Some(Placed::Wide(number)) => wide.push((here, self.wide_at.place(*number))),
                 Some(Placed::Narrow(number, runs)) => {
                     if let Ok(found) = runs.binary_search_by_key(&run, |(run, _)| *run) {
                         let own = self.runs[run].0.place(runs[found].1);
@@ -122,8 +117,8 @@ impl Store {
         }
         self.grow();
         let (at, own) = &mut self.runs[run];
-        if own.nrows() < at.len() {
-            own.resize_mut(at.len(), at.len(), 0.0);
+        if own.nrows() < at.numbers.len() {
+            own.resize_mut(at.numbers.len(), at.numbers.len(), 0.0);
         }
         for (here, at) in &wide {
             let from = gram.gram.column(*here);
@@ -146,7 +141,7 @@ impl Store {
         square: f64,
         others: impl Iterator<Item = (Option<&'a Placed>, f64)>,
     ) {
-        let at = self.place_wide(number);
+        let at = self.wide_at.place(number);
         self.grow();
         self.wide[(at, at)] += square;
         for (other, product) in others.filter(|(_, product)| *product != 0.0) {
@@ -160,7 +155,7 @@ impl Store {
                     continue;
                 }
             };
-            let place = self.place_wide(number);
+            let place = self.wide_at.place(number);
             self.grow();
             self.wide[(at, place)] += product;
             self.wide[(place, at)] += product;

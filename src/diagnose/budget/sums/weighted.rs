@@ -4,8 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::engine::gram::PriorRow;
 
-use super::Sums;
-use super::store::Index;
+use super::{Index, Sums};
 
 /// Sums under given noise scale factors.
 #[derive(Clone, Debug)]
@@ -13,7 +12,7 @@ pub struct Weighted<'a> {
     /// Of which columns.
     pub sums: &'a Sums,
     /// One over the squared noise scale factor of each measurand.
-    weights: Vec<f64>,
+    pub(in crate::diagnose::budget) weights: Vec<f64>,
     /// The columns that prior knowledge is of, the residual among them, and the sums of its rows.
     prior_at: Index,
     prior: DMatrix<f64>,
@@ -31,7 +30,7 @@ impl<'a> Weighted<'a> {
         for (column, _) in rows.iter().flatten() {
             prior_at.place(*column);
         }
-        let mut prior = DMatrix::zeros(prior_at.len(), prior_at.len());
+        let mut prior = DMatrix::zeros(prior_at.numbers().len(), prior_at.numbers().len());
         for row in &rows {
             for (a, p) in row {
                 for (b, q) in row {
@@ -56,10 +55,5 @@ impl<'a> Weighted<'a> {
             (Some(a), Some(b)) => self.prior[(a, b)],
             _ => 0.0,
         }
-    }
-
-    /// The same sums with other weights.
-    pub fn weigh(&mut self, weights: Vec<f64>) {
-        self.weights = weights;
     }
 }

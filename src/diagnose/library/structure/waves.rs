@@ -110,29 +110,24 @@ pub(super) fn settling(model: &Model) -> Covariate {
     }
 }
 
-/// An oscillation, with phases and strengths of each run's own, from where slow waves end: of all
-/// readings together, which is scanned, then of each by itself, which is looked at where that is
-/// found.
+/// An oscillation of all readings together, with phases and strengths of each run's own, from where
+/// slow waves end.
 pub(super) fn in_time(model: &Model) -> Vec<Block> {
-    let all: Vec<&MeasurandDeclaration> = model.measurands.iter().collect();
-    let name = |one: &&MeasurandDeclaration| one.name.clone();
+    let all = &model.measurands;
+    let (of, what) = match all.as_slice() {
+        [one] => (Of::Measurand(one.name.clone()), format!("`{}`", one.name)),
+        _ => (Of::Channel(ALL_READINGS.to_owned()), "the readings".to_owned()),
+    };
+    let place = Place::new(of, OSCILLATION, format!("an oscillation of {what} at {{member}} Hz"));
     // Models with other measurands have another family.
-    let together = all.iter().map(name).collect::<Vec<_>>().join("_");
-    let words = "an oscillation of the readings at {member} Hz".to_owned();
-    let whole = Place::new(Of::Channel(ALL_READINGS.to_owned()), OSCILLATION, words);
-    let each = all.iter().map(|one| {
-        let words = format!("an oscillation of `{}` at {{member}} Hz", one.name);
-        let place = Place::new(Of::Measurand(one.name.clone()), OSCILLATION, words);
-        oscillation(&one.name, &place, &[one])
-    });
-    let whole = (all.len() > 1).then(|| oscillation(&together, &whole, &all));
-    whole.into_iter().chain(each).flatten().collect()
+    let names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
+    oscillation(&names.join("_"), &place, all).into_iter().collect()
 }
 
 /// What a wave along each axis is multiplied by.
 const AXES: &[&str] = &[" * [1, 0, 0]", " * [0, 1, 0]", " * [0, 0, 1]"];
 
-fn oscillation(name: &str, place: &Place, of: &[&MeasurandDeclaration]) -> Option<Block> {
+fn oscillation(name: &str, place: &Place, of: &[MeasurandDeclaration]) -> Option<Block> {
     let (mut coefficients, mut patches) = (Vec::new(), String::new());
     for (number, measurand) in of.iter().enumerate() {
         let name = measurand.name.as_str();

@@ -1,14 +1,24 @@
-//! Effects that nominal parameters absorb to first order, such as a low-pass filter, which begins as
-//! a delay. Their second-order part appears at large values only, so it takes a refit to find them.
-//! They are tried where another effect enters, which has the form of that part, and where something
-//! is found that no effect explains.
+//! Effects that are fitted from their usual values, because the slope at zero says nothing of them.
+//!
+//! Some are absorbed by nominal parameters to first order, such as a low-pass filter, which begins as
+//! a delay: their second-order part appears at large values only. They are tried where another effect
+//! enters, which has the form of that part, and where something is found that no effect explains.
+//!
+//! Others move readings so far at their usual size that the model is not linear there, such as a clock
+//! that was set by seconds. Where residuals are far beyond what is stated, one that takes off nearly
+//! all of chi squared enters the nominal fit, and the search begins anew: what was found beside so
+//! wrong a model is worth nothing.
 
 use crate::diagnose::budget::absorbed::{is_unseen, squared_length};
 use crate::diagnose::budget::in_fit::columns_of;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
+use crate::diagnose::budget::terms::Term;
+use crate::diagnose::budget::verdict::FAR_BEYOND_STATED;
 use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::relaxed::Variants;
 use crate::diagnose::library::variant::Variant;
+use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::{ENTER, RELAXED};
 use crate::engine::layout::Instance;
@@ -18,8 +28,13 @@ use crate::system::Selected;
 use super::forward::Refitted;
 use super::{Competed, Search};
 
+/// Part of chi squared, in units of the noise, that an effect of the usual size has at least.
+const LEAST: f64 = 0.1;
+/// Part of chi squared that it leaves at most.
+const LEAVES: f64 = 0.1;
+
 impl Search<'_> {
-    /// The best of them in the fit, if it is better than what would enter otherwise, if anything, by
+    /// The best of those that nominal parameters absorb in the fit, if it is better than what would enter otherwise, if anything, by
     /// what a term must be worth: an effect that the sums can see is simpler. Those that take nothing
     /// off chi squared are tried once.
     pub(super) fn better_curved(
@@ -33,7 +48,7 @@ impl Search<'_> {
         let scaled = selection.chi_squared(model) / self.fitted.fit.cost;
         let mut best: Option<Refitted> = None;
         for (term, own) in linear.terms.iter().enumerate() {
-            if !selection.live[term] || !is_unseen(own, selection, term) {
+            if !selection.terms[term].may_enter || !is_unseen(own, selection, term) {
                 continue;
             }
             // What would enter may have a value for each angle: then it may, too.
@@ -130,4 +145,60 @@ impl Search<'_> {
         let with = from.with_starts(&selected, usual, self.options)?;
         Ok(with.filter(Fitted::is_sound))
     }
+
+    /// Lets the best of those that are beyond their linear range enter the nominal fit; whether there is
+    /// one.
+    pub(super) fn take_beyond_linear(&mut self, competed: &Competed) -> Result<bool, FitError> {
+        let Competed { linear, judged, scale } = competed;
+        if scale.iter().all(|one| *one <= FAR_BEYOND_STATED) {
+            return Ok(false);
+        }
+        let selection = self.selection_of(competed);
+        let chi_squared = selection.chi_squared(&judged.model);
+        let mut best: Option<(usize, Fitted)> = None;
+        for (term, own) in linear.terms.iter().enumerate() {
+            let is_open =
+                own.is_effect() && selection.terms[term].may_enter && own.variant.is_none();
+            let is_in_fit = self.rows.iter().any(|row| row.name == own.name);
+            if !is_open || is_in_fit || usual_length(own, &selection) < LEAST * chi_squared {
+                continue;
+            }
+            let plain = &linear.candidates[own.candidate].selected;
+            for later in starts_of_delays(&self.nominal) {
+                let nominal = &self.nominal;
+                let with = self.fit_from_usual_values(nominal, plain, None, later)?;
+                let Some(with) = with else { continue };
+                let all = nominal.fit.cost;
+                let least = best.as_ref().map_or(LEAVES * all, |best| best.1.fit.cost);
+                if with.fit.cost < least && linear.is_plausible(&with, term) {
+                    best = Some((term, with));
+                }
+            }
+        }
+        let Some((term, fitted)) = best else { return Ok(false) };
+        let mut log = std::mem::take(&mut self.log);
+        log.push(format!("{} enters the fit from its usual values", linear.terms[term].name));
+        let wanted = Wanted { variants: Variants::default(), ..self.wanted.clone() };
+        let anew = Search::new(self.nominal.clone(), &wanted, self.options);
+        *self = Search { fitted, rows: vec![linear.row(term)], log, ..anew };
+        self.grow()
+    }
+}
+
+/// Squared length of an effect's columns at its usual size, in units of the noise.
+fn usual_length(own: &Term, selection: &Selection<'_>) -> f64 {
+    let of = |column: &Vec<(usize, f64)>| {
+        let usual = column.first().and_then(|(at, _)| selection.sums.typical_of(*at));
+        usual.map_or(0.0, |usual| usual * usual * selection.square(column))
+    };
+    own.columns.iter().map(of).sum()
+}
+
+/// By how much later delays begin (s): the fit holds for stamps before a jump or for those after it.
+fn starts_of_delays(fitted: &Fitted) -> Vec<f64> {
+    let runs = fitted.problem.parts.iter().flat_map(|part| &part.runs);
+    let first = runs.filter_map(|run| run.record.head(1).jump_time.first().copied());
+    let mut starts: Vec<f64> = std::iter::once(0.0).chain(first.take(1)).collect();
+    starts.dedup();
+    starts
 }
