@@ -46,7 +46,8 @@ impl Fitted {
         self.with_starts(more, start, options)
     }
 
-    /// The same where every component of a parameter begins at what is said of it, if anything is.
+    /// The same where every component of a parameter begins at what is said of it, if anything is; a
+    /// constant stays there.
     ///
     /// # Errors
     /// [`FitError`] where the problem cannot be fitted at all.
@@ -98,7 +99,7 @@ impl Fitted {
         let mut point = carried(&self.problem, &self.fit.point, &problem);
         let layout = &problem.layout;
         for (index, one) in layout.instances.iter().enumerate() {
-            for component in (0..one.dimension()).filter(|_| !one.setting.fixed) {
+            for component in 0..one.dimension() {
                 if let Some(value) = start(one, component) {
                     point.set_component(layout, index, component, value);
                 }

@@ -11,3 +11,4 @@ pub mod relaxed;
 pub mod structure;
 pub mod variant;
 pub mod wanted;
+pub(super) mod windowed;

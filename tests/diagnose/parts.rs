@@ -46,7 +46,7 @@ fn without_and_with(opened: &Opened, fitted: &Fitted, name: &str) -> (Fitted, Fi
 
 /// What an effect in a fit takes off held-out readings, by run or stretch of a run.
 fn drops(after: &Fitted, name: &str) -> Vec<Drop> {
-    let row = Row { name: name.to_owned(), variant: None, members: 1, ln_prior: 0.0 };
+    let row = Row { name: name.to_owned(), variant: None, members: 1, ln_prior: 0.0, change: None };
     let wanted = Wanted::default();
     let mut families = Families::default();
     let linear = Linear::new(after.clone(), &[row], &wanted, false, &mut families).unwrap();

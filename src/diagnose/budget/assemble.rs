@@ -57,7 +57,7 @@ impl Diagnosis {
         self.levels = levels(&linear, &scale);
         self.autocorrelation = autocorrelation(&linear.fitted.problem);
         self.log = log;
-        let in_fit = linear.rows();
+        let in_fit = selection.rows_of(&linear.rows());
         let stands: Vec<usize> = (0..judged.model.len())
             .filter(|at| {
                 in_fit.contains(&judged.model[*at]) && !judged.nameless.contains(&judged.model[*at])
@@ -77,10 +77,20 @@ impl Diagnosis {
             let mut with_rows = linear.fitted.clone();
             scale_noise(&mut with_rows.problem, &linear, &scale);
             let with_rows = with_rows.again(options)?;
-            let named = in_fit.iter().map(|row| &linear.terms[*row].name);
-            let selected: Vec<Selected> =
-                named.filter_map(|name| effect_of(&with_rows, name).cloned()).collect();
-            let steps = Steps::of(&with_rows, &selected, options)?;
+            let of_terms = |terms: &[usize]| -> Vec<Selected> {
+                let named = terms.iter().map(|row| &linear.terms[*row].name);
+                named.filter_map(|name| effect_of(&with_rows, name).cloned()).collect()
+            };
+            let selected = of_terms(&in_fit);
+            // Change points that are in the fit are not explained.
+            let changes: Vec<usize> =
+                linear.rows().into_iter().filter(|row| !in_fit.contains(row)).collect();
+            let changes = of_terms(&changes);
+            let rows_alone = match changes.as_slice() {
+                [] => with_rows.clone(),
+                all => with_rows.without(&all.iter().collect::<Vec<_>>(), options)?,
+            };
+            let steps = Steps::of(&rows_alone, &selected, options)?;
             let degrees = stands.iter().map(|at| gains[*at].degrees).sum();
             let leftover = rest.iter().map(|at| gains[*at].excess()).sum();
             let drops = of_rows.drops(&selection, &pieces);

@@ -102,7 +102,7 @@ impl Linear {
         let mut known: Vec<(usize, Change)> = self
             .terms
             .iter()
-            .filter_map(|term| Some((term.columns.first()?.first()?.0, term.change.clone()?)))
+            .filter_map(|term| Some((term.columns.first()?.first()?.0, term.appended()?.clone())))
             .collect();
         let old = known.len();
         for change in changes {
@@ -132,7 +132,7 @@ impl Linear {
 
     /// The changes of a model, each with the name of its block.
     pub fn changes_in(&self, model: &[usize]) -> Vec<(String, Change)> {
-        let changes = model.iter().filter_map(|term| self.terms[*term].change.clone());
+        let changes = model.iter().filter_map(|term| self.terms[*term].appended().cloned());
         changes.map(|one| (self.candidates[one.base.candidate].name.clone(), one)).collect()
     }
 

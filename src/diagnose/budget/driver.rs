@@ -23,6 +23,7 @@ use super::selection::Selection;
 use super::still::still_readings;
 use super::terms::Change;
 
+mod fitted_changes;
 mod forward;
 mod relax;
 mod update;
@@ -88,6 +89,8 @@ struct Search<'a> {
     scanned: Families,
     /// Change points of the last model with their blocks: the next one begins with them.
     changes: Vec<(String, Change)>,
+    /// Large ones that were fitted, by the name of their block.
+    tried_changes: Vec<(String, (usize, usize), Option<usize>)>,
     log: Log,
 }
 
@@ -144,6 +147,7 @@ impl<'a> Search<'a> {
             noise: Vec::new(),
             scanned: Families::default(),
             changes: Vec::new(),
+            tried_changes: Vec::new(),
             log: Log::new(),
         }
     }
@@ -192,6 +196,10 @@ impl<'a> Search<'a> {
             let pools = Pools::of(&selection);
             model = selection.search(&model, &pools, &mut self.log);
             scale.clone_from(&selection.scale);
+            if self.take_changes(&linear, &selection, &model)? {
+                self.changes.clear();
+                return self.compete();
+            }
             if round < CHANGE_ROUNDS && selection.has_most_blocks(&model) {
                 instead = instead_of_blocks(&linear, &selection, &model);
                 if instead.is_some() {

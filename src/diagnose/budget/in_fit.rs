@@ -1,11 +1,14 @@
-//! Rows of the budget that are in the fit.
+//! Rows of the budget, and change points, that are in the fit.
 
 use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::place::Place;
 use crate::diagnose::library::variant::Variant;
 use crate::engine::point::from_components;
 use crate::system::Selected;
 
-/// A row of the budget that is in the fit.
+use super::terms::Change;
+
+/// A row of the budget that is in the fit, or a change point.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The effect, with its head.
@@ -16,6 +19,8 @@ pub struct Row {
     pub members: usize,
     /// Log prior odds.
     pub ln_prior: f64,
+    /// The change point that it is, and where that sits, if it is no effect of the library.
+    pub change: Option<(Change, Place)>,
 }
 
 /// An effect in the fit, by its name with its head.

@@ -145,7 +145,9 @@ impl Linear {
                 variant: row.variant,
                 variants: forms.unwrap_or_default(),
                 is_own: effect.is_some_and(|effect| own.contains(effect.name.as_str())),
-                ..Term::new(row.name.clone(), None, columns)
+                change: row.change.as_ref().map(|(change, _)| change.clone()),
+                in_fit: true,
+                ..Term::new(row.name.clone(), row.change.as_ref().map(|one| one.1.clone()), columns)
             });
         }
         let rows = candidates.len()..terms.len();
@@ -174,7 +176,7 @@ impl Linear {
     /// without these, and a reading over itself of which a row is the slope.
     pub fn without_own_covariates(&mut self, still: &BTreeSet<String>) {
         let selection = Selection::new(&self.sums, &self.terms, &self.active);
-        let rows = self.rows();
+        let rows = selection.rows_of(&self.rows());
         let mut out = Vec::new();
         for (number, term) in self.terms.iter().enumerate() {
             let Some(Place { of, covariate, .. }) = &term.place else { continue };
@@ -208,7 +210,7 @@ impl Linear {
         })
     }
 
-    /// The terms that are rows in the fit.
+    /// The terms that are in the fit: rows, and change points.
     pub fn rows(&self) -> Vec<usize> {
         self.rows.clone().collect()
     }
@@ -217,7 +219,8 @@ impl Linear {
     pub fn row(&self, term: usize) -> Row {
         let own = &self.terms[term];
         let Term { name, variant, members, ln_prior, .. } = own;
-        Row { name: name.clone(), variant: *variant, members: *members, ln_prior: *ln_prior }
+        let (name, variant) = (name.clone(), *variant);
+        Row { name, variant, members: *members, ln_prior: *ln_prior, change: None }
     }
 }
 

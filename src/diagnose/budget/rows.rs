@@ -55,7 +55,7 @@ impl Linear {
         }
         for term in model {
             let term = &selection.terms[*term];
-            if let Some(change) = &term.change {
+            if let Some(change) = term.appended() {
                 number_of(change.base.candidate);
             } else if term.candidate != usize::MAX {
                 number_of(term.candidate);
@@ -68,7 +68,7 @@ impl Linear {
             let nominal = nominal.iter().map(|one| (one, None));
             let terms = model.iter().map(|term| &selection.terms[*term]);
             let of_terms =
-                terms.flat_map(|term| term.columns.iter().map(|one| (one, term.change.as_ref())));
+                terms.flat_map(|term| term.columns.iter().map(|one| (one, term.appended())));
             nominal.chain(of_terms).chain([(selection.residual(), None)]).collect()
         };
         for (part, signatures) in signed.iter().enumerate() {

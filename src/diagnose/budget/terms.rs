@@ -67,6 +67,8 @@ pub struct Term {
     pub place: Option<Place>,
     /// The change at a moment that it is, if it is one.
     pub change: Option<Change>,
+    /// Whether it is in the fit: its columns are among the nominal ones.
+    pub in_fit: bool,
     /// The block of which it is what rows leave, if it is that.
     pub reduced_from: Option<usize>,
     /// The relaxed form that it has, if it is not the library's.
@@ -90,6 +92,7 @@ impl Term {
             ln_prior: 0.0,
             place,
             change: None,
+            in_fit: false,
             reduced_from: None,
             variant: None,
             variants: Vec::new(),
@@ -101,6 +104,11 @@ impl Term {
     /// Whether it is an effect of the library.
     pub fn is_effect(&self) -> bool {
         self.place.is_none()
+    }
+
+    /// The change that its column was appended for, if it was.
+    pub fn appended(&self) -> Option<&Change> {
+        self.change.as_ref().filter(|_| !self.in_fit)
     }
 
     /// Whether it has a value for each run.

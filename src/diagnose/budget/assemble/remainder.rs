@@ -66,10 +66,15 @@ impl Budget<'_> {
 
     /// By how much a term changes something at a moment.
     fn change(&self, term: &Term, solved: &Solved, at: usize) -> Option<StepChange> {
-        let base = term.change.as_ref()?.base;
-        let block = self.linear.candidates.get(base.candidate)?;
-        let unit = block.selected.effect.parameters.get(base.signature)?.unit.clone();
         let column = solved.terms[at].start;
+        let unit = if term.in_fit {
+            self.linear.size(term.columns.first()?.first()?.0, 0.0)?.unit
+        } else {
+            let base = term.change.as_ref()?.base;
+            let block = self.linear.candidates.get(base.candidate)?;
+            block.selected.effect.parameters.get(base.signature)?.unit.clone()
+        };
+        term.change.as_ref()?;
         let sigma = solved.covariance[(column, column)].max(0.0).sqrt();
         Some(StepChange { value: solved.values[column], sigma, unit })
     }

@@ -199,8 +199,11 @@ impl Search<'_> {
             |term: &&usize| linear.terms[**term].is_effect() && !judged.nameless.contains(*term);
         let wanted: Vec<usize> = judged.model.iter().filter(stands).copied().collect();
         let in_fit = linear.rows();
-        let leave: Vec<usize> =
-            in_fit.iter().copied().filter(|row| !wanted.contains(row)).collect();
+        let stays = |row: &usize| {
+            let is_change = !linear.terms[*row].is_effect() && judged.model.contains(row);
+            is_change || wanted.contains(row)
+        };
+        let leave: Vec<usize> = in_fit.iter().copied().filter(|row| !stays(row)).collect();
         let enter: Vec<usize> =
             wanted.iter().copied().filter(|row| !in_fit.contains(row)).collect();
         let mut names: Vec<String> =

@@ -134,7 +134,7 @@ impl Search<'_> {
         let (layout, point) = (&from.problem.layout, &from.fit.point);
         let usual = |one: &Instance, _| {
             if one.name.starts_with(&prefix) {
-                return one.setting.typical;
+                return one.setting.typical.filter(|_| !one.setting.fixed);
             }
             let is_same = |own: &&Instance| {
                 own.name == one.name && own.whose() == one.whose() && later != 0.0

@@ -1,0 +1,98 @@
+//! Large change points, such as a clock that was set by seconds or a knock of centimetres: beside them
+//! the model is not linear, and what they leave looks like other structure. They enter the fit, with
+//! the moment that was found. They are no rows: no effect of the library explains them.
+
+use crate::diagnose::budget::in_fit::Row;
+use crate::diagnose::budget::linear::Linear;
+use crate::diagnose::budget::selection::Selection;
+use crate::diagnose::budget::terms::{Change, Term};
+use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::windowed::{FROM, NEVER, SIZE, UNTIL, windowed};
+use crate::diagnose::price::Gain;
+use crate::engine::layout::Instance;
+use crate::estimate::batch::FitError;
+
+use super::Search;
+
+/// Gain from which a change is fitted: where the model is linear to 5 %, less than five standard
+/// deviations are left of a smaller one.
+const LARGE: f64 = 1e4;
+/// Changes in the fit at most.
+const MOST: usize = 4;
+
+impl Search<'_> {
+    /// Lets the large changes of a model enter the fit; whether there were such.
+    pub(super) fn take_changes(
+        &mut self,
+        linear: &Linear,
+        selection: &Selection<'_>,
+        model: &[usize],
+    ) -> Result<bool, FitError> {
+        let values = selection.values(model);
+        let mut large: Vec<(Gain, &Term, &Change, f64)> = model
+            .iter()
+            .zip(selection.contributions(model))
+            .zip(selection.ranges(model))
+            .filter_map(|((term, gain), range)| {
+                let own = &selection.terms[*term];
+                Some((gain, own, own.appended()?, values[range.start]))
+            })
+            .filter(|(gain, ..)| gain.gain >= LARGE)
+            .collect();
+        large.sort_by(|a, b| b.0.gain.total_cmp(&a.0.gain));
+        let mut is_taken = false;
+        for (_, own, change, value) in large {
+            let block = &linear.candidates[change.base.candidate];
+            let tried = (block.name.clone(), change.at, change.end);
+            if self.tried_changes.len() >= MOST || self.tried_changes.contains(&tried) {
+                continue;
+            }
+            self.tried_changes.push(tried);
+            let name = format!("unknown_change_{}", self.tried_changes.len());
+            let Some(with) = self.with_change(linear, change, &name, value)? else { continue };
+            self.log.push(format!("{} enters the fit as {name}", own.name));
+            self.rows.push(Row {
+                name,
+                variant: None,
+                members: own.members,
+                ln_prior: own.ln_prior,
+                change: own.place.clone().map(|place| (change.clone(), place)),
+            });
+            self.fitted = with;
+            is_taken = true;
+        }
+        Ok(is_taken)
+    }
+
+    /// The fit with a change, if that is sound and better.
+    fn with_change(
+        &self,
+        linear: &Linear,
+        change: &Change,
+        name: &str,
+        value: f64,
+    ) -> Result<Option<Fitted>, FitError> {
+        let block = &linear.candidates[change.base.candidate].selected.effect;
+        let Some(selected) = windowed(block, change.base.signature, name) else { return Ok(None) };
+        let names = self.fitted.problem.run_names();
+        let acts = |run: &str| -> [f64; 2] {
+            let Some(run) = names.iter().position(|own| own == run) else { return [NEVER; 2] };
+            let first = if run == change.at.0 { change.at.1 } else { 0 };
+            let last = change.end.map_or(NEVER, |end| end as f64);
+            if linear.acts(change, (run, first)) { [first as f64, last] } else { [NEVER; 2] }
+        };
+        let start = |one: &Instance, _| {
+            let (effect, local) = one.name.rsplit_once('.')?;
+            let of_run = |at: usize| one.whose().map(|run| acts(run)[at]);
+            match local {
+                _ if effect != name => None,
+                SIZE => Some(value),
+                FROM => of_run(0),
+                UNTIL => of_run(1),
+                _ => None,
+            }
+        };
+        let with = self.fitted.with_starts(&selected, start, self.options)?;
+        Ok(with.filter(|with| with.is_sound() && with.fit.cost < self.fitted.fit.cost))
+    }
+}
