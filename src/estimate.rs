@@ -21,6 +21,7 @@
 //! | [`observability`] | which combinations the data do not determine |
 //! | [`withheld`] | which components are withheld for it |
 //! | [`combination`] | which combinations are determined in spite of it |
+//! | [`planned`] | campaigns some of whose runs are only planned |
 //! | [`remedies`] | what would determine them, tried on the sums of the fit |
 //! | `stationary` | parameters that act only by their square about their start |
 //! | [`words`] | them in words |
@@ -88,6 +89,7 @@ pub mod newton;
 pub mod noise;
 pub mod noise_model;
 pub mod observability;
+pub mod planned;
 pub mod redundancy;
 pub mod remedies;
 pub mod repeatability;

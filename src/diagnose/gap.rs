@@ -11,10 +11,8 @@
 //! | file | answers |
 //! |---|---|
 //! | [`steps`] | the models with one effect after the other |
-//! | [`mod@floor`] | rms that noise alone gives |
 //! | [`mod@holdout`] | the gap of a campaign that no model was fitted to |
 
-pub mod floor;
 pub mod holdout;
 pub mod steps;
 mod within_runs;
@@ -23,7 +21,6 @@ use super::fitted::Fitted;
 use crate::estimate::calibrate::rms;
 use crate::statistics::student;
 
-use self::floor::floor;
 use self::steps::Steps;
 use super::thresholds::{BELOW_ENTRY, HELD_OUT};
 
@@ -87,7 +84,7 @@ impl Gap {
         Self {
             before: after_rms.clone(),
             after: after_rms,
-            floor: floor(after),
+            floor: after.problem.noise_rms(&after.fit.point),
             held_out_drop: taken(drops),
             leftover,
             closed,

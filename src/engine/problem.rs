@@ -258,6 +258,11 @@ impl Problem {
         self.parts.iter().flat_map(of).collect()
     }
 
+    /// Number of samples.
+    pub fn sample_count(&self) -> usize {
+        self.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum()
+    }
+
     /// Number of readings there are, a rotation counting as one.
     pub fn reading_count(&self) -> usize {
         let runs = self.parts.iter().flat_map(|part| (0..part.runs.len()).map(move |r| (part, r)));

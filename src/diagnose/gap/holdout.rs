@@ -185,7 +185,7 @@ impl Held<'_> {
             hold(&mut system, part, model);
             let mut part = part.with_system(system);
             for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
-                *sigma = model.random(&random.name).unwrap_or(*sigma);
+                *sigma = model.problem.random(&random.name).unwrap_or(*sigma);
             }
             parts.push(part);
         }

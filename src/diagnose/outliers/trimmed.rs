@@ -12,7 +12,7 @@ use std::ops::Range;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::engine::{Part, Point, Problem};
+use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, Outcome, fit};
 
 use super::left_out::{Far, leave_out};
@@ -115,11 +115,9 @@ const SEED: u64 = 1;
 /// Other starts where samples are few and stand for themselves: where fits to some of them stop, drawn
 /// at random and always the same.
 pub(super) fn drawn_starts(problem: &Problem, point: &Point, options: &Options) -> Vec<Point> {
-    let runs = problem.parts.iter().flat_map(|part| &part.runs);
-    let samples: usize = runs.map(|run| run.record.len()).sum();
-    let readings: usize = problem.parts.iter().flat_map(Part::present).sum();
+    let samples = problem.sample_count();
     let wanted = FOR_EACH * problem.layout.columns.len() as f64;
-    let share = wanted / readings.max(1) as f64;
+    let share = wanted / problem.reading_count().max(1) as f64;
     let count = (share * samples as f64).ceil() as usize + 1;
     if samples > FEW || 2 * count > samples {
         return Vec::new();

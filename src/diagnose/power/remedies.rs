@@ -6,7 +6,7 @@
 //! added.
 
 use crate::campaign::{Run, Samples, Track};
-use crate::diagnose::fitted::{Fitted, carried};
+use crate::diagnose::fitted::Fitted;
 use crate::engine::{Point, Problem};
 use crate::graph::{Kind, Scope};
 use crate::quaternion::Quaternion;
@@ -232,7 +232,7 @@ fn forget(samples: &mut Samples) {
 /// The point with a setup that may have been added: the instrument elsewhere, so that it sees
 /// the rig from another side, farther and higher.
 fn with_setups(from: &Problem, point: &Point, to: &Problem) -> Point {
-    let mut made = carried(from, point, to);
+    let mut made = point.carried(&from.layout, &to.layout);
     for (index, instance) in to.layout.instances.iter().enumerate() {
         let is = |name: &str| instance.of.as_deref().is_some_and(|of| of.ends_with(name));
         let turn = match (is(MOVED), is(TILTED)) {
