@@ -10,7 +10,6 @@
 //! | [`library`] | what may be added to a model |
 //! | [`evidence`] | one pass over the readings; which member of a family explains most |
 //! | [`found`] | what is found beside effects, as data |
-//! | `sequences` | residuals in the order of time |
 //! | [`outliers`] | readings that spoil a fit: they are left out and reported |
 //! | [`mod@gap`] | how far the gap shrinks |
 //! | [`budget`] | which terms explain the gap, what remains, and the answer as data |
@@ -25,7 +24,6 @@ pub mod library;
 pub mod outliers;
 pub mod power;
 pub mod price;
-mod sequences;
 pub mod thresholds;
 
 use crate::engine::Problem;
@@ -38,7 +36,6 @@ use budget::answer::{Remainder, Verdict};
 use budget::driver::search;
 use fitted::Fitted;
 use gap::holdout::{HoldoutError, holdout};
-use gap::steps::Steps;
 use library::place::Place;
 use library::wanted::Wanted;
 use outliers::compared_delays::compared_delays;
@@ -100,8 +97,8 @@ pub fn judge(
     held_out: &Opened,
     options: &Options,
 ) -> Result<(), HoldoutError> {
-    let Some(steps) = &diagnosis.steps else { return Ok(()) };
-    let models: &Steps = steps;
-    diagnosis.gap = Some(holdout(held_out, models, options)?);
+    if let Some(steps) = &diagnosis.steps {
+        diagnosis.gap = Some(holdout(held_out, steps, options)?);
+    }
     Ok(())
 }

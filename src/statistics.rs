@@ -1,4 +1,4 @@
-//! Medians, and tail probabilities as logarithms: the chi squared of a strong effect lies far beyond what a
+//! Medians, the scatter that follows from them, and tail probabilities as logarithms: the chi squared of a strong effect lies far beyond what a
 //! double holds (it underflows near 1400).
 //!
 //! `ln Q(a, x)` of the incomplete gamma function by Legendre's continued fraction where `x > a + 1`
@@ -20,6 +20,17 @@ pub fn upper_median(numbers: &mut [f64]) -> Option<f64> {
     }
     let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
     Some(*median)
+}
+
+/// The median of the sizes of numbers, NaN not counted; `None` of none.
+pub fn median_size<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
+    let sizes = values.into_iter().map(|value| value.abs()).filter(|size| !size.is_nan());
+    upper_median(&mut sizes.collect::<Vec<f64>>())
+}
+
+/// The robust standard deviation of numbers about zero, NaN not counted; `None` of none.
+pub fn robust<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
+    median_size(values).map(|median| NORMAL * median)
 }
 
 /// Terms of the continued fraction at most; it needs about the root of its argument.

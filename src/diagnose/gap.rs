@@ -15,7 +15,6 @@
 
 pub mod holdout;
 pub mod steps;
-mod within_runs;
 
 use super::fitted::Fitted;
 use crate::estimate::calibrate::rms;

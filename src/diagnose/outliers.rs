@@ -6,9 +6,10 @@
 //! | `settle` | the nominal fit, without what keeps it from settling |
 //! | `codes` | numbers that stand in the place of readings |
 //! | `saturated` | readings at the limit of what an instrument shows |
+//! | `suspects` | both of them, confirmed by a fit without them |
 //! | `frozen` | readings that repeat the last one while the instrument moves on |
 //! | `bursts`, `places` | stretches of wrong readings, and whether they come back at a place |
-//! | `spikes`, `trimmed` | readings that bend a fit, and a fit that they do not bend |
+//! | `spikes` | readings that bend a fit |
 //! | [`lost`], `shifted` | stretches of readings shifted by whole samples, and by other times |
 //! | `limits` | readings and runs that are far out, and runs of which nothing is left |
 //! | `left_out` | how what is left out is listed |
@@ -26,7 +27,7 @@ mod saturated;
 mod settle;
 mod shifted;
 mod spikes;
-mod trimmed;
+mod suspects;
 pub(super) mod wrong_value;
 
 use crate::estimate::batch::{FitError, Options};

@@ -9,9 +9,8 @@ use std::collections::BTreeMap;
 use super::linear::Linear;
 use super::noise::{Component, components};
 use super::selection::Selection;
-use crate::diagnose::sequences::robust;
 use crate::diagnose::thresholds::{NOISE, NOISE_OF_A_RUN};
-use crate::statistics::upper_median;
+use crate::statistics::{robust, upper_median};
 
 /// Standard deviation of the logarithm of that from `n` readings, times `√n`.
 const SCATTER: f64 = 1.17;

@@ -21,8 +21,10 @@ use crate::model::Override;
 use crate::system::{Selected, System};
 
 use super::steps::Steps;
-use super::within_runs::{Eighths, only};
 use super::{Drop, Gap, Step, taken};
+
+/// Stretches that a run is cut into.
+const EIGHTHS: usize = 8;
 
 /// Why a held-out campaign cannot be judged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -111,7 +113,7 @@ impl Scored {
 
     /// Of the eighths of runs that a fit did not learn from.
     fn of_the_rest(whole: &Fitted, learnt: Fitted) -> Self {
-        let mut problem = only(&whole.problem, Eighths::Judged);
+        let mut problem = eighths(&whole.problem, 1);
         problem.reweight(&learnt.fit.point);
         let normal = problem.normal(&learnt.fit.point);
         Self::of(Fitted { problem, fit: Fit { normal, ..learnt.fit }, ..learnt })
@@ -197,7 +199,7 @@ impl Held<'_> {
 
     /// The same model fitted to every other eighth of each run.
     fn learns_in_part(self, whole: &Fitted) -> Result<Fitted, FitError> {
-        let mut problem = only(&whole.problem, Eighths::Learnt);
+        let mut problem = eighths(&whole.problem, 0);
         let fit = fit(&mut problem, whole.fit.point.clone(), self.options)?;
         Ok(Fitted { recipes: whole.recipes.clone(), problem, fit })
     }
@@ -239,6 +241,17 @@ fn with_effects(
         }
     }
     Ok(system)
+}
+
+/// A problem with every other eighth of each run, from the one of this number on: a run's own
+/// parameters are fitted to the first, the third and so on (0), and those between are judged (1).
+fn eighths(problem: &Problem, first: usize) -> Problem {
+    let mut rest = problem.clone();
+    rest.leave_out_samples(|count| {
+        let edge = |eighth: usize| (eighth * count).div_ceil(EIGHTHS);
+        (1 - first..EIGHTHS).step_by(2).map(|one| edge(one)..edge(one + 1)).collect()
+    });
+    problem.with_parts(rest.parts)
 }
 
 /// Puts the runs of a problem in the place of those of some campaigns.

@@ -10,25 +10,19 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::diagnose::found::{NoReading, Reading, Stretch};
-use crate::diagnose::sequences::{OfRun, Sequence, median_size};
-use crate::engine::layout::qualified;
 use crate::engine::{Part, Problem};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::residuals::{Far, OfRun, Residuals, leave_out};
+use crate::statistics::median_size;
 
 /// Part of a measurand's readings that may be wrong in stretches.
 const MOST: f64 = 0.4;
-
-/// Samples and residuals of readings of a sequence, by run.
-pub(super) type Far = Vec<Vec<(usize, f64)>>;
 
 /// Some samples of a measurand in a run.
 pub(super) type OfSamples = (OfRun, Range<usize>);
 
 /// The fit of what is left of campaigns; `None` where it is not sound, but that of all is.
-///
-/// # Errors
-/// [`FitError`] where the rest cannot be fitted at all.
 pub(super) fn fit_without(
     nominal: &Calibration,
     rest: Problem,
@@ -58,27 +52,16 @@ pub(super) fn rare(
 }
 
 /// Leaves readings of sequences out and lists them.
-pub(super) fn readings_out(problem: &mut Problem, all: &[Sequence], far: &[Far]) -> Vec<Reading> {
+pub(super) fn readings_out(problem: &mut Problem, all: &[Residuals], far: &[Far]) -> Vec<Reading> {
     let readings = listed(problem, all, far, |_, _, _| None);
-    all.iter().zip(far).for_each(|(one, far)| leave_out(problem, one, far));
+    all.iter().zip(far).for_each(|(one, far)| leave_out(problem, one.of(), far));
     readings
-}
-
-/// Leaves readings of a sequence out.
-pub(super) fn leave_out(problem: &mut Problem, one: &Sequence, far: &Far) {
-    let part = &mut problem.parts[one.part];
-    let columns = part.slots()[one.measurand].columns();
-    for (run, far) in part.runs.iter_mut().zip(far) {
-        let groups = far.chunk_by(|before, after| after.0 == before.0 + 1);
-        let range = |group: &[(usize, f64)]| group[0].0..group[0].0 + group.len();
-        run.record.leave_out(groups.map(|group| (range(group), columns.clone())));
-    }
 }
 
 /// Leaves stretches of readings out and lists them; `repeats` where they repeat the reading before.
 pub(super) fn stretches_out(
     problem: &mut Problem,
-    all: &[Sequence],
+    all: &[Residuals],
     off: &[OfSamples],
     repeats: bool,
 ) -> Vec<Stretch> {
@@ -95,9 +78,9 @@ pub(super) fn stretches_out(
 /// sample of a run.
 pub(super) fn listed(
     problem: &Problem,
-    all: &[Sequence],
+    all: &[Residuals],
     far: &[Far],
-    instead: impl Fn(&Sequence, usize, usize) -> Option<NoReading>,
+    instead: impl Fn(&Residuals, usize, usize) -> Option<NoReading>,
 ) -> Vec<Reading> {
     let (mut readings, mut listed) = (Vec::new(), BTreeSet::new());
     for (one, far) in all.iter().zip(far) {
@@ -108,7 +91,7 @@ pub(super) fn listed(
             let mut new = far.clone();
             new.retain(|(at, _)| listed.insert((one.part, number, one.measurand, *at)));
             let samples: Vec<usize> = new.iter().map(|(sample, _)| *sample).collect();
-            let called: Arc<str> = qualified(part.label.as_deref(), &run.name).into();
+            let called: Arc<str> = part.run_name(number).into();
             let rows = run.record.rows(&samples);
             readings.extend(new.iter().zip(rows).map(|((sample, value), row)| Reading {
                 run: Arc::clone(&called),
@@ -126,7 +109,7 @@ pub(super) fn listed(
 /// where no readings are there.
 fn stretch(
     problem: &Problem,
-    all: &[Sequence],
+    all: &[Residuals],
     (off, samples): &OfSamples,
     repeats: bool,
 ) -> Option<Stretch> {
@@ -137,7 +120,7 @@ fn stretch(
     let ends = [there.first()?.0, there.last()?.0];
     let rows = problem.parts[off.part].runs[off.run].record.rows(&ends);
     let size =
-        |one: &Sequence| Some(median_size(&one.runs[off.run][samples.clone()])? / one.deviation);
+        |one: &Residuals| Some(median_size(&one.runs[off.run][samples.clone()])? / one.deviation);
     let sizes = own().filter(|one| one.deviation > 0.0).filter_map(size);
     Some(Stretch {
         run,

@@ -9,8 +9,7 @@ use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::Cleaned;
 use super::limits::{without_outliers_at, without_wrong_at};
-use super::lost;
-use super::trimmed::SPOILT;
+use super::lost::{self, SPOILT};
 
 /// Rounds of leaving outliers out.
 const PEELS: usize = 6;
