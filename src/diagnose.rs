@@ -58,10 +58,10 @@ pub fn diagnose(
     if let Some(contradicted) = wrong_value(&whole, options)? {
         return Ok(of_wrong_value(whole, contradicted));
     }
-    let (nominal, left_out, lost) = without_outliers(&whole, options)?;
+    let (nominal, left_out) = without_outliers(&whole, options)?;
     let fitted = Fitted { recipes, problem: nominal.problem.clone(), fit: nominal.fit.clone() };
     let is_sound = nominal.is_sound();
-    let mut diagnosis = Diagnosis::without_search(nominal, Verdict::Unobservable, lost);
+    let mut diagnosis = Diagnosis::without_search(nominal, Verdict::Unobservable);
     diagnosis.left_out = left_out;
     if diagnosis.nominal.fit.outcome != Outcome::Converged {
         diagnosis.verdict = Verdict::NotConverged;
@@ -72,7 +72,7 @@ pub fn diagnose(
     let Some(found) = search(fitted, wanted, options)? else { return Ok(diagnosis) };
     let last = found.linear.fitted.clone();
     let mut diagnosis = diagnosis.of(found, &wanted.prior, options)?;
-    if !diagnosis.lost.is_empty() || !diagnosis.left_out.is_empty() {
+    if !diagnosis.left_out.is_empty() {
         diagnosis.delays = compared_delays(&whole, &last, options)?;
     }
     Ok(diagnosis)
@@ -81,7 +81,7 @@ pub fn diagnose(
 /// The answer where a stated value is wrong altogether: beside it nothing else can be judged.
 fn of_wrong_value(whole: Calibration, contradicted: Contradicted) -> Diagnosis {
     let place = Place::of_stated(&contradicted.parameter, contradicted.estimate.of.as_deref());
-    let mut diagnosis = Diagnosis::without_search(whole, Verdict::Unknown, Vec::new());
+    let mut diagnosis = Diagnosis::without_search(whole, Verdict::Unknown);
     diagnosis.remainder = vec![Remainder { share: 1.0, ..Remainder::at(place) }];
     diagnosis.contradicted = vec![contradicted];
     diagnosis

@@ -75,7 +75,7 @@ fn in_campaign(of: Option<&str>) -> String {
 /// What is left out, by row, and what that does to the delays.
 fn left_out(diagnosis: &Diagnosis, found: &LeftOut) -> String {
     let mut text = String::new();
-    for one in &diagnosis.lost {
+    for one in &found.lost {
         let (Lost { name, rows: (first, last), periods, .. }, side) =
             (one, if one.periods > 0 { "later" } else { "earlier" });
         let plural = if periods.abs() == 1 { "" } else { "s" };

@@ -152,7 +152,7 @@ impl Diagnosis {
             noise: self.noise.len()
                 + self.autocorrelation.len()
                 + self.levels.iter().filter(|one| one.run.is_some()).count()
-                + usize::from(!self.left_out.is_empty() || !self.lost.is_empty()),
+                + usize::from(!self.left_out.is_empty()),
             largest_scale,
         });
         Ok(self)
