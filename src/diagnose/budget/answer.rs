@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnose::found::{LeftOut, Level, NoiseEffect};
-use crate::diagnose::gap::Gap;
-use crate::diagnose::gap::steps::Steps;
+use crate::diagnose::gap::{Gap, Steps};
 use crate::diagnose::library::candidate::NotTestable;
 use crate::diagnose::library::place::Place;
 use crate::diagnose::library::variant::Variant;

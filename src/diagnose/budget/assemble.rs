@@ -3,8 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::gap::gap;
-use crate::diagnose::gap::steps::Steps;
+use crate::diagnose::gap::{Steps, gap};
 use crate::diagnose::library::prior::{Cause, Prior};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::finish;

@@ -20,8 +20,7 @@ use crate::graph::Scope;
 use crate::model::Override;
 use crate::system::{Selected, System};
 
-use super::steps::Steps;
-use super::{Drop, Gap, Step, taken};
+use super::{Drop, Gap, Step, Steps, taken};
 
 /// Stretches that a run is cut into.
 const EIGHTHS: usize = 8;
@@ -43,9 +42,6 @@ pub enum HoldoutError {
 }
 
 /// The gap of a held-out campaign, without and with the effects that were adopted elsewhere.
-///
-/// # Errors
-/// [`HoldoutError`] where the campaign cannot be fitted at all, or does not take an effect.
 pub fn holdout(opened: &Opened, models: &Steps, options: &Options) -> Result<Gap, HoldoutError> {
     let held = Held { parts: &opened.problem.parts, recipes: &opened.recipes, options };
     let parts = held.sound(models.last())?;

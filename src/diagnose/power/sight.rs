@@ -17,8 +17,9 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::diagnose::evidence::{Entry, Evidence};
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::thresholds::NEAR_ALIAS;
+use crate::statistics::noncentral_chi_squared;
 
-use super::detection::{CriticalGains, exceeds, leads, solved};
+use super::detection::{CriticalGains, leads, solved};
 
 /// Directions over which probabilities are taken, of effects with more than one value.
 const DIRECTIONS: usize = 48;
@@ -129,14 +130,18 @@ struct Ray {
 
 impl Ray {
     fn detected(&self, size: f64) -> f64 {
-        exceeds(self.critical_gains.enters, self.degrees, size * size * self.square)
+        noncentral_chi_squared(self.critical_gains.enters, self.degrees, size * size * self.square)
     }
 
     fn identified(&self, size: f64) -> f64 {
         let least = |least: f64, (_, apart, degrees): &(usize, f64, usize)| {
             least.min(leads(size * apart, self.degrees, *degrees))
         };
-        let named = exceeds(self.critical_gains.named, self.degrees, size * size * self.square);
+        let named = noncentral_chi_squared(
+            self.critical_gains.named,
+            self.degrees,
+            size * size * self.square,
+        );
         named * self.others.iter().take(NEAREST).fold(1.0, least)
     }
 }
