@@ -15,25 +15,23 @@ use crate::diagnose::thresholds::{ENTER, ROW, TIE};
 /// Steps of a bisection: far below what noise levels are known to.
 const STEPS: usize = 60;
 
-/// Gains that an effect must reach.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CriticalGains {
-    /// To enter the budget.
-    pub enters: f64,
-    /// To be a row of it.
-    pub named: f64,
+/// Gains that an effect must reach to enter the budget, and to be a row of it.
+#[derive(Clone, Copy)]
+pub(super) struct CriticalGains {
+    pub(super) enters: f64,
+    pub(super) named: f64,
 }
 
 /// The gains that an effect of so many degrees must reach, one of `members` of its family and of
 /// `candidates`.
-pub fn critical_gains(degrees: usize, members: usize, candidates: usize) -> CriticalGains {
+pub(super) fn critical_gains(degrees: usize, members: usize, candidates: usize) -> CriticalGains {
     let priced = |gain| ln_bayes_factor(Gain { gain, degrees }, members, candidates);
     let enters = solved(|gain| gain >= degrees as f64 && priced(gain) >= ENTER);
     CriticalGains { enters, named: enters.max(ROW) }
 }
 
 /// The smallest positive argument from which on something holds; infinite where it never does.
-pub fn solved(holds: impl Fn(f64) -> bool) -> f64 {
+pub(super) fn solved(holds: impl Fn(f64) -> bool) -> f64 {
     let mut high = 1.0;
     while !holds(high) {
         high *= 4.0;
@@ -51,7 +49,7 @@ pub fn solved(holds: impl Fn(f64) -> bool) -> f64 {
 
 /// Probability that an effect leads another one by more than a tie where the other follows all but
 /// a part of length `apart` of its signature.
-pub fn leads(apart: f64, degrees: usize, others: usize) -> f64 {
+pub(super) fn leads(apart: f64, degrees: usize, others: usize) -> f64 {
     let surplus = degrees as f64 - others as f64;
     // An approximation: surplus degrees of freedom count by their scatter alone, not by their price.
     let spread = (4.0 * apart * apart + 2.0 * surplus.abs()).max(1e-12).sqrt();

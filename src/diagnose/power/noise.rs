@@ -38,7 +38,7 @@ const OUTLIERS_EFFECT: &str = "outliers";
 const NOT_FORETOLD: &str = "`diagnose` looks for it in the readings; its size is not foretold here";
 
 /// The rows of the effects on the noise, and of the built-in detectors.
-pub fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
+pub(super) fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
     let bar = NOISE + quantile();
     let shared: Vec<Shared<'_>> =
         stage.noise.iter().filter_map(|one| Shared::new(stage, one)).collect();
