@@ -24,10 +24,8 @@ impl OfRun {
     /// The names of the run and of the measurand.
     pub(crate) fn names(self, problem: &Problem) -> (String, String) {
         let part = &problem.parts[self.part];
-        (
-            part.run_name(self.run),
-            part.system.assembly.names.measurands[self.measurand].name.clone(),
-        )
+        let measurands = &part.system.assembly.names.measurands;
+        (part.run_name(self.run), measurands[self.measurand].name.clone())
     }
 }
 

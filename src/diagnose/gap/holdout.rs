@@ -45,7 +45,7 @@ pub enum HoldoutError {
 pub fn holdout(opened: &Opened, models: &Steps, options: &Options) -> Result<Gap, HoldoutError> {
     let held = Held { parts: &opened.problem.parts, recipes: &opened.recipes, options };
     let parts = held.sound(models.last())?;
-    let readings = |parts: &[Part]| Problem::new(parts.to_vec()).reading_count();
+    let readings = |parts: &[Part]| parts.iter().flat_map(Part::present).sum::<usize>();
     let left_out = readings(held.parts) - readings(&parts);
     let held = Held { parts: &parts, ..held };
     let both = |model: &Fitted| {
@@ -61,17 +61,17 @@ pub fn holdout(opened: &Opened, models: &Steps, options: &Options) -> Result<Gap
         if by_eighths { Scored::of_the_rest(&whole, learnt) } else { Scored::of(whole) }
     };
     let before = scored(nominal);
-    let mut steps: Vec<Step> = Vec::new();
-    let mut last = before.clone();
-    for ((effect, _), next) in models.with.iter().zip(with.into_iter().map(scored)) {
-        let held_out_drop = taken(&last.drops(&next));
+    let with: Vec<Scored> = with.into_iter().map(scored).collect();
+    let (mut steps, mut last) = (Vec::new(), &before);
+    for ((effect, _), next) in models.with.iter().zip(&with) {
+        let held_out_drop = taken(&last.drops(next));
         steps.push(Step { effect: effect.clone(), rms: next.rms.clone(), held_out_drop });
         last = next;
     }
-    let drops = before.drops(&last);
+    let drops = before.drops(last);
     Ok(Gap {
         held_out: opened.campaigns.first().map(|campaign| campaign.name.clone()),
-        before: before.rms,
+        before: before.rms.clone(),
         steps,
         lambda: taken(&drops).max(0.0).sqrt(),
         left_out,
@@ -88,7 +88,6 @@ struct Held<'a> {
 }
 
 /// How well a model predicts.
-#[derive(Clone)]
 struct Scored {
     /// Of what is judged.
     rms: Vec<(String, f64)>,

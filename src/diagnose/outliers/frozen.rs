@@ -12,12 +12,12 @@ use std::ops::Range;
 use crate::diagnose::found::LeftOut;
 use crate::engine::{Part, Problem};
 use crate::estimate::batch::Options;
-use crate::estimate::calibrate::Calibration;
+use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::residuals::{OfRun, Residuals, seen_from};
 use crate::statistics::robust;
 
 use super::Cleaned;
-use super::left_out::{OfSamples, fit_without, rare, stretches_out};
+use super::left_out::{OfSamples, if_sound, rare, stretches_out};
 
 /// Fewer repeats are none.
 const FEWEST: usize = 3;
@@ -36,8 +36,8 @@ pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleane
     }
     let mut rest = problem.clone();
     let stretches = stretches_out(&mut rest, &all, &frozen, true);
-    let fitted = fit_without(nominal, rest, options)?;
-    Ok(fitted.map(|fitted| (fitted, LeftOut { stretches, ..LeftOut::default() })))
+    let found = LeftOut { stretches, ..LeftOut::default() };
+    Ok(if_sound(nominal, calibrate(rest, options)?, found))
 }
 
 /// The stretches of frozen readings. Where one measurand is frozen, repeats of others beside it

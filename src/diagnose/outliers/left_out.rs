@@ -9,10 +9,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::diagnose::found::{NoReading, Reading, Stretch};
+use crate::diagnose::found::{LeftOut, NoReading, Reading, Stretch};
 use crate::engine::{Part, Problem};
-use crate::estimate::batch::{FitError, Options};
-use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::calibrate::Calibration;
 use crate::estimate::residuals::{Far, OfRun, Residuals, leave_out};
 use crate::statistics::median_size;
 
@@ -22,14 +21,13 @@ const MOST: f64 = 0.4;
 /// Some samples of a measurand in a run.
 pub(super) type OfSamples = (OfRun, Range<usize>);
 
-/// The fit of what is left of campaigns; `None` where it is not sound, but that of all is.
-pub(super) fn fit_without(
+/// The fit of the rest with what was left out; `None` where it is not sound, but that of all is.
+pub(super) fn if_sound(
     nominal: &Calibration,
-    rest: Problem,
-    options: &Options,
-) -> Result<Option<Calibration>, FitError> {
-    let fitted = calibrate(rest, options)?;
-    Ok((fitted.is_sound() || !nominal.is_sound()).then_some(fitted))
+    rest: Calibration,
+    left_out: LeftOut,
+) -> Option<(Calibration, LeftOut)> {
+    (rest.is_sound() || !nominal.is_sound()).then_some((rest, left_out))
 }
 
 /// Stretches in order, without those of measurands that are structure or have too many of them.
@@ -51,7 +49,7 @@ pub(super) fn rare(
     found
 }
 
-/// Leaves readings of sequences out and lists them.
+/// Leaves readings out that are far out, and lists them.
 pub(super) fn readings_out(problem: &mut Problem, all: &[Residuals], far: &[Far]) -> Vec<Reading> {
     let readings = listed(problem, all, far, |_, _, _| None);
     all.iter().zip(far).for_each(|(one, far)| leave_out(problem, one.of(), far));
@@ -74,7 +72,7 @@ pub(super) fn stretches_out(
     stretches
 }
 
-/// Readings of sequences as they are listed, each once; `instead` is what stands in the place of a
+/// Readings that are far out as they are listed, each once; `instead` is what stands in the place of a
 /// sample of a run.
 pub(super) fn listed(
     problem: &Problem,

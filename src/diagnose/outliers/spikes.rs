@@ -12,13 +12,13 @@ use std::sync::Arc;
 
 use crate::diagnose::found::LeftOut;
 use crate::estimate::batch::{FitError, Options};
-use crate::estimate::calibrate::Calibration;
+use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::residuals::{Far, Residuals, seen_from};
 use crate::estimate::trimmed::{TrimmedFit, drawn_starts, starts, trimmed_fit};
 
 use super::Cleaned;
 use super::bursts::{FAR, TRIM, bursts};
-use super::left_out::{OfSamples, fit_without, readings_out, stretches_out};
+use super::left_out::{OfSamples, if_sound, readings_out, stretches_out};
 use super::limits::{ONE_OF, RUNS_APART, has_beyond, limit};
 use super::lost::GROSS_FACTOR;
 use super::settle::is_spoilt;
@@ -61,7 +61,7 @@ pub(super) fn without_spikes(nominal: &Calibration, options: &Options) -> Cleane
     if found.is_empty() {
         return Ok(None);
     }
-    Ok(fit_without(nominal, rest, options)?.map(|fitted| (fitted, found)))
+    Ok(if_sound(nominal, calibrate(rest, options)?, found))
 }
 
 /// The trimmed fit of least robust scatter: from where the fit of all stopped and, where that is

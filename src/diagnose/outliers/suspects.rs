@@ -1,7 +1,7 @@
 //! Readings that may be none: error codes, and limits at which an instrument is saturated.
 //!
-//! They are left out first, all of them. From a fit without them those are no readings that the caller
-//! confirms; the others are put back, until all that are out are confirmed.
+//! All of them are left out first. The caller confirms them by their residuals from the fit without
+//! them; the others are put back, and so on until all that are out are confirmed.
 
 use crate::diagnose::found::{LeftOut, NoReading};
 use crate::estimate::batch::Options;
@@ -9,7 +9,7 @@ use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::residuals::{Far, Residuals, leave_out, seen_from};
 
 use super::Cleaned;
-use super::left_out::listed;
+use super::left_out::{if_sound, listed};
 
 /// Readings of a measurand that may be none.
 pub(super) struct Suspect {
@@ -53,7 +53,10 @@ pub(super) fn without_suspects(
     options: &Options,
 ) -> Cleaned {
     let problem = &nominal.problem;
-    while !suspects.is_empty() {
+    let (fitted, seen) = loop {
+        if suspects.is_empty() {
+            return Ok(None);
+        }
         let mut rest = problem.clone();
         suspects.iter().for_each(|one| leave_out(&mut rest, one.of, &one.at));
         let fitted = calibrate(rest, options)?;
@@ -63,21 +66,17 @@ pub(super) fn without_suspects(
             let mut own = seen.iter().filter(|one| one.of() == suspect.of);
             own.any(|one| is_confirmed(suspect, one))
         });
-        if suspects.len() < known {
-            continue;
+        if suspects.len() == known {
+            break (fitted, seen);
         }
-        if nominal.is_sound() && !fitted.is_sound() {
-            break;
-        }
-        let far: Vec<Far> = seen.iter().map(|one| residuals_of(one, &suspects)).collect();
-        let number = |one: &Residuals, run: usize, sample: usize| {
-            let mut own = suspects.iter().filter(|suspect| suspect.of == one.of());
-            own.find_map(|suspect| suspect.in_place_of(run, sample)).map(instead)
-        };
-        let readings = listed(problem, &seen, &far, number);
-        return Ok(Some((fitted, LeftOut { readings, ..LeftOut::default() })));
-    }
-    Ok(None)
+    };
+    let far: Vec<Far> = seen.iter().map(|one| residuals_of(one, &suspects)).collect();
+    let number = |one: &Residuals, run: usize, sample: usize| {
+        let mut own = suspects.iter().filter(|suspect| suspect.of == one.of());
+        own.find_map(|suspect| suspect.in_place_of(run, sample)).map(instead)
+    };
+    let readings = listed(problem, &seen, &far, number);
+    Ok(if_sound(nominal, fitted, LeftOut { readings, ..LeftOut::default() }))
 }
 
 /// The residuals of the suspects of a measurand, in the order of time.
