@@ -10,7 +10,6 @@
 //! | [`library`] | what may be added to a model |
 //! | [`evidence`] | one pass over the readings; which member of a family explains most |
 //! | [`found`] | what is found beside effects, as data |
-//! | `sequences` | residuals in the order of time |
 //! | [`outliers`] | readings that spoil a fit: they are left out and reported |
 //! | [`mod@gap`] | how far the gap shrinks |
 //! | [`budget`] | which terms explain the gap, what remains, and the answer as data |
@@ -25,7 +24,6 @@ pub mod library;
 pub mod outliers;
 pub mod power;
 pub mod price;
-mod sequences;
 pub mod thresholds;
 
 use crate::engine::Problem;
@@ -38,7 +36,6 @@ use budget::answer::{Remainder, Verdict};
 use budget::driver::search;
 use fitted::Fitted;
 use gap::holdout::{HoldoutError, holdout};
-use gap::steps::Steps;
 use library::place::Place;
 use library::wanted::Wanted;
 use outliers::compared_delays::compared_delays;
@@ -61,10 +58,10 @@ pub fn diagnose(
     if let Some(contradicted) = wrong_value(&whole, options)? {
         return Ok(of_wrong_value(whole, contradicted));
     }
-    let (nominal, left_out, lost) = without_outliers(&whole, options)?;
+    let (nominal, left_out) = without_outliers(&whole, options)?;
     let fitted = Fitted { recipes, problem: nominal.problem.clone(), fit: nominal.fit.clone() };
     let is_sound = nominal.is_sound();
-    let mut diagnosis = Diagnosis::without_search(nominal, Verdict::Unobservable, lost);
+    let mut diagnosis = Diagnosis::without_search(nominal, Verdict::Unobservable);
     diagnosis.left_out = left_out;
     if diagnosis.nominal.fit.outcome != Outcome::Converged {
         diagnosis.verdict = Verdict::NotConverged;
@@ -75,7 +72,7 @@ pub fn diagnose(
     let Some(found) = search(fitted, wanted, options)? else { return Ok(diagnosis) };
     let last = found.competed.linear.fitted.clone();
     let mut diagnosis = diagnosis.of(found, &wanted.prior, options)?;
-    if !diagnosis.lost.is_empty() || !diagnosis.left_out.is_empty() {
+    if !diagnosis.left_out.is_empty() {
         diagnosis.delays = compared_delays(&whole, &last, options)?;
     }
     Ok(diagnosis)
@@ -84,7 +81,7 @@ pub fn diagnose(
 /// The answer where a stated value is wrong altogether: beside it nothing else can be judged.
 fn of_wrong_value(whole: Calibration, contradicted: Contradicted) -> Diagnosis {
     let place = Place::of_stated(&contradicted.parameter, contradicted.estimate.of.as_deref());
-    let mut diagnosis = Diagnosis::without_search(whole, Verdict::Unknown, Vec::new());
+    let mut diagnosis = Diagnosis::without_search(whole, Verdict::Unknown);
     diagnosis.remainder = vec![Remainder { share: 1.0, ..Remainder::at(place) }];
     diagnosis.contradicted = vec![contradicted];
     diagnosis
@@ -100,8 +97,8 @@ pub fn judge(
     held_out: &Opened,
     options: &Options,
 ) -> Result<(), HoldoutError> {
-    let Some(steps) = &diagnosis.steps else { return Ok(()) };
-    let models: &Steps = steps;
-    diagnosis.gap = Some(holdout(held_out, models, options)?);
+    if let Some(steps) = &diagnosis.steps {
+        diagnosis.gap = Some(holdout(held_out, steps, options)?);
+    }
     Ok(())
 }

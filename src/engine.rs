@@ -12,6 +12,7 @@
 //! | [`part`] | one campaign with its model; predictions and residuals of one sample |
 //! | [`problem`] | campaigns put together, with their unknowns |
 //! | [`noise`] | the covariance of the readings of one sample, and its whitening |
+//! | `noise_of_problem` | the same for one sample after the other, and the rms of it; levels of random quantities |
 //! | [`smoothed`] | what errors of smoothed streams add to readings |
 //! | [`gauss_markov`] | rows whitened along time, where noise is like itself for a while |
 //! | [`linearise`] | whitened residuals and Jacobians, summed by run: the only maker of Jacobians |
@@ -36,6 +37,7 @@ pub mod linearise;
 pub mod mixing;
 pub mod moving;
 pub mod noise;
+mod noise_of_problem;
 pub mod open;
 pub mod part;
 pub mod passes;

@@ -21,6 +21,7 @@
 //! | [`observability`] | which combinations the data do not determine |
 //! | [`withheld`] | which components are withheld for it |
 //! | [`combination`] | which combinations are determined in spite of it |
+//! | [`planned`] | campaigns some of whose runs are only planned |
 //! | [`remedies`] | what would determine them, tried on the sums of the fit |
 //! | `stationary` | parameters that act only by their square about their start |
 //! | [`words`] | them in words |
@@ -41,6 +42,8 @@
 //! | [`conditions`] | self-calibration: delays under changed conditions |
 //! | [`mod@contradicted`] | which stated values the readings contradict |
 //! | [`repeatability`] | whether several campaigns agree |
+//! | `residuals` | residuals in the order of time, and readings that are far out |
+//! | `trimmed` | a fit that outliers do not bend |
 //! | [`systematic`] | what the inputs' calibration leaves open in them |
 //! | [`blind`] | arm angles at which a measurand does not show its delay |
 //! | [`budget`] | what the uncertainty of a delay is made of |
@@ -88,13 +91,16 @@ pub mod newton;
 pub mod noise;
 pub mod noise_model;
 pub mod observability;
+pub mod planned;
 pub mod redundancy;
 pub mod remedies;
 pub mod repeatability;
+pub(crate) mod residuals;
 pub mod start;
 mod stationary;
 pub mod systematic;
 pub mod transformation;
+pub(crate) mod trimmed;
 pub mod unrecorded;
 pub mod variance;
 pub mod withheld;

@@ -1,12 +1,13 @@
-//! Medians, and tail probabilities as logarithms: the chi squared of a strong effect lies far beyond what a
+//! Medians, the scatter that follows from them, and tail probabilities as logarithms: the chi squared of a strong effect lies far beyond what a
 //! double holds (it underflows near 1400).
 //!
 //! `ln Q(a, x)` of the incomplete gamma function by Legendre's continued fraction where `x > a + 1`
 //! (modified Lentz, Press et al., *Numerical Recipes*, 6.2), else from its complement.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use statrs::function::gamma::gamma_lr;
+use statrs::function::erf::erfc;
 pub use statrs::function::gamma::ln_gamma;
+use statrs::function::gamma::{gamma_lr, gamma_ur};
 
 /// Standard deviation over median absolute deviation of a normal distribution.
 pub const NORMAL: f64 = 1.482_602_2;
@@ -20,6 +21,17 @@ pub fn upper_median(numbers: &mut [f64]) -> Option<f64> {
     }
     let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
     Some(*median)
+}
+
+/// The median of the sizes of numbers, NaN not counted; `None` of none.
+pub fn median_size<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
+    let sizes = values.into_iter().map(|value| value.abs()).filter(|size| !size.is_nan());
+    upper_median(&mut sizes.collect::<Vec<f64>>())
+}
+
+/// The robust standard deviation of numbers about zero, NaN not counted; `None` of none.
+pub fn robust<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
+    median_size(values).map(|median| NORMAL * median)
 }
 
 /// Terms of the continued fraction at most; it needs about the root of its argument.
@@ -79,6 +91,39 @@ fn fraction(a: f64, x: f64) -> f64 {
     h
 }
 
+/// Noncentralities beyond this are as good as normal.
+const LARGE: f64 = 1_200.0;
+
+/// Probability that noncentral chi squared exceeds a value: a Poisson mixture of chi squared tails,
+/// `Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1)` from one to the next.
+pub fn noncentral_chi_squared(value: f64, degrees: usize, noncentrality: f64) -> f64 {
+    if degrees == 0 || value <= 0.0 {
+        return f64::from(u8::from(degrees > 0));
+    }
+    if noncentrality > LARGE {
+        let (d, far) = (degrees as f64, value - noncentrality - degrees as f64);
+        return 0.5 * erfc(far / (4.0 * (d + 2.0 * noncentrality)).sqrt());
+    }
+    let (a, x, mean) = (0.5 * degrees as f64, 0.5 * value, 0.5 * noncentrality);
+    let mut tail = gamma_ur(a, x);
+    let mut next = (a * x.ln() - x - ln_gamma(a + 1.0)).exp();
+    let mut weight = (-mean).exp();
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for j in 0..10_000 {
+        sum += weight * tail;
+        weights += weight;
+        let far = j as f64 > mean;
+        if far && weight * (1.0 - tail).max(1e-16) < 1e-14 {
+            break;
+        }
+        tail += next;
+        next *= x / (a + j as f64 + 1.0);
+        weight *= mean / (j as f64 + 1.0);
+    }
+    // What was not summed has tails of one.
+    (sum + (1.0 - weights).max(0.0)).min(1.0)
+}
+
 /// Natural logarithm of the probability that a standard normal number exceeds a value.
 pub fn ln_normal(value: f64) -> f64 {
     let both = ln_chi_squared(value * value, 1);
@@ -119,5 +164,30 @@ mod tests {
         }
         // The first term of the series, x^a exp(-x) / Γ(a + 1).
         assert!((ln_below(2e-9, 4) - (-2.0 * 1e9_f64.ln() - 2.0_f64.ln())).abs() < 1e-6);
+    }
+
+    #[test]
+    fn noncentral_tails_are_those_of_normal_numbers() {
+        // One degree: P(|z + λ| > c).
+        let phi = |x: f64| 0.5 * erfc(-x / std::f64::consts::SQRT_2);
+        for (c, lambda) in [(1.0, 0.0), (5.1, 6.0), (5.1, 3.0), (2.0, 9.0), (20.0, 25.0)] {
+            let c: f64 = c;
+            let due = phi(lambda - c) + phi(-lambda - c);
+            let found = noncentral_chi_squared(c * c, 1, lambda * lambda);
+            assert!((found - due).abs() < 1e-10, "{c} {lambda}: {found} {due}");
+        }
+        // Mean of the distribution: the integral of its tail is d + λ².
+        let mean: f64 =
+            (0..40_000).map(|k| 0.005 * noncentral_chi_squared(0.005 * k as f64, 4, 30.0)).sum();
+        assert!((mean - 34.0).abs() < 0.01, "{mean}");
+        assert_eq!(noncentral_chi_squared(30.0, 2, 5_000.0), 1.0);
+        // From the sum to the normal distribution, on both sides of the middle.
+        for value in [1_120.0, 1_205.0, 1_290.0] {
+            let (sum, normal) = (
+                noncentral_chi_squared(value, 4, LARGE),
+                noncentral_chi_squared(value, 4, LARGE + 1e-9),
+            );
+            assert!((sum - normal).abs() < 0.01, "{value}: {sum} {normal}");
+        }
     }
 }

@@ -293,6 +293,15 @@ impl Record {
         Sample { samples: stretch.samples, at: stretch.start, number }
     }
 
+    /// All values of a reading column; NaN where one is missing.
+    pub fn column(&self, column: usize) -> Vec<f64> {
+        let mut all = Vec::with_capacity(self.len);
+        self.walk(|stretch| {
+            all.extend_from_slice(&stretch.samples.readings[column][stretch.range()]);
+        });
+        all
+    }
+
     /// Row of the data file (line number, from 1) of a sample.
     pub fn row(&self, sample: usize) -> usize {
         self.sample(sample, &mut Samples::default()).row()

@@ -5,7 +5,6 @@ use serde_json::{Value, json};
 
 use super::arguments::{CampaignArguments, Format};
 use super::{Failure, doubts, load, output};
-use crate::diagnose::fitted::planned;
 use crate::engine::undefined::Farthest;
 use crate::engine::{Point, Problem};
 use crate::estimate::absorbed::calibrate_holding;
@@ -16,6 +15,7 @@ use crate::estimate::members::choose;
 use crate::estimate::minima::others;
 use crate::estimate::nested::against_nominal;
 use crate::estimate::noise_model::{NoiseModel, with_noise};
+use crate::estimate::planned;
 use crate::report;
 
 /// The tables that `--out` asks for.

@@ -6,10 +6,10 @@ use super::arguments::{CampaignArguments, Format};
 use super::calibrate::{estimate_measured, verdict};
 use super::wanted::WantedArguments;
 use super::{Failure, load, output, render};
-use crate::diagnose::fitted::planned;
 use crate::diagnose::power::power;
 use crate::diagnostic::Diagnostic;
 use crate::engine::{Point, Problem};
+use crate::estimate::planned;
 use crate::report;
 
 /// Said where effects are left out.

@@ -1,7 +1,5 @@
 //! Campaigns with some effects of the library, fitted; with one more, and without some.
 
-pub mod planned;
-
 use crate::engine::layout::Instance;
 use crate::engine::open::Recipe;
 use crate::engine::point::NamedValue;
@@ -28,9 +26,6 @@ impl Fitted {
 
     /// The same campaigns with one more effect, fitted from here. `None` where the effect fits no
     /// campaign.
-    ///
-    /// # Errors
-    /// [`FitError`] where the problem cannot be fitted at all.
     pub fn with(
         &self,
         more: &Selected,
@@ -48,9 +43,6 @@ impl Fitted {
 
     /// The same where every component of a parameter begins at what is said of it, if anything is; a
     /// constant stays there.
-    ///
-    /// # Errors
-    /// [`FitError`] where the problem cannot be fitted at all.
     pub fn with_starts(
         &self,
         more: &Selected,
@@ -61,9 +53,6 @@ impl Fitted {
     }
 
     /// The same campaigns, readings and weights without some effects, fitted from here.
-    ///
-    /// # Errors
-    /// [`FitError`] where the problem cannot be fitted at all.
     pub fn without(&self, less: &[&Selected], options: &Options) -> Result<Self, FitError> {
         let is_kept = |one: &Selected| {
             !less.iter().any(|gone| gone.name() == one.name() && gone.member == one.member)
@@ -96,7 +85,7 @@ impl Fitted {
             return Ok(None);
         }
         let mut problem = self.problem.with_parts(parts);
-        let mut point = carried(&self.problem, &self.fit.point, &problem);
+        let mut point = self.fit.point.carried(&self.problem.layout, &problem.layout);
         let layout = &problem.layout;
         for (index, one) in layout.instances.iter().enumerate() {
             for component in 0..one.dimension() {
@@ -111,49 +100,9 @@ impl Fitted {
     }
 
     /// Fitted again from where it stands, with the readings and uncertainties of the problem.
-    ///
-    /// # Errors
-    /// [`FitError`] where the problem cannot be fitted at all.
     pub fn again(self, options: &Options) -> Result<Self, FitError> {
         let Self { recipes, mut problem, fit: old } = self;
         let fit = fit(&mut problem, old.point, options)?;
         Ok(Self { recipes, problem, fit })
     }
-
-    /// The standard deviation of a random quantity.
-    pub fn random(&self, name: &str) -> Option<f64> {
-        self.problem.parts.iter().find_map(|part| {
-            let mut randoms = part.system.randoms.iter().zip(&part.random_sigma);
-            randoms.find(|(random, _)| random.name == name).map(|(_, sigma)| *sigma)
-        })
-    }
-
-    /// Gives a random quantity a standard deviation in every campaign that has it.
-    pub fn set_random(&mut self, name: &str, value: f64) {
-        for part in &mut self.problem.parts {
-            for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
-                if random.name == name {
-                    *sigma = value;
-                }
-            }
-        }
-    }
-}
-
-/// The values of one problem's point in another problem; what is new starts at what is stated, else
-/// at zero.
-pub fn carried(from: &Problem, point: &Point, to: &Problem) -> Point {
-    carried_onto(from, point, to, Point::start(&to.layout))
-}
-
-/// The same where what is new stays as it is.
-pub fn carried_onto(from: &Problem, point: &Point, to: &Problem, onto: Point) -> Point {
-    let mut carried = onto;
-    for (value, instance) in carried.values.iter_mut().zip(&to.layout.instances) {
-        let is_same = |one: &Instance| one.name == instance.name && one.whose() == instance.whose();
-        if let Some(same) = from.layout.instances.iter().position(is_same) {
-            *value = point.values[same];
-        }
-    }
-    carried
 }

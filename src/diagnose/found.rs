@@ -103,12 +103,15 @@ pub struct LeftOut {
     pub runs: Vec<Stretch>,
     /// Stretches of runs that are wrong.
     pub stretches: Vec<Stretch>,
+    /// Stretches of lost samples.
+    pub lost: Vec<Lost>,
 }
 
 impl LeftOut {
     /// Whether it is nothing.
     pub fn is_empty(&self) -> bool {
-        self.readings.is_empty() && self.runs.is_empty() && self.stretches.is_empty()
+        let Self { readings, runs, stretches, lost } = self;
+        readings.is_empty() && runs.is_empty() && stretches.is_empty() && lost.is_empty()
     }
 
     /// Adds what is left out later.
@@ -116,6 +119,7 @@ impl LeftOut {
         self.readings.extend(later.readings);
         self.runs.extend(later.runs);
         self.stretches.extend(later.stretches);
+        self.lost.extend(later.lost);
     }
 }
 

@@ -6,30 +6,49 @@
 //! closed is `D / (D + leftover)` with the structure that is left.
 //!
 //! Which readings are held out is not its business: drops come from the budget, or from
-//! [`mod@holdout`].
-//!
-//! | file | answers |
-//! |---|---|
-//! | [`steps`] | the models with one effect after the other |
-//! | [`mod@floor`] | rms that noise alone gives |
-//! | [`mod@holdout`] | the gap of a campaign that no model was fitted to |
+//! [`mod@holdout`], which judges the gap of a campaign that no model was fitted to.
 
-pub mod floor;
 pub mod holdout;
-pub mod steps;
-mod within_runs;
 
-use super::fitted::Fitted;
+use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::rms;
 use crate::statistics::student;
+use crate::system::Selected;
 
-use self::floor::floor;
-use self::steps::Steps;
+use super::fitted::Fitted;
 use super::thresholds::{BELOW_ENTRY, HELD_OUT};
 
 /// Level of the intervals, and its normal quantile.
 const LEVEL: f64 = 0.95;
 const QUANTILE: f64 = 1.96;
+
+/// Models from the nominal one to the one with every row.
+#[derive(Clone, Debug)]
+pub struct Steps {
+    /// Without the effects.
+    pub nominal: Fitted,
+    /// Each effect with the model that has it and those before it.
+    pub with: Vec<(String, Fitted)>,
+}
+
+impl Steps {
+    /// Those of a model in which some effects are rows, in this order.
+    pub fn of(whole: &Fitted, effects: &[Selected], options: &Options) -> Result<Self, FitError> {
+        let selected: Vec<&Selected> = effects.iter().collect();
+        let upto = |count: usize| match &selected[count..] {
+            [] => Ok(whole.clone()),
+            later => whole.without(later, options),
+        };
+        let with =
+            effects.iter().enumerate().map(|(number, one)| Ok((one.name(), upto(number + 1)?)));
+        Ok(Self { nominal: upto(0)?, with: with.collect::<Result<_, FitError>>()? })
+    }
+
+    /// With every effect.
+    pub fn last(&self) -> &Fitted {
+        self.with.last().map_or(&self.nominal, |(_, fitted)| fitted)
+    }
+}
 
 /// What one effect contributes, after those before it.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,7 +106,7 @@ impl Gap {
         Self {
             before: after_rms.clone(),
             after: after_rms,
-            floor: floor(after),
+            floor: after.problem.noise_rms(&after.fit.point),
             held_out_drop: taken(drops),
             leftover,
             closed,

@@ -6,9 +6,10 @@
 //! | `settle` | the nominal fit, without what keeps it from settling |
 //! | `codes` | numbers that stand in the place of readings |
 //! | `saturated` | readings at the limit of what an instrument shows |
+//! | `suspects` | both of them, confirmed by a fit without them |
 //! | `frozen` | readings that repeat the last one while the instrument moves on |
 //! | `bursts`, `places` | stretches of wrong readings, and whether they come back at a place |
-//! | `spikes`, `trimmed` | readings that bend a fit, and a fit that they do not bend |
+//! | `spikes` | readings that bend a fit |
 //! | [`lost`], `shifted` | stretches of readings shifted by whole samples, and by other times |
 //! | `limits` | readings and runs that are far out, and runs of which nothing is left |
 //! | `left_out` | how what is left out is listed |
@@ -26,7 +27,7 @@ mod saturated;
 mod settle;
 mod shifted;
 mod spikes;
-mod trimmed;
+mod suspects;
 pub(super) mod wrong_value;
 
 use crate::estimate::batch::{FitError, Options};
@@ -37,28 +38,31 @@ use self::frozen::without_frozen;
 use self::saturated::without_saturated;
 use self::settle::{settled, without_lost, without_spoiling};
 use self::spikes::without_spikes;
-use super::found::{LeftOut, Lost};
+use super::found::LeftOut;
 
 /// The fit of the rest with what was left out; `None` where there is nothing to leave out.
 type Cleaned = Result<Option<(Calibration, LeftOut)>, FitError>;
 
-/// The nominal fit without what spoils it, what is left out of it, and lost samples.
+/// The nominal fit without what spoils it, and that.
 pub(super) fn without_outliers(
     whole: &Calibration,
     options: &Options,
-) -> Result<(Calibration, LeftOut, Vec<Lost>), FitError> {
-    let mut out = LeftOut::default();
-    let mut leave_out = |nominal: Calibration, step: fn(&Calibration, &Options) -> Cleaned| {
-        let Some((rest, found)) = step(&nominal, options)? else { return Ok(nominal) };
-        out.extend(found);
-        Ok::<_, FitError>(rest)
-    };
-    let nominal = leave_out(whole.clone(), without_codes)?;
-    let nominal = leave_out(nominal, without_saturated)?;
-    let nominal = leave_out(nominal, settled)?;
-    let nominal = leave_out(nominal, without_frozen)?;
-    let (nominal, lost) = without_lost(nominal, options)?;
-    let nominal = leave_out(nominal, without_spikes)?;
-    let nominal = leave_out(nominal, without_spoiling)?;
-    Ok((nominal, out, lost))
+) -> Result<(Calibration, LeftOut), FitError> {
+    let steps: [fn(&Calibration, &Options) -> Cleaned; 7] = [
+        without_codes,
+        without_saturated,
+        settled,
+        without_frozen,
+        without_lost,
+        without_spikes,
+        without_spoiling,
+    ];
+    let (mut nominal, mut out) = (whole.clone(), LeftOut::default());
+    for step in steps {
+        if let Some((rest, found)) = step(&nominal, options)? {
+            nominal = rest;
+            out.extend(found);
+        }
+    }
+    Ok((nominal, out))
 }

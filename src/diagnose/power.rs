@@ -10,21 +10,21 @@
 //! | file | answers |
 //! |---|---|
 //! | [`mod@design`] | predicted readings, the library before them, how well delays will be known |
-//! | [`detection`] | how often an effect of some length enters, is named, and leads |
+//! | `detection` | how often an effect of some length enters, is named, and leads |
 //! | [`mod@sight`] | sizes, from the columns of one pass |
-//! | [`noise`] | the same for effects on the noise |
-//! | [`mod@remedies`] | what would be added to a campaign, tried |
-//! | [`words`] | a sentence for each row |
+//! | `noise` | the same for effects on the noise |
+//! | `remedies` | what would be added to a campaign, tried |
+//! | `words` | a sentence for each row |
 //!
 //! It is linear: sizes far beyond the typical ones are extrapolated. Structure outside the library
 //! has no size and is not in it.
 
 pub mod design;
-pub mod detection;
-pub mod noise;
-pub mod remedies;
+mod detection;
+mod noise;
+mod remedies;
 pub mod sight;
-pub mod words;
+mod words;
 
 use std::collections::BTreeMap;
 

@@ -10,6 +10,7 @@ use crate::campaign::delay_range::USUAL;
 use crate::campaign::{Run, Sample, Track};
 use crate::engine::found_starts::FoundStart;
 use crate::engine::gauss_markov::GaussMarkov;
+use crate::engine::layout::qualified;
 use crate::engine::pointwise::{Leaves, Program};
 use crate::graph::{Clock, Leaf, MeasurandKind, NodeId, Value};
 use crate::number::Number;
@@ -202,6 +203,16 @@ impl Part {
         angles.all(|other| other.factor == first.factor).then_some(first)
     }
 
+    /// A name with the label of the campaign, where there are several campaigns.
+    pub fn qualified(&self, name: &str) -> String {
+        qualified(self.label.as_deref(), name)
+    }
+
+    /// The name of a run, likewise.
+    pub fn run_name(&self, run: usize) -> String {
+        self.qualified(&self.runs[run].name)
+    }
+
     /// Where each measurand stands.
     pub fn slots(&self) -> &[Slot] {
         &self.slots
@@ -210,6 +221,11 @@ impl Part {
     /// All reading columns.
     pub fn reading_columns(&self) -> Range<usize> {
         0..self.slots.last().map_or(0, |slot| slot.columns().end)
+    }
+
+    /// All readings of a column, run after run.
+    pub fn readings_of(&self, column: usize) -> Vec<Vec<f64>> {
+        self.runs.iter().map(|run| run.record.column(column)).collect()
     }
 
     /// First reading column of each measurand.

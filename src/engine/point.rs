@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::engine::gram::PriorRow;
-use crate::engine::layout::Layout;
+use crate::engine::layout::{Instance, Layout};
 use crate::graph::Kind;
 use crate::model::Setting;
 use crate::number::{Gradient, Number, partial, partials};
@@ -70,6 +70,24 @@ impl Point {
             from_components(instance.kind, &components)
         });
         Self { values: values.collect() }
+    }
+
+    /// The values of this point, of one layout, in another one; what is new starts at what is stated,
+    /// else at zero.
+    pub fn carried(&self, from: &Layout, to: &Layout) -> Self {
+        self.carried_onto(from, to, Self::start(to))
+    }
+
+    /// The same where what is new stays as it is.
+    pub fn carried_onto(&self, from: &Layout, to: &Layout, mut onto: Self) -> Self {
+        for (value, instance) in onto.values.iter_mut().zip(&to.instances) {
+            let is_same =
+                |one: &Instance| one.name == instance.name && one.whose() == instance.whose();
+            if let Some(same) = from.instances.iter().position(is_same) {
+                *value = self.values[same];
+            }
+        }
+        onto
     }
 
     /// The point moved by `step` (one number a column).

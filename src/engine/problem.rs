@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::campaign::signal::Track;
 use crate::engine::found_starts::FoundStart;
 use crate::engine::lanes::InstructionSet;
-use crate::engine::layout::{Layout, Share, qualified};
+use crate::engine::layout::{Layout, Share};
 use crate::engine::noise::{factor_squares, impossible_factor};
 use crate::engine::part::Part;
 use crate::engine::point::{Point, seeded};
@@ -252,10 +252,13 @@ impl Problem {
 
     /// The names of all runs, with the labels of their campaigns where there are several.
     pub fn run_names(&self) -> Vec<String> {
-        let of = |part: &Part| -> Vec<String> {
-            part.runs.iter().map(|run| qualified(part.label.as_deref(), &run.name)).collect()
-        };
-        self.parts.iter().flat_map(of).collect()
+        let runs = self.parts.iter().flat_map(|part| (0..part.runs.len()).map(move |r| (part, r)));
+        runs.map(|(part, run)| part.run_name(run)).collect()
+    }
+
+    /// Number of samples.
+    pub fn sample_count(&self) -> usize {
+        self.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum()
     }
 
     /// Number of readings there are, a rotation counting as one.

@@ -199,8 +199,7 @@ fn whitened(
 fn sandwich(mut result: Calibration) -> Result<Calibration, NoiseError> {
     let problem = &result.problem;
     let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
-    let samples: usize =
-        problem.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum();
+    let samples = problem.sample_count();
     let length = if runs >= RUNS {
         None
     } else {

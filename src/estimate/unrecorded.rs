@@ -16,7 +16,6 @@
 use nalgebra::{Cholesky, DVector};
 
 use crate::campaign::{Sample, Samples, Track};
-use crate::engine::layout::qualified;
 use crate::engine::noise::{CHUNK, active_randoms, covariance_of};
 use crate::engine::part::SampleLeaves;
 use crate::engine::problem::Problem;
@@ -55,7 +54,7 @@ pub fn unrecorded(problem: &Problem, point: &Point) -> Option<Unrecorded> {
     let all: Vec<Vec<usize>> = problem.parts.iter().map(with_rates_alone).collect();
     let missed = over_runs(problem, point, &all);
     let lambda = length(&missed)?;
-    let label = |p: usize, name: &str| qualified(problem.parts[p].label.as_deref(), name);
+    let label = |p: usize, name: &str| problem.parts[p].qualified(name);
     let signals = all.iter().enumerate().flat_map(|(p, own)| own.iter().map(move |k| (p, *k)));
     let signals: Vec<(usize, usize)> = signals.collect();
     let name = |(p, input): &(usize, usize)| {

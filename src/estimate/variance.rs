@@ -84,7 +84,7 @@ pub fn start_levels(problem: &mut Problem, unknown: &[Unknown]) {
             Some(random.sigma.or(random.typical).unwrap_or(1e-6))
         };
         let largest = problem.parts.iter().filter_map(own).fold(0.0, f64::max);
-        set_random(problem, name, largest);
+        problem.set_random(name, largest);
     }
 }
 
@@ -209,16 +209,8 @@ fn level_of(random: &RandomSetting, unknown: &[Unknown]) -> Option<usize> {
 
 fn store(problem: &mut Problem, point: &mut Point, unknown: &Unknown, value: f64) {
     match unknown {
-        Unknown::Random(name) => set_random(problem, name, value),
+        Unknown::Random(name) => problem.set_random(name, value),
         Unknown::Instance(index) => point.values[*index][0] = value,
-    }
-}
-
-fn set_random(problem: &mut Problem, name: &str, value: f64) {
-    for part in &mut problem.parts {
-        if let Some(k) = index_of(part, name) {
-            part.random_sigma[k] = value;
-        }
     }
 }
 

@@ -222,7 +222,7 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
             "repeats": one.repeats,
         })
     });
-    let lost = diagnosis.lost.iter().map(|one| {
+    let lost = out.lost.iter().map(|one| {
         json!({
             "run": one.name,
             "first_row": one.rows.0,

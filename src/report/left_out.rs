@@ -20,7 +20,7 @@ pub fn table(diagnosis: &Diagnosis) -> String {
     for one in diagnosis.left_out.runs.iter().chain(&diagnosis.left_out.stretches) {
         add(one.rows, &one.measurand, &one.run);
     }
-    for one in &diagnosis.lost {
+    for one in &diagnosis.left_out.lost {
         add(one.rows, "", &one.name);
     }
     text
@@ -28,5 +28,5 @@ pub fn table(diagnosis: &Diagnosis) -> String {
 
 /// Whether there is anything to leave out.
 pub fn is_any(diagnosis: &Diagnosis) -> bool {
-    !diagnosis.left_out.is_empty() || !diagnosis.lost.is_empty()
+    !diagnosis.left_out.is_empty()
 }

@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::found::{LeftOut, Level, Lost, NoReading, NoiseEffect, Reading, Stretch};
-use crate::engine::layout::qualified;
 use crate::graph::names::MeasurandKind;
 use crate::model::Shape;
 use crate::report::figure;
@@ -76,7 +75,7 @@ fn in_campaign(of: Option<&str>) -> String {
 /// What is left out, by row, and what that does to the delays.
 fn left_out(diagnosis: &Diagnosis, found: &LeftOut) -> String {
     let mut text = String::new();
-    for one in &diagnosis.lost {
+    for one in &found.lost {
         let (Lost { name, rows: (first, last), periods, .. }, side) =
             (one, if one.periods > 0 { "later" } else { "earlier" });
         let plural = if periods.abs() == 1 { "" } else { "s" };
@@ -185,8 +184,8 @@ fn runs_left_out(diagnosis: &Diagnosis, left_out: &LeftOut) -> Vec<RunLeftOut> {
     let mut runs: BTreeSet<String> = BTreeSet::new();
     for part in &diagnosis.nominal.problem.parts {
         let names = &part.system.assembly.names.measurands;
-        for (index, run) in part.runs.iter().enumerate() {
-            let run = qualified(part.label.as_deref(), &run.name);
+        for index in 0..part.runs.len() {
+            let run = part.run_name(index);
             runs.insert(run.clone());
             for (one, rest) in names.iter().zip(part.present_in(index)) {
                 let out = counts.get(&(&run[..], &one.name[..])).copied().unwrap_or(0);

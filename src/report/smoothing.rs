@@ -3,7 +3,6 @@
 use serde_json::{Value, json};
 
 use crate::engine::Part;
-use crate::engine::layout::qualified;
 use crate::estimate::calibrate::Calibration;
 use crate::report::figure;
 use crate::report::json::number;
@@ -53,7 +52,7 @@ pub fn json(result: &Calibration) -> Value {
     let each = all(result).map(|(part, run, measurand, sigma)| {
         json!({
             "measurand": part.system.assembly.names.measurands[measurand].name,
-            "run": qualified(part.label.as_deref(), &part.runs[run].name),
+            "run": part.run_name(run),
             "sigma": number(Some(sigma)),
         })
     });

@@ -37,8 +37,8 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
         Verdict::Explained if diagnosis.rows.is_empty() => {
             let names: Vec<String> =
                 diagnosis.noise.iter().map(|one| format!("`{}`", one.name)).collect();
-            let left_out = !diagnosis.left_out.is_empty() || !diagnosis.lost.is_empty();
-            let left_out = left_out.then(|| "readings that are left out".to_owned());
+            let is_less = !diagnosis.left_out.is_empty();
+            let left_out = is_less.then(|| "readings that are left out".to_owned());
             let correlated =
                 (!diagnosis.autocorrelation.is_empty()).then(|| "autocorrelated noise".to_owned());
             let of_runs = diagnosis.levels.iter().any(|one| one.run.is_some());

@@ -2,7 +2,6 @@
 //!
 //! Which effects and values is settled elsewhere ([`super::draw`]).
 
-use crate::diagnose::fitted::carried;
 use crate::engine::point::NamedValue;
 use crate::engine::simulate::simulate;
 use crate::engine::{Point, Problem};
@@ -34,7 +33,7 @@ pub(super) fn with(
         Err(_) => part.clone(),
     });
     let full = Problem::new(parts.collect());
-    let mut point = carried(&design.problem, &design.truth, &full);
+    let mut point = design.truth.carried(&design.problem.layout, &full.layout);
     point.set_named(&full.layout, values);
     (full, point)
 }

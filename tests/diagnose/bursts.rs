@@ -218,6 +218,6 @@ fn eight_lost_samples_are_reported() {
     });
     let found = run(problem, &opened);
     assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
-    let [lost] = &found.lost[..] else { unreachable!("{:?}", found.lost) };
+    let [lost] = &found.left_out.lost[..] else { unreachable!("{:?}", found.left_out) };
     assert_eq!((lost.periods, lost.samples.start), (8, 40), "{lost:?}");
 }

@@ -9,7 +9,6 @@ use std::path::Path;
 
 use homepoint::diagnose::budget::answer::Verdict;
 use homepoint::diagnose::evidence::{Entry, Evidence};
-use homepoint::diagnose::fitted::carried;
 use homepoint::diagnose::library::candidate::Candidate;
 use homepoint::diagnose::library::offer::offer;
 use homepoint::diagnose::library::wanted::Wanted;
@@ -154,7 +153,7 @@ impl Rig {
             let mut part = problem.parts[0].with_system(with);
             part.random_sigma = problem.parts[0].random_sigma.clone();
             let mut drawn = Problem::new(vec![part]);
-            let mut point = carried(&problem, &self.truth, &drawn);
+            let mut point = self.truth.carried(&problem.layout, &drawn.layout);
             for (owner, value) in entry.owners.iter().zip(values.iter()) {
                 for (index, instance) in drawn.layout.instances.iter().enumerate() {
                     if instance.name == owner.parameter && instance.of == owner.of {

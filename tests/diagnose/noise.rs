@@ -62,9 +62,9 @@ fn lost_samples_are_found_with_their_rows() {
     shifted(&mut problem, fast[0], 30..last, 1);
     shifted(&mut problem, fast[1], 20..40, -2);
     let before = run(problem.clone(), &opened);
-    assert_eq!(before.verdict, Verdict::Explained, "{} {:?}", told(&before), before.lost);
+    assert_eq!(before.verdict, Verdict::Explained, "{} {:?}", told(&before), before.left_out);
     assert!(before.rows.is_empty());
-    let [first, second] = before.lost.as_slice() else { unreachable!("{:?}", before.lost) };
+    let [first, second] = &before.left_out.lost[..] else { unreachable!("{:?}", before.left_out) };
     let mut found = [first, second];
     found.sort_by_key(|one| one.run);
     assert_eq!((found[0].run, found[0].periods), (fast[0], 1));

@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use homepoint::diagnose::evidence::Evidence;
-use homepoint::diagnose::fitted::carried;
 use homepoint::diagnose::library::candidate::Candidate;
 use homepoint::diagnose::library::wanted::Wanted;
 use homepoint::diagnose::power::design::{Prospect, design, prospect};
@@ -54,7 +53,7 @@ fn drawn(
         part.random_sigma.fill(0.0);
     }
     let mut with = Problem::new(vec![part]);
-    let mut truth = carried(problem, point, &with);
+    let mut truth = point.carried(&problem.layout, &with.layout);
     for (owner, value) in owners.iter().zip(values.iter()) {
         for (index, instance) in with.layout.instances.iter().enumerate() {
             if instance.name == owner.parameter

@@ -34,7 +34,6 @@ const ROOMS: &[&str] = &[
     "library",
     "evidence",
     "found",
-    "sequences",
     "outliers",
     "gap",
     "budget",

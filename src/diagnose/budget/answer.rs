@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnose::found::{LeftOut, Level, Lost, NoiseEffect};
-use crate::diagnose::gap::Gap;
-use crate::diagnose::gap::steps::Steps;
+use crate::diagnose::found::{LeftOut, Level, NoiseEffect};
+use crate::diagnose::gap::{Gap, Steps};
 use crate::diagnose::library::candidate::NotTestable;
 use crate::diagnose::library::place::Place;
 use crate::diagnose::library::variant::Variant;
@@ -216,10 +215,8 @@ pub struct Diagnosis {
     pub absorbed: Vec<Absorbed>,
     /// Effects that cannot be tested here.
     pub not_testable: Vec<NotTestable>,
-    /// Readings that are left out.
+    /// What is left out.
     pub left_out: LeftOut,
-    /// Stretches of lost samples.
-    pub lost: Vec<Lost>,
     /// The delays with and without the readings that are left out.
     pub delays: Vec<ComparedDelay>,
     /// Stated values that the readings contradict.
@@ -242,7 +239,7 @@ impl Diagnosis {
     }
 
     /// Of a nominal model alone.
-    pub fn without_search(nominal: Calibration, verdict: Verdict, lost: Vec<Lost>) -> Self {
+    pub fn without_search(nominal: Calibration, verdict: Verdict) -> Self {
         Self {
             nominal,
             verdict,
@@ -259,7 +256,6 @@ impl Diagnosis {
             absorbed: Vec::new(),
             not_testable: Vec::new(),
             left_out: LeftOut::default(),
-            lost,
             delays: Vec::new(),
             contradicted: Vec::new(),
             beyond_range: Vec::new(),

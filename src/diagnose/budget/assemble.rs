@@ -3,8 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnose::fitted::Fitted;
-use crate::diagnose::gap::gap;
-use crate::diagnose::gap::steps::Steps;
+use crate::diagnose::gap::{Steps, gap};
 use crate::diagnose::library::prior::{Cause, Prior};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::finish;
@@ -159,7 +158,7 @@ impl Diagnosis {
             noise: self.noise.len()
                 + self.autocorrelation.len()
                 + self.levels.iter().filter(|one| one.run.is_some()).count()
-                + usize::from(!self.left_out.is_empty() || !self.lost.is_empty()),
+                + usize::from(!self.left_out.is_empty()),
             largest_scale,
         });
         Ok(self)

@@ -12,7 +12,6 @@ use super::selection::Selection;
 use super::sums::Appended;
 use super::terms::{Base, Change, Term, without};
 use crate::diagnose::thresholds::ENTER;
-use crate::engine::layout::qualified;
 
 mod moments;
 
@@ -116,8 +115,8 @@ impl Linear {
             let block = &self.candidates[change.base.candidate];
             let (part, run) = self.fitted.problem.run_at(change.at.0);
             let part = &self.fitted.problem.parts[part];
+            let name = part.run_name(run);
             let run = &part.runs[run];
-            let name = qualified(part.label.as_deref(), &run.name);
             let row = run.record.row(change.at.1);
             let last = change.end.map(|end| run.record.row(end.saturating_sub(1)));
             let place = block.place.as_ref().map(|place| place.from(&name, (row, last)));

@@ -14,9 +14,9 @@ use rayon::prelude::*;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::noise::{Component, components};
 use crate::diagnose::budget::selection::Selection;
-use crate::diagnose::sequences::robust;
 use crate::diagnose::thresholds::NEIGHBOURS;
 use crate::engine::Problem;
+use crate::statistics::robust;
 
 /// Readings of a component that are looked at, at most.
 const MOST: usize = 2000;

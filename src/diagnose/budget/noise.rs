@@ -6,11 +6,10 @@
 use std::collections::BTreeMap;
 
 use crate::diagnose::found::{LeftOut, Reading};
-use crate::diagnose::sequences::robust;
 use crate::engine::Problem;
 use crate::engine::gauss_markov::{GaussMarkov, NoiseClock};
-use crate::engine::layout::qualified;
 use crate::estimate::noise_model::likelihood::{Sequence, likeliest};
+use crate::statistics::robust;
 
 use super::linear::Linear;
 use super::rows::Values;
@@ -187,7 +186,7 @@ pub fn leave_out(problem: &mut Problem, linear: &Linear, outliers: &[Outlier]) -
         let measurand = measurand - linear.sums.first_measurand[number];
         let part = &mut problem.parts[number];
         let columns = part.slots()[measurand].columns();
-        let name = qualified(part.label.as_deref(), &part.runs[run].name);
+        let name = part.run_name(run);
         let record = &mut part.runs[run].record;
         left_out.readings.push(Reading {
             run: name.as_str().into(),

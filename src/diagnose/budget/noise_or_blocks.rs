@@ -12,10 +12,9 @@ use super::linear::Linear;
 use super::noise::{Component, Components, components, gauss_markov};
 use super::selection::Selection;
 use super::terms::Term;
-use crate::diagnose::sequences::robust;
 use crate::diagnose::thresholds::{NOISE, NOISE_OF_A_RUN};
 use crate::engine::gauss_markov::GaussMarkov;
-use crate::statistics::upper_median;
+use crate::statistics::{robust, upper_median};
 
 /// Residuals of a component whose noise may be autocorrelated at least.
 const LEAST_OF_COMPONENT: usize = 50;

@@ -4,7 +4,6 @@
 use indexmap::IndexMap;
 
 use crate::engine::Problem;
-use crate::engine::layout::qualified;
 use crate::engine::signatures::{Signature, Signatures};
 use crate::graph::Scope;
 
@@ -81,7 +80,7 @@ pub(in crate::diagnose) fn owner_in(
     signature: &Signature,
 ) -> Owner {
     let data = &problem.parts[part];
-    let label = |name: &str| qualified(data.label.as_deref(), name);
+    let label = |name: &str| data.qualified(name);
     let of = match signature.scope {
         Scope::Rig => data.rig.clone().or_else(|| data.label.clone()),
         Scope::Instrument => data.instrument.clone().or_else(|| data.label.clone()),

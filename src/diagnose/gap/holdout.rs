@@ -20,9 +20,10 @@ use crate::graph::Scope;
 use crate::model::Override;
 use crate::system::{Selected, System};
 
-use super::steps::Steps;
-use super::within_runs::{Eighths, only};
-use super::{Drop, Gap, Step, taken};
+use super::{Drop, Gap, Step, Steps, taken};
+
+/// Stretches that a run is cut into.
+const EIGHTHS: usize = 8;
 
 /// Why a held-out campaign cannot be judged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -41,13 +42,10 @@ pub enum HoldoutError {
 }
 
 /// The gap of a held-out campaign, without and with the effects that were adopted elsewhere.
-///
-/// # Errors
-/// [`HoldoutError`] where the campaign cannot be fitted at all, or does not take an effect.
 pub fn holdout(opened: &Opened, models: &Steps, options: &Options) -> Result<Gap, HoldoutError> {
     let held = Held { parts: &opened.problem.parts, recipes: &opened.recipes, options };
     let parts = held.sound(models.last())?;
-    let readings = |parts: &[Part]| Problem::new(parts.to_vec()).reading_count();
+    let readings = |parts: &[Part]| parts.iter().flat_map(Part::present).sum::<usize>();
     let left_out = readings(held.parts) - readings(&parts);
     let held = Held { parts: &parts, ..held };
     let both = |model: &Fitted| {
@@ -63,17 +61,17 @@ pub fn holdout(opened: &Opened, models: &Steps, options: &Options) -> Result<Gap
         if by_eighths { Scored::of_the_rest(&whole, learnt) } else { Scored::of(whole) }
     };
     let before = scored(nominal);
-    let mut steps: Vec<Step> = Vec::new();
-    let mut last = before.clone();
-    for ((effect, _), next) in models.with.iter().zip(with.into_iter().map(scored)) {
-        let held_out_drop = taken(&last.drops(&next));
+    let with: Vec<Scored> = with.into_iter().map(scored).collect();
+    let (mut steps, mut last) = (Vec::new(), &before);
+    for ((effect, _), next) in models.with.iter().zip(&with) {
+        let held_out_drop = taken(&last.drops(next));
         steps.push(Step { effect: effect.clone(), rms: next.rms.clone(), held_out_drop });
         last = next;
     }
-    let drops = before.drops(&last);
+    let drops = before.drops(last);
     Ok(Gap {
         held_out: opened.campaigns.first().map(|campaign| campaign.name.clone()),
-        before: before.rms,
+        before: before.rms.clone(),
         steps,
         lambda: taken(&drops).max(0.0).sqrt(),
         left_out,
@@ -90,7 +88,6 @@ struct Held<'a> {
 }
 
 /// How well a model predicts.
-#[derive(Clone)]
 struct Scored {
     /// Of what is judged.
     rms: Vec<(String, f64)>,
@@ -111,7 +108,7 @@ impl Scored {
 
     /// Of the eighths of runs that a fit did not learn from.
     fn of_the_rest(whole: &Fitted, learnt: Fitted) -> Self {
-        let mut problem = only(&whole.problem, Eighths::Judged);
+        let mut problem = eighths(&whole.problem, 1);
         problem.reweight(&learnt.fit.point);
         let normal = problem.normal(&learnt.fit.point);
         Self::of(Fitted { problem, fit: Fit { normal, ..learnt.fit }, ..learnt })
@@ -185,7 +182,7 @@ impl Held<'_> {
             hold(&mut system, part, model);
             let mut part = part.with_system(system);
             for (random, sigma) in part.system.randoms.iter().zip(&mut part.random_sigma) {
-                *sigma = model.random(&random.name).unwrap_or(*sigma);
+                *sigma = model.problem.random(&random.name).unwrap_or(*sigma);
             }
             parts.push(part);
         }
@@ -197,7 +194,7 @@ impl Held<'_> {
 
     /// The same model fitted to every other eighth of each run.
     fn learns_in_part(self, whole: &Fitted) -> Result<Fitted, FitError> {
-        let mut problem = only(&whole.problem, Eighths::Learnt);
+        let mut problem = eighths(&whole.problem, 0);
         let fit = fit(&mut problem, whole.fit.point.clone(), self.options)?;
         Ok(Fitted { recipes: whole.recipes.clone(), problem, fit })
     }
@@ -239,6 +236,17 @@ fn with_effects(
         }
     }
     Ok(system)
+}
+
+/// A problem with every other eighth of each run, from the one of this number on: a run's own
+/// parameters are fitted to the first, the third and so on (0), and those between are judged (1).
+fn eighths(problem: &Problem, first: usize) -> Problem {
+    let mut rest = problem.clone();
+    rest.leave_out_samples(|count| {
+        let edge = |eighth: usize| (eighth * count).div_ceil(EIGHTHS);
+        (1 - first..EIGHTHS).step_by(2).map(|one| edge(one)..edge(one + 1)).collect()
+    });
+    problem.with_parts(rest.parts)
 }
 
 /// Puts the runs of a problem in the place of those of some campaigns.

@@ -9,9 +9,9 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use crate::diagnose::sequences::{OfRun, Sequence, median_size};
 use crate::engine::{Point, Problem};
-use crate::statistics::upper_median;
+use crate::estimate::residuals::{OfRun, Residuals};
+use crate::statistics::{median_size, upper_median};
 
 use super::left_out::{OfSamples, rare};
 use super::limits::{MOST_OUTLIERS, OUTLIER, limit};
@@ -40,7 +40,7 @@ const WHOLE: f64 = 0.5;
 type Sizes = Vec<(usize, f64)>;
 
 /// The bursts among residuals seen from a point that they do not bend.
-pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Sequence]) -> Vec<OfSamples> {
+pub(super) fn bursts(problem: &Problem, point: &Point, all: &[Residuals]) -> Vec<OfSamples> {
     let mut found = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         let measurands = part.slots().len();
@@ -85,7 +85,12 @@ fn of_one(sizes: &Sizes, whole: &[Range<usize>]) -> Option<Vec<Range<usize>>> {
 /// Whether the median of a measurand's readings in a stretch differs from that of as many before and
 /// after it, by one robust standard deviation and by [`FAR`] of those of a difference of medians.
 /// Readings of its own bursts do not count.
-fn is_offset(all: &[Sequence], of: OfRun, samples: &Range<usize>, bursts: &[Range<usize>]) -> bool {
+fn is_offset(
+    all: &[Residuals],
+    of: OfRun,
+    samples: &Range<usize>,
+    bursts: &[Range<usize>],
+) -> bool {
     let count = samples.len();
     let before = samples.start.saturating_sub(count)..samples.start;
     let after = samples.end..samples.end + count;
@@ -115,7 +120,7 @@ fn is_offset(all: &[Sequence], of: OfRun, samples: &Range<usize>, bursts: &[Rang
 
 /// Takes stretches of whole samples that a shift of the clock explains from bursts. From one
 /// measurand that is wrong for a while nothing follows about the clock.
-fn without_shifts(problem: &Problem, point: &Point, all: &[Sequence], found: &mut Vec<OfSamples>) {
+fn without_shifts(problem: &Problem, point: &Point, all: &[Residuals], found: &mut Vec<OfSamples>) {
     let runs: BTreeSet<(usize, usize)> = found.iter().map(|(of, _)| (of.part, of.run)).collect();
     for (p, run) in runs {
         let shifted = Shifted::new(problem, (p, run), point, all);
@@ -130,7 +135,7 @@ fn without_shifts(problem: &Problem, point: &Point, all: &[Sequence], found: &mu
 }
 
 /// The sizes of a measurand's readings in a run, of the component that is farthest out.
-fn sizes(all: &[Sequence], of: OfRun) -> Sizes {
+fn sizes(all: &[Residuals], of: OfRun) -> Sizes {
     let mut sizes: Sizes = Vec::new();
     for one in all.iter().filter(|one| one.of() == of.of()) {
         let unit = limit(one, of.run) / OUTLIER;

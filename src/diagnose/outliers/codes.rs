@@ -8,20 +8,20 @@
 //! are outliers from where they do nothing. Numbers that are wrong and differ are for [`super::limits`]
 //! and `spikes`.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use crate::campaign::Run;
-use crate::diagnose::found::{LeftOut, NoReading};
-use crate::diagnose::sequences::{Sequence, median_size, robust, seen_from};
+use crate::diagnose::found::NoReading;
 use crate::engine::Part;
 use crate::engine::part::Slot;
 use crate::estimate::batch::{Options, Outcome};
-use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::calibrate::Calibration;
+use crate::estimate::residuals::{Residuals, seen_from};
+use crate::statistics::{median_size, robust};
 
 use super::Cleaned;
-use super::left_out::{Far, leave_out, listed};
 use super::limits::{OUTLIER, has_beyond};
 use super::settle::is_spoilt;
+use super::suspects::{Suspect, without_suspects};
 
 /// A measurand has so many codes at most: of more numbers those that are there most often are
 /// looked at.
@@ -38,90 +38,42 @@ const JUMP: f64 = 5.0;
 /// Leaves codes out where the nominal fit does not settle, is spoilt or may hide it, and fits
 /// again; `None` where there are none.
 pub(super) fn without_codes(whole: &Calibration, options: &Options) -> Cleaned {
-    let problem = &whole.problem;
-    let mut seen = seen_from(problem, &whole.fit.point);
-    if !is_in_doubt(whole, &seen) {
+    if !is_in_doubt(whole) {
         return Ok(None);
     }
-    let mut found: Vec<Vec<Codes>> = problem.parts.iter().map(codes_of).collect();
-    // First all, then those that are outliers from where they do nothing.
-    let rest = loop {
-        if found.iter().flatten().flatten().all(Vec::is_empty) {
-            return Ok(None);
-        }
-        let mut without = problem.clone();
-        seen.iter().for_each(|one| leave_out(&mut without, one, &far(one, &found)));
-        let rest = calibrate(without, options)?;
-        seen = seen_from(problem, &rest.fit.point);
-        // What is off in one of its components is no reading.
-        let far_out = seen.iter().filter(|one| is_far_out(one, &far(one, &found)));
-        let far_out: BTreeSet<(usize, usize)> = far_out.map(Sequence::of).collect();
-        let mut is_done = true;
-        for (part, measurand) in seen.iter().map(Sequence::of).filter(|of| !far_out.contains(of)) {
-            for run in &mut found[part][measurand] {
-                is_done &= run.is_empty();
-                run.clear();
-            }
-        }
-        if is_done {
-            break rest;
-        }
-    };
-    if whole.is_sound() && !rest.is_sound() {
-        return Ok(None);
-    }
-    let far: Vec<Far> = seen.iter().map(|one| far(one, &found)).collect();
-    let code = |one: &Sequence, run: usize, sample: usize| {
-        let codes = &found[one.part][one.measurand][run];
-        let at = codes.binary_search_by_key(&sample, |code| code.0);
-        at.ok().map(|at| NoReading::Code(codes[at].1))
-    };
-    let readings = listed(problem, &seen, &far, code);
-    Ok(Some((rest, LeftOut { readings, ..LeftOut::default() })))
+    let parts = whole.problem.parts.iter().enumerate();
+    let suspects = parts.flat_map(|(number, part)| codes_of(number, part)).collect();
+    without_suspects(whole, suspects, is_far_out, NoReading::Code, options)
 }
 
 /// Whether a fit may be spoilt: it does not settle, leaves far too much or some reading far beyond
 /// the others, or has levels of its own, which grow with what is left.
-fn is_in_doubt(whole: &Calibration, seen: &[Sequence]) -> bool {
+fn is_in_doubt(whole: &Calibration) -> bool {
+    let has_outlier = |one: &Residuals| has_beyond(one, OUTLIER);
     whole.fit.outcome != Outcome::Converged
         || is_spoilt(whole)
         || !whole.levels.is_empty()
-        || seen.iter().any(|one| has_beyond(one, OUTLIER))
-}
-
-/// The residuals of a sequence where codes stand.
-fn far(one: &Sequence, found: &[Vec<Codes>]) -> Far {
-    let codes = found[one.part][one.measurand].iter().zip(&one.runs);
-    codes.map(|(at, run)| at.iter().map(|(sample, _)| (*sample, run[*sample])).collect()).collect()
+        || seen_from(&whole.problem, &whole.fit.point).iter().any(has_outlier)
 }
 
 /// Whether most readings in the place of which codes would stand are outliers; where there are none
 /// all are.
-fn is_far_out(one: &Sequence, far: &Far) -> bool {
-    let mut others: Vec<f64> = Vec::new();
-    for (run, far) in far.iter().enumerate() {
-        let is_code = |sample| far.binary_search_by(|one| one.0.cmp(&sample)).is_ok();
-        let readings = one.readings(run).into_iter();
-        others.extend(readings.filter(|(at, _)| !is_code(*at)).map(|(_, value)| value));
-    }
-    let codes = far.iter().flatten().map(|(_, value)| value);
-    let Some(size) = median_size(codes) else { return true };
+fn is_far_out(codes: &Suspect, all: &Residuals) -> bool {
+    let (own, others) = codes.apart(all);
+    let Some(size) = median_size(&own) else { return true };
     robust(&others).is_some_and(|deviation| size > OUTLIER * deviation)
 }
 
-/// The samples of each run that hold a code of a measurand, with it.
-type Codes = Vec<Vec<(usize, f64)>>;
-
-/// Those of each measurand of a campaign. A rotation that is a code has a code in some component,
-/// and comes back with all of them.
-fn codes_of(part: &Part) -> Vec<Codes> {
-    let of_slot = |slot: &Slot| {
-        let columns: Vec<Vec<Vec<f64>>> = slot.columns().map(|one| readings(part, one)).collect();
+/// The codes of each measurand of a campaign that has some. A rotation that is a code has a code in
+/// some component, and comes back with all of them.
+fn codes_of(number: usize, part: &Part) -> Vec<Suspect> {
+    let of_slot = |(measurand, slot): (usize, &Slot)| {
+        let columns: Vec<Vec<Vec<f64>>> = slot.columns().map(|one| part.readings_of(one)).collect();
         let codes: Vec<Vec<f64>> = columns.iter().map(|runs| codes(runs)).collect();
         let whole = |run: usize, sample: usize| -> Vec<u64> {
             columns.iter().map(|runs| runs[run][sample].to_bits()).collect()
         };
-        let mut found: Codes = vec![Vec::new(); part.runs.len()];
+        let mut found: Vec<Vec<(usize, f64)>> = vec![Vec::new(); part.runs.len()];
         let mut places: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
         for (run, found) in found.iter_mut().enumerate() {
             for sample in 0..columns[0][run].len() {
@@ -136,21 +88,10 @@ fn codes_of(part: &Part) -> Vec<Codes> {
         for (run, found) in found.iter_mut().enumerate() {
             found.retain(|(sample, _)| places[&whole(run, *sample)] >= PLACES);
         }
-        found
+        let is_any = found.iter().any(|run| !run.is_empty());
+        is_any.then_some(Suspect { of: (number, measurand), at: found, side: 0.0 })
     };
-    part.slots().iter().map(of_slot).collect()
-}
-
-/// A reading column of each run.
-pub(super) fn readings(part: &Part, column: usize) -> Vec<Vec<f64>> {
-    let of_run = |run: &Run| {
-        let mut all = Vec::with_capacity(run.record.len());
-        run.record.walk(|stretch| {
-            all.extend_from_slice(&stretch.samples.readings[column][stretch.range()]);
-        });
-        all
-    };
-    part.runs.iter().map(of_run).collect()
+    part.slots().iter().enumerate().filter_map(of_slot).collect()
 }
 
 /// The numbers among the readings of some runs that are codes.

@@ -1,6 +1,6 @@
 //! Delays with all readings and without those that are left out, with the same noise.
 
-use crate::diagnose::fitted::{Fitted, carried};
+use crate::diagnose::fitted::Fitted;
 use crate::estimate::batch::{Fit, FitError, Options};
 use crate::estimate::calibrate::{Calibration, finish};
 
@@ -35,7 +35,7 @@ pub(in crate::diagnose) fn compared_delays(
         part.runs.clone_from(&given.runs);
     }
     let given = problem.with_parts(parts);
-    let point = carried(&problem, &fit.point, &given);
+    let point = fit.point.carried(&problem.layout, &given.layout);
     let with = Fitted { recipes, problem: given, fit: Fit { point, ..fit.clone() } };
     let with = with.again(options)?;
     // Outliers may keep the fit of all from settling: then it has no delays.

@@ -10,14 +10,14 @@
 use std::ops::Range;
 
 use crate::diagnose::found::LeftOut;
-use crate::diagnose::sequences::{OfRun, Sequence, robust, seen_from};
 use crate::engine::{Part, Problem};
 use crate::estimate::batch::Options;
-use crate::estimate::calibrate::Calibration;
+use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::residuals::{OfRun, Residuals, seen_from};
+use crate::statistics::robust;
 
 use super::Cleaned;
-use super::codes::readings;
-use super::left_out::{OfSamples, fit_without, rare, stretches_out};
+use super::left_out::{OfSamples, if_sound, rare, stretches_out};
 
 /// Fewer repeats are none.
 const FEWEST: usize = 3;
@@ -36,19 +36,20 @@ pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleane
     }
     let mut rest = problem.clone();
     let stretches = stretches_out(&mut rest, &all, &frozen, true);
-    let fitted = fit_without(nominal, rest, options)?;
-    Ok(fitted.map(|fitted| (fitted, LeftOut { stretches, ..LeftOut::default() })))
+    let found = LeftOut { stretches, ..LeftOut::default() };
+    Ok(if_sound(nominal, calibrate(rest, options)?, found))
 }
 
 /// The stretches of frozen readings. Where one measurand is frozen, repeats of others beside it
 /// are, too, though these may have moved by little.
-fn frozen(problem: &Problem, all: &[Sequence]) -> Vec<OfSamples> {
+fn frozen(problem: &Problem, all: &[Residuals]) -> Vec<OfSamples> {
     let (mut frozen, mut beside) = (Vec::new(), Vec::new());
     for (p, part) in problem.parts.iter().enumerate() {
         for measurand in 0..part.slots().len() {
             let repeats = repeats(part, measurand);
-            let own: Vec<&Sequence> = all.iter().filter(|one| one.of() == (p, measurand)).collect();
-            let changes = |one: &&Sequence| change(one, &repeats).max(part.sigma[measurand]);
+            let own: Vec<&Residuals> =
+                all.iter().filter(|one| one.of() == (p, measurand)).collect();
+            let changes = |one: &&Residuals| change(one, &repeats).max(part.sigma[measurand]);
             let changes: Vec<f64> = own.iter().map(changes).collect();
             for (run, repeats) in repeats.iter().enumerate() {
                 for samples in repeats.iter().filter(|samples| samples.len() >= FEWEST) {
@@ -76,7 +77,7 @@ fn frozen(problem: &Problem, all: &[Sequence]) -> Vec<OfSamples> {
 /// between them counts as repeated.
 fn repeats(part: &Part, measurand: usize) -> Vec<Vec<Range<usize>>> {
     let slot = &part.slots()[measurand];
-    let columns: Vec<Vec<Vec<f64>>> = slot.columns().map(|one| readings(part, one)).collect();
+    let columns: Vec<Vec<Vec<f64>>> = slot.columns().map(|one| part.readings_of(one)).collect();
     let of_run = |run: usize| {
         let read = |sample: usize| columns.iter().map(move |runs| runs[run][sample].to_bits());
         let mut found: Vec<Range<usize>> = Vec::new();
@@ -97,7 +98,7 @@ fn repeats(part: &Part, measurand: usize) -> Vec<Vec<Range<usize>>> {
 
 /// The robust standard deviation of a residual, from its changes from one reading to the next;
 /// repeats are not counted.
-fn change(one: &Sequence, repeats: &[Vec<Range<usize>>]) -> f64 {
+fn change(one: &Residuals, repeats: &[Vec<Range<usize>>]) -> f64 {
     let mut changes = Vec::new();
     for (run, repeats) in repeats.iter().enumerate() {
         let is_repeat = |sample: usize| {

@@ -9,33 +9,25 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::diagnose::found::{NoReading, Reading, Stretch};
-use crate::diagnose::sequences::{OfRun, Sequence, median_size};
-use crate::engine::layout::qualified;
+use crate::diagnose::found::{LeftOut, NoReading, Reading, Stretch};
 use crate::engine::{Part, Problem};
-use crate::estimate::batch::{FitError, Options};
-use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::calibrate::Calibration;
+use crate::estimate::residuals::{Far, OfRun, Residuals, leave_out};
+use crate::statistics::median_size;
 
 /// Part of a measurand's readings that may be wrong in stretches.
 const MOST: f64 = 0.4;
 
-/// Samples and residuals of readings of a sequence, by run.
-pub(super) type Far = Vec<Vec<(usize, f64)>>;
-
 /// Some samples of a measurand in a run.
 pub(super) type OfSamples = (OfRun, Range<usize>);
 
-/// The fit of what is left of campaigns; `None` where it is not sound, but that of all is.
-///
-/// # Errors
-/// [`FitError`] where the rest cannot be fitted at all.
-pub(super) fn fit_without(
+/// The fit of the rest with what was left out; `None` where it is not sound, but that of all is.
+pub(super) fn if_sound(
     nominal: &Calibration,
-    rest: Problem,
-    options: &Options,
-) -> Result<Option<Calibration>, FitError> {
-    let fitted = calibrate(rest, options)?;
-    Ok((fitted.is_sound() || !nominal.is_sound()).then_some(fitted))
+    rest: Calibration,
+    left_out: LeftOut,
+) -> Option<(Calibration, LeftOut)> {
+    (rest.is_sound() || !nominal.is_sound()).then_some((rest, left_out))
 }
 
 /// Stretches in order, without those of measurands that are structure or have too many of them.
@@ -57,28 +49,17 @@ pub(super) fn rare(
     found
 }
 
-/// Leaves readings of sequences out and lists them.
-pub(super) fn readings_out(problem: &mut Problem, all: &[Sequence], far: &[Far]) -> Vec<Reading> {
+/// Leaves readings out that are far out, and lists them.
+pub(super) fn readings_out(problem: &mut Problem, all: &[Residuals], far: &[Far]) -> Vec<Reading> {
     let readings = listed(problem, all, far, |_, _, _| None);
-    all.iter().zip(far).for_each(|(one, far)| leave_out(problem, one, far));
+    all.iter().zip(far).for_each(|(one, far)| leave_out(problem, one.of(), far));
     readings
-}
-
-/// Leaves readings of a sequence out.
-pub(super) fn leave_out(problem: &mut Problem, one: &Sequence, far: &Far) {
-    let part = &mut problem.parts[one.part];
-    let columns = part.slots()[one.measurand].columns();
-    for (run, far) in part.runs.iter_mut().zip(far) {
-        let groups = far.chunk_by(|before, after| after.0 == before.0 + 1);
-        let range = |group: &[(usize, f64)]| group[0].0..group[0].0 + group.len();
-        run.record.leave_out(groups.map(|group| (range(group), columns.clone())));
-    }
 }
 
 /// Leaves stretches of readings out and lists them; `repeats` where they repeat the reading before.
 pub(super) fn stretches_out(
     problem: &mut Problem,
-    all: &[Sequence],
+    all: &[Residuals],
     off: &[OfSamples],
     repeats: bool,
 ) -> Vec<Stretch> {
@@ -91,13 +72,13 @@ pub(super) fn stretches_out(
     stretches
 }
 
-/// Readings of sequences as they are listed, each once; `instead` is what stands in the place of a
+/// Readings that are far out as they are listed, each once; `instead` is what stands in the place of a
 /// sample of a run.
 pub(super) fn listed(
     problem: &Problem,
-    all: &[Sequence],
+    all: &[Residuals],
     far: &[Far],
-    instead: impl Fn(&Sequence, usize, usize) -> Option<NoReading>,
+    instead: impl Fn(&Residuals, usize, usize) -> Option<NoReading>,
 ) -> Vec<Reading> {
     let (mut readings, mut listed) = (Vec::new(), BTreeSet::new());
     for (one, far) in all.iter().zip(far) {
@@ -108,7 +89,7 @@ pub(super) fn listed(
             let mut new = far.clone();
             new.retain(|(at, _)| listed.insert((one.part, number, one.measurand, *at)));
             let samples: Vec<usize> = new.iter().map(|(sample, _)| *sample).collect();
-            let called: Arc<str> = qualified(part.label.as_deref(), &run.name).into();
+            let called: Arc<str> = part.run_name(number).into();
             let rows = run.record.rows(&samples);
             readings.extend(new.iter().zip(rows).map(|((sample, value), row)| Reading {
                 run: Arc::clone(&called),
@@ -126,7 +107,7 @@ pub(super) fn listed(
 /// where no readings are there.
 fn stretch(
     problem: &Problem,
-    all: &[Sequence],
+    all: &[Residuals],
     (off, samples): &OfSamples,
     repeats: bool,
 ) -> Option<Stretch> {
@@ -137,7 +118,7 @@ fn stretch(
     let ends = [there.first()?.0, there.last()?.0];
     let rows = problem.parts[off.part].runs[off.run].record.rows(&ends);
     let size =
-        |one: &Sequence| Some(median_size(&one.runs[off.run][samples.clone()])? / one.deviation);
+        |one: &Residuals| Some(median_size(&one.runs[off.run][samples.clone()])? / one.deviation);
     let sizes = own().filter(|one| one.deviation > 0.0).filter_map(size);
     Some(Stretch {
         run,

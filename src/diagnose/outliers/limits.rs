@@ -9,12 +9,11 @@
 use std::collections::BTreeSet;
 
 use crate::diagnose::found::LeftOut;
-use crate::diagnose::sequences::{OfRun, Sequence, robust, seen_from};
-use crate::engine::layout::qualified;
 use crate::engine::{Point, Problem};
-use crate::graph::Scope;
+use crate::estimate::residuals::{Far, OfRun, Residuals, seen_from};
+use crate::statistics::robust;
 
-use super::left_out::{Far, readings_out, stretches_out};
+use super::left_out::{readings_out, stretches_out};
 
 /// Outliers are so many robust standard deviations out, of their measurand and of it in their
 /// run.
@@ -43,12 +42,12 @@ pub(super) fn without_wrong_at(problem: &Problem, point: &Point) -> (Problem, Le
 }
 
 /// Whether some reading is so many robust standard deviations out among all.
-pub(super) fn has_beyond(one: &Sequence, deviations: f64) -> bool {
+pub(super) fn has_beyond(one: &Residuals, deviations: f64) -> bool {
     one.present().any(|value| value.abs() > deviations * one.deviation)
 }
 
 /// Beyond what a reading of a run is an outlier.
-pub(super) fn limit(one: &Sequence, run: usize) -> f64 {
+pub(super) fn limit(one: &Residuals, run: usize) -> f64 {
     OUTLIER * robust(one.runs[run].iter()).unwrap_or(0.0).max(one.deviation)
 }
 
@@ -57,7 +56,7 @@ fn trimmed(
     problem: &Problem,
     point: &Point,
     peeled: f64,
-    limit: impl Fn(&Sequence, usize) -> f64,
+    limit: impl Fn(&Residuals, usize) -> f64,
 ) -> (Problem, LeftOut) {
     let mut rest = problem.clone();
     let all = seen_from(problem, point);
@@ -70,13 +69,12 @@ fn trimmed(
     let wrong: Vec<_> = wrong.iter().map(whole).collect();
     let runs = stretches_out(&mut rest, &all, &wrong, false);
     let found = LeftOut { readings, runs, ..LeftOut::default() };
-    let others = rest.without_runs(|p, run| is_undetermined(&rest, p, run));
-    (others.unwrap_or(rest), found)
+    (rest.without_undetermined_runs(), found)
 }
 
 /// Of readings that are far out those in runs that are not wrong and, if these are not too many, at
 /// least some part of the farthest.
-fn among_others(one: &Sequence, mut far: Far, wrong: &BTreeSet<OfRun>, peeled: f64) -> Far {
+fn among_others(one: &Residuals, mut far: Far, wrong: &BTreeSet<OfRun>, peeled: f64) -> Far {
     let others = (0..far.len()).filter(|run| !wrong.contains(&one.in_run(*run)));
     let count: usize = others.map(|run| far[run].len()).sum();
     let too_many = count as f64 > MOST_OUTLIERS * one.present().count() as f64;
@@ -90,7 +88,7 @@ fn among_others(one: &Sequence, mut far: Far, wrong: &BTreeSet<OfRun>, peeled: f
 
 /// The runs of which most readings of a measurand, in some component, are far out; none where they
 /// are too many to be exceptions.
-fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
+fn wrong_runs(all: &[Residuals], far: &[Far]) -> BTreeSet<OfRun> {
     let mut wrong = BTreeSet::new();
     for (one, far) in all.iter().zip(far) {
         let is_wrong = |run: &usize| {
@@ -106,23 +104,4 @@ fn wrong_runs(all: &[Sequence], far: &[Far]) -> BTreeSet<OfRun> {
         }
     }
     wrong
-}
-
-/// Whether no reading of a run is left and something is to be estimated that holds for it alone, or
-/// for a setup of which all runs are empty: nothing would determine it.
-fn is_undetermined(problem: &Problem, part: usize, run: usize) -> bool {
-    let part = &problem.parts[part];
-    if part.has_readings(run) {
-        return false;
-    }
-    let setup = part.runs[run].setup;
-    let mut of_setup = (0..part.runs.len()).filter(|other| part.runs[*other].setup == setup);
-    let called = |name: &str| qualified(part.label.as_deref(), name);
-    let (run, setup_name) = (called(&part.runs[run].name), called(&part.setups[setup]));
-    let is_of_run = |scope, of: &str| scope == Scope::Run && of == run;
-    let is_of_setup = |scope, of: &str| scope == Scope::Setup && of == setup_name;
-    let unknowns = problem.layout.instances.iter().filter(|one| !one.setting.fixed);
-    let mut of = unknowns.filter_map(|one| Some((one.setting.scope, one.of.as_deref()?)));
-    let is_setup_empty = of_setup.all(|other| !part.has_readings(other));
-    of.any(|(scope, of)| is_of_run(scope, of) || is_setup_empty && is_of_setup(scope, of))
 }

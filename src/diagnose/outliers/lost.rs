@@ -20,14 +20,14 @@
 //! that wanders is not its business.
 
 use crate::diagnose::found::Lost;
-use crate::diagnose::sequences::{Sequence, robust, seen_from};
 use crate::diagnose::thresholds::LOST;
-use crate::engine::layout::qualified;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, fit};
+use crate::estimate::residuals::{Residuals, seen_from};
+use crate::estimate::trimmed::{TrimmedFit, starts, trimmed_fit};
+use crate::statistics::robust;
 
-use super::shifted::{PERIODS, Shifted, scatter};
-use super::trimmed::{SPOILT, TrimmedFit, starts, trimmed_fit};
+use super::shifted::{PERIODS, Shifted};
 
 /// Stretches of one run at most.
 const MOST: usize = 10;
@@ -37,15 +37,14 @@ const ROUNDS: usize = 6;
 const OUTLIER: f64 = 3.5;
 /// Variance factor below which no samples are looked for that were lost.
 pub(super) const GROSS_FACTOR: f64 = 4.0;
+/// A variance factor beyond which something is wrong altogether: a few runs, or many readings.
+pub(super) const SPOILT: f64 = 100.0;
 /// Mean squares of the rest that differ by such a factor at most are alike.
 const ALIKE: f64 = 2.0;
 /// Rounds of looking for lost samples, leaving them out and fitting again.
 pub const LOOKS: usize = 4;
 
 /// The stretches that a fit shows, beside one that they do not spoil; none without a large misfit.
-///
-/// # Errors
-/// [`FitError`] where what is not far out cannot be fitted at all.
 pub fn look(
     problem: &Problem,
     point: &Point,
@@ -77,7 +76,7 @@ pub fn look(
 }
 
 /// The stretches of all runs, at a point; `sound` are residuals from which their scatter is taken.
-fn find(problem: &Problem, point: &Point, sound: &[Sequence]) -> Vec<Lost> {
+fn find(problem: &Problem, point: &Point, sound: &[Residuals]) -> Vec<Lost> {
     let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
     let mut found = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
@@ -96,7 +95,7 @@ fn find(problem: &Problem, point: &Point, sound: &[Sequence]) -> Vec<Lost> {
                     continue;
                 }
                 let rows = (run.record.row(samples.start), run.record.row(samples.end - 1));
-                let name = qualified(part.label.as_deref(), &run.name);
+                let name = part.run_name(r);
                 found.push(Lost { part: p, run: r, name, samples, rows, periods, ln_p });
             }
         }
@@ -107,17 +106,14 @@ fn find(problem: &Problem, point: &Point, sound: &[Sequence]) -> Vec<Lost> {
 /// A fit that outliers do not spoil. Readings are far out among all of their measurand, for
 /// most of a run may be wrong; where noise grows with the rate, among those of their run, too
 /// (`in_run`).
-///
-/// # Errors
-/// [`FitError`] where the rest cannot be fitted at all.
 pub(in crate::diagnose) fn robust_fit(
     problem: &Problem,
     point: &Point,
     in_run: bool,
     options: &Options,
 ) -> Result<TrimmedFit, FitError> {
-    let far = |one: &Sequence| {
-        let of_all = scatter(problem, one);
+    let far = |one: &Residuals| {
+        let of_all = one.scatter(problem);
         let of_run = |run: usize| {
             if in_run { robust(one.runs[run].iter()).unwrap_or(0.0) } else { 0.0 }
         };

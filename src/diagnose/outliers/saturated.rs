@@ -4,15 +4,15 @@
 //! back, bit for bit. That alone may be an end stop, or an instrument at rest: readings are saturated
 //! where a model that is fitted to the others predicts them beyond the limit.
 
-use crate::diagnose::found::{LeftOut, NoReading};
-use crate::diagnose::sequences::{Sequence, median_size, seen_from};
+use crate::diagnose::found::NoReading;
 use crate::engine::Problem;
 use crate::estimate::batch::Options;
-use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::calibrate::Calibration;
+use crate::estimate::residuals::Residuals;
+use crate::statistics::median_size;
 
 use super::Cleaned;
-use super::codes::readings;
-use super::left_out::{Far, leave_out, listed};
+use super::suspects::{Suspect, without_suspects};
 
 /// A limit stands there so many times at least, in so many places, and so many times as often as the
 /// usual reading; it is so large a part of all readings at most. In one place a log may be frozen.
@@ -25,95 +25,36 @@ const MOST: f64 = 0.5;
 const BEYOND: f64 = 0.9;
 const FAR: f64 = 3.0;
 
-/// A limit of a measurand, and where its readings stand at it, by run.
-struct Limit {
-    of: (usize, usize),
-    value: f64,
-    /// Readings beyond it would be larger (1), or smaller (-1).
-    sign: f64,
-    samples: Vec<Vec<usize>>,
-}
-
 /// Leaves saturated readings out and fits again; `None` where there are none.
 pub(super) fn without_saturated(nominal: &Calibration, options: &Options) -> Cleaned {
-    let problem = &nominal.problem;
-    let mut limits = limits(problem);
-    if limits.is_empty() {
-        return Ok(None);
-    }
-    let mut seen = seen_from(problem, &nominal.fit.point);
-    loop {
-        let mut rest = problem.clone();
-        let far: Vec<Far> = seen.iter().map(|one| far(one, &limits)).collect();
-        seen.iter().zip(&far).for_each(|(one, far)| leave_out(&mut rest, one, far));
-        let fitted = calibrate(rest, options)?;
-        if nominal.is_sound() && !fitted.is_sound() {
-            return Ok(None);
-        }
-        seen = seen_from(problem, &fitted.fit.point);
-        let known = limits.len();
-        limits.retain(|limit| seen.iter().any(|one| limit.is_passed(one)));
-        if limits.is_empty() {
-            return Ok(None);
-        }
-        if limits.len() == known {
-            let far: Vec<Far> = seen.iter().map(|one| self::far(one, &limits)).collect();
-            let limit = |one: &Sequence, run: usize, sample: usize| {
-                let of = limits.iter().filter(|limit| limit.of == one.of());
-                let mut at = of.filter(|limit| limit.samples[run].binary_search(&sample).is_ok());
-                at.next().map(|limit| NoReading::Limit(limit.value))
-            };
-            let readings = listed(problem, &seen, &far, limit);
-            return Ok(Some((fitted, LeftOut { readings, ..LeftOut::default() })));
-        }
-    }
+    without_suspects(nominal, limits(&nominal.problem), is_passed, NoReading::Limit, options)
 }
 
-impl Limit {
-    /// Whether a fit without the readings at a limit predicts them beyond it.
-    fn is_passed(&self, one: &Sequence) -> bool {
-        if one.of() != self.of {
-            return false;
-        }
-        let at = self.samples.iter().zip(&one.runs);
-        let beyond: Vec<f64> =
-            at.flat_map(|(at, run)| at.iter().map(|sample| -self.sign * run[*sample])).collect();
-        let count = beyond.iter().filter(|by| **by > 0.0).count();
-        let mut others = one.runs.iter().zip(&self.samples).flat_map(|(run, at)| {
-            let is_other = move |sample: &usize| at.binary_search(sample).is_err();
-            (0..run.len()).filter(is_other).map(|sample| &run[sample])
-        });
-        let others = median_size(&mut others).unwrap_or(0.0);
-        count as f64 >= BEYOND * beyond.len() as f64
-            && median_size(&beyond).is_some_and(|size| size > FAR * others)
-    }
-}
-
-/// The residuals of a sequence where its readings stand at a limit.
-fn far(one: &Sequence, limits: &[Limit]) -> Far {
-    let of_run = |(number, run): (usize, &std::sync::Arc<Vec<f64>>)| {
-        let own = limits.iter().filter(|limit| limit.of == one.of());
-        let mut samples: Vec<usize> = own.flat_map(|limit| limit.samples[number].clone()).collect();
-        samples.sort_unstable();
-        samples.into_iter().map(|sample| (sample, run[sample])).collect()
-    };
-    one.runs.iter().enumerate().map(of_run).collect()
+/// Whether a fit without the readings at a limit predicts them beyond it.
+fn is_passed(limit: &Suspect, all: &Residuals) -> bool {
+    let (own, others) = limit.apart(all);
+    let count = own.iter().filter(|residual| -limit.side * **residual > 0.0).count();
+    let others = median_size(&others).unwrap_or(0.0);
+    count as f64 >= BEYOND * own.len() as f64
+        && median_size(&own).is_some_and(|size| size > FAR * others)
 }
 
 /// The numbers at the ends of what measurands of one component read that may be limits.
-fn limits(problem: &Problem) -> Vec<Limit> {
+fn limits(problem: &Problem) -> Vec<Suspect> {
     let mut limits = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         for (measurand, slot) in part.slots().iter().enumerate() {
             let mut columns = slot.columns();
             let (Some(column), None) = (columns.next(), columns.next()) else { continue };
-            let runs = readings(part, column);
-            for (value, sign) in ends(&runs) {
-                let at = |run: &Vec<f64>| (0..run.len()).filter(|k| run[*k] == value).collect();
-                let samples: Vec<Vec<usize>> = runs.iter().map(at).collect();
-                let places = |run: &Vec<usize>| run.chunk_by(|a, b| b - a == 1).count();
-                if samples.iter().map(places).sum::<usize>() >= PLACES {
-                    limits.push(Limit { of: (p, measurand), value, sign, samples });
+            let runs = part.readings_of(column);
+            for (value, side) in ends(&runs) {
+                let at = |run: &Vec<f64>| -> Vec<(usize, f64)> {
+                    run.iter().copied().enumerate().filter(|one| one.1 == value).collect()
+                };
+                let at: Vec<Vec<(usize, f64)>> = runs.iter().map(at).collect();
+                let places = |run: &Vec<(usize, f64)>| run.chunk_by(|a, b| b.0 - a.0 == 1).count();
+                if at.iter().map(places).sum::<usize>() >= PLACES {
+                    limits.push(Suspect { of: (p, measurand), at, side });
                 }
             }
         }

@@ -2,15 +2,14 @@
 //! that are wrong as wholes (another unit, another setup, another clock), lost samples.
 
 use crate::campaign::record::Change;
-use crate::diagnose::found::{LeftOut, Lost};
+use crate::diagnose::found::LeftOut;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::Cleaned;
 use super::limits::{without_outliers_at, without_wrong_at};
-use super::lost;
-use super::trimmed::SPOILT;
+use super::lost::{self, SPOILT};
 
 /// Rounds of leaving outliers out.
 const PEELS: usize = 6;
@@ -133,22 +132,19 @@ fn without(problem: &Problem, part: usize, run: usize) -> Problem {
     rest
 }
 
-/// Leaves lost samples out and fits again, until none are found.
-pub(super) fn without_lost(
-    mut nominal: Calibration,
-    options: &Options,
-) -> Result<(Calibration, Vec<Lost>), FitError> {
-    let mut lost = Vec::new();
+/// Leaves lost samples out and fits again, until no more are found; `None` where there are none.
+pub(super) fn without_lost(nominal: &Calibration, options: &Options) -> Cleaned {
+    let (mut rest, mut found) = (None, LeftOut::default());
     for _ in 0..lost::LOOKS {
-        let factor = nominal.variance_factor();
-        let more = lost::look(&nominal.problem, &nominal.fit.point, factor, options)?;
+        let now = rest.as_ref().unwrap_or(nominal);
+        let more = lost::look(&now.problem, &now.fit.point, now.variance_factor(), options)?;
         if more.is_empty() {
             break;
         }
-        let mut problem = nominal.problem.clone();
+        let mut problem = now.problem.clone();
         lost::leave_out(&mut problem, &more);
-        lost.extend(more);
-        nominal = calibrate(problem, options)?;
+        found.lost.extend(more);
+        rest = Some(calibrate(problem, options)?);
     }
-    Ok((nominal, lost))
+    Ok(rest.map(|rest| (rest, found)))
 }

@@ -7,9 +7,9 @@
 use std::ops::Range;
 
 use crate::campaign::Samples;
-use crate::diagnose::sequences::Sequence;
 use crate::engine::part::SampleLeaves;
 use crate::engine::{Part, Point, Problem};
+use crate::estimate::residuals::Residuals;
 use crate::statistics::upper_median;
 
 /// Sample periods looked at, in both senses.
@@ -61,11 +61,11 @@ impl<'a> Shifted<'a> {
         problem: &'a Problem,
         (p, run): (usize, usize),
         point: &Point,
-        sound: &[Sequence],
+        sound: &[Residuals],
     ) -> Self {
         let part = &problem.parts[p];
         let own = sound.iter().filter(|one| one.part == p);
-        let scatter = own.map(|one| scatter(problem, one)).collect();
+        let scatter = own.map(|one| one.scatter(problem)).collect();
         let record = &part.runs[run].record;
         let parameters = problem.parameters::<f64>(p, run, point);
         let randoms = vec![0.0; part.random_sigma.len()];
@@ -250,11 +250,6 @@ impl<'a> Shifted<'a> {
         }
         Some(square(&sum)).filter(|sum| sum.is_finite())
     }
-}
-
-/// Robust standard deviation of residuals, at least the stated one.
-pub(super) fn scatter(problem: &Problem, one: &Sequence) -> f64 {
-    one.deviation.max(problem.parts[one.part].sigma[one.measurand])
 }
 
 fn square(all: &[f64]) -> f64 {

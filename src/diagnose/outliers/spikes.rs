@@ -2,7 +2,7 @@
 //!
 //! Some readings that a display repeats, or a log that stands still for a moment, are thousands of
 //! uncertainties off, and so is what is read while a beam is broken. The fit bends towards them,
-//! and others look worse than they do. It is trimmed, therefore ([`super::trimmed`]), beyond a part
+//! and others look worse than they do. It is trimmed, therefore ([`crate::estimate::trimmed`]), beyond a part
 //! of all readings at least; where much is wrong the trimmed fit is the one of least scatter of
 //! several starts. What is far out from there and stands in [`super::bursts`], alone or with a few
 //! neighbours is left out for good; what rises and falls is structure. All others are judged with
@@ -11,17 +11,17 @@
 use std::sync::Arc;
 
 use crate::diagnose::found::LeftOut;
-use crate::diagnose::sequences::{Sequence, seen_from};
 use crate::estimate::batch::{FitError, Options};
-use crate::estimate::calibrate::Calibration;
+use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::residuals::{Far, Residuals, seen_from};
+use crate::estimate::trimmed::{TrimmedFit, drawn_starts, starts, trimmed_fit};
 
 use super::Cleaned;
 use super::bursts::{FAR, TRIM, bursts};
-use super::left_out::{Far, OfSamples, fit_without, readings_out, stretches_out};
+use super::left_out::{OfSamples, if_sound, readings_out, stretches_out};
 use super::limits::{ONE_OF, RUNS_APART, has_beyond, limit};
 use super::lost::GROSS_FACTOR;
 use super::settle::is_spoilt;
-use super::trimmed::{TrimmedFit, drawn_starts, starts, trimmed_fit};
 
 /// Fits until the same readings are out; from other starts.
 const STEPS: usize = 12;
@@ -50,8 +50,8 @@ pub(super) fn without_spikes(nominal: &Calibration, options: &Options) -> Cleane
     let mut rest = whole.clone();
     let bursts = bursts(whole, &point, &seen);
     let stretches = stretches_out(&mut rest, &seen, &bursts, false);
-    let others: Vec<Sequence> = seen.iter().map(|one| without(one, &bursts)).collect();
-    let most = |one: &Sequence| {
+    let others: Vec<Residuals> = seen.iter().map(|one| without(one, &bursts)).collect();
+    let most = |one: &Residuals| {
         let stated = whole.parts[one.part].sigma[one.measurand];
         if one.deviation <= RIGHT * stated { MOST_BESIDE_RIGHT } else { MOST }
     };
@@ -61,7 +61,7 @@ pub(super) fn without_spikes(nominal: &Calibration, options: &Options) -> Cleane
     if found.is_empty() {
         return Ok(None);
     }
-    Ok(fit_without(nominal, rest, options)?.map(|fitted| (fitted, found)))
+    Ok(if_sound(nominal, calibrate(rest, options)?, found))
 }
 
 /// The trimmed fit of least robust scatter: from where the fit of all stopped and, where that is
@@ -76,7 +76,7 @@ fn sturdiest(nominal: &Calibration, options: &Options) -> Result<Option<TrimmedF
         }
     }
     let scatter = |one: &TrimmedFit| -> f64 {
-        let of = |one: &Sequence| one.present().count() as f64 * one.deviation.ln();
+        let of = |one: &Residuals| one.present().count() as f64 * one.deviation.ln();
         one.seen.iter().filter(|one| !one.deviation.is_nan()).map(of).sum()
     };
     fits.retain(|one| one.converged);
@@ -84,16 +84,16 @@ fn sturdiest(nominal: &Calibration, options: &Options) -> Result<Option<TrimmedF
 }
 
 /// A sequence without its readings in some stretches.
-fn without(one: &Sequence, stretches: &[OfSamples]) -> Sequence {
+fn without(one: &Residuals, stretches: &[OfSamples]) -> Residuals {
     let mut runs = one.runs.clone();
     for (of, samples) in stretches.iter().filter(|(of, _)| of.of() == one.of()) {
         Arc::make_mut(&mut runs[of.run])[samples.clone()].fill(f64::NAN);
     }
-    Sequence::new(one.of(), runs)
+    Residuals::new(one.of(), runs)
 }
 
 /// The readings of a sequence that are far out, the farthest if they are too many, by run.
-fn farthest(one: &Sequence) -> Far {
+fn farthest(one: &Residuals) -> Far {
     let mut sizes: Vec<f64> = one.present().map(f64::abs).collect();
     sizes.sort_by(f64::total_cmp);
     let kept = (sizes.len() as f64 * (1.0 - TRIMMED)) as usize;
@@ -104,7 +104,7 @@ fn farthest(one: &Sequence) -> Far {
 /// The outliers of a sequence with the few about them that are far out, too, by run: those in
 /// small groups; none where they are more than a part of all readings, or where larger groups are in more than a few runs,
 /// for these are structure. What is next to each other is by the readings that are there.
-fn spikes(one: &Sequence, most: f64) -> Far {
+fn spikes(one: &Residuals, most: f64) -> Far {
     let none = || vec![Vec::new(); one.runs.len()];
     let (mut all, mut long) = (none(), 0);
     for (run, out) in all.iter_mut().enumerate() {
@@ -133,20 +133,20 @@ mod tests {
 
     use super::*;
     use crate::diagnose::outliers::limits::OUTLIER;
-    use crate::diagnose::outliers::trimmed::samples;
+    use crate::estimate::residuals::samples;
 
     #[test]
     fn what_stands_alone_is_a_spike() {
         let mut run: Vec<f64> = (0..400).map(|k| [0.7, -1.0, 1.2, -0.4][k % 4]).collect();
         (run[40], run[41], run[90]) = (60.0, -70.0, 50.0);
-        let one = Sequence::new((0, 0), vec![Arc::new(run.clone())]);
-        let found = |one: &Sequence| samples(&spikes(one, MOST)).concat();
+        let one = Residuals::new((0, 0), vec![Arc::new(run.clone())]);
+        let found = |one: &Residuals| samples(&spikes(one, MOST)).concat();
         assert_eq!(found(&one), [40, 41, 90]);
         assert!(has_beyond(&one, OUTLIER));
         assert_eq!(farthest(&one)[0].len(), 3);
         // Where a run has a longer group, it has something for itself.
         run[200..220].fill(90.0);
-        let one = Sequence::new((0, 0), vec![Arc::new(run)]);
+        let one = Residuals::new((0, 0), vec![Arc::new(run)]);
         assert!(found(&one).is_empty());
     }
 
@@ -168,7 +168,7 @@ mod tests {
                 .collect()
         };
         for run in [step.clone(), crest.clone(), every_second(&step), every_second(&crest)] {
-            let one = Sequence::new((0, 0), vec![Arc::new(run)]);
+            let one = Residuals::new((0, 0), vec![Arc::new(run)]);
             assert!(has_beyond(&one, OUTLIER));
             assert_eq!(spikes(&one, MOST)[0], []);
         }

@@ -8,35 +8,30 @@
 //! from `2` [`TIE`] on the two are no aliases.
 
 use statrs::function::erf::erfc;
-use statrs::function::gamma::{gamma_ur, ln_gamma};
 
 use crate::diagnose::price::{Gain, ln_bayes_factor};
 use crate::diagnose::thresholds::{ENTER, ROW, TIE};
 
 /// Steps of a bisection: far below what noise levels are known to.
 const STEPS: usize = 60;
-/// Noncentralities beyond this are as good as normal.
-const LARGE: f64 = 1_200.0;
 
-/// Gains that an effect must reach.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CriticalGains {
-    /// To enter the budget.
-    pub enters: f64,
-    /// To be a row of it.
-    pub named: f64,
+/// Gains that an effect must reach to enter the budget, and to be a row of it.
+#[derive(Clone, Copy)]
+pub(super) struct CriticalGains {
+    pub(super) enters: f64,
+    pub(super) named: f64,
 }
 
 /// The gains that an effect of so many degrees must reach, one of `members` of its family and of
 /// `candidates`.
-pub fn critical_gains(degrees: usize, members: usize, candidates: usize) -> CriticalGains {
+pub(super) fn critical_gains(degrees: usize, members: usize, candidates: usize) -> CriticalGains {
     let priced = |gain| ln_bayes_factor(Gain { gain, degrees }, members, candidates);
     let enters = solved(|gain| gain >= degrees as f64 && priced(gain) >= ENTER);
     CriticalGains { enters, named: enters.max(ROW) }
 }
 
 /// The smallest positive argument from which on something holds; infinite where it never does.
-pub fn solved(holds: impl Fn(f64) -> bool) -> f64 {
+pub(super) fn solved(holds: impl Fn(f64) -> bool) -> f64 {
     let mut high = 1.0;
     while !holds(high) {
         high *= 4.0;
@@ -52,39 +47,9 @@ pub fn solved(holds: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
-/// Probability that noncentral chi squared exceeds a value: a Poisson mixture of chi squared tails,
-/// `Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1)` from one to the next.
-pub fn exceeds(value: f64, degrees: usize, noncentrality: f64) -> f64 {
-    if degrees == 0 || value <= 0.0 {
-        return f64::from(u8::from(degrees > 0));
-    }
-    if noncentrality > LARGE {
-        let (d, far) = (degrees as f64, value - noncentrality - degrees as f64);
-        return 0.5 * erfc(far / (4.0 * (d + 2.0 * noncentrality)).sqrt());
-    }
-    let (a, x, mean) = (0.5 * degrees as f64, 0.5 * value, 0.5 * noncentrality);
-    let mut tail = gamma_ur(a, x);
-    let mut next = (a * x.ln() - x - ln_gamma(a + 1.0)).exp();
-    let mut weight = (-mean).exp();
-    let (mut sum, mut weights) = (0.0, 0.0);
-    for j in 0..10_000 {
-        sum += weight * tail;
-        weights += weight;
-        let far = j as f64 > mean;
-        if far && weight * (1.0 - tail).max(1e-16) < 1e-14 {
-            break;
-        }
-        tail += next;
-        next *= x / (a + j as f64 + 1.0);
-        weight *= mean / (j as f64 + 1.0);
-    }
-    // What was not summed has tails of one.
-    (sum + (1.0 - weights).max(0.0)).min(1.0)
-}
-
 /// Probability that an effect leads another one by more than a tie where the other follows all but
 /// a part of length `apart` of its signature.
-pub fn leads(apart: f64, degrees: usize, others: usize) -> f64 {
+pub(super) fn leads(apart: f64, degrees: usize, others: usize) -> f64 {
     let surplus = degrees as f64 - others as f64;
     // An approximation: surplus degrees of freedom count by their scatter alone, not by their price.
     let spread = (4.0 * apart * apart + 2.0 * surplus.abs()).max(1e-12).sqrt();
@@ -95,27 +60,6 @@ pub fn leads(apart: f64, degrees: usize, others: usize) -> f64 {
 mod tests {
     use super::*;
     use crate::statistics::ln_chi_squared;
-
-    #[test]
-    fn noncentral_tails_are_those_of_normal_numbers() {
-        // One degree: P(|z + λ| > c).
-        let phi = |x: f64| 0.5 * erfc(-x / std::f64::consts::SQRT_2);
-        for (c, lambda) in [(1.0, 0.0), (5.1, 6.0), (5.1, 3.0), (2.0, 9.0), (20.0, 25.0)] {
-            let c: f64 = c;
-            let due = phi(lambda - c) + phi(-lambda - c);
-            let found = exceeds(c * c, 1, lambda * lambda);
-            assert!((found - due).abs() < 1e-10, "{c} {lambda}: {found} {due}");
-        }
-        // Mean of the distribution: the integral of its tail is d + λ².
-        let mean: f64 = (0..40_000).map(|k| 0.005 * exceeds(0.005 * k as f64, 4, 30.0)).sum();
-        assert!((mean - 34.0).abs() < 0.01, "{mean}");
-        assert_eq!(exceeds(30.0, 2, 5_000.0), 1.0);
-        // From the sum to the normal distribution, on both sides of the middle.
-        for value in [1_120.0, 1_205.0, 1_290.0] {
-            let (sum, normal) = (exceeds(value, 4, LARGE), exceeds(value, 4, LARGE + 1e-9));
-            assert!((sum - normal).abs() < 0.01, "{value}: {sum} {normal}");
-        }
-    }
 
     /// Chance passes the critical_gains of all effects together less often than the odds at which they enter.
     #[test]

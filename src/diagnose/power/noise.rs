@@ -17,8 +17,7 @@ use crate::diagnose::library::offer::effects_of;
 use crate::diagnose::library::wanted::Wanted;
 use crate::diagnose::thresholds::{NOISE, OUTLIERS, SCALE, SCALE_DIFFERENCE};
 use crate::effect::{Effect, Target};
-use crate::engine::Problem;
-use crate::engine::noise::{active_randoms, covariance_of};
+use crate::engine::noise::covariance_of;
 use crate::graph::MeasurandKind;
 use crate::model::{ParameterDeclaration, Process};
 use crate::statistics::ln_normal;
@@ -39,7 +38,7 @@ const OUTLIERS_EFFECT: &str = "outliers";
 const NOT_FORETOLD: &str = "`diagnose` looks for it in the readings; its size is not foretold here";
 
 /// The rows of the effects on the noise, and of the built-in detectors.
-pub fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
+pub(super) fn rows(stage: &Prospect, wanted: &Wanted) -> Vec<Row> {
     let bar = NOISE + quantile();
     let shared: Vec<Shared<'_>> =
         stage.noise.iter().filter_map(|one| Shared::new(stage, one)).collect();
@@ -134,18 +133,12 @@ fn white_random(candidate: &Candidate) -> Option<(String, Unit)> {
     Some((own.name.clone(), own.unit.clone()))
 }
 
-/// One sample of so many is looked at.
-fn stride(problem: &Problem) -> usize {
-    let runs = problem.parts.iter().flat_map(|part| &part.runs);
-    runs.map(|run| run.record.len()).sum::<usize>().div_ceil(MOST_SAMPLES).max(1)
-}
-
 /// `a_m a_n` of the whitened derivatives along a random quantity, for every pair of readings of
 /// every sample that is looked at, in each campaign, and its usual size.
 fn pattern(stage: &Prospect, candidate: &Candidate, name: &str) -> Option<(Vec<Vec<f64>>, f64)> {
     let Fitted { problem, fit, .. } = &stage.fitted;
     let (mut all, mut typical) = (vec![Vec::new(); problem.parts.len()], 1.0);
-    let stride = stride(problem);
+    let stride = problem.sample_count().div_ceil(MOST_SAMPLES).max(1);
     for ((p, part), products) in problem.parts.iter().enumerate().zip(&mut all) {
         let Some(system) = &candidate.systems[p] else { continue };
         let with = part.with_system((**system).clone());
@@ -154,20 +147,16 @@ fn pattern(stage: &Prospect, candidate: &Candidate, name: &str) -> Option<(Vec<V
         if with.system.settings.len() != part.system.settings.len() {
             return None;
         }
-        let active = active_randoms(part);
         let mut memory = Vec::new();
-        for (run, data) in part.runs.iter().enumerate() {
+        for run in 0..part.runs.len() {
             let parameters = problem.parameters(p, run, &fit.point);
-            data.record.walk(|stretch| {
-                for sample in stretch.each().filter(|sample| sample.number % stride == 0) {
-                    let made = covariance_of(part, run, sample, &parameters, &active, &mut memory);
-                    let own = covariance_of(&with, run, sample, &parameters, &[k], &mut memory);
-                    let g: DVector<f64> = own.sensitivities.column(0).into_owned();
-                    let Some(factor) = made.covariance.cholesky() else { continue };
-                    let Some(a) = factor.l_dirty().solve_lower_triangular(&g) else { continue };
-                    for m in 0..a.len() {
-                        products.extend((0..m).map(|n| a[m] * a[n]));
-                    }
+            problem.visit_covariances((p, run), &fit.point, stride, |sample, made| {
+                let own = covariance_of(&with, run, sample, &parameters, &[k], &mut memory);
+                let g: DVector<f64> = own.sensitivities.column(0).into_owned();
+                let Some(factor) = made.covariance.cholesky() else { return };
+                let Some(a) = factor.l_dirty().solve_lower_triangular(&g) else { return };
+                for m in 0..a.len() {
+                    products.extend((0..m).map(|n| a[m] * a[n]));
                 }
             });
         }

@@ -6,7 +6,7 @@
 //! added.
 
 use crate::campaign::{Run, Samples, Track};
-use crate::diagnose::fitted::{Fitted, carried};
+use crate::diagnose::fitted::Fitted;
 use crate::engine::{Point, Problem};
 use crate::graph::{Kind, Scope};
 use crate::quaternion::Quaternion;
@@ -26,14 +26,14 @@ const LENGTH: f64 = 2e-6;
 
 /// Designs with one thing more each, with words for it (`a run of opposite sense`), the cheapest
 /// first.
-pub fn remedies(fitted: &Fitted) -> Vec<(String, Fitted)> {
+pub(super) fn remedies(fitted: &Fitted) -> Vec<(String, Fitted)> {
     let mut all = Vec::new();
     let Some(Template { part, run, signal, senses }) = template(&fitted.problem) else {
         return all;
     };
     let inputs = &fitted.problem.parts[part].system.assembly.names.inputs;
-    let rate = mean_rate(&fitted.problem.parts[part].runs[run], signal).abs();
-    let in_words = |rate: f64| in_words(rate, &inputs[signal].unit);
+    let rate = mean_rate(&fitted.problem.parts[part].runs[run], signal);
+    let in_words = |times: f64| in_words(times * rate.abs(), &inputs[signal].unit);
     let mut add = |words: &str, change: &dyn Fn(&mut Problem)| {
         let mut problem = fitted.problem.clone();
         change(&mut problem);
@@ -54,13 +54,13 @@ pub fn remedies(fitted: &Fitted) -> Vec<(String, Fitted)> {
             more(problem, signal, &opposite);
         });
     }
-    add(&format!("a slower run, at {},", in_words(SLOWER * rate)), &|problem| {
+    add(&format!("a slower run, at {},", in_words(SLOWER)), &|problem| {
         more(problem, signal, &|Moment { first, now, .. }| {
             [first[0] + SLOWER * (now[0] - first[0]), SLOWER * now[1], SLOWER * now[2]]
         });
     });
-    add(&format!("a run whose rate swings by {} both ways", in_words(rate)), &|problem| {
-        more(problem, signal, &|Moment { first, time, duration, rate, .. }| {
+    add(&format!("a run whose rate swings by {} both ways", in_words(1.0)), &|problem| {
+        more(problem, signal, &|Moment { first, time, duration, .. }| {
             // The rate goes as the sine of the phase.
             let turn = std::f64::consts::TAU * SWINGS / duration;
             let phase = turn * time;
@@ -201,21 +201,18 @@ struct Moment {
     /// Since the start, and of the whole run (s).
     time: f64,
     duration: f64,
-    /// The mean rate of the run.
-    rate: f64,
 }
 
 /// Lets an input move otherwise.
 fn moved(samples: &mut Samples, input: usize, motion: &dyn Fn(&Moment) -> [f64; 3]) {
     let Some(last) = samples.len().checked_sub(1) else { return };
-    let (first, end) = (at(samples, input, 0), at(samples, input, last));
+    let first = at(samples, input, 0);
     let duration = samples.time[last] - samples.time[0];
     let duration = if duration > 0.0 { duration } else { 1.0 };
-    let rate = (end[0] - first[0]) / duration;
     let states: Vec<[f64; 3]> = (0..=last)
         .map(|sample| {
             let time = samples.time[sample] - samples.time[0];
-            motion(&Moment { first, now: at(samples, input, sample), time, duration, rate })
+            motion(&Moment { first, now: at(samples, input, sample), time, duration })
         })
         .collect();
     let column = |order: usize| states.iter().map(|state| state[order]).collect();
@@ -232,7 +229,7 @@ fn forget(samples: &mut Samples) {
 /// The point with a setup that may have been added: the instrument elsewhere, so that it sees
 /// the rig from another side, farther and higher.
 fn with_setups(from: &Problem, point: &Point, to: &Problem) -> Point {
-    let mut made = carried(from, point, to);
+    let mut made = point.carried(&from.layout, &to.layout);
     for (index, instance) in to.layout.instances.iter().enumerate() {
         let is = |name: &str| instance.of.as_deref().is_some_and(|of| of.ends_with(name));
         let turn = match (is(MOVED), is(TILTED)) {

@@ -17,8 +17,9 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::diagnose::evidence::{Entry, Evidence};
 use crate::diagnose::library::candidate::Candidate;
 use crate::diagnose::thresholds::NEAR_ALIAS;
+use crate::statistics::noncentral_chi_squared;
 
-use super::detection::{CriticalGains, exceeds, leads, solved};
+use super::detection::{CriticalGains, leads, solved};
 
 /// Directions over which probabilities are taken, of effects with more than one value.
 const DIRECTIONS: usize = 48;
@@ -29,7 +30,7 @@ const UNSEEN: f64 = 1e-4;
 /// Probability with which an effect of the stated size enters a budget, or is named.
 pub const CAUGHT: f64 = 0.9;
 /// Sizes beyond so many times the typical and the detectable one are not thought of.
-pub const FAR: f64 = 30.0;
+pub(super) const FAR: f64 = 30.0;
 /// Other explanations looked at in each direction, and named at most: the nearest ones.
 const NEAREST: usize = 4;
 
@@ -43,16 +44,16 @@ pub struct Way<'a> {
 }
 
 /// How well an effect is seen.
-#[derive(Clone, Debug, Default)]
-pub struct Sight {
+#[derive(Default)]
+pub(super) struct Sight {
     /// The size at which it enters a budget with probability [`CAUGHT`] (SI); `None` if never.
-    pub detectable: Option<f64>,
+    pub(super) detectable: Option<f64>,
     /// The size at which it is a row and leads every other effect; `None` if never.
-    pub identifiable: Option<f64>,
+    pub(super) identifiable: Option<f64>,
     /// Effects that do the same, or nearly so, nearest first.
-    pub with: Vec<String>,
+    pub(super) with: Vec<String>,
     /// The detectable size of each member of a family.
-    pub members: Vec<(BTreeMap<String, f64>, f64)>,
+    pub(super) members: Vec<(BTreeMap<String, f64>, f64)>,
 }
 
 /// Directions in the space of an entry's values: for each setup, run and measurand of length one,
@@ -94,7 +95,7 @@ fn seen(way: Way<'_>, scale: &DVector<f64>) -> Vec<bool> {
 }
 
 /// The weight of each value, and the values that belong to one setup, run and measurand.
-pub fn groups(way: Way<'_>) -> (DVector<f64>, Vec<Vec<usize>>) {
+fn groups(way: Way<'_>) -> (DVector<f64>, Vec<Vec<usize>>) {
     let typical = |k: usize| way.candidate.typical(&way.entry.owners[k].parameter).unwrap_or(1.0);
     let count = way.entry.owners.len();
     let scale = DVector::from_fn(count, |k, _| typical(k) / typical(0));
@@ -129,21 +130,25 @@ struct Ray {
 
 impl Ray {
     fn detected(&self, size: f64) -> f64 {
-        exceeds(self.critical_gains.enters, self.degrees, size * size * self.square)
+        noncentral_chi_squared(self.critical_gains.enters, self.degrees, size * size * self.square)
     }
 
     fn identified(&self, size: f64) -> f64 {
         let least = |least: f64, (_, apart, degrees): &(usize, f64, usize)| {
             least.min(leads(size * apart, self.degrees, *degrees))
         };
-        let named = exceeds(self.critical_gains.named, self.degrees, size * size * self.square);
+        let named = noncentral_chi_squared(
+            self.critical_gains.named,
+            self.degrees,
+            size * size * self.square,
+        );
         named * self.others.iter().take(NEAREST).fold(1.0, least)
     }
 }
 
 /// How well an effect, given by its `ways`, is seen among others. `critical_gains` are those that an
 /// entry of so many degrees must reach.
-pub fn sight(
+pub(super) fn sight(
     evidence: &Evidence,
     ways: &[Way<'_>],
     others: &[Way<'_>],
@@ -238,7 +243,7 @@ fn alike(rays: &[Ray], others: &[Way<'_>], size: Option<f64>) -> Vec<String> {
 
 /// The largest shift that an effect of size one causes in a nominal combination of columns (`row`:
 /// column and coefficient), whatever its direction.
-pub fn shift(way: Way<'_>, row: &[(usize, f64)]) -> f64 {
+pub(super) fn shift(way: Way<'_>, row: &[(usize, f64)]) -> f64 {
     let (scale, groups) = groups(way);
     let moves = |k: usize| -> f64 {
         row.iter().map(|(column, by)| by * way.entry.coupling[(*column, k)]).sum::<f64>() * scale[k]

@@ -10,7 +10,7 @@ const MOST_TIMES: f64 = 200.0;
 const FEW_TIMES: f64 = 3.0;
 
 /// What to do about an effect; `tried` are designs with one thing more each.
-pub fn words(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -> String {
+pub(super) fn words(row: &Row, stage: &Prospect, tried: &[(String, Vec<Row>)]) -> String {
     let visible = |other: &Row| other.state == State::Visible;
     let seen = |other: &Row| matches!(other.state, State::Visible | State::Alias);
     let helps = |good: fn(&Row) -> bool| helps(row, tried, good);

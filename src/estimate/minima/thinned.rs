@@ -33,8 +33,7 @@ pub(in crate::estimate) struct Thinned {
 impl Thinned {
     /// About so many samples, evenly spread over all runs.
     pub(in crate::estimate) fn of(problem: &Problem, most: usize) -> Self {
-        let all: usize =
-            problem.parts.iter().flat_map(|part| &part.runs).map(|r| r.record.len()).sum();
+        let all = problem.sample_count();
         let mut parts = problem.parts.clone();
         if all > most {
             for run in parts.iter_mut().flat_map(|part| &mut part.runs) {

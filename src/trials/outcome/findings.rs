@@ -140,7 +140,7 @@ fn nearest(found: &Diagnosis) -> Option<EffectSize> {
 
 fn excluded(found: &Diagnosis) -> Vec<Excluded> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    let LeftOut { readings, runs, stretches } = &found.left_out;
+    let LeftOut { readings, runs, stretches, lost } = &found.left_out;
     for one in readings {
         let reason = if one.instead.is_some() { "error_code" } else { "outlier" };
         *counts.entry(reason).or_default() += 1;
@@ -148,7 +148,7 @@ fn excluded(found: &Diagnosis) -> Vec<Excluded> {
     for (reason, all) in [("run", runs), ("part_of_run", stretches)] {
         all.iter().for_each(|one| *counts.entry(reason).or_default() += one.readings);
     }
-    for one in &found.lost {
+    for one in lost {
         *counts.entry("lost_samples").or_default() += one.samples.len();
     }
     let each = counts.into_iter();

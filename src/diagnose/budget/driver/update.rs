@@ -142,7 +142,7 @@ impl Search<'_> {
         });
         let Some(random) = random else { return Ok(None) };
         let value = variance.sqrt();
-        with.set_random(&random.name, value);
+        with.problem.set_random(&random.name, value);
         let with = with.again(self.options)?;
         self.noise.push(NoiseEffect {
             name: candidate.name.clone(),

@@ -6,8 +6,6 @@
 use crate::engine::layout::Instance;
 use crate::engine::{Point, Problem};
 
-use super::carried_onto;
-
 /// The runs that have readings, and nothing else.
 pub fn measured(problem: &Problem) -> Problem {
     let mut parts = problem.parts.clone();
@@ -23,7 +21,7 @@ pub fn measured(problem: &Problem) -> Problem {
 /// The point of all runs with the fit of the [`measured`] ones: as stated where the fit says
 /// nothing.
 pub fn placed(problem: &Problem, measured: &Problem, point: &Point) -> Point {
-    carried_onto(measured, point, problem, Point::stated(&problem.layout))
+    point.carried_onto(&measured.layout, &problem.layout, Point::stated(&problem.layout))
 }
 
 /// What has a place or a turn that nobody states, nor the readings of a `measured` part of it:

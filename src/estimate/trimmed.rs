@@ -6,41 +6,33 @@
 //! all readings is too far off for that, fits to parts of the runs are other starts, and of few
 //! samples fits to some of them.
 
-use crate::diagnose::sequences::{Sequence, seen_from};
 use std::ops::Range;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::engine::{Part, Point, Problem};
+use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options, Outcome, fit};
-
-use super::left_out::{Far, leave_out};
-
-/// A variance factor beyond which something is wrong altogether: a few runs, or many readings.
-pub(super) const SPOILT: f64 = 100.0;
+use crate::estimate::residuals::{Far, Residuals, leave_out, samples, seen_from};
 
 /// Such a fit.
-pub(in crate::diagnose) struct TrimmedFit {
+pub(crate) struct TrimmedFit {
     /// Where it stopped.
-    pub(super) point: Point,
+    pub(crate) point: Point,
     /// All residuals as they are seen from there.
-    pub(super) seen: Vec<Sequence>,
+    pub(crate) seen: Vec<Residuals>,
     /// The campaigns without what is far out.
-    pub(in crate::diagnose) rest: Problem,
+    pub(crate) rest: Problem,
     /// Whether every fit converged.
-    pub(super) converged: bool,
+    pub(crate) converged: bool,
 }
 
 /// Fits without what is far out from a point, so many times at most.
-///
-/// # Errors
-/// [`FitError`] where the rest cannot be fitted at all.
-pub(super) fn trimmed_fit(
+pub(crate) fn trimmed_fit(
     problem: &Problem,
     point: &Point,
     rounds: usize,
-    far: impl Fn(&Sequence) -> Far,
+    far: impl Fn(&Residuals) -> Far,
     options: &Options,
 ) -> Result<TrimmedFit, FitError> {
     let seen = seen_from(problem, point);
@@ -53,7 +45,7 @@ pub(super) fn trimmed_fit(
             break;
         }
         now.rest = problem.clone();
-        now.seen.iter().zip(&far).for_each(|(one, far)| leave_out(&mut now.rest, one, far));
+        now.seen.iter().zip(&far).for_each(|(one, far)| leave_out(&mut now.rest, one.of(), far));
         let fitted = fit(&mut now.rest, now.point, options)?;
         now.converged &= fitted.outcome == Outcome::Converged;
         (now.point, out) = (fitted.point, new);
@@ -68,7 +60,7 @@ const PARTS: usize = 8;
 /// Other starts: where fits to one part of each run stop, with the campaigns of that part alone.
 /// Where readings are wrong in stretches, some part has few of them. A part that determines too
 /// little is no start.
-pub(super) fn starts(
+pub(crate) fn starts(
     problem: &Problem,
     point: &Point,
     options: &Options,
@@ -89,16 +81,10 @@ fn fit_without(
     problem: &Problem,
     point: &Point,
     options: &Options,
-    mut out: impl FnMut(usize) -> Vec<Range<usize>>,
+    out: impl FnMut(usize) -> Vec<Range<usize>>,
 ) -> Option<(Point, Problem)> {
     let mut rest = problem.clone();
-    for part in &mut rest.parts {
-        let columns = part.reading_columns();
-        for run in &mut part.runs {
-            let out = out(run.record.len()).into_iter().map(|out| (out, columns.clone()));
-            run.record.leave_out(out);
-        }
-    }
+    rest.leave_out_samples(out);
     let fitted = fit(&mut rest, point.clone(), options).ok()?;
     (fitted.outcome == Outcome::Converged).then_some((fitted.point, rest))
 }
@@ -114,12 +100,10 @@ const SEED: u64 = 1;
 
 /// Other starts where samples are few and stand for themselves: where fits to some of them stop, drawn
 /// at random and always the same.
-pub(super) fn drawn_starts(problem: &Problem, point: &Point, options: &Options) -> Vec<Point> {
-    let runs = problem.parts.iter().flat_map(|part| &part.runs);
-    let samples: usize = runs.map(|run| run.record.len()).sum();
-    let readings: usize = problem.parts.iter().flat_map(Part::present).sum();
+pub(crate) fn drawn_starts(problem: &Problem, point: &Point, options: &Options) -> Vec<Point> {
+    let samples = problem.sample_count();
     let wanted = FOR_EACH * problem.layout.columns.len() as f64;
-    let share = wanted / readings.max(1) as f64;
+    let share = wanted / problem.reading_count().max(1) as f64;
     let count = (share * samples as f64).ceil() as usize + 1;
     if samples > FEW || 2 * count > samples {
         return Vec::new();
@@ -138,9 +122,4 @@ pub(super) fn drawn_starts(problem: &Problem, point: &Point, options: &Options) 
         fit_without(problem, point, options, out).map(|(point, _)| point)
     };
     (0..DRAWS).filter_map(draw).collect()
-}
-
-/// Which samples readings are of, by run.
-pub(super) fn samples(far: &Far) -> Vec<Vec<usize>> {
-    far.iter().map(|run| run.iter().map(|(sample, _)| *sample).collect()).collect()
 }

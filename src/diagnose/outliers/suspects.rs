@@ -1,0 +1,92 @@
+//! Readings that may be none: error codes, and limits at which an instrument is saturated.
+//!
+//! All of them are left out first. The caller confirms them by their residuals from the fit without
+//! them; the others are put back, and so on until all that are out are confirmed.
+
+use crate::diagnose::found::{LeftOut, NoReading};
+use crate::estimate::batch::Options;
+use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::residuals::{Far, Residuals, leave_out, seen_from};
+
+use super::Cleaned;
+use super::left_out::{if_sound, listed};
+
+/// Readings of a measurand that may be none.
+pub(super) struct Suspect {
+    /// The campaign and the measurand in it.
+    pub(super) of: (usize, usize),
+    /// Samples with the number that stands there, by run.
+    pub(super) at: Vec<Vec<(usize, f64)>>,
+    /// Where that is a limit, the sign of how far readings would be beyond it; else 0.
+    pub(super) side: f64,
+}
+
+impl Suspect {
+    /// The residuals of the readings, and those of all others of the measurand.
+    pub(super) fn apart(&self, all: &Residuals) -> (Vec<f64>, Vec<f64>) {
+        let (mut own, mut others) = (Vec::new(), Vec::new());
+        for (run, residuals) in all.runs.iter().enumerate() {
+            for (sample, residual) in residuals.iter().enumerate() {
+                let apart =
+                    if self.in_place_of(run, sample).is_some() { &mut own } else { &mut others };
+                apart.push(*residual);
+            }
+        }
+        (own, others)
+    }
+
+    /// The number in the place of a sample's reading.
+    fn in_place_of(&self, run: usize, sample: usize) -> Option<f64> {
+        let at = self.at[run].binary_search_by_key(&sample, |at| at.0).ok()?;
+        Some(self.at[run][at].1)
+    }
+}
+
+/// Leaves suspects out that are confirmed by the residuals of a component of their measurand, seen
+/// from the fit without them; `None` where none is, or where that fit is not sound though that of all
+/// is. They are listed with what stands in their place.
+pub(super) fn without_suspects(
+    nominal: &Calibration,
+    mut suspects: Vec<Suspect>,
+    is_confirmed: impl Fn(&Suspect, &Residuals) -> bool,
+    instead: fn(f64) -> NoReading,
+    options: &Options,
+) -> Cleaned {
+    let problem = &nominal.problem;
+    let (fitted, seen) = loop {
+        if suspects.is_empty() {
+            return Ok(None);
+        }
+        let mut rest = problem.clone();
+        suspects.iter().for_each(|one| leave_out(&mut rest, one.of, &one.at));
+        let fitted = calibrate(rest, options)?;
+        let seen = seen_from(problem, &fitted.fit.point);
+        let known = suspects.len();
+        suspects.retain(|suspect| {
+            let mut own = seen.iter().filter(|one| one.of() == suspect.of);
+            own.any(|one| is_confirmed(suspect, one))
+        });
+        if suspects.len() == known {
+            break (fitted, seen);
+        }
+    };
+    let far: Vec<Far> = seen.iter().map(|one| residuals_of(one, &suspects)).collect();
+    let number = |one: &Residuals, run: usize, sample: usize| {
+        let mut own = suspects.iter().filter(|suspect| suspect.of == one.of());
+        own.find_map(|suspect| suspect.in_place_of(run, sample)).map(instead)
+    };
+    let readings = listed(problem, &seen, &far, number);
+    Ok(if_sound(nominal, fitted, LeftOut { readings, ..LeftOut::default() }))
+}
+
+/// The residuals of the suspects of a measurand, in the order of time.
+fn residuals_of(one: &Residuals, suspects: &[Suspect]) -> Far {
+    let of_run = |run: usize| {
+        let own = suspects.iter().filter(|suspect| suspect.of == one.of());
+        let mut samples: Vec<usize> =
+            own.flat_map(|suspect| suspect.at[run].iter().map(|at| at.0)).collect();
+        samples.sort_unstable();
+        samples.into_iter().map(|sample| (sample, one.runs[run][sample])).collect()
+    };
+    (0..one.runs.len()).map(of_run).collect()
+}
