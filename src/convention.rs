@@ -7,6 +7,8 @@
 use crate::diagnostic::{Diagnostics, Source};
 use crate::document::Reader;
 use crate::formula::Formula;
+use crate::formula::isolate::replaced;
+use crate::formula::show::text;
 use crate::units::Unit;
 
 /// What a convention is about.
@@ -116,5 +118,32 @@ impl Convention {
             formulas,
         });
         reader.into_result(convention)
+    }
+
+    /// This convention mistaken for numbers for which another one was mistaken, too; `None` where they
+    /// are about other numbers.
+    pub fn after(&self, first: &Self) -> Option<Self> {
+        let dimension = |one: &Self| one.unit.as_ref().map(|unit| unit.dimension);
+        let is_same = |(own, other)| own == other;
+        let dimensions = dimension(self).zip(dimension(first));
+        if self.form != first.form || !dimensions.is_none_or(is_same) {
+            return None;
+        }
+        let names = self.form.components();
+        let of = |name: &str| {
+            let at = names.iter().position(|one| *one == name)?;
+            Some(first.formulas[at].root.clone())
+        };
+        let formulas = self.formulas.iter().map(|formula| {
+            let root = replaced(&formula.root, &of);
+            Formula { text: text(&root), root, ..formula.clone() }
+        });
+        Some(Self {
+            name: format!("{} and {}", first.name, self.name),
+            title: format!("{}; {}", first.title, self.title),
+            unit: self.unit.clone().or_else(|| first.unit.clone()),
+            formulas: formulas.collect(),
+            ..self.clone()
+        })
     }
 }

@@ -3,6 +3,8 @@
 //!
 //! Readings repeat for other reasons, too: an instrument at rest, a coarse display. Those are held
 //! whose repeats come in stretches of one length, and between them step by more than the last digit.
+//! Single repeats of what moves on before and after them are stale: a stream whose holes were filled
+//! with the last reading. Longer ones are for the diagnosis to judge.
 
 use crate::campaign::declared::RunEntry;
 use crate::campaign::loaded::LeftOut;
@@ -20,13 +22,20 @@ const REGULAR: f64 = 0.8;
 /// The median step of some reading is so many times its least.
 const VARIOUS: f64 = 3.0;
 
+/// Samples in a row that are stale at most; so many stretches of them at least.
+const SHORT: usize = 2;
+const STALE: usize = 8;
+/// Part of such stretches beside which readings move, by so many times their least step.
+const MOVING: f64 = 0.8;
+const MOVES: f64 = 20.0;
+
 impl Loader<'_> {
     /// Leaves readings out that repeat the one before where they are logged more often than they are
     /// read. A run that is not in memory stays as it is.
     pub(crate) fn without_held(&mut self, entry: &RunEntry, mut record: Record) -> Record {
         let held = if record.is_in_memory() { held(record.whole()) } else { Vec::new() };
         if !held.is_empty() {
-            let why = "they repeat the readings before them: each is logged in several rows, of which the first is kept";
+            let why = "they repeat the readings before them to the last digit, of which the first is kept: held values, or holes that were filled with the last one";
             let (run, why) = (entry.name.text.clone(), why.to_owned());
             self.left_out.push(LeftOut { run, samples: held.len(), why });
             record.edit(|samples| {
@@ -53,7 +62,7 @@ fn held(samples: &Samples) -> Vec<usize> {
     let repeated: Vec<usize> =
         (1..count).filter(|sample| is_there(*sample) && repeats(sample)).collect();
     if (repeated.len() as f64) < REPEATED * count as f64 {
-        return Vec::new();
+        return stale(samples, &repeated);
     }
     let new: Vec<usize> = {
         let mut next = repeated.iter().copied().peekable();
@@ -67,6 +76,32 @@ fn held(samples: &Samples) -> Vec<usize> {
         && regular as f64 >= REGULAR * lengths.len() as f64
         && samples.readings.iter().any(|column| is_various(column, &new));
     if is_held { repeated } else { Vec::new() }
+}
+
+/// The samples, of those that repeat the readings before them, that are stale.
+fn stale(samples: &Samples, repeated: &[usize]) -> Vec<usize> {
+    let short: Vec<&[usize]> =
+        repeated.chunk_by(|a, b| b - a == 1).filter(|own| own.len() <= SHORT).collect();
+    let least = |column: &Vec<f64>| {
+        let steps = column.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min)
+    };
+    let columns: Vec<(&Vec<f64>, f64)> =
+        samples.readings.iter().map(|column| (column, MOVES * least(column))).collect();
+    let is_moving = |own: &&[usize]| {
+        let (Some(before), next) = (own[0].checked_sub(2), own[own.len() - 1] + 1) else {
+            return false;
+        };
+        let moves = |column: &Vec<f64>, least: f64, from: usize, to: usize| {
+            column.get(to).is_some_and(|to| (to - column[from]).abs() > least)
+        };
+        columns.iter().any(|(column, least)| {
+            moves(column, *least, before, before + 1) && moves(column, *least, next - 1, next)
+        })
+    };
+    let moving: Vec<&[usize]> = short.iter().copied().filter(is_moving).collect();
+    let are_stale = moving.len() >= STALE && moving.len() as f64 >= MOVING * short.len() as f64;
+    if are_stale { moving.concat() } else { Vec::new() }
 }
 
 /// Whether the steps of a reading differ by more than those of a coarse display.
@@ -96,6 +131,17 @@ mod tests {
         assert!(found.iter().all(|sample| sample % 10 != 0));
         // Each in two or three rows.
         assert_eq!(of(|number| wave(number * 2 / 5)).len(), 360);
+    }
+
+    #[test]
+    fn single_repeats_of_what_moves_are_stale() {
+        let wave = |number: usize| (0.013 * number as f64).sin();
+        let last = |number: usize| if number % 8 == 5 { number - 1 } else { number };
+        let found = of(|number| wave(last(number)));
+        assert!(found.len() > 60 && found.iter().all(|sample| sample % 8 == 5), "{found:?}");
+        // Seven are not enough; a coarse display repeats by chance.
+        assert!(of(|number| wave(if number < 56 { last(number) } else { number })).is_empty());
+        assert!(of(|number| (200.0 * wave(last(number))).round() / 200.0).is_empty());
     }
 
     #[test]

@@ -50,12 +50,17 @@ impl Loader<'_> {
         }
         told.extend(glitches(input, &shown, &values));
         told.extend(steps(input, &times, &values));
-        told.extend(coarse(input, &times, self.inputs[index].smoothing));
+        told.extend(coarse(&shown, self.inputs[index].smoothing));
         let run = |one: Diagnostic| Diagnostic {
             message: format!("run `{}`: {}", entry.name.text, one.message),
             ..one
         };
-        self.warnings.extend(told.into_iter().map(run));
+        for one in told.into_iter().map(run) {
+            // Inputs of one stream have its times in common.
+            if self.warnings.iter().all(|known| known.message != one.message) {
+                self.warnings.push(one);
+            }
+        }
         drop(shown);
         if let Some(corrections) = &self.inputs[index].corrections {
             for value in &mut values {

@@ -5,7 +5,6 @@
 
 use crate::campaign::spline::{Smoothing, mean_spacing};
 use crate::diagnostic::{Diagnostic, decimals};
-use crate::model::InputDeclaration;
 
 /// Units of time that programs write, in parts of a second.
 const UNITS: [(f64, &str); 3] = [(1e3, "ms"), (1e6, "us"), (1e9, "ns")];
@@ -19,28 +18,22 @@ pub(super) fn unit_of(times: f64) -> Option<&'static str> {
     UNITS.iter().find(|(size, _)| is_alike(size)).map(|(_, unit)| *unit)
 }
 
-/// Warns of a stream whose samples are farther apart than what it is to be smoothed over.
-pub(super) fn coarse(
-    input: &InputDeclaration,
-    times: &[f64],
-    smoothing: Smoothing,
-) -> Option<Diagnostic> {
+/// Warns of a stream whose times are whole numbers and farther apart than what it is to be smoothed
+/// over, which they would not be in a smaller unit.
+pub(super) fn coarse(times: &[f64], smoothing: Smoothing) -> Option<Diagnostic> {
     let Smoothing::TimeConstant(time) = smoothing else { return None };
     let (period, spacing) = (time * std::f64::consts::TAU, mean_spacing(times));
-    if times.len() < 3 || spacing.is_nan() || spacing <= period {
+    let are_counts = times.len() > 2 && times.iter().all(|time| time.fract() == 0.0);
+    if !are_counts || spacing.is_nan() || spacing <= period {
         return None;
     }
+    let (_, unit) = UNITS.iter().find(|(size, _)| spacing < size * period)?;
     let message = format!(
-        "the samples of `{}` are {} s apart, and it is to be smoothed over {} s: the curve goes through them",
-        input.name,
+        "samples of a stream are {} s apart, and it is to be smoothed over {} s",
         decimals(spacing, 3),
         decimals(period, 3)
     );
-    let are_counts = times.iter().all(|time| time.fract() == 0.0);
-    let help = match UNITS.iter().find(|(size, _)| are_counts && spacing < size * period) {
-        Some((_, unit)) => format!("are its times in {unit}? {}", read_in(unit)),
-        None => "state `smooth` no shorter than the time between samples".to_owned(),
-    };
+    let help = format!("are its times in {unit}? {}", read_in(unit));
     Some(Diagnostic::warning(message).help(help))
 }
 

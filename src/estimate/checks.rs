@@ -12,8 +12,11 @@ use std::f64::consts::PI;
 use crate::campaign::Run;
 use crate::campaign::signal::Track;
 use crate::diagnostic::Diagnostic;
+use crate::engine::part::Slot;
 use crate::engine::{Part, Point, Problem};
+use crate::formula::{ExpressionKind, Function};
 use crate::graph::MeasurandKind;
+use crate::graph::names::Measurand;
 use crate::units::decimal;
 
 /// Samples of a run that are looked at.
@@ -33,6 +36,7 @@ pub fn check(problem: &Problem) -> Vec<Diagnostic> {
         found.extend(unread(part));
         found.extend(resolution::resolution(part));
         found.extend(angles(part));
+        found.extend(without_period(part));
         found.extend(mistakes::mistakes(problem, p, &start));
     }
     found
@@ -139,4 +143,28 @@ fn angles(part: &Part) -> Vec<Diagnostic> {
         }
     }
     found
+}
+
+/// Angles without a period whose readings go beyond half a turn, where their formula comes back there.
+fn without_period(part: &Part) -> Vec<Diagnostic> {
+    let names = part.system.assembly.names.measurands.iter();
+    let is_asked = |(measurand, slot): &(&Measurand, &Slot)| {
+        let mut comes_back = false;
+        measurand.formula.root.visit(&mut |one| {
+            comes_back |= matches!(one.kind, ExpressionKind::Call(Function::Atan2, _));
+        });
+        let is_beyond = |value: &f64| value.abs() > PI * (1.0 + f64::EPSILON);
+        measurand.kind == MeasurandKind::Angle { period: 0.0 }
+            && comes_back
+            && part.readings_of(slot.column).iter().flatten().any(is_beyond)
+    };
+    let found = names.zip(part.slots()).filter(is_asked);
+    found
+        .map(|(Measurand { name, .. }, _)| {
+            Diagnostic::warning(format!(
+                "`{name}` is read beyond half a turn, where its formula comes back from the other side"
+            ))
+            .help(format!("state its period in the model: `{name} = {{ …, period = \"360 deg\" }}`"))
+        })
+        .collect()
 }

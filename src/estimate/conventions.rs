@@ -12,28 +12,28 @@
 //! |---|---|
 //! | `channels` | which numbers are vectors, quaternions and poses |
 //! | `applied` | the numbers as a convention has them |
+//! | `composed` | two conventions for one number |
 //! | `turns` | products of turns in another order, about other axes, the other way |
 //! | `one_run` | the run that does not fit beside the others |
 //! | `residuals` | conventions that the readings do not bear out as they stand |
-//! | `quick` | a convention on few samples |
+//! | `quick`, `looked` | a convention on few samples, and on more |
 //! | `trimmed` | fits that a few outliers do not bend |
 //! | `suspect` | what may have been mistaken, of either kind |
 
 use rayon::prelude::*;
 
 use crate::convention::Convention;
-use crate::engine::{Part, Point, Problem};
-use crate::estimate::minima::better_start;
-use crate::estimate::minima::clocks::Clock;
+use crate::engine::{Part, Problem};
 use crate::estimate::minima::thinned::Thinned;
 use crate::estimate::start::start;
 use crate::formula::Expression;
 use crate::formula::show::text;
-use crate::graph::Kind;
 use crate::units::Dimension;
 
 mod applied;
 mod channels;
+mod composed;
+mod looked;
 mod one_run;
 mod quick;
 mod residuals;
@@ -43,11 +43,12 @@ mod turns;
 
 use applied::Suspected;
 use channels::Channels;
+use composed::composed;
+use looked::Looked;
 use one_run::run_that_does_not_fit;
 use quick::Quick;
 use residuals::Residuals;
 use suspect::Suspect;
-use trimmed::trimmed_fit;
 pub use turns::ChangedFormula;
 use turns::{Reordered, changed_formulas};
 
@@ -155,6 +156,20 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
     // Where all the others fit well, no convention of them is mistaken.
     if odd.is_none_or(|(rest, _)| rest >= GOOD) {
         found = set_right(stands.clone(), &of_all);
+        if found.variance_factors[1] >= GOOD {
+            let both = composed(conventions);
+            let both = both.iter().flat_map(|convention| {
+                let all = channels.for_convention(convention).0.into_iter();
+                all.map(move |channels| Suspected { convention, channels, only: None })
+            });
+            let more = both.map(Suspect::Columns).chain(of_all.iter().cloned());
+            let other = set_right(stands.clone(), &more.collect::<Vec<_>>());
+            let tried = other.tried;
+            if other.variance_factors[1] * BETTER[0] < found.variance_factors[1] {
+                found = other;
+            }
+            found.tried = tried;
+        }
         odd = odd.filter(|(rest, _)| rest * BETTER[0] < found.variance_factors[1]);
     }
     if let Some((_, only)) = odd {
@@ -192,60 +207,6 @@ fn set_right(mut stands: Looked, suspects: &[Suspect<'_>]) -> Mistaken {
     let shown = columns.into_iter().map(|(name, formula)| (text(&formula), name));
     found.columns = shown.filter(|(formula, name)| formula != name).map(|(f, n)| (n, f)).collect();
     found
-}
-
-/// Some samples, and how well they fit.
-#[derive(Clone)]
-struct Looked {
-    problem: Problem,
-    /// Where the fit ended.
-    point: Point,
-    variance_factor: f64,
-    /// Its logarithm, relative to how far readings were stretched by what was set right last.
-    score: f64,
-}
-
-impl Looked {
-    /// The fit from a start, with what was set right.
-    fn at(problem: Problem, start: &Point, suspect: Option<&Suspect<'_>>) -> Option<Self> {
-        let fit = trimmed_fit(&problem, start.clone(), ITERATIONS[2])?;
-        let variance_factor = fit.variance_factor;
-        let score = suspect.map_or(variance_factor.ln(), |one| one.score(&problem, &fit));
-        Some(Self { problem, point: fit.point, variance_factor, score })
-    }
-
-    /// Scalars and vectors that have the other sign in another fit of the same parameters.
-    fn opposite(&self, other: &Self) -> Vec<String> {
-        let layout = &self.problem.layout;
-        let is_opposite = |index: &usize| {
-            let one = &layout.instances[*index];
-            let size = |sign: f64| -> f64 {
-                let [own, other] = [self, other].map(|fit| fit.point.values[*index]);
-                own.iter().zip(other).take(3).map(|(a, b)| (a + sign * b).powi(2)).sum()
-            };
-            one.kind != Kind::Rotation && !one.unit.is_angle() && size(1.0) < OPPOSITE * size(-1.0)
-        };
-        let all = (0..layout.instances.len()).filter(is_opposite);
-        let mut names: Vec<String> =
-            all.map(|index| layout.instances[index].name.clone()).collect();
-        // Instances of one parameter stand together.
-        names.dedup();
-        names
-    }
-
-    /// The same with another start, if one fits far better: clocks that were compared with the
-    /// numbers misread may be farther apart.
-    fn improved(mut self) -> Self {
-        if self.variance_factor <= GOOD {
-            return self;
-        }
-        let clocks = Clock::all(&self.problem);
-        let [clock] = clocks.as_slice() else { return self };
-        let found = better_start(&self.problem, clock).map(|(_, found)| found.variance_factors[1]);
-        self.variance_factor =
-            found.map_or(self.variance_factor, |one| one.min(self.variance_factor));
-        self
-    }
 }
 
 struct Next<'s, 'c> {

@@ -94,8 +94,20 @@ fn of_remainder(diagnosis: &Diagnosis) -> String {
         one.gain.gain > 0.0 && one.change.is_none() && one.place.is_of_an_effect()
     };
     let mut steps = Vec::new();
-    if diagnosis.remainder.iter().any(|one| one.change.is_some()) {
-        steps.push("give the rows after the change a run of their own, with scope = \"run\" for parameters that may differ (docs/formats.md), and diagnose again".to_owned());
+    if let Some(part) = diagnosis.remainder.iter().find(|one| one.change.is_some()) {
+        let run = part.place.run.as_deref().unwrap_or_default();
+        let rows = match part.place.rows {
+            None => String::new(),
+            Some((first, None)) => {
+                format!("give the rows of run `{run}` from {first} on a run of their own, and ")
+            }
+            Some((first, Some(last))) => format!(
+                "leave rows {first} to {last} of run `{run}` out, or give them a run of their own, and "
+            ),
+        };
+        steps.push(format!(
+            "{rows}state scope = \"run\" for the parameters that may differ in run `{run}` (docs/formats.md), and diagnose again"
+        ));
     }
     if let Some(part) = diagnosis.remainder.iter().find(is_cause) {
         steps.push(format!(

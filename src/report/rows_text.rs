@@ -15,8 +15,11 @@ pub(super) const SHORT: usize = 2;
 const JUMPS: usize = 3;
 /// They are shown to this part of their size.
 const JUMP_DIGITS: f64 = 1e-2;
-/// Parts of the remainder below this share of the gap are counted, not listed.
+/// Parts of the remainder below this share of the gap are counted, not listed, but for a few of so large
+/// a noncentrality.
 const SMALL: f64 = 0.01;
+const LARGE: f64 = 25.0;
+const MOST: usize = 6;
 
 /// The budget of the gap: rows and the remainder.
 pub(super) fn budget(diagnosis: &Diagnosis) -> String {
@@ -36,7 +39,8 @@ pub(super) fn budget(diagnosis: &Diagnosis) -> String {
     }
     let mut small = 0;
     for (number, one) in diagnosis.remainder.iter().enumerate() {
-        if number > 0 && one.share < SMALL {
+        let is_large = number < MOST && one.gain.noncentrality() >= LARGE;
+        if number > 0 && one.share < SMALL && !is_large {
             small += 1;
             continue;
         }

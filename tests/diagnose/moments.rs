@@ -93,6 +93,46 @@ fn a_clock_that_is_set_for_good() {
     assert_eq!(place.run.as_deref(), Some("B_ccw50"), "{}", told(&found));
 }
 
+/// A clock that is set for good by so much that the model is not linear beside it: the change is fitted,
+/// and nothing else is found.
+#[test]
+fn a_clock_that_is_set_by_much() {
+    let late = format!("t = 't + {HALF} * 1 us'");
+    let later = ["B_ccw50", "B_cw50", "B_ccw190", "B_cw190"];
+    let (opened, problem) = drawn_with(&late, 305, &|name, run| match (name, run) {
+        ("nameless.size", Some(name)) if later.contains(&name) => 3000.0,
+        ("nameless.after", Some("B_ccw50")) => 18.0,
+        ("nameless.after", _) => -1.0,
+        _ => 0.0,
+    });
+    let found = run(problem, &opened);
+    let (places, effects) = changes(&found);
+    assert!(effects.is_empty() && places.len() == found.remainder.len(), "{}", told(&found));
+    let [place] = places[..] else { unreachable!("{}", told(&found)) };
+    assert!(place.words.starts_with("a timing error of all readings"), "{}", told(&found));
+    assert_eq!(place.run.as_deref(), Some("B_ccw50"), "{}", told(&found));
+    let change = found.remainder[0].change.as_ref().unwrap();
+    assert!((change.value - 0.003).abs() < 4.0 * change.sigma, "{change:?}");
+}
+
+/// A parameter of the model that has another value in one run.
+#[test]
+fn an_orientation_that_is_another_one_in_a_run() {
+    let turned =
+        "orientation = 'orientation * turn(size * [1 urad, 0, 0]) * turn(after * [0 rad/s, 0, 0])'";
+    let (opened, problem) = drawn_with(turned, 306, &|name, run| match (name, run) {
+        ("nameless.size", Some("B_cw50")) => 300.0,
+        _ => 0.0,
+    });
+    let found = run(problem, &opened);
+    assert!(found.verdict.has_remainder() && found.rows.is_empty(), "{}", told(&found));
+    let [change] = &found.remainder[..] else { unreachable!("{}", told(&found)) };
+    assert!(change.place.words.contains("another value of `orientation`"), "{}", told(&found));
+    assert_eq!(change.place.run.as_deref(), Some("B_cw50"), "{}", told(&found));
+    let found = change.change.as_ref().unwrap();
+    assert!((found.value - 300e-6).abs() < 4.0 * found.sigma, "{found:?}");
+}
+
 /// Puts a distance off in some rows of a run.
 fn off(rows: std::ops::Range<usize>, by: f64, problem: &mut Problem) {
     let part = &mut problem.parts[0];

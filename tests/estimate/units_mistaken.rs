@@ -199,3 +199,45 @@ fn an_input_with_scatter_is_in_no_smaller_unit() {
     let found = found(&Folder::new("valve", &files));
     assert!(found.is_none(), "{found:?}");
 }
+
+/// A joint and its simulation: readings of an angle with a stated uncertainty each.
+fn joint(read: impl Fn(f64) -> f64, noise: f64) -> Folder {
+    let model = "name = \"joint\"\ntitle = \"Joint\"\n\
+        [inputs]\nsent = { unit = \"rad\", signal = true }\n\
+        [measurands]\nq = { value = 'sent', kind = \"angle\", unit = \"rad\" }\n";
+    let campaign = "title = \"Joint\"\nmodel = \"model.toml\"\n[measurands]\nq = { sigma = \"s_q\" }\n\
+        [[runs]]\nname = \"run\"\ndata = \"run.csv\"\nsignals = [\"sent.csv\"]\n";
+    let mut random = Stream(23);
+    let angle = |t: f64| 0.8 * (0.9 * t).sin() + 0.3 * (2.3 * t + 0.4).sin();
+    let mut sent = "time [s],sent [rad]\n".to_owned();
+    let mut own = "time [s],q [rad],s_q [rad]\n".to_owned();
+    for i in 0..1500 {
+        let t = 0.01 * f64::from(i);
+        sent.push_str(&format!("{t:.2},{:.7}\n", angle(t)));
+        if (100..1400).contains(&i) {
+            let q = read(angle(t + 0.009)) + noise * random.normal();
+            own.push_str(&format!("{t:.2},{q:.6},0.0005\n"));
+        }
+    }
+    let files = [("model.toml", model), ("campaign.toml", campaign)];
+    let files = files.into_iter().chain([("run.csv", &*own), ("sent.csv", &*sent)]);
+    Folder::new("joint", &files.collect::<Vec<_>>())
+}
+
+#[test]
+fn degrees_with_the_other_sense_are_named_together() {
+    let folder = joint(|angle| -angle.to_degrees(), 0.0005);
+    let problem = open(&Request::new([&*folder])).unwrap().problem;
+    let one = mistaken(&problem, &conventions([]).unwrap()).unwrap();
+    assert_eq!(one.what[0].name, "in_degrees and reversed_sign", "{one:?}");
+    assert_eq!(one.columns, [("q".to_owned(), "-(q * pi / 180)".to_owned())], "{one:?}");
+}
+
+/// Larger uncertainties fit anything: the column that states them is no number of another unit.
+#[test]
+fn a_column_of_uncertainties_is_in_no_other_unit() {
+    let folder = joint(|angle| angle, 0.005);
+    let problem = open(&Request::new([&*folder])).unwrap().problem;
+    let found = mistaken(&problem, &conventions([]).unwrap());
+    assert!(found.is_none(), "{found:?}");
+}

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::gap::{Steps, gap};
-use crate::diagnose::library::prior::{Cause, Prior};
+use crate::diagnose::library::prior::Prior;
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::finish;
 use crate::estimate::contradicted::contradicted;
@@ -12,7 +12,7 @@ use crate::estimate::linear_range::{BeyondRange, beyond_range};
 use crate::system::Selected;
 
 use super::absorbed::absorbed;
-use super::answer::{Diagnosis, Doubtful, FAR_BEYOND_STATED, Findings, Ranked, Row, decide};
+use super::answer::{Diagnosis, Doubtful, FAR_BEYOND_STATED, Findings, Row, decide};
 use super::confounded::confounded;
 use super::driver::{Competed, Found};
 use super::held_out::Folded;
@@ -26,12 +26,11 @@ use super::search::Pools;
 use super::selection::{Ranked as RankedTerm, Selection};
 use super::solved::{Solved, ratio_to_typical};
 use super::stamp_jumps::stamp_jumps;
-use super::terms::{Term, without};
-use crate::diagnose::price::{
-    Gain, ROUNDING, ln_bayes_factor, ln_bayes_factor_of_any_size, posterior,
-};
+use super::terms::without;
+use crate::diagnose::price::{Gain, ROUNDING, posterior};
 use crate::diagnose::thresholds::{ENTER, TIE};
 
+mod candidates;
 mod remainder;
 
 /// Effects that are compared with a row.
@@ -126,8 +125,8 @@ impl Diagnosis {
             self.steps = Some(steps);
             self.explained = Some(explained);
         }
-        // A row may absorb what a wrong stated value does.
-        if self.contradicted.is_empty() {
+        // A row may absorb what a wrong stated value does; where rows leave nothing, they are simpler.
+        if self.contradicted.is_empty() && (self.rows.is_empty() || !rest.is_empty()) {
             self.contradicted = contradicted(&self.nominal);
         }
         let last = self.explained.as_ref().unwrap_or(&self.nominal);
@@ -256,52 +255,5 @@ impl<'a> Budget<'a> {
             }
         }
         found
-    }
-
-    /// All effects against the nominal model alone, and the probabilities of nothing, of one of
-    /// them and of an unmodelled effect.
-    fn candidates(&self, prior: &Prior) -> (Vec<Ranked>, Option<[f64; 3]>) {
-        let Self { linear, selection, pools, total, .. } = self;
-        let mut open = (*selection).clone();
-        open.terms.iter_mut().for_each(|term| term.may_enter = !term.columns.is_empty());
-        let ranked = open.ranked(&[], &pools.effects);
-        // Of an effect in two forms the library's is listed.
-        let is_listed = |own: &Term| {
-            own.variant.is_none()
-                || !linear.terms.iter().any(|one| one.name == own.name && one.variant.is_none())
-        };
-        let ranked: Vec<_> = ranked
-            .into_iter()
-            .filter(|one| one.gain.degrees > 0 && is_listed(&linear.terms[one.term]))
-            .collect();
-        let blocks = open.ranked(&[], &pools.blocks);
-        let blocks: Vec<_> = blocks.into_iter().filter(|one| one.gain.degrees > 0).collect();
-        // Posterior probabilities use the Bayes factor averaged over sizes.
-        let ln_bayes = |one: &RankedTerm| {
-            let of_best_width = ln_bayes_factor(one.gain, 1, 1);
-            one.ln_bayes - of_best_width + ln_bayes_factor_of_any_size(one.gain)
-        };
-        let all = || ranked.iter().chain(&blocks).map(ln_bayes);
-        let most = all().fold(0.0, f64::max);
-        let weight = |cause: Cause, ln_bayes: f64| prior.of(cause) * (ln_bayes - most).exp();
-        let nothing = weight(Cause::Nothing, 0.0);
-        let library: f64 = ranked.iter().map(|one| weight(Cause::Library, ln_bayes(one))).sum();
-        let unknown: f64 = blocks.iter().map(|one| weight(Cause::Unknown, ln_bayes(one))).sum();
-        let sum = nothing + library + unknown;
-        let candidates = ranked.iter().map(|one| {
-            let term = &linear.terms[one.term];
-            let member = linear.candidates.get(term.candidate);
-            let member = member.map(|one| one.selected.member.clone()).unwrap_or_default();
-            Ranked {
-                name: term.name.clone(),
-                member,
-                gain: one.gain,
-                ln_bayes: one.ln_bayes,
-                share: if *total > 0.0 { (one.gain.gain / total).clamp(0.0, 1.0) } else { 0.0 },
-                probability: weight(Cause::Library, ln_bayes(one)) / sum,
-                values: linear.sizes(&open, &[], one.term),
-            }
-        });
-        (candidates.collect(), Some([nothing / sum, library / sum, unknown / sum]))
     }
 }

@@ -119,7 +119,9 @@ impl Linear {
             let run = &part.runs[run];
             let row = run.record.row(change.at.1);
             let last = change.end.map(|end| run.record.row(end.saturating_sub(1)));
-            let place = block.place.as_ref().map(|place| place.from(&name, (row, last)));
+            let is_whole = change.at.1 == 0 && change.end == Some(run.record.len());
+            let rows = (!is_whole).then_some((row, last));
+            let place = block.place.as_ref().map(|place| place.within(&name, rows));
             let (name, columns) = (format!("change of {}", block.name), vec![vec![(column, 1.0)]]);
             self.terms.push(Term {
                 members: change.members,

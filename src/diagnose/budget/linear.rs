@@ -234,8 +234,9 @@ pub(super) fn by_candidate(signed: &Signatures, candidates: usize) -> Vec<Vec<us
 }
 
 /// Sets the log prior odds of the terms of candidates, beyond those of one among equals. An effect's
-/// are shared by its heads; where some are more probable, such as a user's own, the others give way.
-/// Effects that show in no reading have no part in it. Blocks are equals.
+/// are shared by its heads; where a prior makes some more probable, the others give way. A user's own
+/// are more probable than these, which are not less so for that. Effects that show in no reading have
+/// no part in it. Blocks are equals.
 fn set_ln_priors(terms: &mut [Term], candidates: &[Candidate], wanted: &Wanted) {
     let shown = |term: &&mut Term| term.is_effect() && !term.columns.is_empty();
     let effect = |term: &Term| candidates[term.candidate].selected.effect.name.as_str();
@@ -243,14 +244,12 @@ fn set_ln_priors(terms: &mut [Term], candidates: &[Candidate], wanted: &Wanted) 
     for one in candidates {
         heads.entry(&one.selected.effect.name).or_default().insert(&one.name);
     }
-    let weight = |term: &Term| {
-        let suspected = if term.is_own { OWN_EFFECT } else { 1.0 };
-        suspected * wanted.prior.times(effect(term)) / heads[effect(term)].len() as f64
-    };
+    let weight = |term: &Term| wanted.prior.times(effect(term)) / heads[effect(term)].len() as f64;
     let weights: Vec<f64> = terms.iter_mut().filter(shown).map(|term| weight(term)).collect();
     let mean = weights.iter().sum::<f64>() / weights.len().max(1) as f64;
     for (term, weight) in terms.iter_mut().filter(shown).zip(&weights) {
         let of_form = if term.variant.is_some() { -RELAXED } else { 0.0 };
-        term.ln_prior = (weight / mean).ln() + of_form;
+        let suspected = if term.is_own { OWN_EFFECT } else { 1.0 };
+        term.ln_prior = (suspected * weight / mean).ln() + of_form;
     }
 }

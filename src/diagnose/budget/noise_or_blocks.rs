@@ -69,18 +69,24 @@ pub fn instead_of_blocks(
     for kept in [&with_changes, &rows] {
         let mut of_rows = selection.clone();
         of_rows.set_scale(kept);
-        let mut by_blocks = selection.ln_price_of(kept) - selection.ln_price_of(model);
-        for (number, readings) in linear.sums.readings.iter().enumerate() {
-            if *readings > 0 {
-                let ratio = of_rows.scale[number] / selection.scale[number];
-                by_blocks += *readings as f64 * ratio.ln();
-            }
-        }
+        let groups = by_blocks(selection, &of_rows, model, kept);
+        let by_blocks: f64 = groups.iter().map(|one| one.gained).sum();
         let residuals = components(linear, &of_rows, kept, &mut |_, _| {});
         if has_blocks {
-            let (gained, found) = autocorrelated(&residuals);
+            // What blocks explain in one measurand is no noise because that of another one is.
+            let all = autocorrelated(&residuals);
+            let (mut gained, mut beyond, mut found) = (0.0, 0.0, Vec::new());
+            for group in &groups {
+                let own = || group.measurands.iter().filter_map(|one| all.get(one));
+                let of_noise: f64 = own().map(|one| one.0).sum();
+                if of_noise > group.gained {
+                    gained += of_noise;
+                    beyond += of_noise - group.gained;
+                    found.extend(own().flat_map(|one| one.1.iter().copied()));
+                }
+            }
             if !found.is_empty() {
-                take(gained - by_blocks, gained, Instead::Autocorrelated(found));
+                take(beyond, gained, Instead::Autocorrelated(found));
             }
         }
         if kept.len() == with_changes.len() && !has_own_levels {
@@ -96,21 +102,57 @@ pub fn instead_of_blocks(
     best.map(|(_, found)| found)
 }
 
-/// Gauss-Markov noise by campaign and residual component, and by how much it raises the log likelihood, less its price.
-fn autocorrelated(components: &Components) -> (f64, Vec<OfComponent>) {
-    let (mut gained, mut found) = (0.0, Vec::new());
-    for ((part, _, row), runs) in components {
-        let count: usize = runs.values().map(Vec::len).sum();
-        let Some((noise, own)) = gauss_markov(runs).filter(|_| count >= LEAST_OF_COMPONENT) else {
+/// Measurands in which the same blocks act, and by how much these raise the log likelihood of their
+/// readings, less their price.
+struct Group {
+    measurands: Vec<usize>,
+    gained: f64,
+}
+
+/// What the terms of a model beyond those that are `kept` explain, in groups that have none in common.
+fn by_blocks(
+    selection: &Selection<'_>,
+    of_kept: &Selection<'_>,
+    model: &[usize],
+    kept: &[usize],
+) -> Vec<Group> {
+    let gained = |measurand: usize| match selection.sums.readings[measurand] {
+        0 => 0.0,
+        count => count as f64 * (of_kept.scale[measurand] / selection.scale[measurand]).ln(),
+    };
+    let single = |one: usize| Group { measurands: vec![one], gained: gained(one) };
+    let mut groups: Vec<Group> = (0..selection.scale.len()).map(single).collect();
+    for (term, price) in model.iter().zip(selection.prices(model)) {
+        if kept.contains(term) {
             continue;
-        };
+        }
+        let acts_in = selection.measurands_of(*term);
+        let is_own = |group: &Group| group.measurands.iter().any(|one| acts_in.contains(one));
+        let (own, others): (Vec<Group>, Vec<Group>) = groups.into_iter().partition(is_own);
+        let sum = own.iter().map(|one| one.gained).sum::<f64>();
+        let measurands = own.into_iter().flat_map(|one| one.measurands).collect();
+        groups = others;
+        groups.push(Group { measurands, gained: sum - price });
+    }
+    groups
+}
+
+/// Gauss-Markov noise of the components of each measurand, and by how much it raises the log
+/// likelihood, less its price.
+fn autocorrelated(components: &Components) -> BTreeMap<usize, (f64, Vec<OfComponent>)> {
+    let mut all: BTreeMap<usize, (f64, Vec<OfComponent>)> = BTreeMap::new();
+    for ((part, measurand, row), runs) in components {
+        let count: usize = runs.values().map(Vec::len).sum();
+        let found = gauss_markov(runs).filter(|_| count >= LEAST_OF_COMPONENT);
+        let Some((noise, own)) = found else { continue };
         let own = own - (count as f64).ln();
         if own > SURE {
-            gained += own;
+            let (gained, found) = all.entry(*measurand).or_default();
+            *gained += own;
             found.push((*part, *row, noise));
         }
     }
-    (gained, found)
+    all
 }
 
 /// Runs whose noise differs from the others', and by how much their own

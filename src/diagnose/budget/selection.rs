@@ -15,6 +15,7 @@ use self::normal::{Beside, Factored};
 pub use self::ranked::Ranked;
 use super::sums::{Sums, Weighted};
 use super::terms::{Change, Combination, Term};
+use crate::diagnose::library::place::Place;
 use crate::diagnose::price::{Gain, ln_bayes_factor};
 use crate::estimate::inverse_factor::Factor;
 
@@ -54,8 +55,9 @@ impl<'a> Selection<'a> {
         let nominal = (0..sums.nominal).filter(|column| !in_fit(*column));
         let mut residual = vec![(sums.residual(), 1.0)];
         residual.extend(active);
-        // What shows in no reading raises no false alarm.
-        let shown = terms.iter().filter(|one| !one.columns.is_empty());
+        // What shows in no reading raises no false alarm, nor what is looked for as a change alone.
+        let is_change = |one: &Term| one.place.as_ref().is_some_and(Place::is_of_a_parameter);
+        let shown = terms.iter().filter(|one| !one.columns.is_empty() && !is_change(one));
         let [effects, blocks] =
             [true, false].map(|kind| shown.clone().filter(|one| one.is_effect() == kind).count());
         let scale = vec![1.0; sums.readings.len()];
@@ -136,6 +138,13 @@ impl<'a> Selection<'a> {
             start..end
         };
         model.iter().map(range).collect()
+    }
+
+    /// The measurands whose readings a term changes.
+    pub(super) fn measurands_of(&self, term: usize) -> Vec<usize> {
+        let columns = || self.terms[term].columns.iter().flatten().map(|(column, _)| *column);
+        let acts = |one: &usize| columns().any(|at| self.sums.product_in(*one, at, at) > 0.0);
+        (0..self.scale.len()).filter(acts).collect()
     }
 
     /// The effects of a model.

@@ -137,10 +137,12 @@ impl Term {
         } else {
             own.into_iter().map(|column| vec![(column, 1.0)]).collect()
         };
+        let place = candidate.place.clone();
         Self {
             candidate: number,
             members,
-            ..Self::new(candidate.name.clone(), candidate.place.clone(), columns)
+            may_enter: !place.as_ref().is_some_and(Place::is_of_a_parameter),
+            ..Self::new(candidate.name.clone(), place, columns)
         }
     }
 }

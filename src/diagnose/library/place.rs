@@ -6,6 +6,8 @@ pub(super) const RUN: &str = "run";
 /// readings.
 pub(super) const TIME_OF: &str = "time of ";
 pub(super) const ALL_READINGS: &str = "all readings";
+/// What the channel of another value of a parameter is called before its name.
+pub(super) const OF_PARAMETER: &str = "parameter ";
 /// The channel of stated values.
 const STATED: &str = "stated values";
 /// The covariate of what is too small for a name.
@@ -40,24 +42,29 @@ impl Place {
         Self::new(Of::Channel(effect.to_owned()), SMALL, words)
     }
 
-    /// The same from a row of a run on, to another or to the end of the campaign.
-    pub(in crate::diagnose) fn from(&self, run: &str, (row, last): (usize, Option<usize>)) -> Self {
+    /// The same in a run alone, or from a row of it on, to another or to the end of the campaign.
+    pub(in crate::diagnose) fn within(
+        &self,
+        run: &str,
+        rows: Option<(usize, Option<usize>)>,
+    ) -> Self {
         let words = self.words.trim_end_matches(" over run");
-        let when = match last {
-            None => format!("that changes in run `{run}` at row {row}"),
-            Some(last) => format!("in run `{run}` from row {row} to row {last}"),
+        let when = match rows {
+            None => format!("in run `{run}`"),
+            Some((row, None)) => format!("that changes in run `{run}` at row {row}"),
+            Some((row, Some(last))) => format!("in run `{run}` from row {row} to row {last}"),
         };
-        Self {
-            words: format!("{words} {when}"),
-            run: Some(run.to_owned()),
-            rows: Some((row, last)),
-            ..self.clone()
-        }
+        Self { words: format!("{words} {when}"), run: Some(run.to_owned()), rows, ..self.clone() }
     }
 
     /// Whether it is a value for each run.
     pub fn is_of_runs(&self) -> bool {
         self.covariate == RUN
+    }
+
+    /// Whether it is another value of a parameter of the model.
+    pub(in crate::diagnose) fn is_of_a_parameter(&self) -> bool {
+        matches!(&self.of, Of::Channel(channel) if channel.starts_with(OF_PARAMETER))
     }
 
     /// Whether an effect may have its form: not that of a stated value, nor of something small.

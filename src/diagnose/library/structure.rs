@@ -22,10 +22,12 @@ use crate::units::Dimension;
 use super::candidate::{Candidate, Joined};
 use super::place::{ALL_READINGS, Of, TIME_OF};
 use made::{Block, blocks_over};
+use parameters::of_parameters;
 use readings::{attitudes, errors, of_inputs, readings};
 
 mod covariate;
 mod made;
+mod parameters;
 mod readings;
 mod waves;
 
@@ -94,10 +96,9 @@ fn offered(recipes: &[Recipe], effects: impl Fn(&Model) -> Vec<Block>) -> Vec<Ca
 }
 
 fn effects(model: &Model) -> Vec<Block> {
-    [channels, rig, pedestal, timing, readings, of_inputs, attitudes, by_sense, waves::in_time]
-        .iter()
-        .flat_map(|of| of(model))
-        .collect()
+    let of_readings = [readings, of_inputs, attitudes, by_sense, waves::in_time];
+    let of_the_rig = [channels, rig, pedestal, timing, of_parameters];
+    of_the_rig.iter().chain(&of_readings).flat_map(|of| of(model)).collect()
 }
 
 /// Measurands that are no rotations.

@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use crate::diagnose::found::LeftOut;
+use crate::diagnose::found::{LeftOut, NoReading};
 use crate::engine::{Part, Problem};
 use crate::estimate::batch::Options;
 use crate::estimate::calibrate::{Calibration, calibrate};
@@ -18,6 +18,8 @@ use crate::statistics::robust;
 
 use super::Cleaned;
 use super::left_out::{OfSamples, if_sound, rare, stretches_out};
+use super::saturated::limits;
+use super::suspects::{Suspect, without_suspects};
 
 /// Fewer repeats are none.
 const FEWEST: usize = 3;
@@ -34,10 +36,24 @@ pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleane
     if frozen.is_empty() {
         return Ok(None);
     }
+    let mut at_limit = limits(problem);
+    at_limit.retain(|limit| stands_often_at(limit, &frozen));
+    if !at_limit.is_empty() {
+        return without_suspects(nominal, at_limit, |_, _| true, NoReading::Limit, options);
+    }
     let mut rest = problem.clone();
     let stretches = stretches_out(&mut rest, &all, &frozen, true);
     let found = LeftOut { stretches, ..LeftOut::default() };
     Ok(if_sound(nominal, calibrate(rest, options)?, found))
+}
+
+/// Whether stretches stand at a limit again and again: an instrument is saturated there, though the
+/// model was too wrong to predict readings beyond it.
+fn stands_often_at(limit: &Suspect, frozen: &[OfSamples]) -> bool {
+    let stands = |(of, samples): &&OfSamples| {
+        (of.part, of.measurand) == limit.of && limit.in_place_of(of.run, samples.start).is_some()
+    };
+    frozen.iter().filter(stands).count() > 1
 }
 
 /// The stretches of frozen readings. Where one measurand is frozen, repeats of others beside it

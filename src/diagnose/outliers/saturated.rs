@@ -40,7 +40,7 @@ fn is_passed(limit: &Suspect, all: &Residuals) -> bool {
 }
 
 /// The numbers at the ends of what measurands of one component read that may be limits.
-fn limits(problem: &Problem) -> Vec<Suspect> {
+pub(super) fn limits(problem: &Problem) -> Vec<Suspect> {
     let mut limits = Vec::new();
     for (p, part) in problem.parts.iter().enumerate() {
         for (measurand, slot) in part.slots().iter().enumerate() {

@@ -36,7 +36,7 @@ impl Suspect {
     }
 
     /// The number in the place of a sample's reading.
-    fn in_place_of(&self, run: usize, sample: usize) -> Option<f64> {
+    pub(super) fn in_place_of(&self, run: usize, sample: usize) -> Option<f64> {
         let at = self.at[run].binary_search_by_key(&sample, |at| at.0).ok()?;
         Some(self.at[run][at].1)
     }

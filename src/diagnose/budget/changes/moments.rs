@@ -7,6 +7,7 @@ use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::selection::normal::Factored;
 use crate::diagnose::budget::terms::{Base, Change};
+use crate::diagnose::library::place::Place;
 use crate::diagnose::price::Gain;
 
 /// Samples of a stretch at least: fewer are outliers.
@@ -158,12 +159,15 @@ impl Linear {
             }
             gain(run, (from, to), (taken, along))
         };
+        // A parameter that changes comes back in another run, if at all.
+        let place = self.candidates[base.candidate].place.as_ref();
+        let is_whole = place.is_some_and(Place::is_of_a_parameter);
         let mut best: Option<(f64, Ends, Ends)> = None;
         let mut tried = 0;
         let mut first = 0;
         for own in bins.chunk_by(|a, b| a.0 == b.0) {
             let run = (first, first + own.len());
-            let step = own.len().div_ceil(MOST_ENDS).max(1);
+            let step = if is_whole { own.len() } else { own.len().div_ceil(MOST_ENDS).max(1) };
             let ends: Vec<usize> = (run.0..=run.1).step_by(step).collect();
             // All products at once: of what the model takes up at each end with that at each other.
             let at_ends = DMatrix::from_fn(half.len(), ends.len(), |i, end| {
@@ -187,7 +191,7 @@ impl Linear {
         // Either end bin by bin, while the other one stays.
         let (mut most, run, (mut from, mut to)) = best?;
         let step = (run.1 - run.0).div_ceil(MOST_ENDS);
-        for _ in 0..END_ROUNDS {
+        for _ in 0..if is_whole { 0 } else { END_ROUNDS } {
             let (near_from, near_to) = (from, to);
             for other in near_from.saturating_sub(step).max(run.0)..(near_from + step).min(run.1) {
                 if let Some(gain) = gain_alone(run, (other, to)).filter(|gain| *gain > most) {

@@ -4,6 +4,9 @@ use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::price::Gain;
 
+/// Share of the squared length of a row's form that a block leaves, below which it has this form.
+const SAME_FORM: f64 = 0.01;
+
 impl Selection<'_> {
     /// What the blocks of some kind gain that change the readings that a row changes, beyond what chance
     /// gives.
@@ -22,12 +25,20 @@ impl Selection<'_> {
 
     /// Whether a block and a row change a common measurand.
     pub(super) fn is_beside(&self, row: usize, block: usize) -> bool {
-        let own =
-            |term: usize| self.terms[term].columns.iter().flatten().map(|(column, _)| *column);
-        let acts = |term: usize, measurand: usize| {
-            own(term).any(|column| self.sums.product_in(measurand, column, column) > 0.0)
-        };
-        (0..self.scale.len()).any(|one| acts(row, one) && acts(block, one))
+        let of_row = self.measurands_of(row);
+        self.measurands_of(block).iter().any(|one| of_row.contains(one))
+    }
+
+    /// Whether a block that is no wider than a row has its form.
+    pub(super) fn has_its_form(&self, model: &[usize], row: usize, blocks: &[usize]) -> bool {
+        let width = self.terms[row].columns.len();
+        let whole = self.form_left(&[], model, row);
+        blocks.iter().any(|block| {
+            let own = &self.terms[*block].columns;
+            !own.is_empty()
+                && own.len() <= width
+                && self.form_left(&[*block], model, row) < SAME_FORM * whole
+        })
     }
 
     /// How much of the squared length of a row's form the blocks of the model leave to it.

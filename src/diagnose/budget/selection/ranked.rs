@@ -93,11 +93,16 @@ impl Selection<'_> {
     }
 
     /// What the terms of a model cost together.
-    pub fn ln_price_of(&self, model: &[usize]) -> f64 {
+    fn ln_price_of(&self, model: &[usize]) -> f64 {
+        self.prices(model).iter().sum()
+    }
+
+    /// What each term of a model costs.
+    pub fn prices(&self, model: &[usize]) -> Vec<f64> {
         let prices = model.iter().zip(self.contributions(model)).map(|(term, gain)| {
             let own = &self.terms[*term];
             price(gain, own.members, self.candidates(*term)) - own.ln_prior
         });
-        prices.sum()
+        prices.collect()
     }
 }

@@ -30,7 +30,7 @@ pub(super) fn blocks_over(
         let place = Place::new(of.clone(), over, format!("{what} over {words}"));
         let (mut coefficients, mut sum) = (Vec::new(), Vec::new());
         for (number, (term, of)) in terms.iter().enumerate() {
-            coefficients.push((format!("part_{number}"), dimension / *of));
+            coefficients.push((format!("part_{number}"), Unit::coherent(dimension / *of)));
             sum.push(format!("part_{number} * {term}"));
         }
         let name = format!("unknown_{kind}_{wrong}_{name}");
@@ -39,20 +39,20 @@ pub(super) fn blocks_over(
     covariates.iter().filter_map(over).collect()
 }
 
-/// An effect of unknown structure: coefficients with their dimensions and scope, the line of its
+/// An effect of unknown structure: coefficients with their units and scope, the line of its
 /// family, if it has one, and its patches.
 pub(super) fn made(
     name: &str,
     place: &Place,
-    (coefficients, scope): (&[(String, Dimension)], &str),
+    (coefficients, scope): (&[(String, Unit)], &str),
     family: &str,
     patches: &str,
 ) -> Option<Block> {
     let name = called(name);
     let mut text =
         format!("name = \"{name}\"\ntitle = \"{}\"\nacts = \"noise\"\n[parameters]\n", place.words);
-    for (coefficient, dimension) in coefficients {
-        let unit = Unit::coherent(*dimension).si_symbol();
+    for (coefficient, unit) in coefficients {
+        let unit = unit.si_symbol();
         let written = writeln!(
             text,
             "{coefficient} = {{ unit = \"{unit}\", typical = \"1 {unit}\", scope = \"{scope}\" }}"

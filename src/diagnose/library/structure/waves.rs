@@ -9,7 +9,7 @@
 
 use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
-use crate::units::Dimension;
+use crate::units::{Dimension, Unit};
 
 use super::covariate::{Covariate, FEW, RUN_TIME, TIME, few_move, sense_of, wave};
 use super::made::{Block, made};
@@ -48,7 +48,10 @@ pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
         return Vec::new();
     }
     let halves = || (0..ORDERS.0).map(|order| order as f64 + 0.5);
-    let signals = model.inputs.iter().filter(|input| input.signal);
+    // A screw has its pitch whether or not what is commanded is a signal.
+    let is_length = |input: &&InputDeclaration| input.unit.dimension == Dimension::LENGTH;
+    let are_few = model.inputs.iter().filter(is_length).count() <= FEW;
+    let signals = model.inputs.iter().filter(|input| input.signal || are_few && is_length(input));
     let over = |input: &InputDeclaration| {
         if input.unit.is_angle() {
             Some(orders_of(&input.name, halves().chain(finer(ORDERS.0))))
@@ -139,7 +142,7 @@ fn oscillation(name: &str, place: &Place, of: &[MeasurandDeclaration]) -> Option
                 wave.push(format!(
                     "{coefficient} * {phase}(2 * pi * unknown_frequency * run_time){along}"
                 ));
-                coefficients.push((coefficient, measurand.unit.dimension));
+                coefficients.push((coefficient, Unit::coherent(measurand.unit.dimension)));
             }
         }
         let sum = wave.join(" + ");

@@ -1,0 +1,60 @@
+//! Other values of the model's own parameters in some of the runs, or from a moment on: a camera that was
+//! mounted anew, a target that was exchanged. Each is looked for as a change alone: values for each run
+//! would take the place of effects.
+
+use crate::graph::{Kind, Scope};
+use crate::model::{Model, ParameterDeclaration};
+use crate::units::Unit;
+
+use super::POSITION;
+use super::made::{Block, made};
+use crate::diagnose::library::place::{OF_PARAMETER, Of, Place, RUN};
+
+/// Components of parameters that are looked at, at most.
+const MOST: usize = 15;
+
+/// Another value of each component of a parameter that is estimated. Of what is a value for each run
+/// already, and of where the instrument stands, others say it.
+pub(super) fn of_parameters(model: &Model) -> Vec<Block> {
+    let is_asked = |one: &&ParameterDeclaration| {
+        let is_rig = one.name == model.called(POSITION);
+        let is_of_runs = matches!(one.setting.scope, Scope::Run | Scope::Sample);
+        !one.setting.fixed && !one.per_measurand && !is_of_runs && !is_rig
+    };
+    let all: Vec<Block> =
+        model.parameters.iter().filter(is_asked).flat_map(of_components).take(MOST + 1).collect();
+    if all.len() > MOST { Vec::new() } else { all }
+}
+
+fn of_components(parameter: &ParameterDeclaration) -> Vec<Block> {
+    let name = &parameter.name;
+    let axes = [("x", "[1, 0, 0]"), ("y", "[0, 1, 0]"), ("z", "[0, 0, 1]")];
+    let block = |component: &str, words: String, patch: String, unit: &Unit| {
+        let of = Of::Channel(format!("{OF_PARAMETER}{name}{component}"));
+        let place = Place::new(of, RUN, format!("another value of {words} over {RUN}"));
+        let coefficient = ("part_0".to_owned(), unit.clone());
+        let called = format!("unknown_parameter_{name}{component}");
+        made(&called, &place, (&[coefficient], "run"), "", &format!("{name} = '{patch}'\n"))
+    };
+    let along = |(axis, vector): (&str, &str)| match parameter.kind {
+        Kind::Rotation => block(
+            &format!(" {axis}"),
+            format!("`{name}`, turned about {axis},"),
+            format!("{name} * turn(part_0 * {vector})"),
+            &Unit::parse("rad").ok()?,
+        ),
+        _ => block(
+            &format!(".{axis}"),
+            format!("`{name}.{axis}`"),
+            format!("{name} + part_0 * {vector}"),
+            &parameter.unit,
+        ),
+    };
+    match parameter.kind {
+        Kind::Scalar => {
+            let patch = format!("{name} + part_0");
+            block("", format!("`{name}`"), patch, &parameter.unit).into_iter().collect()
+        }
+        _ => axes.into_iter().filter_map(along).collect(),
+    }
+}
