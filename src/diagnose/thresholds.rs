@@ -40,6 +40,9 @@ pub const LONE_SHARE: f64 = 0.2;
 pub const LONE_MARGIN: f64 = 40.0;
 /// Blocks that may stand in the place of a row.
 pub const BLOCKS_FOR_A_ROW: usize = 3;
+/// Gain from which a change point is fitted: where the model is linear to 5 %, less than five standard
+/// deviations are left of a smaller one.
+pub const LARGE_CHANGE: f64 = 1e4;
 /// Rows at most.
 pub const MOST_ROWS: usize = 12;
 /// Robust standard deviations from which a reading is an outlier, and standard scores from which

@@ -9,14 +9,12 @@ use crate::diagnose::budget::terms::{Change, Term};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::windowed::{FROM, NEVER, SIZE, UNTIL, windowed};
 use crate::diagnose::price::Gain;
+use crate::diagnose::thresholds::LARGE_CHANGE;
 use crate::engine::layout::Instance;
 use crate::estimate::batch::FitError;
 
 use super::Search;
 
-/// Gain from which a change is fitted: where the model is linear to 5 %, less than five standard
-/// deviations are left of a smaller one.
-const LARGE: f64 = 1e4;
 /// Changes in the fit at most.
 const MOST: usize = 4;
 
@@ -37,7 +35,7 @@ impl Search<'_> {
                 let own = &selection.terms[*term];
                 Some((gain, own, own.appended()?, values[range.start]))
             })
-            .filter(|(gain, ..)| gain.gain >= LARGE)
+            .filter(|(gain, ..)| gain.gain >= LARGE_CHANGE)
             .collect();
         large.sort_by(|a, b| b.0.gain.total_cmp(&a.0.gain));
         let mut is_taken = false;
