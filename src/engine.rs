@@ -47,6 +47,7 @@ pub mod problem;
 pub mod programs;
 pub mod referee;
 pub mod rows;
+mod runs;
 mod shared;
 pub mod signatures;
 pub mod simulate;

@@ -121,42 +121,6 @@ impl Problem {
         blocks
     }
 
-    /// Index of a run among all runs.
-    pub fn run_index(&self, part: usize, run: usize) -> usize {
-        self.layout.first_run[part] + run
-    }
-
-    /// The campaign of a run among all runs, and its index there: the inverse of
-    /// [`Problem::run_index`].
-    pub fn run_at(&self, run: usize) -> (usize, usize) {
-        let first = &self.layout.first_run;
-        let part = first.partition_point(|first| *first <= run) - 1;
-        (part, run - first[part])
-    }
-
-    /// Number of samples of a run among all runs.
-    pub fn samples_in(&self, run: usize) -> usize {
-        let (part, run) = self.run_at(run);
-        self.parts[part].runs[run].record.len()
-    }
-
-    /// For each run its place in the order of campaigns and, in each, of time.
-    pub fn order_in_time(&self) -> Vec<usize> {
-        let first = |run: &usize| {
-            let (part, own) = self.run_at(*run);
-            (part, self.parts[part].runs[own].record.first_time().unwrap_or(0.0))
-        };
-        let runs = self.parts.iter().map(|part| part.runs.len()).sum();
-        let mut sorted: Vec<usize> = (0..runs).collect();
-        sorted.sort_by(|a, b| {
-            let (a, b) = (first(a), first(b));
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
-        let mut order = vec![0; runs];
-        sorted.into_iter().enumerate().for_each(|(place, run)| order[run] = place);
-        order
-    }
-
     /// The plans of all runs.
     pub(super) fn plans(&self, point: &Point) -> Vec<Plan> {
         let runs = |part: usize| (0..self.parts[part].runs.len()).map(move |run| (part, run));

@@ -250,17 +250,6 @@ impl Problem {
         })
     }
 
-    /// The names of all runs, with the labels of their campaigns where there are several.
-    pub fn run_names(&self) -> Vec<String> {
-        let runs = self.parts.iter().flat_map(|part| (0..part.runs.len()).map(move |r| (part, r)));
-        runs.map(|(part, run)| part.run_name(run)).collect()
-    }
-
-    /// Number of samples.
-    pub fn sample_count(&self) -> usize {
-        self.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum()
-    }
-
     /// Number of readings there are, a rotation counting as one.
     pub fn reading_count(&self) -> usize {
         let runs = self.parts.iter().flat_map(|part| (0..part.runs.len()).map(move |r| (part, r)));

@@ -191,7 +191,7 @@ impl Selection<'_> {
                 let is_lone = rows.len() == 1 && rest_of(at) > LONE_SHARE * gain;
                 let one_cause = is_lone && simpler - evidence > -LONE_MARGIN;
                 let own = own - evidence;
-                // Where nothing remains, a block of the same form says nothing against it.
+                // Where nothing remains, a block of the same form is no evidence against it.
                 let may_tie = rest <= 0.0 && margin <= 0.0 && own <= TIE;
                 let is_tie = || may_tie && self.has_its_form(model, model[at], blocks);
                 let is_replaced = own > -margin && !is_tie();

@@ -2,7 +2,7 @@
 //! the model is not linear, and what they leave looks like other structure. They enter the fit, with
 //! the moment that was found. They are no rows: no effect of the library explains them.
 
-use crate::diagnose::budget::in_fit::Row;
+use crate::diagnose::budget::in_fit::{Row, columns_of};
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::terms::{Change, Term};
@@ -91,6 +91,11 @@ impl Search<'_> {
             }
         };
         let with = self.fitted.with_starts(&selected, start, self.options)?;
-        Ok(with.filter(|with| with.is_sound() && with.fit.cost < self.fitted.fit.cost))
+        // One value: campaigns of several rigs have one each.
+        let is_better = |with: &Fitted| {
+            let is_one = columns_of(with, name).len() == 1;
+            is_one && with.is_sound() && with.fit.cost < self.fitted.fit.cost
+        };
+        Ok(with.filter(is_better))
     }
 }

@@ -1,4 +1,5 @@
-//! Effects that are fitted from their usual values, because the slope at zero says nothing of them.
+//! Effects that are fitted from their usual values, because the slope at zero does not describe
+//! what they do.
 //!
 //! Some are absorbed by nominal parameters to first order, such as a low-pass filter, which begins as
 //! a delay: their second-order part appears at large values only. They are tried where another effect

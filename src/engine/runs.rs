@@ -1,0 +1,52 @@
+//! The runs of all campaigns of a problem: their numbers, names, samples and order.
+
+use super::problem::Problem;
+
+impl Problem {
+    /// Index of a run among all runs.
+    pub fn run_index(&self, part: usize, run: usize) -> usize {
+        self.layout.first_run[part] + run
+    }
+
+    /// The campaign of a run among all runs, and its index there: the inverse of
+    /// [`Problem::run_index`].
+    pub fn run_at(&self, run: usize) -> (usize, usize) {
+        let first = &self.layout.first_run;
+        let part = first.partition_point(|first| *first <= run) - 1;
+        (part, run - first[part])
+    }
+
+    /// Number of samples of a run among all runs.
+    pub fn samples_in(&self, run: usize) -> usize {
+        let (part, run) = self.run_at(run);
+        self.parts[part].runs[run].record.len()
+    }
+
+    /// For each run its place in the order of campaigns and, in each, of time.
+    pub fn order_in_time(&self) -> Vec<usize> {
+        let first = |run: &usize| {
+            let (part, own) = self.run_at(*run);
+            (part, self.parts[part].runs[own].record.first_time().unwrap_or(0.0))
+        };
+        let runs = self.parts.iter().map(|part| part.runs.len()).sum();
+        let mut sorted: Vec<usize> = (0..runs).collect();
+        sorted.sort_by(|a, b| {
+            let (a, b) = (first(a), first(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        let mut order = vec![0; runs];
+        sorted.into_iter().enumerate().for_each(|(place, run)| order[run] = place);
+        order
+    }
+
+    /// The names of all runs, with the labels of their campaigns where there are several.
+    pub fn run_names(&self) -> Vec<String> {
+        let runs = self.parts.iter().flat_map(|part| (0..part.runs.len()).map(move |r| (part, r)));
+        runs.map(|(part, run)| part.run_name(run)).collect()
+    }
+
+    /// Number of samples.
+    pub fn sample_count(&self) -> usize {
+        self.parts.iter().flat_map(|part| &part.runs).map(|run| run.record.len()).sum()
+    }
+}
