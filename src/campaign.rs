@@ -25,7 +25,8 @@
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | `columns`, `captured` | the columns of a model's runs; an input recorded with each sample |
 //! | [`samples`] | the samples of a run or a stretch of it: times, inputs, readings |
-//! | `held` | readings that are logged more often than they are read |
+//! | `glitches` | single values of streams far off their neighbours, left out |
+//! | `held`, `held_streams` | readings that are logged more often than they are read; gaps of streams that were filled with the last value |
 //! | `uniform`, `jumps` | when samples were taken if sampling is uniform; where stamps jump |
 //! | `sigmas` | standard uncertainties as formulas and columns |
 //! | `spill`, `spilled` | numbers in a temporary file; them as samples |
@@ -73,8 +74,10 @@ mod expected;
 pub mod file;
 pub mod form;
 pub mod formats;
+mod glitches;
 pub mod header;
 mod held;
+mod held_streams;
 mod jumps;
 pub(crate) mod lines;
 pub mod load;

@@ -118,7 +118,11 @@ pub(super) fn read_unit(
                 "the campaign says that `{name}` is in `{}`, the file says `{}`",
                 stated.symbol, unit.symbol
             );
-            Err(Box::new((Diagnostic::error(message), whole)))
+            let help = format!(
+                "where the file is wrong, convert the column: \"COLUMN * {}\"",
+                stated.factor / unit.factor
+            );
+            Err(Box::new((Diagnostic::error(message).help(help), whole)))
         }
         _ => Ok(unit),
     }

@@ -8,14 +8,16 @@ use std::sync::Arc;
 
 use crate::campaign::counters::{counts, turns};
 use crate::campaign::declared::RunEntry;
+use crate::campaign::glitches::without_glitches;
 use crate::campaign::header::TIME;
+use crate::campaign::held_streams::without_held;
 use crate::campaign::loader::Loader;
 use crate::campaign::signal::{Track, unwrap};
 use crate::campaign::spline::{Spline, is_pause, mean_spacing};
 use crate::campaign::steps::steps;
 use crate::campaign::table::Table;
 use crate::campaign::time_units::coarse;
-use crate::diagnostic::{Diagnostic, decimals};
+use crate::diagnostic::Diagnostic;
 use crate::model::InputDeclaration;
 
 /// A stream that goes over so many periods counts turns by itself.
@@ -33,23 +35,25 @@ impl Loader<'_> {
         let (Some(times), Some(values)) = (stream.values(TIME), stream.values(&input.name)) else {
             return Track::Absent;
         };
-        let (times, mut values): (Vec<f64>, Vec<f64>) =
+        let (mut times, mut values): (Vec<f64>, Vec<f64>) =
             times.iter().zip(values).filter(|(_, value)| !value.is_nan()).unzip();
         let zero = stream.zero() as f64;
-        let shown: Vec<f64> = times.iter().map(|time| time + zero).collect();
         let mut told = Vec::new();
+        told.extend(without_held(input, &mut times, &mut values, zero));
         match self.inputs[index].period {
             Some(period) => {
                 take_turns_out(&times, &mut values, period);
                 told.extend(hardly_told(input, &values, period));
             }
             None => {
+                let shown: Vec<f64> = times.iter().map(|time| time + zero).collect();
                 told.extend(turns(input, &shown, &values));
                 told.extend(counts(input, &shown, &values));
             }
         }
-        told.extend(glitches(input, &shown, &values));
+        told.extend(without_glitches(input, &mut times, &mut values, zero));
         told.extend(steps(input, &times, &values));
+        let shown: Vec<f64> = times.iter().map(|time| time + zero).collect();
         told.extend(coarse(&shown, self.inputs[index].smoothing));
         let run = |one: Diagnostic| Diagnostic {
             message: format!("run `{}`: {}", entry.name.text, one.message),
@@ -142,64 +146,8 @@ fn hardly_told(input: &InputDeclaration, values: &[f64], period: f64) -> Option<
     })
 }
 
-/// Values beside a value with which it is compared.
-const BESIDE: usize = 8;
-/// A glitch stands out by so many times what the values beside it stand out at most, and so many
-/// times the least step: the last digit of an encoder that stands still may turn.
-const GLITCH: f64 = 30.0;
-/// Because of a glitch its neighbours are off by about half as much the other way; of where a
-/// motion begins none is.
-const NEIGHBOUR: f64 = 0.2;
-/// Glitches told at most.
-const TOLD: usize = 3;
-
-/// Warns of single values far off the line between their neighbours, where those beside them are
-/// not: the curve goes through them.
-fn glitches(input: &InputDeclaration, times: &[f64], values: &[f64]) -> Option<Diagnostic> {
-    let off = |i: usize| {
-        let part = (times[i] - times[i - 1]) / (times[i + 1] - times[i - 1]);
-        let line = values[i - 1] + part * (values[i + 1] - values[i - 1]);
-        let off = values[i] - line;
-        if off.is_finite() { off } else { 0.0 }
-    };
-    let off: Vec<f64> = (1..values.len().saturating_sub(1)).map(off).collect();
-    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    let least = steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
-    let is_glitch = |i: &usize| {
-        let neighbours =
-            [i.wrapping_sub(1), i + 1].map(|n| off.get(n).map(|other| -other / off[*i]));
-        if neighbours.iter().any(|part| part.is_none_or(|part| !(NEIGHBOUR..1.0).contains(&part))) {
-            return false;
-        }
-        let before = i.saturating_sub(BESIDE)..i.saturating_sub(1);
-        let after = (i + 2).min(off.len())..(i + 2 + BESIDE).min(off.len());
-        let beside = before.chain(after).map(|n| off[n].abs());
-        let count = beside.clone().count();
-        let most = beside.fold(least, f64::max);
-        count >= BESIDE && off[*i].abs() > GLITCH * most
-    };
-    let found: Vec<usize> = (0..off.len()).filter(is_glitch).collect();
-    let at: Vec<String> =
-        found.iter().take(TOLD).map(|i| format!("{} s", decimals(times[i + 1], 3))).collect();
-    let more = if found.len() > TOLD {
-        format!(" and {} more", found.len() - TOLD)
-    } else {
-        String::new()
-    };
-    (!found.is_empty()).then(|| {
-        let message = format!(
-            "the stream of `{}` has values far off their neighbours at {}{more}",
-            input.name,
-            at.join(", ")
-        );
-        Diagnostic::warning(message).help("the curve goes through them: leave such cells empty")
-    })
-}
-
 #[cfg(test)]
 mod tests {
-    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
-
     use super::*;
 
     /// An angle (rad) that turns at a rate (rad/s), as an encoder of one turn shows it, with a
@@ -223,33 +171,6 @@ mod tests {
                 assert!(off.fold(0.0, f64::max) < 1e-9, "{rate} {pause:?}");
             }
         }
-    }
-
-    #[test]
-    fn a_glitch_is_told_and_the_beginning_of_a_motion_is_none() {
-        let model = "name = \"m\"\ntitle = \"m\"\n[inputs]\nq = { unit = \"m\", signal = true }\n[parameters]\nc = { unit = \"m\", scope = \"rig\" }\n[measurands]\nx = { value = 'q + c', unit = \"m\" }\n";
-        let model =
-            crate::model::Model::parse(crate::diagnostic::Source::new("m.toml", model)).unwrap();
-        let input = &model.inputs[0];
-        let times: Vec<f64> = (0..400).map(|n| 0.01 * f64::from(n)).collect();
-        let stands_moves_and_swings = |t: &f64| match *t {
-            t if t < 1.0 => 0.2,
-            t if t < 2.0 => 0.2 + 0.5 * (t - 1.0),
-            t if t < 3.0 => 0.7 + 0.05 * (7.0 * (t - 2.0)).sin(),
-            // Put to another place.
-            _ => 1.5,
-        };
-        let mut values: Vec<f64> = times.iter().map(stands_moves_and_swings).collect();
-        assert!(glitches(input, &times, &values).is_none());
-        values
-            .iter_mut()
-            .enumerate()
-            .for_each(|(n, value)| *value += 1e-5 * (7.1 * n as f64).sin());
-        assert!(glitches(input, &times, &values).is_none());
-        values[50] = 0.0;
-        values[250] = -999.0;
-        let told = glitches(input, &times, &values).unwrap().message;
-        assert!(told.contains("at 0.500 s, 2.500 s"), "{told}");
     }
 
     /// A stop in the pause, and an encoder that counts turns: nothing is added.

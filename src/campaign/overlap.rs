@@ -32,8 +32,10 @@ pub(super) fn overlap(entries: &[RunEntry], runs: &[Run]) -> Option<Diagnostic> 
     let (what, help) = if file(one).is_some() && file(one) == file(other) {
         ("read the same file", "name each file once")
     } else {
+        let begin = |run: &Run| run.record.first_time();
+        let is_anew = begin(first) == begin(second);
         (
-            "overlap in time",
+            if is_anew { "begin at the same time" } else { "overlap in time" },
             "let times go on from file to file of a setup: drifts and walks through it are looked for along \
              them",
         )

@@ -65,7 +65,7 @@ impl Absorbed {
 
 /// The members that are absorbed, one for each direction that is not determined at all.
 fn absorbed(result: &Calibration, effects: &[String]) -> Vec<Absorbed> {
-    let (problem, point) = (&result.problem, &result.fit.point);
+    let problem = &result.problem;
     if effects.is_empty() || result.fit.outcome == Outcome::NotFinite {
         return Vec::new();
     }
@@ -73,7 +73,7 @@ fn absorbed(result: &Calibration, effects: &[String]) -> Vec<Absorbed> {
     if own.is_empty() {
         return Vec::new();
     }
-    let Ok(examined) = examine(&result.fit.normal, &limits(problem, point)) else {
+    let Ok(examined) = examine(&result.fit.normal, &limits(problem, &result.fit)) else {
         return Vec::new();
     };
     let layout = &problem.layout;

@@ -292,7 +292,7 @@ pub fn finish(
     levels: Vec<variance::Level>,
     aligned: Vec<Aligned>,
 ) -> Result<Calibration, FitError> {
-    let limits = limits(&problem, &fit.point);
+    let limits = limits(&problem, &fit);
     let examined = match fit.outcome {
         Outcome::NotFinite => None,
         _ => Some(observability::examine(&fit.normal, &limits)?),
@@ -313,7 +313,7 @@ pub fn finish(
             },
         })
         .collect();
-    let withheld = withheld(&problem, &fit.point, examined.as_ref());
+    let withheld = withheld(&problem, &fit, examined.as_ref());
     let bounds = holding_bounds(&problem, &fit);
     let refused = outside_range(&problem, &fit);
     let readings = problem.component_count() + fit.normal.priors.len();

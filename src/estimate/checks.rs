@@ -36,7 +36,7 @@ pub fn check(problem: &Problem) -> Vec<Diagnostic> {
         found.extend(unread(part));
         found.extend(resolution::resolution(part));
         found.extend(angles(part));
-        found.extend(without_period(part));
+        found.extend(periods_to_state(part));
         found.extend(mistakes::mistakes(problem, p, &start));
     }
     found
@@ -145,10 +145,11 @@ fn angles(part: &Part) -> Vec<Diagnostic> {
     found
 }
 
-/// Angles without a period whose readings go beyond half a turn, where their formula comes back there.
-fn without_period(part: &Part) -> Vec<Diagnostic> {
-    let names = part.system.assembly.names.measurands.iter();
-    let is_asked = |(measurand, slot): &(&Measurand, &Slot)| {
+/// Angles without a period whose readings go beyond half a turn, where their formula comes back there;
+/// by number.
+pub(in crate::estimate) fn without_period(part: &Part) -> Vec<usize> {
+    let measurands = &part.system.assembly.names.measurands;
+    let is_asked = |(_, (measurand, slot)): &(usize, (&Measurand, &Slot))| {
         let mut comes_back = false;
         measurand.formula.root.visit(&mut |one| {
             comes_back |= matches!(one.kind, ExpressionKind::Call(Function::Atan2, _));
@@ -158,13 +159,19 @@ fn without_period(part: &Part) -> Vec<Diagnostic> {
             && comes_back
             && part.readings_of(slot.column).iter().flatten().any(is_beyond)
     };
-    let found = names.zip(part.slots()).filter(is_asked);
-    found
-        .map(|(Measurand { name, .. }, _)| {
-            Diagnostic::warning(format!(
-                "`{name}` is read beyond half a turn, where its formula comes back from the other side"
-            ))
-            .help(format!("state its period in the model: `{name} = {{ …, period = \"360 deg\" }}`"))
-        })
-        .collect()
+    let all = measurands.iter().zip(part.slots()).enumerate().filter(is_asked);
+    all.map(|(number, _)| number).collect()
+}
+
+/// What is said of them.
+fn periods_to_state(part: &Part) -> Vec<Diagnostic> {
+    let measurands = &part.system.assembly.names.measurands;
+    let found = without_period(part).into_iter().map(|number| {
+        let name = &measurands[number].name;
+        Diagnostic::warning(format!(
+            "`{name}` is read beyond half a turn, where its formula comes back from the other side"
+        ))
+        .help(format!("state its period in the model: `{name} = {{ …, period = \"360 deg\" }}`"))
+    });
+    found.collect()
 }

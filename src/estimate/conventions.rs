@@ -12,9 +12,12 @@
 //! |---|---|
 //! | `channels` | which numbers are vectors, quaternions and poses |
 //! | `applied` | the numbers as a convention has them |
+//! | `units` | other units than those that are stated |
 //! | `composed` | two conventions for one number |
+//! | `sequence` | one after the other, for whatever numbers |
 //! | `turns` | products of turns in another order, about other axes, the other way |
 //! | `one_run` | the run that does not fit beside the others |
+//! | `periods` | angles whose period nobody stated |
 //! | `residuals` | conventions that the readings do not bear out as they stand |
 //! | `quick`, `looked` | a convention on few samples, and on more |
 //! | `trimmed` | fits that a few outliers do not bend |
@@ -26,7 +29,6 @@ use crate::convention::Convention;
 use crate::engine::{Part, Problem};
 use crate::estimate::minima::thinned::Thinned;
 use crate::estimate::start::start;
-use crate::formula::Expression;
 use crate::formula::show::text;
 use crate::units::Dimension;
 
@@ -35,22 +37,28 @@ mod channels;
 mod composed;
 mod looked;
 mod one_run;
+mod periods;
 mod quick;
 mod residuals;
+mod sequence;
 mod suspect;
 mod trimmed;
 mod turns;
+mod units;
 
 use applied::Suspected;
 use channels::Channels;
 use composed::composed;
 use looked::Looked;
 use one_run::run_that_does_not_fit;
+use periods::with_periods;
 use quick::Quick;
 use residuals::Residuals;
+use sequence::Sequence;
 use suspect::Suspect;
 pub use turns::ChangedFormula;
 use turns::{Reordered, changed_formulas};
+use units::other_units;
 
 /// Samples on which each convention is tried, and on which the best are compared.
 const SAMPLES: [usize; 2] = [120, 4_000];
@@ -138,9 +146,12 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
     if problem.parts.iter().any(|part| names(part) != names(first)) {
         return None;
     }
+    let units = channels.units();
+    let others = other_units(&units, conventions);
+    let conventions: Vec<&Convention> = conventions.iter().chain(&others).collect();
     let mut not_tried = 0;
     let mut read: Vec<Suspected<'_>> = Vec::new();
-    for convention in conventions {
+    for convention in conventions.iter().copied() {
         let (all, more) = channels.for_convention(convention);
         read.extend(all.into_iter().map(|channels| Suspected { convention, channels, only: None }));
         not_tried += more;
@@ -148,23 +159,23 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
     let turns = Reordered::all(&first.system.assembly.names).into_iter().map(Suspect::Turns);
     let of_all: Vec<Suspect<'_>> =
         read.iter().cloned().map(Suspect::Columns).chain(turns).collect();
-    let whole = Thinned::of(problem, SAMPLES[1]);
+    let whole = Thinned::of(&with_periods(problem), SAMPLES[1]);
     let problem = whole.late_by(0.0, &[])?;
     let stands = Looked::at(problem.clone(), &start(&problem).0, None)?;
     let mut found = Mistaken::none(stands.variance_factor);
     let mut odd = run_that_does_not_fit(&problem, stands.variance_factor);
     // Where all the others fit well, no convention of them is mistaken.
     if odd.is_none_or(|(rest, _)| rest >= GOOD) {
-        found = set_right(stands.clone(), &of_all);
+        found = set_right(stands.clone(), [&of_all, &of_all]);
         if found.variance_factors[1] >= GOOD {
-            let both = composed(conventions);
+            let both = composed(&conventions);
             let both = both.iter().flat_map(|convention| {
                 let all = channels.for_convention(convention).0.into_iter();
                 all.map(move |channels| Suspected { convention, channels, only: None })
             });
-            let more = both.map(Suspect::Columns).chain(of_all.iter().cloned());
-            let other = set_right(stands.clone(), &more.collect::<Vec<_>>());
-            let tried = other.tried;
+            let both: Vec<Suspect<'_>> = both.map(Suspect::Columns).collect();
+            let other = set_right(stands.clone(), [&both, &of_all]);
+            let tried = found.tried + both.len();
             if other.variance_factors[1] * BETTER[0] < found.variance_factors[1] {
                 found = other;
             }
@@ -176,7 +187,7 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
         read.iter_mut().for_each(|one| one.only = Some(only));
         let of_run: Vec<Suspect<'_>> = read.into_iter().map(Suspect::Columns).collect();
         let before = found.tried;
-        found = set_right(stands, &of_run);
+        found = set_right(stands, [&of_run, &of_run]);
         found.tried += before;
         found.run = Some(problem.parts[only.part].runs[only.run].name.clone());
     }
@@ -184,81 +195,91 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
     (!found.what.is_empty()).then_some(found)
 }
 
-/// Sets right what may have been mistaken, one on top of the other, as long as a problem fits far
-/// better.
-fn set_right(mut stands: Looked, suspects: &[Suspect<'_>]) -> Mistaken {
+/// Sets right what may have been mistaken, one after the other, as long as a problem fits far
+/// better; `suspects` are what may be the first of it, and what may follow.
+fn set_right(mut stands: Looked, suspects: [&[Suspect<'_>]; MOST]) -> Mistaken {
     let first = stands.problem.clone();
     let mut found = Mistaken::none(stands.variance_factor);
-    found.tried = suspects.len();
-    let mut columns: Vec<(String, Expression)> = Vec::new();
-    for _ in 0..MOST {
+    found.tried = suspects[0].len();
+    let mut set = Sequence::default();
+    for suspects in suspects {
         if stands.variance_factor < GOOD {
             break;
         }
-        let Some(next) = next_of(&stands, suspects) else { break };
-        let Next { suspect, looked, alike } = next;
-        columns = suspect.formulas(columns);
-        found.what.push(suspect.named());
+        let sequences: Vec<Sequence<'_>> =
+            suspects.iter().flat_map(|suspect| set.with(suspect)).collect();
+        let Some(next) = next_of(&first, &stands, &sequences) else { break };
+        let Next { sequence, looked, alike } = next;
+        found.what.push(sequence.last().named());
         found.alike = alike;
         found.variance_factors[1] = looked.variance_factor;
-        stands = looked;
+        (set, stands) = (sequence.clone(), looked);
     }
     found.formulas = changed_formulas(&first, &stands.problem);
-    let shown = columns.into_iter().map(|(name, formula)| (text(&formula), name));
+    let shown = set.formulas().into_iter().map(|(name, formula)| (text(&formula), name));
     found.columns = shown.filter(|(formula, name)| formula != name).map(|(f, n)| (n, f)).collect();
     found
 }
 
 struct Next<'s, 'c> {
-    suspect: &'s Suspect<'c>,
+    sequence: &'s Sequence<'c>,
     looked: Looked,
     alike: Vec<Instead>,
 }
 
-/// The convention that fits best of all, if that is far better than how it stands.
-fn next_of<'s, 'c>(stands: &Looked, suspects: &'s [Suspect<'c>]) -> Option<Next<'s, 'c>> {
+/// What fits best of all that may be set right in a problem, if that is far better than how it stands.
+fn next_of<'s, 'c>(
+    first: &Problem,
+    stands: &Looked,
+    sequences: &'s [Sequence<'c>],
+) -> Option<Next<'s, 'c>> {
     let few = Thinned::of(&stands.problem, SAMPLES[0]);
     let numbers = few.late_by(0.0, &[])?;
     let residuals = Residuals::of(&numbers, &stands.point);
-    let is_borne_out = |suspect: &Suspect<'_>| {
-        let changed = suspect.applied(&numbers);
+    let control = Quick::of(&few, None)?.score;
+    let few = Thinned::of(first, SAMPLES[0]);
+    let numbers = few.late_by(0.0, &[])?;
+    let is_borne_out = |sequence: &Sequence<'_>| {
+        let changed = sequence.applied(&numbers);
         changed.is_some_and(|one| residuals.bear_out(&Residuals::of(&one, &stands.point)))
     };
-    let suspects: Vec<&Suspect<'_>> =
-        suspects.par_iter().filter(|suspect| !is_borne_out(suspect)).collect();
-    if suspects.is_empty() {
-        return None;
-    }
-    let control = Quick::of(&few, None)?.score;
-    let mut tried: Vec<(Quick, &Suspect<'_>)> = suspects
+    let sequences: Vec<&Sequence<'_>> =
+        sequences.par_iter().filter(|sequence| !is_borne_out(sequence)).collect();
+    let mut tried: Vec<(Quick, &Sequence<'_>)> = sequences
         .into_par_iter()
-        .filter_map(|suspect| Some((Quick::of(&few, Some(suspect))?, suspect)))
+        .filter_map(|sequence| Some((Quick::of(&few, Some(sequence))?, sequence)))
         .filter(|(quick, _)| quick.score < control - BETTER[1].ln())
         .collect();
     tried.sort_by(|a, b| a.0.score.total_cmp(&b.0.score));
     let best = tried.first()?.0.score;
-    let mut compared: Vec<(Looked, &Suspect<'_>)> = tried
-        .into_iter()
-        .take_while(|(quick, _)| quick.score < best + HOPELESS.ln())
-        .take(FURTHER)
-        .filter_map(|(quick, suspect)| {
-            let problem = suspect.applied(&stands.problem)?;
-            Some((Looked::at(problem, &quick.point, Some(suspect))?, suspect))
+    let tried = tried.into_iter().take_while(|(quick, _)| quick.score < best + HOPELESS.ln());
+    let tried: Vec<_> = tried.take(FURTHER).collect();
+    let mut compared: Vec<(Looked, &Sequence<'_>)> = tried
+        .into_par_iter()
+        .filter_map(|(quick, sequence)| {
+            let problem = sequence.applied(first)?;
+            Some((Looked::at(problem, &quick.point, Some(sequence))?, sequence))
         })
         .filter(|(looked, _)| {
             let times = stands.variance_factor / looked.score.exp();
             times > BETTER[0] || (times > BETTER[1] && looked.variance_factor < GOOD)
         })
+        .filter(|(looked, sequence)| !looked.is_another_factor(first, sequence))
         .collect();
     let best = compared.iter().map(|(looked, _)| looked.score).min_by(f64::total_cmp)?;
     compared.retain(|(looked, _)| looked.score < best + ALIKE.ln());
     // Of those that fit alike what fits the stated uncertainties, then the simplest: a sign before a
     // turn, a turn before both.
-    compared.sort_by_key(|(looked, suspect)| (looked.variance_factor >= GOOD, suspect.order()));
+    compared.sort_by_key(|(looked, sequence)| {
+        (looked.variance_factor >= GOOD, sequence.last().order())
+    });
     let mut compared = compared.into_iter();
-    let (looked, suspect) = compared.next()?;
+    let (looked, sequence) = compared.next()?;
     let alike = compared
-        .map(|(other, suspect)| Instead { opposite: looked.opposite(&other), ..suspect.named() })
+        .map(|(other, sequence)| Instead {
+            opposite: looked.opposite(&other),
+            ..sequence.last().named()
+        })
         .collect();
-    Some(Next { suspect, looked: looked.improved(), alike })
+    Some(Next { sequence, looked: looked.improved(), alike })
 }

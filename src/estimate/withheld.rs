@@ -8,6 +8,7 @@ use nalgebra::DMatrix;
 use crate::engine::layout::Layout;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
+use crate::estimate::batch::Fit;
 use crate::estimate::covariance::of_combination;
 use crate::estimate::observability::{Direction, Examined, Kind as Exactness, Limit, NEGLIGIBLE};
 use crate::graph::Kind;
@@ -18,13 +19,28 @@ pub const TRACE: f64 = 1e-5;
 /// this part of the largest in the range that is stated of delays.
 const RELATIVE: f64 = 0.01;
 
+/// A variance factor below which the stated uncertainties are of another unit, from so many degrees of
+/// freedom on: what is plausible is then judged with the noise that is found.
+const OF_ANOTHER_UNIT: f64 = 1e-4;
+const DEGREES: usize = 10;
+
+/// By how much the standard uncertainties of a fit are too large.
+fn overstated(problem: &Problem, fit: &Fit<Point>) -> f64 {
+    let readings = problem.component_count() + fit.normal.priors.len();
+    let degrees = readings.saturating_sub(problem.layout.columns.len());
+    let factor = fit.cost / degrees.max(1) as f64;
+    let is_other = degrees >= DEGREES && factor > 0.0 && factor < OF_ANOTHER_UNIT;
+    if is_other { 1.0 / factor.sqrt() } else { 1.0 }
+}
+
 /// The limit of every column. What is stated with a standard uncertainty has none of its own.
-pub fn limits(problem: &Problem, point: &Point) -> Vec<Limit> {
+pub fn limits(problem: &Problem, fit: &Fit<Point>) -> Vec<Limit> {
+    let overstated = overstated(problem, fit);
     let mut limits = vec![Limit::Unlimited; problem.layout.columns.len()];
     for (index, instance) in problem.layout.instances.iter().enumerate() {
         for component in 0..instance.dimension() {
             for (column, _) in problem.layout.columns_of(index, component) {
-                limits[column] = limit(problem, point, (index, component));
+                limits[column] = limit(problem, &fit.point, (index, component), overstated);
             }
         }
     }
@@ -32,21 +48,26 @@ pub fn limits(problem: &Problem, point: &Point) -> Vec<Limit> {
 }
 
 /// The limit of one component of a parameter.
-fn limit(problem: &Problem, point: &Point, (index, component): (usize, usize)) -> Limit {
+fn limit(
+    problem: &Problem,
+    point: &Point,
+    (index, component): (usize, usize),
+    overstated: f64,
+) -> Limit {
     let layout = &problem.layout;
     let instance = &layout.instances[index];
     let setting = &instance.setting;
     match setting.plausible {
         _ if setting.sigma_of(component).is_some() => Limit::Stated,
         None => Limit::Unlimited,
-        Some(plausible) if instance.kind == Kind::Rotation => Limit::Size(plausible),
+        Some(plausible) if instance.kind == Kind::Rotation => Limit::Size(overstated * plausible),
         Some(plausible) => {
             let square: f64 =
                 point.components(layout, index).iter().map(|value| value * value).sum();
             let ranges = problem.parts.iter().flat_map(|part| part.delay_range).map(f64::abs);
             let most = if instance.is_delay() { ranges.fold(0.0, f64::max) } else { 0.0 };
             // A size that cannot be computed sets no limit.
-            Limit::Size(plausible.max(RELATIVE * square.sqrt().max(most)))
+            Limit::Size(overstated * plausible.max(RELATIVE * square.sqrt().max(most)))
         }
     }
 }
@@ -77,12 +98,17 @@ pub fn along(direction: &Direction, sensitivity: &[(usize, f64)]) -> (f64, f64) 
 }
 
 /// For each instance and component whether it is withheld.
-pub fn withheld(problem: &Problem, point: &Point, examined: Option<&Examined>) -> Vec<Vec<bool>> {
+pub fn withheld(
+    problem: &Problem,
+    fit: &Fit<Point>,
+    examined: Option<&Examined>,
+) -> Vec<Vec<bool>> {
+    let (point, overstated) = (&fit.point, overstated(problem, fit));
     let layout = &problem.layout;
     let of_instance = |index: usize| {
         let rows = sensitivities(layout, point, index);
         let is_open = |(component, row): (usize, Vec<(usize, f64)>)| {
-            let limit = limit(problem, point, (index, component));
+            let limit = limit(problem, point, (index, component), overstated);
             examined.is_some_and(|found| {
                 let directions = &found.directions;
                 directions.iter().any(|one| is_moved(one, &found.judged, &row, limit))

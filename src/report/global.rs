@@ -4,6 +4,9 @@ use crate::estimate::calibrate::Calibration;
 use crate::estimate::global::{misfit, p_value};
 use crate::estimate::noise::Noise;
 
+/// Residuals so many times as large as stated speak of another unit.
+const ANOTHER_UNIT: f64 = 0.1;
+
 /// The line with the test.
 pub fn line(result: &Calibration) -> String {
     let Some(p) = p_value(result) else { return String::new() };
@@ -29,6 +32,10 @@ pub fn verdict(result: &Calibration) -> String {
     if ratio > 1.0 {
         format!(
             "\nThe residuals are {ratio:.2} times as large as stated: the uncertainties do not hold. `homepoint diagnose` looks for the cause.\n"
+        )
+    } else if ratio < ANOTHER_UNIT {
+        format!(
+            "\nThe residuals are {ratio:.1e} times as large as stated: the sigmas are stated too large by far, in another unit perhaps, and so are the uncertainties below.\n"
         )
     } else {
         format!(

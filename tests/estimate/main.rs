@@ -52,3 +52,4 @@ mod traceability;
 mod turns;
 mod two_routes;
 mod units_mistaken;
+mod units_of_logs;

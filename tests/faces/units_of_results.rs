@@ -147,7 +147,8 @@ fn two_sided(chi_squared: f64, degrees: i64) -> f64 {
 #[test]
 fn the_global_test_judges_residuals_from_both_sides() {
     for (times, sentence) in [
-        (0.03, Some("less than chance allows")),
+        (0.03, Some("in another unit perhaps")),
+        (0.3, Some("less than chance allows")),
         (1.3, None),
         (3.0, Some("times as large as stated: the uncertainties do not hold")),
     ] {

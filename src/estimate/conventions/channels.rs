@@ -96,6 +96,17 @@ impl Channels {
         Self { numbers, vectors, quaternions }
     }
 
+    /// The units that are stated of single numbers, each once.
+    pub(super) fn units(&self) -> Vec<Unit> {
+        let mut found: Vec<Unit> = Vec::new();
+        for one in &self.numbers {
+            if !found.iter().any(|known| known.symbol == one.unit.symbol) {
+                found.push(one.unit.clone());
+            }
+        }
+        found
+    }
+
     /// The numbers to which a convention may apply, together; and how many more there are.
     pub(super) fn for_convention(&self, convention: &Convention) -> (Vec<Vec<Channel>>, usize) {
         let fits = |one: &Channel| {

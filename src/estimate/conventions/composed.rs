@@ -3,22 +3,15 @@
 
 use crate::convention::{Convention, Form};
 
+use super::units::slope;
+
 /// All of a convention that stretches a number followed by one that does not.
-pub(super) fn composed(conventions: &[Convention]) -> Vec<Convention> {
-    let of_numbers = || conventions.iter().filter(|one| one.form == Form::Number);
+pub(super) fn composed(conventions: &[&Convention]) -> Vec<Convention> {
+    let of_numbers = || conventions.iter().copied().filter(|one| one.form == Form::Number);
     let senses = of_numbers().filter(|one| slope(one).is_some_and(|slope| slope == -1.0));
     let units = of_numbers().filter(|one| slope(one).is_some_and(|slope| slope.abs() != 1.0));
     let units: Vec<&Convention> = units.collect();
     senses.flat_map(|sense| units.iter().filter_map(|unit| sense.after(unit))).collect()
-}
-
-/// What a number is multiplied by.
-fn slope(convention: &Convention) -> Option<f64> {
-    let of = |value: f64| {
-        let named = move |name: &str| (name == "value").then_some(value);
-        convention.formulas.first()?.root.value(&named)
-    };
-    Some(of(1.0)? - of(0.0)?)
 }
 
 #[cfg(test)]
@@ -41,7 +34,7 @@ mod tests {
             of("zenith", "90 deg - value"),
             of("turn", "value + 90 deg"),
         ];
-        let found = composed(&all);
+        let found = composed(&all.iter().collect::<Vec<_>>());
         let texts: Vec<&str> = found.iter().map(|one| one.formulas[0].text.as_str()).collect();
         assert_eq!(texts, ["90 deg - value * 0.9"]);
         assert_eq!(found[0].name, "gon and zenith");

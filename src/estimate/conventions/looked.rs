@@ -1,12 +1,16 @@
 //! A convention on more samples, from where a quick look ended.
 
+use crate::convention::Convention;
 use crate::engine::{Point, Problem};
 use crate::estimate::minima::better_start;
 use crate::estimate::minima::clocks::Clock;
 use crate::graph::Kind;
 
+use super::applied::Suspected;
+use super::sequence::Sequence;
 use super::suspect::Suspect;
 use super::trimmed::trimmed_fit;
+use super::units::{BETTER_BESIDE, beside};
 use super::{GOOD, ITERATIONS, OPPOSITE};
 
 /// Some samples, and how well they fit.
@@ -25,11 +29,11 @@ impl Looked {
     pub(super) fn at(
         problem: Problem,
         start: &Point,
-        suspect: Option<&Suspect<'_>>,
+        sequence: Option<&Sequence<'_>>,
     ) -> Option<Self> {
         let fit = trimmed_fit(&problem, start.clone(), ITERATIONS[2])?;
         let variance_factor = fit.variance_factor;
-        let score = suspect.map_or(variance_factor.ln(), |one| one.score(&problem, &fit));
+        let score = sequence.map_or(variance_factor.ln(), |one| one.score(&problem, &fit));
         Some(Self { problem, point: fit.point, variance_factor, score })
     }
 
@@ -50,6 +54,23 @@ impl Looked {
         // Instances of one parameter stand together.
         names.dedup();
         names
+    }
+
+    /// Whether a convention that multiplies numbers leaves a bad fit, and a factor beside it a better
+    /// one: then it is not what was mistaken. `first` are the numbers as they were read.
+    pub(super) fn is_another_factor(&self, first: &Problem, sequence: &Sequence<'_>) -> bool {
+        let Suspect::Columns(last) = sequence.last() else { return false };
+        if self.variance_factor < GOOD {
+            return false;
+        }
+        let is_better = |convention: &Convention| {
+            let other = Suspected { convention, ..last.clone() };
+            let other = sequence.clone().replaced(Suspect::Columns(other));
+            let problem = other.applied(first)?;
+            let fit = Self::at(problem, &self.point, Some(&other))?;
+            Some(BETTER_BESIDE * fit.variance_factor < self.variance_factor)
+        };
+        beside(last.convention).iter().any(|one| is_better(one) == Some(true))
     }
 
     /// The same with another start, if one fits far better: clocks that were compared with the

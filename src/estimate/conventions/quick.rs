@@ -5,7 +5,7 @@ use crate::estimate::minima::starts::Attitudes;
 use crate::estimate::minima::thinned::{Thinned, Tried};
 use crate::estimate::start::start;
 
-use super::suspect::Suspect;
+use super::sequence::Sequence;
 use super::trimmed::trimmed_fit;
 use super::{ITERATIONS, STARTS};
 
@@ -18,10 +18,10 @@ pub(super) struct Quick {
 
 impl Quick {
     /// `None` where the model has no values.
-    pub(super) fn of(few: &Thinned, suspect: Option<&Suspect<'_>>) -> Option<Self> {
+    pub(super) fn of(few: &Thinned, sequence: Option<&Sequence<'_>>) -> Option<Self> {
         let stands = few.late_by(0.0, &[])?;
-        let problem = match suspect {
-            Some(suspect) => suspect.applied(&stands)?,
+        let problem = match sequence {
+            Some(sequence) => sequence.applied(&stands)?,
             None => stands,
         };
         let attitudes = Attitudes::of(&problem);
@@ -42,7 +42,7 @@ impl Quick {
         let best =
             further.flatten().min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
         let stands = best.variance_factor.ln();
-        let score = suspect.map_or(stands, |suspect| suspect.score(&problem, &best));
+        let score = sequence.map_or(stands, |sequence| sequence.score(&problem, &best));
         Some(Self { score, point: best.point })
     }
 }

@@ -2,17 +2,22 @@
 //!
 //! A convention that was mistaken leaves residuals of about the size of what it changes. Where these
 //! are a thousandth of that, the readings bear out the numbers as they stand, and what is wrong is
-//! something else. An exception are conventions that parameters follow, such as a mirrored axis of a
+//! something else; but not where the fit pays for that with stated values that it leaves by far, such
+//! as a span that takes up another unit. Another exception are conventions that parameters follow, such as a mirrored axis of a
 //! rig that moves in a plane; then another one changes what is left.
 
 use crate::engine::{Point, Problem};
 
 /// A convention that changes readings by so many times the residuals is not tried.
 const BORNE_OUT: f64 = 1e3;
+/// Standard uncertainties by which a stated value is left only where something is mistaken.
+const BEYOND_STATED: f64 = 20.0;
 
 /// Residuals of a problem at a point, over their stated standard uncertainties.
 pub(super) struct Residuals {
     values: Vec<f64>,
+    /// How far the stated value that is left by most is left, over its standard uncertainty.
+    beyond_stated: f64,
 }
 
 impl Residuals {
@@ -28,7 +33,10 @@ impl Residuals {
                 });
             }
         }
-        Self { values }
+        let layout = &problem.layout;
+        let priors = (0..layout.instances.len()).flat_map(|one| point.priors_of(layout, one));
+        let beyond_stated = priors.map(|one| one.residual.abs()).fold(0.0, f64::max);
+        Self { values, beyond_stated }
     }
 
     /// Whether the readings bear out the numbers as they stand against others, with which these are
@@ -40,7 +48,9 @@ impl Residuals {
             own += value * value;
             changed += (other - value).powi(2);
         }
-        self.values.len() == others.values.len() && changed > BORNE_OUT.powi(2) * own
+        self.beyond_stated < BEYOND_STATED
+            && self.values.len() == others.values.len()
+            && changed > BORNE_OUT.powi(2) * own
     }
 }
 
@@ -50,9 +60,11 @@ mod tests {
 
     #[test]
     fn what_changes_readings_a_thousand_times_as_much_as_they_scatter_is_borne_out() {
-        let of = |values: &[f64]| Residuals { values: values.to_vec() };
+        let of = |values: &[f64]| Residuals { values: values.to_vec(), beyond_stated: 1.0 };
         let stands = of(&[1.0, -1.0, f64::NAN]);
         assert!(stands.bear_out(&of(&[2_000.0, -1_500.0, 3.0])));
+        let contradicted = Residuals { beyond_stated: 400.0, ..of(&[1.0, -1.0, f64::NAN]) };
+        assert!(!contradicted.bear_out(&of(&[2_000.0, -1_500.0, 3.0])));
         assert!(!stands.bear_out(&of(&[500.0, -900.0, f64::NAN])));
         // Readings that are there in one of the two alone say nothing.
         assert!(!stands.bear_out(&of(&[f64::NAN, f64::NAN, 5e9])));

@@ -17,6 +17,12 @@ pub(super) enum Suspect<'c> {
 }
 
 impl Suspect<'_> {
+    /// Whether it is about some of the logged numbers that another one is about.
+    pub(super) fn shares_numbers(&self, other: &Self) -> bool {
+        let (Self::Columns(own), Self::Columns(other)) = (self, other) else { return false };
+        own.channels.iter().any(|one| other.channels.contains(one))
+    }
+
     /// The problem with it set right; `None` where that cannot be done.
     pub(super) fn applied(&self, problem: &Problem) -> Option<Problem> {
         match self {
