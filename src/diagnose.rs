@@ -39,8 +39,8 @@ use gap::holdout::{HoldoutError, holdout};
 use library::place::Place;
 use library::wanted::Wanted;
 use outliers::compared_delays::compared_delays;
-use outliers::without_outliers;
 use outliers::wrong_value::wrong_value;
+use outliers::{Cleared, without_outliers};
 
 pub use budget::answer::Diagnosis;
 
@@ -55,21 +55,37 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, FitError> {
     let whole = calibrate(problem, options)?;
-    if let Some(contradicted) = wrong_value(&whole, options)? {
-        return Ok(of_wrong_value(whole, contradicted));
+    match wrong_value(&whole, &recipes, wanted, options)? {
+        None => of_fit(whole, recipes, wanted, options),
+        Some(wrong) => {
+            let recipes = wrong.recipes(recipes);
+            let diagnosis = of_fit(wrong.without, recipes, wanted, options)?;
+            Ok(beside_wrong_value(diagnosis, wrong.contradicted))
+        }
     }
-    let (nominal, left_out) = without_outliers(&whole, options)?;
+}
+
+/// The diagnosis from a joint estimate on.
+fn of_fit(
+    whole: Calibration,
+    recipes: Vec<Recipe>,
+    wanted: &Wanted,
+    options: &Options,
+) -> Result<Diagnosis, FitError> {
+    let Cleared { nominal, left_out, spikes } = without_outliers(&whole, options)?;
     let fitted = Fitted { recipes, problem: nominal.problem.clone(), fit: nominal.fit.clone() };
     let is_sound = nominal.is_sound();
     let mut diagnosis = Diagnosis::without_search(nominal, Verdict::Unobservable);
-    diagnosis.left_out = left_out;
+    diagnosis.left_out = left_out.clone();
+    diagnosis.left_out.extend(spikes.left_out.clone());
     if diagnosis.nominal.fit.outcome != Outcome::Converged {
         diagnosis.verdict = Verdict::NotConverged;
     }
     if !is_sound {
         return Ok(diagnosis);
     }
-    let Some(found) = search(fitted, wanted, options)? else { return Ok(diagnosis) };
+    let Some(found) = search(fitted, spikes, wanted, options)? else { return Ok(diagnosis) };
+    diagnosis.left_out = left_out;
     let last = found.competed.linear.fitted.clone();
     let mut diagnosis = diagnosis.of(found, &wanted.prior, options)?;
     if !diagnosis.left_out.is_empty() {
@@ -78,12 +94,22 @@ pub fn diagnose(
     Ok(diagnosis)
 }
 
-/// The answer where a stated value is wrong altogether: beside it nothing else can be judged.
-fn of_wrong_value(whole: Calibration, contradicted: Contradicted) -> Diagnosis {
-    let place = Place::of_stated(&contradicted.parameter, contradicted.estimate.of.as_deref());
-    let mut diagnosis = Diagnosis::without_search(whole, Verdict::Unknown);
-    diagnosis.remainder = vec![Remainder { share: 1.0, ..Remainder::at(place) }];
-    diagnosis.contradicted = vec![contradicted];
+/// The same where a stated value is wrong altogether, which was set free: it is a part of the
+/// remainder. Its share is that of the gap with what is stated; the other shares are of the rest.
+fn beside_wrong_value(mut diagnosis: Diagnosis, wrong: Contradicted) -> Diagnosis {
+    let place = Place::of_stated(&wrong.parameter, wrong.estimate.of.as_deref());
+    let nominal = &diagnosis.nominal;
+    let rest = (nominal.fit.cost - nominal.degrees_of_freedom() as f64).max(0.0);
+    let share = wrong.gain / (wrong.gain + rest);
+    diagnosis.verdict = match diagnosis.verdict {
+        Verdict::Adequate => Verdict::Unknown,
+        Verdict::Explained if diagnosis.rows.is_empty() => Verdict::Unknown,
+        Verdict::Explained => Verdict::PartlyExplained,
+        other => other,
+    };
+    diagnosis.set_free = Some(wrong.parameter.clone());
+    diagnosis.remainder.insert(0, Remainder { share, ..Remainder::at(place) });
+    diagnosis.contradicted.insert(0, wrong);
     diagnosis
 }
 

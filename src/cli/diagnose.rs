@@ -214,8 +214,9 @@ impl Diagnose {
         let scale = found.levels.iter().map(|one| one.factor).fold(1.0, f64::max);
         let factor = fitted.variance_factor().unwrap_or(f64::INFINITY) * scale.powi(2);
         let is_bad = found.verdict.has_remainder() || !found.verdict.is_made();
-        // What spoils a run may be how its numbers are read.
-        let is_suspicious = (is_bad && factor > BAD) || !found.left_out.runs.is_empty();
+        // What spoils a run, or a stated value, may be how numbers are read.
+        let is_spoilt = !found.left_out.runs.is_empty() || found.set_free.is_some();
+        let is_suspicious = (is_bad && factor > BAD) || is_spoilt;
         let mistaken = if is_suspicious { suspicion.mistaken(&as_loaded) } else { None };
         if !self.common.quiet {
             render::all(&own_untested(&loaded.recipes, &found));

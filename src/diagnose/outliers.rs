@@ -9,7 +9,8 @@
 //! | `suspects` | both of them, confirmed by a fit without them |
 //! | `frozen` | readings that repeat the last one while the instrument moves on |
 //! | `bursts`, `places` | stretches of wrong readings, and whether they come back at a place |
-//! | `spikes` | readings that bend a fit |
+//! | [`spikes`] | readings that bend a fit, and once more beside the effects that were found |
+//! | [`records`] | the readings of a problem, to put them back |
 //! | [`lost`], `shifted` | stretches of readings shifted by whole samples, and by other times |
 //! | `limits` | readings and runs that are far out, and runs of which nothing is left |
 //! | `left_out` | how what is left out is listed |
@@ -23,10 +24,11 @@ mod left_out;
 mod limits;
 pub mod lost;
 mod places;
+pub mod records;
 mod saturated;
 mod settle;
 mod shifted;
-mod spikes;
+pub mod spikes;
 mod suspects;
 pub(super) mod wrong_value;
 
@@ -37,32 +39,47 @@ use self::codes::without_codes;
 use self::frozen::without_frozen;
 use self::saturated::without_saturated;
 use self::settle::{settled, without_lost, without_spoiling};
-use self::spikes::without_spikes;
+use self::spikes::{Spikes, without_spikes};
 use super::found::LeftOut;
 
 /// The fit of the rest with what was left out; `None` where there is nothing to leave out.
 type Cleaned = Result<Option<(Calibration, LeftOut)>, FitError>;
 
+/// A nominal fit without what spoils it.
+#[derive(Clone, Debug)]
+pub(super) struct Cleared {
+    /// The fit.
+    pub(super) nominal: Calibration,
+    /// What is left out for good.
+    pub(super) left_out: LeftOut,
+    /// What is left out as it is seen from the nominal fit: effects may have hidden it, or made it up.
+    pub(super) spikes: Spikes,
+}
+
 /// The nominal fit without what spoils it, and that.
 pub(super) fn without_outliers(
     whole: &Calibration,
     options: &Options,
-) -> Result<(Calibration, LeftOut), FitError> {
-    let steps: [fn(&Calibration, &Options) -> Cleaned; 7] = [
-        without_codes,
-        without_saturated,
-        settled,
-        without_frozen,
-        without_lost,
-        without_spikes,
-        without_spoiling,
-    ];
-    let (mut nominal, mut out) = (whole.clone(), LeftOut::default());
+) -> Result<Cleared, FitError> {
+    let steps: [fn(&Calibration, &Options) -> Cleaned; 5] =
+        [without_codes, without_saturated, settled, without_frozen, without_lost];
+    let (mut nominal, mut left_out) = (whole.clone(), LeftOut::default());
     for step in steps {
         if let Some((rest, found)) = step(&nominal, options)? {
             nominal = rest;
-            out.extend(found);
+            left_out.extend(found);
         }
     }
-    Ok((nominal, out))
+    let mut spikes = Spikes::none(&nominal.problem);
+    if let Some((rest, found)) = without_spikes(&nominal, options)? {
+        nominal = rest;
+        spikes.left_out = found;
+    }
+    if let Some((rest, found)) = without_spoiling(&nominal, options)? {
+        nominal = rest;
+        left_out.extend(std::mem::take(&mut spikes.left_out));
+        left_out.extend(found);
+        spikes = Spikes::none(&nominal.problem);
+    }
+    Ok(Cleared { nominal, left_out, spikes })
 }

@@ -15,6 +15,9 @@ impl Override {
             }
         };
         setting.forget_components(self);
+        if self.free {
+            (setting.value, setting.sigma, setting.fixed) = (None, None, false);
+        }
         set(&mut setting.value, &self.value);
         set(&mut setting.sigma, &self.sigma);
         if self.sigma.is_some() {

@@ -274,6 +274,8 @@ pub struct Override {
     pub simulated_at: Option<(f64, Unit)>,
     /// Not estimated.
     pub fixed: Option<bool>,
+    /// Whether what was stated before is dropped: value, uncertainty, and that it is fixed.
+    pub free: bool,
     /// Another scope.
     pub scope: Option<Scope>,
     /// Contrasts: the values sum to zero over the scope.

@@ -145,6 +145,7 @@ pub fn said_of(section: &Section<'_>, known: Option<(&Unit, Kind)>) -> Override 
         linear_range: section.get("linear_range").and_then(|item| width(&item)),
         simulated_at: section.get("simulated_at").and_then(|item| value(&item)),
         fixed: section.get("fixed").and_then(|item| item.boolean()),
+        free: false,
         scope: section.get("scope").and_then(|item| item.choice(SCOPES)),
         sum_zero: section
             .get("sum")

@@ -52,6 +52,7 @@ pub fn json(diagnosis: &Diagnosis, top: Option<usize>) -> Value {
         })).collect::<Vec<_>>(),
         "left_out": left_out(diagnosis),
         "contradicted": stated(&diagnosis.contradicted),
+        "set_free": diagnosis.set_free,
         "beyond_linear_range": beyond(&diagnosis.beyond_range),
         "search": diagnosis.log,
         "fit": calibration(&diagnosis.nominal)["fit"],

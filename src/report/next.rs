@@ -31,7 +31,7 @@ impl Default for Asked<'_> {
 
 impl Asked<'_> {
     /// Whether numbers were misread, and all else is right.
-    fn is_misread(&self) -> bool {
+    pub(super) fn is_misread(&self) -> bool {
         self.mistaken.is_some_and(|(mistaken, _)| !is_doubtful(mistaken))
     }
 }
@@ -47,10 +47,12 @@ pub(super) fn mistaken(asked: &Asked<'_>) -> String {
     text_for(Some(mistaken), runs) + next
 }
 
-/// The command that goes on from here; none beside a convention that is to be set right.
+/// The command that goes on from here.
 pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
-    if asked.is_misread() {
-        return String::new();
+    if let Some(name) = &diagnosis.set_free {
+        return format!(
+            "\nNext: correct the stated value of `{name}`, or state none, and diagnose again.\n"
+        );
     }
     let campaigns = asked.campaigns;
     let wanting = diagnosis.not_testable.iter().filter(|one| !one.wants.is_empty());
@@ -83,12 +85,12 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &Asked<'_>) -> String {
         }
         text.push_str(&diagnosis.rows.iter().filter_map(relaxed).collect::<String>());
     }
-    text.push_str(&of_remainder(diagnosis));
+    text.push_str(&of_remainder(diagnosis, leaves_out));
     text
 }
 
-/// What to do about the remainder.
-fn of_remainder(diagnosis: &Diagnosis) -> String {
+/// What to do about the remainder, after what to do with rows and what is left out.
+fn of_remainder(diagnosis: &Diagnosis, leaves_out: bool) -> String {
     let has_rows = !diagnosis.rows.is_empty();
     let is_cause = |one: &&Remainder| {
         one.gain.gain > 0.0 && one.change.is_none() && one.place.is_of_an_effect()
@@ -123,6 +125,7 @@ fn of_remainder(diagnosis: &Diagnosis) -> String {
         true => {
             format!("      The remainder is not in that model, and may bias its values: {steps}.\n")
         }
+        false if leaves_out => format!("      For the remainder: {steps}.\n"),
         false => format!("\nNext: {steps}.\n"),
     }
 }

@@ -89,8 +89,11 @@ fn left_out(diagnosis: &Diagnosis, found: &LeftOut) -> String {
     text.push_str(&no_readings_left_out(diagnosis, &no_readings));
     let all = outliers.len();
     if all > 0 {
-        let are = if all == 1 { "reading is" } else { "readings are" };
-        text.push_str(&format!("{all} {are} left out as outliers:"));
+        let are = match all {
+            1 => "reading is left out as an outlier",
+            _ => "readings are left out as outliers",
+        };
+        text.push_str(&format!("{all} {are}:"));
         let shown = if all <= SHOWN + 1 { all } else { SHOWN };
         for one in &outliers[..shown] {
             let Reading { run, row, measurand, deviations, .. } = one;

@@ -58,7 +58,12 @@ pub(super) fn budget(diagnosis: &Diagnosis) -> String {
         1 => "One more part of the remainder is below 1 % of the gap.\n".to_owned(),
         count => format!("{count} more parts of the remainder are below 1 % of the gap each.\n"),
     };
-    format!("\n{}{small}", drawn(&rows))
+    let free = diagnosis.set_free.as_ref().map_or_else(String::new, |name| {
+        format!(
+            "All but the first line of the remainder is found with `{name}` free; those shares are of the gap that this leaves.\n"
+        )
+    });
+    format!("\n{}{small}{free}", drawn(&rows))
 }
 
 /// A row with the effects that are reported with it.
@@ -70,16 +75,22 @@ fn group(row: &Row) -> String {
 
 /// The first values of a row.
 fn short(row: &Row) -> String {
-    let shown: Vec<String> = row.values.iter().take(SHORT).map(value).collect();
+    let of = |one: &Estimate| {
+        let is_one_of_several = row.values.iter().filter(|own| own.name == one.name).count() > 1;
+        let whose = one.of.as_ref().filter(|_| is_one_of_several);
+        whose.map_or_else(String::new, |of| format!(" ({of})"))
+    };
+    let shown: Vec<String> =
+        row.values.iter().take(SHORT).map(|one| value(one, &of(one))).collect();
     let more = if row.values.len() > SHORT { " …" } else { "" };
     shown.join(", ") + more
 }
 
-fn value(one: &Estimate) -> String {
+fn value(one: &Estimate, of: &str) -> String {
     let name = one.name.rsplit_once('.').map_or(one.name.as_str(), |(_, last)| last);
     match one.value {
-        None => format!("{name} not determined"),
-        Some(value) => format!("{name} {}", measured(one, value)),
+        None => format!("{name}{of} not determined"),
+        Some(value) => format!("{name}{of} {}", measured(one, value)),
     }
 }
 
@@ -184,7 +195,11 @@ fn joint(row: &Row) -> String {
         for (size, sigma) in &other.joint {
             let of = size.of.as_ref().map_or_else(String::new, |of| format!(" ({of})"));
             let shown = figure::measured(size.value, *sigma, &size.unit);
-            text.push_str(&format!("    {}{of} = {shown}\n", size.parameter));
+            let has_several = other.joint.iter().any(|(another, _)| {
+                another.parameter == size.parameter && another.component != size.component
+            });
+            let axis = if has_several { [".x", ".y", ".z"][size.component.min(2)] } else { "" };
+            text.push_str(&format!("    {}{axis}{of} = {shown}\n", size.parameter));
         }
     }
     text
@@ -202,7 +217,10 @@ fn family_unit(diagnosis: &Diagnosis, effect: &str, family: &str) -> Unit {
 
 /// A share of the gap.
 pub(super) fn share(part: f64) -> String {
-    format!("{:.0} %", 100.0 * part)
+    match 100.0 * part {
+        little if little > 0.0 && little < 0.5 => "< 1 %".to_owned(),
+        part => format!("{part:.0} %"),
+    }
 }
 
 /// A probability: no certainty.

@@ -14,9 +14,11 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
 }
 
 fn of_campaign(diagnosis: &Diagnosis) -> String {
+    let free = diagnosis.set_free.as_ref();
+    let free = free.map_or_else(String::new, |name| format!("with `{name}` free, "));
     let rows = match diagnosis.rows.len() {
-        1 => format!("`{}` closes", diagnosis.rows[0].name),
-        count => format!("{count} effects close"),
+        1 => format!("{free}`{}` closes", diagnosis.rows[0].name),
+        count => format!("{free}{count} effects close"),
     };
     let closed = closed(diagnosis);
     match diagnosis.verdict {
@@ -54,7 +56,7 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
         }
         Verdict::PartlyExplained => format!(
             "Partly explained: {rows} {closed} of the gap on held-out readings; {}.",
-            remains(&diagnosis.remainder)
+            looks(&diagnosis.remainder, "the remainder")
         ),
         Verdict::Unknown
             if diagnosis.remainder.iter().all(|one| one.place.covariate == "scatter") =>
@@ -67,8 +69,8 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
             )
         }
         Verdict::Unknown => format!(
-            "Unknown: there is a gap that no effect of the library explains; it looks like {}.",
-            first(&diagnosis.remainder)
+            "Unknown: there is a gap that no effect of the library explains; {}.",
+            looks(&diagnosis.remainder, "it")
         ),
         Verdict::Unobservable => {
             "No diagnosis: these readings do not determine the model's own parameters.".to_owned()
@@ -84,9 +86,21 @@ fn closed(diagnosis: &Diagnosis) -> String {
     closed.map_or_else(|| "a part".to_owned(), |part| format!("{:.0} %", 100.0 * part))
 }
 
+/// So many parts of the remainder, of which the largest is no larger a part, are of one cause that has
+/// no simple form, or of many.
+const MANY: usize = 6;
+const SMALL: f64 = 0.3;
+
 /// What the remainder is.
-fn remains(remainder: &[Remainder]) -> String {
-    format!("the remainder looks like {}", first(remainder))
+fn looks(remainder: &[Remainder], what: &str) -> String {
+    let all: f64 = remainder.iter().map(|one| one.share).sum();
+    let most = remainder.first().map_or(0.0, |one| one.share);
+    let first = first(remainder);
+    if remainder.len() >= MANY && most < SMALL * all {
+        format!("{what} has no simple form, its largest part looks like {first}")
+    } else {
+        format!("{what} looks like {first}")
+    }
 }
 
 fn first(remainder: &[Remainder]) -> String {

@@ -13,6 +13,7 @@ mod nameless;
 #[path = "../problems/stream.rs"]
 mod stream;
 
+mod beside_others;
 mod budget;
 mod bursts;
 mod clock_steps;

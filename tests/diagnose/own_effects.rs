@@ -14,15 +14,15 @@ use crate::stream::Stream;
 
 /// A campaign of one run: its model, its effects (name, parameters, patch), the standard
 /// uncertainties of measurands, and a log.
-struct Campaign<'a> {
-    model: &'a str,
-    effects: &'a [(&'a str, &'a str, &'a str)],
-    measurands: &'a str,
-    log: String,
+pub(crate) struct Campaign<'a> {
+    pub(crate) model: &'a str,
+    pub(crate) effects: &'a [(&'a str, &'a str, &'a str)],
+    pub(crate) measurands: &'a str,
+    pub(crate) log: String,
 }
 
 impl Campaign<'_> {
-    fn diagnosed(&self) -> Diagnosis {
+    pub(crate) fn diagnosed(&self) -> Diagnosis {
         let own = tempfile::tempdir().unwrap();
         self.write_to(own.path());
         diagnosed(&[own.path()])

@@ -221,6 +221,8 @@ pub struct Diagnosis {
     pub delays: Vec<ComparedDelay>,
     /// Stated values that the readings contradict.
     pub contradicted: Vec<Contradicted>,
+    /// The parameter whose stated value is wrong altogether: it is free in all that is found.
+    pub set_free: Option<String>,
     /// Values beyond the range for which their effect's form holds.
     pub beyond_range: Vec<BeyondRange>,
     /// The fits without the rows and with one after the other.
@@ -258,6 +260,7 @@ impl Diagnosis {
             left_out: LeftOut::default(),
             delays: Vec::new(),
             contradicted: Vec::new(),
+            set_free: None,
             beyond_range: Vec::new(),
             steps: None,
             log: Vec::new(),

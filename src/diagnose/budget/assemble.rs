@@ -65,10 +65,18 @@ impl Diagnosis {
         let gains = selection.contributions(&judged.model);
         let mut solved = Solved::of(&selection, &judged.model, &rest, &gains);
         if !stands.is_empty() {
-            let (mut of_rows, mut pieces) = budget.folded(&in_fit, Pieces::new);
+            // Change points that are in the fit are not explained: rows are judged beside them.
+            let changes: Vec<usize> =
+                linear.rows().into_iter().filter(|row| !in_fit.contains(row)).collect();
+            let fitted = [changes.clone(), in_fit.clone()].concat();
+            let of_rows = |cut: Cut| {
+                let (folded, pieces) = budget.folded(&fitted, cut);
+                (folded.beside(changes.len()), pieces)
+            };
+            let (mut rows_folded, mut pieces) = of_rows(Pieces::new);
             let mut folded = budget.folded(&judged.model, Pieces::new).0;
-            if !of_rows.is_shown() {
-                (of_rows, pieces) = budget.folded(&in_fit, Pieces::within_runs);
+            if !rows_folded.is_shown() {
+                (rows_folded, pieces) = of_rows(Pieces::within_runs);
                 folded = budget.folded(&judged.model, Pieces::within_runs).0;
             }
             let all = folded.drop_of_all().max(f64::MIN_POSITIVE);
@@ -80,9 +88,6 @@ impl Diagnosis {
                 named.filter_map(|name| effect_of(&with_rows, name).cloned()).collect()
             };
             let selected = of_terms(&in_fit);
-            // Change points that are in the fit are not explained.
-            let changes: Vec<usize> =
-                linear.rows().into_iter().filter(|row| !in_fit.contains(row)).collect();
             let changes = of_terms(&changes);
             let rows_alone = match changes.as_slice() {
                 [] => with_rows.clone(),
@@ -91,7 +96,7 @@ impl Diagnosis {
             let steps = Steps::of(&rows_alone, &selected, options)?;
             let degrees = stands.iter().map(|at| gains[*at].degrees).sum();
             let leftover = rest.iter().map(|at| gains[*at].excess()).sum();
-            let drops = of_rows.drops(&selection, &pieces);
+            let drops = rows_folded.drops(&selection, &pieces);
             self.gap = Some(gap(&steps, &drops, degrees, leftover));
             let members = member_uncertainties(&with_rows, &selected, options)?;
             let Fitted { problem, fit, .. } = with_rows.clone();
@@ -103,7 +108,7 @@ impl Diagnosis {
                 let name = &linear.terms[term].name;
                 // Beside the other rows: what the remainder could take over from it is the row's.
                 let row = in_fit.iter().position(|own| *own == term);
-                let drop = row.map_or(0.0, |row| of_rows.drop(row));
+                let drop = row.map_or(0.0, |row| rows_folded.drop(row));
                 let closes = (drop.max(0.0) / all).min(1.0);
                 let mut values = solved.values(&linear, name, *at, &explained);
                 let own = || members.iter().filter(|one| one.effect == *name);

@@ -5,11 +5,12 @@
 
 use std::collections::BTreeSet;
 
-use crate::campaign::Record;
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, NoiseEffect};
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::library::wanted::Wanted;
+use crate::diagnose::outliers::records::Records;
+use crate::diagnose::outliers::spikes::Spikes;
 use crate::estimate::batch::{FitError, Options};
 
 use super::families::Families;
@@ -26,6 +27,7 @@ use super::terms::Change;
 mod fitted_changes;
 mod forward;
 mod relax;
+mod spikes;
 mod update;
 mod usual_values;
 
@@ -78,11 +80,16 @@ struct Search<'a> {
     /// Sets of rows that were in the fit.
     seen: Vec<Vec<String>>,
     left_out: LeftOut,
+    /// Bursts and spikes: as they are seen from the nominal fit, as they were seen last, and whether
+    /// they were judged beside rows.
+    first_spikes: Spikes,
+    spikes: Spikes,
+    has_judged_spikes: bool,
     /// Measurands that hardly vary.
     still: BTreeSet<String>,
     /// What is left out, and the runs of each campaign with all readings.
     outliers: Vec<Outlier>,
-    records: Vec<Vec<Record>>,
+    records: Records,
     noise: Vec<NoiseEffect>,
     /// Best members of families: of blocks, as they were found beside the first rows; of effects, as
     /// they were found last.
@@ -94,13 +101,14 @@ struct Search<'a> {
     log: Log,
 }
 
-/// Searches from a fitted nominal model. `None` where its parameters are not determined.
+/// Searches from a fitted nominal model, without bursts and spikes that are seen from it. `None` where its parameters are not determined.
 pub fn search(
     nominal: Fitted,
+    spikes: Spikes,
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Option<Found>, FitError> {
-    let mut search = Search::new(nominal, wanted, options);
+    let mut search = Search::new(nominal, spikes, wanted, options);
     if !search.grow()? {
         return Ok(None);
     }
@@ -112,7 +120,8 @@ pub fn search(
             && (search.take_beyond_linear(&competed)?
                 || search.take_noise(&competed)?
                 || search.take_rows(&competed)?
-                || search.take_curved(&competed)?)
+                || search.take_curved(&competed)?
+                || search.take_spikes(&competed)?)
         {
             continue;
         }
@@ -120,18 +129,18 @@ pub fn search(
         let name = |term: usize| linear.terms[term].name.clone();
         let named = judged.objections.iter().map(|(term, why)| (name(*term), why.clone()));
         search.objections.extend(named);
-        let Search { left_out, noise, objections, log, .. } = search;
+        let Search { left_out: outliers, spikes, noise, objections, log, .. } = search;
+        let mut left_out = spikes.left_out;
+        left_out.extend(outliers);
         return Ok(Some(Found { competed, left_out, noise, objections, log }));
     }
 }
 
 impl<'a> Search<'a> {
     /// One that begins with a nominal fit.
-    fn new(nominal: Fitted, wanted: &Wanted, options: &'a Options) -> Self {
-        let parts = nominal.problem.parts.iter();
-        let records = parts.map(|part| part.runs.iter().map(|run| run.record.clone()).collect());
+    fn new(nominal: Fitted, spikes: Spikes, wanted: &Wanted, options: &'a Options) -> Self {
         Self {
-            records: records.collect(),
+            records: Records::of(&nominal.problem),
             still: still_readings(&nominal),
             wanted: wanted.clone(),
             options,
@@ -143,6 +152,9 @@ impl<'a> Search<'a> {
             absorbed: Vec::new(),
             seen: Vec::new(),
             left_out: LeftOut::default(),
+            first_spikes: spikes.clone(),
+            spikes,
+            has_judged_spikes: false,
             outliers: Vec::new(),
             noise: Vec::new(),
             scanned: Families::default(),

@@ -30,6 +30,8 @@ pub struct Folded {
     prior: DMatrix<f64>,
     /// The columns of each term, in the order of the model.
     terms: Vec<std::ops::Range<usize>>,
+    /// So many terms at the beginning count as nominal.
+    beside: usize,
 }
 
 impl Folded {
@@ -44,12 +46,18 @@ impl Folded {
         let prior = selection.prior(&combinations);
         let mut whole = prior.clone();
         folds.iter().for_each(|fold| whole += fold);
-        Self { whole, folds, prior, terms }
+        Self { whole, folds, prior, terms, beside: 0 }
     }
 
-    /// The drop of held-out squared residuals that a term (by its place in the model) brings.
+    /// The same where the first terms count as nominal: the others are judged beside them.
+    pub fn beside(self, beside: usize) -> Self {
+        Self { beside, ..self }
+    }
+
+    /// The drop of held-out squared residuals that a term (by its place among those that are judged)
+    /// brings.
     pub fn drop(&self, term: usize) -> f64 {
-        let own = &self.terms[term];
+        let own = &self.terms[self.beside + term];
         let n = self.whole.nrows() - 1;
         let others: Vec<usize> = (0..n).filter(|column| !own.contains(column)).collect();
         let all: Vec<usize> = (0..n).collect();
@@ -61,17 +69,17 @@ impl Folded {
 
     /// The drop of held-out squared residuals that all terms bring together.
     pub fn drop_of_all(&self) -> f64 {
-        let nominal = self.upto(0);
+        let nominal = self.upto(self.beside);
         let all = self.upto(self.terms.len());
         let drop = |fold| self.left(fold, &nominal, &nominal) - self.left(fold, &all, &nominal);
-        if self.terms.is_empty() { 0.0 } else { self.folds.iter().map(drop).sum() }
+        if self.terms.len() == self.beside { 0.0 } else { self.folds.iter().map(drop).sum() }
     }
 
     /// For the first term, the first two, and so on the drop that they bring in each piece of the
     /// readings, which they were not fitted to.
     pub fn drops(&self, selection: &Selection<'_>, pieces: &Pieces) -> Vec<Vec<Drop>> {
-        let nominal = self.upto(0);
-        let models = (0..=self.terms.len()).map(|count| self.upto(count));
+        let nominal = self.upto(self.beside);
+        let models = (self.beside..=self.terms.len()).map(|count| self.upto(count));
         let models: Vec<Vec<usize>> = models.collect();
         let in_fold = |fold: &DMatrix<f64>| {
             let predicting = models.iter().map(|fitted| self.predicting(fold, fitted));
@@ -79,7 +87,7 @@ impl Folded {
         };
         let folds: Vec<_> = self.folds.iter().map(in_fold).collect();
         let weights = selection.weights();
-        let mut drops: Vec<Vec<Drop>> = vec![Vec::new(); self.terms.len()];
+        let mut drops: Vec<Vec<Drop>> = vec![Vec::new(); self.terms.len() - self.beside];
         for piece in &pieces.pieces {
             let (predicting, free) = &folds[piece.fold];
             let [before, after @ ..] = predicting.as_slice() else { continue };
@@ -99,7 +107,7 @@ impl Folded {
     pub fn is_shown(&self) -> bool {
         let n = self.whole.nrows() - 1;
         let nothing = DMatrix::zeros(n + 1, n + 1);
-        let nominal = self.upto(0);
+        let nominal = self.upto(self.beside);
         let mut terms = self.predicting(&nothing, &self.upto(self.terms.len()));
         nominal.iter().chain([&n]).for_each(|column| terms[*column] = 0.0);
         let length = |sums: &DMatrix<f64>| self.left_of(sums, &terms, &nominal);

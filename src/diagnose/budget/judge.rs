@@ -123,8 +123,10 @@ impl Selection<'_> {
         let gains = self.contributions(model);
         let is_row = |term: usize| self.terms[term].is_effect();
         let rows: Vec<usize> = (0..model.len()).filter(|at| is_row(model[*at])).collect();
-        let rest: f64 =
-            (0..model.len()).filter(|at| !is_row(model[*at])).map(|at| gains[at].excess()).sum();
+        // What changed at a moment and is in the fit has its form: it leaves nothing to imitators.
+        let remains = |at: &usize| !is_row(model[*at]) && !self.terms[model[*at]].in_fit;
+        let rest: f64 = (0..model.len()).filter(remains).map(|at| gains[at].excess()).sum();
+        let is_form = |term: &Term| !term.is_of_runs() && term.change.is_none();
         let drops: Vec<f64> = rows.iter().map(|at| folded.drop(*at)).collect();
         let named: Vec<usize> = rows.iter().map(|at| model[*at]).collect();
         let without_blocks = if rest > 0.0 { self.contributions(&named) } else { Vec::new() };
@@ -134,7 +136,7 @@ impl Selection<'_> {
             // What remains in readings that a row leaves as they are says nothing against a cause that
             // a user suspects.
             let is_own = self.terms[model[*at]].is_own;
-            let rest = if is_own { self.excess_beside(model, &gains, *at, |_| true) } else { rest };
+            let rest = if is_own { self.excess_beside(model, &gains, *at, is_form) } else { rest };
             let beside = if rest > 0.0 { ROW_BESIDE_REMAINDER } else { 0.0 };
             let least = ROW.max(SHARE_OF_REMAINDER * rest).max(beside);
             let objection = if drops[row] < HELD_OUT {
@@ -170,17 +172,18 @@ impl Selection<'_> {
             let evidence = self.ln_evidence(model);
             // What remains in the readings that a row changes, of forms that are not known: values of
             // runs, and those that change at a moment, leave nothing to imitators.
-            let is_form = |term: &Term| !term.is_of_runs() && term.change.is_none();
             let rest_of = |at: usize| self.excess_beside(model, &gains, at, is_form);
             let one = |row: usize| {
                 let at = rows[row];
                 let gain = gains[at].gain;
                 // Values of setups follow many forms that the library lacks.
-                let margin = if self.terms[model[at]].variant == Some(Variant::EachSetup) {
-                    RELAXED_MARGIN
+                let own = &self.terms[model[at]];
+                let margin = if own.variant == Some(Variant::EachSetup) {
+                    // Those of a cause that a user suspects are no less probable than forms.
+                    if own.is_own { 0.0 } else { RELAXED_MARGIN }
                 } else if gain < SMALL_ROW * rest_of(at) {
                     MARGIN
-                } else if self.terms[model[at]].is_own {
+                } else if own.is_own {
                     // Within a tie the cause that a user suspects stands.
                     -(TIE + OWN_EFFECT.ln())
                 } else {

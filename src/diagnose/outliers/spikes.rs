@@ -2,15 +2,17 @@
 //!
 //! Some readings that a display repeats, or a log that stands still for a moment, are thousands of
 //! uncertainties off, and so is what is read while a beam is broken. The fit bends towards them,
-//! and others look worse than they do. It is trimmed, therefore ([`crate::estimate::trimmed`]), beyond a part
+//! and others look worse than they do. It is trimmed, therefore (`estimate::trimmed`), beyond a part
 //! of all readings at least; where much is wrong the trimmed fit is the one of least scatter of
-//! several starts. What is far out from there and stands in [`super::bursts`], alone or with a few
-//! neighbours is left out for good; what rises and falls is structure. All others are judged with
-//! the noise ([`super::limits`]).
+//! several starts. What is far out from there and stands in `bursts`, alone or with a few
+//! neighbours is left out, and judged once more beside the effects that were found; what rises and
+//! falls is structure. All others are judged with the noise (`limits`).
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::diagnose::found::LeftOut;
+use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::residuals::{Far, Residuals, seen_from};
@@ -21,6 +23,7 @@ use super::bursts::{FAR, TRIM, bursts};
 use super::left_out::{OfSamples, if_sound, readings_out, stretches_out};
 use super::limits::{ONE_OF, RUNS_APART, has_beyond, limit};
 use super::lost::GROSS_FACTOR;
+use super::records::Records;
 use super::settle::is_spoilt;
 
 /// Fits until the same readings are out; from other starts.
@@ -48,20 +51,66 @@ pub(super) fn without_spikes(nominal: &Calibration, options: &Options) -> Cleane
         return Ok(None);
     };
     let mut rest = whole.clone();
-    let bursts = bursts(whole, &point, &seen);
-    let stretches = stretches_out(&mut rest, &seen, &bursts, false);
-    let others: Vec<Residuals> = seen.iter().map(|one| without(one, &bursts)).collect();
-    let most = |one: &Residuals| {
-        let stated = whole.parts[one.part].sigma[one.measurand];
-        if one.deviation <= RIGHT * stated { MOST_BESIDE_RIGHT } else { MOST }
-    };
-    let far: Vec<Far> = others.iter().map(|one| spikes(one, most(one))).collect();
-    let readings = readings_out(&mut rest, &others, &far);
-    let found = LeftOut { readings, stretches, ..LeftOut::default() };
+    let found = spikes_out(&mut rest, &point, &seen);
     if found.is_empty() {
         return Ok(None);
     }
     Ok(if_sound(nominal, calibrate(rest, options)?, found))
+}
+
+/// Leaves bursts and spikes out that are seen from a point that they do not bend, and lists them.
+fn spikes_out(problem: &mut Problem, point: &Point, seen: &[Residuals]) -> LeftOut {
+    let bursts = bursts(problem, point, seen);
+    let stretches = stretches_out(problem, seen, &bursts, false);
+    let others: Vec<Residuals> = seen.iter().map(|one| without(one, &bursts)).collect();
+    let most = |one: &Residuals| {
+        let stated = problem.parts[one.part].sigma[one.measurand];
+        if one.deviation <= RIGHT * stated { MOST_BESIDE_RIGHT } else { MOST }
+    };
+    let far: Vec<Far> = others.iter().map(|one| spikes(one, most(one))).collect();
+    let readings = readings_out(problem, &others, &far);
+    LeftOut { readings, stretches, ..LeftOut::default() }
+}
+
+/// Bursts and spikes that were left out.
+#[derive(Clone, Debug)]
+pub struct Spikes {
+    /// They.
+    pub left_out: LeftOut,
+    /// The readings with them.
+    records: Records,
+}
+
+impl Spikes {
+    /// None of the readings of a problem.
+    pub(super) fn none(problem: &Problem) -> Self {
+        Self { left_out: LeftOut::default(), records: Records::of(problem) }
+    }
+
+    /// Judges them again from where another model of the same readings was fitted: what this model
+    /// explains comes back, and what effects hid is left out. Whether that is something else.
+    pub(in crate::diagnose) fn judge(&mut self, problem: &mut Problem, point: &Point) -> bool {
+        let before = Records::of(problem);
+        self.records.put_into(problem);
+        let seen = seen_from(problem, point);
+        let found = spikes_out(problem, point, &seen);
+        let is_same = places(&found) == places(&self.left_out);
+        if is_same {
+            before.put_into(problem);
+        } else {
+            self.left_out = found;
+        }
+        !is_same
+    }
+}
+
+/// Run, measurand, first and last row of what is left out, in order.
+fn places(left_out: &LeftOut) -> BTreeSet<(&str, &str, usize, usize)> {
+    let readings = left_out.readings.iter();
+    let readings = readings.map(|one| (&*one.run, &*one.measurand, one.row, one.row));
+    let stretches = left_out.stretches.iter();
+    let stretches = stretches.map(|one| (&*one.run, &*one.measurand, one.rows.0, one.rows.1));
+    readings.chain(stretches).collect()
 }
 
 /// The trimmed fit of least robust scatter: from where the fit of all stopped and, where that is

@@ -2,25 +2,57 @@
 //!
 //! It bends a fit so much that nothing else can be judged, and readings that are right look like outliers.
 //! Each value that is stated is set free in turn; it is wrong where that alone makes a spoilt fit
-//! sound. What is wrong by a few standard uncertainties is judged with everything else
+//! sound, and no effect of the user's own does. The search then goes on with the value free. What is
+//! wrong by a few standard uncertainties is judged with everything else
 //! ([`mod@crate::estimate::contradicted`]).
 
 use std::collections::BTreeSet;
 
+use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::wanted::Wanted;
 use crate::engine::Problem;
 use crate::engine::layout::Instance;
+use crate::engine::open::Recipe;
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::contradicted::{Contradicted, against};
 use crate::graph::Kind;
+use crate::model::Override;
+use crate::units::Unit;
 
 use super::settle::{SOUND_WITHOUT, is_spoilt};
+
+/// A stated value that is wrong altogether.
+#[derive(Clone, Debug)]
+pub(in crate::diagnose) struct WrongValue {
+    /// What is stated against what the readings say.
+    pub(in crate::diagnose) contradicted: Contradicted,
+    /// The fit with the value free.
+    pub(in crate::diagnose) without: Calibration,
+    /// That nothing is known of the value.
+    free: Override,
+}
+
+impl WrongValue {
+    /// The same recipes with the value free.
+    pub(in crate::diagnose) fn recipes(&self, mut recipes: Vec<Recipe>) -> Vec<Recipe> {
+        for (recipe, part) in recipes.iter_mut().zip(&self.without.problem.parts) {
+            let mut parameters = part.system.assembly.names.parameters.iter();
+            if parameters.any(|one| one.name == self.free.name) {
+                recipe.overrides.push(self.free.clone());
+            }
+        }
+        recipes
+    }
+}
 
 /// The stated value without which a spoilt fit is sound, if there is one.
 pub(in crate::diagnose) fn wrong_value(
     whole: &Calibration,
+    recipes: &[Recipe],
+    wanted: &Wanted,
     options: &Options,
-) -> Result<Option<Contradicted>, FitError> {
+) -> Result<Option<WrongValue>, FitError> {
     if !is_spoilt(whole) && whole.is_sound() {
         return Ok(None);
     }
@@ -31,10 +63,11 @@ pub(in crate::diagnose) fn wrong_value(
     };
     let stated = (0..instances.len()).filter(is_stated);
     let names: BTreeSet<&String> = stated.map(|index| &instances[index].name).collect();
-    let mut best: Option<(f64, Contradicted)> = None;
+    let mut best: Option<(f64, WrongValue)> = None;
     for name in names {
         for start in starts(whole, name) {
-            let without = calibrate(freed(whole, name, start), options)?;
+            let free = Override { name: name.clone(), start, free: true, ..Override::default() };
+            let without = calibrate(freed(whole, &free), options)?;
             let factor = without.variance_factor().filter(|_| without.is_sound());
             let Some(factor) = factor.filter(|factor| SOUND_WITHOUT * factor < spoilt) else {
                 continue;
@@ -43,11 +76,42 @@ pub(in crate::diagnose) fn wrong_value(
                 && best.as_ref().is_none_or(|(least, _)| factor < *least)
                 && let Some(contradicted) = against(whole, &without, name)
             {
-                best = Some((factor, contradicted));
+                best = Some((factor, WrongValue { contradicted, without, free }));
             }
         }
     }
-    Ok(best.map(|(_, found)| found))
+    let Some((_, found)) = best else { return Ok(None) };
+    let is_an_effect = own_effect_does_as_much(whole, &found, recipes, wanted, options)?;
+    Ok((!is_an_effect).then_some(found))
+}
+
+/// A fit with an effect does as much as one with a value free where its cost is at most so many
+/// times as large.
+const AS_MUCH: f64 = 1.5;
+
+/// Whether an effect of the user's own makes the fit as sound: whoever describes it asks for it.
+fn own_effect_does_as_much(
+    whole: &Calibration,
+    found: &WrongValue,
+    recipes: &[Recipe],
+    wanted: &Wanted,
+    options: &Options,
+) -> Result<bool, FitError> {
+    let own = recipes.iter().flat_map(|recipe| recipe.library.own_effects());
+    let own: BTreeSet<&str> = own.map(|effect| effect.name.as_str()).collect();
+    let (problem, fit) = (whole.problem.clone(), whole.fit.clone());
+    let stated = Fitted { recipes: recipes.to_vec(), problem, fit };
+    let made = wanted.catalogue.of(recipes);
+    for one in &wanted.of(made.offer.clone()).effects {
+        if own.contains(one.selected.effect.name.as_str())
+            && let Some(with) = stated.with(&one.selected, &[], options)?
+            && with.is_sound()
+            && with.fit.cost <= AS_MUCH * found.without.fit.cost
+        {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// A thousand of one unit are one of another.
@@ -56,25 +120,23 @@ const PREFIX: f64 = 1e3;
 /// Where a parameter of which nothing is stated may start: a number where the fit left it, or at
 /// what it would be in a unit next to the one that is said; vectors and rotations as the model has
 /// it.
-fn starts(whole: &Calibration, name: &str) -> Vec<Option<f64>> {
+fn starts(whole: &Calibration, name: &str) -> Vec<Option<Vec<(f64, Unit)>>> {
     let mut all = whole.problem.layout.instances.iter().zip(&whole.fit.point.values);
     let is_own = |(one, _): &(&Instance, _)| one.name == name && one.kind == Kind::Scalar;
     let Some((one, left)) = all.find(is_own) else { return vec![None] };
     let stated = one.setting.value.as_ref().and_then(|all| all.first());
     let other = stated.into_iter().flat_map(|one| [one * PREFIX, one / PREFIX]);
-    std::iter::once(left[0]).chain(other).filter(|one| one.is_finite()).map(Some).collect()
+    let finite = std::iter::once(left[0]).chain(other).filter(|one| one.is_finite());
+    finite.map(|start| Some(vec![(start, one.unit.clone())])).collect()
 }
 
 /// The same problem with nothing stated of a parameter.
-fn freed(whole: &Calibration, name: &str, start: Option<f64>) -> Problem {
+fn freed(whole: &Calibration, free: &Override) -> Problem {
     let mut parts = whole.problem.parts.clone();
     for part in &mut parts {
         let names = &part.system.assembly.names.parameters;
-        let Some(parameter) = names.iter().position(|one| one.name == name) else { continue };
-        for setting in part.system.settings_mut(parameter) {
-            (setting.value, setting.sigma, setting.fixed) = (None, None, false);
-            setting.start = start.map(|one| vec![one]).or(setting.start.take());
-        }
+        let Some(parameter) = names.iter().position(|one| one.name == free.name) else { continue };
+        part.system.settings_mut(parameter).for_each(|setting| free.apply(setting));
     }
     whole.problem.with_parts(parts)
 }

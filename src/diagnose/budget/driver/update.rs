@@ -11,7 +11,6 @@ use crate::diagnose::budget::terms::{Term, without};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::NoiseEffect;
 use crate::diagnose::library::variant::Variant;
-use crate::engine::Problem;
 use crate::engine::gauss_markov::GaussMarkov;
 use crate::engine::gram::LeastSquares;
 use crate::estimate::batch::FitError;
@@ -51,7 +50,7 @@ impl Search<'_> {
         let places = |all: &[Outlier]| all.iter().map(|one| one.at).collect::<Vec<_>>();
         if places(&outliers) != places(&self.outliers) {
             self.log.push(format!("{} outliers are left out", outliers.len()));
-            self.put_back(&mut fitted.problem);
+            self.records.put_into(&mut fitted.problem);
             self.left_out = leave_out(&mut fitted.problem, linear, &outliers);
             self.outliers = outliers;
             self.fitted = fitted.again(self.options)?;
@@ -72,16 +71,9 @@ impl Search<'_> {
             return None;
         }
         let mut whole = linear.clone();
-        self.put_back(&mut whole.fitted.problem);
+        self.records.put_into(&mut whole.fitted.problem);
         whole.fitted.problem.reweight(&linear.fitted.fit.point);
         Some(whole)
-    }
-
-    /// Puts the readings back that rounds left out.
-    fn put_back(&self, problem: &mut Problem) {
-        for (part, records) in problem.parts.iter_mut().zip(&self.records) {
-            part.runs.iter_mut().zip(records).for_each(|(run, own)| run.record = own.clone());
-        }
     }
 
     /// Goes on with autocorrelated noise.

@@ -180,7 +180,8 @@ impl Search<'_> {
         let mut log = std::mem::take(&mut self.log);
         log.push(format!("{} enters the fit from its usual values", linear.terms[term].name));
         let wanted = Wanted { variants: Variants::default(), ..self.wanted.clone() };
-        let anew = Search::new(self.nominal.clone(), &wanted, self.options);
+        let (nominal, spikes) = (self.nominal.clone(), self.first_spikes.clone());
+        let anew = Search::new(nominal, spikes, &wanted, self.options);
         *self = Search { fitted, rows: vec![linear.row(term)], log, ..anew };
         self.grow()
     }
