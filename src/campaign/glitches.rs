@@ -12,11 +12,11 @@ const GLITCH: f64 = 30.0;
 /// Because of a glitch its neighbours are off by about half as much the other way; of where a
 /// motion begins none is.
 const NEIGHBOUR: f64 = 0.2;
-/// Glitches told at most.
-const TOLD: usize = 3;
+/// Glitches listed at most.
+const LISTED: usize = 3;
 
 /// Leaves single values out that are far off the line between their neighbours, where those beside
-/// them are not; what to tell of them. The first time is at `zero`.
+/// them are not; the warning of them. The first time is at `zero`.
 pub(crate) fn without_glitches(
     input: &InputDeclaration,
     times: &mut Vec<f64>,
@@ -27,7 +27,7 @@ pub(crate) fn without_glitches(
     if found.is_empty() {
         return None;
     }
-    let at = found.iter().take(TOLD).map(|i| format!("{} s", decimals(times[*i] + zero, 3)));
+    let at = found.iter().take(LISTED).map(|i| format!("{} s", decimals(times[*i] + zero, 3)));
     let at = at.collect::<Vec<_>>().join(", ");
     for list in [times, values] {
         let mut number = 0;
@@ -36,7 +36,7 @@ pub(crate) fn without_glitches(
             found.binary_search(&(number - 1)).is_err()
         });
     }
-    let more = match found.len().saturating_sub(TOLD) {
+    let more = match found.len().saturating_sub(LISTED) {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
@@ -105,8 +105,8 @@ mod tests {
         values[250] = -999.0;
         assert_eq!(glitches(&times, &values), [50, 250]);
         let (mut times, rest) = (times, values.clone());
-        let told = without_glitches(input, &mut times, &mut values, 0.0).unwrap().message;
-        assert!(told.contains("at 0.500 s, 2.500 s"), "{told}");
+        let warning = without_glitches(input, &mut times, &mut values, 0.0).unwrap().message;
+        assert!(warning.contains("at 0.500 s, 2.500 s"), "{warning}");
         assert_eq!((times.len(), values.len()), (398, 398));
         assert!(values == [&rest[..50], &rest[51..250], &rest[251..]].concat());
     }

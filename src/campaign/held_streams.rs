@@ -17,8 +17,8 @@ const BESIDE: usize = 4;
 /// The leap at its end is so many times the largest of them at least.
 const LEAP: f64 = 3.0;
 
-/// Leaves the rows of a stream out in which it holds the value of the one before; what to tell of
-/// them.
+/// Leaves the rows of a stream out in which it holds the value of the one before; the warning of them.
+/// The first time is at `zero`.
 pub(crate) fn without_held(
     input: &InputDeclaration,
     times: &mut Vec<f64>,

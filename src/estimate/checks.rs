@@ -163,7 +163,7 @@ pub(in crate::estimate) fn without_period(part: &Part) -> Vec<usize> {
     all.map(|(number, _)| number).collect()
 }
 
-/// What is said of them.
+/// The warnings of them.
 fn periods_to_state(part: &Part) -> Vec<Diagnostic> {
     let measurands = &part.system.assembly.names.measurands;
     let found = without_period(part).into_iter().map(|number| {

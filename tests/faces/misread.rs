@@ -33,7 +33,7 @@ fn diagnosis(folder: &Path, unit: f64, bow: f64) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Where a convention explains all, it comes behind the verdict, and nothing else is said: a budget of
+/// Where a convention explains all, it comes behind the verdict, and nothing else: a budget of
 /// numbers that were misread is worth nothing.
 #[test]
 fn a_mistaken_convention_is_what_is_to_be_done() {
