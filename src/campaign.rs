@@ -25,7 +25,7 @@
 //! | [`signal`] | a moving input: local Taylor series or smoothing spline |
 //! | `columns`, `captured` | the columns of a model's runs; an input recorded with each sample |
 //! | [`samples`] | the samples of a run or a stretch of it: times, inputs, readings |
-//! | `glitches` | single values of streams far off their neighbours, left out |
+//! | `glitches`, `stream_rows` | single values of streams far off their neighbours, left out; rows left out of a stream |
 //! | `held`, `held_streams` | readings that are logged more often than they are read; gaps of streams that were filled with the last value |
 //! | `uniform`, `jumps` | when samples were taken if sampling is uniform; where stamps jump |
 //! | `sigmas` | standard uncertainties as formulas and columns |
@@ -119,6 +119,7 @@ mod stamp_columns;
 pub mod stamps;
 pub mod statement;
 mod steps;
+mod stream_rows;
 pub mod table;
 mod table_entry;
 mod time_units;

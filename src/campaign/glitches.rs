@@ -1,6 +1,7 @@
 //! Single values of a stream that are far off their neighbours: bits that flipped, a value of another
 //! channel. No curve goes through them and its neighbours; they are left out.
 
+use crate::campaign::stream_rows::leave_rows_out;
 use crate::diagnostic::{Diagnostic, decimals};
 use crate::model::InputDeclaration;
 
@@ -29,13 +30,7 @@ pub(crate) fn without_glitches(
     }
     let at = found.iter().take(LISTED).map(|i| format!("{} s", decimals(times[*i] + zero, 3)));
     let at = at.collect::<Vec<_>>().join(", ");
-    for list in [times, values] {
-        let mut number = 0;
-        list.retain(|_| {
-            number += 1;
-            found.binary_search(&(number - 1)).is_err()
-        });
-    }
+    leave_rows_out(times, values, |row| found.binary_search(&row).is_ok());
     let more = match found.len().saturating_sub(LISTED) {
         0 => String::new(),
         more => format!(" and {more} more"),

@@ -1,12 +1,13 @@
 //! Stretches in which a stream holds its last value while what it measures moves on: a logger that
 //! fills the gaps of its source so. They are gaps.
 //!
-//! A stream at rest holds its value, too, and comes to rest and sets off by small steps; a sequence of
+//! A stream at rest holds its value, too, and slows down and speeds up by small steps; a sequence of
 //! setpoints holds each. So a held stretch is one that the stream enters and leaves moving, and leaves
 //! by a leap.
 
 use std::ops::Range;
 
+use crate::campaign::stream_rows::leave_rows_out;
 use crate::diagnostic::{Diagnostic, decimals};
 use crate::model::InputDeclaration;
 
@@ -28,16 +29,10 @@ pub(crate) fn without_held(
     let held = held(values);
     let first = times.get(held.first()?.start)? + zero;
     let longest = held.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
-    for list in [times, values] {
-        let mut number = 0;
-        let mut rest = held.iter().peekable();
-        list.retain(|_| {
-            let at = number;
-            number += 1;
-            rest.next_if(|one| one.end <= at);
-            !rest.peek().is_some_and(|one| one.contains(&at))
-        });
-    }
+    leave_rows_out(times, values, |row| {
+        let next = held.partition_point(|one| one.end <= row);
+        held.get(next).is_some_and(|one| one.contains(&row))
+    });
     let (name, count) = (&input.name, held.len());
     let stretches = if count == 1 { "stretch" } else { "stretches" };
     let message = format!(

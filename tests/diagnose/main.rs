@@ -13,7 +13,6 @@ mod nameless;
 #[path = "../problems/stream.rs"]
 mod stream;
 
-mod beside_others;
 mod budget;
 mod bursts;
 mod clock_steps;
@@ -35,6 +34,7 @@ mod prior;
 mod replay;
 mod runs;
 mod sensitivities;
+mod several_causes;
 mod situations;
 mod sizes;
 mod stated_values;

@@ -71,7 +71,7 @@ impl Diagnosis {
             let fitted = [changes.clone(), in_fit.clone()].concat();
             let of_rows = |cut: Cut| {
                 let (folded, pieces) = budget.folded(&fitted, cut);
-                (folded.beside(changes.len()), pieces)
+                (folded.with_nominal_terms(changes.len()), pieces)
             };
             let (mut rows_folded, mut pieces) = of_rows(Pieces::new);
             let mut folded = budget.folded(&judged.model, Pieces::new).0;

@@ -31,7 +31,7 @@ pub struct Folded {
     /// The columns of each term, in the order of the model.
     terms: Vec<std::ops::Range<usize>>,
     /// So many terms at the beginning count as nominal.
-    beside: usize,
+    nominal_terms: usize,
 }
 
 impl Folded {
@@ -46,18 +46,19 @@ impl Folded {
         let prior = selection.prior(&combinations);
         let mut whole = prior.clone();
         folds.iter().for_each(|fold| whole += fold);
-        Self { whole, folds, prior, terms, beside: 0 }
+        Self { whole, folds, prior, terms, nominal_terms: 0 }
     }
 
-    /// The same where the first terms count as nominal: the others are judged beside them.
-    pub fn beside(self, beside: usize) -> Self {
-        Self { beside, ..self }
+    /// The same where so many of the first terms count as nominal: the others are judged with them in
+    /// the model.
+    pub fn with_nominal_terms(self, nominal_terms: usize) -> Self {
+        Self { nominal_terms, ..self }
     }
 
     /// The drop of held-out squared residuals that a term (by its place among those that are judged)
     /// brings.
     pub fn drop(&self, term: usize) -> f64 {
-        let own = &self.terms[self.beside + term];
+        let own = &self.terms[self.nominal_terms + term];
         let n = self.whole.nrows() - 1;
         let others: Vec<usize> = (0..n).filter(|column| !own.contains(column)).collect();
         let all: Vec<usize> = (0..n).collect();
@@ -69,17 +70,17 @@ impl Folded {
 
     /// The drop of held-out squared residuals that all terms bring together.
     pub fn drop_of_all(&self) -> f64 {
-        let nominal = self.upto(self.beside);
+        let nominal = self.upto(self.nominal_terms);
         let all = self.upto(self.terms.len());
         let drop = |fold| self.left(fold, &nominal, &nominal) - self.left(fold, &all, &nominal);
-        if self.terms.len() == self.beside { 0.0 } else { self.folds.iter().map(drop).sum() }
+        if self.terms.len() == self.nominal_terms { 0.0 } else { self.folds.iter().map(drop).sum() }
     }
 
     /// For the first term, the first two, and so on the drop that they bring in each piece of the
     /// readings, which they were not fitted to.
     pub fn drops(&self, selection: &Selection<'_>, pieces: &Pieces) -> Vec<Vec<Drop>> {
-        let nominal = self.upto(self.beside);
-        let models = (self.beside..=self.terms.len()).map(|count| self.upto(count));
+        let nominal = self.upto(self.nominal_terms);
+        let models = (self.nominal_terms..=self.terms.len()).map(|count| self.upto(count));
         let models: Vec<Vec<usize>> = models.collect();
         let in_fold = |fold: &DMatrix<f64>| {
             let predicting = models.iter().map(|fitted| self.predicting(fold, fitted));
@@ -87,7 +88,7 @@ impl Folded {
         };
         let folds: Vec<_> = self.folds.iter().map(in_fold).collect();
         let weights = selection.weights();
-        let mut drops: Vec<Vec<Drop>> = vec![Vec::new(); self.terms.len() - self.beside];
+        let mut drops: Vec<Vec<Drop>> = vec![Vec::new(); self.terms.len() - self.nominal_terms];
         for piece in &pieces.pieces {
             let (predicting, free) = &folds[piece.fold];
             let [before, after @ ..] = predicting.as_slice() else { continue };
@@ -107,7 +108,7 @@ impl Folded {
     pub fn is_shown(&self) -> bool {
         let n = self.whole.nrows() - 1;
         let nothing = DMatrix::zeros(n + 1, n + 1);
-        let nominal = self.upto(self.beside);
+        let nominal = self.upto(self.nominal_terms);
         let mut terms = self.predicting(&nothing, &self.upto(self.terms.len()));
         nominal.iter().chain([&n]).for_each(|column| terms[*column] = 0.0);
         let length = |sums: &DMatrix<f64>| self.left_of(sums, &terms, &nominal);

@@ -10,7 +10,7 @@ use super::applied::Suspected;
 use super::sequence::Sequence;
 use super::suspect::Suspect;
 use super::trimmed::trimmed_fit;
-use super::units::{BETTER_BESIDE, beside};
+use super::units::{BETTER_NEARBY, nearby_factors};
 use super::{GOOD, ITERATIONS, OPPOSITE};
 
 /// Some samples, and how well they fit.
@@ -68,9 +68,9 @@ impl Looked {
             let other = sequence.clone().replaced(Suspect::Columns(other));
             let problem = other.applied(first)?;
             let fit = Self::at(problem, &self.point, Some(&other))?;
-            Some(BETTER_BESIDE * fit.variance_factor < self.variance_factor)
+            Some(BETTER_NEARBY * fit.variance_factor < self.variance_factor)
         };
-        beside(last.convention).iter().any(|one| is_better(one) == Some(true))
+        nearby_factors(last.convention).iter().any(|one| is_better(one) == Some(true))
     }
 
     /// The same with another start, if one fits far better: clocks that were compared with the

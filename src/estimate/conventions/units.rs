@@ -18,8 +18,8 @@ const SAME: f64 = 1e-9;
 
 /// Factors beside that of a unit with which it is compared: what they make fit better by so much is
 /// another factor.
-const BESIDE: [f64; 10] = [0.75, 0.85, 0.9, 0.95, 0.98, 1.02, 1.05, 1.1, 1.18, 1.33];
-pub(super) const BETTER_BESIDE: f64 = 4.0;
+const NEARBY: [f64; 10] = [0.75, 0.85, 0.9, 0.95, 0.98, 1.02, 1.05, 1.1, 1.18, 1.33];
+pub(super) const BETTER_NEARBY: f64 = 4.0;
 
 /// For each unit that a model states, and those of its kind that heads of logs state, the others of
 /// its kind, without factors that known conventions have.
@@ -64,11 +64,12 @@ fn scaled(name: &str, title: &str, factor: f64, unit: Option<&String>) -> Option
 }
 
 /// A convention that multiplies by a constant, with factors beside it; none of others.
-pub(super) fn beside(convention: &Convention) -> Vec<Convention> {
+pub(super) fn nearby_factors(convention: &Convention) -> Vec<Convention> {
     if !slope(convention).is_some_and(|slope| (slope.abs() - 1.0).abs() > SAME) {
         return Vec::new();
     }
-    let all = BESIDE.iter().filter_map(|factor| scaled("beside", "beside", *factor, None));
+    let all =
+        NEARBY.iter().filter_map(|factor| scaled("nearby factor", "nearby factor", *factor, None));
     all.filter_map(|one| one.after(convention)).collect()
 }
 
