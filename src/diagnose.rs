@@ -30,16 +30,18 @@ use crate::engine::Problem;
 use crate::engine::open::{Opened, Recipe};
 use crate::estimate::batch::{FitError, Options, Outcome};
 use crate::estimate::calibrate::{Calibration, calibrate};
-use crate::estimate::contradicted::Contradicted;
+use crate::estimate::contradicted::{Contradicted, against};
 
-use budget::answer::{Remainder, Verdict};
+use budget::answer::{FAR_BEYOND_STATED, Remainder, Verdict};
 use budget::driver::search;
 use fitted::Fitted;
+use found::LeftOut;
 use gap::holdout::{HoldoutError, holdout};
 use library::place::Place;
 use library::wanted::Wanted;
 use outliers::compared_delays::compared_delays;
-use outliers::wrong_value::wrong_value;
+use outliers::records::Records;
+use outliers::wrong_value::{WrongValue, wrong_value, wrong_value_beside};
 use outliers::{Cleared, without_outliers};
 
 pub use budget::answer::Diagnosis;
@@ -55,24 +57,61 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, FitError> {
     let whole = calibrate(problem, options)?;
-    match wrong_value(&whole, &recipes, wanted, options)? {
-        None => of_fit(whole, recipes, wanted, options),
-        Some(wrong) => {
-            let recipes = wrong.recipes(recipes);
-            let diagnosis = of_fit(wrong.without, recipes, wanted, options)?;
-            Ok(beside_wrong_value(diagnosis, wrong.contradicted))
-        }
+    let with_free = |wrong: WrongValue| {
+        let recipes = wrong.recipes(recipes.clone());
+        let diagnosis = of_fit(&wrong.without, recipes, wanted, options)?;
+        Ok::<_, FitError>(beside_wrong_value(diagnosis, &whole, wrong.contradicted))
+    };
+    if let Some(wrong) = wrong_value(&whole, &recipes, wanted, options)? {
+        return with_free(wrong);
     }
+    let stated = of_fit(&whole, recipes.clone(), wanted, options)?;
+    let Some(wrong) = wrong_value_beside(&whole, &stated.contradicted, options)? else {
+        return Ok(stated);
+    };
+    let free = with_free(wrong)?;
+    let is_better = free.variance_factor() * FAR_LESS < stated.variance_factor();
+    Ok(if is_better { free } else { stated })
 }
 
-/// The diagnosis from a joint estimate on.
+/// How many times less the variance factor must be with a stated value free, beside what explains the
+/// gap best with and without.
+const FAR_LESS: f64 = 2.0;
+
+/// The diagnosis from a joint estimate on. Wrong readings may have led it to where no fit comes back
+/// from without them: then it begins anew, without those that were left out.
 fn of_fit(
-    whole: Calibration,
+    whole: &Calibration,
     recipes: Vec<Recipe>,
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Diagnosis, FitError> {
-    let Cleared { nominal, left_out, spikes } = without_outliers(&whole, options)?;
+    let none = LeftOut::default();
+    let (diagnosis, records) = searched(whole, (whole, none), recipes.clone(), wanted, options)?;
+    let is_lost =
+        !diagnosis.left_out.is_empty() && diagnosis.variance_factor() > FAR_BEYOND_STATED.powi(2);
+    let Some(records) = records.filter(|_| is_lost) else { return Ok(diagnosis) };
+    let anew = records.fitted_anew(whole, options)?.filter(|anew| {
+        let factor = anew.variance_factor().unwrap_or(f64::INFINITY);
+        factor * FAR_LESS < diagnosis.variance_factor()
+    });
+    let Some(anew) = anew else { return Ok(diagnosis) };
+    let known = (whole, diagnosis.left_out);
+    Ok(searched(&anew, known, recipes, wanted, options)?.0)
+}
+
+/// The diagnosis from a joint estimate on, with the readings that it did not leave out; some of those
+/// that are given may have been left out before.
+fn searched(
+    whole: &Calibration,
+    (given, known): (&Calibration, LeftOut),
+    recipes: Vec<Recipe>,
+    wanted: &Wanted,
+    options: &Options,
+) -> Result<(Diagnosis, Option<Records>), FitError> {
+    let Cleared { nominal, left_out: more, spikes } = without_outliers(whole, options)?;
+    let mut left_out = known;
+    left_out.extend(more);
     let fitted = Fitted { recipes, problem: nominal.problem.clone(), fit: nominal.fit.clone() };
     let is_sound = nominal.is_sound();
     let mut diagnosis = Diagnosis::without_search(nominal, Verdict::Unobservable);
@@ -82,21 +121,33 @@ fn of_fit(
         diagnosis.verdict = Verdict::NotConverged;
     }
     if !is_sound {
-        return Ok(diagnosis);
+        return Ok((diagnosis, None));
     }
-    let Some(found) = search(fitted, spikes, wanted, options)? else { return Ok(diagnosis) };
+    let Some(found) = search(fitted, spikes, wanted, options)? else {
+        return Ok((diagnosis, None));
+    };
     diagnosis.left_out = left_out;
     let last = found.competed.linear.fitted.clone();
+    let records = Records::of(&last.problem);
     let mut diagnosis = diagnosis.of(found, &wanted.prior, options)?;
     if !diagnosis.left_out.is_empty() {
-        diagnosis.delays = compared_delays(&whole, &last, options)?;
+        diagnosis.delays = compared_delays(given, &last, options)?;
     }
-    Ok(diagnosis)
+    Ok((diagnosis, Some(records)))
 }
 
 /// The same where a stated value is wrong altogether, which was set free: it is a part of the
 /// remainder. Its share is that of the gap with what is stated; the other shares are of the rest.
-fn beside_wrong_value(mut diagnosis: Diagnosis, wrong: Contradicted) -> Diagnosis {
+fn beside_wrong_value(
+    mut diagnosis: Diagnosis,
+    stated: &Calibration,
+    mut wrong: Contradicted,
+) -> Diagnosis {
+    // What the readings say of it is estimated beside the rows.
+    let explained = diagnosis.explained.as_ref().filter(|_| !diagnosis.rows.is_empty());
+    if let Some(beside) = explained.and_then(|one| against(stated, one, &wrong.parameter)) {
+        wrong = Contradicted { gain: wrong.gain, components: wrong.components, ..beside };
+    }
     let place = Place::of_stated(&wrong.parameter, wrong.estimate.of.as_deref());
     let nominal = &diagnosis.nominal;
     let rest = (nominal.fit.cost - nominal.degrees_of_freedom() as f64).max(0.0);

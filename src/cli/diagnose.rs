@@ -207,12 +207,7 @@ impl Diagnose {
             judge(&mut found, held_out, &Options::default())
                 .map_err(|error| Failure::Could(error.to_string()))?;
         }
-        // Where no row stands nothing is explained.
-        let explained = found.explained.as_ref().filter(|_| !found.rows.is_empty());
-        let fitted = explained.unwrap_or(&found.nominal);
-        // Noise scaled up to the size of the residuals is as bad a fit.
-        let scale = found.levels.iter().map(|one| one.factor).fold(1.0, f64::max);
-        let factor = fitted.variance_factor().unwrap_or(f64::INFINITY) * scale.powi(2);
+        let factor = found.variance_factor();
         let is_bad = found.verdict.has_remainder() || !found.verdict.is_made();
         // What spoils a run, or a stated value, may be how numbers are read.
         let is_spoilt = !found.left_out.runs.is_empty() || found.set_free.is_some();

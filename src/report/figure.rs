@@ -13,6 +13,9 @@ const DIGITS: i32 = 2;
 /// Rates (per second) below it are read by the hour.
 const SLOW: f64 = 1e-6;
 
+/// Numbers below it are written with an exponent.
+const SHORT: f64 = 1e-4;
+
 /// Units that people read, from large to small, by dimension.
 fn ladder(dimension: Dimension) -> &'static [(&'static str, f64)] {
     if dimension == Dimension::TIME {
@@ -128,6 +131,14 @@ pub fn measured(amount: f64, sigma: f64, declared: &Unit) -> String {
     let unit = readable(amount.abs().max(sigma), declared);
     let places = decimals(sigma / unit.factor);
     let (amount, sigma) = (unit.from_si(amount), sigma / unit.factor);
+    let size = amount.abs().max(sigma);
+    if size < SHORT {
+        // Units that take no prefix, such as m³/s.
+        let exponent = size.log10().floor() as i32;
+        let (by, places) = (10.0_f64.powi(-exponent), decimals(sigma * 10.0_f64.powi(-exponent)));
+        let pair = format!("({} ± {})", decimal(amount * by, places), decimal(sigma * by, places));
+        return with_symbol(format!("{pair}e{exponent}"), &unit.symbol);
+    }
     let pair = format!("{} ± {}", decimal(amount, places), decimal(sigma, places));
     with_symbol(pair, &unit.symbol)
 }
@@ -252,7 +263,7 @@ mod tests {
         assert_eq!(shown(1.25, 0.01, "rad"), "1.250 ± 0.010 rad");
         assert_eq!(shown(1.966e-6, 3.7e-8, "m/(rad/s)^2"), "1.966 ± 0.037 µm/(rad/s)^2");
         assert_eq!(shown(1.996e-6, 1.1e-8, "m/rad"), "1.996 ± 0.011 µm/rad");
-        assert_eq!(shown(4e-6, 2e-7, "s^2"), "0.00000400 ± 0.00000020 s^2");
+        assert_eq!(shown(4e-6, 2e-7, "s^2"), "(4.00 ± 0.20)e-6 s^2");
         assert_eq!(shown(2e-9, 1e-10, "rad/s"), "7.20 ± 0.36 µrad/h");
         assert_eq!(shown(2e-5, 1e-6, "m/s"), "20.0 ± 1.0 µm/s");
         assert_eq!(shown(-7e-12, 2.2e-11, "rad/m/s"), "-0.025 ± 0.079 µrad/m/h");

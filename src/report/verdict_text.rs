@@ -51,7 +51,8 @@ fn of_campaign(diagnosis: &Diagnosis) -> String {
         }
         Verdict::Explained => {
             format!(
-                "Explained: {rows} {closed} of the gap on held-out readings; the residuals are consistent with noise."
+                "Explained: {rows} {closed} of the gap on held-out readings; the residuals are consistent with {}.",
+                noise(diagnosis)
             )
         }
         Verdict::PartlyExplained => format!(
@@ -106,6 +107,22 @@ fn looks(remainder: &[Remainder], what: &str) -> String {
 fn first(remainder: &[Remainder]) -> String {
     let words = remainder.first().map(|one| one.place.words.clone());
     words.unwrap_or_else(|| "nothing that has a location".to_owned())
+}
+
+/// A noise scale factor from which the sentence has it.
+const LARGER: f64 = 1.2;
+
+/// The noise beside the rows, where it is not as stated.
+fn noise(diagnosis: &Diagnosis) -> String {
+    let is_correlated = !diagnosis.autocorrelation.is_empty();
+    let noise = if is_correlated { "autocorrelated noise" } else { "noise" };
+    let larger = largest_scale(diagnosis).filter(|(_, factor)| *factor >= LARGER);
+    larger.map_or_else(
+        || noise.to_owned(),
+        |(name, factor)| {
+            format!("{noise} that is {} times as large in `{name}` as stated", decimal(factor, 2))
+        },
+    )
 }
 
 /// The largest noise scale factor above one.

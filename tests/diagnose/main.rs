@@ -22,6 +22,7 @@ mod curved;
 mod designs;
 mod each_effect;
 mod found;
+mod mistaken_for_noise;
 mod moments;
 mod no_readings;
 mod noise;

@@ -144,12 +144,14 @@ fn what_would_stand_in_the_place_of_a_term_is_the_best_beside_the_others() {
         selection.set_scale(&model);
     }
     let exchange = Exchange::new(&selection, &model, &pool);
-    for number in 0..model.len() {
-        let rest: Vec<usize> = model.iter().copied().filter(|own| *own != model[number]).collect();
+    let ones = model.iter().map(|one| vec![*one]);
+    let outs: Vec<Vec<usize>> = ones.chain([vec![model[0], model[2]]]).collect();
+    for out in &outs {
+        let rest: Vec<usize> = model.iter().copied().filter(|own| !out.contains(own)).collect();
         let others: Vec<usize> =
             pool.iter().copied().filter(|term| !model.contains(term)).collect();
         let due = selection.ranked(&rest, &others)[0];
-        let found = exchange.best(number, |_| true).unwrap();
+        let found = exchange.best(out, |_| true).unwrap();
         assert_eq!((found.term, found.gain.degrees), (due.term, due.gain.degrees));
         assert!((found.ln_bayes - due.ln_bayes).abs() < 1e-6 * due.gain.gain.max(1.0));
     }

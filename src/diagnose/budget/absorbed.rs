@@ -21,11 +21,29 @@ pub struct Absorbed {
     pub acts_as: String,
 }
 
+/// Effects that show in no reading beside the nominal model. With a row in the fit the slope of
+/// another effect may have a part that is the product of both: it says nothing of that effect alone.
+#[derive(Clone, Debug, Default)]
+pub struct Unseen {
+    /// Those that nominal parameters absorb.
+    pub absorbed: Vec<Absorbed>,
+    /// Those that change no reading, and those that cannot be tested.
+    pub not_testable: Vec<NotTestable>,
+}
+
+impl Unseen {
+    /// Whether an effect is one of them.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.absorbed.iter().any(|one| one.name == name)
+            || self.not_testable.iter().any(|one| one.name == name)
+    }
+}
+
 /// Share of the largest part above which a parameter is named as absorbing an effect.
 const TAKES_PART: f64 = 0.05;
 
-/// Effects that nominal parameters absorb, and effects that change no reading here.
-pub fn absorbed(linear: &Linear, selection: &Selection<'_>) -> (Vec<Absorbed>, Vec<NotTestable>) {
+/// Of a fit without rows.
+pub fn unseen(linear: &Linear, selection: &Selection<'_>) -> Unseen {
     let mut absorbed = Vec::new();
     let mut not_testable = linear.not_testable.clone();
     for (term, own) in linear.terms.iter().enumerate() {
@@ -46,7 +64,7 @@ pub fn absorbed(linear: &Linear, selection: &Selection<'_>) -> (Vec<Absorbed>, V
         }
     }
     not_testable.sort_by(|a, b| a.name.cmp(&b.name));
-    (absorbed, not_testable)
+    Unseen { absorbed, not_testable }
 }
 
 /// Whether an effect outside the fit, in the library's form, has no part that nominal parameters do

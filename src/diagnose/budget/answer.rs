@@ -240,6 +240,15 @@ impl Diagnosis {
         nearest.filter(|one| one.ln_bayes > 0.0 && one.share >= NEAREST)
     }
 
+    /// The variance factor of what explains the gap best, by the noise as stated: noise scaled up to the
+    /// size of the residuals is as bad a fit. Infinite where there are no more readings than parameters.
+    pub fn variance_factor(&self) -> f64 {
+        // Where no row stands nothing is explained.
+        let explained = self.explained.as_ref().filter(|_| !self.rows.is_empty());
+        let factor = explained.unwrap_or(&self.nominal).variance_factor().unwrap_or(f64::INFINITY);
+        factor * self.levels.iter().map(|one| one.factor).fold(1.0, f64::max).powi(2)
+    }
+
     /// Of a nominal model alone.
     pub fn without_search(nominal: Calibration, verdict: Verdict) -> Self {
         Self {

@@ -11,7 +11,6 @@ use crate::estimate::contradicted::contradicted;
 use crate::estimate::linear_range::{BeyondRange, beyond_range};
 use crate::system::Selected;
 
-use super::absorbed::absorbed;
 use super::answer::{Diagnosis, Doubtful, FAR_BEYOND_STATED, Findings, Row, decide};
 use super::confounded::confounded;
 use super::driver::{Competed, Found};
@@ -39,13 +38,20 @@ const RIVALS: usize = 8;
 impl Diagnosis {
     /// Puts the answer together beside the nominal calibration.
     pub fn of(mut self, found: Found, prior: &Prior, options: &Options) -> Result<Self, FitError> {
-        let Found { competed, left_out, noise, objections, log } = found;
+        let Found { competed, left_out, noise, unseen, objections, log } = found;
         let Competed { linear, judged, scale } = competed;
         let mut selection = Selection::new(&linear.sums, &linear.terms, &linear.active);
         selection.adopt_scale(&scale);
         // What did not stand is a rival of a row still, and whole blocks that were reduced beside it.
         let reduced: Vec<_> = linear.terms.iter().filter_map(|term| term.reduced_from).collect();
         for (number, term) in selection.terms.iter_mut().enumerate() {
+            if term.is_effect()
+                && term.variant.is_none()
+                && !judged.model.contains(&number)
+                && unseen.has(&term.name)
+            {
+                term.columns.clear();
+            }
             let is_rival = term.is_effect() || term.may_enter || reduced.contains(&number);
             term.may_enter = is_rival && !term.columns.is_empty();
         }
@@ -130,15 +136,20 @@ impl Diagnosis {
             self.steps = Some(steps);
             self.explained = Some(explained);
         }
-        // A row may absorb what a wrong stated value does; where rows leave nothing, they are simpler.
-        if self.contradicted.is_empty() && (self.rows.is_empty() || !rest.is_empty()) {
-            self.contradicted = contradicted(&self.nominal);
-        }
         let last = self.explained.as_ref().unwrap_or(&self.nominal);
         self.beyond_range = beyond_range(&last.problem, &last.estimates());
         self.remainder = budget.remainder(&rest, &gains, &solved);
         if self.remainder.is_empty() {
             self.remainder = budget.of_inputs();
+        }
+        // Beside rows, a row may absorb in the fit what a stated value in the remainder does.
+        if self.contradicted.is_empty() {
+            self.contradicted = contradicted(&self.nominal);
+            let is_part = |parameter: &str| {
+                self.remainder.iter().any(|one| one.place.is_of_stated(parameter))
+            };
+            let has_rows = !self.rows.is_empty();
+            self.contradicted.retain(|one| !has_rows || is_part(&one.parameter));
         }
         self.doubtful = budget.doubtful(&objections);
         // Another form of it may stand.
@@ -150,7 +161,9 @@ impl Diagnosis {
             BeyondRange::of(setting, whose, one.value, &one.unit)
         }));
         (self.candidates, self.causes) = budget.candidates(prior);
-        (self.absorbed, self.not_testable) = absorbed(&linear, &selection);
+        self.absorbed = unseen.absorbed;
+        self.absorbed.retain(|one| !self.rows.iter().any(|row| row.name == one.name));
+        self.not_testable = unseen.not_testable;
         let white = white_scale(&linear, &scale);
         let largest_scale = white.iter().copied().fold(0.0, f64::max);
         if largest_scale > FAR_BEYOND_STATED {

@@ -14,6 +14,7 @@ use super::terms::{Base, Change, Term, without};
 use crate::diagnose::thresholds::ENTER;
 
 mod moments;
+mod taken_up;
 
 /// Moments tried at most in the first pass.
 const MOST_BINS: usize = 1500;
@@ -50,10 +51,19 @@ impl Linear {
         let least: Vec<f64> = std::iter::once(ENTER).chain(own).collect();
         let coarse = self.best_moments(selection, (model, &models, &least), &bases, &bins);
         let weak = 2.0 * (ENTER + (samples.max(1) as f64).ln());
-        let mut strong: Vec<Change> =
-            coarse.into_iter().filter(|one| one.gain.gain > weak).collect();
-        strong.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
-        Change::keep_one_of_a_kind(&mut strong, MOST_STRONG);
+        // Those in the place of a row are larger than those beside it, and must not hide these.
+        let strong_of = |is_in_place: bool| {
+            let own = coarse.iter().filter(|(in_place, _)| *in_place == is_in_place);
+            let own = own.map(|(_, one)| one).filter(|one| one.gain.gain > weak);
+            let mut strong: Vec<Change> = own.cloned().collect();
+            strong.sort_by(|a, b| b.gain.gain.total_cmp(&a.gain.gain));
+            Change::keep_one_of_a_kind(&mut strong, MOST_STRONG);
+            strong
+        };
+        let mut strong = strong_of(false);
+        strong.extend(
+            strong_of(true).into_iter().filter(|one| !strong.contains(one)).collect::<Vec<_>>(),
+        );
         let mut found = Vec::new();
         for one in strong {
             // Sample by sample in the neighbouring bins of its moment, and of its end; coarse elsewhere.
@@ -73,7 +83,8 @@ impl Linear {
             }
             let fine = self.best_moments(selection, (model, &models, &least), &[one.base], &around);
             found.extend(
-                fine.into_iter().map(|one| Change { members: one.members.max(samples), ..one }),
+                fine.into_iter()
+                    .map(|(_, one)| Change { members: one.members.max(samples), ..one }),
             );
         }
         let ln_bayes = |one: &Change| selection.ln_bayes_factor_of_change(one);

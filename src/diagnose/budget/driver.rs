@@ -13,6 +13,7 @@ use crate::diagnose::outliers::records::Records;
 use crate::diagnose::outliers::spikes::Spikes;
 use crate::estimate::batch::{FitError, Options};
 
+use super::absorbed::Unseen;
 use super::families::Families;
 use super::in_fit::Row;
 use super::judge::{Judged, Objection};
@@ -45,6 +46,8 @@ pub struct Found {
     pub left_out: LeftOut,
     /// Effects on the noise.
     pub noise: Vec<NoiseEffect>,
+    /// Effects that show in no reading beside the nominal model.
+    pub unseen: Unseen,
     /// Effects that did not stand as rows, in all rounds, with the reason.
     pub objections: Vec<(String, Objection)>,
     /// What was done, step by step.
@@ -91,6 +94,8 @@ struct Search<'a> {
     outliers: Vec<Outlier>,
     records: Records,
     noise: Vec<NoiseEffect>,
+    /// Effects that show in no reading beside the nominal model; `None` before it is linearised.
+    unseen: Option<Unseen>,
     /// Best members of families: of blocks, as they were found beside the first rows; of effects, as
     /// they were found last.
     scanned: Families,
@@ -129,10 +134,11 @@ pub fn search(
         let name = |term: usize| linear.terms[term].name.clone();
         let named = judged.objections.iter().map(|(term, why)| (name(*term), why.clone()));
         search.objections.extend(named);
-        let Search { left_out: outliers, spikes, noise, objections, log, .. } = search;
+        let Search { left_out: outliers, spikes, noise, objections, log, unseen, .. } = search;
+        let unseen = unseen.unwrap_or_default();
         let mut left_out = spikes.left_out;
         left_out.extend(outliers);
-        return Ok(Some(Found { competed, left_out, noise, objections, log }));
+        return Ok(Some(Found { competed, left_out, noise, unseen, objections, log }));
     }
 }
 
@@ -157,6 +163,7 @@ impl<'a> Search<'a> {
             has_judged_spikes: false,
             outliers: Vec::new(),
             noise: Vec::new(),
+            unseen: None,
             scanned: Families::default(),
             changes: Vec::new(),
             tried_changes: Vec::new(),

@@ -12,6 +12,7 @@ use super::linear::Linear;
 use super::pieces::Pieces;
 use super::search::{Log, MOST, Pools};
 use super::selection::Selection;
+use super::selection::exchange::Exchange;
 use super::terms::{Term, without};
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::thresholds::{
@@ -170,6 +171,7 @@ impl Selection<'_> {
         }
         if objections.is_empty() && !blocks.is_empty() {
             let evidence = self.ln_evidence(model);
+            let exchange = Exchange::new(self, model, blocks);
             // What remains in the readings that a row changes, of forms that are not known: values of
             // runs, and those that change at a moment, leave nothing to imitators.
             let rest_of = |at: usize| self.excess_beside(model, &gains, at, is_form);
@@ -189,7 +191,8 @@ impl Selection<'_> {
                 } else {
                     0.0
                 };
-                let (own, simpler) = self.replaced(model, &[model[at]], blocks, BLOCKS_FOR_A_ROW);
+                let (own, simpler) =
+                    self.replaced(&exchange, &[model[at]], blocks, BLOCKS_FOR_A_ROW);
                 // One unmodelled cause may be both the only row and what remains in its readings.
                 let is_lone = rows.len() == 1 && rest_of(at) > LONE_SHARE * gain;
                 let one_cause = is_lone && simpler - evidence > -LONE_MARGIN;
@@ -202,7 +205,7 @@ impl Selection<'_> {
             };
             let two = |(first, second): (usize, usize)| {
                 let pair = [model[rows[first]], model[rows[second]]];
-                let own = self.replaced(model, &pair, blocks, 1).0 - evidence;
+                let own = self.replaced(&exchange, &pair, blocks, 1).0 - evidence;
                 // Two causes that a user suspects are as probable as one that nobody wrote down.
                 let are_own = pair.iter().all(|term| self.terms[*term].is_own);
                 let margin = if are_own { 0.0 } else { MARGIN };
@@ -247,11 +250,12 @@ impl Selection<'_> {
     /// fewer terms.
     fn replaced(
         &self,
-        model: &[usize],
+        exchange: &Exchange<'_>,
         out: &[usize],
         blocks: &[usize],
         most: usize,
     ) -> (f64, f64) {
+        let model = &exchange.model;
         // Blocks that were reduced beside a row are whole again without it.
         let whole = |term: &usize| self.terms[*term].reduced_from.unwrap_or(*term);
         let kept = model.iter().filter(|term| !out.contains(term));
@@ -270,9 +274,12 @@ impl Selection<'_> {
             new = self.prune(new, &mut Log::new());
             take(&new);
         }
-        for _ in restored..most {
-            let ranked = self.ranked(&new, blocks);
-            let Some(first) = ranked.first().filter(|one| one.ln_bayes >= ENTER) else { break };
+        for round in restored..most {
+            let first = match round {
+                0 => exchange.best(out, |_| true),
+                _ => self.ranked(&new, blocks).first().copied(),
+            };
+            let Some(first) = first.filter(|one| one.ln_bayes >= ENTER) else { break };
             new.push(first.term);
             new = self.prune(new, &mut Log::new());
             take(&new);

@@ -12,9 +12,9 @@ use super::linear::Linear;
 use super::noise::{Component, Components, components, gauss_markov};
 use super::selection::Selection;
 use super::terms::Term;
-use crate::diagnose::thresholds::{NOISE, NOISE_OF_A_RUN};
+use crate::diagnose::thresholds::{ENTER, NOISE, NOISE_OF_A_RUN};
 use crate::engine::gauss_markov::GaussMarkov;
-use crate::statistics::{robust, upper_median};
+use crate::statistics::robust;
 
 /// Residuals of a component whose noise may be autocorrelated at least.
 const LEAST_OF_COMPONENT: usize = 50;
@@ -23,6 +23,8 @@ const LEAST_OF_COMPONENT: usize = 50;
 const SURE: f64 = 20.0;
 /// Standard deviation of the logarithm of that from `n` readings, times `√n`.
 const SCATTER: f64 = 1.17;
+/// Change points that are tried beside autocorrelated noise.
+const MOST_CHANGES: usize = 2;
 /// Readings of a run of which the noise is judged at least.
 const LEAST_OF_RUN: usize = 20;
 
@@ -66,7 +68,14 @@ pub fn instead_of_blocks(
             best = Some((beyond, found));
         }
     };
-    for kept in [&with_changes, &rows] {
+    let mut all_kept = vec![(with_changes.clone(), 0.0)];
+    if has_blocks && rows != with_changes {
+        all_kept.push((rows, 0.0));
+    }
+    if has_blocks {
+        all_kept.extend(with_one_more_change(selection, model, &with_changes));
+    }
+    for (kept, price) in &all_kept {
         let mut of_rows = selection.clone();
         of_rows.set_scale(kept);
         let groups = by_blocks(selection, &of_rows, model, kept);
@@ -86,20 +95,39 @@ pub fn instead_of_blocks(
                 }
             }
             if !found.is_empty() {
-                take(beyond, gained, Instead::Autocorrelated(found));
+                take(beyond - price, gained, Instead::Autocorrelated(found));
             }
         }
-        if kept.len() == with_changes.len() && !has_own_levels {
+        if *kept == with_changes && !has_own_levels {
             let (gained, found) = noise_of_runs(linear, &residuals);
             if !found.is_empty() {
                 take(gained - by_blocks, gained, Instead::OfRuns(found));
             }
         }
-        if !has_blocks || rows == with_changes {
-            break;
-        }
     }
     best.map(|(_, found)| found)
+}
+
+/// The same terms with one more change point each, and its price: a change that blocks took up would
+/// make the noise look slower and larger than it is.
+fn with_one_more_change(
+    selection: &Selection<'_>,
+    model: &[usize],
+    kept: &[usize],
+) -> Vec<(Vec<usize>, f64)> {
+    let is_open = |term: &usize| {
+        let own = &selection.terms[*term];
+        own.change.is_some() && own.may_enter && !model.contains(term)
+    };
+    let changes: Vec<usize> = (0..selection.terms.len()).filter(is_open).collect();
+    let ranked = selection.ranked(kept, &changes);
+    let best = ranked.iter().take(MOST_CHANGES).filter(|one| one.ln_bayes >= ENTER);
+    let with = best.map(|one| {
+        let with = [kept, &[one.term]].concat();
+        let price = selection.prices(&with).last().copied().unwrap_or(0.0);
+        (with, price + ENTER)
+    });
+    with.collect()
 }
 
 /// Measurands in which the same blocks act, and by how much these raise the log likelihood of their
@@ -171,10 +199,13 @@ fn noise_of_runs(linear: &Linear, components: &Components) -> (f64, Vec<OfRun>) 
         of_run.retain(|_, sizes| sizes.len() >= LEAST_OF_RUN);
         let robust: BTreeMap<usize, f64> =
             of_run.iter().map(|(run, sizes)| (*run, robust(sizes).unwrap_or(0.0))).collect();
-        let usual = upper_median(&mut robust.values().copied().collect::<Vec<f64>>());
-        let usual = usual.unwrap_or(0.0);
+        let mut sizes: Vec<f64> = robust.values().copied().collect();
+        sizes.sort_by(f64::total_cmp);
+        // Of two runs the quieter one is as usual.
+        let usual = sizes.get(if sizes.len() == 2 { 0 } else { sizes.len() / 2 });
+        let usual = usual.copied().unwrap_or(0.0);
         // Where half of the residuals are zero, such as those of counts, their scatter is not known.
-        if of_run.len() < 3 || robust.values().any(|one| *one <= 0.0) {
+        if of_run.len() < 2 || robust.values().any(|one| *one <= 0.0) {
             continue;
         }
         let is_own = |run: &usize| {

@@ -160,13 +160,13 @@ impl Selection<'_> {
             let pool: Vec<usize> = pools.effects.iter().chain(simple).copied().collect();
             let exchange = Exchange::new(self, &model, &pool);
             let mut best: Option<(f64, usize, usize)> = None;
-            for (number, (term, gain)) in model.iter().zip(&gains).enumerate() {
+            for (term, gain) in model.iter().zip(&gains) {
                 let own = self.ln_bayes_factor(*term, *gain);
-                let effect = exchange.best(number, is_effect);
+                let effect = exchange.best(&[*term], is_effect);
                 let tie = TIE.max(ROUNDING * own);
                 let effect = effect.filter(|one| one.ln_bayes >= ENTER.max(own + tie));
                 let is_plain = |block: usize| is_simple(block, gain.degrees);
-                let block = if is_effect(*term) { exchange.best(number, is_plain) } else { None };
+                let block = if is_effect(*term) { exchange.best(&[*term], is_plain) } else { None };
                 let block = block.filter(|one| one.ln_bayes >= ENTER.max(own) + tie);
                 for found in effect.into_iter().chain(block) {
                     let gained = found.ln_bayes - own;

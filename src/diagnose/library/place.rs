@@ -84,6 +84,11 @@ impl Place {
         Self::new(Of::Channel(STATED.to_owned()), parameter, words)
     }
 
+    /// Whether it is the stated value of a parameter.
+    pub(in crate::diagnose) fn is_of_stated(&self, parameter: &str) -> bool {
+        self.covariate == parameter && self.of == Of::Channel(STATED.to_owned())
+    }
+
     /// Of a reading whose error depends on several inputs together, or on the only one in a form that
     /// no block has.
     pub(in crate::diagnose) fn of_inputs(measurand: &str, only: Option<&str>) -> Self {

@@ -2,6 +2,9 @@
 
 use crate::campaign::Record;
 use crate::engine::Problem;
+use crate::estimate::batch::{FitError, Options};
+use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::minima::improved;
 
 /// The records of each run of each campaign.
 #[derive(Clone, Debug)]
@@ -12,6 +15,24 @@ impl Records {
     pub fn of(problem: &Problem) -> Self {
         let parts = problem.parts.iter();
         Self(parts.map(|part| part.runs.iter().map(|run| run.record.clone()).collect()).collect())
+    }
+
+    /// The best fit of a campaign with these readings alone, from its start or from another one; `None`
+    /// where whole runs are not among them, or where it is not sound.
+    pub(in crate::diagnose) fn fitted_anew(
+        &self,
+        whole: &Calibration,
+        options: &Options,
+    ) -> Result<Option<Calibration>, FitError> {
+        let counts = self.0.iter().map(Vec::len);
+        if counts.ne(whole.problem.parts.iter().map(|part| part.runs.len())) {
+            return Ok(None);
+        }
+        let mut problem = whole.problem.clone();
+        self.put_into(&mut problem);
+        let (problem, _) = improved(problem);
+        let anew = calibrate(problem, options)?;
+        Ok(anew.is_sound().then_some(anew))
     }
 
     /// Gives them to a problem of the same campaigns.

@@ -2,8 +2,9 @@
 //!
 //! It bends a fit so much that nothing else can be judged, and readings that are right look like outliers.
 //! Each value that is stated is set free in turn; it is wrong where that alone makes a spoilt fit
-//! sound, and no effect of the user's own does. The search then goes on with the value free. What is
-//! wrong by a few standard uncertainties is judged with everything else
+//! sound, and no effect of the user's own does; or where a search found it contradicted by far, and one
+//! with the value free explains far more. The search then goes on with the value free. What is wrong
+//! by a few standard uncertainties is judged with everything else
 //! ([`mod@crate::estimate::contradicted`]).
 
 use std::collections::BTreeSet;
@@ -21,6 +22,9 @@ use crate::model::Override;
 use crate::units::Unit;
 
 use super::settle::{SOUND_WITHOUT, is_spoilt};
+
+/// Standard deviations by which a stated value is left only where it is wrong, or the model.
+const BY_FAR: f64 = 20.0;
 
 /// A stated value that is wrong altogether.
 #[derive(Clone, Debug)]
@@ -65,24 +69,48 @@ pub(in crate::diagnose) fn wrong_value(
     let names: BTreeSet<&String> = stated.map(|index| &instances[index].name).collect();
     let mut best: Option<(f64, WrongValue)> = None;
     for name in names {
-        for start in starts(whole, name) {
-            let free = Override { name: name.clone(), start, free: true, ..Override::default() };
-            let without = calibrate(freed(whole, &free), options)?;
-            let factor = without.variance_factor().filter(|_| without.is_sound());
-            let Some(factor) = factor.filter(|factor| SOUND_WITHOUT * factor < spoilt) else {
-                continue;
-            };
-            if !is_spoilt(&without)
-                && best.as_ref().is_none_or(|(least, _)| factor < *least)
-                && let Some(contradicted) = against(whole, &without, name)
-            {
-                best = Some((factor, WrongValue { contradicted, without, free }));
-            }
+        let Some((factor, found)) = set_free(whole, name, options)? else { continue };
+        let is_sound = SOUND_WITHOUT * factor < spoilt && !is_spoilt(&found.without);
+        if is_sound && best.as_ref().is_none_or(|(least, _)| factor < *least) {
+            best = Some((factor, found));
         }
     }
     let Some((_, found)) = best else { return Ok(None) };
     let is_an_effect = own_effect_does_as_much(whole, &found, recipes, wanted, options)?;
     Ok((!is_an_effect).then_some(found))
+}
+
+/// The stated value that the readings contradict by far beside what explains them best. Effects that
+/// are there, too, may keep the fit without it from being sound.
+pub(in crate::diagnose) fn wrong_value_beside(
+    whole: &Calibration,
+    contradicted: &[Contradicted],
+    options: &Options,
+) -> Result<Option<WrongValue>, FitError> {
+    let by_far = contradicted.first().filter(|one| one.deviations > BY_FAR);
+    let found = by_far.map(|one| set_free(whole, &one.parameter, options)).transpose()?;
+    Ok(found.flatten().map(|(_, found)| found))
+}
+
+/// The best sound fit in which nothing is stated of a value, with its variance factor.
+fn set_free(
+    whole: &Calibration,
+    name: &str,
+    options: &Options,
+) -> Result<Option<(f64, WrongValue)>, FitError> {
+    let mut best: Option<(f64, WrongValue)> = None;
+    for start in starts(whole, name) {
+        let free = Override { name: name.to_owned(), start, free: true, ..Override::default() };
+        let without = calibrate(freed(whole, &free), options)?;
+        let factor = without.variance_factor().filter(|_| without.is_sound());
+        if let Some(factor) = factor
+            && best.as_ref().is_none_or(|(least, _)| factor < *least)
+            && let Some(contradicted) = against(whole, &without, name)
+        {
+            best = Some((factor, WrongValue { contradicted, without, free }));
+        }
+    }
+    Ok(best)
 }
 
 /// A fit with an effect does as much as one with a value free where its cost is at most so many

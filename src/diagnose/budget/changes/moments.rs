@@ -1,14 +1,16 @@
 //! The moment, and the stretch, at which a change explains most beside a model.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::taken_up::{Across, Ends as AtEnds, TakenUp};
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::selection::normal::Factored;
 use crate::diagnose::budget::terms::{Base, Change};
 use crate::diagnose::library::place::Place;
 use crate::diagnose::price::Gain;
+use crate::diagnose::thresholds::ENTER;
 
 /// Samples of a stretch at least: fewer are outliers.
 const LEAST_STRETCH: usize = 8;
@@ -25,24 +27,35 @@ type Ends = (usize, usize);
 /// A moment from which on a value is different: the run, and the first sample from it on.
 pub(super) type Bin = (usize, usize);
 
-/// The columns of a model that is a part of another, among those of that.
-fn columns_within(selection: &Selection<'_>, whole: &[usize], part: &[usize]) -> Vec<usize> {
-    let nominal = 0..selection.nominal();
+/// The stretches of a run that are tried.
+struct Stretches {
+    /// Its bins.
+    run: Ends,
+    /// Bins from one end to the next; 0 where the whole run alone is tried.
+    step: usize,
+    /// Bins with which they begin and end, and the columns there: none behind the last.
+    places: Vec<usize>,
+    columns: Vec<Option<usize>>,
+    ends: AtEnds,
+}
+
+/// The columns of a model's terms that a part of it lacks.
+fn columns_without(selection: &Selection<'_>, whole: &[usize], part: &[usize]) -> Vec<usize> {
     let of_terms = whole.iter().zip(selection.ranges(whole));
-    let kept = of_terms.filter(|(term, _)| part.contains(term)).flat_map(|(_, range)| range);
-    nominal.chain(kept).collect()
+    of_terms.filter(|(term, _)| !part.contains(term)).flat_map(|(_, range)| range).collect()
 }
 
 impl Linear {
     /// For each base and each of some models, all of them parts of one, the bin from which on a
-    /// change explains most, where its log Bayes factor is at least that of the model.
+    /// change explains most, where its log Bayes factor is at least that of the model; and whether it
+    /// is in the place of a part of the whole.
     pub(super) fn best_moments(
         &self,
         selection: &Selection<'_>,
         (whole, models, least): (&[usize], &[Vec<usize>], &[f64]),
         bases: &[Base],
         bins: &[Bin],
-    ) -> Vec<Change> {
+    ) -> Vec<(bool, Change)> {
         let n = selection.columns(whole).len();
         let mut sums: Vec<DMatrix<f64>> =
             bases.iter().map(|_| DMatrix::zeros(n + 2, bins.len())).collect();
@@ -83,12 +96,19 @@ impl Linear {
                 }
             }
         }
-        let of_model = |(model, least): (&Vec<usize>, &f64)| {
-            let mut found: Vec<Change> = Vec::new();
-            let kept = columns_within(selection, whole, model);
-            let Factored { factor, half, .. } = selection.factored(model);
-            for ((base, sum), total) in bases.iter().zip(&sums).zip(&totals) {
-                let across = factor.across(sum.select_rows(&kept));
+        let Factored { factor, half, .. } = selection.factored(whole);
+        let out = |model: &Vec<usize>| {
+            let columns = columns_without(selection, whole, model);
+            factor.inverse.select_columns(&columns).qr().q()
+        };
+        let outs: Vec<DMatrix<f64>> = models.iter().map(out).collect();
+        let of_base = |((base, sum), total): ((&Base, &DMatrix<f64>), &f64)| {
+            let across = factor.across(sum.rows(0, n).into_owned());
+            let across = Across { columns: across, half: half.clone() };
+            let stretches = self.stretches(*base, bins, &across);
+            let mut all: Vec<(bool, Change)> = Vec::new();
+            for (out, least) in outs.iter().zip(least) {
+                let taken_up = TakenUp::new(&across, out);
                 let mut best: Option<(f64, usize)> = None;
                 for bin in 1..bins.len() {
                     let square = sum[(n + 1, bin)];
@@ -96,30 +116,60 @@ impl Linear {
                     if square <= 0.0 || square >= *total || part(bin) != part(bin - 1) {
                         continue;
                     }
-                    let across = across.column(bin);
-                    let left = square - across.norm_squared();
+                    let (taken, along) = taken_up.taken(bin, None);
+                    let left = square - taken;
                     if left < TAKEN_UP * square {
                         continue;
                     }
-                    let gain = (sum[(n, bin)] - across.dot(&half)).powi(2) / left;
+                    let gain = (sum[(n, bin)] - along).powi(2) / left;
                     if best.is_none_or(|(known, _)| gain > known) {
                         best = Some((gain, bin));
                     }
                 }
-                found.extend(best.map(|(gain, bin)| Change {
+                let moment = best.map(|(gain, bin)| Change {
                     base: *base,
                     at: bins[bin],
                     end: None,
                     gain: Gain { gain, degrees: 1 },
                     members: bins.len(),
-                }));
-                found.extend(self.best_stretch(*base, sum, (&across, &half), bins));
+                });
+                // A stretch has one end more.
+                let simpler = moment.as_ref().map_or(0.0, |one| one.gain.gain + 2.0 * ENTER);
+                let stretch = self.best_stretch(*base, sum, (&taken_up, &stretches), bins);
+                let stretch = stretch.filter(|one| one.gain.gain > simpler);
+                let found = moment.into_iter().chain(stretch);
+                let worth = found.filter(|one| selection.ln_bayes_factor_of_change(one) >= *least);
+                all.extend(worth.map(|one| (!out.is_empty(), one)));
             }
-            found.retain(|one| selection.ln_bayes_factor_of_change(one) >= *least);
-            found
+            all
         };
-        let found = models.par_iter().zip(least).map(of_model).collect::<Vec<_>>();
+        let found = bases.par_iter().zip(&sums).zip(&totals).map(of_base).collect::<Vec<_>>();
         found.into_iter().flatten().collect()
+    }
+
+    /// The stretches of each run that are tried for a base: its bins, where they may begin and end.
+    fn stretches(&self, base: Base, bins: &[Bin], across: &Across) -> Vec<Stretches> {
+        // A parameter that changes comes back in another run, if at all.
+        let place = self.candidates[base.candidate].place.as_ref();
+        let is_whole = place.is_some_and(Place::is_of_a_parameter);
+        let mut first = 0;
+        let of_run = |own: &[Bin]| {
+            let run = (first, first + own.len());
+            first = run.1;
+            let step = if is_whole { own.len() } else { own.len().div_ceil(MOST_ENDS).max(1) };
+            let places: Vec<usize> = (run.0..=run.1).step_by(step).collect();
+            let at = |to: &usize| (!self.is_past(bins, run, *to)).then_some(*to);
+            let columns: Vec<Option<usize>> = places.iter().map(at).collect();
+            let ends = across.ends(&columns);
+            Stretches { run, step: if is_whole { 0 } else { step }, places, columns, ends }
+        };
+        bins.chunk_by(|a, b| a.0 == b.0).map(of_run).collect()
+    }
+
+    /// Whether a bin is the one after the last of a run's campaign: running sums begin anew there.
+    fn is_past(&self, bins: &[Bin], (first, next): Ends, to: usize) -> bool {
+        let part = |bin: usize| bins.get(bin).map(|(run, _)| self.fitted.problem.run_at(*run).0);
+        to == next && part(next) != part(first)
     }
 
     /// The stretch of a run in which a change explains most, of all that begin and end with bins;
@@ -128,70 +178,50 @@ impl Linear {
         &self,
         base: Base,
         sum: &DMatrix<f64>,
-        (across, half): (&DMatrix<f64>, &DVector<f64>),
+        (taken_up, stretches): (&TakenUp<'_>, &[Stretches]),
         bins: &[Bin],
     ) -> Option<Change> {
         let n = sum.nrows() - 2;
-        let part = |bin: usize| bins.get(bin).map(|(run, _)| self.fitted.problem.run_at(*run).0);
-        // Running sums begin anew with each campaign.
-        let is_past = |(first, next): Ends, to: usize| to == next && part(next) != part(first);
+        let end_of = |run: Ends, to: usize| {
+            if to < run.1 { bins[to].1 } else { self.fitted.problem.samples_in(bins[run.0].0) }
+        };
         // What a stretch of a run, whose bins are `first..next`, gains, from the squared length that
         // the model takes up, and the product with what the residual has in common with it.
         let gain = |run: Ends, (from, to): Ends, (taken, along): (f64, f64)| -> Option<f64> {
-            let end =
-                if to < run.1 { bins[to].1 } else { self.fitted.problem.samples_in(bins[run.0].0) };
-            if to <= from || end - bins[from].1 < LEAST_STRETCH {
+            if to <= from || end_of(run, to) - bins[from].1 < LEAST_STRETCH {
                 return None;
             }
+            let later = (!self.is_past(bins, run, to)).then_some(to);
             let within =
-                |row: usize| sum[(row, from)] - if is_past(run, to) { 0.0 } else { sum[(row, to)] };
+                |row: usize| sum[(row, from)] - later.map_or(0.0, |later| sum[(row, later)]);
             let square = within(n + 1);
             let left = square - taken;
             (square > 0.0 && left >= TAKEN_UP * square).then(|| (within(n) - along).powi(2) / left)
         };
         let gain_alone = |run: Ends, (from, to): Ends| -> Option<f64> {
-            let to_end = is_past(run, to);
-            let (mut taken, mut along) = (0.0, 0.0);
-            for i in 0..if to > from { half.len() } else { 0 } {
-                let own = across[(i, from)] - if to_end { 0.0 } else { across[(i, to)] };
-                taken += own * own;
-                along += own * half[i];
-            }
-            gain(run, (from, to), (taken, along))
+            let later = (!self.is_past(bins, run, to)).then_some(to);
+            (to > from)
+                .then(|| taken_up.taken(from, later))
+                .and_then(|taken| gain(run, (from, to), taken))
         };
-        // A parameter that changes comes back in another run, if at all.
-        let place = self.candidates[base.candidate].place.as_ref();
-        let is_whole = place.is_some_and(Place::is_of_a_parameter);
-        let mut best: Option<(f64, Ends, Ends)> = None;
+        let mut best: Option<(f64, &Stretches, Ends)> = None;
         let mut tried = 0;
-        let mut first = 0;
-        for own in bins.chunk_by(|a, b| a.0 == b.0) {
-            let run = (first, first + own.len());
-            let step = if is_whole { own.len() } else { own.len().div_ceil(MOST_ENDS).max(1) };
-            let ends: Vec<usize> = (run.0..=run.1).step_by(step).collect();
-            // All products at once: of what the model takes up at each end with that at each other.
-            let at_ends = DMatrix::from_fn(half.len(), ends.len(), |i, end| {
-                if is_past(run, ends[end]) { 0.0 } else { across[(i, ends[end])] }
-            });
-            let products = at_ends.transpose() * &at_ends;
-            let along = at_ends.tr_mul(half);
-            for (i, from) in ends.iter().enumerate() {
-                for (j, to) in ends.iter().enumerate().skip(i + 1) {
-                    let taken = products[(i, i)] - 2.0 * products[(i, j)] + products[(j, j)];
-                    let (from, to) = (*from, *to);
-                    let gain = gain(run, (from, to), (taken, along[i] - along[j]));
+        for own in stretches {
+            let taken = taken_up.between(&own.ends, &own.columns);
+            for (i, from) in own.places.iter().enumerate() {
+                for (j, to) in own.places.iter().enumerate().skip(i + 1) {
+                    let gain = gain(own.run, (*from, *to), taken(i, j));
                     tried += usize::from(gain.is_some());
                     if let Some(gain) = gain.filter(|gain| best.is_none_or(|best| *gain > best.0)) {
-                        best = Some((gain, run, (from, to)));
+                        best = Some((gain, own, (*from, *to)));
                     }
                 }
             }
-            first = run.1;
         }
         // Either end bin by bin, while the other one stays.
-        let (mut most, run, (mut from, mut to)) = best?;
-        let step = (run.1 - run.0).div_ceil(MOST_ENDS);
-        for _ in 0..if is_whole { 0 } else { END_ROUNDS } {
+        let (mut most, Stretches { run, step, .. }, (mut from, mut to)) = best?;
+        let (run, step) = (*run, *step);
+        for _ in 0..if step > 0 { END_ROUNDS } else { 0 } {
             let (near_from, near_to) = (from, to);
             for other in near_from.saturating_sub(step).max(run.0)..(near_from + step).min(run.1) {
                 if let Some(gain) = gain_alone(run, (other, to)).filter(|gain| *gain > most) {
@@ -205,9 +235,8 @@ impl Linear {
             }
             tried += 4 * step;
         }
-        let end =
-            if to < run.1 { bins[to].1 } else { self.fitted.problem.samples_in(bins[run.0].0) };
         let gain = Gain { gain: most, degrees: 1 };
-        Some(Change { base, at: bins[from], end: Some(end), gain, members: tried })
+        let (at, end) = (bins[from], Some(end_of(run, to)));
+        Some(Change { base, at, end, gain, members: tried })
     }
 }

@@ -1,6 +1,7 @@
 //! Forward selection: effects enter the fit one after the other, each the best of some that were
 //! refitted.
 
+use crate::diagnose::budget::absorbed::unseen;
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::search::Pools;
 use crate::diagnose::budget::selection::Ranked;
@@ -49,6 +50,9 @@ impl Search<'_> {
             let mut selection = self.selection(&linear);
             let model = linear.rows();
             selection.set_scale(&model);
+            if self.unseen.is_none() {
+                self.unseen = Some(unseen(&linear, &selection));
+            }
             let pools = Pools::of(&selection);
             let ranked = selection.ranked(&model, &pools.effects);
             let best = ranked.first().filter(|best| best.ln_bayes >= ENTER);

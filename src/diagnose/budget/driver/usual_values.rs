@@ -182,7 +182,8 @@ impl Search<'_> {
         let wanted = Wanted { variants: Variants::default(), ..self.wanted.clone() };
         let (nominal, spikes) = (self.nominal.clone(), self.first_spikes.clone());
         let anew = Search::new(nominal, spikes, &wanted, self.options);
-        *self = Search { fitted, rows: vec![linear.row(term)], log, ..anew };
+        let unseen = self.unseen.take();
+        *self = Search { fitted, rows: vec![linear.row(term)], log, unseen, ..anew };
         self.grow()
     }
 }

@@ -1,8 +1,8 @@
-//! What terms would gain in the place of one term of a model, for each of its terms: the model is
+//! What terms would gain in the place of some terms of a model, for any of its terms: the model is
 //! factored once.
 //!
 //! With `C` the covariance of the model's values `v`, and of a candidate `j` the Schur complement `S`
-//! and score `g` beside the model and `w = C H_Mj`, both without the term `t` are
+//! and score `g` beside the model and `w = C H_Mj`, both without the terms `t` are
 //! `S + w_tᵀ C_tt⁻¹ w_t` and `g + w_tᵀ C_tt⁻¹ v_t`: the inverse of a matrix without a block.
 
 use std::ops::Range;
@@ -19,7 +19,8 @@ use super::{Ranked, Selection};
 #[derive(Debug)]
 pub struct Exchange<'s> {
     selection: &'s Selection<'s>,
-    model: Vec<usize>,
+    /// The model.
+    pub model: Vec<usize>,
     ranges: Vec<Range<usize>>,
     values: DVector<f64>,
     values_of_streams: Option<DVector<f64>>,
@@ -61,23 +62,25 @@ impl<'s> Exchange<'s> {
         Self { selection, model, ranges, values, values_of_streams, covariance, candidates }
     }
 
-    /// The best of some candidates in the place of a term of the model, by its number there.
-    pub fn best(&self, number: usize, is_one: impl Fn(usize) -> bool + Sync) -> Option<Ranked> {
-        let (at, k) = (self.ranges[number].start, self.ranges[number].len());
-        let own = Cholesky::new(self.covariance.view((at, at), (k, k)).into_owned());
+    /// The best of some candidates in the place of some terms of the model.
+    pub fn best(&self, out: &[usize], is_one: impl Fn(usize) -> bool + Sync) -> Option<Ranked> {
+        let of_terms = self.model.iter().zip(&self.ranges);
+        let at = of_terms.filter(|(term, _)| out.contains(term)).flat_map(|(_, at)| at.clone());
+        let at: Vec<usize> = at.collect();
+        let own = Cholesky::new(self.covariance.select_rows(&at).select_columns(&at));
         let Some(own) = own else {
-            // Sums that do not determine its values.
-            let out = self.model[number];
-            let rest: Vec<usize> = self.model.iter().copied().filter(|one| *one != out).collect();
+            // Sums that do not determine their values.
+            let rest = self.model.iter().copied().filter(|one| !out.contains(one));
             let pool = self.candidates.iter().map(|one| one.term).filter(|term| is_one(*term));
-            return self.selection.ranked(&rest, &pool.collect::<Vec<_>>()).first().copied();
+            let (rest, pool): (Vec<usize>, Vec<usize>) = (rest.collect(), pool.collect());
+            return self.selection.ranked(&rest, &pool).first().copied();
         };
-        let back = |values: &DVector<f64>| own.solve(&values.rows(at, k).into_owned());
+        let back = |values: &DVector<f64>| own.solve(&values.select_rows(&at));
         let (values, streams) = (back(&self.values), self.values_of_streams.as_ref().map(back));
         let ranked = self.candidates.par_iter().filter(|one| is_one(one.term)).map(|one| {
-            let taken_up = one.taken_up.rows(at, k);
+            let taken_up = one.taken_up.select_rows(&at);
             let Beside { left, score, of_streams, raw, .. } = &one.beside;
-            let left = left + taken_up.transpose() * own.solve(&taken_up.into_owned());
+            let left = left + taken_up.transpose() * own.solve(&taken_up);
             let of_streams = of_streams.as_ref().zip(streams.as_ref());
             let of_streams = of_streams.map(|(own, values)| own + taken_up.tr_mul(values));
             let score = score + taken_up.tr_mul(&values);

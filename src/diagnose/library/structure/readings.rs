@@ -23,10 +23,11 @@ pub(super) fn readings(model: &Model) -> Vec<Block> {
         covariates.extend(of_the_head(model));
         covariates.extend([waves::slow(), waves::settling(model)]);
         covariates.extend(waves::over_lengths(model));
+        covariates.extend(waves::over_itself(model, measurand));
         if measurand.kind == MeasurandKind::Plain {
             covariates.push(scale_over_campaign(name, measurand.unit.dimension));
         }
-        if matches!(measurand.kind, MeasurandKind::Angle { .. }) {
+        if measurand.unit.is_angle() {
             covariates.push(waves::over_circle(name, CIRCLE_ORDERS));
         }
         errors(measurand, &covariates)

@@ -72,6 +72,13 @@ pub(super) fn over_lengths(model: &Model) -> impl Iterator<Item = Covariate> {
     lengths.map(|input| over_length(&input.name))
 }
 
+/// Waves of a length that is read over itself, where a model has no target: a scale, a rack and a
+/// phase meter err so, each drive of a machine with several by itself.
+pub(super) fn over_itself(model: &Model, measurand: &MeasurandDeclaration) -> Option<Covariate> {
+    let is_length = measurand.unit.dimension == Dimension::LENGTH;
+    (is_length && directions(model).is_empty()).then(|| over_length(&measurand.name))
+}
+
 fn over_length(length: &str) -> Covariate {
     let number = "unknown_waves";
     Covariate {

@@ -1,0 +1,88 @@
+//! What a model takes up of the columns of changes, and what the model without some of its terms
+//! takes up: the model is factored once.
+//!
+//! With `H = L Lᵀ` the model's normal equations and `a = L⁻¹ H_Mj` of a column, the model takes up
+//! `aᵀ a` of its squared length. Without the terms `t` it takes up less by the part of `a` within the
+//! span of the columns `M_t` of `L⁻¹`: their values are `M_tᵀ a`, with the covariance `M_tᵀ M_t`.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Columns, each the running sum of a change from a bin on, and the right side, beside a model.
+pub(super) struct Across {
+    /// `L⁻¹ H_Mj`.
+    pub(super) columns: DMatrix<f64>,
+    /// `L⁻¹ b`.
+    pub(super) half: DVector<f64>,
+}
+
+/// Products of the columns at the ends of stretches with each other, and with the right side.
+pub(super) struct Ends {
+    products: DMatrix<f64>,
+    along: DVector<f64>,
+}
+
+impl Across {
+    /// What is left out with terms; an orthonormal basis of their columns of `L⁻¹`.
+    fn within(&self, basis: &DMatrix<f64>) -> Self {
+        Self { columns: basis.tr_mul(&self.columns), half: basis.tr_mul(&self.half) }
+    }
+
+    /// The squared length of the column from one bin to before another, the last of all for `None`,
+    /// and its product with the right side.
+    fn taken(&self, from: usize, to: Option<usize>) -> (f64, f64) {
+        let (mut taken, mut along) = (0.0, 0.0);
+        for (i, half) in self.half.iter().enumerate() {
+            let own = self.columns[(i, from)] - to.map_or(0.0, |to| self.columns[(i, to)]);
+            taken += own * own;
+            along += own * half;
+        }
+        (taken, along)
+    }
+
+    /// Of columns at some ends, all of them at once; nothing is left at `None`.
+    pub(super) fn ends(&self, ends: &[Option<usize>]) -> Ends {
+        let column = |i: usize, end: usize| ends[end].map_or(0.0, |end| self.columns[(i, end)]);
+        let at_ends = DMatrix::from_fn(self.half.len(), ends.len(), column);
+        Ends { products: at_ends.tr_mul(&at_ends), along: at_ends.tr_mul(&self.half) }
+    }
+}
+
+impl Ends {
+    /// Of the column between two of the ends.
+    fn taken(&self, from: usize, to: usize) -> (f64, f64) {
+        let of = |a, b| self.products[(a, b)];
+        let squares = of(from, from) - 2.0 * of(from, to) + of(to, to);
+        (squares, self.along[from] - self.along[to])
+    }
+}
+
+/// The same beside the model without some of its terms.
+pub(super) struct TakenUp<'m> {
+    whole: &'m Across,
+    out: Across,
+}
+
+impl<'m> TakenUp<'m> {
+    pub(super) fn new(whole: &'m Across, out: &DMatrix<f64>) -> Self {
+        Self { whole, out: whole.within(out) }
+    }
+
+    /// As [`Across::taken`]: the squared length that is taken up, and the product with the right side.
+    pub(super) fn taken(&self, from: usize, to: Option<usize>) -> (f64, f64) {
+        less(self.whole.taken(from, to), self.out.taken(from, to))
+    }
+
+    /// Between the ends of stretches, those beside the whole model given.
+    pub(super) fn between(
+        &self,
+        whole: &Ends,
+        ends: &[Option<usize>],
+    ) -> impl Fn(usize, usize) -> (f64, f64) {
+        let out = self.out.ends(ends);
+        move |from, to| less(whole.taken(from, to), out.taken(from, to))
+    }
+}
+
+fn less(whole: (f64, f64), out: (f64, f64)) -> (f64, f64) {
+    (whole.0 - out.0, whole.1 - out.1)
+}
