@@ -3,10 +3,14 @@
 //! readings that lead a fit astray.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::engine::open::{Request, open};
+use homepoint::estimate::minima::improved;
 
+use crate::drawn::run;
 use crate::found::{names, told};
 use crate::own_effects::Campaign;
 use crate::stream::Stream;
@@ -56,7 +60,7 @@ fn waves_over_a_shaft_that_is_read_have_their_place_beside_the_first_of_them() {
     assert_eq!(found.verdict, Verdict::PartlyExplained, "{}", told(&found));
     assert_eq!(
         found.remainder[0].place.words,
-        "an error of `wheel` over wheel",
+        "an error of `wheel` over wheel, 2 waves a turn",
         "{}",
         told(&found)
     );
@@ -237,4 +241,94 @@ fn a_wrong_stated_value_is_set_free_beside_effects_that_are_as_large() {
     is_near(&found, "slip", 0.08);
     is_near(&found, "warming", 4e-3);
     assert!((found.contradicted[0].alone - 380.0).abs() < 0.5, "{:?}", found.contradicted);
+}
+
+/// A load cell behind a spring, of which one reading in fifty is doubled or all ones.
+fn doubled(folder: &Path) -> usize {
+    let place = |t: f64| {
+        let wave = |size: f64, hertz: f64, phase: f64| {
+            size * (std::f64::consts::TAU * hertz * t + phase).sin()
+        };
+        0.03 + wave(0.009, 0.052, 0.3) + wave(0.007, 0.137, 1.1) + wave(0.004, 0.31, 2.0)
+    };
+    let mut random = Stream(97);
+    let mut travel = "time [s],travel [m]\n".to_owned();
+    for i in 0..7700 {
+        let t = 0.02 * f64::from(i) - 2.0;
+        writeln!(travel, "{t:.2},{:.7}", place(t)).unwrap();
+    }
+    let (mut log, mut wrong) = ("time [s],raw [counts]\n".to_owned(), 0);
+    for i in 0..1480 {
+        let t = 0.1 * f64::from(i);
+        let right = 80_000.0 + 9.5e6 * place(t - 0.11) + 150.0 * random.normal();
+        let is_wrong = i % 46 == 23;
+        wrong += usize::from(is_wrong);
+        let raw = match (is_wrong, i % 92 == 23) {
+            (false, _) => right,
+            (true, true) => 2.0 * right,
+            (true, false) => 8_388_607.0,
+        };
+        writeln!(log, "{t:.1},{raw:.0}").unwrap();
+    }
+    let model = "name = \"cell\"\ntitle = \"Cell\"\n[inputs]\ntravel = { unit = \"m\", signal = true }\n\
+                 [parameters]\ntare = { unit = \"counts\", scope = \"rig\" }\n\
+                 gain = { unit = \"counts/m\", scope = \"rig\", start = \"1e6 counts/m\" }\n\
+                 [measurands]\nraw = { value = 'tare + gain * travel', unit = \"counts\" }\n";
+    let campaign = "title = \"Cell\"\nmodel = \"model.toml\"\n[measurands]\nraw = { sigma = \"150 counts\" }\n\
+                    [[runs]]\nname = \"a\"\ndata = \"log.csv\"\nsignals = [\"travel.csv\"]\n";
+    let files = [("travel.csv", &*travel), ("log.csv", &log), ("model.toml", model)];
+    for (name, text) in files.into_iter().chain([("campaign.toml", campaign)]) {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+    wrong
+}
+
+/// They lead the first fit to a delay from which it does not come back without them.
+#[test]
+fn readings_that_lead_a_fit_astray_are_left_out_from_the_beginning() {
+    let own = tempfile::tempdir().unwrap();
+    let wrong = doubled(own.path());
+    let opened = open(&Request::new([own.path()])).unwrap();
+    let found = run(improved(opened.problem.clone()).0, &opened);
+    assert_eq!(found.left_out.readings.len(), wrong, "{}", told(&found));
+    assert_eq!((found.verdict, names(&found)), (Verdict::Explained, vec![]), "{}", told(&found));
+    let delay = found.nominal.estimates().into_iter().find(|one| one.name == "raw.delay").unwrap();
+    let far = (delay.value.unwrap() + 0.11) / delay.sigma.unwrap();
+    assert!(far.abs() < 4.0, "{delay:?}");
+}
+
+/// Readings of which the second half of a campaign, a run of its own, is three times noisier.
+#[test]
+fn of_two_runs_the_noisier_one_has_noise_of_its_own() {
+    let own = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(own.path().join(name), text).unwrap();
+    let mut random = Stream(101);
+    for (run, size) in [("calm", 2e-3), ("storm", 6e-3)] {
+        let mut log = "season [rad],up [m]\n".to_owned();
+        for row in 0..400 {
+            let season = 0.02 * f64::from(row);
+            let up = 0.2 + 4e-3 * season.cos() + size * random.normal();
+            writeln!(log, "{season:.5},{up:.6}").unwrap();
+        }
+        write(&format!("{run}.csv"), &log);
+    }
+    write("model.toml", SITE);
+    std::fs::create_dir(own.path().join("effects")).unwrap();
+    let (name, parameters, patch) = YEARLY;
+    let effect = format!(
+        "name = \"{name}\"\ntitle = \"{name}\"\nacts = \"arm\"\n[parameters]\n{parameters}\n[patch]\n{patch}\n"
+    );
+    write("effects/yearly.toml", &effect);
+    write(
+        "campaign.toml",
+        "title = \"Site\"\nmodel = \"model.toml\"\n[measurands]\nup = { sigma = \"2 mm\" }\n\
+         [[runs]]\nname = \"calm\"\ndata = \"calm.csv\"\n[[runs]]\nname = \"storm\"\ndata = \"storm.csv\"\n",
+    );
+    let opened = open(&Request::new([own.path()])).unwrap();
+    let found = run(opened.problem.clone(), &opened);
+    assert_eq!(names(&found), ["yearly"], "{}", told(&found));
+    let [level] = &found.levels[..] else { panic!("{:?}", found.levels) };
+    assert_eq!(level.run.as_deref(), Some("storm"));
+    assert!((level.factor / 3.0 - 1.0).abs() < 0.15, "{level:?}");
+    assert!(found.left_out.is_empty(), "{:?}", found.left_out);
 }

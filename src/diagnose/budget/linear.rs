@@ -180,12 +180,7 @@ impl Linear {
         let mut out = Vec::new();
         for (number, term) in self.terms.iter().enumerate() {
             let Some(Place { of, covariate, .. }) = &term.place else { continue };
-            // One of several waves leaves the others.
-            let is_whole = |row: &usize| 2 * self.terms[*row].columns.len() >= term.columns.len();
             let takes = |row: &usize| {
-                if !is_whole(row) {
-                    return false;
-                }
                 let left = selection.form_left(&[number], &rows, *row);
                 left < OWN_COVARIATE * selection.form_left(&[], &rows, *row)
             };

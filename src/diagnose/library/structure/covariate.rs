@@ -224,13 +224,7 @@ pub(super) fn of_the_head(model: &Model) -> Vec<Covariate> {
         match measurand.kind {
             MeasurandKind::Rotation => continue,
             MeasurandKind::Angle { .. } => all.push(Covariate::waves(name, CIRCLE_ORDERS)),
-            MeasurandKind::Plain => {
-                all.push(Covariate::new(name, powers(name, own)));
-                // A shaft's angle may be counted on over turns.
-                let waves = Covariate::waves(name, CIRCLE_ORDERS);
-                let waves = Covariate { name: format!("waves of {name}"), ..waves };
-                all.extend(measurand.unit.is_angle().then_some(waves));
-            }
+            MeasurandKind::Plain => all.push(Covariate::new(name, powers(name, own))),
         }
         all.extend(rates(name, own, sense_of(name)));
     }

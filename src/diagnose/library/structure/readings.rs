@@ -27,7 +27,7 @@ pub(super) fn readings(model: &Model) -> Vec<Block> {
         if measurand.kind == MeasurandKind::Plain {
             covariates.push(scale_over_campaign(name, measurand.unit.dimension));
         }
-        if measurand.unit.is_angle() {
+        if matches!(measurand.kind, MeasurandKind::Angle { .. }) {
             covariates.push(waves::over_circle(name, CIRCLE_ORDERS));
         }
         errors(measurand, &covariates)

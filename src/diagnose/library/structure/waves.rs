@@ -72,11 +72,16 @@ pub(super) fn over_lengths(model: &Model) -> impl Iterator<Item = Covariate> {
     lengths.map(|input| over_length(&input.name))
 }
 
-/// Waves of a length that is read over itself, where a model has no target: a scale, a rack and a
-/// phase meter err so, each drive of a machine with several by itself.
+/// Waves of a reading over itself, each by itself: over a shaft that is counted on over turns, and over
+/// a length where a model has no target. A scale, a rack and a phase meter err so, each drive of a
+/// machine with several by itself.
 pub(super) fn over_itself(model: &Model, measurand: &MeasurandDeclaration) -> Option<Covariate> {
+    let name = measurand.name.as_str();
+    if measurand.kind == MeasurandKind::Plain && measurand.unit.is_angle() {
+        return Some(over_circle(name, 0));
+    }
     let is_length = measurand.unit.dimension == Dimension::LENGTH;
-    (is_length && directions(model).is_empty()).then(|| over_length(&measurand.name))
+    (is_length && directions(model).is_empty()).then(|| over_length(name))
 }
 
 fn over_length(length: &str) -> Covariate {
