@@ -69,11 +69,9 @@ pub fn instead_of_blocks(
         }
     };
     let mut all_kept = vec![(with_changes.clone(), 0.0)];
-    if has_blocks && rows != with_changes {
-        all_kept.push((rows, 0.0));
-    }
     if has_blocks {
-        all_kept.extend(with_one_more_change(selection, model, &with_changes));
+        all_kept.extend(with_one_change(selection, model, &rows));
+        all_kept.push((rows, 0.0));
     }
     for (kept, price) in &all_kept {
         let mut of_rows = selection.clone();
@@ -108,24 +106,27 @@ pub fn instead_of_blocks(
     best.map(|(_, found)| found)
 }
 
-/// The same terms with one more change point each, and its price: a change that blocks took up would
-/// make the noise look slower and larger than it is.
-fn with_one_more_change(
+/// The rows with one change point each, and the price of one that the model lacks. A change that
+/// blocks took up makes the noise look slower and larger than it is; of several in the model some may
+/// be that noise.
+fn with_one_change(
     selection: &Selection<'_>,
     model: &[usize],
-    kept: &[usize],
+    rows: &[usize],
 ) -> Vec<(Vec<usize>, f64)> {
     let is_open = |term: &usize| {
         let own = &selection.terms[*term];
-        own.change.is_some() && own.may_enter && !model.contains(term)
+        own.change.is_some() && own.may_enter
     };
     let changes: Vec<usize> = (0..selection.terms.len()).filter(is_open).collect();
-    let ranked = selection.ranked(kept, &changes);
+    let ranked = selection.ranked(rows, &changes);
     let best = ranked.iter().take(MOST_CHANGES).filter(|one| one.ln_bayes >= ENTER);
     let with = best.map(|one| {
-        let with = [kept, &[one.term]].concat();
-        let price = selection.prices(&with).last().copied().unwrap_or(0.0);
-        (with, price + ENTER)
+        let with = [rows, &[one.term]].concat();
+        let is_known = model.contains(&one.term);
+        let price = || selection.prices(&with).last().copied().unwrap_or(0.0) + ENTER;
+        let price = if is_known { 0.0 } else { price() };
+        (with, price)
     });
     with.collect()
 }
