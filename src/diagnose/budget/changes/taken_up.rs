@@ -86,3 +86,36 @@ impl<'m> TakenUp<'m> {
 fn less(whole: (f64, f64), out: (f64, f64)) -> (f64, f64) {
     (whole.0 - out.0, whole.1 - out.1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::inverse_factor::Factor;
+
+    /// Without factoring again, what is taken up is what the model without some columns takes up.
+    #[test]
+    fn what_is_taken_up_without_some_columns_is_what_the_others_take_up() {
+        let value = |i: usize, j: usize| ((i * 7 + j * 13 + 1) as f64 * 0.61).sin();
+        let rows = DMatrix::from_fn(12, 5, value);
+        let added = DMatrix::from_fn(12, 3, |i, j| value(i + 3, j + 8));
+        let right = DVector::from_fn(12, |i, _| value(i, 21));
+        let beside = |kept: &[usize]| {
+            let own = rows.select_columns(kept);
+            let factor = Factor::of(&own.tr_mul(&own));
+            let half = factor.half(&own.tr_mul(&right));
+            (Across { columns: factor.across(own.tr_mul(&added)), half }, factor)
+        };
+        let (whole, factor) = beside(&[0, 1, 2, 3, 4]);
+        let (less, _) = beside(&[0, 2, 4]);
+        let taken_up = TakenUp::new(&whole, &factor.inverse.select_columns(&[1, 3]).qr().q());
+        let places = [Some(0), Some(1), Some(2), None];
+        let ends = whole.ends(&places);
+        let between = taken_up.between(&ends, &places);
+        for (from, to) in [(0, 1), (0, 2), (1, 2), (0, 3), (2, 3)] {
+            let due = less.taken(from, places[to]);
+            for found in [taken_up.taken(from, places[to]), between(from, to)] {
+                assert!((found.0 - due.0).abs() < 1e-8 && (found.1 - due.1).abs() < 1e-8);
+            }
+        }
+    }
+}
