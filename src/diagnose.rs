@@ -75,7 +75,7 @@ pub fn diagnose(
 }
 
 /// How many times less the variance factor must be with a stated value free, beside what explains the
-/// gap best with and without.
+/// gap best with and without; and in a fit that begins anew.
 const FAR_LESS: f64 = 2.0;
 
 /// The diagnosis from a joint estimate on. Wrong readings may have led it to where no fit comes back

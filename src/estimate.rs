@@ -43,6 +43,7 @@
 //! | [`mod@contradicted`] | which stated values the readings contradict |
 //! | [`repeatability`] | whether several campaigns agree |
 //! | `residuals` | residuals in the order of time, and readings that are far out |
+//! | `sample_squares` | squared residuals of whole samples |
 //! | `trimmed` | a fit that outliers do not bend |
 //! | [`systematic`] | what the inputs' calibration leaves open in them |
 //! | [`blind`] | arm angles at which a measurand does not show its delay |
@@ -96,6 +97,7 @@ pub mod redundancy;
 pub mod remedies;
 pub mod repeatability;
 pub(crate) mod residuals;
+mod sample_squares;
 pub mod start;
 mod stationary;
 pub mod systematic;

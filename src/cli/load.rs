@@ -17,7 +17,7 @@ use crate::engine::open::{Opened, Recipe, Request, correlated, open};
 use crate::engine::{Point, Problem};
 use crate::estimate::checks;
 use crate::estimate::conventions::{Mistaken, mistaken};
-use crate::estimate::minima::{Found, improved};
+use crate::estimate::minima::{Found, MOST, improved};
 use crate::estimate::start::start;
 use crate::library::{self, effect_files};
 use crate::model::Model;
@@ -204,7 +204,14 @@ fn started(found: &Found) -> Diagnostic {
     let offset = decimal(found.offset, 3);
     let of = found.delay.as_ref().map(|delay| format!(" (`{delay}`)")).unwrap_or_default();
     let known = found.variance_factors[0].is_finite();
-    let message = if known {
+    let message = if let Some(most) = found.most {
+        let [own, best] = most.map(|residual| decimal(residual, 1));
+        format!(
+            "the stated start fits badly; of {} others the one with clocks {offset} s apart{of} fits {} % of the samples far better (normalized residuals up to {best}, {own} from the stated start): the fit starts there",
+            found.tried,
+            decimal(100.0 * MOST, 0)
+        )
+    } else if known {
         format!(
             "the stated start fits badly (variance factor {own}); of {} others the one with clocks {offset} s apart{of} fits far better ({best}): the fit starts there",
             found.tried

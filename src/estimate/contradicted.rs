@@ -14,6 +14,8 @@ use crate::estimate::eigen;
 /// Standard deviations between what is stated and what the readings say from which on they
 /// contradict each other.
 const APART: f64 = 5.0;
+/// Standard deviations by which a stated value is left only where it is wrong, or the model.
+pub const BY_FAR: f64 = 20.0;
 /// Redundancy below which the readings say nothing of a stated value.
 const SILENT: f64 = 1e-6;
 
@@ -38,8 +40,6 @@ pub struct Contradicted {
     /// How many components of it the readings determine.
     pub components: usize,
 }
-
-impl Contradicted {}
 
 /// The stated values that the readings contradict, farthest first; none of a fit that is not sound.
 ///

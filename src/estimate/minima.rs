@@ -10,6 +10,7 @@
 //! |---|---|
 //! | `clocks` | which runs share a clock |
 //! | `thinned` | some samples of a problem, later by an offset |
+//! | `held` | a problem of which some unknowns stay where they are |
 //! | `starts` | the offsets and attitudes to start from |
 //! | `signs` | scalars that are stated to start with one sign and end with the other |
 //! | `mirrored` | minima at which a scalar or a component of a vector has another value |
@@ -17,16 +18,20 @@
 use rayon::prelude::*;
 
 use crate::engine::{Point, Problem};
+use crate::estimate::batch::{Options, fit};
 use crate::estimate::calibrate::Calibration;
+use crate::estimate::sample_squares::exceeded_by;
 use crate::estimate::start::start;
 
 pub(super) mod clocks;
+mod held;
 mod mirrored;
 mod signs;
 pub(super) mod starts;
 pub(super) mod thinned;
 
 use clocks::Clock;
+use held::Held;
 use mirrored::other_values;
 use signs::{start_that_keeps_signs, stated_signs};
 use starts::{Attitudes, Offsets, is_open};
@@ -37,8 +42,10 @@ use thinned::{Thinned, Tried, cut};
 const SAMPLES: [usize; 3] = [240, 4_000, 20_000];
 /// Iterations of each.
 const ITERATIONS: [usize; 3] = [8, 40, 60];
+/// Iterations with the delays held before.
+const ITERATIONS_HELD: usize = 1;
 /// Samples and iterations of a first glance at every start.
-const FEWEST: (usize, usize) = (96, 3);
+const FEWEST: (usize, usize) = (96, 2);
 /// One in so many of them is looked at further, but at least so many.
 const HOPEFUL: usize = 6;
 const LEAST: usize = 60;
@@ -49,6 +56,8 @@ const BETTER: f64 = 0.5;
 /// The same of one that fits badly all the same, and the part of all readings that it must fit.
 const FAR_BETTER: f64 = 0.2;
 const KEPT: f64 = 0.9;
+/// The part of the samples of which none is wrong.
+pub const MOST: f64 = 0.8;
 /// Starts of a first look that are fitted further.
 const FURTHER: usize = 6;
 /// Other minima that are compared.
@@ -72,6 +81,8 @@ pub struct Found {
     pub offset: f64,
     /// Variance factors of some samples: from the stated start, and from the best.
     pub variance_factors: [f64; 2],
+    /// Where wrong readings are most of both: the normalized residuals that most samples keep below.
+    pub most: Option<[f64; 2]>,
     /// Samples that no stream covers at that offset.
     pub left_out: usize,
     /// Attitudes that were not tried, because there are too many.
@@ -141,15 +152,23 @@ pub(super) fn better_start(problem: &Problem, clock: &Clock) -> Option<(Point, F
         return None;
     }
     let few = Thinned::of(problem, SAMPLES[0]);
+    let stated = |thinned: &Thinned, iterations: usize| {
+        let problem = thinned.late_by(0.0, &[0.0])?;
+        let point = start(&problem).0;
+        Tried::fit(problem, point, 0.0, iterations)
+    };
     let look = |thinned: &Thinned, offset: f64, attitude: usize, iterations: usize| {
-        let problem = thinned.late_by(offset, &[offset])?;
+        let mut problem = thinned.late_by(offset, &[offset])?;
         let mut point = start(&problem).0;
         attitudes.apply(attitude, &mut point);
+        let mut held = Held::new(&mut problem, &clock.delays);
+        let options = Options { max_iterations: ITERATIONS_HELD, ..Options::default() };
+        let point = fit(&mut held, point, &options).ok()?.point;
         Tried::fit(problem, point, offset, iterations)
     };
     // A start outside the range that is stated is none.
     let is_in_range = offsets.holds(0.0);
-    if is_in_range && look(&few, 0.0, 0, ITERATIONS[1])?.variance_factor <= GOOD {
+    if is_in_range && stated(&few, ITERATIONS[1])?.variance_factor <= GOOD {
         return None;
     }
     let all: Vec<(f64, usize)> = (0..attitudes.count())
@@ -175,29 +194,26 @@ pub(super) fn better_start(problem: &Problem, clock: &Clock) -> Option<(Point, F
         let problem = more.late_by(one.offset, &[one.offset])?;
         Tried::fit(problem, one.point.clone(), one.offset, ITERATIONS[1])
     };
-    let own = if is_in_range { look(&more, 0.0, 0, ITERATIONS[2]) } else { None };
+    let own = if is_in_range { stated(&more, ITERATIONS[2]) } else { None };
     let mut best = own.clone();
     for one in tried.iter().take(FURTHER).filter_map(further) {
         if best.as_ref().is_none_or(|best| is_better(&more, &one, best)) {
             best = Some(one);
         }
     }
-    let (best, own) = (best?, own.map_or(f64::INFINITY, |own| own.variance_factor));
-    // A fit that is still bad must be far better, and over nearly all samples: a few of them are
-    // fitted by chance.
-    let keeps_most = best.readings as f64 >= KEPT * more.readings() as f64;
-    let is_enough = match best.variance_factor <= GOOD {
-        true => best.variance_factor <= BETTER * own,
-        false => keeps_most && best.variance_factor <= FAR_BETTER * own,
+    let best = best?;
+    let own_factor = own.as_ref().map_or(f64::INFINITY, |own| own.variance_factor);
+    let factors = [own_factor, best.variance_factor];
+    let most = match is_enough(&more, &best, factors) {
+        true => None,
+        false => Some(far_better_for_most(&more, &best, own.as_ref()?)?),
     };
-    if own <= GOOD || !is_enough {
-        return None;
-    }
     let found = Found {
         tried: count,
         offsets: offsets.span(),
         offset: best.offset + offsets.mean(&best.point),
-        variance_factors: [own, best.variance_factor],
+        variance_factors: factors,
+        most,
         left_out: 0,
         attitudes_left_out: attitudes.left_out,
         delay: None,
@@ -205,6 +221,33 @@ pub(super) fn better_start(problem: &Problem, clock: &Clock) -> Option<(Point, F
     let mut point = best.point;
     offsets.delay(&mut point, best.offset);
     Some((point, found))
+}
+
+/// Whether the best start fits so much better than the stated one that it takes its place. One that
+/// fits badly all the same must fit far better, and nearly all samples: a few of them are fitted by
+/// chance.
+fn is_enough(some: &Thinned, best: &Tried, [before, after]: [f64; 2]) -> bool {
+    match after <= GOOD {
+        true => before > GOOD && after <= BETTER * before,
+        false => before > GOOD && keeps_most(some, best) && after <= FAR_BETTER * before,
+    }
+}
+
+/// Whether a fit is one of nearly all samples.
+fn keeps_most(some: &Thinned, one: &Tried) -> bool {
+    one.readings as f64 >= KEPT * some.readings() as f64
+}
+
+/// The normalized residuals that most samples keep below, from the stated start and from the best,
+/// where the best is far better: wrong readings may be most of both sums of squares.
+fn far_better_for_most(some: &Thinned, best: &Tried, own: &Tried) -> Option<[f64; 2]> {
+    let exceeded = |one: &Tried| {
+        exceeded_by(1.0 - MOST, &some.late_by(one.offset, &[one.offset])?, &one.point)
+    };
+    let [before, after] = [exceeded(own)?, exceeded(best)?];
+    let is_far_better =
+        own.variance_factor > GOOD && keeps_most(some, best) && after <= FAR_BETTER * before;
+    is_far_better.then_some([before.sqrt(), after.sqrt()])
 }
 
 /// Whether a fit is better than another one, on the samples for which streams are there at both of

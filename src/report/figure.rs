@@ -109,7 +109,7 @@ pub fn size(size: f64, declared: &Unit) -> String {
     }
     let unit = readable(size, &declared);
     let scaled = size / unit.factor;
-    let text = if (1e-4..1e6).contains(&scaled) {
+    let text = if (SHORT..1e6).contains(&scaled) {
         format!("{scaled:.*}", decimals(scaled))
     } else {
         format!("{scaled:.1e}")

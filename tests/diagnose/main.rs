@@ -8,6 +8,8 @@ mod common;
 mod drawn;
 #[path = "../common/folder.rs"]
 mod folder;
+#[path = "../problems/load_cell.rs"]
+mod load_cell;
 #[path = "../problems/nameless.rs"]
 mod nameless;
 #[path = "../problems/stream.rs"]

@@ -5,12 +5,13 @@ use homepoint::engine::open::{Opened, Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::estimate::compare::compare;
-use homepoint::estimate::minima::{improved, others};
+use homepoint::estimate::minima::{Found, improved, others};
 use homepoint::estimate::transformation::delays_of;
 
 use crate::folder::Folder;
 use crate::problems::Stream;
 use crate::problems::camera::Camera;
+use crate::problems::load_cell::{DELAY, GAIN, LoadCell};
 use crate::scale::{SCALE, Scales};
 
 fn opened(folder: &Folder) -> Opened {
@@ -273,4 +274,44 @@ fn clocks_of_runs_over_streams_with_a_stated_uncertainty_are_tried() {
         .map(|one| one.value.unwrap())
         .collect();
     assert!(all.len() == 2 && all.iter().all(|one| (one + 0.02).abs() < 1e-3), "{all:?}");
+}
+
+/// What a load cell gives, of which the gain starts far off: a step in the delay is as many times too
+/// long as the gain starts too small.
+fn weighed(cell: &LoadCell) -> (Calibration, Vec<Found>) {
+    let folder = tempfile::tempdir().unwrap();
+    cell.written(folder.path());
+    let problem = open(&Request::new([folder.path()])).unwrap().problem;
+    let (problem, found) = improved(problem);
+    (calibrate(problem, &Options::default()).unwrap(), found)
+}
+
+fn value(fit: &Calibration, name: &str) -> f64 {
+    fit.estimates().iter().find(|one| one.name == name).unwrap().value.unwrap()
+}
+
+#[test]
+fn a_gain_that_starts_far_off_takes_no_delay_along() {
+    for start in [1e3, 1e4, 1e5, 1e6] {
+        let (fit, _) = weighed(&LoadCell { start, seed: 3, ..LoadCell::default() });
+        assert!((value(&fit, "raw.delay") - DELAY).abs() < 1e-3, "{start}");
+        assert!((value(&fit, "gain") / GAIN - 1.0).abs() < 1e-3, "{start}");
+        assert!(fit.variance_factor().unwrap() < 1.3, "{start}");
+    }
+}
+
+/// Where both sums of squares are those of wrong readings, and neither is far better, the rest is compared.
+#[test]
+fn wrong_readings_do_not_hide_a_start_that_fits_far_better() {
+    let mut compared = Vec::new();
+    for start in [1e3, 1e4, 1e5, 1e6] {
+        let (fit, found) = weighed(&LoadCell { start, seed: 3, wrong: 0.022 });
+        assert!((value(&fit, "raw.delay") - DELAY).abs() < 0.1, "{start}");
+        assert!(fit.variance_factor().unwrap() > 1e3, "{start}");
+        compared.extend(found.iter().filter_map(|found| found.most));
+    }
+    assert!(!compared.is_empty());
+    for [before, after] in compared {
+        assert!(5.0 * after.powi(2) < before.powi(2), "{before} {after}");
+    }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod camera;
 pub(crate) mod line;
 pub(crate) mod linear;
+pub(crate) mod load_cell;
 mod stream;
 pub(crate) mod wahba;
 

@@ -22,7 +22,7 @@ pub struct Absorbed {
 }
 
 /// Effects that show in no reading beside the nominal model. With a row in the fit the slope of
-/// another effect may have a part that is the product of both: it says nothing of that effect alone.
+/// another effect may have a part that is the product of both: it is no evidence of that effect.
 #[derive(Clone, Debug, Default)]
 pub struct Unseen {
     /// Those that nominal parameters absorb.

@@ -61,9 +61,11 @@ impl Linear {
             strong
         };
         let mut strong = strong_of(false);
-        strong.extend(
-            strong_of(true).into_iter().filter(|one| !strong.contains(one)).collect::<Vec<_>>(),
-        );
+        for one in strong_of(true) {
+            if !strong.contains(&one) {
+                strong.push(one);
+            }
+        }
         let mut found = Vec::new();
         for one in strong {
             // Sample by sample in the neighbouring bins of its moment, and of its end; coarse elsewhere.

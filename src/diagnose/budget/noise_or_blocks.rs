@@ -14,7 +14,7 @@ use super::selection::Selection;
 use super::terms::Term;
 use crate::diagnose::thresholds::{ENTER, NOISE, NOISE_OF_A_RUN};
 use crate::engine::gauss_markov::GaussMarkov;
-use crate::statistics::robust;
+use crate::statistics::{robust, upper_median};
 
 /// Residuals of a component whose noise may be autocorrelated at least.
 const LEAST_OF_COMPONENT: usize = 50;
@@ -201,10 +201,11 @@ fn noise_of_runs(linear: &Linear, components: &Components) -> (f64, Vec<OfRun>) 
         let robust: BTreeMap<usize, f64> =
             of_run.iter().map(|(run, sizes)| (*run, robust(sizes).unwrap_or(0.0))).collect();
         let mut sizes: Vec<f64> = robust.values().copied().collect();
-        sizes.sort_by(f64::total_cmp);
         // Of two runs the quieter one is as usual.
-        let usual = sizes.get(if sizes.len() == 2 { 0 } else { sizes.len() / 2 });
-        let usual = usual.copied().unwrap_or(0.0);
+        let usual = match sizes[..] {
+            [one, other] => one.min(other),
+            _ => upper_median(&mut sizes).unwrap_or(0.0),
+        };
         // Where half of the residuals are zero, such as those of counts, their scatter is not known.
         if of_run.len() < 2 || robust.values().any(|one| *one <= 0.0) {
             continue;

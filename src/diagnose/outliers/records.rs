@@ -17,8 +17,8 @@ impl Records {
         Self(parts.map(|part| part.runs.iter().map(|run| run.record.clone()).collect()).collect())
     }
 
-    /// The best fit of a campaign with these readings alone, from its start or from another one; `None`
-    /// where whole runs are not among them, or where it is not sound.
+    /// The best sound fit of a campaign with these readings alone: from its start or another one that is
+    /// found, and from where the fit of all readings ended. `None` where whole runs are not among them.
     pub(in crate::diagnose) fn fitted_anew(
         &self,
         whole: &Calibration,
@@ -30,9 +30,20 @@ impl Records {
         }
         let mut problem = whole.problem.clone();
         self.put_into(&mut problem);
-        let (problem, _) = improved(problem);
-        let anew = calibrate(problem, options)?;
-        Ok(anew.is_sound().then_some(anew))
+        let mut from_whole = problem.clone();
+        let layout = &whole.problem.layout;
+        for index in (0..layout.instances.len()).filter(|index| layout.is_free(*index)) {
+            from_whole.begin_at_found(index, whole.fit.point.components(layout, index));
+        }
+        let mut best: Option<Calibration> = None;
+        for problem in [improved(problem).0, from_whole] {
+            let anew = calibrate(problem, options)?;
+            let is_better = best.as_ref().is_none_or(|best| anew.fit.cost < best.fit.cost);
+            if anew.is_sound() && is_better {
+                best = Some(anew);
+            }
+        }
+        Ok(best)
     }
 
     /// Gives them to a problem of the same campaigns.

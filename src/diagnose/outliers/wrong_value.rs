@@ -16,15 +16,12 @@ use crate::engine::layout::Instance;
 use crate::engine::open::Recipe;
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
-use crate::estimate::contradicted::{Contradicted, against};
+use crate::estimate::contradicted::{BY_FAR, Contradicted, against};
 use crate::graph::Kind;
 use crate::model::Override;
 use crate::units::Unit;
 
 use super::settle::{SOUND_WITHOUT, is_spoilt};
-
-/// Standard deviations by which a stated value is left only where it is wrong, or the model.
-const BY_FAR: f64 = 20.0;
 
 /// A stated value that is wrong altogether.
 #[derive(Clone, Debug)]

@@ -7,11 +7,10 @@
 //! rig that moves in a plane; then another one changes what is left.
 
 use crate::engine::{Point, Problem};
+use crate::estimate::contradicted::BY_FAR;
 
 /// A convention that changes readings by so many times the residuals is not tried.
 const BORNE_OUT: f64 = 1e3;
-/// Standard uncertainties by which a stated value is left only where something is mistaken.
-const BEYOND_STATED: f64 = 20.0;
 
 /// Residuals of a problem at a point, over their stated standard uncertainties.
 pub(super) struct Residuals {
@@ -48,7 +47,7 @@ impl Residuals {
             own += value * value;
             changed += (other - value).powi(2);
         }
-        self.beyond_stated < BEYOND_STATED
+        self.beyond_stated < BY_FAR
             && self.values.len() == others.values.len()
             && changed > BORNE_OUT.powi(2) * own
     }

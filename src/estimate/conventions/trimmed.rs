@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use crate::engine::{Point, Problem};
 use crate::estimate::minima::thinned::Tried;
+use crate::estimate::sample_squares::{Place, sample_squares};
 use crate::statistics::upper_median;
 
 /// A sample is an outlier whose squared residuals are so many times those in the middle.
@@ -38,20 +39,8 @@ pub(super) fn trimmed_fit(problem: &Problem, start: Point, iterations: usize) ->
 }
 
 /// Campaign, run and number of the samples that are outliers; none where they are many of a run.
-fn outliers(problem: &Problem, point: &Point) -> BTreeSet<(usize, usize, usize)> {
-    let mut sizes: Vec<(f64, (usize, usize, usize))> = Vec::new();
-    for (p, part) in problem.parts.iter().enumerate() {
-        let sigma = |row: usize| part.sigma[part.measurand_of(row)];
-        for run in 0..part.runs.len() {
-            problem.visit_residuals(p, run, point, &mut |sample, residuals| {
-                let rows = residuals.iter().enumerate().filter(|(_, value)| !value.is_nan());
-                let size: f64 = rows.map(|(row, value)| (value / sigma(row)).powi(2)).sum();
-                if size > 0.0 {
-                    sizes.push((size, (p, run, sample.number)));
-                }
-            });
-        }
-    }
+fn outliers(problem: &Problem, point: &Point) -> BTreeSet<Place> {
+    let sizes = sample_squares(problem, point);
     let middle = upper_median(&mut sizes.iter().map(|one| one.0).collect::<Vec<_>>());
     let limit = OUTLIER * middle.unwrap_or(f64::INFINITY);
     let outliers: BTreeSet<_> = sizes.iter().filter(|one| one.0 > limit).map(|one| one.1).collect();

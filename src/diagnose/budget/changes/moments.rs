@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::taken_up::{Across, Ends as AtEnds, TakenUp};
+use super::taken_up::{Across, EndProducts, TakenUp};
 use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::selection::normal::Factored;
@@ -36,7 +36,7 @@ struct Stretches {
     /// Bins with which they begin and end, and the columns there: none behind the last.
     places: Vec<usize>,
     columns: Vec<Option<usize>>,
-    ends: AtEnds,
+    ends: EndProducts,
 }
 
 /// The columns of a model's terms that a part of it lacks.

@@ -16,13 +16,13 @@ pub(super) struct Across {
 }
 
 /// Products of the columns at the ends of stretches with each other, and with the right side.
-pub(super) struct Ends {
+pub(super) struct EndProducts {
     products: DMatrix<f64>,
     along: DVector<f64>,
 }
 
 impl Across {
-    /// What is left out with terms; an orthonormal basis of their columns of `L⁻¹`.
+    /// The part within the span of some columns of `L⁻¹`, from an orthonormal basis of them.
     fn within(&self, basis: &DMatrix<f64>) -> Self {
         Self { columns: basis.tr_mul(&self.columns), half: basis.tr_mul(&self.half) }
     }
@@ -39,15 +39,15 @@ impl Across {
         (taken, along)
     }
 
-    /// Of columns at some ends, all of them at once; nothing is left at `None`.
-    pub(super) fn ends(&self, ends: &[Option<usize>]) -> Ends {
+    /// Of the columns at some ends; the column at `None` is zero.
+    pub(super) fn ends(&self, ends: &[Option<usize>]) -> EndProducts {
         let column = |i: usize, end: usize| ends[end].map_or(0.0, |end| self.columns[(i, end)]);
         let at_ends = DMatrix::from_fn(self.half.len(), ends.len(), column);
-        Ends { products: at_ends.tr_mul(&at_ends), along: at_ends.tr_mul(&self.half) }
+        EndProducts { products: at_ends.tr_mul(&at_ends), along: at_ends.tr_mul(&self.half) }
     }
 }
 
-impl Ends {
+impl EndProducts {
     /// Of the column between two of the ends.
     fn taken(&self, from: usize, to: usize) -> (f64, f64) {
         let of = |a, b| self.products[(a, b)];
@@ -56,13 +56,14 @@ impl Ends {
     }
 }
 
-/// The same beside the model without some of its terms.
+/// What the model without some of its terms takes up of the same columns.
 pub(super) struct TakenUp<'m> {
     whole: &'m Across,
     out: Across,
 }
 
 impl<'m> TakenUp<'m> {
+    /// Without the terms of whose columns of `L⁻¹` this is an orthonormal basis.
     pub(super) fn new(whole: &'m Across, out: &DMatrix<f64>) -> Self {
         Self { whole, out: whole.within(out) }
     }
@@ -72,10 +73,10 @@ impl<'m> TakenUp<'m> {
         less(self.whole.taken(from, to), self.out.taken(from, to))
     }
 
-    /// Between the ends of stretches, those beside the whole model given.
+    /// The same between two of some ends; `whole` are the products of the whole model's columns there.
     pub(super) fn between(
         &self,
-        whole: &Ends,
+        whole: &EndProducts,
         ends: &[Option<usize>],
     ) -> impl Fn(usize, usize) -> (f64, f64) {
         let out = self.out.ends(ends);
