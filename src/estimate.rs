@@ -18,6 +18,7 @@
 //! | [`correlations`] | how the estimates hang together |
 //! | [`global`] | whether chi squared agrees with what is stated |
 //! | [`redundancy`] | how far each reading is controlled by the others |
+//! | [`refit`] | fits of nearly the same readings |
 //! | [`observability`] | which combinations the data do not determine |
 //! | [`withheld`] | which components are withheld for it |
 //! | [`combination`] | which combinations are determined in spite of it |
@@ -94,6 +95,7 @@ pub mod noise_model;
 pub mod observability;
 pub mod planned;
 pub mod redundancy;
+pub mod refit;
 pub mod remedies;
 pub mod repeatability;
 pub(crate) mod residuals;

@@ -72,7 +72,8 @@ impl CalibrateCommand {
         doubts::tell(&result, self.common.quiet);
         let others = others(&result);
         let is_bad = result.variance_factor().is_none_or(|factor| factor > BAD);
-        let mistaken = if is_bad { suspicion.mistaken(&result.problem) } else { None };
+        let mistaken =
+            if is_bad { suspicion.mistaken(&result.problem, &result.fit.point) } else { None };
         let result = with_noise(result, &Options::default(), self.noise.into())
             .map_err(|error| Failure::Could(error.to_string()))?;
         let covariance = covariance_of_estimates(&result);

@@ -212,7 +212,8 @@ impl Diagnose {
         // What spoils a run, or a stated value, may be how numbers are read.
         let is_spoilt = !found.left_out.runs.is_empty() || found.set_free.is_some();
         let is_suspicious = (is_bad && factor > BAD) || is_spoilt;
-        let mistaken = if is_suspicious { suspicion.mistaken(&as_loaded) } else { None };
+        let fitted = &found.nominal.fit.point;
+        let mistaken = if is_suspicious { suspicion.mistaken(&as_loaded, fitted) } else { None };
         if !self.common.quiet {
             render::all(&own_untested(&loaded.recipes, &found));
             doubts::tell_of_accelerations(&found.nominal);

@@ -276,10 +276,11 @@ pub(super) struct Suspicion {
 }
 
 impl Suspicion {
-    /// The conventions that were mistaken.
-    pub(super) fn mistaken(&self, problem: &Problem) -> Option<Mistaken> {
-        let before = self.as_opened.as_ref().and_then(|one| mistaken(one, &self.conventions));
-        let all = before.into_iter().chain(mistaken(problem, &self.conventions));
+    /// The conventions that were mistaken, beside where the fit ended.
+    pub(super) fn mistaken(&self, problem: &Problem, fitted: &Point) -> Option<Mistaken> {
+        let of = |problem: &Problem| mistaken(problem, Some(fitted), &self.conventions);
+        let before = self.as_opened.as_ref().and_then(of);
+        let all = before.into_iter().chain(of(problem));
         all.min_by(|a, b| a.variance_factors[1].total_cmp(&b.variance_factors[1]))
     }
 }

@@ -26,7 +26,7 @@
 use rayon::prelude::*;
 
 use crate::convention::Convention;
-use crate::engine::{Part, Problem};
+use crate::engine::{Part, Point, Problem};
 use crate::estimate::minima::thinned::Thinned;
 use crate::estimate::start::start;
 use crate::formula::show::text;
@@ -56,6 +56,7 @@ use quick::Quick;
 use residuals::Residuals;
 use sequence::Sequence;
 use suspect::Suspect;
+use trimmed::trimmed_fit;
 pub use turns::ChangedFormula;
 use turns::{Reordered, changed_formulas};
 use units::other_units;
@@ -131,9 +132,13 @@ pub struct Instead {
     pub opposite: Vec<String>,
 }
 
-/// The conventions with which a problem fits far better; `None` where it fits well as it is, or none
-/// helps.
-pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistaken> {
+/// The conventions with which a problem fits far better, from its start or from where a fit of it
+/// ended; `None` where it fits well as it is, or none helps.
+pub fn mistaken(
+    problem: &Problem,
+    fitted: Option<&Point>,
+    conventions: &[Convention],
+) -> Option<Mistaken> {
     let first = problem.parts.first()?;
     let channels = Channels::of(&first.system.assembly.names);
     // A convention belongs to files: several campaigns of one model are read alike.
@@ -161,7 +166,12 @@ pub fn mistaken(problem: &Problem, conventions: &[Convention]) -> Option<Mistake
         read.iter().cloned().map(Suspect::Columns).chain(turns).collect();
     let whole = Thinned::of(&with_periods(problem), SAMPLES[1]);
     let problem = whole.late_by(0.0, &[])?;
-    let stands = Looked::at(problem.clone(), &start(&problem).0, None)?;
+    let count = problem.layout.instances.len();
+    let fitted = fitted.filter(|point| point.values.len() == count).cloned();
+    let begins = [Some(start(&problem).0), fitted].into_iter().flatten();
+    let stands = begins
+        .filter_map(|begin| Looked::at(problem.clone(), &begin, None))
+        .min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
     let mut found = Mistaken::none(stands.variance_factor);
     let mut odd = run_that_does_not_fit(&problem, stands.variance_factor);
     // Where all the others fit well, no convention of them is mistaken.
@@ -237,6 +247,9 @@ fn next_of<'s, 'c>(
     let numbers = few.late_by(0.0, &[])?;
     let residuals = Residuals::of(&numbers, &stands.point);
     let control = Quick::of(&few, None)?.score;
+    // As they stand they fit from there, too.
+    let there = trimmed_fit(&numbers, stands.point.clone(), ITERATIONS[1]);
+    let control = there.map_or(control, |fit| control.min(fit.variance_factor.ln()));
     let few = Thinned::of(first, SAMPLES[0]);
     let numbers = few.late_by(0.0, &[])?;
     let is_borne_out = |sequence: &Sequence<'_>| {

@@ -242,6 +242,54 @@ fn a_wrong_stated_value_is_set_free_beside_effects_that_are_as_large() {
     assert!((found.contradicted[0].alone - 380.0).abs() < 0.5, "{:?}", found.contradicted);
 }
 
+/// A pressure transducer beside a reference.
+const GAUGE: &str = r#"
+name = "gauge"
+title = "Pressure transducer"
+[inputs]
+reference = { unit = "bar" }
+temperature = { unit = "K" }
+[parameters]
+gain = { unit = "1", scope = "instrument", start = "1" }
+zero = { unit = "bar", scope = "instrument" }
+[measurands]
+reading = { value = 'gain * reference + zero', unit = "bar" }
+"#;
+
+/// Noise alone would explain it, too, were it five times as large and remembered for minutes.
+#[test]
+fn an_unknown_cause_beside_noise_that_remembers_is_no_noise() {
+    let mut random = Stream(83);
+    let mut log = "time [s],reference [bar],temperature [K],reading [mbar]\n".to_owned();
+    let (mut slow, memory) = (0.0, (-0.5_f64 / 3.0).exp());
+    let mut temperatures = Vec::new();
+    for row in 0..2400 {
+        let t = 0.5 * f64::from(row);
+        let reference = 5.0 - 4.6 * (t * 0.084).cos() + 0.15 * (t * 0.37).sin();
+        let temperature = 295.0 + 3.0 * (1.0 - (-t / 500.0).exp()) + (t * 0.0203).sin();
+        temperatures.push(temperature);
+        slow = memory * slow + (1.0 - memory.powi(2)).sqrt() * random.normal();
+        let noise = 0.5 * (0.4_f64.sqrt() * slow + 0.6_f64.sqrt() * random.normal());
+        let reading = 1004.0 * reference + 12.0 + 1.2 * (temperature - 296.0) + noise;
+        writeln!(log, "{t},{reference:.6},{temperature:.4},{reading:.4}").unwrap();
+    }
+    let measurands = "reading = { sigma = \"0.5 mbar\" }";
+    let found = Campaign { model: GAUGE, effects: &[], measurands, log }.diagnosed();
+    assert_eq!(found.verdict, Verdict::Unknown, "{}", told(&found));
+    let [part] = &found.remainder[..] else { panic!("{}", told(&found)) };
+    assert_eq!(part.place.words, "an error of `reading` over temperature", "{}", told(&found));
+    // What the temperature does in readings (Pa), not in their differences.
+    let count = temperatures.len() as f64;
+    let mean = temperatures.iter().sum::<f64>() / count;
+    let variance = temperatures.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / count;
+    let (rms, _) = part.rms.as_ref().unwrap();
+    let ratio = rms / (120.0 * variance.sqrt());
+    assert!((0.95..1.05).contains(&ratio), "{ratio}");
+    let [(_, _, noise)] = &found.autocorrelation[..] else { panic!("{}", told(&found)) };
+    assert!((0.3..0.5).contains(&noise.share), "{noise:?}");
+    assert!((2.0..4.5).contains(&noise.time), "{noise:?}");
+}
+
 /// A first fit of all readings ends seconds away; from where readings are left out the fit begins anew.
 #[test]
 fn readings_that_lead_a_fit_astray_are_left_out_from_the_beginning() {

@@ -2,12 +2,16 @@
 //! model itself is wrong none is.
 
 use homepoint::engine::open::{Request, open};
+use homepoint::estimate::batch::Options;
+use homepoint::estimate::calibrate::calibrate;
 use homepoint::estimate::conventions::{Mistaken, mistaken};
+use homepoint::estimate::minima::improved;
 use homepoint::library::conventions;
 
 use crate::folder::Folder;
 use crate::problems::Stream;
 use crate::problems::camera::Camera;
+use crate::problems::load_cell::LoadCell;
 
 /// Gives the columns of a table other heads.
 fn renamed(folder: &Folder, table: &str, heads: &[(&str, &str)]) {
@@ -45,7 +49,7 @@ pub(crate) fn changed(
 
 pub(crate) fn found(folder: &Folder) -> Option<Mistaken> {
     let opened = open(&Request::new([&**folder])).unwrap();
-    mistaken(&opened.problem, &conventions([]).unwrap())
+    mistaken(&opened.problem, None, &conventions([]).unwrap())
 }
 
 pub(crate) fn names(found: &Mistaken) -> Vec<&str> {
@@ -214,7 +218,7 @@ fn campaigns_of_unlike_models_have_no_convention() {
     std::fs::write(path, text).unwrap();
     changed(&first, "stops.csv", "y", |value| -value);
     let opened = open(&Request::new([first.to_path_buf(), second.to_path_buf()])).unwrap();
-    assert!(mistaken(&opened.problem, &conventions([]).unwrap()).is_none());
+    assert!(mistaken(&opened.problem, None, &conventions([]).unwrap()).is_none());
 }
 
 /// A model that lacks an effect fits badly, too: that is no convention.
@@ -283,4 +287,20 @@ fn a_sensor_that_is_turned_as_a_whole_is_named() {
     assert_eq!(one.what[0].name, "turned_90_about_z", "{one:?}");
     assert_eq!(one.what[0].numbers, ["fx", "fy", "fz", "tx", "ty", "tz"], "{one:?}");
     assert!(one.variance_factors[1] < 2.0, "{one:?}");
+}
+
+/// A gain that starts far off leads a fit astray, so that a convention seems to be mistaken; from where
+/// the search for a start led none is.
+#[test]
+fn no_convention_is_mistaken_where_the_fit_is_right() {
+    let folder = tempfile::tempdir().unwrap();
+    for start in [1e4, 1e5] {
+        LoadCell { start, seed: 3, ..LoadCell::default() }.written(folder.path());
+        let problem = open(&Request::new([folder.path()])).unwrap().problem;
+        let fit = calibrate(improved(problem.clone()).0, &Options::default()).unwrap();
+        let all = conventions([]).unwrap();
+        assert!(mistaken(&problem, None, &all).is_some(), "{start}: the fit is not led astray");
+        let found = mistaken(&problem, Some(&fit.fit.point), &all);
+        assert!(found.is_none(), "{start}: {found:?}");
+    }
 }

@@ -6,6 +6,7 @@ use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::estimate::compare::compare;
 use homepoint::estimate::minima::{Found, improved, others};
+use homepoint::estimate::refit::calibrate_near;
 use homepoint::estimate::transformation::delays_of;
 
 use crate::folder::Folder;
@@ -314,4 +315,20 @@ fn wrong_readings_do_not_hide_a_start_that_fits_far_better() {
     for [before, after] in compared {
         assert!(5.0 * after.powi(2) < before.powi(2), "{before} {after}");
     }
+}
+
+/// From its start a fit ends in another period of the motion.
+#[test]
+fn a_fit_of_nearly_the_same_readings_ends_no_worse() {
+    let folder = tempfile::tempdir().unwrap();
+    LoadCell { start: 1e5, seed: 3, ..LoadCell::default() }.written(folder.path());
+    let problem = open(&Request::new([folder.path()])).unwrap().problem;
+    let options = Options::default();
+    let whole = calibrate(improved(problem.clone()).0, &options).unwrap();
+    let mut rest = problem;
+    rest.leave_out_samples(|count| std::iter::once(count / 2..count / 2 + 40).collect());
+    let alone = calibrate(rest.clone(), &options).unwrap();
+    assert!((value(&alone, "raw.delay") - DELAY).abs() > 1.0, "the fit is not led astray");
+    let fit = calibrate_near(rest, &whole.fit.point, &options).unwrap();
+    assert!((value(&fit, "raw.delay") - DELAY).abs() < 1e-3, "{}", value(&fit, "raw.delay"));
 }

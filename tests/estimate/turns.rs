@@ -44,7 +44,7 @@ fn wrist(true_turns: fn([f64; 3]) -> Quaternion<f64>, quantities: &str) -> Folde
 
 fn found(folder: &Folder) -> Option<Mistaken> {
     let opened = open(&Request::new([&**folder])).unwrap();
-    mistaken(&opened.problem, &conventions([]).unwrap())
+    mistaken(&opened.problem, None, &conventions([]).unwrap())
 }
 
 fn z_y_x([a, b, c]: [f64; 3]) -> Quaternion<f64> {

@@ -26,7 +26,7 @@ fn a_run_in_another_unit_is_named() {
     part.runs[3].record.edit(|samples| {
         samples.readings[distance].iter_mut().for_each(|reading| *reading *= 1e3);
     });
-    let one = mistaken(&opened.problem, &conventions([]).unwrap()).unwrap();
+    let one = mistaken(&opened.problem, None, &conventions([]).unwrap()).unwrap();
     assert_eq!((names(&one), one.run.as_ref()), (vec!["in_thousandths"], Some(&run)), "{one:?}");
     assert!(one.variance_factors[1] < 2.0, "{one:?}");
     let text = homepoint::report::conventions::text(Some(&one));
@@ -228,7 +228,7 @@ fn joint(read: impl Fn(f64) -> f64, noise: f64) -> Folder {
 fn degrees_with_the_other_sense_are_named_together() {
     let folder = joint(|angle| -angle.to_degrees(), 0.0005);
     let problem = open(&Request::new([&*folder])).unwrap().problem;
-    let one = mistaken(&problem, &conventions([]).unwrap()).unwrap();
+    let one = mistaken(&problem, None, &conventions([]).unwrap()).unwrap();
     assert_eq!(one.what[0].name, "in_degrees and reversed_sign", "{one:?}");
     assert_eq!(one.columns, [("q".to_owned(), "-(q * pi / 180)".to_owned())], "{one:?}");
 }
@@ -238,6 +238,6 @@ fn degrees_with_the_other_sense_are_named_together() {
 fn a_column_of_uncertainties_is_in_no_other_unit() {
     let folder = joint(|angle| angle, 0.005);
     let problem = open(&Request::new([&*folder])).unwrap().problem;
-    let found = mistaken(&problem, &conventions([]).unwrap());
+    let found = mistaken(&problem, None, &conventions([]).unwrap());
     assert!(found.is_none(), "{found:?}");
 }

@@ -54,7 +54,7 @@ fn a_factor_beside_which_another_one_fits_better_is_not_named() {
     let of = |factor: f64| {
         let folder = rotor(|speed| speed * factor, "2 mrad/s");
         let problem = open(&Request::new([&*folder])).unwrap().problem;
-        mistaken(&problem, &halved)
+        mistaken(&problem, None, &halved)
     };
     assert_eq!(names(&of(2.0).unwrap()), ["halved"]);
     assert!(of(1.944).is_none(), "{:?}", of(1.944));

@@ -31,6 +31,7 @@ use crate::diagnose::thresholds::{ENTER, TIE};
 
 mod candidates;
 mod remainder;
+mod size;
 
 /// Effects that are compared with a row.
 const RIVALS: usize = 8;

@@ -11,6 +11,7 @@ use super::linear::Linear;
 use super::selection::Selection;
 use super::sums::Appended;
 use super::terms::{Base, Change, Term, without};
+use crate::diagnose::library::place::Extent;
 use crate::diagnose::thresholds::ENTER;
 
 mod moments;
@@ -126,15 +127,20 @@ impl Linear {
         for ((column, change), added) in known.drain(old..).zip(&added) {
             self.sums.append(added);
             let block = &self.candidates[change.base.candidate];
+            let is_last = self.order.iter().max() == self.order.get(change.at.0);
             let (part, run) = self.fitted.problem.run_at(change.at.0);
             let part = &self.fitted.problem.parts[part];
             let name = part.run_name(run);
             let run = &part.runs[run];
             let row = run.record.row(change.at.1);
-            let last = change.end.map(|end| run.record.row(end.saturating_sub(1)));
-            let is_whole = change.at.1 == 0 && change.end == Some(run.record.len());
-            let rows = (!is_whole).then_some((row, last));
-            let place = block.place.as_ref().map(|place| place.within(&name, rows));
+            let extent = match (change.at.1, change.end) {
+                (0, None) if !is_last => Extent::FromRun,
+                (0, None) => Extent::Run,
+                (0, Some(end)) if end == run.record.len() => Extent::Run,
+                (_, None) => Extent::From(row),
+                (_, Some(end)) => Extent::Rows(row, run.record.row(end.saturating_sub(1))),
+            };
+            let place = block.place.as_ref().map(|place| place.within(&name, extent));
             let (name, columns) = (format!("change of {}", block.name), vec![vec![(column, 1.0)]]);
             self.terms.push(Term {
                 members: change.members,

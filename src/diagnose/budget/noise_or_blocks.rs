@@ -25,6 +25,9 @@ const SURE: f64 = 20.0;
 const SCATTER: f64 = 1.17;
 /// Change points that are tried beside autocorrelated noise.
 const MOST_CHANGES: usize = 2;
+/// Terms that are tried beside it together, and the ln Bayes factor of each.
+const MOST_STRONG: u8 = 3;
+const STRONG: f64 = 20.0;
 /// Readings of a run of which the noise is judged at least.
 const LEAST_OF_RUN: usize = 20;
 
@@ -71,6 +74,7 @@ pub fn instead_of_blocks(
     let mut all_kept = vec![(with_changes.clone(), 0.0)];
     if has_blocks {
         all_kept.extend(with_one_change(selection, model, &rows));
+        all_kept.extend(with_the_strongest(selection, model, &rows));
         all_kept.push((rows, 0.0));
     }
     for (kept, price) in &all_kept {
@@ -129,6 +133,26 @@ fn with_one_change(
         (with, price)
     });
     with.collect()
+}
+
+/// The rows with the strongest structure of the model, one more each time: beside noise that remembers
+/// an unmodelled effect is no noise. Each must gain more than its price, which both sides have, by what
+/// a term needs to enter.
+fn with_the_strongest(
+    selection: &Selection<'_>,
+    model: &[usize],
+    rows: &[usize],
+) -> Vec<(Vec<usize>, f64)> {
+    let (mut kept, mut all) = (rows.to_vec(), Vec::new());
+    for count in 1..=MOST_STRONG {
+        let others: Vec<usize> =
+            model.iter().copied().filter(|term| !kept.contains(term)).collect();
+        let ranked = selection.ranked(&kept, &others);
+        let Some(best) = ranked.first().filter(|best| best.ln_bayes >= STRONG) else { break };
+        kept.push(best.term);
+        all.push((kept.clone(), ENTER * f64::from(count)));
+    }
+    all
 }
 
 /// Measurands in which the same blocks act, and by how much these raise the log likelihood of their

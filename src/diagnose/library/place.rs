@@ -30,6 +30,19 @@ pub struct Place {
     pub rows: Option<(usize, Option<usize>)>,
 }
 
+/// How much of a campaign, by a run of it and rows of its file.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::diagnose) enum Extent {
+    /// The run.
+    Run,
+    /// It and the later ones.
+    FromRun,
+    /// From a row of it on, with the later runs.
+    From(usize),
+    /// Of it, from a row to another.
+    Rows(usize, usize),
+}
+
 impl Place {
     /// Of all runs.
     pub(in crate::diagnose) fn new(of: Of, covariate: &str, words: String) -> Self {
@@ -42,17 +55,18 @@ impl Place {
         Self::new(Of::Channel(effect.to_owned()), SMALL, words)
     }
 
-    /// The same in a run alone, or from a row of it on, to another or to the end of the campaign.
-    pub(in crate::diagnose) fn within(
-        &self,
-        run: &str,
-        rows: Option<(usize, Option<usize>)>,
-    ) -> Self {
+    /// The same in a run or from there on.
+    pub(in crate::diagnose) fn within(&self, run: &str, extent: Extent) -> Self {
         let words = self.words.trim_end_matches(" over run");
-        let when = match rows {
-            None => format!("in run `{run}`"),
-            Some((row, None)) => format!("that changes in run `{run}` at row {row}"),
-            Some((row, Some(last))) => format!("in run `{run}` from row {row} to row {last}"),
+        let (when, rows) = match extent {
+            Extent::Run => (format!("in run `{run}`"), None),
+            Extent::FromRun => (format!("from run `{run}` on"), None),
+            Extent::From(row) => {
+                (format!("that changes in run `{run}` at row {row}"), Some((row, None)))
+            }
+            Extent::Rows(row, last) => {
+                (format!("in run `{run}` from row {row} to row {last}"), Some((row, Some(last))))
+            }
         };
         Self { words: format!("{words} {when}"), run: Some(run.to_owned()), rows, ..self.clone() }
     }

@@ -12,7 +12,8 @@ use std::ops::Range;
 use crate::diagnose::found::{LeftOut, NoReading};
 use crate::engine::{Part, Problem};
 use crate::estimate::batch::Options;
-use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::calibrate::Calibration;
+use crate::estimate::refit::calibrate_near;
 use crate::estimate::residuals::{OfRun, Residuals, seen_from};
 use crate::statistics::robust;
 
@@ -44,7 +45,7 @@ pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleane
     let mut rest = problem.clone();
     let stretches = stretches_out(&mut rest, &all, &frozen, true);
     let found = LeftOut { stretches, ..LeftOut::default() };
-    Ok(if_sound(nominal, calibrate(rest, options)?, found))
+    Ok(if_sound(nominal, calibrate_near(rest, &nominal.fit.point, options)?, found))
 }
 
 /// Whether stretches stand at a limit again and again: an instrument is saturated there, though the

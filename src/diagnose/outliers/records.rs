@@ -31,10 +31,7 @@ impl Records {
         let mut problem = whole.problem.clone();
         self.put_into(&mut problem);
         let mut from_whole = problem.clone();
-        let layout = &whole.problem.layout;
-        for index in (0..layout.instances.len()).filter(|index| layout.is_free(*index)) {
-            from_whole.begin_at_found(index, whole.fit.point.components(layout, index));
-        }
+        from_whole.begin_at(&whole.fit.point);
         let mut best: Option<Calibration> = None;
         for problem in [improved(problem).0, from_whole] {
             let anew = calibrate(problem, options)?;

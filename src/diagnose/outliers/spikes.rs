@@ -14,7 +14,8 @@ use std::sync::Arc;
 use crate::diagnose::found::LeftOut;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options};
-use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::calibrate::Calibration;
+use crate::estimate::refit::calibrate_near;
 use crate::estimate::residuals::{Far, Residuals, seen_from};
 use crate::estimate::trimmed::{TrimmedFit, drawn_starts, starts, trimmed_fit};
 
@@ -55,7 +56,7 @@ pub(super) fn without_spikes(nominal: &Calibration, options: &Options) -> Cleane
     if found.is_empty() {
         return Ok(None);
     }
-    Ok(if_sound(nominal, calibrate(rest, options)?, found))
+    Ok(if_sound(nominal, calibrate_near(rest, &point, options)?, found))
 }
 
 /// Leaves bursts and spikes out that are seen from a point that they do not bend, and lists them.

@@ -5,7 +5,8 @@
 
 use crate::diagnose::found::{LeftOut, NoReading};
 use crate::estimate::batch::Options;
-use crate::estimate::calibrate::{Calibration, calibrate};
+use crate::estimate::calibrate::Calibration;
+use crate::estimate::refit::calibrate_near;
 use crate::estimate::residuals::{Far, Residuals, leave_out, seen_from};
 
 use super::Cleaned;
@@ -59,7 +60,7 @@ pub(super) fn without_suspects(
         }
         let mut rest = problem.clone();
         suspects.iter().for_each(|one| leave_out(&mut rest, one.of, &one.at));
-        let fitted = calibrate(rest, options)?;
+        let fitted = calibrate_near(rest, &nominal.fit.point, options)?;
         let seen = seen_from(problem, &fitted.fit.point);
         let known = suspects.len();
         suspects.retain(|suspect| {

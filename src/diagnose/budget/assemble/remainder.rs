@@ -3,7 +3,6 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use crate::diagnose::budget::answer::{NEAREST, Remainder, StepChange};
-use crate::diagnose::budget::linear::Measurand;
 use crate::diagnose::budget::neighbours::{OfInputs, of_inputs};
 use crate::diagnose::budget::solved::Solved;
 use crate::diagnose::budget::terms::Term;
@@ -94,37 +93,5 @@ impl Budget<'_> {
             Some(Remainder { rms: Some((rms, of.name.to_owned())), ..Remainder::at(place) })
         };
         of_inputs(linear, selection, model).into_iter().filter_map(remainder).collect()
-    }
-
-    /// The rms of what a term does (SI): of an error of a measurand in that one, else in the one in
-    /// which it is largest against the noise.
-    fn rms(&self, term: usize, values: &[f64]) -> Option<(f64, String)> {
-        let Self { linear, selection, .. } = self;
-        let own = match &linear.terms[term].place {
-            Some(Place { of: Of::Measurand(name), .. }) => Some(name),
-            _ => None,
-        };
-        let Fitted { problem, fit, .. } = &linear.fitted;
-        let form = selection.beyond_nominal(term, values);
-        let mut best: Option<(f64, f64, &str)> = None;
-        for Measurand { number, part, measurand, name } in linear.measurands() {
-            // Of a rotation that of the whole turn, not of one component.
-            let components = problem.parts[part].slots()[measurand].components;
-            let readings = (linear.sums.readings[number] / components) as f64;
-            if readings == 0.0 || own.is_some_and(|own| own != name) {
-                continue;
-            }
-            let mut square = 0.0;
-            for (i, p) in &form {
-                let of = |(j, q): &(usize, f64)| q * linear.sums.product_in(number, *i, *j);
-                square += p * form.iter().map(of).sum::<f64>();
-            }
-            let rms = (square.max(0.0) / readings).sqrt();
-            let against = rms / selection.scale[number];
-            if best.is_none_or(|(known, ..)| against > known) {
-                best = Some((against, rms * problem.rms_sigma(&fit.point, part, measurand), name));
-            }
-        }
-        best.map(|(_, rms, name)| (rms, name.to_owned()))
     }
 }

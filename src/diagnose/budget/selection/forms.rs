@@ -127,16 +127,24 @@ impl Selection<'_> {
     /// A term's form with what nominal parameters absorb of it taken off, as one combination of
     /// columns.
     pub fn beyond_nominal(&self, term: usize, values: &[f64]) -> Combination {
-        let mut form: Combination = Vec::new();
-        for (column, value) in self.terms[term].columns.iter().zip(values) {
-            form.extend(column.iter().map(|(at, by)| (*at, by * value)));
-        }
-        let nominal = self.factored(&[]);
-        let values = self.of_nominal(&nominal, &form);
-        for (column, value) in nominal.columns.iter().zip(values.iter()) {
+        let mut form = self.form(term, values);
+        let taken_up = self.taken_up_by_nominal(term, values);
+        for (column, value) in self.columns(&[]).into_iter().zip(taken_up) {
             form.extend(column.iter().map(|(at, by)| (*at, -by * value)));
         }
         form
+    }
+
+    /// How much of each nominal column is in a term's form.
+    pub fn taken_up_by_nominal(&self, term: usize, values: &[f64]) -> Vec<f64> {
+        let nominal = self.factored(&[]);
+        self.of_nominal(&nominal, &self.form(term, values)).iter().copied().collect()
+    }
+
+    /// A term's form as one combination of columns.
+    fn form(&self, term: usize, values: &[f64]) -> Combination {
+        let columns = self.terms[term].columns.iter().zip(values);
+        columns.flat_map(|(all, value)| all.iter().map(move |(at, by)| (*at, by * value))).collect()
     }
 
     /// Squared length of what a model leaves of the form that a term has in another one.
