@@ -130,3 +130,25 @@ pub enum Of {
     /// A part of the rig, or the time of a reading.
     Channel(String),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_extent_has_its_words_and_rows() {
+        let of = Of::Measurand("x".to_owned());
+        let place = Place::new(of, RUN, "an error of `x` over run".to_owned());
+        let at = |extent| {
+            let found = place.within("b", extent);
+            (found.words, found.rows)
+        };
+        let due = |words: &str, rows| (format!("an error of `x` {words}"), rows);
+        assert_eq!(at(Extent::Run), due("in run `b`", None));
+        assert_eq!(at(Extent::FromRun), due("from run `b` on", None));
+        let from = due("that changes in run `b` at row 7", Some((7, None)));
+        assert_eq!(at(Extent::From(7)), from);
+        let rows = due("in run `b` from row 7 to row 9", Some((7, Some(9))));
+        assert_eq!(at(Extent::Rows(7, 9)), rows);
+    }
+}
