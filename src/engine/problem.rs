@@ -78,15 +78,6 @@ impl Problem {
         }
     }
 
-    /// Lets all free parameters start at a point of this problem, as if a search had found it.
-    pub fn begin_at(&mut self, point: &Point) {
-        for index in 0..self.layout.instances.len() {
-            if self.layout.is_free(index) {
-                self.begin_at_found(index, point.components(&self.layout, index));
-            }
-        }
-    }
-
     /// Whether anything moves in any run; else there are no delays.
     pub fn moves(&self) -> bool {
         let mut runs = self.parts.iter().flat_map(|part| &part.runs);

@@ -10,6 +10,7 @@
 //! |---|---|
 //! | `clocks` | which runs share a clock |
 //! | `thinned` | some samples of a problem, later by an offset |
+//! | `comparison` | which of two starts fits better, and whether by enough |
 //! | `held` | a problem of which some unknowns stay where they are |
 //! | `starts` | the offsets and attitudes to start from |
 //! | `signs` | scalars that are stated to start with one sign and end with the other |
@@ -20,10 +21,10 @@ use rayon::prelude::*;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{Options, fit};
 use crate::estimate::calibrate::Calibration;
-use crate::estimate::sample_squares::exceeded_by;
 use crate::estimate::start::start;
 
 pub(super) mod clocks;
+mod comparison;
 mod held;
 mod mirrored;
 mod signs;
@@ -31,6 +32,7 @@ pub(super) mod starts;
 pub(super) mod thinned;
 
 use clocks::Clock;
+use comparison::{far_better_for_most, is_better, is_enough};
 use held::Held;
 use mirrored::other_values;
 use signs::{start_that_keeps_signs, stated_signs};
@@ -221,49 +223,6 @@ pub(super) fn better_start(problem: &Problem, clock: &Clock) -> Option<(Point, F
     let mut point = best.point;
     offsets.delay(&mut point, best.offset);
     Some((point, found))
-}
-
-/// Whether the best start fits so much better than the stated one that it takes its place. One that
-/// fits badly all the same must fit far better, and nearly all samples: a few of them are fitted by
-/// chance.
-fn is_enough(some: &Thinned, best: &Tried, [before, after]: [f64; 2]) -> bool {
-    match after <= GOOD {
-        true => before > GOOD && after <= BETTER * before,
-        false => before > GOOD && keeps_most(some, best) && after <= FAR_BETTER * before,
-    }
-}
-
-/// Whether a fit is one of nearly all samples.
-fn keeps_most(some: &Thinned, one: &Tried) -> bool {
-    one.readings as f64 >= KEPT * some.readings() as f64
-}
-
-/// The normalized residuals that most samples keep below, from the stated start and from the best,
-/// where the best is far better: wrong readings may be most of both sums of squares.
-fn far_better_for_most(some: &Thinned, best: &Tried, own: &Tried) -> Option<[f64; 2]> {
-    let exceeded = |one: &Tried| {
-        exceeded_by(1.0 - MOST, &some.late_by(one.offset, &[one.offset])?, &one.point)
-    };
-    let [before, after] = [exceeded(own)?, exceeded(best)?];
-    let is_far_better =
-        own.variance_factor > GOOD && keeps_most(some, best) && after <= FAR_BETTER * before;
-    is_far_better.then_some([before.sqrt(), after.sqrt()])
-}
-
-/// Whether a fit is better than another one, on the samples for which streams are there at both of
-/// their offsets: a few samples are fitted more easily than many. One over fewer samples must fit
-/// far better there.
-fn is_better(some: &Thinned, one: &Tried, other: &Tried) -> bool {
-    let times = if one.readings < other.readings { BETTER } else { 1.0 };
-    let on_both = |fit: &Tried| {
-        let problem = some.late_by(fit.offset, &[one.offset, other.offset])?;
-        let again = Tried::fit(problem, fit.point.clone(), fit.offset, ITERATIONS[1])?;
-        Some(again.variance_factor)
-    };
-    match (on_both(one), on_both(other)) {
-        (Some(one), Some(other)) => one < times * other,
-        _ => one.variance_factor < times * other.variance_factor && one.readings >= other.readings,
-    }
 }
 
 /// Other minima that the readings cannot exclude, nearest first: other offsets of the clock, and

@@ -22,9 +22,18 @@ pub fn calibrate_near(
     if fitted.is_sound() && fitted.fit.cost <= fitted.problem.cost(near) {
         return Ok(fitted);
     }
-    let mut problem = fitted.problem.clone();
-    problem.begin_at(near);
-    let other = calibrate(problem, options)?;
+    let other = calibrate(beginning_at(fitted.problem.clone(), near), options)?;
     let is_better = other.is_sound() && (!fitted.is_sound() || other.fit.cost < fitted.fit.cost);
     Ok(if is_better { other } else { fitted })
+}
+
+/// The problem with all free parameters starting at a point of it, as if a search had found that.
+pub fn beginning_at(mut problem: Problem, point: &Point) -> Problem {
+    for index in 0..problem.layout.instances.len() {
+        if problem.layout.is_free(index) {
+            let components = point.components(&problem.layout, index);
+            problem.begin_at_found(index, components);
+        }
+    }
+    problem
 }

@@ -5,6 +5,7 @@ use crate::engine::Problem;
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::minima::improved;
+use crate::estimate::refit::beginning_at;
 
 /// The records of each run of each campaign.
 #[derive(Clone, Debug)]
@@ -30,8 +31,7 @@ impl Records {
         }
         let mut problem = whole.problem.clone();
         self.put_into(&mut problem);
-        let mut from_whole = problem.clone();
-        from_whole.begin_at(&whole.fit.point);
+        let from_whole = beginning_at(problem.clone(), &whole.fit.point);
         let mut best: Option<Calibration> = None;
         for problem in [improved(problem).0, from_whole] {
             let anew = calibrate(problem, options)?;

@@ -1,6 +1,6 @@
 //! A problem of which some unknowns stay where they are.
 //!
-//! Far from the solution a delay takes the blame for others: beside a gain that starts a tenth of
+//! Far from the solution a step of a delay absorbs errors of other parameters: beside a gain that starts a tenth of
 //! what it is, a step in the delay is ten times too long, and the fit ends in another period of the
 //! motion. A start is tried with its delays held first, so that the others follow the readings
 //! before the delays move.
