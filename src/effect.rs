@@ -54,6 +54,8 @@ pub struct Effect {
     pub acts: Acts,
     /// A built-in detector: no patch, diagnose looks for it in its own way.
     pub builtin: bool,
+    /// Tested only where some run begins after another one has ended.
+    pub runs_in_sequence: bool,
     /// `[parameters]`.
     pub parameters: Vec<ParameterDeclaration>,
     /// `[patch]`: left side as written, with its place and meaning, and the right side.

@@ -18,12 +18,10 @@ use crate::estimate::checks;
 use crate::library::Library;
 use crate::model::{Model, Override};
 use crate::report;
-use crate::system::{Selected, System, candidates, missing_names, stand_ins, testable};
+use crate::system::{Selected, System, candidates, missing_names, stand_ins};
+use testable::testable_in;
 
-/// How many sets of roles that would let more effects be tested are listed, and how many effects of
-/// each are named.
-const MOST_ROLES: usize = 3;
-const MOST_NAMED: usize = 4;
+mod testable;
 
 #[derive(Debug, Args)]
 pub(super) struct Check {
@@ -170,28 +168,6 @@ fn without_target(model: &Model) -> String {
         return String::new();
     }
     "; none of its quantities is called `target` or has that role: `diagnose` looks for no displacement of what is measured".to_owned()
-}
-
-/// How many effects of the library can be tested, and which roles would let more be.
-fn testable_in(recipe: &Recipe) -> String {
-    let found = testable(&recipe.model, recipe.library.effects(), &recipe.overrides);
-    let mut said = format!(
-        "\n  {} of the {} effects of the library can be tested here",
-        found.effects.len(),
-        found.of
-    );
-    let several = found.lacking.iter().filter(|one| one.effects.len() > 1);
-    for one in several.take(MOST_ROLES) {
-        let roles: Vec<String> = one.names.iter().map(|name| format!("{name} = \"...\"")).collect();
-        let count = one.effects.len();
-        let more = if count > MOST_NAMED { ", ..." } else { "" };
-        said.push_str(&format!(
-            "\n    {count} more with [roles] {} in the model: {}{more}",
-            roles.join(", "),
-            one.effects.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join(", "),
-        ));
-    }
-    said
 }
 
 /// The models of one's own among what is to be checked, which effects may be for.

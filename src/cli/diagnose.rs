@@ -216,7 +216,7 @@ impl Diagnose {
         let mistaken = if is_suspicious { suspicion.mistaken(&as_loaded, fitted) } else { None };
         if !self.common.quiet {
             render::all(&own_untested(&loaded.recipes, &found));
-            doubts::tell_of_accelerations(&found.nominal);
+            doubts::tell_of_logs(&found.nominal);
         }
         if let Some(folder) = &self.common.out {
             let table = report::diagnosis::table(&found);

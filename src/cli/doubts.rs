@@ -11,21 +11,50 @@ use crate::units::decimal;
 /// Residuals larger than stated by so much are no matter of uncertainties.
 const SPOILT: f64 = 10.0;
 
+/// Time zones are apart by multiples of this (s).
+const ZONE_STEP: f64 = 1800.0;
+/// How near to one a delay is that may be a time zone (s).
+const NEAR_ZONE: f64 = 60.0;
+
 /// Tells all of it, unless nothing is to be told.
 pub(super) fn tell(fit: &Calibration, quiet: bool) {
     if quiet {
         return;
     }
     render::all(&spoilt(fit).into_iter().collect::<Vec<_>>());
-    tell_of_accelerations(fit);
+    tell_of_logs(fit);
 }
 
-/// Tells of accelerations that nobody recorded, but that readings miss.
-pub(super) fn tell_of_accelerations(fit: &Calibration) {
+/// Tells what may be wrong with the logs: accelerations that nobody recorded, but that readings miss,
+/// and clocks of other time zones.
+pub(super) fn tell_of_logs(fit: &Calibration) {
     if fit.is_sound() {
         let missed = unrecorded(&fit.problem, &fit.fit.point);
         render::all(&missed.iter().map(accelerations).collect::<Vec<_>>());
+        render::all(&time_zones(fit));
     }
+}
+
+/// Delays near whole half hours: nobody reads so late.
+fn time_zones(fit: &Calibration) -> Vec<Diagnostic> {
+    let layout = &fit.problem.layout;
+    let far = fit.estimates().into_iter().filter_map(|one| {
+        let delay =
+            one.value.filter(|_| one.instance.is_some_and(|at| layout.instances[at].is_delay()))?;
+        let steps = (delay / ZONE_STEP).round();
+        let is_near = steps != 0.0 && (delay - steps * ZONE_STEP).abs() < NEAR_ZONE;
+        is_near.then_some((one.name, delay, steps * ZONE_STEP / 3600.0))
+    });
+    let told = far.map(|(name, delay, hours)| {
+        let message = format!(
+            "`{name}` is {} s, near {} h: the times of the logs may be of different time zones, or of summer time",
+            decimal(delay, 1),
+            decimal(hours, 1)
+        );
+        let help = "check the clocks of the logs; UTC is assumed for times of day without a zone";
+        Diagnostic::warning(message).help(help)
+    });
+    told.collect()
 }
 
 /// The same beside delays, which say nothing of how the joint fit went: residuals that are larger

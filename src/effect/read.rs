@@ -59,7 +59,8 @@ fn read(reader: &Reader<'_>, root: &Section<'_>) -> Option<Effect> {
     let text = |key: &'static str| root.get(key).and_then(|item| item.string()).map(str::to_owned);
     let (title, reference, about) = (text("title"), text("source"), text("about"));
     let acts = root.require("acts").and_then(|item| item.choice(ACTS));
-    let builtin = root.get("builtin").and_then(|item| item.boolean()).unwrap_or(false);
+    let flag = |key: &'static str| root.get(key).and_then(|item| item.boolean()).unwrap_or(false);
+    let (builtin, runs_in_sequence) = (flag("builtin"), flag("runs_in_sequence"));
     let mut taken = HashSet::new();
     let shape = families(root.section("shape").as_ref(), &mut taken);
     let parameters = parameters(root.section("parameters").as_ref(), &mut taken, &shape);
@@ -92,6 +93,7 @@ fn read(reader: &Reader<'_>, root: &Section<'_>) -> Option<Effect> {
         source: reader.source().clone(),
         acts: acts?,
         builtin,
+        runs_in_sequence,
         parameters,
         patches,
         shape,

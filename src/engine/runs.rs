@@ -1,6 +1,7 @@
 //! The runs of all campaigns of a problem: their numbers, names, samples and order.
 
 use super::problem::Problem;
+use crate::campaign::Run;
 
 impl Problem {
     /// Index of a run among all runs.
@@ -37,6 +38,16 @@ impl Problem {
         let mut order = vec![0; runs];
         sorted.into_iter().enumerate().for_each(|(place, run)| order[run] = place);
         order
+    }
+
+    /// Whether some run begins after another one has ended, in the reference time.
+    pub fn runs_in_sequence(&self) -> bool {
+        let runs = self.parts.iter().flat_map(|part| &part.runs);
+        let times = |run: &Run| run.record.ends(|samples| &samples.elapsed_time);
+        let ends: Vec<[f64; 2]> = runs.filter_map(times).collect();
+        let last_start = ends.iter().fold(f64::NEG_INFINITY, |last, [start, _]| last.max(*start));
+        let first_end = ends.iter().fold(f64::INFINITY, |first, [_, end]| first.min(*end));
+        last_start > first_end
     }
 
     /// The names of all runs, with the labels of their campaigns where there are several.

@@ -1,10 +1,9 @@
 //! Whether a convention was mistaken, where the model fits badly: the order of a quaternion's
-//! components, an inverse pose, swapped columns, a mirrored axis, a sign, a unit, a turn by 90°; and
-//! the order of a model's turns about single axes.
+//! components, an inverse pose, swapped columns, a mirrored axis, a sign, a unit, a turn by 90°; and the order of a model's turns.
 //!
 //! [`mistaken`] reads the logged numbers as each convention of the library has it, and puts turns in
-//! other orders, fits some of the samples from several attitudes, and names what fits far better. A fit is compared with one of the
-//! numbers as they stand, from as many starts; readings that a convention makes smaller are judged
+//! other orders, fits some of the samples from several attitudes, and names what fits far better than
+//! the numbers as they stand, from as many starts; readings that a convention makes smaller are judged
 //! by their relative scatter. Where one run alone does not fit, its numbers alone are read so. It does
 //! not change the problem: what to type is part of the answer.
 //!
@@ -19,11 +18,10 @@
 //! | `one_run` | the run that does not fit beside the others |
 //! | `periods` | angles whose period nobody stated |
 //! | `residuals` | conventions that the readings do not bear out as they stand |
+//! | `next` | what fits best of all that may be set right |
 //! | `quick`, `looked` | a convention on few samples, and on more |
 //! | `trimmed` | fits that a few outliers do not bend |
 //! | `suspect` | what may have been mistaken, of either kind |
-
-use rayon::prelude::*;
 
 use crate::convention::Convention;
 use crate::engine::{Part, Point, Problem};
@@ -36,6 +34,7 @@ mod applied;
 mod channels;
 mod composed;
 mod looked;
+mod next;
 mod one_run;
 mod periods;
 mod quick;
@@ -50,13 +49,11 @@ use applied::Suspected;
 use channels::Channels;
 use composed::composed;
 use looked::Looked;
+use next::{Next, next_of};
 use one_run::run_that_does_not_fit;
 use periods::with_periods;
-use quick::Quick;
-use residuals::Residuals;
 use sequence::Sequence;
 use suspect::Suspect;
-use trimmed::trimmed_fit;
 pub use turns::ChangedFormula;
 use turns::{Reordered, changed_formulas};
 use units::other_units;
@@ -71,12 +68,6 @@ const GOOD: f64 = 4.0;
 const BETTER: [f64; 2] = [25.0, 4.0];
 /// Starts of a convention that are fitted further.
 const STARTS: usize = 3;
-/// Conventions that are compared on more samples.
-const FURTHER: usize = 6;
-/// Conventions that fit so many times worse than the best are not compared.
-const HOPELESS: f64 = 30.0;
-/// Conventions that fit up to so many times worse than the best are listed with it.
-const ALIKE: f64 = 1.5;
 /// A parameter has the other sign where its sum is so small a part of its difference, squared.
 const OPPOSITE: f64 = 0.01;
 /// Mistaken conventions that are looked for, one on top of the other.
@@ -229,70 +220,4 @@ fn set_right(mut stands: Looked, suspects: [&[Suspect<'_>]; MOST]) -> Mistaken {
     let shown = set.formulas().into_iter().map(|(name, formula)| (text(&formula), name));
     found.columns = shown.filter(|(formula, name)| formula != name).map(|(f, n)| (n, f)).collect();
     found
-}
-
-struct Next<'s, 'c> {
-    sequence: &'s Sequence<'c>,
-    looked: Looked,
-    alike: Vec<Instead>,
-}
-
-/// What fits best of all that may be set right in a problem, if that is far better than how it stands.
-fn next_of<'s, 'c>(
-    first: &Problem,
-    stands: &Looked,
-    sequences: &'s [Sequence<'c>],
-) -> Option<Next<'s, 'c>> {
-    let few = Thinned::of(&stands.problem, SAMPLES[0]);
-    let numbers = few.late_by(0.0, &[])?;
-    let residuals = Residuals::of(&numbers, &stands.point);
-    let control = Quick::of(&few, None)?.score;
-    // As they stand they fit from there, too.
-    let there = trimmed_fit(&numbers, stands.point.clone(), ITERATIONS[1]);
-    let control = there.map_or(control, |fit| control.min(fit.variance_factor.ln()));
-    let few = Thinned::of(first, SAMPLES[0]);
-    let numbers = few.late_by(0.0, &[])?;
-    let is_borne_out = |sequence: &Sequence<'_>| {
-        let changed = sequence.applied(&numbers);
-        changed.is_some_and(|one| residuals.bear_out(&Residuals::of(&one, &stands.point)))
-    };
-    let sequences: Vec<&Sequence<'_>> =
-        sequences.par_iter().filter(|sequence| !is_borne_out(sequence)).collect();
-    let mut tried: Vec<(Quick, &Sequence<'_>)> = sequences
-        .into_par_iter()
-        .filter_map(|sequence| Some((Quick::of(&few, Some(sequence))?, sequence)))
-        .filter(|(quick, _)| quick.score < control - BETTER[1].ln())
-        .collect();
-    tried.sort_by(|a, b| a.0.score.total_cmp(&b.0.score));
-    let best = tried.first()?.0.score;
-    let tried = tried.into_iter().take_while(|(quick, _)| quick.score < best + HOPELESS.ln());
-    let tried: Vec<_> = tried.take(FURTHER).collect();
-    let mut compared: Vec<(Looked, &Sequence<'_>)> = tried
-        .into_par_iter()
-        .filter_map(|(quick, sequence)| {
-            let problem = sequence.applied(first)?;
-            Some((Looked::at(problem, &quick.point, Some(sequence))?, sequence))
-        })
-        .filter(|(looked, _)| {
-            let times = stands.variance_factor / looked.score.exp();
-            times > BETTER[0] || (times > BETTER[1] && looked.variance_factor < GOOD)
-        })
-        .filter(|(looked, sequence)| !looked.is_another_factor(first, sequence))
-        .collect();
-    let best = compared.iter().map(|(looked, _)| looked.score).min_by(f64::total_cmp)?;
-    compared.retain(|(looked, _)| looked.score < best + ALIKE.ln());
-    // Of those that fit alike what fits the stated uncertainties, then the simplest: a sign before a
-    // turn, a turn before both.
-    compared.sort_by_key(|(looked, sequence)| {
-        (looked.variance_factor >= GOOD, sequence.last().order())
-    });
-    let mut compared = compared.into_iter();
-    let (looked, sequence) = compared.next()?;
-    let alike = compared
-        .map(|(other, sequence)| Instead {
-            opposite: looked.opposite(&other),
-            ..sequence.last().named()
-        })
-        .collect();
-    Some(Next { sequence, looked: looked.improved(), alike })
 }

@@ -13,14 +13,14 @@ use nalgebra::{
 const ITERATIONS: usize = 1000;
 
 /// Eigenvalues and orthonormal eigenvectors of a symmetric n × n matrix, in no order; `None` where
-/// the matrix is not finite.
+/// the matrix is not finite, or empty.
 pub fn symmetric<D>(matrix: OMatrix<f64, D, D>) -> Option<SymmetricEigen<f64, D>>
 where
     D: Dim + DimSub<U1>,
     DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
 {
     let most = ITERATIONS * matrix.nrows().max(1);
-    let is_finite = matrix.iter().all(|value| value.is_finite());
+    let is_finite = !matrix.is_empty() && matrix.iter().all(|value| value.is_finite());
     is_finite.then(|| SymmetricEigen::try_new(matrix, f64::EPSILON, most)).flatten()
 }
 
@@ -58,6 +58,7 @@ mod tests {
             assert!(least_squares(DMatrix::identity(2, 2), &right, 0.0).is_none());
             assert!(least_squares(DMatrix::identity(2, 2), &DVector::zeros(2), bad).is_none());
             assert!(symmetric(Matrix3::from_element(bad)).is_none());
+            assert!(symmetric(DMatrix::zeros(0, 0)).is_none());
         }
     }
 

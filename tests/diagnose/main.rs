@@ -15,6 +15,7 @@ mod nameless;
 #[path = "../problems/stream.rs"]
 mod stream;
 
+mod backlash;
 mod budget;
 mod bursts;
 mod clock_steps;
@@ -28,6 +29,7 @@ mod mistaken_for_noise;
 mod moments;
 mod no_readings;
 mod noise;
+mod over_angles;
 mod own_effects;
 mod parts;
 mod places;
@@ -36,6 +38,7 @@ mod practice;
 mod prior;
 mod replay;
 mod runs;
+mod runs_in_sequence;
 mod sensitivities;
 mod several_causes;
 mod situations;

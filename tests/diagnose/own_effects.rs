@@ -249,6 +249,31 @@ fn an_error_over_two_inputs_together_is_a_remainder() {
     assert!(even.remainder.is_empty() && even.left_out.is_empty(), "{}", told(&even));
 }
 
+/// Thrust above a floor: an error over the height is found, and what goes with height and speed together
+/// is left of it, no noise.
+#[test]
+fn an_error_over_two_inputs_together_is_told_beside_one_over_one_of_them() {
+    let model = "name = \"rotor\"\ntitle = \"Rotor\"\n[inputs]\nspeed = { unit = \"1/s\" }\nheight = { unit = \"m\" }\n\
+        [parameters]\nk = { unit = \"N s^2\" }\n[measurands]\nthrust = { value = 'k * speed^2', unit = \"N\" }";
+    let mut random = Stream(41);
+    let mut log = "speed [1/s],height [m],thrust [N]\n".to_owned();
+    for _ in 0..600 {
+        let (speed, height) = (50.0 + 100.0 * random.uniform(), 0.05 + 0.6 * random.uniform());
+        let near = 1.0 + 0.12 * (-height / 0.15_f64).exp();
+        let thrust = 2e-4 * speed.powi(2) * near + 0.01 * random.normal();
+        writeln!(log, "{speed:.4},{height:.4},{thrust:.5}").unwrap();
+    }
+    let measurands = "thrust = { sigma = \"10 mN\" }";
+    let found = Campaign { model, effects: &[], measurands, log }.diagnosed();
+    assert_eq!(found.verdict, Verdict::Unknown, "{}", told(&found));
+    let covariates: Vec<&str> =
+        found.remainder.iter().map(|one| one.place.covariate.as_str()).collect();
+    assert_eq!(covariates[0], "height", "{}", told(&found));
+    let together = found.remainder.iter().find(|one| one.place.covariate == "inputs").unwrap();
+    let (rms, _) = together.rms.as_ref().unwrap();
+    assert!((0.01..0.1).contains(rms) && (0.02..0.5).contains(&together.share), "{together:?}");
+}
+
 /// One reading that is far out is left out alone, and no good one with it.
 #[test]
 fn a_single_outlier_is_left_out() {

@@ -304,3 +304,34 @@ fn no_convention_is_mistaken_where_the_fit_is_right() {
         assert!(found.is_none(), "{start}: {found:?}");
     }
 }
+
+/// A depth in inches explains a pressure in psi only where the stated density is wrong by far: it is no
+/// alternative to the unit that fits as stated.
+#[test]
+fn a_convention_that_contradicts_a_stated_value_is_no_alternative() {
+    let mut random = Stream(17);
+    let mut log = "depth [m],pressure [bar]\n".to_owned();
+    for row in 0..120 {
+        let depth = 0.4 * f64::from(row) + random.uniform();
+        let pressure = 0.013 + 1027.0 * 9.81e-5 * depth + 0.002 * random.normal();
+        log.push_str(&format!("{depth:.3},{:.4}\n", pressure * 14.503_773_8));
+    }
+    let files = [
+        (
+            "campaign.toml",
+            "title = \"Depth\"\nmodel = \"probe.toml\"\n[measurands]\npressure = { sigma = \"4 mbar\" }\n\
+             [[runs]]\nname = \"cast\"\ndata = \"log.csv\"\n",
+        ),
+        (
+            "probe.toml",
+            "name = \"probe\"\ntitle = \"Probe\"\n[inputs]\ndepth = { unit = \"m\" }\n[parameters]\n\
+             density = { unit = \"kg/m^3\", value = \"1027 kg/m^3\", sigma = \"2 kg/m^3\" }\n\
+             offset = { unit = \"Pa\" }\n[measurands]\n\
+             pressure = { value = 'density * 9.81 m/s^2 * depth + offset', unit = \"Pa\" }\n",
+        ),
+        ("log.csv", log.as_str()),
+    ];
+    let found = found(&Folder::new("psi", &files)).unwrap();
+    assert_eq!(names(&found), ["psi for bar"]);
+    assert!(found.variance_factors[1] < 4.0, "{:?}", found.variance_factors);
+}

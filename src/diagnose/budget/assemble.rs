@@ -70,20 +70,23 @@ impl Diagnosis {
             .collect();
         let rest: Vec<usize> = (0..judged.model.len()).filter(|at| !stands.contains(at)).collect();
         let gains = selection.contributions(&judged.model);
-        let mut solved = Solved::of(&selection, &judged.model, &rest, &gains);
+        // What a block was reduced by may be in the remainder all the same.
+        let whole: Vec<usize> = judged.model.iter().map(|term| selection.whole(*term)).collect();
+        let solved = Solved::of(&selection, &judged.model, &rest, &gains);
+        let mut of_rows = Solved::of(&selection, &whole, &rest, &gains);
         if !stands.is_empty() {
             // Change points that are in the fit are not explained: rows are judged beside them.
             let changes: Vec<usize> =
                 linear.rows().into_iter().filter(|row| !in_fit.contains(row)).collect();
             let fitted = [changes.clone(), in_fit.clone()].concat();
-            let of_rows = |cut: Cut| {
+            let folded_rows = |cut: Cut| {
                 let (folded, pieces) = budget.folded(&fitted, cut);
                 (folded.with_nominal_terms(changes.len()), pieces)
             };
-            let (mut rows_folded, mut pieces) = of_rows(Pieces::new);
+            let (mut rows_folded, mut pieces) = folded_rows(Pieces::new);
             let mut folded = budget.folded(&judged.model, Pieces::new).0;
             if !rows_folded.is_shown() {
-                (rows_folded, pieces) = of_rows(Pieces::within_runs);
+                (rows_folded, pieces) = folded_rows(Pieces::within_runs);
                 folded = budget.folded(&judged.model, Pieces::within_runs).0;
             }
             let all = folded.drop_of_all().max(f64::MIN_POSITIVE);
@@ -108,8 +111,8 @@ impl Diagnosis {
             let members = member_uncertainties(&with_rows, &selected, options)?;
             let Fitted { problem, fit, .. } = with_rows.clone();
             let explained = finish(problem, fit, Vec::new(), Vec::new())?;
-            let parts = (judged.model.as_slice(), rest.as_slice(), gains.as_slice());
-            let confounded = confounded(&linear, &selection, &mut solved, parts, &stands);
+            let parts = (whole.as_slice(), rest.as_slice(), gains.as_slice());
+            let confounded = confounded(&linear, &selection, &mut of_rows, parts, &stands);
             for (at, confounded) in stands.iter().zip(confounded) {
                 let term = judged.model[*at];
                 let name = &linear.terms[term].name;
@@ -117,7 +120,7 @@ impl Diagnosis {
                 let row = in_fit.iter().position(|own| *own == term);
                 let drop = row.map_or(0.0, |row| rows_folded.drop(row));
                 let closes = (drop.max(0.0) / all).min(1.0);
-                let mut values = solved.values(&linear, name, *at, &explained);
+                let mut values = of_rows.values(&linear, name, *at, &explained);
                 let own = || members.iter().filter(|one| one.effect == *name);
                 for (instance, share) in own().flat_map(|one| &one.shares) {
                     let own = values.iter_mut().filter(|value| value.instance == Some(*instance));
@@ -140,9 +143,7 @@ impl Diagnosis {
         let last = self.explained.as_ref().unwrap_or(&self.nominal);
         self.beyond_range = beyond_range(&last.problem, &last.estimates());
         self.remainder = budget.remainder(&rest, &gains, &solved);
-        if self.remainder.is_empty() {
-            self.remainder = budget.of_inputs();
-        }
+        self.remainder.extend(budget.of_inputs());
         // Beside rows, a row may absorb in the fit what a stated value in the remainder does.
         if self.contradicted.is_empty() {
             self.contradicted = contradicted(&self.nominal);

@@ -61,6 +61,7 @@ impl Selection<'_> {
                 model = self.prune(model, log);
                 model = self.grow(model, &pools.effects, ROW, MOST, log);
             }
+            model = self.all_beside_rows(model);
             let own = Pieces::new(linear, self, &model);
             let Some((term, objection)) = self.worst(&model, &pools.blocks, &own) else { break };
             if matches!(objection, Objection::WithinRemainder(_) | Objection::Replaced(_))
@@ -257,7 +258,7 @@ impl Selection<'_> {
     ) -> (f64, f64) {
         let model = &exchange.model;
         // Blocks that were reduced beside a row are whole again without it.
-        let whole = |term: &usize| self.terms[*term].reduced_from.unwrap_or(*term);
+        let whole = |term: &usize| self.whole(*term);
         let kept = model.iter().filter(|term| !out.contains(term));
         let mut new: Vec<usize> = kept.map(whole).collect();
         let mut best = (f64::NEG_INFINITY, f64::NEG_INFINITY);

@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::engine::Problem;
 use crate::estimate::calibrate::{Calibration, Estimate};
 use crate::estimate::covariance::of_combination;
+use crate::estimate::eigen;
 
 use super::in_fit::columns_of;
 use super::linear::Linear;
@@ -23,6 +24,10 @@ use crate::diagnose::price::Gain;
 /// Least mean square of a value of the remainder, in its own standard uncertainties, that its prior
 /// has.
 const LEAST: f64 = 1e-3;
+
+/// Least eigenvalue of the cosines between the columns of a block from which on the readings tell these
+/// apart.
+const SEPARATE: f64 = 0.1;
 
 /// The values of a budget's columns: nominal ones, then those of its terms in order.
 #[derive(Clone, Debug)]
@@ -91,11 +96,22 @@ impl Solved {
 
 /// The inverse covariance of the values of a term of the remainder beforehand: in the metric of what
 /// it does beyond the nominal parameters, with the mean square, per degree of freedom, of what was found beyond noise: what rows
-/// hide of it is not taken to be larger than what is seen.
+/// hide of it is not taken to be larger than what is seen. Columns that the readings tell apart, as waves
+/// over whole turns, have values that are independent: a row of the first order keeps its value beside
+/// waves of the second, however unevenly the angles were visited.
 fn prior(selection: &Selection<'_>, term: usize, gain: Gain) -> Option<DMatrix<f64>> {
     let alone = selection.left(&[], term);
     let mean_square = (gain.excess() / gain.degrees.max(1) as f64).max(LEAST);
-    alone.iter().all(|value| value.is_finite()).then(|| alone / mean_square)
+    if !alone.iter().all(|value| value.is_finite()) {
+        return None;
+    }
+    let squares = alone.diagonal();
+    let cosines = DMatrix::from_fn(squares.len(), squares.len(), |i, j| {
+        alone[(i, j)] / (squares[i] * squares[j]).sqrt()
+    });
+    let least = eigen::symmetric(cosines).map_or(0.0, |own| own.eigenvalues.min());
+    let metric = if least >= SEPARATE { DMatrix::from_diagonal(&squares) } else { alone };
+    Some(metric / mean_square)
 }
 
 /// The ratio of the largest value to its typical magnitude.

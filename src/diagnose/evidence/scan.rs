@@ -62,7 +62,8 @@ pub fn scan(
         let values: Vec<f64> = members.iter().map(|member| grid[*member]).collect();
         members.iter().copied().zip(scan.gains(&values))
     });
-    let (best, gain) = again.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (best, gain) =
+        again.reduce(|best, other| if is_better(other, best) { other } else { best })?;
     let value = match scan.members {
         Members::List(_) => grid[best],
         Members::Range { .. } => {
@@ -74,6 +75,16 @@ pub fn scan(
     let candidate = with_member(fitted, family, value)?;
     known.insert(family.name.clone(), (value, tried));
     Some((candidate, tried))
+}
+
+/// Share of a gain by which members differ that the readings do not tell apart.
+const SAME: f64 = 1e-6;
+
+/// Whether a member, by its place and gain, is better than another. Of those that the readings do not
+/// tell apart, as waves through few angles, the first is.
+fn is_better(one: (usize, f64), other: (usize, f64)) -> bool {
+    let near = SAME * other.1.abs();
+    if (one.1 - other.1).abs() <= near { one.0 < other.0 } else { one.1 > other.1 }
 }
 
 /// A family's candidate with this member.

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 use crate::effect::{Effect, Target};
+use crate::engine::Problem;
 use crate::engine::open::Recipe;
 use crate::graph::Scope;
 use crate::system::{Selected, candidates, lacks, wanted_constants};
@@ -16,6 +17,10 @@ use super::candidate::{Candidate, Joined, NotTestable};
 
 /// Members tried of a family that is a range.
 const MEMBERS: usize = 25;
+
+/// Why an effect over the time of all runs is not tested.
+const NO_SEQUENCE: &str =
+    "no run begins after another one has ended: the times of the runs are not in sequence";
 
 /// All that a library offers.
 #[derive(Clone, Debug, Default)]
@@ -26,6 +31,23 @@ pub struct Offer {
     pub noise: Vec<Candidate>,
     /// The rest.
     pub not_testable: Vec<NotTestable>,
+}
+
+impl Offer {
+    /// What can be tested in the runs of a problem: an effect over the time of all runs only where
+    /// they are in sequence.
+    #[must_use]
+    pub fn of_runs(mut self, problem: &Problem) -> Self {
+        if problem.runs_in_sequence() {
+            return self;
+        }
+        let (out, rest) =
+            self.effects.into_iter().partition(|one| one.selected.effect.runs_in_sequence);
+        self.effects = rest;
+        let out: Vec<Candidate> = out;
+        self.not_testable.extend(out.iter().map(|one| NotTestable::here(&one.name, NO_SEQUENCE)));
+        self
+    }
 }
 
 /// Everything that the campaigns' libraries offer beside the effects in use.

@@ -78,7 +78,8 @@ impl Budget<'_> {
         Some(StepChange { value: solved.values[column], sigma, unit })
     }
 
-    /// Errors that several inputs decide together, which no term has the form of.
+    /// Errors that several inputs decide together, which no term has the form of: what is left beside
+    /// the other parts.
     pub(super) fn of_inputs(&self) -> Vec<Remainder> {
         let Self { linear, selection, model, .. } = self;
         let Fitted { problem, fit, .. } = &linear.fitted;
@@ -90,7 +91,11 @@ impl Budget<'_> {
                 _ => None,
             };
             let place = Place::of_inputs(of.name, only);
-            Some(Remainder { rms: Some((rms, of.name.to_owned())), ..Remainder::at(place) })
+            let rms_in_noise = one.rms / selection.scale[one.measurand];
+            let squares = rms_in_noise.powi(2) * linear.sums.readings[one.measurand] as f64;
+            // Of what the terms explain and this; alone it has no share.
+            let share = if model.is_empty() { 0.0 } else { squares / (self.total + squares) };
+            Some(Remainder { rms: Some((rms, of.name.to_owned())), share, ..Remainder::at(place) })
         };
         of_inputs(linear, selection, model).into_iter().filter_map(remainder).collect()
     }

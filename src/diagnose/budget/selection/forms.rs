@@ -5,8 +5,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Selection;
 use super::normal::{Beside, Factored};
-use crate::diagnose::budget::terms::{Combination, Term};
+use crate::diagnose::budget::terms::{Combination, Term, without};
 use crate::diagnose::evidence::basis::basis;
+use crate::diagnose::thresholds::OWN_SHARE;
 use crate::estimate::eigen;
 
 /// Added to the diagonal of a block's own sums, columns of unit length.
@@ -55,9 +56,12 @@ impl Selection<'_> {
                 let form = values.rows(at, k).into_owned();
                 Some(form.dot(&factor.solve(&form)))
             };
-            if self.terms[*term].is_effect()
+            // The form of a cause that a user suspects lies within what would leave too little of it.
+            let own = &self.terms[*term];
+            let contained = if own.is_own { OWN_SHARE } else { CONTAINED };
+            if own.is_effect()
                 && let (Some(after), Some(before)) = (left(&beside_block), left(&beside_model))
-                && after < CONTAINED * before
+                && after < contained * before
             {
                 within.push(*term);
             }
@@ -107,6 +111,24 @@ impl Selection<'_> {
         self.terms[block].may_enter = false;
         self.terms.push(term);
         self.terms.len() - 1
+    }
+
+    /// A model with the blocks beside its rows that came in the place of another term; without those
+    /// of which rows leave nothing.
+    pub fn all_beside_rows(&mut self, mut model: Vec<usize>) -> Vec<usize> {
+        for at in 0..model.len() {
+            let own = &self.terms[model[at]];
+            if !own.is_effect() && own.change.is_none() && own.reduced_from.is_none() {
+                model[at] = self.beside_rows(&without(&model, model[at]), model[at]);
+            }
+        }
+        model.retain(|term| !self.terms[*term].columns.is_empty());
+        model
+    }
+
+    /// A block before it was reduced beside rows; any other term itself.
+    pub fn whole(&self, term: usize) -> usize {
+        self.terms[term].reduced_from.unwrap_or(term)
     }
 
     /// A model with the blocks that were reduced beside rows reduced beside those that it has.

@@ -9,7 +9,9 @@ use super::{Scan, TOGETHER};
 const NEIGHBOURS: f64 = 0.4;
 /// Members at most.
 const MOST: usize = 2_000;
-/// Member times sample at most: longer campaigns are scanned more coarsely.
+/// Members of a list that are always tried.
+const SHORT_LIST: usize = 50;
+/// Member times sample at most: longer campaigns are scanned more coarsely, lists not to their end.
 const MOST_WORK: usize = 20_000_000;
 /// Passes in search of the size of a step, and how much shorter each distance is that is tried.
 const STEPS: i32 = 3;
@@ -42,13 +44,21 @@ impl Scan<'_> {
     /// The members that are tried, and for how many they are paid for.
     pub(super) fn tried(&self) -> Option<(Vec<f64>, usize)> {
         match self.members {
-            Members::List(list) => Some((list.clone(), list.len())),
+            Members::List(list) => {
+                let most = self.most().max(SHORT_LIST).min(list.len());
+                Some((list[..most].to_vec(), most))
+            }
             Members::Range { from, to } => {
                 let grid = self.grid(*from, *to)?;
                 let paid = 2 * grid.len();
                 Some((grid, paid))
             }
         }
+    }
+
+    /// How many members may be tried.
+    fn most(&self) -> usize {
+        MOST.min(MOST_WORK / self.samples.max(1))
     }
 
     /// The members of a range that are tried: steps are a power of the member between both ends.
@@ -59,7 +69,7 @@ impl Scan<'_> {
         let step = |value: f64| {
             if from > 0.0 { first * (value / from).powf(power) } else { first.min(last) }
         };
-        let most = MOST.min(MOST_WORK / self.samples.max(1)).max(25);
+        let most = self.most().max(25);
         if !step(from).is_finite() || step(from) <= 0.0 {
             return None;
         }

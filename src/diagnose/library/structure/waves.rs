@@ -13,22 +13,30 @@ use crate::units::{Dimension, Unit};
 
 use super::covariate::{Covariate, FEW, RUN_TIME, TIME, few_move, sense_of, wave};
 use super::made::{Block, made};
-use super::{ORDERS, directions};
+use super::{ORDERS, directions, orders};
 use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place};
 
-/// The finest waves that are looked for, in waves a turn.
+/// The finest waves that are looked for, in waves a turn: those of an encoder or a motor, and those of
+/// the teeth of a worm or a strain wave gear.
 const FINEST: usize = 36;
+const FINEST_OF_TEETH: usize = 400;
+/// Angles over which waves of readings are looked for, at most.
+const ANGLES: usize = 4;
 
 /// Waves over the reading of a circle, finer than so many a turn.
 pub(super) fn over_circle(angle: &str, orders: usize) -> Covariate {
-    orders_of(angle, finer(orders))
+    orders_of("fine", angle, finer(orders))
 }
 
 fn finer(orders: usize) -> impl Iterator<Item = f64> {
     (orders + 1..=FINEST).map(|order| order as f64)
 }
 
-fn orders_of(angle: &str, orders: impl Iterator<Item = f64>) -> Covariate {
+fn halves() -> impl Iterator<Item = f64> {
+    (0..ORDERS.0).map(|order| order as f64 + 0.5)
+}
+
+fn orders_of(how: &str, angle: &str, orders: impl Iterator<Item = f64>) -> Covariate {
     let members: Vec<String> = orders.map(|order| order.to_string()).collect();
     // No model names its quantities so.
     let order = "unknown_order";
@@ -36,7 +44,7 @@ fn orders_of(angle: &str, orders: impl Iterator<Item = f64>) -> Covariate {
         over: angle.to_owned(),
         words: format!("{angle}, {{member}} waves a turn"),
         family: format!("{order} = [{}]", members.join(", ")),
-        ..Covariate::new(format!("fine {angle}"), wave(&format!("{order} * {angle}")))
+        ..Covariate::new(format!("{how} {angle}"), wave(&format!("{order} * {angle}")))
     }
 }
 
@@ -47,14 +55,13 @@ pub(super) fn over_signals(model: &Model) -> Vec<Covariate> {
     if !few_move(model) {
         return Vec::new();
     }
-    let halves = || (0..ORDERS.0).map(|order| order as f64 + 0.5);
     // A screw has its pitch whether or not what is commanded is a signal.
     let is_length = |input: &&InputDeclaration| input.unit.dimension == Dimension::LENGTH;
     let are_few = model.inputs.iter().filter(is_length).count() <= FEW;
     let signals = model.inputs.iter().filter(|input| input.signal || are_few && is_length(input));
     let over = |input: &InputDeclaration| {
         if input.unit.is_angle() {
-            Some(orders_of(&input.name, halves().chain(finer(ORDERS.0))))
+            Some(orders_of("fine", &input.name, halves().chain(finer(ORDERS.0))))
         } else {
             (input.unit.dimension == Dimension::LENGTH).then(|| over_length(&input.name))
         }
@@ -70,6 +77,25 @@ pub(super) fn over_lengths(model: &Model) -> impl Iterator<Item = Covariate> {
         directions(model).is_empty() && model.inputs.iter().filter(is_length).count() <= FEW;
     let lengths = model.inputs.iter().filter(move |input| is_wanted && is_length(input));
     lengths.map(|input| over_length(&input.name))
+}
+
+/// Waves of a reading over angles, finer than blocks have them or between theirs, where a model has no
+/// target that such waves could displace: those of the poles of a motor, of a gear, of a worm.
+pub(super) fn over_angles(model: &Model) -> impl Iterator<Item = Covariate> {
+    let is_angle = |input: &&InputDeclaration| input.unit.is_angle();
+    let is_wanted =
+        directions(model).is_empty() && model.inputs.iter().filter(is_angle).count() <= ANGLES;
+    let angles = model.inputs.iter().filter(move |input| is_wanted && is_angle(input));
+    angles.flat_map(|input| {
+        let fine = halves().chain(finer(orders(model)));
+        let of_teeth = (FINEST + 1..=FINEST_OF_TEETH).map(|order| order as f64);
+        [orders_of("fine", &input.name, fine), orders_of("teeth of", &input.name, of_teeth)]
+    })
+}
+
+/// Waves of an error of an angle over itself, finer than so many a turn; none over anything else.
+pub(super) fn over_input(input: &InputDeclaration, orders: usize) -> Option<Covariate> {
+    input.unit.is_angle().then(|| orders_of("fine", &input.name, finer(orders)))
 }
 
 /// Waves of a reading over itself, each by itself: over a shaft that is counted on over turns, and over

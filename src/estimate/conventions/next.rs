@@ -1,0 +1,96 @@
+//! What may be set right next: of all conventions the one that fits best, compared on few samples, then
+//! the best of them on more.
+
+use rayon::prelude::*;
+
+use crate::engine::Problem;
+use crate::estimate::minima::thinned::Thinned;
+
+use super::looked::Looked;
+use super::quick::Quick;
+use super::residuals::Residuals;
+use super::sequence::Sequence;
+use super::trimmed::trimmed_fit;
+use super::{BETTER, GOOD, ITERATIONS, Instead, SAMPLES};
+
+/// Conventions that are compared on more samples, and of those that fit like the best.
+const FURTHER: [usize; 2] = [6, 12];
+/// Conventions that fit so many times worse than the best are not compared.
+const HOPELESS: f64 = 30.0;
+/// Conventions that fit up to so many times worse than the best are listed with it.
+const ALIKE: f64 = 1.5;
+
+/// What may be set right next.
+pub(super) struct Next<'s, 'c> {
+    /// All that is set right with it.
+    pub(super) sequence: &'s Sequence<'c>,
+    /// How well that fits.
+    pub(super) looked: Looked,
+    /// Others that fit about as well.
+    pub(super) alike: Vec<Instead>,
+}
+
+/// What fits best of all that may be set right in a problem, if that is far better than how it stands.
+pub(super) fn next_of<'s, 'c>(
+    first: &Problem,
+    stands: &Looked,
+    sequences: &'s [Sequence<'c>],
+) -> Option<Next<'s, 'c>> {
+    let few = Thinned::of(&stands.problem, SAMPLES[0]);
+    let numbers = few.late_by(0.0, &[])?;
+    let residuals = Residuals::of(&numbers, &stands.point);
+    let control = Quick::of(&few, None)?.score;
+    // As they stand they fit from there, too.
+    let there = trimmed_fit(&numbers, stands.point.clone(), ITERATIONS[1]);
+    let control = there.map_or(control, |fit| control.min(fit.variance_factor.ln()));
+    let few = Thinned::of(first, SAMPLES[0]);
+    let numbers = few.late_by(0.0, &[])?;
+    let is_borne_out = |sequence: &Sequence<'_>| {
+        let changed = sequence.applied(&numbers);
+        changed.is_some_and(|one| residuals.bear_out(&Residuals::of(&one, &stands.point)))
+    };
+    let sequences: Vec<&Sequence<'_>> =
+        sequences.par_iter().filter(|sequence| !is_borne_out(sequence)).collect();
+    let mut tried: Vec<(Quick, &Sequence<'_>)> = sequences
+        .into_par_iter()
+        .filter_map(|sequence| Some((Quick::of(&few, Some(sequence))?, sequence)))
+        .filter(|(quick, _)| quick.score < control - BETTER[1].ln())
+        .collect();
+    tried.sort_by(|a, b| a.0.score.total_cmp(&b.0.score));
+    let best = tried.first()?.0.score;
+    let within = |times: f64| tried.partition_point(|(quick, _)| quick.score < best + times.ln());
+    // Which of those that fit alike come first is a matter of rounding.
+    let further = within(ALIKE).clamp(FURTHER[0], FURTHER[1]).min(within(HOPELESS));
+    tried.truncate(further);
+    let mut compared: Vec<(Looked, &Sequence<'_>)> = tried
+        .into_par_iter()
+        .filter_map(|(quick, sequence)| {
+            let problem = sequence.applied(first)?;
+            Some((Looked::at(problem, &quick.point, Some(sequence))?, sequence))
+        })
+        .filter(|(looked, _)| {
+            let times = stands.variance_factor / looked.score.exp();
+            times > BETTER[0] || (times > BETTER[1] && looked.variance_factor < GOOD)
+        })
+        .filter(|(looked, sequence)| !looked.is_another_factor(first, sequence))
+        .collect();
+    let best = compared.iter().map(|(looked, _)| looked.score).min_by(f64::total_cmp)?;
+    compared.retain(|(looked, _)| looked.score < best + ALIKE.ln());
+    // Of those that fit alike what fits the stated uncertainties, then the simplest: a sign before a
+    // turn, a turn before both.
+    compared.sort_by_key(|(looked, sequence)| {
+        (looked.variance_factor >= GOOD, sequence.last().order())
+    });
+    let mut compared = compared.into_iter();
+    let (looked, sequence) = compared.next()?;
+    // Beside one that fits as stated, no other does about as well that does not.
+    let most = (ALIKE * looked.variance_factor).max(GOOD);
+    let alike = compared
+        .filter(|(other, _)| other.variance_factor < most)
+        .map(|(other, sequence)| Instead {
+            opposite: looked.opposite(&other),
+            ..sequence.last().named()
+        })
+        .collect();
+    Some(Next { sequence, looked: looked.improved(), alike })
+}

@@ -1,0 +1,118 @@
+//! Errors of readings over angles, in models without a target: fine waves, and values of rows beside
+//! a remainder over the same angle.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use homepoint::diagnose::Diagnosis;
+use homepoint::diagnose::budget::answer::Verdict;
+
+use crate::found::{names, told};
+use crate::own_effects::Campaign;
+use crate::stream::Stream;
+
+const MOTOR: &str = r#"
+name = "motor"
+title = "Torque of a motor"
+[inputs]
+rotor = { unit = "rad" }
+current = { unit = "A" }
+winding = { unit = "K" }
+[parameters]
+constant = { unit = "N m/A", scope = "rig" }
+[measurands]
+torque = { value = 'constant * current', unit = "N m" }
+"#;
+
+/// Torques with a wave of this order over the rotor, 1.5 times as large as the noise.
+fn cogging(order: f64, seed: u64) -> Diagnosis {
+    let mut stream = Stream(seed);
+    let mut log = String::from("rotor [rad],current [A],winding [K],torque [N m]\n");
+    for row in 0..900 {
+        let (rotor, current) = (TAU * stream.uniform(), 4.0 * stream.uniform());
+        let winding = 300.0 + 0.02 * f64::from(row) + stream.normal();
+        let wave = 0.015 * (order * rotor + 0.4).cos();
+        let torque = 0.6 * current + wave + 0.01 * stream.normal();
+        let _ = writeln!(log, "{rotor},{current},{winding},{torque}");
+    }
+    let measurands = "torque = { sigma = \"0.01 N m\" }";
+    Campaign { model: MOTOR, effects: &[], measurands, log }.diagnosed()
+}
+
+/// The poles of a motor, the teeth of a gear or a worm.
+#[test]
+fn fine_waves_of_a_reading_are_a_remainder_with_their_order() {
+    for (seed, order) in [9.0, 24.0, 36.0, 77.0, 360.0].into_iter().enumerate() {
+        let found = cogging(order, 80 + seed as u64);
+        assert_eq!(found.verdict, Verdict::Unknown, "{}", told(&found));
+        let words = format!("over rotor, {order} waves a turn");
+        assert!(found.remainder[0].place.words.ends_with(&words), "{}", told(&found));
+        let (amplitude, _) = found.remainder[0].amplitude.as_ref().unwrap();
+        assert!((amplitude - 0.015).abs() < 0.003, "{order}: {amplitude}");
+    }
+}
+
+const COMPASS: &str = r#"
+name = "compass"
+title = "A compass against a heading"
+[inputs]
+heading = { unit = "rad", period = "360 deg" }
+speed = { unit = "m/s" }
+[parameters]
+mount = { unit = "rad", scope = "rig" }
+[measurands]
+compass = { value = 'heading + mount', kind = "angle", unit = "rad", period = "360 deg" }
+"#;
+const IRON: (&str, &str, &str) = (
+    "hard_iron",
+    "b = { unit = \"rad\", typical = \"2 deg\", scope = \"rig\" }\nc = { unit = \"rad\", typical = \"2 deg\", scope = \"rig\" }",
+    "compass = 'compass + b * sin(heading) + c * cos(heading)'",
+);
+const CURRENT: (&str, &str, &str) = (
+    "log_current",
+    "k = { unit = \"rad s/m\", typical = \"0.1 deg s/m\", scope = \"rig\" }",
+    "compass = 'compass + k * (speed - 3 m/s)'",
+);
+
+/// Headings that are seldom south, a wave of the first order that has a file, and one of the second
+/// that has none.
+fn iron(effects: &[(&str, &str, &str)], seed: u64) -> Diagnosis {
+    let mut stream = Stream(seed);
+    let mut log = String::from("heading [rad],speed [m/s],compass [rad]\n");
+    for _ in 0..900 {
+        let heading = loop {
+            let tried = TAU * stream.uniform();
+            if stream.uniform() < 0.55 + 0.4 * tried.cos() {
+                break tried;
+            }
+        };
+        let speed = 3.0 + 0.3 * heading.sin() + 0.1 * stream.normal();
+        let first = 0.037 * heading.sin() - 0.059 * heading.cos();
+        let second = 0.016 * (2.0 * heading).sin() + 0.009 * (2.0 * heading).cos();
+        let compass = heading - 0.02 + first + second + 0.0026 * stream.normal();
+        let _ = writeln!(log, "{heading},{speed},{}", compass.rem_euclid(TAU));
+    }
+    let measurands = "compass = { sigma = \"2.6 mrad\" }";
+    Campaign { model: COMPASS, effects, measurands, log }.diagnosed()
+}
+
+/// However unevenly headings were visited, and whatever files there are that do nothing.
+#[test]
+fn a_row_keeps_its_value_beside_a_remainder_over_the_same_angle() {
+    for seed in [91, 92] {
+        let [with, alone] = [&[IRON, CURRENT][..], &[IRON]].map(|effects| iron(effects, seed));
+        for found in [&with, &alone] {
+            assert_eq!(names(found), ["hard_iron"], "{}", told(found));
+            assert_eq!(found.verdict, Verdict::PartlyExplained, "{}", told(found));
+            for (value, truth) in found.rows[0].values.iter().zip([0.037, -0.059]) {
+                let (value, sigma) = (value.value.unwrap(), value.sigma.unwrap());
+                assert!((value - truth).abs() < 0.001, "{value} for {truth}, {}", told(found));
+                // What the remainder may have of the first order, by what it has of others.
+                assert!((0.002..0.01).contains(&sigma), "{sigma}");
+            }
+        }
+        for (one, other) in with.rows[0].values.iter().zip(&alone.rows[0].values) {
+            assert!((one.value.unwrap() - other.value.unwrap()).abs() < 2e-4);
+        }
+    }
+}
