@@ -27,6 +27,7 @@ mod each_effect;
 mod found;
 mod mistaken_for_noise;
 mod moments;
+mod moved_anchor;
 mod no_readings;
 mod noise;
 mod over_angles;

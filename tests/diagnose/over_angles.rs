@@ -104,6 +104,9 @@ fn a_row_keeps_its_value_beside_a_remainder_over_the_same_angle() {
         for found in [&with, &alone] {
             assert_eq!(names(found), ["hard_iron"], "{}", told(found));
             assert_eq!(found.verdict, Verdict::PartlyExplained, "{}", told(found));
+            // Of one row the part that it closes is what the verdict says.
+            let closed = found.gap.as_ref().unwrap().closed;
+            assert!((found.rows[0].closes - closed).abs() < 1e-9, "{}", told(found));
             for (value, truth) in found.rows[0].values.iter().zip([0.037, -0.059]) {
                 let (value, sigma) = (value.value.unwrap(), value.sigma.unwrap());
                 assert!((value - truth).abs() < 0.001, "{value} for {truth}, {}", told(found));

@@ -89,7 +89,6 @@ impl Diagnosis {
                 (rows_folded, pieces) = folded_rows(Pieces::within_runs);
                 folded = budget.folded(&judged.model, Pieces::within_runs).0;
             }
-            let all = folded.drop_of_all().max(f64::MIN_POSITIVE);
             let mut with_rows = linear.fitted.clone();
             scale_noise(&mut with_rows.problem, &linear, &scale);
             let with_rows = with_rows.again(options)?;
@@ -105,9 +104,11 @@ impl Diagnosis {
             };
             let steps = Steps::of(&rows_alone, &selected, options)?;
             let degrees = stands.iter().map(|at| gains[*at].degrees).sum();
-            let leftover = rest.iter().map(|at| gains[*at].excess()).sum();
+            let leftover: f64 = rest.iter().map(|at| gains[*at].excess()).sum();
             let drops = rows_folded.drops(&selection, &pieces);
-            self.gap = Some(gap(&steps, &drops, degrees, leftover));
+            let gap = gap(&steps, &drops, degrees, leftover);
+            let all = (gap.held_out_drop.max(0.0) + leftover).max(f64::MIN_POSITIVE);
+            self.gap = Some(gap);
             let members = member_uncertainties(&with_rows, &selected, options)?;
             let Fitted { problem, fit, .. } = with_rows.clone();
             let explained = finish(problem, fit, Vec::new(), Vec::new())?;

@@ -12,6 +12,7 @@ use super::selection::Selection;
 use super::sums::Appended;
 use super::terms::{Base, Change, Term, without};
 use crate::diagnose::library::place::Extent;
+use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::ENTER;
 
 mod moments;
@@ -94,7 +95,26 @@ impl Linear {
         found.retain(|one| ln_bayes(one) >= ENTER);
         found.sort_by(|a, b| ln_bayes(b).total_cmp(&ln_bayes(a)));
         Change::keep_one_of_a_kind(&mut found, MOST_CHANGES);
+        let siblings: Vec<Change> = found.iter().flat_map(|one| self.siblings(one)).collect();
+        found.extend(siblings);
         found
+    }
+
+    /// The same change of the other components of a vector or a rotation: what was mounted anew stands
+    /// elsewhere in all of them. The moment is known, and costs nothing more.
+    fn siblings(&self, change: &Change) -> Vec<Change> {
+        let parameter = |candidate: usize| self.candidates[candidate].place.as_ref()?.parameter();
+        let own = change.base.candidate;
+        let Some(name) = parameter(own) else { return Vec::new() };
+        let others =
+            (0..self.candidates.len()).filter(|one| *one != own && parameter(*one) == Some(name));
+        let at = |candidate| Change {
+            base: Base { candidate, ..change.base },
+            gain: Gain::default(),
+            members: 1,
+            ..change.clone()
+        };
+        others.map(at).collect()
     }
 
     /// The values of a run that blocks have.

@@ -68,14 +68,6 @@ impl Folded {
             .sum()
     }
 
-    /// The drop of held-out squared residuals that all terms bring together.
-    pub fn drop_of_all(&self) -> f64 {
-        let nominal = self.upto(self.nominal_terms);
-        let all = self.upto(self.terms.len());
-        let drop = |fold| self.left(fold, &nominal, &nominal) - self.left(fold, &all, &nominal);
-        if self.terms.len() == self.nominal_terms { 0.0 } else { self.folds.iter().map(drop).sum() }
-    }
-
     /// For the first term, the first two, and so on the drop that they bring in each piece of the
     /// readings, which they were not fitted to.
     pub fn drops(&self, selection: &Selection<'_>, pieces: &Pieces) -> Vec<Vec<Drop>> {

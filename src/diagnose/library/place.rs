@@ -78,7 +78,15 @@ impl Place {
 
     /// Whether it is another value of a parameter of the model.
     pub(in crate::diagnose) fn is_of_a_parameter(&self) -> bool {
-        matches!(&self.of, Of::Channel(channel) if channel.starts_with(OF_PARAMETER))
+        self.parameter().is_some()
+    }
+
+    /// The parameter of which it is another value, without the component.
+    pub(in crate::diagnose) fn parameter(&self) -> Option<&str> {
+        let Of::Channel(channel) = &self.of else { return None };
+        let name = channel.strip_prefix(OF_PARAMETER)?;
+        let axes = [".x", ".y", ".z", " x", " y", " z"];
+        Some(axes.iter().find_map(|axis| name.strip_suffix(axis)).unwrap_or(name))
     }
 
     /// Whether an effect may have its form: not that of a stated value, nor of something small.
