@@ -1,5 +1,6 @@
 //! Whether a convention was mistaken, where the model fits badly: the order of a quaternion's
-//! components, an inverse pose, swapped columns, a mirrored axis, a sign, a unit, a turn by 90°; and the order of a model's turns.
+//! components, an inverse pose, swapped columns, a mirrored axis, a sign, a unit, a turn by 90°; and
+//! the order of a model's turns.
 //!
 //! [`mistaken`] reads the logged numbers as each convention of the library has it, and puts turns in
 //! other orders, fits some of the samples from several attitudes, and names what fits far better than

@@ -119,3 +119,20 @@ fn a_row_keeps_its_value_beside_a_remainder_over_the_same_angle() {
         }
     }
 }
+
+/// Angles every 10 degrees: waves of 24 a turn are those of 12, and the lower order is named.
+#[test]
+fn of_waves_that_few_angles_do_not_tell_apart_the_lowest_is_named() {
+    let mut stream = Stream(95);
+    let mut log = String::from("rotor [rad],current [A],winding [K],torque [N m]\n");
+    for row in 0..720 {
+        let (rotor, current) = (TAU * f64::from(row % 36) / 36.0, 4.0 * stream.uniform());
+        let wave = 0.02 * (24.0 * rotor + 0.4).cos();
+        let torque = 0.6 * current + wave + 0.01 * stream.normal();
+        let _ = writeln!(log, "{rotor},{current},300,{torque}");
+    }
+    let measurands = "torque = { sigma = \"0.01 N m\" }";
+    let found = Campaign { model: MOTOR, effects: &[], measurands, log }.diagnosed();
+    let words = &found.remainder[0].place.words;
+    assert!(words.ends_with("over rotor, 12 waves a turn"), "{}", told(&found));
+}

@@ -18,5 +18,6 @@ mod misread;
 mod sessions;
 mod spilled_campaigns;
 mod terminal;
+mod time_zones;
 mod units_of_results;
 mod written_over;
