@@ -28,6 +28,8 @@ const STALE: usize = 8;
 /// Part of such stretches beside which readings move, by so many times their least step.
 const MOVING: f64 = 0.8;
 const MOVES: f64 = 20.0;
+/// As many times as readings that step by one digit those that repeat are by chance.
+const CHANCE: f64 = 2.0;
 
 impl Loader<'_> {
     /// Leaves readings out that repeat the one before where they are logged more often than they are
@@ -87,13 +89,25 @@ fn stale(samples: &Samples, repeated: &[usize]) -> Vec<usize> {
         steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min)
     };
     let columns: Vec<(&Vec<f64>, f64)> =
-        samples.readings.iter().map(|column| (column, MOVES * least(column))).collect();
+        samples.readings.iter().map(|column| (column, least(column))).collect();
+    // Noise that is much larger than the last digit repeats readings by chance, and steps by one digit
+    // as often either way.
+    let steps_by_one = |sample: &usize| {
+        let step = |(column, least): &(&Vec<f64>, f64)| {
+            (column[*sample] - column[*sample - 1]).abs() < 1.5 * least
+        };
+        columns.iter().all(step)
+    };
+    let by_chance = (1..samples.len()).filter(steps_by_one).count() - repeated.len();
+    if repeated.len() as f64 <= CHANCE * by_chance as f64 {
+        return Vec::new();
+    }
     let is_moving = |own: &&[usize]| {
         let (Some(before), next) = (own[0].checked_sub(2), own[own.len() - 1] + 1) else {
             return false;
         };
         let moves = |column: &Vec<f64>, least: f64, from: usize, to: usize| {
-            column.get(to).is_some_and(|to| (to - column[from]).abs() > least)
+            column.get(to).is_some_and(|to| (to - column[from]).abs() > MOVES * least)
         };
         columns.iter().any(|(column, least)| {
             moves(column, *least, before, before + 1) && moves(column, *least, next - 1, next)
@@ -116,10 +130,15 @@ fn is_various(column: &[f64], new: &[usize]) -> bool {
 mod tests {
     use super::held;
     use crate::campaign::samples::Samples;
+    use crate::stream::Stream;
 
     fn of(readings: impl Fn(usize) -> f64) -> Vec<usize> {
-        let readings = vec![(0..600).map(readings).collect()];
-        let time = (0..600).map(|number| 0.02 * number as f64).collect();
+        of_many(600, readings)
+    }
+
+    fn of_many(count: usize, readings: impl Fn(usize) -> f64) -> Vec<usize> {
+        let readings = vec![(0..count).map(readings).collect()];
+        let time = (0..count).map(|number| 0.02 * number as f64).collect();
         held(&Samples { time, readings, ..Samples::default() })
     }
 
@@ -139,6 +158,11 @@ mod tests {
         let last = |number: usize| if number % 8 == 5 { number - 1 } else { number };
         let found = of(|number| wave(last(number)));
         assert!(found.len() > 60 && found.iter().all(|sample| sample % 8 == 5), "{found:?}");
+        // Noise of eighty digits repeats now and then.
+        let mut random = Stream(5);
+        let noisy: Vec<f64> = (0..6000).map(|_| (80.0 * random.normal()).round()).collect();
+        assert!(noisy.windows(2).filter(|pair| pair[0] == pair[1]).count() > 10);
+        assert!(of_many(6000, |number| noisy[number]).is_empty());
         // Seven are not enough; a coarse display repeats by chance.
         assert!(of(|number| wave(if number < 56 { last(number) } else { number })).is_empty());
         assert!(of(|number| (200.0 * wave(last(number))).round() / 200.0).is_empty());

@@ -12,9 +12,10 @@ use crate::convention::Convention;
 use crate::diagnostic::{Diagnostic, Diagnostics, Source, counted};
 use crate::document::files::Files;
 use crate::effect::Effect;
+use crate::engine::Part;
 use crate::engine::open::{Recipe, Request, open};
 use crate::engine::switched_off::remains_alone;
-use crate::estimate::checks;
+use crate::estimate::{checks, repeats};
 use crate::library::Library;
 use crate::model::{Model, Override};
 use crate::report;
@@ -112,6 +113,7 @@ impl Check {
         if !self.quiet {
             render::all(&opened.warnings);
             render::all(&checks::check(&opened.problem));
+            render::all(&repeats::warnings(&opened.problem));
             let misfits = opened.recipes.iter().flat_map(Recipe::own_that_do_not_fit);
             render::all(&misfits.map(|(_, misfit)| misfit).collect::<Vec<_>>());
         }
@@ -127,9 +129,20 @@ impl Check {
             counted(part.setups.len(), "setup"),
             counted(opened.problem.reading_count(), "reading"),
             counted(opened.problem.layout.columns.len(), "unknown"),
-            without_target(&opened.models[0]) + &testable_in(&opened.recipes[0])
+            without_target(&opened.models[0]) + &unread(part) + &testable_in(&opened.recipes[0])
         ))
     }
+}
+
+/// Measurands that no run reads: their columns may have other names.
+fn unread(part: &Part) -> String {
+    let names = part.system.assembly.names.measurands.iter().zip(part.present());
+    let unread = names.filter(|(_, readings)| *readings == 0).map(|(one, _)| one.name.as_str());
+    let unread = unread.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    if unread.is_empty() {
+        return unread;
+    }
+    format!("\n  no readings of {unread}: no data file has a column of this name")
 }
 
 /// Whether a file is a campaign or a plan: it has runs.

@@ -33,8 +33,13 @@ impl New {
         if !self.from.is_empty() {
             return self.campaign();
         }
-        free(&self.file)?;
-        let stem = self.file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+        // A file without this ending would be taken for a name in the library.
+        let file = match self.file.extension() {
+            Some(_) => self.file.clone(),
+            None => self.file.with_extension("toml"),
+        };
+        free(&file)?;
+        let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
         let name: String = stem
             .chars()
             .map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' })
@@ -44,10 +49,10 @@ impl New {
         } else {
             "instrument".to_owned()
         };
-        output::file(&self.file, &library::template(&name), &Files::default())?;
+        output::file(&file, &library::template(&name), &Files::default())?;
         output::text(&format!(
             "wrote {0}\nnext: `homepoint check {0}`, then `homepoint show {0}`\n",
-            self.file.display()
+            file.display()
         ))
     }
 

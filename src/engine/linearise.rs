@@ -9,6 +9,7 @@ use crate::engine::blocks::{Block, Plan};
 use crate::engine::gram::{Columns, Growing, LeastSquares, Normal, PartGram, RunGram, UNBOUNDED};
 use crate::engine::kept::{Memories, Memory};
 use crate::engine::lanes::products::Products;
+use crate::engine::negligible::without_rounding;
 use crate::engine::point::Point;
 use crate::engine::problem::Problem;
 use crate::engine::programs::RowsProgram;
@@ -248,7 +249,9 @@ impl LeastSquares for Problem {
             |block, made| runs.add(self.run_index(block.part, block.run), made),
         );
         let runs = runs.finish(plans.iter().map(|plan| plan.size));
-        Normal { columns, runs, priors: point.priors(&self.layout) }
+        let mut normal = Normal { columns, runs, priors: point.priors(&self.layout) };
+        without_rounding(&mut normal, &self.layout, point);
+        normal
     }
 
     fn moved(&self, point: &Point, step: &[f64]) -> Point {

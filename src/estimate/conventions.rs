@@ -50,7 +50,7 @@ use applied::Suspected;
 use channels::Channels;
 use composed::composed;
 use looked::Looked;
-use next::{Next, next_of};
+use next::{Glanced, Next, next_of};
 use one_run::run_that_does_not_fit;
 use periods::with_periods;
 use sequence::Sequence;
@@ -65,6 +65,8 @@ const SAMPLES: [usize; 2] = [120, 4_000];
 const ITERATIONS: [usize; 3] = [4, 30, 60];
 /// A variance factor with which no convention is asked for.
 const GOOD: f64 = 4.0;
+/// A variance factor beyond which two conventions are tried together where neither helps by itself.
+const VERY_BAD: f64 = 100.0;
 /// How many times better a convention must fit: at all, and where it fits well then.
 const BETTER: [f64; 2] = [25.0, 4.0];
 /// Starts of a convention that are fitted further.
@@ -158,9 +160,9 @@ pub fn mistaken(
         read.iter().cloned().map(Suspect::Columns).chain(turns).collect();
     let whole = Thinned::of(&with_periods(problem), SAMPLES[1]);
     let problem = whole.late_by(0.0, &[])?;
-    let count = problem.layout.instances.len();
-    let fitted = fitted.filter(|point| point.values.len() == count).cloned();
-    let begins = [Some(start(&problem).0), fitted].into_iter().flatten();
+    let stated = start(&problem).0;
+    let fitted = fitted.and_then(|point| with_stated(&problem, point, &stated));
+    let begins = [Some(stated), fitted].into_iter().flatten();
     let stands = begins
         .filter_map(|begin| Looked::at(problem.clone(), &begin, None))
         .min_by(|a, b| a.variance_factor.total_cmp(&b.variance_factor))?;
@@ -182,6 +184,13 @@ pub fn mistaken(
                 found = other;
             }
             found.tried = tried;
+            if found.what.is_empty()
+                && stands.variance_factor > VERY_BAD
+                && let Some(two) = set_two_right(&stands, &of_all)
+            {
+                let tried = found.tried + two.tried;
+                found = Mistaken { tried, ..two };
+            }
         }
         odd = odd.filter(|(rest, _)| rest * BETTER[0] < found.variance_factors[1]);
     }
@@ -197,6 +206,17 @@ pub fn mistaken(
     (!found.what.is_empty()).then_some(found)
 }
 
+/// Where a fit ended, with the values that are not estimated as they are stated: the fit may have been
+/// one in which a wrong one of them was free. `None` where it was one of another model.
+fn with_stated(problem: &Problem, fitted: &Point, stated: &Point) -> Option<Point> {
+    let count = problem.layout.instances.len();
+    let mut point = (fitted.values.len() == count).then(|| fitted.clone())?;
+    for index in (0..count).filter(|index| !problem.layout.is_free(*index)) {
+        point.values[index] = stated.values[index];
+    }
+    Some(point)
+}
+
 /// Sets right what may have been mistaken, one after the other, as long as a problem fits far
 /// better; `suspects` are what may be the first of it, and what may follow.
 fn set_right(mut stands: Looked, suspects: [&[Suspect<'_>]; MOST]) -> Mistaken {
@@ -210,15 +230,46 @@ fn set_right(mut stands: Looked, suspects: [&[Suspect<'_>]; MOST]) -> Mistaken {
         }
         let sequences: Vec<Sequence<'_>> =
             suspects.iter().flat_map(|suspect| set.with(suspect)).collect();
-        let Some(next) = next_of(&first, &stands, &sequences) else { break };
-        let Next { sequence, looked, alike } = next;
-        found.what.push(sequence.last().named());
-        found.alike = alike;
-        found.variance_factors[1] = looked.variance_factor;
-        (set, stands) = (sequence.clone(), looked);
+        let glanced = Glanced::at(&first, &stands, &sequences);
+        let Some(next) = glanced.and_then(|glanced| next_of(&first, &stands, glanced)) else {
+            break;
+        };
+        next.add_to(&mut found);
+        (set, stands) = (next.sequence.clone(), next.looked);
     }
-    found.formulas = changed_formulas(&first, &stands.problem);
-    let shown = set.formulas().into_iter().map(|(name, formula)| (text(&formula), name));
-    found.columns = shown.filter(|(formula, name)| formula != name).map(|(f, n)| (n, f)).collect();
-    found
+    found.with_changes(&first, &set, &stands)
+}
+
+/// Sets two things right that help together, where neither does by itself.
+fn set_two_right(stands: &Looked, suspects: &[Suspect<'_>]) -> Option<Mistaken> {
+    let first = &stands.problem;
+    let none = Sequence::default();
+    let each: Vec<Sequence<'_>> = suspects.iter().flat_map(|one| none.with(one)).collect();
+    let pairs = Glanced::at(first, stands, &each)?.pairs();
+    let next = next_of(first, stands, Glanced::at(first, stands, &pairs)?)?;
+    let mut found = Mistaken::none(stands.variance_factor);
+    found.tried = pairs.len();
+    next.add_to(&mut found);
+    Some(found.with_changes(first, next.sequence, &next.looked))
+}
+
+impl Next<'_, '_> {
+    /// Notes what is set right.
+    fn add_to(&self, found: &mut Mistaken) {
+        found.what.extend(self.sequence.named());
+        found.alike.clone_from(&self.alike);
+        found.variance_factors[1] = self.looked.variance_factor;
+    }
+}
+
+impl Mistaken {
+    /// With what is to be changed in columns and formulas, from the numbers as they were read.
+    fn with_changes(mut self, first: &Problem, set: &Sequence<'_>, stands: &Looked) -> Self {
+        let found = &mut self;
+        found.formulas = changed_formulas(first, &stands.problem);
+        let shown = set.formulas().into_iter().map(|(name, formula)| (text(&formula), name));
+        found.columns =
+            shown.filter(|(formula, name)| formula != name).map(|(f, n)| (n, f)).collect();
+        self
+    }
 }

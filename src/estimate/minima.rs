@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{Options, fit};
 use crate::estimate::calibrate::Calibration;
+use crate::estimate::repeats::without_long_repeats;
 use crate::estimate::start::start;
 
 pub(super) mod clocks;
@@ -116,8 +117,9 @@ pub fn improved(mut problem: Problem) -> (Problem, Vec<Found>) {
     let signs = stated_signs(&problem);
     let mut all = Vec::new();
     let mut settled: Vec<usize> = Vec::new();
+    let searched = without_long_repeats(&problem).unwrap_or_else(|| problem.clone());
     for clock in &clocks {
-        let alone = if clocks.len() > 1 { clock.alone(&problem) } else { problem.clone() };
+        let alone = if clocks.len() > 1 { clock.alone(&searched) } else { searched.clone() };
         let Some((start, mut found)) = better_start(&alone, clock) else { continue };
         found.left_out = cut(&mut problem, clock, found.offset);
         for index in clock.instances(&alone) {

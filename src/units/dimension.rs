@@ -90,6 +90,14 @@ impl Dimension {
     /// Electric current, A.
     pub const CURRENT: Self = Self::base(4);
 
+    /// Whether it is that of a load: a force, a torque, a pressure, a current, a voltage.
+    pub fn is_of_a_load(self) -> bool {
+        [Self::MASS, Self::CURRENT].iter().any(|base| {
+            let own = self.exponents.iter().zip(base.exponents);
+            own.into_iter().any(|(own, base)| base != Exponent::ZERO && *own != Exponent::ZERO)
+        })
+    }
+
     const fn base(index: usize) -> Self {
         let mut exponents = [Exponent::ZERO; 5];
         exponents[index] = Exponent { numerator: 1, denominator: 1 };

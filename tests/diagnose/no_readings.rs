@@ -9,6 +9,8 @@ use homepoint::diagnose::found::NoReading;
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
+use homepoint::estimate::minima::improved;
+use homepoint::estimate::repeats;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -149,4 +151,41 @@ fn stops_that_were_mistaken_are_left_out() {
         assert_eq!(rows, due, "{}", told(&found));
         assert!(!found.verdict.has_remainder(), "{}", told(&found));
     }
+}
+
+/// A gauge that hangs from the middle of the log on repeats its last reading to the end: most of the
+/// readings are wrong, and the search for a start must pass over them.
+#[test]
+fn a_log_that_repeats_its_last_reading_to_the_end_is_found_though_that_is_most_of_it() {
+    for first in [1300, 700] {
+        let mut last = 0.0;
+        let repeat = |row: usize, reading: f64| {
+            last = if row < first { reading } else { last };
+            last
+        };
+        let (_folder, opened) = gauge(repeat, 5);
+        let warned = repeats::warnings(&opened.problem);
+        assert_eq!(warned.len(), 1);
+        let rows = format!("rows {} to 3001 of run `one`", first + 2);
+        assert!(warned[0].message.contains(&rows), "{}", warned[0].message);
+        let (searched, _) = improved(opened.problem.clone());
+        let found = run(searched, &opened);
+        assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
+        let [stretch] = &found.left_out.stretches[..] else { panic!("{}", told(&found)) };
+        assert!(stretch.repeats, "{}", told(&found));
+        assert_eq!(stretch.rows, (first + 2, 3001), "{}", told(&found));
+        let delay = found.nominal.estimates().into_iter().find(|one| one.name == "gauge.delay");
+        let delay = delay.and_then(|one| one.value).unwrap();
+        assert!((delay + 0.02).abs() < 1e-4, "{delay}");
+    }
+}
+
+/// What stands still beside inputs that stand still, and a display that repeats now and then, are no
+/// reason for a warning.
+#[test]
+fn rests_and_coarse_displays_give_no_warning_of_repeats() {
+    let (_folder, opened) = gauge(|_, reading| (reading / 2e-3).round() * 2e-3, 5);
+    assert!(repeats::warnings(&opened.problem).is_empty());
+    let (_folder, opened) = gauge(|_, reading| reading, 5);
+    assert!(repeats::warnings(&opened.problem).is_empty());
 }

@@ -2,6 +2,7 @@
 
 use homepoint::engine::gram::{Columns, LeastSquares, Normal};
 use homepoint::engine::open::{Request, open};
+use homepoint::estimate::batch::{Options, Outcome};
 use homepoint::estimate::calibrate::calibrate;
 use homepoint::estimate::observability::{Direction, Kind, Limit, examine};
 use nalgebra::{DMatrix, DVector};
@@ -178,4 +179,36 @@ fn open_directions_are_counted_once() {
         fit.estimates().into_iter().partition(|one| one.value.is_some());
     assert!(given.iter().all(|one| one.sigma.unwrap() < 0.1), "{given:?}");
     assert!(open.len() >= 2, "{given:?}");
+}
+
+/// A lidar that sees nothing but level ground: its yaw has no effect, and what is left of its derivative is
+/// rounding. The fit converges, and the yaw is not determined.
+#[test]
+fn a_turn_without_effect_is_not_determined_though_its_derivative_is_rounding() {
+    let model = "name = \"roof\"\ntitle = \"Lidar on a roof\"\n\
+        [inputs]\naz = { unit = \"rad\" }\nel = { unit = \"rad\" }\n\
+        [parameters]\nheight = { unit = \"m\", start = \"2 m\" }\nyaw = { unit = \"rad\" }\npitch = { unit = \"rad\" }\nroll = { unit = \"rad\" }\n\
+        [quantities]\nbeam = '[cos(el) * cos(az), cos(el) * sin(az), sin(el)]'\n\
+        turned = 'rotate(rotation_z(yaw) * rotation_y(pitch) * rotation_x(roll), beam)'\n\
+        [measurands]\nrange = { value = 'norm(turned * (-height / turned.z))', unit = \"m\" }\n";
+    let mut random = Stream(31);
+    let mut log = "az [rad],el [rad],range [m]\n".to_owned();
+    for _ in 0..400 {
+        let (az, el) = (6.28 * random.uniform(), -0.1 - 0.5 * random.uniform());
+        // To first order in pitch and roll.
+        let down = -el.sin() + 0.03 * el.cos() * az.cos() - 0.02 * el.cos() * az.sin();
+        log.push_str(&format!("{az:.6},{el:.6},{:.4}\n", 1.8 / down + 0.02 * random.normal()));
+    }
+    let campaign = "title = \"Roof\"\nmodel = \"model.toml\"\n[measurands]\nrange = { sigma = \"20 mm\" }\n\
+        [[runs]]\nname = \"one\"\ndata = \"log.csv\"\n";
+    let files = [("model.toml", model), ("campaign.toml", campaign), ("log.csv", log.as_str())];
+    let folder = Folder::new("roof", &files);
+    let opened = open(&Request::new([&*folder])).unwrap();
+    let found = calibrate(opened.problem, &Options::default()).unwrap();
+    assert_eq!(found.fit.outcome, Outcome::Converged);
+    let estimates = found.estimates();
+    let value = |name: &str| estimates.iter().find(|one| one.name == name).unwrap().value;
+    assert_eq!(value("yaw"), None);
+    assert!((value("height").unwrap() - 1.8).abs() < 0.02, "{:?}", value("height"));
+    assert!((value("pitch").unwrap() - 0.03).abs() < 0.002, "{:?}", value("pitch"));
 }

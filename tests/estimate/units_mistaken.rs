@@ -5,6 +5,7 @@ use std::path::Path;
 
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::conventions::mistaken;
+use homepoint::estimate::start::start;
 use homepoint::library::conventions;
 
 use crate::conventions::{changed, found, names};
@@ -240,4 +241,105 @@ fn a_column_of_uncertainties_is_in_no_other_unit() {
     let problem = open(&Request::new([&*folder])).unwrap().problem;
     let found = mistaken(&problem, None, &conventions([]).unwrap());
     assert!(found.is_none(), "{found:?}");
+}
+
+/// Forces in pounds-force: a diagnosis sets the weighed mass free, for another mass does as well. From
+/// where that fit ended the convention is found all the same.
+#[test]
+fn a_convention_is_found_from_a_fit_in_which_a_stated_value_was_free() {
+    let model = "name = \"wrist\"\ntitle = \"Weight at a wrist\"\n\
+        [inputs]\nroll = { unit = \"rad\" }\n\
+        [parameters]\nmass = { unit = \"kg\", value = \"2.1 kg\", fixed = true }\nzero = { unit = \"N\" }\n\
+        [measurands]\nside = { value = 'mass * 9.81 m/s^2 * sin(roll) + zero', unit = \"N\" }\n";
+    let mut random = Stream(19);
+    let mut log = "roll [rad],side [N]\n".to_owned();
+    for _ in 0..80 {
+        let roll = 3.0 * random.uniform() - 1.5;
+        let side = (2.1 * 9.81 * roll.sin() + 0.4 + 0.05 * random.normal()) / 4.448_221_615;
+        log.push_str(&format!("{roll:.5},{side:.5}\n"));
+    }
+    let campaign = "title = \"Wrist\"\nmodel = \"model.toml\"\n\
+        [measurands]\nside = { sigma = \"0.05 N\" }\n[[runs]]\nname = \"one\"\ndata = \"log.csv\"\n";
+    let files = [("model.toml", model), ("campaign.toml", campaign), ("log.csv", log.as_str())];
+    let folder = Folder::new("pounds", &files);
+    let opened = open(&Request::new([&folder])).unwrap();
+    let mut fitted = start(&opened.problem).0;
+    let mass = opened.problem.layout.instances.iter().position(|one| one.name == "mass").unwrap();
+    fitted.values[mass][0] = 2.1 / 4.448_221_615;
+    let conventions = conventions([]).unwrap();
+    let one = mistaken(&opened.problem, Some(&fitted), &conventions).unwrap();
+    assert_eq!(names(&one), ["in_pounds_force"], "{one:?}");
+}
+
+/// All angles in gon under degrees, of which the vertical one counts from the horizon: neither by itself
+/// brings the model near to its readings.
+#[test]
+fn gon_and_another_axis_are_found_together() {
+    let model = "name = \"station\"\ntitle = \"Free station\"\n\
+        [inputs]\nx = { unit = \"m\" }\ny = { unit = \"m\" }\nz = { unit = \"m\" }\n\
+        [parameters]\nposition = { unit = \"m\", kind = \"vector\", start = [\"40 m\", \"-60 m\", \"2 m\"] }\n\
+        circle = { unit = \"rad\", start = \"200 deg\" }\n\
+        [quantities]\nseen = '[x, y, z] - position'\n\
+        [measurands]\nhz = { value = 'atan2(seen.y, seen.x) - circle', kind = \"angle\", unit = \"rad\", period = \"360 deg\" }\n\
+        zd = { value = 'atan2(hypot(seen.x, seen.y), seen.z)', kind = \"angle\", unit = \"rad\" }\n\
+        sd = { value = 'norm(seen)', unit = \"m\" }\n";
+    let mut random = Stream(23);
+    let mut log = "x [m],y [m],z [m],hz [deg],zd [deg],sd [m]\n".to_owned();
+    for _ in 0..40 {
+        let mut along = |size: f64| size * (2.0 * random.uniform() - 1.0);
+        let (x, y, z) = (along(90.0), along(90.0), along(20.0));
+        let [dx, dy, dz] = [x - 43.0, y + 58.0, z - 1.2];
+        let gon = |angle: f64| angle * 200.0 / std::f64::consts::PI;
+        let hz = gon(dy.atan2(dx) - 3.4 + 2e-5 * random.normal()).rem_euclid(400.0);
+        let elevation = gon(dz.atan2(dx.hypot(dy)) + 2e-5 * random.normal());
+        let sd = (dx * dx + dy * dy + dz * dz).sqrt() + 1e-3 * random.normal();
+        log.push_str(&format!("{x:.4},{y:.4},{z:.4},{hz:.5},{elevation:.5},{sd:.4}\n"));
+    }
+    let campaign = "title = \"Station\"\nmodel = \"model.toml\"\n\
+        [measurands]\nhz = { sigma = \"20 urad\" }\nzd = { sigma = \"20 urad\" }\nsd = { sigma = \"1 mm\" }\n\
+        [[runs]]\nname = \"one\"\ndata = \"log.csv\"\n";
+    let files = [("model.toml", model), ("campaign.toml", campaign), ("log.csv", log.as_str())];
+    let one = found(&Folder::new("gon_and_zenith", &files)).unwrap();
+    let all = names(&one);
+    assert!(all.contains(&"complement") && all.contains(&"in_gon"), "{one:?}");
+    let gon = one.what.iter().find(|own| own.name == "in_gon").unwrap();
+    assert_eq!(gon.numbers, ["hz", "zd"], "{one:?}");
+    assert!(one.variance_factors[1] < 2.0, "{one:?}");
+}
+
+/// A force plate whose y axis points the other way: the place and the force along it have the other sign,
+/// numbers of two kinds of which neither helps without the other.
+#[test]
+fn an_axis_of_a_place_and_of_a_force_is_mirrored_together() {
+    let model = "name = \"plate\"\ntitle = \"Force plate\"\n\
+        [inputs]\ntip_x = { unit = \"m\" }\ntip_y = { unit = \"m\" }\npush_x = { unit = \"N\" }\npush_y = { unit = \"N\" }\n\
+        [parameters]\nheading = { unit = \"rad\" }\nat_x = { unit = \"m\" }\nat_y = { unit = \"m\" }\n\
+        [quantities]\ndx = 'tip_x - at_x'\ndy = 'tip_y - at_y'\n\
+        [measurands]\ncx = { value = 'cos(heading) * dx + sin(heading) * dy', unit = \"m\" }\n\
+        cy = { value = 'cos(heading) * dy - sin(heading) * dx', unit = \"m\" }\n\
+        fx = { value = 'cos(heading) * push_x + sin(heading) * push_y', unit = \"N\" }\n\
+        fy = { value = 'cos(heading) * push_y - sin(heading) * push_x', unit = \"N\" }\n";
+    let mut random = Stream(29);
+    let mut log =
+        "tip_x [m],tip_y [m],push_x [N],push_y [N],cx [m],cy [m],fx [N],fy [N]\n".to_owned();
+    for _ in 0..60 {
+        let mut along = |size: f64| size * (2.0 * random.uniform() - 1.0);
+        let (x, y, px, py) = (along(0.3), along(0.25), along(60.0), along(60.0));
+        let (sin, cos) = (-0.05_f64).sin_cos();
+        let [dx, dy] = [x - 0.01, y + 0.02];
+        let mut read = |value: f64, noise: f64| value + noise * random.normal();
+        let (cx, cy) = (read(cos * dx + sin * dy, 2e-3), read(sin * dx - cos * dy, 2e-3));
+        let (fx, fy) = (read(cos * px + sin * py, 1.5), read(sin * px - cos * py, 1.5));
+        log.push_str(&format!("{x:.4},{y:.4},{px:.2},{py:.2},{cx:.4},{cy:.4},{fx:.2},{fy:.2}\n"));
+    }
+    let campaign = "title = \"Plate\"\nmodel = \"model.toml\"\n\
+        [measurands]\ncx = { sigma = \"2 mm\" }\ncy = { sigma = \"2 mm\" }\nfx = { sigma = \"1.5 N\" }\nfy = { sigma = \"1.5 N\" }\n\
+        [[runs]]\nname = \"one\"\ndata = \"log.csv\"\n";
+    let files = [("model.toml", model), ("campaign.toml", campaign), ("log.csv", log.as_str())];
+    let one = found(&Folder::new("plate", &files)).unwrap();
+    let mut numbers: Vec<&String> = one.what.iter().flat_map(|own| &own.numbers).collect();
+    numbers.sort_unstable();
+    assert_eq!(numbers, ["cy", "fy"], "{one:?}");
+    assert!(one.what.iter().all(|own| own.name == "reversed_sign"), "{one:?}");
+    assert!(one.variance_factors[1] < 2.0, "{one:?}");
 }

@@ -52,6 +52,8 @@ const SAME_PLACE: f64 = 1e-6;
 const MOST_PLACES: usize = 16;
 /// Spans between the knots of an input with more places.
 const KNOTS: usize = 8;
+/// An angle that spans more (rad) turns; one that does not is a tilt.
+const TURNS: f64 = 1.0;
 /// Mean rate, in parts of the largest, below which a signal stands still.
 const STILL: f64 = 1e-3;
 
@@ -112,17 +114,20 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
 /// Places at which a line over an input may bend, for each input that varies and does not turn: all
 /// of a few, or octiles of many.
 pub fn knots(problem: &Problem) -> Vec<Knots> {
-    let mut values: IndexMap<String, Vec<f64>> = IndexMap::new();
+    let mut values: IndexMap<String, (bool, Vec<f64>)> = IndexMap::new();
     each_input(problem, 0, |_, input, here| {
-        if !input.unit.is_angle() {
-            values.entry(input.name.clone()).or_default().extend(here);
-        }
+        let (is_angle, all) = values.entry(input.name.clone()).or_default();
+        *is_angle |= input.unit.is_angle();
+        all.extend(here);
     });
     values
         .into_iter()
-        .filter_map(|(name, mut all)| {
+        .filter_map(|(name, (is_angle, mut all))| {
             all.sort_by(f64::total_cmp);
             let span = all.last()? - all.first()?;
+            if is_angle && span > TURNS {
+                return None;
+            }
             let mut places = all.clone();
             places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);
             if places.len() < 3 {

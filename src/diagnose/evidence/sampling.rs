@@ -2,18 +2,22 @@
 //! rate every sample meets the same phase, and a wave with an amplitude for each run is an offset
 //! of that run.
 //!
+//! Neither can runs tell a wave of which they hold less than half a turn from one.
+//!
 //! Near to such a multiple it is a slow wave of that run, and says nothing for a family of fast
 //! ones. Where the intervals of all runs are multiples of one, a wave beyond half its reciprocal is
 //! one below. Members of families that are such frequencies are not looked at.
 
 use crate::diagnose::library::candidate::Candidate;
-use crate::engine::Problem;
+use crate::engine::{Part, Problem};
 use crate::units::Unit;
 
 /// Standard deviation of sampling times from even ones, in intervals, below which they are even.
 const EVEN: f64 = 0.1;
 /// Parts of the shortest interval of which all others are looked for as multiples.
 const PARTS: u32 = 24;
+/// The least part of a turn that a wave has in some run, or over some setup.
+const TURN: f64 = 0.5;
 /// How near to a multiple, in parts.
 const NEAR: f64 = 1e-3;
 
@@ -24,6 +28,8 @@ pub(in crate::diagnose) struct Sampling {
     runs: Vec<Option<(f64, f64)>>,
     /// From this frequency (Hz) on every wave is one below it.
     highest: f64,
+    /// Of waves below this frequency (Hz) no run holds half a turn.
+    lowest: f64,
 }
 
 impl Sampling {
@@ -48,22 +54,25 @@ impl Sampling {
                 (is_even && interval > 0.0).then_some((interval, duration))
             })
             .collect();
-        Self::made(runs)
+        let all = problem.parts.iter().flat_map(|part| &part.runs);
+        let spans = all.filter_map(|run| run.record.ends(|samples| &samples.run_time));
+        let longest = spans.map(|[first, last]| last - first).fold(0.0, f64::max);
+        Self { lowest: TURN / longest, ..Self::made(runs) }
     }
 
     fn made(runs: Vec<Option<(f64, f64)>>) -> Self {
         let even: Option<Vec<(f64, f64)>> = runs.iter().copied().collect();
         let highest = even.map_or(f64::INFINITY, |even| highest(&even));
-        Self { runs, highest }
+        Self { runs, highest, lowest: 0.0 }
     }
 
     /// Whether a wave of this frequency (Hz) is less than a turn of phase in some run, or one of a
-    /// lower frequency in all of them.
+    /// lower frequency in all of them, or less than half a turn in each.
     pub(super) fn is_blind(&self, frequency: f64) -> bool {
         let folded = |(interval, duration): &(f64, f64)| {
             from_multiple(frequency, *interval) * duration < 1.0
         };
-        frequency > self.highest || self.runs.iter().flatten().any(folded)
+        !(self.lowest..=self.highest).contains(&frequency) || self.runs.iter().flatten().any(folded)
     }
 
     /// Whether a wave of this frequency (Hz) in a run is the same as one of another frequency below
@@ -72,6 +81,21 @@ impl Sampling {
         let even = self.runs.get(run).copied().flatten();
         even.is_some_and(|(interval, _)| from_multiple(frequency, interval) < below)
     }
+}
+
+/// The longest period (s) of which some setup holds half a turn.
+pub(super) fn longest_period(problem: &Problem) -> f64 {
+    let of_part = |part: &Part| {
+        let mut setups = vec![[f64::INFINITY, f64::NEG_INFINITY]; part.setups.len()];
+        for run in &part.runs {
+            if let Some([first, last]) = run.record.ends(|samples| &samples.setup_time) {
+                let [low, high] = &mut setups[run.setup];
+                (*low, *high) = (low.min(first), high.max(last));
+            }
+        }
+        setups.into_iter().map(|[low, high]| high - low).fold(0.0, f64::max)
+    };
+    problem.parts.iter().map(of_part).fold(0.0, f64::max) / TURN
 }
 
 /// How far (Hz) a frequency is from the nearest multiple of a sampling rate; infinite where that is 0.
@@ -119,14 +143,16 @@ pub(in crate::diagnose) fn distinguishable<'a>(
     family.iter().filter(|one| !is_blind(one)).collect()
 }
 
-/// Whether members of this unit are frequencies.
+/// Whether members of this unit are frequencies; rates of turns are none.
 pub(super) fn is_frequency(unit: &Unit) -> bool {
-    Unit::parse("Hz").is_ok_and(|hertz| unit.dimension == hertz.dimension)
+    Unit::parse("Hz").is_ok_and(|hertz| unit.dimension == hertz.dimension && !unit.has_angle())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Sampling;
+    #![expect(clippy::unwrap_used, reason = "a failed test should stop")]
+
+    use super::*;
 
     #[test]
     fn multiples_of_a_sampling_rate_are_blind() {
@@ -146,6 +172,13 @@ mod tests {
         assert!(alike.is_blind(5.1) && !alike.is_blind(4.9));
         let uneven = Sampling::made(vec![None]);
         assert!(!uneven.is_blind(20.0) && !uneven.is_slow_in(0, 20.0, 0.5));
+    }
+
+    #[test]
+    fn rates_of_turns_are_no_frequencies() {
+        let is_one = |symbol| is_frequency(&Unit::parse(symbol).unwrap());
+        assert!(["Hz", "kHz", "1/s"].into_iter().all(is_one));
+        assert!(!["rad/s", "deg/s", "s"].into_iter().any(is_one));
     }
 
     #[test]

@@ -20,6 +20,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, fitting};
+use crate::diagnose::library::place::Place;
 use crate::effect::{Effect, Members};
 use crate::engine::passes::Passes;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
@@ -28,7 +29,7 @@ use crate::system::{Selected, System};
 
 use self::group::Group;
 use super::Nominal;
-use super::sampling::{Sampling, is_frequency};
+use super::sampling::{Sampling, is_frequency, longest_period};
 
 /// Members that are looked at again.
 const BEST: usize = 40;
@@ -120,6 +121,8 @@ struct Scan<'a> {
     samples: usize,
     /// Of a family of frequencies, and the lowest of them.
     sampling: Option<(Sampling, f64)>,
+    /// The longest period (s) of a family of waves over time that a setup shows.
+    longest: f64,
 }
 
 /// The first part of the key of what holds together over a run.
@@ -133,6 +136,11 @@ impl<'a> Scan<'a> {
         let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
         let lowest = declared.members.series(2).into_iter().fold(f64::INFINITY, f64::min);
         let sampling = is_frequency(&declared.unit).then(|| (Sampling::of(problem), lowest));
+        let is_of_time = family.place.as_ref().is_some_and(Place::is_over_time);
+        let longest = if is_of_time { longest_period(problem) } else { f64::INFINITY };
+        if lowest > longest {
+            return None;
+        }
         let selected = Selected {
             effect: opened(effect, name)?.into(),
             member: Default::default(),
@@ -154,12 +162,13 @@ impl<'a> Scan<'a> {
         let runs = problem.parts.iter().flat_map(|part| &part.runs);
         let samples = runs.map(|run| run.record.len()).sum();
         let members = &declared.members;
-        Some(Self { fitted, members, alone, across, beside, nominal, samples, sampling })
+        Some(Self { fitted, members, alone, across, beside, nominal, samples, sampling, longest })
     }
 
-    /// Whether a member is a frequency that the runs cannot tell from nothing.
+    /// Whether a member is a frequency that the runs cannot tell from nothing, or too long a period.
     fn is_blind(&self, member: f64) -> bool {
-        self.sampling.as_ref().is_some_and(|(sampling, _)| sampling.is_blind(member))
+        member > self.longest
+            || self.sampling.as_ref().is_some_and(|(sampling, _)| sampling.is_blind(member))
     }
 
     /// Whether what values of a run's own say for a member says as much for a wave slower than all

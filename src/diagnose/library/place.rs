@@ -8,6 +8,8 @@ pub(super) const TIME_OF: &str = "time of ";
 pub(super) const ALL_READINGS: &str = "all readings";
 /// What the channel of another value of a parameter is called before its name.
 pub(super) const OF_PARAMETER: &str = "parameter ";
+/// The covariate of what a setup does in its course.
+pub(super) const TIME: &str = "time";
 /// The channel of stated values.
 const STATED: &str = "stated values";
 /// The covariate of what is too small for a name.
@@ -97,6 +99,11 @@ impl Place {
     /// Whether it is a wave in time.
     pub fn is_oscillation(&self) -> bool {
         self.covariate == OSCILLATION
+    }
+
+    /// Whether it is a function of the time of a setup.
+    pub(in crate::diagnose) fn is_over_time(&self) -> bool {
+        self.covariate == TIME
     }
 
     /// Of a parameter whose stated value the readings contradict.

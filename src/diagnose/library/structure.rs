@@ -54,17 +54,19 @@ fn by_sense(model: &Model) -> Vec<Block> {
     let covariates = covariate::by_sense(model, orders(model).min(SENSE_ORDERS));
     let errors = |measurand: &MeasurandDeclaration| {
         let own = reading_by_sense(measurand);
-        let covariates: Vec<Covariate> = covariates.iter().cloned().chain(own).collect();
+        let loads = covariate::loads_by_sense(model, measurand);
+        let covariates: Vec<Covariate> =
+            covariates.iter().cloned().chain(loads).chain(own).collect();
         errors(measurand, &covariates)
     };
     let displacements = displacements(model, &covariates).into_iter();
     displacements.chain(plain(model).flat_map(errors)).collect()
 }
 
-/// Those that are a bent line over an input, with knots where the values of all campaigns lie. A
-/// form that powers and waves do not have is seen so, and a value of its own for each of a few
-/// places.
-pub(in crate::diagnose) fn bent(recipes: &[Recipe], knots: &[Knots]) -> Vec<Candidate> {
+/// Those whose form hangs on where the values of all campaigns lie: a line over an input that bends
+/// there, and products of two inputs from the middle of it. A form that powers and waves do not have is
+/// seen so, a value of its own for each of a few places, and what neither of two inputs does by itself.
+pub(in crate::diagnose) fn of_values(recipes: &[Recipe], knots: &[Knots]) -> Vec<Candidate> {
     offered(recipes, |model| {
         let bent = |(name, knots): &Knots| {
             let input = model.inputs.iter().find(|one| one.name == *name)?;
@@ -75,6 +77,8 @@ pub(in crate::diagnose) fn bent(recipes: &[Recipe], knots: &[Knots]) -> Vec<Cand
         if directions(model).is_empty() || !few_move(model) {
             all.extend(plain(model).flat_map(|one| errors(one, &covariates)));
         }
+        let together = covariate::products(model, knots);
+        all.extend(plain(model).flat_map(|one| errors(one, &together)));
         all
     })
 }
@@ -140,7 +144,8 @@ fn has_quantity(model: &Model, name: &str) -> bool {
 fn channels(model: &Model) -> Vec<Block> {
     let mut covariates = of_the_rig(model, orders(model));
     covariates.extend(waves::over_signals(model));
-    covariates.extend([waves::slow(), waves::settling(model)]);
+    covariates.extend(waves::slow());
+    covariates.push(waves::settling(model));
     displacements(model, &covariates)
 }
 
@@ -159,7 +164,8 @@ fn rig(model: &Model) -> Vec<Block> {
     if !model.parameters.iter().any(|one| one.name == model.called(POSITION)) {
         return Vec::new();
     }
-    let covariates = [over_time(), waves::slow(), over_runs()].map(Covariate::along_axes);
+    let [slow, slowest] = waves::slow();
+    let covariates = [over_time(), slow, slowest, over_runs()].map(Covariate::along_axes);
     let (of, what) = ("rig".to_owned(), "a displacement of the instrument or the rig");
     let patch = |sum: &str| format!("{POSITION} = '{POSITION} + {sum}'");
     blocks_over(&Of::Channel(of), what, &covariates, Dimension::LENGTH, patch)

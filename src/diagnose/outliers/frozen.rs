@@ -10,15 +10,16 @@
 use std::ops::Range;
 
 use crate::diagnose::found::{LeftOut, NoReading};
-use crate::engine::{Part, Problem};
-use crate::estimate::batch::Options;
-use crate::estimate::calibrate::Calibration;
+use crate::engine::Problem;
+use crate::estimate::batch::{FitError, Options};
+use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::refit::calibrate_near;
+use crate::estimate::repeats::{LONG, repeats, without_long_repeats};
 use crate::estimate::residuals::{OfRun, Residuals, seen_from};
 use crate::statistics::robust;
 
 use super::Cleaned;
-use super::left_out::{OfSamples, if_sound, rare, stretches_out};
+use super::left_out::{OfSamples, if_sound, in_order, rare, stretches_out};
 use super::saturated::limits;
 use super::suspects::{Suspect, without_suspects};
 
@@ -26,13 +27,17 @@ use super::suspects::{Suspect, without_suspects};
 const FEWEST: usize = 3;
 /// The prediction moves on by so many standard deviations of a residual's changes.
 const MOVED: f64 = 20.0;
+/// A fit without long repeats is where they are seen from if its variance factor is so many times less.
+const BETTER: f64 = 4.0;
 /// The reading after the repeats is back within this part of that.
 const BACK: f64 = 0.25;
 
 /// Leaves frozen readings out and fits again; `None` where there are none.
 pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleaned {
     let problem = &nominal.problem;
-    let all = seen_from(problem, &nominal.fit.point);
+    let view = without_long(nominal, options)?;
+    let point = &view.as_ref().unwrap_or(nominal).fit.point;
+    let all = seen_from(problem, point);
     let frozen = frozen(problem, &all);
     if frozen.is_empty() {
         return Ok(None);
@@ -45,7 +50,16 @@ pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleane
     let mut rest = problem.clone();
     let stretches = stretches_out(&mut rest, &all, &frozen, true);
     let found = LeftOut { stretches, ..LeftOut::default() };
-    Ok(if_sound(nominal, calibrate_near(rest, &nominal.fit.point, options)?, found))
+    Ok(if_sound(nominal, calibrate_near(rest, point, options)?, found))
+}
+
+/// The fit without long repeats, which they do not bend, where it is sound and far better.
+fn without_long(nominal: &Calibration, options: &Options) -> Result<Option<Calibration>, FitError> {
+    let Some(rest) = without_long_repeats(&nominal.problem) else { return Ok(None) };
+    let view = calibrate(rest, options)?;
+    let factor = |one: &Calibration| one.variance_factor().unwrap_or(f64::INFINITY);
+    let is_better = view.is_sound() && BETTER * factor(&view) < factor(nominal);
+    Ok(is_better.then_some(view))
 }
 
 /// Whether stretches stand at a limit again and again: an instrument is saturated there, though the
@@ -87,30 +101,9 @@ fn frozen(problem: &Problem, all: &[Residuals]) -> Vec<OfSamples> {
         2 * shared.max().unwrap_or(0) > samples.len()
     });
     frozen.append(&mut beside);
-    rare(problem, frozen, |_, _| false)
-}
-
-/// The samples of each run whose readings of a measurand repeat the one before them; what is missing
-/// between them counts as repeated.
-fn repeats(part: &Part, measurand: usize) -> Vec<Vec<Range<usize>>> {
-    let slot = &part.slots()[measurand];
-    let columns: Vec<Vec<Vec<f64>>> = slot.columns().map(|one| part.readings_of(one)).collect();
-    let of_run = |run: usize| {
-        let read = |sample: usize| columns.iter().map(move |runs| runs[run][sample].to_bits());
-        let mut found: Vec<Range<usize>> = Vec::new();
-        let mut last: Option<usize> = None;
-        for sample in (0..columns[0][run].len()).filter(|at| !columns[0][run][*at].is_nan()) {
-            if let Some(before) = last.filter(|before| read(*before).eq(read(sample))) {
-                match found.last_mut() {
-                    Some(range) if range.end == before + 1 => range.end = sample + 1,
-                    _ => found.push(sample..sample + 1),
-                }
-            }
-            last = Some(sample);
-        }
-        found
-    };
-    (0..part.runs.len()).map(of_run).collect()
+    // Long ones may be many: a log that goes on to its end without a target.
+    let (long, short) = frozen.into_iter().partition(|(_, samples)| samples.len() >= LONG);
+    in_order([long, rare(problem, short, |_, _| false)].concat())
 }
 
 /// The robust standard deviation of a residual, from its changes from one reading to the next;

@@ -45,6 +45,11 @@ pub(super) fn rare(
         *count as f64 <= MOST * present[of.0][of.1] as f64 && !is_structure(*of, &found)
     });
     found.retain(|(of, _)| counts.contains_key(&of.of()));
+    in_order(found)
+}
+
+/// Stretches in the order of campaigns, runs and time.
+pub(super) fn in_order(mut found: Vec<OfSamples>) -> Vec<OfSamples> {
     found.sort_by_key(|(of, samples)| (of.part, of.run, samples.start, of.measurand));
     found
 }

@@ -1,6 +1,5 @@
 //! A convention on more samples, from where a quick look ended.
 
-use crate::convention::Convention;
 use crate::engine::{Point, Problem};
 use crate::estimate::minima::better_start;
 use crate::estimate::minima::clocks::Clock;
@@ -59,18 +58,20 @@ impl Looked {
     /// Whether a convention that multiplies numbers leaves a bad fit, and a factor beside it a better
     /// one: then it is not what was mistaken. `first` are the numbers as they were read.
     pub(super) fn is_another_factor(&self, first: &Problem, sequence: &Sequence<'_>) -> bool {
-        let Suspect::Columns(last) = sequence.last() else { return false };
         if self.variance_factor < GOOD {
             return false;
         }
-        let is_better = |convention: &Convention| {
-            let other = Suspected { convention, ..last.clone() };
-            let other = sequence.clone().replaced(Suspect::Columns(other));
-            let problem = other.applied(first)?;
-            let fit = Self::at(problem, &self.point, Some(&other))?;
+        let is_better = |sequence: Sequence<'_>| {
+            let fit = Self::at(sequence.applied(first)?, &self.point, Some(&sequence))?;
             Some(BETTER_NEARBY * fit.variance_factor < self.variance_factor)
         };
-        nearby_factors(last.convention).iter().any(|one| is_better(one) == Some(true))
+        sequence.places().any(|(place, suspect)| {
+            let Suspect::Columns(own) = suspect else { return false };
+            nearby_factors(own.convention).iter().any(|convention| {
+                let other = Suspect::Columns(Suspected { convention, ..own.clone() });
+                is_better(sequence.clone().replaced(place, other)) == Some(true)
+            })
+        })
     }
 
     /// The same with another start, if one fits far better: clocks that were compared with the

@@ -15,6 +15,9 @@ use super::{BETTER, GOOD, ITERATIONS, Instead, SAMPLES};
 
 /// Conventions that are compared on more samples, and of those that fit like the best.
 const FURTHER: [usize; 2] = [6, 12];
+/// Of conventions none of which helps by itself so many are tried together with others, and with so many.
+const FIRSTS: usize = 8;
+const SECONDS: usize = 30;
 /// Conventions that fit so many times worse than the best are not compared.
 const HOPELESS: f64 = 30.0;
 /// Conventions that fit up to so many times worse than the best are listed with it.
@@ -30,33 +33,63 @@ pub(super) struct Next<'s, 'c> {
     pub(super) alike: Vec<Instead>,
 }
 
+/// What may be set right in a problem on few samples, best first, and how well these fit as they stand.
+pub(super) struct Glanced<'s, 'c> {
+    tried: Vec<(Quick, &'s Sequence<'c>)>,
+    control: f64,
+}
+
+impl<'s, 'c> Glanced<'s, 'c> {
+    /// `first` are the numbers as they were read; conventions that the residuals bear out as they stand
+    /// are passed over.
+    pub(super) fn at(
+        first: &Problem,
+        stands: &Looked,
+        sequences: &'s [Sequence<'c>],
+    ) -> Option<Self> {
+        let few = Thinned::of(&stands.problem, SAMPLES[0]);
+        let numbers = few.late_by(0.0, &[])?;
+        let residuals = Residuals::of(&numbers, &stands.point);
+        let control = Quick::of(&few, None)?.score;
+        // As they stand they fit from there, too.
+        let there = trimmed_fit(&numbers, stands.point.clone(), ITERATIONS[1]);
+        let control = there.map_or(control, |fit| control.min(fit.variance_factor.ln()));
+        let few = Thinned::of(first, SAMPLES[0]);
+        let numbers = few.late_by(0.0, &[])?;
+        let is_borne_out = |sequence: &Sequence<'_>| {
+            let changed = sequence.applied(&numbers);
+            changed.is_some_and(|one| residuals.bear_out(&Residuals::of(&one, &stands.point)))
+        };
+        let sequences: Vec<&Sequence<'_>> =
+            sequences.par_iter().filter(|sequence| !is_borne_out(sequence)).collect();
+        let mut tried: Vec<(Quick, &Sequence<'_>)> = sequences
+            .into_par_iter()
+            .filter_map(|sequence| Some((Quick::of(&few, Some(sequence))?, sequence)))
+            .collect();
+        tried.sort_by(|a, b| a.0.score.total_cmp(&b.0.score));
+        Some(Self { tried, control })
+    }
+
+    /// The best few, each together with others: a mirrored axis of two vectors of different kinds, or
+    /// angles in another unit of which one counts from another axis, help little one by one.
+    pub(super) fn pairs(&self) -> Vec<Sequence<'c>> {
+        let with = |(number, (_, one)): (usize, &(Quick, &'s Sequence<'c>))| {
+            let others = self.tried[number + 1..].iter().take(SECONDS);
+            let others = others.flat_map(|(_, other)| other.places().map(|(_, suspect)| suspect));
+            others.flat_map(|suspect| one.together_with(suspect)).collect::<Vec<_>>()
+        };
+        self.tried.iter().enumerate().take(FIRSTS).flat_map(with).collect()
+    }
+}
+
 /// What fits best of all that may be set right in a problem, if that is far better than how it stands.
 pub(super) fn next_of<'s, 'c>(
     first: &Problem,
     stands: &Looked,
-    sequences: &'s [Sequence<'c>],
+    glanced: Glanced<'s, 'c>,
 ) -> Option<Next<'s, 'c>> {
-    let few = Thinned::of(&stands.problem, SAMPLES[0]);
-    let numbers = few.late_by(0.0, &[])?;
-    let residuals = Residuals::of(&numbers, &stands.point);
-    let control = Quick::of(&few, None)?.score;
-    // As they stand they fit from there, too.
-    let there = trimmed_fit(&numbers, stands.point.clone(), ITERATIONS[1]);
-    let control = there.map_or(control, |fit| control.min(fit.variance_factor.ln()));
-    let few = Thinned::of(first, SAMPLES[0]);
-    let numbers = few.late_by(0.0, &[])?;
-    let is_borne_out = |sequence: &Sequence<'_>| {
-        let changed = sequence.applied(&numbers);
-        changed.is_some_and(|one| residuals.bear_out(&Residuals::of(&one, &stands.point)))
-    };
-    let sequences: Vec<&Sequence<'_>> =
-        sequences.par_iter().filter(|sequence| !is_borne_out(sequence)).collect();
-    let mut tried: Vec<(Quick, &Sequence<'_>)> = sequences
-        .into_par_iter()
-        .filter_map(|sequence| Some((Quick::of(&few, Some(sequence))?, sequence)))
-        .filter(|(quick, _)| quick.score < control - BETTER[1].ln())
-        .collect();
-    tried.sort_by(|a, b| a.0.score.total_cmp(&b.0.score));
+    let Glanced { mut tried, control } = glanced;
+    tried.retain(|(quick, _)| quick.score < control - BETTER[1].ln());
     let best = tried.first()?.0.score;
     let within = |times: f64| tried.partition_point(|(quick, _)| quick.score < best + times.ln());
     // Which of those that fit alike come first is a matter of rounding.
@@ -78,19 +111,29 @@ pub(super) fn next_of<'s, 'c>(
     compared.retain(|(looked, _)| looked.score < best + ALIKE.ln());
     // Of those that fit alike what fits the stated uncertainties, then the simplest: a sign before a
     // turn, a turn before both.
-    compared.sort_by_key(|(looked, sequence)| {
-        (looked.variance_factor >= GOOD, sequence.last().order())
-    });
+    compared.sort_by_key(|(looked, sequence)| (looked.variance_factor >= GOOD, sequence.order()));
     let mut compared = compared.into_iter();
     let (looked, sequence) = compared.next()?;
     // Beside one that fits as stated, no other does about as well that does not.
     let most = (ALIKE * looked.variance_factor).max(GOOD);
+    let own = sequence.named();
     let alike = compared
         .filter(|(other, _)| other.variance_factor < most)
-        .map(|(other, sequence)| Instead {
-            opposite: looked.opposite(&other),
-            ..sequence.last().named()
+        .filter_map(|(other, sequence)| {
+            let mut others = sequence.named();
+            others.retain(|one| !own.contains(one));
+            Some(Instead { opposite: looked.opposite(&other), ..joined(others)? })
         })
         .collect();
     Some(Next { sequence, looked: looked.improved(), alike })
+}
+
+/// Two that help together, as one.
+fn joined(all: Vec<Instead>) -> Option<Instead> {
+    all.into_iter().reduce(|one, other| Instead {
+        name: format!("{} and {}", one.name, other.name),
+        title: format!("{}; {}", one.title, other.title),
+        numbers: [one.numbers, other.numbers].concat(),
+        opposite: Vec::new(),
+    })
 }

@@ -4,14 +4,15 @@ use crate::engine::Problem;
 use crate::estimate::minima::thinned::Tried;
 use crate::formula::Expression;
 
+use super::Instead;
 use super::suspect::Suspect;
 
 /// What is set right, in the order in which it is done to the numbers as they were read.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sequence<'c> {
     all: Vec<Suspect<'c>>,
-    /// The one that was found last.
-    last: usize,
+    /// The places of what was found last: of one, or of two that help together.
+    last: Vec<usize>,
 }
 
 impl<'c> Sequence<'c> {
@@ -21,22 +22,51 @@ impl<'c> Sequence<'c> {
         let at = |place: usize| {
             let mut all = self.all.clone();
             all.insert(place, suspect.clone());
-            Self { all, last: place }
+            Self { all, last: vec![place] }
         };
         let is_shared = self.all.iter().any(|one| one.shares_numbers(suspect));
         let first = is_shared.then(|| at(0));
         std::iter::once(at(self.all.len())).chain(first).collect()
     }
 
-    /// The same with another one in the place of that which was found last.
-    pub(super) fn replaced(mut self, other: Suspect<'c>) -> Self {
-        self.all[self.last] = other;
+    /// With one more that is found together with what was found last.
+    pub(super) fn together_with(&self, suspect: &Suspect<'c>) -> Vec<Self> {
+        let join = |mut more: Self| {
+            let new = more.last[0];
+            more.last.extend(self.last.iter().map(|at| at + usize::from(*at >= new)));
+            more
+        };
+        self.with(suspect).into_iter().map(join).collect()
+    }
+
+    /// The same with another one at the place of one that was found last.
+    pub(super) fn replaced(mut self, place: usize, other: Suspect<'c>) -> Self {
+        self.all[place] = other;
         self
     }
 
-    /// The one that was found last.
-    pub(super) fn last(&self) -> &Suspect<'c> {
-        &self.all[self.last]
+    /// What was found last, with its places.
+    pub(super) fn places(&self) -> impl Iterator<Item = (usize, &Suspect<'c>)> {
+        self.last.iter().map(|at| (*at, &self.all[*at]))
+    }
+
+    /// What was found last in words, the first first.
+    pub(super) fn named(&self) -> Vec<Instead> {
+        let mut all: Vec<(usize, &Suspect<'c>)> = self.places().collect();
+        all.sort_by_key(|one| one.0);
+        all.into_iter().map(|(_, one)| one.named()).collect()
+    }
+
+    /// As of [`Suspect::order`]; of two that help together those that change the fewest numbers come first.
+    pub(super) fn order(&self) -> (usize, usize, bool) {
+        let numbers: usize = match &self.last[..] {
+            [_] => 0,
+            _ => self.named().iter().map(|one| one.numbers.len()).sum(),
+        };
+        let all = self.places().map(|(_, one)| one.order());
+        let (length, is_of_inputs) =
+            all.fold((0, false), |sum, one| (sum.0 + one.0, sum.1 | one.1));
+        (numbers, length, is_of_inputs)
     }
 
     /// The problem with all of it set right; `None` where that cannot be done.
@@ -45,9 +75,10 @@ impl<'c> Sequence<'c> {
         more.iter().try_fold(one.applied(problem)?, |problem, one| one.applied(&problem))
     }
 
-    /// As of [`Suspect::score`] of the one that was found last.
+    /// As of [`Suspect::score`], relative to what all that was found last stretches.
     pub(super) fn score(&self, changed: &Problem, fit: &Tried) -> f64 {
-        self.last().score(changed, fit)
+        let stands = fit.variance_factor.ln();
+        stands + self.places().map(|(_, one)| one.score(changed, fit) - stands).sum::<f64>()
     }
 
     /// What each changed number is, as a formula of the columns as they were read.

@@ -5,14 +5,15 @@ use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::{Dimension, Unit};
 
-use crate::diagnose::library::place::RUN;
+use super::Knots;
+use crate::diagnose::library::place::{RUN, TIME};
 
+/// Inputs of which products are looked at, at most.
+const MOST_TOGETHER: usize = 4;
 /// Signals, or inputs, that count as few.
 pub(super) const FEW: usize = 2;
 /// Waves over the reading of a circle.
 pub(super) const CIRCLE_ORDERS: usize = 4;
-/// The covariate of what a setup does in its course.
-pub(super) const TIME: &str = "time";
 /// The covariate of what each run does in its course.
 pub(super) const RUN_TIME: &str = "run time";
 
@@ -133,6 +134,84 @@ pub(super) fn by_sense(model: &Model, orders: usize) -> Vec<Covariate> {
     signals.map(|signal| of_itself(signal, orders).by_sense(&signal.name)).collect()
 }
 
+/// Loads, otherwise one way than the other, for a reading that is one itself: what a gear, a seal or a
+/// bearing loses grows with the force, the torque, the pressure or the current that goes through it.
+/// Senses are those of speeds, and those in which signals move.
+pub(super) fn loads_by_sense(model: &Model, of: &MeasurandDeclaration) -> Vec<Covariate> {
+    let is_load = |own: Dimension| own.is_of_a_load();
+    if !is_load(of.unit.dimension) {
+        return Vec::new();
+    }
+    let is_speed = |input: &InputDeclaration| {
+        let way = input.unit.dimension * Dimension::TIME;
+        [Dimension::NONE, Dimension::LENGTH].contains(&way)
+    };
+    let inputs = model.inputs.iter().map(|input| (&input.name, input.unit.dimension));
+    let loads = inputs.filter(|one| is_load(one.1)).chain([(&of.name, of.unit.dimension)]);
+    let loads: Vec<(&String, Dimension)> = loads.collect();
+    let mut all = Vec::new();
+    for moves in &model.inputs {
+        let sense = match is_speed(moves) {
+            true => format!("sign({})", moves.name),
+            false if moves.signal && !is_load(moves.unit.dimension) => sense_of(&moves.name).0,
+            false => continue,
+        };
+        for (name, own) in &loads {
+            let terms = [(*name).clone(), format!("abs({name})")];
+            let terms = terms.map(|term| (format!("{sense} * {term}"), *own));
+            let moves = &moves.name;
+            all.push(Covariate {
+                words: format!("{name}, of the other sign with that of the motion of {moves}"),
+                ..Covariate::new(format!("{name} by sense of {moves}"), terms)
+            });
+        }
+    }
+    all
+}
+
+/// Products of two inputs, of which one at least does not turn: powers from the middle of where its
+/// values lie, and waves over what turns. What each of both does by itself is no part of it.
+pub(super) fn products(model: &Model, knots: &[Knots]) -> Vec<Covariate> {
+    if model.inputs.len() > MOST_TOGETHER {
+        return Vec::new();
+    }
+    let factor = |input: &InputDeclaration| -> Option<Vec<Term>> {
+        let (name, own) = (&input.name, input.unit.dimension);
+        match knots.iter().find(|(known, _)| known == name) {
+            Some((_, places)) => {
+                let middle = *places.get(places.len() / 2)?;
+                Some(powers(&format!("({})", from(input, middle)), own).to_vec())
+            }
+            None if input.unit.is_angle() => {
+                Some((1..=2).flat_map(|order| wave(&format!("{order} * {name}"))).collect())
+            }
+            None => None,
+        }
+    };
+    let turns = |input: &InputDeclaration| !knots.iter().any(|(known, _)| *known == input.name);
+    let inputs = model.inputs.iter().filter_map(|one| Some((one, factor(one)?)));
+    let inputs: Vec<(&InputDeclaration, Vec<Term>)> = inputs.collect();
+    let mut all = Vec::new();
+    for (number, (first, left)) in inputs.iter().enumerate() {
+        for (second, right) in &inputs[..number] {
+            let turning = [first, second].iter().filter(|one| turns(one)).count();
+            if turning > 1 {
+                continue;
+            }
+            let product = |(k, (one, own)): (usize, &Term)| {
+                // Squares of both are too much of a power.
+                let others = right.iter().take(if turning == 0 && k > 0 { 1 } else { right.len() });
+                let of_both = |(other, of): &Term| (format!("{one} * {other}"), *own * *of);
+                others.map(of_both).collect::<Vec<_>>()
+            };
+            let terms = left.iter().enumerate().flat_map(product);
+            let name = format!("{} and {} together", second.name, first.name);
+            all.push(Covariate::new(name, terms));
+        }
+    }
+    all
+}
+
 /// A unit as a formula of quantities: a number before `1/m` or `s^2/kg` is none.
 fn of_quantities(symbol: &str) -> String {
     let all: Vec<char> = symbol.chars().collect();
@@ -147,16 +226,19 @@ fn of_quantities(symbol: &str) -> String {
 /// A line over an input that bends at some places (SI).
 pub(super) fn bent(input: &InputDeclaration, knots: &[f64]) -> Covariate {
     let (name, own) = (&input.name, input.unit.dimension);
-    let unit = match own {
-        Dimension::NONE => String::new(),
-        _ => format!(" * {}", of_quantities(&Unit::coherent(own).si_symbol())),
-    };
-    let bend = |knot: &f64| {
-        let sign = if *knot < 0.0 { '+' } else { '-' };
-        (format!("abs({name} {sign} {:e}{unit})", knot.abs()), own)
-    };
+    let bend = |knot: &f64| (format!("abs({})", from(input, *knot)), own);
     let terms = std::iter::once((name.clone(), own)).chain(knots.iter().map(bend));
     Covariate { name: format!("bends of {name}"), ..Covariate::new(name, terms) }
+}
+
+/// How far an input is from a place (SI).
+fn from(input: &InputDeclaration, place: f64) -> String {
+    let unit = match input.unit.dimension {
+        Dimension::NONE => String::new(),
+        own => format!(" * {}", of_quantities(&Unit::coherent(own).si_symbol())),
+    };
+    let sign = if place < 0.0 { '+' } else { '-' };
+    format!("{} {sign} {:e}{unit}", input.name, place.abs())
 }
 
 /// The reading of a measurand, otherwise one way than the other.

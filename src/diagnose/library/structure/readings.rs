@@ -21,7 +21,8 @@ pub(super) fn readings(model: &Model) -> Vec<Block> {
         let name = &measurand.name;
         let mut covariates = of_the_rig(model, orders(model));
         covariates.extend(of_the_head(model));
-        covariates.extend([waves::slow(), waves::settling(model)]);
+        covariates.extend(waves::slow());
+        covariates.push(waves::settling(model));
         covariates.extend(waves::over_lengths(model));
         covariates.extend(waves::over_angles(model));
         covariates.extend(waves::over_itself(model, measurand));
@@ -52,7 +53,8 @@ pub(super) fn attitudes(model: &Model) -> Vec<Block> {
     for MeasurandDeclaration { name, .. } in rotations {
         let mut covariates = of_the_rig(model, COARSE_ORDERS);
         covariates.extend(of_the_head(model));
-        covariates.extend([waves::slow(), waves::settling(model)]);
+        covariates.extend(waves::slow());
+        covariates.push(waves::settling(model));
         for (axes, before, after) in [
             ("its own axes", format!("{name} * "), String::new()),
             ("fixed axes", String::new(), format!(" * {name}")),

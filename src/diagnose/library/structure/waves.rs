@@ -11,10 +11,10 @@ use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::{Dimension, Unit};
 
-use super::covariate::{Covariate, FEW, RUN_TIME, TIME, few_move, sense_of, wave};
+use super::covariate::{Covariate, FEW, RUN_TIME, few_move, sense_of, wave};
 use super::made::{Block, made};
 use super::{ORDERS, directions, orders};
-use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place};
+use crate::diagnose::library::place::{ALL_READINGS, OSCILLATION, Of, Place, TIME};
 
 /// The finest waves that are looked for, in waves a turn: those of an encoder or a motor, and those of
 /// the teeth of a worm or a strain wave gear.
@@ -120,16 +120,19 @@ fn over_length(length: &str) -> Covariate {
     }
 }
 
-/// Waves over a setup, from those that a run just sees to those that a long setup just sees.
-pub(super) fn slow() -> Covariate {
+/// Waves over a setup: from those that a run just sees to an hour, and from there to a month, as day
+/// and night and the tides make them.
+pub(super) fn slow() -> [Covariate; 2] {
     let period = "unknown_period";
-    let terms = wave(&format!("2 * pi * setup_time / {period}"));
-    Covariate {
-        over: TIME.to_owned(),
-        words: format!("{TIME}, a wave every {{member}} s"),
-        family: format!("{period} = {{ unit = \"s\", from = \"10 s\", to = \"3600 s\" }}"),
-        ..Covariate::new("slow time", terms).per("setup")
-    }
+    [("slow", "10 s", "1 h"), ("slowest", "1 h", "720 h")].map(|(how, from, to)| {
+        let terms = wave(&format!("2 * pi * setup_time / {period}"));
+        Covariate {
+            over: TIME.to_owned(),
+            words: format!("{TIME}, a wave every {{member}} s"),
+            family: format!("{period} = {{ unit = \"s\", from = \"{from}\", to = \"{to}\" }}"),
+            ..Covariate::new(format!("{how} {TIME}"), terms).per("setup")
+        }
+    })
 }
 
 /// Exponential settling after each run begins, in the same way or by the sense in which a signal moves,

@@ -1,0 +1,85 @@
+//! Products of two inputs, which no library has: the causes beside them are named, and what remains is
+//! over both together.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use homepoint::diagnose::Diagnosis;
+use homepoint::diagnose::budget::answer::Verdict;
+
+use crate::found::{names, told};
+use crate::own_effects::Campaign;
+use crate::stream::Stream;
+
+fn is_partly(found: &Diagnosis, rows: &[(&str, f64)], place: &str) {
+    let mut all = names(found);
+    all.sort_unstable();
+    let due: Vec<&str> = rows.iter().map(|one| one.0).collect();
+    assert_eq!(all, due, "{}", told(found));
+    assert_eq!(found.verdict, Verdict::PartlyExplained, "{}", told(found));
+    for (name, due) in rows {
+        let value = &found.rows.iter().find(|row| row.name == *name).unwrap().values[0];
+        let far = (value.value.unwrap() - due) / value.sigma.unwrap();
+        assert!(far.abs() < 4.0, "{name}: {far}, {}", told(found));
+    }
+    assert_eq!(found.remainder[0].place.words, place, "{}", told(found));
+}
+
+/// A weighbridge whose zero and whose gain depend on the temperature; a file for the zero alone.
+#[test]
+fn a_gain_that_depends_on_temperature_is_over_load_and_temperature_together() {
+    let model = "name = \"bridge\"\ntitle = \"Weighbridge\"\n\
+        [inputs]\nload = { unit = \"kg\" }\ntemperature = { unit = \"K\" }\n\
+        [parameters]\nzero = { unit = \"kg\", scope = \"rig\" }\n\
+        [quantities]\nweight = 'load + zero'\n\
+        [measurands]\nshown = { value = 'weight', unit = \"kg\" }\n";
+    let zero = (
+        "zero_of_temperature",
+        "by = { unit = \"kg/K\", typical = \"0.5 kg/K\", scope = \"rig\" }",
+        "weight = 'weight + by * (temperature - 293.15 K)'",
+    );
+    let mut random = Stream(107);
+    let mut log = "load [kg],temperature [K],shown [kg]\n".to_owned();
+    for row in 0..500 {
+        let load = 1000.0 * (4.0 * random.uniform()).floor();
+        let warm = 12.0 * (TAU * f64::from(row) / 170.0).sin() + random.normal();
+        let shown = load * (1.0 + 2.4e-4 * warm) + 0.31 * warm + 40.0 + 0.8 * random.normal();
+        writeln!(log, "{load},{:.3},{shown:.3}", 291.0 + warm).unwrap();
+    }
+    // The zero at no load, where the gain does nothing.
+    let measurands = "shown = { sigma = \"0.8 kg\" }";
+    let found = Campaign { model, effects: &[zero], measurands, log }.diagnosed();
+    let words = "an error of `shown` over load and temperature together";
+    assert_eq!(names(&found), ["zero_of_temperature"], "{}", told(&found));
+    assert_eq!(found.verdict, Verdict::PartlyExplained, "{}", told(&found));
+    assert_eq!(found.remainder[0].place.words, words, "{}", told(&found));
+}
+
+/// A compass whose deviation in the second order grows with the roll of the ship; a file for its lag.
+#[test]
+fn a_wave_that_grows_with_a_tilt_is_over_both_together() {
+    let model = "name = \"compass\"\ntitle = \"Compass\"\n\
+        [inputs]\nheading = { unit = \"rad\" }\nroll = { unit = \"rad\" }\nturn_rate = { unit = \"rad/s\" }\n\
+        [parameters]\nlubber = { unit = \"rad\", scope = \"rig\" }\n\
+        [quantities]\ncard = 'heading + lubber'\n\
+        [measurands]\nshown = { value = 'card', kind = \"angle\", unit = \"rad\", period = \"360 deg\" }\n";
+    let lag = (
+        "liquid_turns",
+        "lag = { unit = \"s\", typical = \"0.5 s\", scope = \"rig\" }",
+        "card = 'card - lag * turn_rate'",
+    );
+    let mut random = Stream(109);
+    let mut log = "heading [rad],roll [rad],turn_rate [rad/s],shown [rad]\n".to_owned();
+    for _ in 0..600 {
+        let heading = TAU * random.uniform();
+        let (roll, rate) = (0.12 * random.normal(), 0.03 * random.normal());
+        let wave = 0.4 * roll * (2.0 * heading + 0.5).sin();
+        let shown = heading + 0.02 - 0.6 * rate + wave + 3e-3 * random.normal();
+        let shown = shown.rem_euclid(TAU);
+        writeln!(log, "{heading:.5},{roll:.5},{rate:.6},{shown:.6}").unwrap();
+    }
+    let measurands = "shown = { sigma = \"3 mrad\" }";
+    let found = Campaign { model, effects: &[lag], measurands, log }.diagnosed();
+    let words = "an error of `shown` over heading and roll together";
+    is_partly(&found, &[("liquid_turns", 0.6)], words);
+}
