@@ -16,7 +16,7 @@
 //! | [`smoothed`] | what errors of smoothed streams add to readings |
 //! | [`gauss_markov`] | rows whitened along time, where noise is like itself for a while |
 //! | [`linearise`] | whitened residuals and Jacobians, summed by run: the only maker of Jacobians |
-//! | `negligible` | columns that are nothing but rounding |
+//! | `negligible` | columns of angles that are nothing but rounding |
 //! | [`gram`] | the form of those sums, and what an estimator asks of a problem |
 //! | [`open`] | from what a user names to a problem |
 //! | [`lanes`] | the same graph over chunks of samples, vectorised |

@@ -41,7 +41,7 @@
 //! | [`bias`] | what the paper's transformation does to delays |
 //! | [`conventions`] | conventions that were mistaken, where the model fits badly |
 //! | [`conditions`] | self-calibration: delays under changed conditions |
-//! | [`repeats`] | readings that repeat the one before them bit for bit |
+//! | `repeats` | readings that repeat the one before them bit for bit |
 //! | [`mod@contradicted`] | which stated values the readings contradict |
 //! | [`repeatability`] | whether several campaigns agree |
 //! | `residuals` | residuals in the order of time, and readings that are far out |
@@ -99,7 +99,7 @@ pub mod redundancy;
 pub mod refit;
 pub mod remedies;
 pub mod repeatability;
-pub mod repeats;
+pub(crate) mod repeats;
 pub(crate) mod residuals;
 mod sample_squares;
 pub mod start;

@@ -28,7 +28,7 @@ const STALE: usize = 8;
 /// Part of such stretches beside which readings move, by so many times their least step.
 const MOVING: f64 = 0.8;
 const MOVES: f64 = 20.0;
-/// As many times as readings that step by one digit those that repeat are by chance.
+/// Greatest number of repeats by chance, in parts of the steps by one digit.
 const CHANCE: f64 = 2.0;
 
 impl Loader<'_> {
@@ -91,15 +91,17 @@ fn stale(samples: &Samples, repeated: &[usize]) -> Vec<usize> {
     let columns: Vec<(&Vec<f64>, f64)> =
         samples.readings.iter().map(|column| (column, least(column))).collect();
     // Noise that is much larger than the last digit repeats readings by chance, and steps by one digit
-    // as often either way.
+    // either way as often as that; of several readings together far more often.
+    let is_repeated = |sample: &usize| repeated.binary_search(sample).is_ok();
     let steps_by_one = |sample: &usize| {
         let step = |(column, least): &(&Vec<f64>, f64)| {
-            (column[*sample] - column[*sample - 1]).abs() < 1.5 * least
+            let pair = [column[*sample - 1], column[*sample]];
+            pair[0].to_bits() == pair[1].to_bits() || (pair[1] - pair[0]).abs() < 1.5 * least
         };
         columns.iter().all(step)
     };
-    let by_chance = (1..samples.len()).filter(steps_by_one).count() - repeated.len();
-    if repeated.len() as f64 <= CHANCE * by_chance as f64 {
+    let steps = (1..samples.len()).filter(|at| !is_repeated(at) && steps_by_one(at)).count();
+    if repeated.len() as f64 <= CHANCE * steps as f64 {
         return Vec::new();
     }
     let is_moving = |own: &&[usize]| {
@@ -163,6 +165,17 @@ mod tests {
         let noisy: Vec<f64> = (0..6000).map(|_| (80.0 * random.normal()).round()).collect();
         assert!(noisy.windows(2).filter(|pair| pair[0] == pair[1]).count() > 10);
         assert!(of_many(6000, |number| noisy[number]).is_empty());
+        // A second column that is logged now and then, or never, changes nothing.
+        for every in [7, usize::MAX] {
+            let column = |number: usize| if number % every == 3 { 0.5 } else { f64::NAN };
+            let columns: Vec<Vec<f64>> = vec![
+                (0..600).map(|number| wave(last(number))).collect(),
+                (0..600).map(column).collect(),
+            ];
+            let time = (0..600).map(|number| 0.02 * number as f64).collect();
+            let found = held(&Samples { time, readings: columns, ..Samples::default() });
+            assert!(found.len() > 40, "{every}: {}", found.len());
+        }
         // Seven are not enough; a coarse display repeats by chance.
         assert!(of(|number| wave(if number < 56 { last(number) } else { number })).is_empty());
         assert!(of(|number| (200.0 * wave(last(number))).round() / 200.0).is_empty());

@@ -15,7 +15,7 @@ use crate::effect::Effect;
 use crate::engine::Part;
 use crate::engine::open::{Recipe, Request, open};
 use crate::engine::switched_off::remains_alone;
-use crate::estimate::{checks, repeats};
+use crate::estimate::checks;
 use crate::library::Library;
 use crate::model::{Model, Override};
 use crate::report;
@@ -113,7 +113,7 @@ impl Check {
         if !self.quiet {
             render::all(&opened.warnings);
             render::all(&checks::check(&opened.problem));
-            render::all(&repeats::warnings(&opened.problem));
+            render::all(&checks::repeated(&opened.problem));
             let misfits = opened.recipes.iter().flat_map(Recipe::own_that_do_not_fit);
             render::all(&misfits.map(|(_, misfit)| misfit).collect::<Vec<_>>());
         }
@@ -134,15 +134,18 @@ impl Check {
     }
 }
 
-/// Measurands that no run reads: their columns may have other names.
+/// Measurands that no run reads, of a campaign with readings: their columns may have other names.
 fn unread(part: &Part) -> String {
-    let names = part.system.assembly.names.measurands.iter().zip(part.present());
-    let unread = names.filter(|(_, readings)| *readings == 0).map(|(one, _)| one.name.as_str());
+    let present = part.present();
+    let is_read = present.iter().any(|readings| *readings > 0);
+    let names = part.system.assembly.names.measurands.iter().zip(present);
+    let unread = names.filter(|(_, readings)| is_read && *readings == 0);
+    let unread = unread.map(|(one, _)| one.name.as_str());
     let unread = unread.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     if unread.is_empty() {
         return unread;
     }
-    format!("\n  no readings of {unread}: no data file has a column of this name")
+    format!("\n  no readings of {unread}: are their columns named otherwise?")
 }
 
 /// Whether a file is a campaign or a plan: it has runs.

@@ -15,10 +15,10 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::document::files::Files;
 use crate::engine::open::{Opened, Recipe, Request, correlated, open};
 use crate::engine::{Point, Problem};
+use crate::estimate::checks;
 use crate::estimate::conventions::{Mistaken, mistaken};
 use crate::estimate::minima::{Found, MOST, improved};
 use crate::estimate::start::start;
-use crate::estimate::{checks, repeats};
 use crate::library::{self, effect_files};
 use crate::model::Model;
 use crate::report;
@@ -113,7 +113,7 @@ pub(super) fn load(arguments: &CampaignArguments) -> Result<Loaded, Failure> {
     for file in &arguments.leave_out {
         leave_out(&mut opened.problem, file)?;
     }
-    let repeated = repeats::warnings(&opened.problem);
+    let repeated = checks::repeated(&opened.problem);
     if !arguments.quiet {
         render::all(&repeated);
     }

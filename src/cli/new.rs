@@ -33,7 +33,7 @@ impl New {
         if !self.from.is_empty() {
             return self.campaign();
         }
-        // A file without this ending would be taken for a name in the library.
+        // Elsewhere a name without any ending is one in the library.
         let file = match self.file.extension() {
             Some(_) => self.file.clone(),
             None => self.file.with_extension("toml"),

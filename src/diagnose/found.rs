@@ -90,8 +90,19 @@ pub struct Stretch {
     pub rows: (usize, usize),
     /// How far out half of them were at least, in robust standard deviations of the measurand.
     pub deviations: f64,
-    /// Whether they repeat the reading before them.
-    pub repeats: bool,
+    /// What is wrong with them.
+    pub how: Wrong,
+}
+
+/// What is wrong with a stretch of readings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrong {
+    /// They are far out.
+    FarOut,
+    /// They repeat the reading before them.
+    Repeated,
+    /// They stand still but for their noise, while the prediction moves.
+    Unresponsive,
 }
 
 /// What is left out.

@@ -8,6 +8,7 @@
 //! | `saturated` | readings at the limit of what an instrument shows |
 //! | `suspects` | both of them, confirmed by a fit without them |
 //! | `frozen` | readings that repeat the last one while the instrument moves on |
+//! | `unresponsive` | readings that stand still but for noise while the prediction moves |
 //! | `bursts`, `places` | stretches of wrong readings, and whether they come back at a place |
 //! | [`spikes`] | readings that bend a fit, and once more beside the effects that were found |
 //! | [`records`] | the readings of a problem, to put them back |
@@ -30,6 +31,7 @@ mod settle;
 mod shifted;
 pub mod spikes;
 mod suspects;
+mod unresponsive;
 pub(super) mod wrong_value;
 
 use crate::estimate::batch::{FitError, Options};
@@ -40,6 +42,7 @@ use self::frozen::without_frozen;
 use self::saturated::without_saturated;
 use self::settle::{settled, without_lost, without_spoiling};
 use self::spikes::{Spikes, without_spikes};
+use self::unresponsive::without_unresponsive;
 use super::found::LeftOut;
 
 /// The fit of the rest with what was left out; `None` where there is nothing to leave out.
@@ -61,8 +64,14 @@ pub(super) fn without_outliers(
     whole: &Calibration,
     options: &Options,
 ) -> Result<Cleared, FitError> {
-    let steps: [fn(&Calibration, &Options) -> Cleaned; 5] =
-        [without_codes, without_saturated, settled, without_frozen, without_lost];
+    let steps: [fn(&Calibration, &Options) -> Cleaned; 6] = [
+        without_codes,
+        without_saturated,
+        settled,
+        without_frozen,
+        without_unresponsive,
+        without_lost,
+    ];
     let (mut nominal, mut left_out) = (whole.clone(), LeftOut::default());
     for step in steps {
         if let Some((rest, found)) = step(&nominal, options)? {

@@ -5,6 +5,7 @@
 
 mod mistakes;
 mod rates;
+mod repeated;
 mod resolution;
 
 use std::f64::consts::PI;
@@ -18,6 +19,8 @@ use crate::formula::{ExpressionKind, Function};
 use crate::graph::MeasurandKind;
 use crate::graph::names::Measurand;
 use crate::units::decimal;
+
+pub use repeated::repeated;
 
 /// Samples of a run that are looked at.
 const LOOK: usize = 400;

@@ -29,6 +29,7 @@ use crate::engine::{Part, Point, Problem};
 use crate::estimate::minima::thinned::Thinned;
 use crate::estimate::start::start;
 use crate::formula::show::text;
+use crate::graph::Kind;
 use crate::units::Dimension;
 
 mod applied;
@@ -184,12 +185,10 @@ pub fn mistaken(
                 found = other;
             }
             found.tried = tried;
-            if found.what.is_empty()
-                && stands.variance_factor > VERY_BAD
-                && let Some(two) = set_two_right(&stands, &of_all)
-            {
-                let tried = found.tried + two.tried;
-                found = Mistaken { tried, ..two };
+            if found.what.is_empty() && stands.variance_factor > VERY_BAD {
+                let (two, tried) = set_two_right(&stands, &of_all);
+                let tried = found.tried + tried;
+                found = Mistaken { tried, ..two.unwrap_or(found) };
             }
         }
         odd = odd.filter(|(rest, _)| rest * BETTER[0] < found.variance_factors[1]);
@@ -211,8 +210,17 @@ pub fn mistaken(
 fn with_stated(problem: &Problem, fitted: &Point, stated: &Point) -> Option<Point> {
     let count = problem.layout.instances.len();
     let mut point = (fitted.values.len() == count).then(|| fitted.clone())?;
-    for index in (0..count).filter(|index| !problem.layout.is_free(*index)) {
-        point.values[index] = stated.values[index];
+    for index in 0..count {
+        let own: Vec<usize> = problem.layout.own_columns(index).map(|(own, _)| own).collect();
+        if problem.layout.instances[index].kind == Kind::Rotation {
+            if own.is_empty() {
+                point.values[index] = stated.values[index];
+            }
+            continue;
+        }
+        for component in (0..3).filter(|component| !own.contains(component)) {
+            point.values[index][component] = stated.values[index][component];
+        }
     }
     Some(point)
 }
@@ -240,17 +248,20 @@ fn set_right(mut stands: Looked, suspects: [&[Suspect<'_>]; MOST]) -> Mistaken {
     found.with_changes(&first, &set, &stands)
 }
 
-/// Sets two things right that help together, where neither does by itself.
-fn set_two_right(stands: &Looked, suspects: &[Suspect<'_>]) -> Option<Mistaken> {
+/// Sets two things right that help together, where neither does by itself; and how many pairs were
+/// tried.
+fn set_two_right(stands: &Looked, suspects: &[Suspect<'_>]) -> (Option<Mistaken>, usize) {
     let first = &stands.problem;
     let none = Sequence::default();
     let each: Vec<Sequence<'_>> = suspects.iter().flat_map(|one| none.with(one)).collect();
-    let pairs = Glanced::at(first, stands, &each)?.pairs();
-    let next = next_of(first, stands, Glanced::at(first, stands, &pairs)?)?;
-    let mut found = Mistaken::none(stands.variance_factor);
-    found.tried = pairs.len();
-    next.add_to(&mut found);
-    Some(found.with_changes(first, next.sequence, &next.looked))
+    let pairs = Glanced::at(first, stands, &each).map_or_else(Vec::new, |glanced| glanced.pairs());
+    let next = Glanced::at(first, stands, &pairs).and_then(|all| next_of(first, stands, all));
+    let found = next.map(|next| {
+        let mut found = Mistaken::none(stands.variance_factor);
+        next.add_to(&mut found);
+        found.with_changes(first, next.sequence, &next.looked)
+    });
+    (found, pairs.len())
 }
 
 impl Next<'_, '_> {

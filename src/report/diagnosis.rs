@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::budget::answer::{Doubtful, Ranked, Remainder, Row, Size};
-use crate::diagnose::found::{NoReading, NoiseEffect};
+use crate::diagnose::found::{NoReading, NoiseEffect, Wrong};
 use crate::diagnose::gap::Gap;
 use crate::diagnose::library::place::Of;
 use crate::diagnose::library::variant::Variant;
@@ -220,7 +220,8 @@ fn left_out(diagnosis: &Diagnosis) -> Value {
             "first_row": one.rows.0,
             "last_row": one.rows.1,
             "deviations": number(Some(one.deviations)),
-            "repeats": one.repeats,
+            "repeats": one.how == Wrong::Repeated,
+            "unresponsive": one.how == Wrong::Unresponsive,
         })
     });
     let lost = out.lost.iter().map(|one| {

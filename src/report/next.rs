@@ -111,7 +111,13 @@ fn of_remainder(diagnosis: &Diagnosis, leaves_out: bool) -> String {
             "{rows}state scope = \"run\" for the parameters that may differ in run `{run}` (docs/formats.md), and diagnose again"
         ));
     }
-    if let Some(part) = diagnosis.remainder.iter().find(is_cause) {
+    let delayed = diagnosis.remainder.iter().find_map(|one| one.place.delayed_by_run());
+    if delayed.is_some() {
+        steps
+            .push(format!("give {} in [parameters], and diagnose again", delays_by_run(diagnosis)));
+    }
+    let is_other = |one: &&Remainder| is_cause(one) && one.place.delayed_by_run().is_none();
+    if let Some(part) = diagnosis.remainder.iter().find(is_other) {
         steps.push(format!(
             "describe what may cause {} in `effects/NAME.toml` beside the campaign (docs/effects.md), and diagnose again",
             part.place.words
@@ -127,6 +133,19 @@ fn of_remainder(diagnosis: &Diagnosis, leaves_out: bool) -> String {
         }
         false if leaves_out => format!("      For the remainder: {steps}.\n"),
         false => format!("\nNext: {steps}.\n"),
+    }
+}
+
+/// The model's delays with a value for each run, as it is stated.
+fn delays_by_run(diagnosis: &Diagnosis) -> String {
+    let instances = diagnosis.nominal.problem.layout.instances.iter();
+    let mut names: Vec<&str> =
+        instances.filter(|one| one.is_delay()).map(|one| one.name.as_str()).collect();
+    names.sort_unstable();
+    names.dedup();
+    match names[..] {
+        [name] => format!("`{name}` a value for each run (`\"{name}\" = {{ scope = \"run\" }}`)"),
+        _ => "the delays a value for each run (scope = \"run\")".to_owned(),
     }
 }
 

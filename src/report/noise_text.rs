@@ -4,7 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnose::Diagnosis;
-use crate::diagnose::found::{LeftOut, Level, Lost, NoReading, NoiseEffect, Reading, Stretch};
+use crate::diagnose::found::{
+    LeftOut, Level, Lost, NoReading, NoiseEffect, Reading, Stretch, Wrong,
+};
 use crate::graph::names::MeasurandKind;
 use crate::model::Shape;
 use crate::report::figure;
@@ -218,7 +220,7 @@ fn stretches_left_out(left_out: &LeftOut) -> String {
         let measurand = format!("`{}`", one.measurand);
         let is_same = |known: &&mut (&Stretch, Vec<String>)| {
             let known = known.0;
-            (&known.run, known.rows, known.repeats) == (&one.run, one.rows, one.repeats)
+            (&known.run, known.rows, known.how) == (&one.run, one.rows, one.how)
         };
         match of_rows.iter_mut().find(is_same) {
             Some(known) => known.1.push(measurand),
@@ -235,13 +237,13 @@ fn stretches_left_out(left_out: &LeftOut) -> String {
         of_rows.len()
     );
     let shown = if of_rows.len() <= STRETCHES + 1 { of_rows.len() } else { STRETCHES };
-    for (Stretch { run, rows: (first, last), repeats, deviations, .. }, measurands) in
-        &of_rows[..shown]
+    for (Stretch { run, rows: (first, last), how, deviations, .. }, measurands) in &of_rows[..shown]
     {
-        let what = match (repeats, measurands.len()) {
-            (true, 1) => "repeats its last value".to_owned(),
-            (true, _) => "repeat their last values".to_owned(),
-            _ => format!("about {} deviations off", decimal(*deviations, 0)),
+        let what = match (how, measurands.len()) {
+            (Wrong::Repeated, 1) => "repeats its last value".to_owned(),
+            (Wrong::Repeated, _) => "repeat their last values".to_owned(),
+            (Wrong::Unresponsive, _) => "hardly varies, while the prediction does".to_owned(),
+            (Wrong::FarOut, _) => format!("about {} deviations off", decimal(*deviations, 0)),
         };
         let measurands = measurands.join(" and ");
         text.push_str(&format!(

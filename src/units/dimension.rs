@@ -92,10 +92,11 @@ impl Dimension {
 
     /// Whether it is that of a load: a force, a torque, a pressure, a current, a voltage.
     pub fn is_of_a_load(self) -> bool {
-        [Self::MASS, Self::CURRENT].iter().any(|base| {
-            let own = self.exponents.iter().zip(base.exponents);
-            own.into_iter().any(|(own, base)| base != Exponent::ZERO && *own != Exponent::ZERO)
-        })
+        let force = Self::MASS * Self::LENGTH / (Self::TIME * Self::TIME);
+        let torque = force * Self::LENGTH;
+        let pressure = force / (Self::LENGTH * Self::LENGTH);
+        let voltage = torque / Self::TIME / Self::CURRENT;
+        [force, torque, pressure, Self::CURRENT, voltage].contains(&self)
     }
 
     const fn base(index: usize) -> Self {

@@ -13,6 +13,8 @@ use homepoint::estimate::calibrate::calibrate;
 use homepoint::report::diagnosis_text::{Asked, text};
 
 use crate::drawn::{drawn, run};
+use homepoint::diagnose::found::Wrong;
+
 use crate::found::told;
 
 fn edit(problem: &mut Problem, name: &str, change: impl FnMut(&mut Samples)) {
@@ -59,7 +61,11 @@ fn readings_that_stand_still_are_left_out() {
     }
     let found = run(problem, &opened);
     is_right(&found, &run(nominal, &opened));
-    assert!(found.left_out.stretches.iter().all(|one| one.repeats), "{}", told(&found));
+    assert!(
+        found.left_out.stretches.iter().all(|one| one.how == Wrong::Repeated),
+        "{}",
+        told(&found)
+    );
     for (name, samples) in BURSTS {
         for measurand in ["horizontal", "vertical", "distance"] {
             let due = (name, samples.clone(), measurand);

@@ -61,6 +61,6 @@ fn frictions_are_named_beside_a_loss_in_proportion_to_load() {
         assert!(far.abs() < 4.0, "{name}: {far}, {}", told(&found));
     }
     let words = &found.remainder[0].place.words;
-    let due = "an error of `rope` over torque, of the other sign with that of the motion of speed";
+    let due = "an error of `rope` over torque, direction-dependent (sign of speed)";
     assert_eq!(words, due, "{}", told(&found));
 }

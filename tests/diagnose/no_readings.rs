@@ -5,17 +5,18 @@ use std::fmt::Write as _;
 
 use homepoint::diagnose::Diagnosis;
 use homepoint::diagnose::budget::answer::Verdict;
-use homepoint::diagnose::found::NoReading;
+use homepoint::diagnose::found::{NoReading, Wrong};
 use homepoint::engine::open::{Opened, Request, open};
 use homepoint::estimate::batch::Options;
 use homepoint::estimate::calibrate::calibrate;
+use homepoint::estimate::checks::repeated;
 use homepoint::estimate::minima::improved;
-use homepoint::estimate::repeats;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::drawn::run;
+use crate::folder::Folder;
 use crate::found::{names, told};
 
 fn normal(random: &mut ChaCha8Rng, sigma: f64) -> f64 {
@@ -164,7 +165,7 @@ fn a_log_that_repeats_its_last_reading_to_the_end_is_found_though_that_is_most_o
             last
         };
         let (_folder, opened) = gauge(repeat, 5);
-        let warned = repeats::warnings(&opened.problem);
+        let warned = repeated(&opened.problem);
         assert_eq!(warned.len(), 1);
         let rows = format!("rows {} to 3001 of run `one`", first + 2);
         assert!(warned[0].message.contains(&rows), "{}", warned[0].message);
@@ -172,7 +173,7 @@ fn a_log_that_repeats_its_last_reading_to_the_end_is_found_though_that_is_most_o
         let found = run(searched, &opened);
         assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
         let [stretch] = &found.left_out.stretches[..] else { panic!("{}", told(&found)) };
-        assert!(stretch.repeats, "{}", told(&found));
+        assert_eq!(stretch.how, Wrong::Repeated, "{}", told(&found));
         assert_eq!(stretch.rows, (first + 2, 3001), "{}", told(&found));
         let delay = found.nominal.estimates().into_iter().find(|one| one.name == "gauge.delay");
         let delay = delay.and_then(|one| one.value).unwrap();
@@ -180,12 +181,55 @@ fn a_log_that_repeats_its_last_reading_to_the_end_is_found_though_that_is_most_o
     }
 }
 
-/// What stands still beside inputs that stand still, and a display that repeats now and then, are no
-/// reason for a warning.
+/// What stands still beside inputs that stand still, the steps of a display, a channel that is logged now
+/// and then, and one that never changes are no reason for a warning.
 #[test]
-fn rests_and_coarse_displays_give_no_warning_of_repeats() {
-    let (_folder, opened) = gauge(|_, reading| (reading / 2e-3).round() * 2e-3, 5);
-    assert!(repeats::warnings(&opened.problem).is_empty());
-    let (_folder, opened) = gauge(|_, reading| reading, 5);
-    assert!(repeats::warnings(&opened.problem).is_empty());
+fn rests_displays_and_sparse_channels_give_no_warning_of_repeats() {
+    let table = |input: fn(usize) -> f64, reading: fn(usize) -> f64| {
+        let mut log = "time [s],way [m],gauge [m]\n".to_owned();
+        for row in 0..2000 {
+            let read = reading(row);
+            let read = if read.is_nan() { String::new() } else { format!("{read:.6}") };
+            writeln!(log, "{:.2},{:.6},{read}", 0.02 * row as f64, input(row)).unwrap();
+        }
+        let model = "name = \"slide\"\ntitle = \"Slide\"\n[inputs]\nway = { unit = \"m\" }\n\
+             [parameters]\nzero = { unit = \"m\" }\n[measurands]\ngauge = { value = 'way + zero', unit = \"m\" }\n";
+        let campaign = "title = \"Slide\"\nmodel = \"model.toml\"\n[measurands]\ngauge = { sigma = \"1 mm\" }\n\
+             [[runs]]\nname = \"one\"\ndata = \"log.csv\"\n";
+        let files = [("model.toml", model), ("campaign.toml", campaign), ("log.csv", log.as_str())];
+        let folder = Folder::new("repeated", &files);
+        repeated(&open(&Request::new([&*folder])).unwrap().problem).len()
+    };
+    let path: fn(usize) -> f64 = |row| (0.02 * row as f64).sin() + 0.1 * (0.171 * row as f64).sin();
+    assert_eq!(table(path, |row| 0.5 + (0.02 * row.min(1200) as f64).sin()), 1);
+    // At rest with its input; the steps of a display; now and then; never.
+    assert_eq!(
+        table(|row| (0.02 * row.min(1200) as f64).sin(), |row| (0.02 * row.min(1200) as f64).sin()),
+        0
+    );
+    assert_eq!(table(path, |row| (row / 150) as f64), 0);
+    assert_eq!(table(path, |row| if row % 50 == 0 { (row / 200) as f64 } else { f64::NAN }), 0);
+    assert_eq!(table(path, |_| 3.1), 0);
+}
+
+/// A gauge that is blocked for a while: it stands still but for its noise, and leaks away.
+#[test]
+fn readings_that_do_not_respond_are_left_out() {
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let mut held = 0.0;
+    let blocked = |row: usize, reading: f64| {
+        if !(1600..1990).contains(&row) {
+            held = reading;
+            return reading;
+        }
+        held -= 4e-5;
+        held + normal(&mut random, 5e-5)
+    };
+    let (_folder, opened) = gauge(blocked, 11);
+    let found = diagnosed(&opened);
+    assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
+    let [stretch] = &found.left_out.stretches[..] else { panic!("{}", told(&found)) };
+    assert_eq!(stretch.how, Wrong::Unresponsive, "{}", told(&found));
+    let (first, last) = stretch.rows;
+    assert!(first.abs_diff(1602) < 20 && last.abs_diff(1991) < 20, "{first} {last}");
 }

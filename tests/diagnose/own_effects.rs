@@ -269,9 +269,8 @@ fn an_error_over_two_inputs_together_is_told_beside_one_over_one_of_them() {
     let covariates: Vec<&str> =
         found.remainder.iter().map(|one| one.place.covariate.as_str()).collect();
     assert_eq!(covariates[0], "height", "{}", told(&found));
-    let is_of_both =
-        |covariate: &&str| *covariate == "inputs" || *covariate == "speed and height together";
-    let together = found.remainder.iter().find(|one| is_of_both(&one.place.covariate.as_str()));
+    let both = "speed and height together";
+    let together = found.remainder.iter().find(|one| one.place.covariate == both);
     let together = together.unwrap_or_else(|| panic!("{}", told(&found)));
     let (rms, _) = together.rms.as_ref().unwrap();
     assert!((0.01..0.1).contains(rms) && (0.02..0.5).contains(&together.share), "{together:?}");

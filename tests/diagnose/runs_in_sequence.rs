@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use homepoint::diagnose::Diagnosis;
 use homepoint::engine::open::{Request, open};
+use homepoint::report::diagnosis_text::{Asked, text};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -26,6 +27,8 @@ enum Clock {
     Continuous(f64),
     /// Slow by this share since the run began.
     Anew(f64),
+    /// Late by so much in each run (s).
+    Restarted([f64; 3]),
 }
 
 /// Diagnoses readings every 80 ms, 30 ms late; with `from_zero` the times of each run begin at zero.
@@ -50,6 +53,7 @@ fn diagnosed(clock: Clock, from_zero: bool, seed: u64) -> Diagnosis {
             let late = match clock {
                 Clock::Continuous(rate) => rate * t,
                 Clock::Anew(rate) => rate * (t - begin),
+                Clock::Restarted(late) => late[run],
             };
             let noise: f64 = StandardNormal.sample(&mut random);
             let stamp = t - 0.03 - late - zero;
@@ -101,6 +105,18 @@ fn a_clock_that_begins_anew_in_each_run_is_another_effect() {
     let found = diagnosed(Clock::Anew(3e-4), false, 70);
     assert_eq!(names(&found), ["clock_drift"], "{}", told(&found));
     assert!(!found.verdict.has_remainder(), "{}", told(&found));
+}
+
+/// A recorder that was started anew for each run: no rate of a clock, but a delay for each run, and how to
+/// state it.
+#[test]
+fn a_delay_that_differs_between_runs_is_the_next_step() {
+    let found = diagnosed(Clock::Restarted([0.004, -0.007, 0.011]), false, 72);
+    assert_eq!(names(&found), [""; 0], "{}", told(&found));
+    assert_eq!(found.remainder[0].place.delayed_by_run(), Some("reading"), "{}", told(&found));
+    let text = text("", &found, &Asked::default());
+    let due = "Next: give `reading.delay` a value for each run (`\"reading.delay\" = { scope = \"run\" }`) in [parameters], and diagnose again.";
+    assert!(text.contains(due), "{text}");
 }
 
 /// Runs whose times all begin at zero: one effect, not two by the same form.

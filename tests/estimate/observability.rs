@@ -194,7 +194,7 @@ fn a_turn_without_effect_is_not_determined_though_its_derivative_is_rounding() {
     let mut random = Stream(31);
     let mut log = "az [rad],el [rad],range [m]\n".to_owned();
     for _ in 0..400 {
-        let (az, el) = (6.28 * random.uniform(), -0.1 - 0.5 * random.uniform());
+        let (az, el) = (std::f64::consts::TAU * random.uniform(), -0.1 - 0.5 * random.uniform());
         // To first order in pitch and roll.
         let down = -el.sin() + 0.03 * el.cos() * az.cos() - 0.02 * el.cos() * az.sin();
         log.push_str(&format!("{az:.6},{el:.6},{:.4}\n", 1.8 / down + 0.02 * random.normal()));

@@ -52,8 +52,8 @@ const SAME_PLACE: f64 = 1e-6;
 const MOST_PLACES: usize = 16;
 /// Spans between the knots of an input with more places.
 const KNOTS: usize = 8;
-/// An angle that spans more (rad) turns; one that does not is a tilt.
-const TURNS: f64 = 1.0;
+/// Span (rad) above which an angle is treated as periodic.
+const PERIODIC: f64 = 1.0;
 /// Mean rate, in parts of the largest, below which a signal stands still.
 const STILL: f64 = 1e-3;
 
@@ -111,8 +111,8 @@ pub fn labels(problem: &Problem) -> Vec<Grouping> {
     labels
 }
 
-/// Places at which a line over an input may bend, for each input that varies and does not turn: all
-/// of a few, or octiles of many.
+/// Inputs that vary, with the places at which a line over each may bend: all of a few, or octiles of many;
+/// none of an angle that is treated as periodic.
 pub fn knots(problem: &Problem) -> Vec<Knots> {
     let mut values: IndexMap<String, (bool, Vec<f64>)> = IndexMap::new();
     each_input(problem, 0, |_, input, here| {
@@ -125,8 +125,8 @@ pub fn knots(problem: &Problem) -> Vec<Knots> {
         .filter_map(|(name, (is_angle, mut all))| {
             all.sort_by(f64::total_cmp);
             let span = all.last()? - all.first()?;
-            if is_angle && span > TURNS {
-                return None;
+            if is_angle && span > PERIODIC {
+                return Some((name, Vec::new()));
             }
             let mut places = all.clone();
             places.dedup_by(|a, b| (*a - *b).abs() <= SAME_PLACE * span);

@@ -13,7 +13,7 @@ use crate::diagnose::library::candidate::{Candidate, NotTestable};
 use crate::diagnose::library::offer::Offer;
 use crate::diagnose::library::place::{Of, Place};
 use crate::diagnose::library::relaxed::with_variants;
-use crate::diagnose::library::structure::of_values;
+use crate::diagnose::library::structure::bends_and_products;
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::library::wanted::Wanted;
 use crate::engine::Problem;
@@ -100,7 +100,7 @@ impl Linear {
                     members.push(tried);
                 }
             }
-            for block in of_values(&fitted.recipes, &knots(&fitted.problem)) {
+            for block in bends_and_products(&fitted.recipes, &knots(&fitted.problem)) {
                 candidates.push(block);
                 members.push(1);
             }

@@ -2,11 +2,10 @@
 //! rate every sample meets the same phase, and a wave with an amplitude for each run is an offset
 //! of that run.
 //!
-//! Neither can runs tell a wave of which they hold less than half a turn from one.
-//!
 //! Near to such a multiple it is a slow wave of that run, and says nothing for a family of fast
 //! ones. Where the intervals of all runs are multiples of one, a wave beyond half its reciprocal is
-//! one below. Members of families that are such frequencies are not looked at.
+//! one below. A wave of which half a period is longer than what was recorded is not distinguishable from a
+//! drift. Members of families that are such frequencies are not looked at.
 
 use crate::diagnose::library::candidate::Candidate;
 use crate::engine::{Part, Problem};
@@ -16,8 +15,8 @@ use crate::units::Unit;
 const EVEN: f64 = 0.1;
 /// Parts of the shortest interval of which all others are looked for as multiples.
 const PARTS: u32 = 24;
-/// The least part of a turn that a wave has in some run, or over some setup.
-const TURN: f64 = 0.5;
+/// The least part of its period for which a wave is recorded.
+const HALF_PERIOD: f64 = 0.5;
 /// How near to a multiple, in parts.
 const NEAR: f64 = 1e-3;
 
@@ -28,12 +27,13 @@ pub(in crate::diagnose) struct Sampling {
     runs: Vec<Option<(f64, f64)>>,
     /// From this frequency (Hz) on every wave is one below it.
     highest: f64,
-    /// Of waves below this frequency (Hz) no run holds half a turn.
+    /// Half a period of waves below this frequency (Hz) is longer than what was recorded.
     lowest: f64,
 }
 
 impl Sampling {
-    pub(in crate::diagnose) fn of(problem: &Problem) -> Self {
+    /// For waves with amplitudes of each run's own, or for those that go on through a campaign.
+    pub(in crate::diagnose) fn of(problem: &Problem, are_of_runs: bool) -> Self {
         let runs: Vec<Option<(f64, f64)>> = problem
             .parts
             .iter()
@@ -54,10 +54,19 @@ impl Sampling {
                 (is_even && interval > 0.0).then_some((interval, duration))
             })
             .collect();
-        let all = problem.parts.iter().flat_map(|part| &part.runs);
-        let spans = all.filter_map(|run| run.record.ends(|samples| &samples.run_time));
-        let longest = spans.map(|[first, last]| last - first).fold(0.0, f64::max);
-        Self { lowest: TURN / longest, ..Self::made(runs) }
+        let all = || problem.parts.iter().flat_map(|part| &part.runs);
+        let longest = if are_of_runs {
+            let spans = all().filter_map(|run| run.record.ends(|samples| &samples.run_time));
+            spans.map(|[first, last]| last - first).fold(0.0, f64::max)
+        } else {
+            let ends = all().filter_map(|run| run.record.ends(|samples| &samples.elapsed_time));
+            let ends = ends
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [first, last]| {
+                    [low.min(first), high.max(last)]
+                });
+            (ends[1] - ends[0]).max(0.0)
+        };
+        Self { lowest: HALF_PERIOD / longest, ..Self::made(runs) }
     }
 
     fn made(runs: Vec<Option<(f64, f64)>>) -> Self {
@@ -67,7 +76,7 @@ impl Sampling {
     }
 
     /// Whether a wave of this frequency (Hz) is less than a turn of phase in some run, or one of a
-    /// lower frequency in all of them, or less than half a turn in each.
+    /// lower frequency in all of them, or too slow for what was recorded.
     pub(super) fn is_blind(&self, frequency: f64) -> bool {
         let folded = |(interval, duration): &(f64, f64)| {
             from_multiple(frequency, *interval) * duration < 1.0
@@ -83,7 +92,7 @@ impl Sampling {
     }
 }
 
-/// The longest period (s) of which some setup holds half a turn.
+/// The longest period (s) of which some setup lasts a half.
 pub(super) fn longest_period(problem: &Problem) -> f64 {
     let of_part = |part: &Part| {
         let mut setups = vec![[f64::INFINITY, f64::NEG_INFINITY]; part.setups.len()];
@@ -95,7 +104,7 @@ pub(super) fn longest_period(problem: &Problem) -> f64 {
         }
         setups.into_iter().map(|[low, high]| high - low).fold(0.0, f64::max)
     };
-    problem.parts.iter().map(of_part).fold(0.0, f64::max) / TURN
+    problem.parts.iter().map(of_part).fold(0.0, f64::max) / HALF_PERIOD
 }
 
 /// How far (Hz) a frequency is from the nearest multiple of a sampling rate; infinite where that is 0.
@@ -119,7 +128,7 @@ fn highest(even: &[(f64, f64)]) -> f64 {
 }
 
 /// Why no member of a family can be tested.
-pub(in crate::diagnose) const ALL_BLIND: &str = "none of its frequencies can be told from nothing at the rates at which these runs are sampled: sample faster, or at uneven intervals";
+pub(in crate::diagnose) const ALL_BLIND: &str = "none of its frequencies can be told from nothing at the rates at which these runs are sampled: sample faster, at uneven intervals, or for longer";
 
 /// The members of a family that the runs can tell from nothing.
 pub(in crate::diagnose) fn distinguishable<'a>(
@@ -135,7 +144,7 @@ pub(in crate::diagnose) fn distinguishable<'a>(
     if frequencies.is_empty() {
         return family.iter().collect();
     }
-    let sampling = Sampling::of(problem);
+    let sampling = Sampling::of(problem, first.is_of_runs());
     let is_blind = |one: &&Candidate| {
         let values = frequencies.iter().filter_map(|name| one.selected.member.get(*name));
         values.into_iter().any(|value| sampling.is_blind(*value))
@@ -172,6 +181,14 @@ mod tests {
         assert!(alike.is_blind(5.1) && !alike.is_blind(4.9));
         let uneven = Sampling::made(vec![None]);
         assert!(!uneven.is_blind(20.0) && !uneven.is_slow_in(0, 20.0, 0.5));
+    }
+
+    #[test]
+    fn what_is_slower_than_the_recording_is_blind() {
+        let slow = Sampling { lowest: HALF_PERIOD / 40.0, ..Sampling::made(vec![None]) };
+        assert!(slow.is_blind(0.01) && !slow.is_blind(0.0126));
+        let still = Sampling { lowest: HALF_PERIOD / 0.0, ..Sampling::made(vec![None]) };
+        assert!(still.is_blind(1.0));
     }
 
     #[test]

@@ -135,7 +135,8 @@ impl<'a> Scan<'a> {
         let effect = &family.selected.effect;
         let (name, declared) = effect.shape.first().filter(|_| effect.shape.len() == 1)?;
         let lowest = declared.members.series(2).into_iter().fold(f64::INFINITY, f64::min);
-        let sampling = is_frequency(&declared.unit).then(|| (Sampling::of(problem), lowest));
+        let sampling = is_frequency(&declared.unit);
+        let sampling = sampling.then(|| (Sampling::of(problem, family.is_of_runs()), lowest));
         let is_of_time = family.place.as_ref().is_some_and(Place::is_over_time);
         let longest = if is_of_time { longest_period(problem) } else { f64::INFINITY };
         if lowest > longest {

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use crate::engine::open::Recipe;
+use crate::graph::Scope;
 use crate::model::Setting;
 use crate::system::{Selected, System};
 use crate::units::Unit;
@@ -53,6 +54,11 @@ impl Candidate {
     /// Whether its values sum to zero over their scope.
     pub fn sums_to_zero(&self) -> bool {
         self.selected.effect.parameters.iter().any(|one| one.setting.sum_zero)
+    }
+
+    /// Whether each run has values of its own.
+    pub(in crate::diagnose) fn is_of_runs(&self) -> bool {
+        self.selected.effect.parameters.iter().all(|one| one.setting.scope == Scope::Run)
     }
 
     fn find(&self, parameter: &str) -> Option<(&System, usize)> {

@@ -78,6 +78,12 @@ impl Place {
         self.covariate == RUN
     }
 
+    /// Whose readings have another delay in each run: a measurand, or all readings.
+    pub fn delayed_by_run(&self) -> Option<&str> {
+        let Of::Channel(channel) = &self.of else { return None };
+        channel.strip_prefix(TIME_OF).filter(|_| self.is_of_runs())
+    }
+
     /// Whether it is another value of a parameter of the model.
     pub(in crate::diagnose) fn is_of_a_parameter(&self) -> bool {
         self.parameter().is_some()

@@ -63,12 +63,18 @@ fn by_sense(model: &Model) -> Vec<Block> {
     displacements.chain(plain(model).flat_map(errors)).collect()
 }
 
-/// Those whose form hangs on where the values of all campaigns lie: a line over an input that bends
-/// there, and products of two inputs from the middle of it. A form that powers and waves do not have is
-/// seen so, a value of its own for each of a few places, and what neither of two inputs does by itself.
-pub(in crate::diagnose) fn of_values(recipes: &[Recipe], knots: &[Knots]) -> Vec<Candidate> {
+/// Blocks that depend on the values of inputs: a line over an input that bends at places among them, and
+/// products of two inputs about the middle of theirs. A form that powers and waves do not have is seen so,
+/// a value of its own for each of a few places, and what neither of two inputs does by itself.
+pub(in crate::diagnose) fn bends_and_products(
+    recipes: &[Recipe],
+    knots: &[Knots],
+) -> Vec<Candidate> {
     offered(recipes, |model| {
         let bent = |(name, knots): &Knots| {
+            if knots.is_empty() {
+                return None;
+            }
             let input = model.inputs.iter().find(|one| one.name == *name)?;
             Some(covariate::bent(input, knots))
         };
@@ -83,7 +89,7 @@ pub(in crate::diagnose) fn of_values(recipes: &[Recipe], knots: &[Knots]) -> Vec
     })
 }
 
-/// An input and the places (SI) at which a line over it bends.
+/// An input that varies, and the places (SI) at which a line over it bends: none of what turns.
 pub(in crate::diagnose) type Knots = (String, Vec<f64>);
 
 fn offered(recipes: &[Recipe], effects: impl Fn(&Model) -> Vec<Block>) -> Vec<Candidate> {

@@ -9,12 +9,12 @@
 
 use std::ops::Range;
 
-use crate::diagnose::found::{LeftOut, NoReading};
+use crate::diagnose::found::{LeftOut, NoReading, Wrong};
 use crate::engine::Problem;
-use crate::estimate::batch::{FitError, Options};
+use crate::estimate::batch::Options;
 use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::refit::calibrate_near;
-use crate::estimate::repeats::{LONG, repeats, without_long_repeats};
+use crate::estimate::repeats::{Repeated, long_repeats, repeats, without_long_repeats};
 use crate::estimate::residuals::{OfRun, Residuals, seen_from};
 use crate::statistics::robust;
 
@@ -27,15 +27,16 @@ use super::suspects::{Suspect, without_suspects};
 const FEWEST: usize = 3;
 /// The prediction moves on by so many standard deviations of a residual's changes.
 const MOVED: f64 = 20.0;
-/// A fit without long repeats is where they are seen from if its variance factor is so many times less.
-const BETTER: f64 = 4.0;
+/// Factor by which a fit without long repeats must have a smaller variance factor to be where they are
+/// seen from.
+const FAR_SMALLER: f64 = 4.0;
 /// The reading after the repeats is back within this part of that.
 const BACK: f64 = 0.25;
 
 /// Leaves frozen readings out and fits again; `None` where there are none.
 pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleaned {
     let problem = &nominal.problem;
-    let view = without_long(nominal, options)?;
+    let view = without_long(nominal, options);
     let point = &view.as_ref().unwrap_or(nominal).fit.point;
     let all = seen_from(problem, point);
     let frozen = frozen(problem, &all);
@@ -48,18 +49,17 @@ pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleane
         return without_suspects(nominal, at_limit, |_, _| true, NoReading::Limit, options);
     }
     let mut rest = problem.clone();
-    let stretches = stretches_out(&mut rest, &all, &frozen, true);
+    let stretches = stretches_out(&mut rest, &all, &frozen, Wrong::Repeated);
     let found = LeftOut { stretches, ..LeftOut::default() };
     Ok(if_sound(nominal, calibrate_near(rest, point, options)?, found))
 }
 
 /// The fit without long repeats, which they do not bend, where it is sound and far better.
-fn without_long(nominal: &Calibration, options: &Options) -> Result<Option<Calibration>, FitError> {
-    let Some(rest) = without_long_repeats(&nominal.problem) else { return Ok(None) };
-    let view = calibrate(rest, options)?;
+fn without_long(nominal: &Calibration, options: &Options) -> Option<Calibration> {
+    let view = calibrate(without_long_repeats(&nominal.problem)?, options).ok()?;
     let factor = |one: &Calibration| one.variance_factor().unwrap_or(f64::INFINITY);
-    let is_better = view.is_sound() && BETTER * factor(&view) < factor(nominal);
-    Ok(is_better.then_some(view))
+    let is_better = view.is_sound() && FAR_SMALLER * factor(&view) < factor(nominal);
+    is_better.then_some(view)
 }
 
 /// Whether stretches stand at a limit again and again: an instrument is saturated there, though the
@@ -83,7 +83,8 @@ fn frozen(problem: &Problem, all: &[Residuals]) -> Vec<OfSamples> {
             let changes = |one: &&Residuals| change(one, &repeats).max(part.sigma[measurand]);
             let changes: Vec<f64> = own.iter().map(changes).collect();
             for (run, repeats) in repeats.iter().enumerate() {
-                for samples in repeats.iter().filter(|samples| samples.len() >= FEWEST) {
+                let enough = repeats.iter().filter(|one| one.readings >= FEWEST);
+                for samples in enough.map(|one| &one.samples) {
                     let is_left = own.iter().zip(&changes).any(|(one, change)| {
                         is_left_behind(&one.runs[run], samples, MOVED * change)
                     });
@@ -101,19 +102,20 @@ fn frozen(problem: &Problem, all: &[Residuals]) -> Vec<OfSamples> {
         2 * shared.max().unwrap_or(0) > samples.len()
     });
     frozen.append(&mut beside);
-    // Long ones may be many: a log that goes on to its end without a target.
-    let (long, short) = frozen.into_iter().partition(|(_, samples)| samples.len() >= LONG);
+    // A log that goes on to its end without a target may be most of a run.
+    let long = long_repeats(problem);
+    let (long, short) = frozen.into_iter().partition(|one| long.contains(one));
     in_order([long, rare(problem, short, |_, _| false)].concat())
 }
 
 /// The robust standard deviation of a residual, from its changes from one reading to the next;
 /// repeats are not counted.
-fn change(one: &Residuals, repeats: &[Vec<Range<usize>>]) -> f64 {
+fn change(one: &Residuals, repeats: &[Vec<Repeated>]) -> f64 {
     let mut changes = Vec::new();
     for (run, repeats) in repeats.iter().enumerate() {
         let is_repeat = |sample: usize| {
-            let at = repeats.partition_point(|range| range.end <= sample);
-            repeats.get(at).is_some_and(|range| range.contains(&sample))
+            let at = repeats.partition_point(|one| one.samples.end <= sample);
+            repeats.get(at).is_some_and(|one| one.samples.contains(&sample))
         };
         let readings = one.readings(run);
         let pairs = readings.windows(2).filter(|pair| !is_repeat(pair[1].0));

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::diagnose::found::{LeftOut, NoReading, Reading, Stretch};
+use crate::diagnose::found::{LeftOut, NoReading, Reading, Stretch, Wrong};
 use crate::engine::{Part, Problem};
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::residuals::{Far, OfRun, Residuals, leave_out};
@@ -61,14 +61,14 @@ pub(super) fn readings_out(problem: &mut Problem, all: &[Residuals], far: &[Far]
     readings
 }
 
-/// Leaves stretches of readings out and lists them; `repeats` where they repeat the reading before.
+/// Leaves stretches of readings out and lists them, with what is wrong with them.
 pub(super) fn stretches_out(
     problem: &mut Problem,
     all: &[Residuals],
     off: &[OfSamples],
-    repeats: bool,
+    how: Wrong,
 ) -> Vec<Stretch> {
-    let stretches = off.iter().filter_map(|one| stretch(problem, all, one, repeats)).collect();
+    let stretches = off.iter().filter_map(|one| stretch(problem, all, one, how)).collect();
     for (one, samples) in off {
         let part = &mut problem.parts[one.part];
         let columns = part.slots()[one.measurand].columns();
@@ -114,7 +114,7 @@ fn stretch(
     problem: &Problem,
     all: &[Residuals],
     (off, samples): &OfSamples,
-    repeats: bool,
+    how: Wrong,
 ) -> Option<Stretch> {
     let (run, measurand) = off.names(problem);
     let own = || all.iter().filter(|one| one.of() == off.of());
@@ -130,7 +130,7 @@ fn stretch(
         measurand,
         readings: there.len(),
         rows: (*rows.first()?, *rows.last()?),
-        repeats,
+        how,
         deviations: sizes.fold(0.0, f64::max),
     })
 }

@@ -8,7 +8,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnose::found::LeftOut;
+use crate::diagnose::found::{LeftOut, Wrong};
 use crate::engine::{Point, Problem};
 use crate::estimate::residuals::{Far, OfRun, Residuals, seen_from};
 use crate::statistics::robust;
@@ -67,7 +67,7 @@ fn trimmed(
     let readings = readings_out(&mut rest, &all, &far);
     let whole = |of: &OfRun| (*of, 0..problem.parts[of.part].runs[of.run].record.len());
     let wrong: Vec<_> = wrong.iter().map(whole).collect();
-    let runs = stretches_out(&mut rest, &all, &wrong, false);
+    let runs = stretches_out(&mut rest, &all, &wrong, Wrong::FarOut);
     let found = LeftOut { readings, runs, ..LeftOut::default() };
     (rest.without_undetermined_runs(), found)
 }

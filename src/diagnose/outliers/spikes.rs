@@ -11,7 +11,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::diagnose::found::LeftOut;
+use crate::diagnose::found::{LeftOut, Wrong};
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{FitError, Options};
 use crate::estimate::calibrate::Calibration;
@@ -62,7 +62,7 @@ pub(super) fn without_spikes(nominal: &Calibration, options: &Options) -> Cleane
 /// Leaves bursts and spikes out that are seen from a point that they do not bend, and lists them.
 fn spikes_out(problem: &mut Problem, point: &Point, seen: &[Residuals]) -> LeftOut {
     let bursts = bursts(problem, point, seen);
-    let stretches = stretches_out(problem, seen, &bursts, false);
+    let stretches = stretches_out(problem, seen, &bursts, Wrong::FarOut);
     let others: Vec<Residuals> = seen.iter().map(|one| without(one, &bursts)).collect();
     let most = |one: &Residuals| {
         let stated = problem.parts[one.part].sigma[one.measurand];

@@ -10,13 +10,15 @@ use super::looked::Looked;
 use super::quick::Quick;
 use super::residuals::Residuals;
 use super::sequence::Sequence;
+use super::suspect::Suspect;
 use super::trimmed::trimmed_fit;
 use super::{BETTER, GOOD, ITERATIONS, Instead, SAMPLES};
 
 /// Conventions that are compared on more samples, and of those that fit like the best.
 const FURTHER: [usize; 2] = [6, 12];
-/// Of conventions none of which helps by itself so many are tried together with others, and with so many.
+/// Number of conventions that are tried together with others where none helps by itself.
 const FIRSTS: usize = 8;
+/// Number of those others.
 const SECONDS: usize = 30;
 /// Conventions that fit so many times worse than the best are not compared.
 const HOPELESS: f64 = 30.0;
@@ -76,6 +78,10 @@ impl<'s, 'c> Glanced<'s, 'c> {
         let with = |(number, (_, one)): (usize, &(Quick, &'s Sequence<'c>))| {
             let others = self.tried[number + 1..].iter().take(SECONDS);
             let others = others.flat_map(|(_, other)| other.places().map(|(_, suspect)| suspect));
+            // Two factors of one number are another factor.
+            let is_sensible =
+                |suspect: &&Suspect<'c>| !one.places().any(|(_, own)| own.scales_as(suspect));
+            let others = others.filter(is_sensible);
             others.flat_map(|suspect| one.together_with(suspect)).collect::<Vec<_>>()
         };
         self.tried.iter().enumerate().take(FIRSTS).flat_map(with).collect()

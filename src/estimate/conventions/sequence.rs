@@ -50,7 +50,7 @@ impl<'c> Sequence<'c> {
         self.last.iter().map(|at| (*at, &self.all[*at]))
     }
 
-    /// What was found last in words, the first first.
+    /// What was found last in words, in the order in which it is set right.
     pub(super) fn named(&self) -> Vec<Instead> {
         let mut all: Vec<(usize, &Suspect<'c>)> = self.places().collect();
         all.sort_by_key(|one| one.0);

@@ -4,6 +4,7 @@ use crate::engine::Problem;
 use crate::estimate::conventions::Instead;
 use crate::estimate::conventions::applied::Suspected;
 use crate::estimate::conventions::turns::Reordered;
+use crate::estimate::conventions::units::slope;
 use crate::estimate::minima::thinned::Tried;
 use crate::formula::Expression;
 
@@ -21,6 +22,15 @@ impl Suspect<'_> {
     pub(super) fn shares_numbers(&self, other: &Self) -> bool {
         let (Self::Columns(own), Self::Columns(other)) = (self, other) else { return false };
         own.channels.iter().any(|one| other.channels.contains(one))
+    }
+
+    /// Whether both multiply the same logged number.
+    pub(super) fn scales_as(&self, other: &Self) -> bool {
+        let scales = |one: &Self| match one {
+            Self::Columns(one) => slope(one.convention).is_some_and(|slope| slope.abs() != 1.0),
+            Self::Turns(_) => false,
+        };
+        self.shares_numbers(other) && scales(self) && scales(other)
     }
 
     /// The problem with it set right; `None` where that cannot be done.

@@ -10,6 +10,8 @@ use crate::diagnose::library::place::{RUN, TIME};
 
 /// Inputs of which products are looked at, at most.
 const MOST_TOGETHER: usize = 4;
+/// Loads by senses of a reading at most.
+const MOST_LOADS: usize = 12;
 /// Signals, or inputs, that count as few.
 pub(super) const FEW: usize = 2;
 /// Waves over the reading of a circle.
@@ -134,15 +136,15 @@ pub(super) fn by_sense(model: &Model, orders: usize) -> Vec<Covariate> {
     signals.map(|signal| of_itself(signal, orders).by_sense(&signal.name)).collect()
 }
 
-/// Loads, otherwise one way than the other, for a reading that is one itself: what a gear, a seal or a
-/// bearing loses grows with the force, the torque, the pressure or the current that goes through it.
-/// Senses are those of speeds, and those in which signals move.
+/// Loads by the sense of motion, for a reading that is one itself: what a gear, a seal or a bearing loses
+/// grows with the force, the torque, the pressure or the current that goes through it. Senses are those
+/// of rates that are inputs, and those in which signals move. None of models with many of both.
 pub(super) fn loads_by_sense(model: &Model, of: &MeasurandDeclaration) -> Vec<Covariate> {
     let is_load = |own: Dimension| own.is_of_a_load();
     if !is_load(of.unit.dimension) {
         return Vec::new();
     }
-    let is_speed = |input: &InputDeclaration| {
+    let is_rate = |input: &InputDeclaration| {
         let way = input.unit.dimension * Dimension::TIME;
         [Dimension::NONE, Dimension::LENGTH].contains(&way)
     };
@@ -151,7 +153,7 @@ pub(super) fn loads_by_sense(model: &Model, of: &MeasurandDeclaration) -> Vec<Co
     let loads: Vec<(&String, Dimension)> = loads.collect();
     let mut all = Vec::new();
     for moves in &model.inputs {
-        let sense = match is_speed(moves) {
+        let sense = match is_rate(moves) {
             true => format!("sign({})", moves.name),
             false if moves.signal && !is_load(moves.unit.dimension) => sense_of(&moves.name).0,
             false => continue,
@@ -159,36 +161,34 @@ pub(super) fn loads_by_sense(model: &Model, of: &MeasurandDeclaration) -> Vec<Co
         for (name, own) in &loads {
             let terms = [(*name).clone(), format!("abs({name})")];
             let terms = terms.map(|term| (format!("{sense} * {term}"), *own));
+            let of = if is_rate(moves) { "" } else { "the rate of " };
             let moves = &moves.name;
             all.push(Covariate {
-                words: format!("{name}, of the other sign with that of the motion of {moves}"),
+                words: format!("{name}, direction-dependent (sign of {of}{moves})"),
                 ..Covariate::new(format!("{name} by sense of {moves}"), terms)
             });
         }
     }
-    all
+    if all.len() > MOST_LOADS { Vec::new() } else { all }
 }
 
 /// Products of two inputs, of which one at least does not turn: powers from the middle of where its
-/// values lie, and waves over what turns. What each of both does by itself is no part of it.
+/// values lie, and waves over what turns. What each of both does by itself is mostly no part of it.
 pub(super) fn products(model: &Model, knots: &[Knots]) -> Vec<Covariate> {
     if model.inputs.len() > MOST_TOGETHER {
         return Vec::new();
     }
     let factor = |input: &InputDeclaration| -> Option<Vec<Term>> {
         let (name, own) = (&input.name, input.unit.dimension);
-        match knots.iter().find(|(known, _)| known == name) {
-            Some((_, places)) => {
-                let middle = *places.get(places.len() / 2)?;
-                Some(powers(&format!("({})", from(input, middle)), own).to_vec())
-            }
-            None if input.unit.is_angle() => {
-                Some((1..=2).flat_map(|order| wave(&format!("{order} * {name}"))).collect())
-            }
-            None => None,
-        }
+        let (_, places) = knots.iter().find(|(known, _)| known == name)?;
+        Some(match places.get(places.len() / 2) {
+            Some(middle) => powers(&format!("({})", offset_from(input, *middle)), own).to_vec(),
+            None => (1..=2).flat_map(|order| wave(&format!("{order} * {name}"))).collect(),
+        })
     };
-    let turns = |input: &InputDeclaration| !knots.iter().any(|(known, _)| *known == input.name);
+    let turns = |input: &InputDeclaration| {
+        knots.iter().any(|(known, places)| *known == input.name && places.is_empty())
+    };
     let inputs = model.inputs.iter().filter_map(|one| Some((one, factor(one)?)));
     let inputs: Vec<(&InputDeclaration, Vec<Term>)> = inputs.collect();
     let mut all = Vec::new();
@@ -226,13 +226,13 @@ fn of_quantities(symbol: &str) -> String {
 /// A line over an input that bends at some places (SI).
 pub(super) fn bent(input: &InputDeclaration, knots: &[f64]) -> Covariate {
     let (name, own) = (&input.name, input.unit.dimension);
-    let bend = |knot: &f64| (format!("abs({})", from(input, *knot)), own);
+    let bend = |knot: &f64| (format!("abs({})", offset_from(input, *knot)), own);
     let terms = std::iter::once((name.clone(), own)).chain(knots.iter().map(bend));
     Covariate { name: format!("bends of {name}"), ..Covariate::new(name, terms) }
 }
 
 /// How far an input is from a place (SI).
-fn from(input: &InputDeclaration, place: f64) -> String {
+fn offset_from(input: &InputDeclaration, place: f64) -> String {
     let unit = match input.unit.dimension {
         Dimension::NONE => String::new(),
         own => format!(" * {}", of_quantities(&Unit::coherent(own).si_symbol())),
