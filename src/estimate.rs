@@ -16,6 +16,7 @@
 //! | [`conic`] | a step within bounds |
 //! | [`covariance`] | what the estimate's uncertainty is |
 //! | [`correlations`] | how the estimates hang together |
+//! | [`farthest`] | where the readings stand that are the farthest from a bad fit |
 //! | [`global`] | whether chi squared agrees with what is stated |
 //! | [`redundancy`] | how far each reading is controlled by the others |
 //! | [`refit`] | fits of nearly the same readings |
@@ -38,6 +39,7 @@
 //! | [`transformation`] | where delays take their transformation from |
 //! | [`deviations`] | planar, radial and tangential deviations of each run |
 //! | [`head`] | what the instrument's head must follow: rates, speeds, reversals |
+//! | [`between_runs`] | delays that differ between the runs for which they have one value |
 //! | [`bias`] | what the paper's transformation does to delays |
 //! | [`conventions`] | conventions that were mistaken, where the model fits badly |
 //! | [`conditions`] | self-calibration: delays under changed conditions |
@@ -60,6 +62,7 @@ pub mod align;
 pub mod arrow;
 pub mod autocorrelation;
 pub mod batch;
+pub mod between_runs;
 pub mod bias;
 pub mod blind;
 pub mod budget;
@@ -80,6 +83,7 @@ pub mod delays;
 pub mod deviations;
 pub mod differences;
 pub mod eigen;
+pub mod farthest;
 pub mod global;
 pub mod head;
 pub mod intersection;

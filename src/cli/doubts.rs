@@ -3,7 +3,9 @@
 
 use super::render;
 use crate::diagnostic::Diagnostic;
+use crate::estimate::between_runs::{Differing, delays_that_differ};
 use crate::estimate::calibrate::Calibration;
+use crate::estimate::farthest::{Farthest, farthest};
 use crate::estimate::global::misfit;
 use crate::estimate::unrecorded::{Unrecorded, unrecorded};
 use crate::units::decimal;
@@ -22,6 +24,7 @@ pub(super) fn tell(fit: &Calibration, quiet: bool) {
         return;
     }
     render::all(&spoilt(fit).into_iter().collect::<Vec<_>>());
+    render::all(&delays_that_differ(fit).iter().map(differing).collect::<Vec<_>>());
     tell_of_logs(fit);
 }
 
@@ -33,6 +36,21 @@ pub(super) fn tell_of_logs(fit: &Calibration) {
         render::all(&missed.iter().map(accelerations).collect::<Vec<_>>());
         render::all(&time_zones(fit));
     }
+}
+
+/// A delay that differs between runs by more than noise: its common value is a mean of theirs.
+fn differing(one: &Differing) -> Diagnostic {
+    let Differing { name, runs, ends: [low, high], scatter } = one;
+    let ms = |seconds: f64| decimal(1e3 * seconds, 3);
+    let message = format!(
+        "`{name}` differs between its {runs} runs, by {} to {} ms from the common value (standard deviation {} ms): its uncertainty does not count that",
+        ms(*low),
+        ms(*high),
+        ms(*scatter)
+    );
+    let help =
+        format!("give it a value for each run in [parameters]: \"{name}\" = {{ scope = \"run\" }}");
+    Diagnostic::warning(message).help(help)
 }
 
 /// Delays near whole half hours: nobody reads so late.
@@ -82,8 +100,32 @@ fn spoilt(fit: &Calibration) -> Option<Diagnostic> {
             decimal(times, 0)
         );
         let help = "these numbers may be, too: `homepoint diagnose` looks for the cause";
-        Diagnostic::warning(message).help(help)
+        let warning = Diagnostic::warning(message).help(help);
+        match farthest(fit) {
+            Some(far) => warning.help(farthest_words(&far)),
+            None => warning,
+        }
     })
+}
+
+/// Stretches of rows that are listed.
+const MOST_STRETCHES: usize = 3;
+
+fn farthest_words(far: &Farthest) -> String {
+    let Farthest { run, measurand, rows } = far;
+    let of = |(first, last): &(usize, usize)| match first == last {
+        true => format!("{first}"),
+        false => format!("{first} to {last}"),
+    };
+    let listed: Vec<String> = rows.iter().take(MOST_STRETCHES).map(of).collect();
+    let more = match rows.len().saturating_sub(MOST_STRETCHES) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!(
+        "the largest residuals are of `{measurand}` in rows {}{more} of run `{run}`",
+        listed.join(", ")
+    )
 }
 
 fn accelerations(missed: &Unrecorded) -> Diagnostic {

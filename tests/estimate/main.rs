@@ -29,6 +29,7 @@ mod coverage;
 mod delay_budget;
 mod deviations;
 mod far_clocks;
+mod farthest;
 mod hostile_numbers;
 mod nested;
 mod nist;

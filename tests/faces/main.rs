@@ -8,7 +8,10 @@ mod drawn;
 mod folder;
 #[path = "../problems/scale.rs"]
 mod scale;
+#[path = "../problems/stream.rs"]
+mod stream;
 
+mod delays_of_runs;
 mod examples;
 mod examples_again;
 mod joint_fit;

@@ -81,7 +81,7 @@ impl Place {
     /// Whose readings have another delay in each run: a measurand, or all readings.
     pub fn delayed_by_run(&self) -> Option<&str> {
         let Of::Channel(channel) = &self.of else { return None };
-        channel.strip_prefix(TIME_OF).filter(|_| self.is_of_runs())
+        channel.strip_prefix(TIME_OF).filter(|_| self.is_of_runs() && self.run.is_none())
     }
 
     /// Whether it is another value of a parameter of the model.
