@@ -40,11 +40,6 @@ impl Store {
         }
     }
 
-    /// Bytes that may still be held.
-    pub fn memory_left(&self) -> u64 {
-        self.memory
-    }
-
     fn spill(&mut self) -> io::Result<&mut Spill> {
         if self.spill.is_none() {
             self.spill = Some(Spill::new()?);

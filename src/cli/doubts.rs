@@ -11,7 +11,7 @@ use crate::estimate::unrecorded::{Unrecorded, unrecorded};
 use crate::units::decimal;
 
 /// Residuals larger than stated by so much are no matter of uncertainties.
-const SPOILT: f64 = 10.0;
+const SPOILT: f64 = 5.0;
 
 /// Time zones are apart by multiples of this (s).
 const ZONE_STEP: f64 = 1800.0;

@@ -313,17 +313,6 @@ impl Part {
         counts
     }
 
-    /// The residual of [`Part::evaluate_one`]'s outputs, see [`Part::residual`].
-    pub fn residual_of_one<N: Number>(
-        &self,
-        sample: Sample<'_>,
-        measurand: usize,
-        outputs: &[N],
-    ) -> [N; 3] {
-        let slot = Slot { output: 0, ..self.slots[measurand].clone() };
-        self.residual(sample, &slot, outputs)
-    }
-
     /// `reading - prediction` of one measurand: wrapped for an angle, a rotation vector for a
     /// rotation (from predicted to read, in the predicted frame).
     pub fn residual<N: Number>(&self, sample: Sample<'_>, slot: &Slot, outputs: &[N]) -> [N; 3] {
