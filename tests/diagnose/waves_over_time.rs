@@ -4,7 +4,10 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use homepoint::diagnose::budget::answer::Verdict;
+use homepoint::engine::open::{Request, open};
 
+use crate::drawn::run;
+use crate::folder::Folder;
 use crate::found::{names, told};
 use crate::own_effects::Campaign;
 use crate::stream::Stream;
@@ -95,5 +98,46 @@ fn constants_of_two_measurands_are_no_oscillation_where_there_is_no_time() {
     let mut all = names(&found);
     all.sort_unstable();
     assert_eq!(all, ["distance_offset", "vertical_index"], "{}", told(&found));
+    assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
+}
+
+/// A tide with a period that nobody knows, seen in 24 short runs over a day: half a period is longer than
+/// each run, but not than the campaign.
+#[test]
+fn a_wave_through_a_campaign_may_be_slower_than_its_runs() {
+    let model = "name = \"gauge\"\ntitle = \"Tide gauge\"\n[inputs]\nlevel = { unit = \"m\" }\n\
+         [parameters]\nzero = { unit = \"m\", scope = \"rig\" }\n[quantities]\nheight = 'level + zero'\n\
+         [measurands]\nread = { value = 'height', unit = \"m\" }\n";
+    let tide = "name = \"tide\"\ntitle = \"Tide\"\nacts = \"arm\"\n[parameters]\n\
+         co = { unit = \"m\", typical = \"10 mm\", scope = \"rig\" }\n\
+         si = { unit = \"m\", typical = \"10 mm\", scope = \"rig\" }\n\
+         [shape]\nfrequency = { unit = \"Hz\", from = \"1e-5 Hz\", to = \"1e-4 Hz\" }\n\
+         [patch]\nheight = 'height + co * cos(2 * pi * frequency * time) + si * sin(2 * pi * frequency * time)'\n";
+    let mut campaign =
+        "title = \"Day\"\nmodel = \"model.toml\"\n[measurands]\nread = { sigma = \"2 mm\" }\n"
+            .to_owned();
+    let mut random = Stream(113);
+    let mut files = vec![
+        ("model.toml".to_owned(), model.to_owned()),
+        ("effects/tide.toml".to_owned(), tide.to_owned()),
+    ];
+    for number in 0..24 {
+        let mut log = "time [s],level [m],read [m]\n".to_owned();
+        for row in 0..40 {
+            let time = 3600.0 * f64::from(number) + 5.0 * f64::from(row);
+            let level = 0.5 * random.uniform();
+            let wave = 0.02 * (TAU * 2.315e-5 * time - 1.1).cos();
+            writeln!(log, "{time},{level:.4},{:.5}", level + 0.3 + wave + 2e-3 * random.normal())
+                .unwrap();
+        }
+        files.push((format!("{number}.csv"), log));
+        writeln!(campaign, "[[runs]]\nname = \"{number}\"\ndata = \"{number}.csv\"").unwrap();
+    }
+    files.push(("campaign.toml".to_owned(), campaign));
+    let files: Vec<(&str, &str)> = files.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+    let folder = Folder::new("tide", &files);
+    let opened = open(&Request::new([&*folder])).unwrap();
+    let found = run(opened.problem.clone(), &opened);
+    assert_eq!(names(&found), ["tide"], "{}", told(&found));
     assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
 }

@@ -128,7 +128,7 @@ fn highest(even: &[(f64, f64)]) -> f64 {
 }
 
 /// Why no member of a family can be tested.
-pub(in crate::diagnose) const ALL_BLIND: &str = "none of its frequencies can be told from nothing at the rates at which these runs are sampled: sample faster, at uneven intervals, or for longer";
+pub(in crate::diagnose) const ALL_BLIND: &str = "none of its frequencies is distinguishable from a constant at the rates and durations of these runs: sample faster, at uneven intervals, or for longer";
 
 /// The members of a family that the runs can tell from nothing.
 pub(in crate::diagnose) fn distinguishable<'a>(

@@ -11,6 +11,7 @@
 
 mod grid;
 mod group;
+mod opened;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -21,13 +22,14 @@ use nalgebra::{DMatrix, DVector};
 use crate::diagnose::fitted::Fitted;
 use crate::diagnose::library::candidate::{Candidate, fitting};
 use crate::diagnose::library::place::Place;
-use crate::effect::{Effect, Members};
+use crate::effect::Members;
 use crate::engine::passes::Passes;
 use crate::engine::signatures::{Candidate as Signed, Signatures};
 use crate::graph::Scope;
 use crate::system::{Selected, System};
 
 use self::group::Group;
+use self::opened::opened;
 use super::Nominal;
 use super::sampling::{Sampling, is_frequency, longest_period};
 
@@ -286,19 +288,4 @@ impl<'a> Scan<'a> {
 fn filled(members: &[f64]) -> Vec<f64> {
     let last = members.last().copied().unwrap_or(1.0);
     (0..TOGETHER).map(|number| members.get(number).copied().unwrap_or(last)).collect()
-}
-
-/// The effect with its family as a constant whose value can be given.
-fn opened(effect: &Effect, family: &str) -> Option<Effect> {
-    let mut effect = effect.clone();
-    let declared = effect.shape.shift_remove(family)?;
-    let mut constant = effect.parameters.first()?.clone();
-    constant.name = family.to_owned();
-    constant.unit = declared.unit;
-    constant.per_measurand = false;
-    constant.setting = crate::model::Setting::new(Scope::Instrument);
-    constant.setting.fixed = true;
-    constant.setting.value = Some(vec![declared.members.default_member()]);
-    effect.parameters.push(constant);
-    Some(effect)
 }

@@ -2,7 +2,7 @@
 //!
 //! A block is a displacement of the target, its pedestal or the rig, an error in the time of a
 //! reading, of the reading itself or of an input, as a free function of one covariate: an angle (waves
-//! up to an order), a rate, the sense of rotation, time, setup, run. Blocks are effects like any
+//! up to an order), a rate, the sense of rotation, time, setup, run; or of two together. Blocks are effects like any
 //! other and go through the same machine; the best of them says where the unknown sits. (A plain
 //! Fourier series in the arm angle would miss clocks and platforms.) Those whose scale nobody knows
 //! are families.
@@ -29,6 +29,7 @@ mod covariate;
 mod made;
 mod parameters;
 mod readings;
+mod together;
 mod waves;
 
 /// Waves over a signal, where few things move and where many do.
@@ -54,7 +55,7 @@ fn by_sense(model: &Model) -> Vec<Block> {
     let covariates = covariate::by_sense(model, orders(model).min(SENSE_ORDERS));
     let errors = |measurand: &MeasurandDeclaration| {
         let own = reading_by_sense(measurand);
-        let loads = covariate::loads_by_sense(model, measurand);
+        let loads = together::loads_by_sense(model, measurand);
         let covariates: Vec<Covariate> =
             covariates.iter().cloned().chain(loads).chain(own).collect();
         errors(measurand, &covariates)
@@ -83,7 +84,7 @@ pub(in crate::diagnose) fn bends_and_products(
         if directions(model).is_empty() || !few_move(model) {
             all.extend(plain(model).flat_map(|one| errors(one, &covariates)));
         }
-        let together = covariate::products(model, knots);
+        let together = together::products(model, knots);
         all.extend(plain(model).flat_map(|one| errors(one, &together)));
         all
     })

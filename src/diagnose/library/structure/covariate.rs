@@ -5,13 +5,8 @@ use crate::graph::MeasurandKind;
 use crate::model::{InputDeclaration, MeasurandDeclaration, Model};
 use crate::units::{Dimension, Unit};
 
-use super::Knots;
 use crate::diagnose::library::place::{RUN, TIME};
 
-/// Inputs of which products are looked at, at most.
-const MOST_TOGETHER: usize = 4;
-/// Loads by senses of a reading at most.
-const MOST_LOADS: usize = 12;
 /// Signals, or inputs, that count as few.
 pub(super) const FEW: usize = 2;
 /// Waves over the reading of a circle.
@@ -20,7 +15,7 @@ pub(super) const CIRCLE_ORDERS: usize = 4;
 pub(super) const RUN_TIME: &str = "run time";
 
 /// A term and its dimension.
-type Term = (String, Dimension);
+pub(super) type Term = (String, Dimension);
 
 /// A covariate: terms with their dimension, one coefficient each.
 #[derive(Clone)]
@@ -84,7 +79,7 @@ pub(super) fn wave(phase: &str) -> [Term; 2] {
 }
 
 /// Something of this dimension and its square.
-fn powers(name: &str, own: Dimension) -> [Term; 2] {
+pub(super) fn powers(name: &str, own: Dimension) -> [Term; 2] {
     [(name.to_owned(), own), (format!("{name}^2"), own * own)]
 }
 
@@ -136,82 +131,6 @@ pub(super) fn by_sense(model: &Model, orders: usize) -> Vec<Covariate> {
     signals.map(|signal| of_itself(signal, orders).by_sense(&signal.name)).collect()
 }
 
-/// Loads by the sense of motion, for a reading that is one itself: what a gear, a seal or a bearing loses
-/// grows with the force, the torque, the pressure or the current that goes through it. Senses are those
-/// of rates that are inputs, and those in which signals move. None of models with many of both.
-pub(super) fn loads_by_sense(model: &Model, of: &MeasurandDeclaration) -> Vec<Covariate> {
-    let is_load = |own: Dimension| own.is_of_a_load();
-    if !is_load(of.unit.dimension) {
-        return Vec::new();
-    }
-    let is_rate = |input: &InputDeclaration| {
-        let way = input.unit.dimension * Dimension::TIME;
-        [Dimension::NONE, Dimension::LENGTH].contains(&way)
-    };
-    let inputs = model.inputs.iter().map(|input| (&input.name, input.unit.dimension));
-    let loads = inputs.filter(|one| is_load(one.1)).chain([(&of.name, of.unit.dimension)]);
-    let loads: Vec<(&String, Dimension)> = loads.collect();
-    let mut all = Vec::new();
-    for moves in &model.inputs {
-        let sense = match is_rate(moves) {
-            true => format!("sign({})", moves.name),
-            false if moves.signal && !is_load(moves.unit.dimension) => sense_of(&moves.name).0,
-            false => continue,
-        };
-        for (name, own) in &loads {
-            let terms = [(*name).clone(), format!("abs({name})")];
-            let terms = terms.map(|term| (format!("{sense} * {term}"), *own));
-            let of = if is_rate(moves) { "" } else { "the rate of " };
-            let moves = &moves.name;
-            all.push(Covariate {
-                words: format!("{name}, direction-dependent (sign of {of}{moves})"),
-                ..Covariate::new(format!("{name} by sense of {moves}"), terms)
-            });
-        }
-    }
-    if all.len() > MOST_LOADS { Vec::new() } else { all }
-}
-
-/// Products of two inputs, of which one at least does not turn: powers from the middle of where its
-/// values lie, and waves over what turns. What each of both does by itself is mostly no part of it.
-pub(super) fn products(model: &Model, knots: &[Knots]) -> Vec<Covariate> {
-    if model.inputs.len() > MOST_TOGETHER {
-        return Vec::new();
-    }
-    let factor = |input: &InputDeclaration| -> Option<Vec<Term>> {
-        let (name, own) = (&input.name, input.unit.dimension);
-        let (_, places) = knots.iter().find(|(known, _)| known == name)?;
-        Some(match places.get(places.len() / 2) {
-            Some(middle) => powers(&format!("({})", offset_from(input, *middle)), own).to_vec(),
-            None => (1..=2).flat_map(|order| wave(&format!("{order} * {name}"))).collect(),
-        })
-    };
-    let turns = |input: &InputDeclaration| {
-        knots.iter().any(|(known, places)| *known == input.name && places.is_empty())
-    };
-    let inputs = model.inputs.iter().filter_map(|one| Some((one, factor(one)?)));
-    let inputs: Vec<(&InputDeclaration, Vec<Term>)> = inputs.collect();
-    let mut all = Vec::new();
-    for (number, (first, left)) in inputs.iter().enumerate() {
-        for (second, right) in &inputs[..number] {
-            let turning = [first, second].iter().filter(|one| turns(one)).count();
-            if turning > 1 {
-                continue;
-            }
-            let product = |(k, (one, own)): (usize, &Term)| {
-                // Squares of both are too much of a power.
-                let others = right.iter().take(if turning == 0 && k > 0 { 1 } else { right.len() });
-                let of_both = |(other, of): &Term| (format!("{one} * {other}"), *own * *of);
-                others.map(of_both).collect::<Vec<_>>()
-            };
-            let terms = left.iter().enumerate().flat_map(product);
-            let name = format!("{} and {} together", second.name, first.name);
-            all.push(Covariate::new(name, terms));
-        }
-    }
-    all
-}
-
 /// A unit as a formula of quantities: a number before `1/m` or `s^2/kg` is none.
 fn of_quantities(symbol: &str) -> String {
     let all: Vec<char> = symbol.chars().collect();
@@ -232,7 +151,7 @@ pub(super) fn bent(input: &InputDeclaration, knots: &[f64]) -> Covariate {
 }
 
 /// How far an input is from a place (SI).
-fn offset_from(input: &InputDeclaration, place: f64) -> String {
+pub(super) fn offset_from(input: &InputDeclaration, place: f64) -> String {
     let unit = match input.unit.dimension {
         Dimension::NONE => String::new(),
         own => format!(" * {}", of_quantities(&Unit::coherent(own).si_symbol())),
