@@ -8,7 +8,8 @@ use crate::estimate::calibrate::Calibration;
 use crate::estimate::farthest::{Farthest, farthest};
 use crate::estimate::global::misfit;
 use crate::estimate::unrecorded::{Unrecorded, unrecorded};
-use crate::units::decimal;
+use crate::report::figure;
+use crate::units::{Dimension, Unit, decimal};
 
 /// Residuals larger than stated by so much are no matter of uncertainties.
 const SPOILT: f64 = 5.0;
@@ -40,13 +41,15 @@ pub(super) fn tell_of_logs(fit: &Calibration) {
 
 /// A delay that differs between runs by more than noise: its common value is a mean of theirs.
 fn differing(one: &Differing) -> Diagnostic {
-    let Differing { name, runs, ends: [low, high], scatter } = one;
-    let ms = |seconds: f64| decimal(1e3 * seconds, 3);
+    let Differing { name, of, runs, ends: [low, high], scatter } = one;
+    let of = of.as_ref().map_or_else(String::new, |of| format!(" of `{of}`"));
+    let seconds = Unit::coherent(Dimension::TIME);
+    let shown = |size: f64| figure::value(size, Some(0.01 * scatter), &seconds);
     let message = format!(
-        "`{name}` differs between its {runs} runs, by {} to {} ms from the common value (standard deviation {} ms): its uncertainty does not count that",
-        ms(*low),
-        ms(*high),
-        ms(*scatter)
+        "`{name}`{of} differs between its {runs} runs, by {} to {} from the common value (standard deviation {}): its uncertainty does not count that",
+        shown(*low),
+        shown(*high),
+        shown(*scatter)
     );
     let help =
         format!("give it a value for each run in [parameters]: \"{name}\" = {{ scope = \"run\" }}");

@@ -15,6 +15,8 @@ const DIFFER: f64 = 25.0;
 pub struct Differing {
     /// The delay.
     pub name: String,
+    /// The setup or campaign for which it has this value; `None` for all.
+    pub of: Option<String>,
     /// In how many runs it acts.
     pub runs: usize,
     /// The least and the greatest difference of a run's own value from the common one (s).
@@ -52,6 +54,7 @@ pub fn delays_that_differ(fit: &Calibration) -> Vec<Differing> {
         let squares: f64 = differences.iter().map(|one| one * one).sum();
         differs.then(|| Differing {
             name: one.name.clone(),
+            of: one.of.clone(),
             runs,
             ends: differences
                 .iter()

@@ -171,7 +171,8 @@ pub fn mistaken(
     let mut odd = run_that_does_not_fit(&problem, stands.variance_factor);
     // Where all the others fit well, no convention of them is mistaken.
     if odd.is_none_or(|(rest, _)| rest >= GOOD) {
-        found = set_right(stands.clone(), [&of_all, &of_all]);
+        let pairs;
+        (found, pairs) = set_right(stands.clone(), [&of_all, &of_all]);
         if found.variance_factors[1] >= GOOD {
             let both = composed(&conventions);
             let both = both.iter().flat_map(|convention| {
@@ -179,16 +180,15 @@ pub fn mistaken(
                 all.map(move |channels| Suspected { convention, channels, only: None })
             });
             let both: Vec<Suspect<'_>> = both.map(Suspect::Columns).collect();
-            let other = set_right(stands.clone(), [&both, &of_all]);
+            let (other, _) = set_right(stands.clone(), [&both, &of_all]);
             let tried = found.tried + both.len();
             if other.variance_factors[1] * BETTER[0] < found.variance_factors[1] {
                 found = other;
             }
             found.tried = tried;
-            if found.what.is_empty() && stands.variance_factor > VERY_BAD {
-                let (two, tried) = set_two_right(&stands, &of_all);
-                let tried = found.tried + tried;
-                found = Mistaken { tried, ..two.unwrap_or(found) };
+            if found.what.is_empty() {
+                let tried = found.tried + pairs.len();
+                found = Mistaken { tried, ..set_two_right(&stands, &pairs).unwrap_or(found) };
             }
         }
         odd = odd.filter(|(rest, _)| rest * BETTER[0] < found.variance_factors[1]);
@@ -197,7 +197,7 @@ pub fn mistaken(
         read.iter_mut().for_each(|one| one.only = Some(only));
         let of_run: Vec<Suspect<'_>> = read.into_iter().map(Suspect::Columns).collect();
         let before = found.tried;
-        found = set_right(stands, [&of_run, &of_run]);
+        (found, _) = set_right(stands, [&of_run, &of_run]);
         found.tried += before;
         found.run = Some(problem.parts[only.part].runs[only.run].name.clone());
     }
@@ -226,42 +226,40 @@ fn with_stated(problem: &Problem, fitted: &Point, stated: &Point) -> Option<Poin
 }
 
 /// Sets right what may have been mistaken, one after the other, as long as a problem fits far
-/// better; `suspects` are what may be the first of it, and what may follow.
-fn set_right(mut stands: Looked, suspects: [&[Suspect<'_>]; MOST]) -> Mistaken {
+/// better; `suspects` are what may be the first of it, and what may follow. Of a problem that fits very
+/// badly and of which none is, the pairs that may help together.
+fn set_right<'c>(
+    mut stands: Looked,
+    suspects: [&[Suspect<'c>]; MOST],
+) -> (Mistaken, Vec<Sequence<'c>>) {
     let first = stands.problem.clone();
     let mut found = Mistaken::none(stands.variance_factor);
     found.tried = suspects[0].len();
+    let mut pairs = Vec::new();
     let mut set = Sequence::default();
     for suspects in suspects {
         if stands.variance_factor < GOOD {
             break;
         }
-        let sequences: Vec<Sequence<'_>> =
+        let sequences: Vec<Sequence<'c>> =
             suspects.iter().flat_map(|suspect| set.with(suspect)).collect();
-        let glanced = Glanced::at(&first, &stands, &sequences);
-        let Some(next) = glanced.and_then(|glanced| next_of(&first, &stands, glanced)) else {
-            break;
-        };
+        let Some(glanced) = Glanced::at(&first, &stands, &sequences) else { break };
+        let is_first = found.what.is_empty() && stands.variance_factor > VERY_BAD;
+        pairs = if is_first { glanced.pairs() } else { Vec::new() };
+        let Some(next) = next_of(&first, &stands, glanced) else { break };
         next.add_to(&mut found);
         (set, stands) = (next.sequence.clone(), next.looked);
     }
-    found.with_changes(&first, &set, &stands)
+    (found.with_changes(&first, &set, &stands), pairs)
 }
 
-/// Sets two things right that help together, where neither does by itself; and how many pairs were
-/// tried.
-fn set_two_right(stands: &Looked, suspects: &[Suspect<'_>]) -> (Option<Mistaken>, usize) {
+/// Sets two things right that help together, where neither does by itself.
+fn set_two_right(stands: &Looked, pairs: &[Sequence<'_>]) -> Option<Mistaken> {
     let first = &stands.problem;
-    let none = Sequence::default();
-    let each: Vec<Sequence<'_>> = suspects.iter().flat_map(|one| none.with(one)).collect();
-    let pairs = Glanced::at(first, stands, &each).map_or_else(Vec::new, |glanced| glanced.pairs());
-    let next = Glanced::at(first, stands, &pairs).and_then(|all| next_of(first, stands, all));
-    let found = next.map(|next| {
-        let mut found = Mistaken::none(stands.variance_factor);
-        next.add_to(&mut found);
-        found.with_changes(first, next.sequence, &next.looked)
-    });
-    (found, pairs.len())
+    let next = next_of(first, stands, Glanced::at(first, stands, pairs)?)?;
+    let mut found = Mistaken::none(stands.variance_factor);
+    next.add_to(&mut found);
+    Some(found.with_changes(first, next.sequence, &next.looked))
 }
 
 impl Next<'_, '_> {

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use crate::engine::{Point, Problem};
 use crate::estimate::batch::{Options, fit};
 use crate::estimate::calibrate::Calibration;
-use crate::estimate::repeats::without_long_repeats;
+use crate::estimate::repeats::{long_repeats, without};
 use crate::estimate::start::start;
 
 pub(super) mod clocks;
@@ -117,7 +117,7 @@ pub fn improved(mut problem: Problem) -> (Problem, Vec<Found>) {
     let signs = stated_signs(&problem);
     let mut all = Vec::new();
     let mut settled: Vec<usize> = Vec::new();
-    let searched = without_long_repeats(&problem).unwrap_or_else(|| problem.clone());
+    let searched = without(&problem, &long_repeats(&problem)).unwrap_or_else(|| problem.clone());
     for clock in &clocks {
         let alone = if clocks.len() > 1 { clock.alone(&searched) } else { searched.clone() };
         let Some((start, mut found)) = better_start(&alone, clock) else { continue };

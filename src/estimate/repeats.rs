@@ -102,14 +102,13 @@ fn long_of(run: &Run, readings: usize, repeats: Vec<Repeated>) -> Vec<Repeated> 
     long
 }
 
-/// A problem without long repeats; `None` where there are none.
-pub(crate) fn without_long_repeats(problem: &Problem) -> Option<Problem> {
-    let long = long_repeats(problem);
+/// A problem without its long repeats; `None` where there are none.
+pub(crate) fn without(problem: &Problem, long: &[(OfRun, Range<usize>)]) -> Option<Problem> {
     let mut rest = (!long.is_empty()).then(|| problem.clone())?;
     for (of, samples) in long {
         let part = &mut rest.parts[of.part];
         let columns = part.slots()[of.measurand].columns();
-        part.runs[of.run].record.leave_out([(samples, columns)]);
+        part.runs[of.run].record.leave_out([(samples.clone(), columns)]);
     }
     Some(rest)
 }

@@ -2,10 +2,10 @@
 //!
 //! A block is a displacement of the target, its pedestal or the rig, an error in the time of a
 //! reading, of the reading itself or of an input, as a free function of one covariate: an angle (waves
-//! up to an order), a rate, the sense of rotation, time, setup, run; or of two together. Blocks are effects like any
-//! other and go through the same machine; the best of them says where the unknown sits. (A plain
-//! Fourier series in the arm angle would miss clocks and platforms.) Those whose scale nobody knows
-//! are families.
+//! up to an order), a rate, the sense of rotation, time, setup, run; or of two together. Blocks are
+//! effects like any other and go through the same machine; the best of them says where the unknown
+//! sits. (A plain Fourier series in the arm angle would miss clocks and platforms.) Those whose scale
+//! nobody knows are families.
 
 use std::collections::BTreeMap;
 

@@ -14,7 +14,7 @@ use crate::engine::Problem;
 use crate::estimate::batch::Options;
 use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::refit::calibrate_near;
-use crate::estimate::repeats::{Repeated, long_repeats, repeats, without_long_repeats};
+use crate::estimate::repeats::{Repeated, long_repeats, repeats, without};
 use crate::estimate::residuals::{OfRun, Residuals, seen_from};
 use crate::statistics::robust;
 
@@ -36,10 +36,11 @@ const BACK: f64 = 0.25;
 /// Leaves frozen readings out and fits again; `None` where there are none.
 pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleaned {
     let problem = &nominal.problem;
-    let view = without_long(nominal, options);
+    let long = long_repeats(problem);
+    let view = without_long(nominal, &long, options);
     let point = &view.as_ref().unwrap_or(nominal).fit.point;
     let all = seen_from(problem, point);
-    let frozen = frozen(problem, &all);
+    let frozen = frozen(problem, &all, &long);
     if frozen.is_empty() {
         return Ok(None);
     }
@@ -55,8 +56,12 @@ pub(super) fn without_frozen(nominal: &Calibration, options: &Options) -> Cleane
 }
 
 /// The fit without long repeats, which they do not bend, where it is sound and far better.
-fn without_long(nominal: &Calibration, options: &Options) -> Option<Calibration> {
-    let view = calibrate(without_long_repeats(&nominal.problem)?, options).ok()?;
+fn without_long(
+    nominal: &Calibration,
+    long: &[OfSamples],
+    options: &Options,
+) -> Option<Calibration> {
+    let view = calibrate(without(&nominal.problem, long)?, options).ok()?;
     let factor = |one: &Calibration| one.variance_factor().unwrap_or(f64::INFINITY);
     let is_better = view.is_sound() && FAR_SMALLER * factor(&view) < factor(nominal);
     is_better.then_some(view)
@@ -73,7 +78,7 @@ fn stands_often_at(limit: &Suspect, frozen: &[OfSamples]) -> bool {
 
 /// The stretches of frozen readings. Where one measurand is frozen, repeats of others beside it
 /// are, too, though these may have moved by little.
-fn frozen(problem: &Problem, all: &[Residuals]) -> Vec<OfSamples> {
+fn frozen(problem: &Problem, all: &[Residuals], long: &[OfSamples]) -> Vec<OfSamples> {
     let (mut frozen, mut beside) = (Vec::new(), Vec::new());
     for (p, part) in problem.parts.iter().enumerate() {
         for measurand in 0..part.slots().len() {
@@ -103,7 +108,6 @@ fn frozen(problem: &Problem, all: &[Residuals]) -> Vec<OfSamples> {
     });
     frozen.append(&mut beside);
     // A log that goes on to its end without a target may be most of a run.
-    let long = long_repeats(problem);
     let (long, short) = frozen.into_iter().partition(|one| long.contains(one));
     in_order([long, rare(problem, short, |_, _| false)].concat())
 }

@@ -16,8 +16,7 @@ const MOST_LOADS: usize = 12;
 /// grows with the force, the torque, the pressure or the current that goes through it. Senses are those
 /// of rates that are inputs, and those in which signals move. None of models with many of both.
 pub(super) fn loads_by_sense(model: &Model, of: &MeasurandDeclaration) -> Vec<Covariate> {
-    let is_load = |own: Dimension| own.is_of_a_load();
-    if !is_load(of.unit.dimension) {
+    if !of.unit.dimension.is_of_a_load() {
         return Vec::new();
     }
     let is_rate = |input: &InputDeclaration| {
@@ -25,13 +24,15 @@ pub(super) fn loads_by_sense(model: &Model, of: &MeasurandDeclaration) -> Vec<Co
         [Dimension::NONE, Dimension::LENGTH].contains(&way)
     };
     let inputs = model.inputs.iter().map(|input| (&input.name, input.unit.dimension));
-    let loads = inputs.filter(|one| is_load(one.1)).chain([(&of.name, of.unit.dimension)]);
+    let loads = inputs.filter(|one| one.1.is_of_a_load()).chain([(&of.name, of.unit.dimension)]);
     let loads: Vec<(&String, Dimension)> = loads.collect();
     let mut all = Vec::new();
     for moves in &model.inputs {
         let sense = match is_rate(moves) {
             true => format!("sign({})", moves.name),
-            false if moves.signal && !is_load(moves.unit.dimension) => sense_of(&moves.name).0,
+            false if moves.signal && !moves.unit.dimension.is_of_a_load() => {
+                sense_of(&moves.name).0
+            }
             false => continue,
         };
         for (name, own) in &loads {
