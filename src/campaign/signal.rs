@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::campaign::spline::Spline;
+use crate::graph::Input;
 use crate::number::Number;
 
 /// Where an input's values come from.
@@ -120,6 +121,12 @@ impl Track {
         };
         value.into_iter().chain(rate).chain(acceleration)
     }
+}
+
+/// Whether one of the inputs of a run that are declared signals moves, by where each comes from. An
+/// input that is none has a rate in vain where a file happens to have one: no delay acts on it.
+pub fn a_signal_moves(inputs: &[Input], tracks: &[Track]) -> bool {
+    inputs.iter().zip(tracks).any(|(input, track)| input.signal && track.moves())
 }
 
 /// Takes jumps by whole periods out of recorded values.

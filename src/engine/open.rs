@@ -162,11 +162,7 @@ pub fn open(request: &Request) -> Result<Opened, Diagnostics> {
         recipes.push(Recipe { library, model, effects: selected, overrides, input_sigma });
         campaigns.push(campaign);
     }
-    if !campaigns.iter().any(still::moves) {
-        for recipe in &mut recipes {
-            recipe.overrides.splice(0..0, still::without_delays(&recipe.model));
-        }
-    }
+    still::hold(&mut recipes, &campaigns)?;
     let mut parts = Vec::new();
     for (recipe, campaign) in recipes.iter().zip(&mut campaigns) {
         let system = recipe.with(&[])?;

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::campaign::signal::Track;
+use crate::campaign::signal::a_signal_moves;
 use crate::engine::found_starts::FoundStart;
 use crate::engine::lanes::InstructionSet;
 use crate::engine::layout::{Layout, Share};
@@ -78,10 +78,13 @@ impl Problem {
         }
     }
 
-    /// Whether anything moves in any run; else there are no delays.
+    /// Whether a signal moves in any run; else there are no delays.
     pub fn moves(&self) -> bool {
-        let mut runs = self.parts.iter().flat_map(|part| &part.runs);
-        runs.any(|run| run.record.inputs().iter().any(Track::moves))
+        let moves = |part: &Part| {
+            let inputs = &part.system.assembly.names.inputs;
+            part.runs.iter().any(|run| a_signal_moves(inputs, run.record.inputs()))
+        };
+        self.parts.iter().any(moves)
     }
 
     /// The parameters of a run at a point, as constants.

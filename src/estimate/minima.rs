@@ -14,7 +14,9 @@
 //! | `held` | a problem of which some unknowns stay where they are |
 //! | `starts` | the offsets and attitudes to start from |
 //! | `signs` | scalars that are stated to start with one sign and end with the other |
+//! | `compared` | whether a fit is another minimum, which the readings cannot exclude |
 //! | `mirrored` | minima at which a scalar or a component of a vector has another value |
+//! | `turned` | minima at which a rotation is another one |
 
 use rayon::prelude::*;
 
@@ -25,12 +27,14 @@ use crate::estimate::repeats::{long_repeats, without};
 use crate::estimate::start::start;
 
 pub(super) mod clocks;
+mod compared;
 mod comparison;
 mod held;
 mod mirrored;
 mod signs;
 pub(super) mod starts;
 pub(super) mod thinned;
+mod turned;
 
 use clocks::Clock;
 use comparison::{far_better_for_most, is_better, is_enough};
@@ -39,6 +43,7 @@ use mirrored::other_values;
 use signs::{start_that_keeps_signs, stated_signs};
 use starts::{Attitudes, Offsets, is_open};
 use thinned::{Thinned, Tried, cut};
+use turned::other_turns;
 
 /// Samples on which each start is tried; those on which the best of them are fitted further; those
 /// on which two minima are compared.
@@ -227,8 +232,8 @@ pub(super) fn better_start(problem: &Problem, clock: &Clock) -> Option<(Point, F
     Some((point, found))
 }
 
-/// Other minima that the readings cannot exclude, nearest first: other offsets of the clock, and
-/// other values of scalars and of components of vectors, each by itself.
+/// Other minima that the readings cannot exclude: other offsets of the clock, nearest first, other
+/// values of scalars and of components of vectors, and other rotations, each by itself.
 pub fn others(fit: &Calibration) -> Vec<Other> {
     if !fit.is_sound() || fit.variance_factor().is_none_or(|factor| factor > WRONG) {
         return Vec::new();
@@ -241,6 +246,7 @@ pub fn others(fit: &Calibration) -> Vec<Other> {
     };
     let mut found: Vec<Other> = clocks.iter().flat_map(of).collect();
     found.extend(other_values(fit));
+    found.extend(other_turns(fit));
     found
 }
 

@@ -36,6 +36,7 @@ mod nist;
 mod noise_model;
 mod nothing_moves;
 mod observability;
+mod other_turns;
 mod other_values;
 mod practice;
 mod real_recordings;

@@ -4,10 +4,11 @@ use std::process::{Command, Output};
 
 use homepoint::engine::open::{Request, open};
 use homepoint::estimate::batch::Options;
-use homepoint::estimate::calibrate::calibrate;
+use homepoint::estimate::calibrate::{Calibration, calibrate};
 use homepoint::estimate::checks::check;
 
 use crate::folder::Folder;
+use crate::problems::Stream;
 use crate::problems::camera::Camera;
 
 fn run(arguments: &[&str], folder: &Folder) -> Output {
@@ -65,4 +66,47 @@ fn a_stated_delay_changes_nothing() {
     let delay = estimates.iter().find(|one| one.name == "camera.delay").unwrap();
     assert_eq!(delay.value, Some(3e-3));
     assert!((delay.sigma.unwrap() - 1e-3).abs() < 1e-9);
+}
+
+/// A rate table at its stops: the rate of the table is an input of its own, which a file has beside
+/// the angle as the rate of a signal would be. Neither is a signal.
+#[test]
+fn a_rate_beside_an_input_that_is_no_signal_moves_nothing() {
+    let fit = table("false");
+    assert!(fit.is_sound() && !fit.problem.moves());
+    assert_eq!(fit.unknowns(), 2);
+}
+
+/// No signal acts on the second reading: its delay changes nothing, and the other's is estimated.
+#[test]
+fn a_reading_on_which_no_signal_acts_has_no_delay() {
+    let fit = table("true");
+    assert!(fit.is_sound() && fit.problem.moves());
+    let estimates = fit.estimates();
+    let of = |name: &str| estimates.iter().find(|one| one.name == name).unwrap().sigma;
+    assert_eq!(fit.unknowns(), 3);
+    assert!(of("along.delay").unwrap() > 0.0 && of("turning.delay").is_none_or(|sigma| sigma == 0.0));
+}
+
+/// A turntable: gravity along an axis that turns with it, and the rate. `signal`: whether its angle
+/// is one.
+fn table(signal: &str) -> Calibration {
+    let model = format!(
+        "name = \"table\"\ntitle = \"Turntable\"\n[inputs]\nangle = {{ unit = \"rad\", signal = {signal} }}\nangle_rate = {{ unit = \"rad/s\" }}\n\
+         [parameters]\nscale = {{ unit = \"1\", scope = \"rig\", start = \"1\" }}\nbias = {{ unit = \"rad/s\", scope = \"rig\" }}\n\
+         [measurands]\nalong = {{ value = 'scale * sin(angle)', unit = \"1\", sigma = \"0.001\" }}\n\
+         turning = {{ value = 'angle_rate + bias', unit = \"rad/s\", sigma = \"0.001 rad/s\" }}\n"
+    );
+    let campaign = "title = \"Turntable\"\nmodel = \"model.toml\"\n[[runs]]\nname = \"r\"\ndata = \"data.csv\"\n";
+    let mut data = "time [s],angle [rad],angle_rate [rad/s],along [1],turning [rad/s]\n".to_owned();
+    let mut noise = Stream(5);
+    for n in 0..60 {
+        let (angle, rate) = (0.7 * f64::from(n), 0.2 + 0.01 * f64::from(n % 7));
+        let along = 1.02 * angle.sin() + 1e-3 * noise.normal();
+        let read = rate + 0.03 + 1e-3 * noise.normal();
+        data += &format!("{n},{angle},{rate},{along:.6},{read:.6}\n");
+    }
+    let files = [("model.toml", &*model), ("campaign.toml", campaign), ("data.csv", &*data)];
+    let folder = Folder::new("table", &files);
+    calibrate(open(&Request::new([&*folder])).unwrap().problem, &Options::default()).unwrap()
 }

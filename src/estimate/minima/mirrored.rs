@@ -15,19 +15,15 @@ use crate::engine::layout::Layout;
 use crate::engine::{Point, Problem};
 use crate::estimate::calibrate::Calibration;
 use crate::estimate::minima::Other;
-use crate::estimate::minima::thinned::{Thinned, Tried};
+use crate::estimate::minima::compared::{APART, Compared, ITERATIONS};
+use crate::estimate::minima::thinned::Tried;
 use crate::graph::Kind;
 
-use super::{EXCLUDED, NEAR, SAMPLES};
+use super::SAMPLES;
 
 /// Most components that are tried, those that are determined least, and most scalars of the other
 /// sign.
 const MOST: [usize; 2] = [64, 12];
-/// Iterations on a part of the samples and where two minima are compared.
-const ITERATIONS: [usize; 2] = [40, 60];
-/// Other minima are so many standard uncertainties away at least: there, a sum of squares without
-/// another minimum is larger by twice what excludes it.
-const APART: f64 = 10.0;
 /// Where the other minimum may lie, relative to where it is expected: sensitivities are no straight
 /// lines. Of two wells one of three neighbouring values lies in the other, and lower.
 const FACTORS: [f64; 8] = [0.11, 0.17, 0.26, 0.38, 0.58, 0.87, 1.3, 1.95];
@@ -73,13 +69,11 @@ struct Candidate {
 pub(super) fn other_values(fit: &Calibration) -> Vec<Other> {
     let (problem, point) = (&fit.problem, &fit.fit.point);
     let all = components(fit);
-    let some = |most: usize| {
-        let thinned = Thinned::of(problem, most);
-        let own = thinned.late_by(0.0, &[])?;
-        let here = Tried::fit(own.clone(), point.clone(), 0.0, ITERATIONS[1])?;
-        Some(Compared { problem: own, times: thinned.times, here })
-    };
-    let Some(few) = some(SAMPLES[0]).filter(|_| !all.is_empty()) else { return Vec::new() };
+    if all.is_empty() {
+        return Vec::new();
+    }
+    let some = |most: usize| Compared::of(problem, point, most);
+    let Some(few) = some(SAMPLES[0]) else { return Vec::new() };
     let found: Vec<Candidate> =
         all.par_iter().flat_map_iter(|own| few.minima(*own, reach(problem, point, *own))).collect();
     if found.is_empty() {
@@ -89,7 +83,8 @@ pub(super) fn other_values(fit: &Calibration) -> Vec<Other> {
     let mut others: Vec<Other> = Vec::new();
     for Candidate { own, there } in found {
         let there = Tried::fit(many.problem.clone(), there.point, 0.0, ITERATIONS[1]);
-        let Some(there) = there.filter(|there| many.is_another(&own, there)) else { continue };
+        let is_another = |there: &Tried| own.is_elsewhere(&there.point) && many.is_another(there);
+        let Some(there) = there.filter(is_another) else { continue };
         let value = own.at(&there.point);
         let with = all.iter().filter(|one| {
             let is_own = (one.instance, one.component) == (own.instance, own.component);
@@ -170,39 +165,7 @@ fn reach(problem: &Problem, point: &Point, own: Component) -> f64 {
     REACH * values.map(f64::abs).fold(0.0, f64::max)
 }
 
-/// Some samples on which minima are compared with the estimate.
-struct Compared {
-    problem: Problem,
-    /// How many times more readings there are.
-    times: f64,
-    here: Tried,
-}
-
 impl Compared {
-    /// How much larger chi squared of all readings is.
-    fn excess(&self, there: &Tried) -> f64 {
-        self.times * (there.chi_squared - self.here.chi_squared)
-    }
-
-    /// The excess up to which the readings cannot exclude a minimum.
-    fn limit(&self) -> f64 {
-        EXCLUDED * self.here.variance_factor.max(1.0)
-    }
-
-    /// Whether a fit ended in another minimum, which the readings cannot exclude: far from the
-    /// estimate, and halfway to it the fit is worse.
-    fn is_another(&self, own: &Component, there: &Tried) -> bool {
-        let is_alike = self.excess(there) < self.limit();
-        is_alike && own.is_elsewhere(&there.point) && {
-            let layout = &self.problem.layout;
-            let step = self.here.point.step_to(layout, &there.point) * 0.5;
-            let halfway = self.here.point.moved(layout, step.as_slice());
-            let worse = self.problem.cost(&halfway) - there.chi_squared.max(self.here.chi_squared);
-            // A model without a value there has a barrier, too.
-            self.times * worse > self.limit() || worse.is_nan()
-        }
-    }
-
     /// Minima at which a component is elsewhere and that may fit alike on all samples.
     fn minima(&self, own: Component, reach: f64) -> Vec<Candidate> {
         let mirrored = own.is_mirrored.then_some(-own.value);
@@ -210,10 +173,8 @@ impl Compared {
         for start in self.along(&own, reach).into_iter().chain(mirrored) {
             let start = own.moved(&self.here.point, start);
             let there = Tried::fit(self.problem.clone(), start, 0.0, ITERATIONS[0]);
-            let is_near = |there: &Tried| {
-                let limit = NEAR * self.here.variance_factor.max(1.0);
-                there.variance_factor < limit && own.is_elsewhere(&there.point)
-            };
+            let is_near =
+                |there: &Tried| self.may_be_another(there) && own.is_elsewhere(&there.point);
             let Some(there) = there.filter(is_near) else { continue };
             let is_new = found.iter().all(|one| {
                 (own.at(&one.there.point) - own.at(&there.point)).abs() > APART * own.sigma
