@@ -33,7 +33,7 @@ use crate::estimate::calibrate::{Calibration, calibrate};
 use crate::estimate::contradicted::{Contradicted, against};
 
 use budget::answer::{FAR_BEYOND_STATED, Remainder, Verdict};
-use budget::driver::search;
+use budget::driver::{Found, search, search_with_jumps};
 use fitted::Fitted;
 use found::LeftOut;
 use gap::holdout::{HoldoutError, holdout};
@@ -109,23 +109,33 @@ fn searched(
     wanted: &Wanted,
     options: &Options,
 ) -> Result<(Diagnosis, Option<Records>), FitError> {
-    let Cleared { nominal, left_out: more, spikes } = without_outliers(whole, options)?;
+    let Cleared { nominal, left_out: more, spikes, jumped } = without_outliers(whole, options)?;
     let mut left_out = known;
     left_out.extend(more);
-    let fitted = Fitted { recipes, problem: nominal.problem.clone(), fit: nominal.fit.clone() };
-    let is_sound = nominal.is_sound();
+    let fitted = |of: &Calibration| {
+        let (problem, fit) = (of.problem.clone(), of.fit.clone());
+        Fitted { recipes: recipes.clone(), problem, fit }
+    };
     let mut diagnosis = Diagnosis::without_search(nominal, Verdict::Unobservable);
     diagnosis.left_out = left_out.clone();
     diagnosis.left_out.extend(spikes.left_out.clone());
     if diagnosis.nominal.fit.outcome != Outcome::Converged {
         diagnosis.verdict = Verdict::NotConverged;
     }
-    if !is_sound {
+    if !diagnosis.nominal.is_sound() {
         return Ok((diagnosis, None));
     }
-    let Some(found) = search(fitted, spikes, wanted, options)? else {
+    let Some(mut found) = search(fitted(&diagnosis.nominal), spikes, wanted, options)? else {
         return Ok((diagnosis, None));
     };
+    // Beside a jump that is not in the fit whatever is found is poor.
+    if let Some((nominal, jumps)) = jumped
+        && is_poor(&found)
+        && let Some(with) = search_with_jumps(fitted(&nominal), &jumps, wanted, options)?
+        && !is_poor(&with)
+    {
+        (found, diagnosis.nominal) = (with, nominal);
+    }
     diagnosis.left_out = left_out;
     let last = found.competed.linear.fitted.clone();
     let records = Records::of(&last.problem);
@@ -134,6 +144,13 @@ fn searched(
         diagnosis.delays = compared_delays(given, &last, options)?;
     }
     Ok((diagnosis, Some(records)))
+}
+
+/// Whether what a search found leaves far more than is stated, or noise that remembers.
+fn is_poor(found: &Found) -> bool {
+    let Fitted { problem, fit, .. } = &found.competed.linear.fitted;
+    let freedom = problem.component_count().saturating_sub(problem.layout.columns.len()).max(1);
+    problem.has_memory() || fit.cost > FAR_BEYOND_STATED.powi(2) * freedom as f64
 }
 
 /// The same where a stated value is wrong altogether, which was set free: it is a part of the

@@ -39,6 +39,7 @@ use crate::estimate::calibrate::Calibration;
 
 use self::codes::without_codes;
 use self::frozen::without_frozen;
+use self::lost::Jump;
 use self::saturated::without_saturated;
 use self::settle::{settled, without_lost, without_spoiling};
 use self::spikes::{Spikes, without_spikes};
@@ -57,6 +58,9 @@ pub(super) struct Cleared {
     pub(super) left_out: LeftOut,
     /// What is left out as it is seen from the nominal fit: effects may have hidden it, or made it up.
     pub(super) spikes: Spikes,
+    /// Jumps of clocks, with the fit that shows them, in which no spikes are left out: what is far out
+    /// beside a jump may be nothing else.
+    pub(super) jumped: Option<(Calibration, Vec<Jump>)>,
 }
 
 /// The nominal fit without what spoils it, and that.
@@ -64,14 +68,8 @@ pub(super) fn without_outliers(
     whole: &Calibration,
     options: &Options,
 ) -> Result<Cleared, FitError> {
-    let steps: [fn(&Calibration, &Options) -> Cleaned; 6] = [
-        without_codes,
-        without_saturated,
-        settled,
-        without_frozen,
-        without_unresponsive,
-        without_lost,
-    ];
+    let steps: [fn(&Calibration, &Options) -> Cleaned; 5] =
+        [without_codes, without_saturated, settled, without_frozen, without_unresponsive];
     let (mut nominal, mut left_out) = (whole.clone(), LeftOut::default());
     for step in steps {
         if let Some((rest, found)) = step(&nominal, options)? {
@@ -79,6 +77,12 @@ pub(super) fn without_outliers(
             left_out.extend(found);
         }
     }
+    let (lost, jumps) = without_lost(&nominal, options)?;
+    if let Some((rest, found)) = lost {
+        nominal = rest;
+        left_out.extend(found);
+    }
+    let jumped = (!jumps.is_empty()).then(|| (nominal.clone(), jumps));
     let mut spikes = Spikes::none(&nominal.problem);
     if let Some((rest, found)) = without_spikes(&nominal, options)? {
         nominal = rest;
@@ -90,5 +94,5 @@ pub(super) fn without_outliers(
         left_out.extend(found);
         spikes = Spikes::none(&nominal.problem);
     }
-    Ok(Cleared { nominal, left_out, spikes })
+    Ok(Cleared { nominal, left_out, spikes, jumped })
 }

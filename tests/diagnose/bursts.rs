@@ -207,7 +207,7 @@ fn only_whole_periods_are_lost_samples() {
         let nominal = calibrate(problem, &options).unwrap();
         let (point, factor) = (&nominal.fit.point, nominal.variance_factor());
         let lost = look(&nominal.problem, point, factor, &options).unwrap();
-        assert!(lost.is_empty(), "{periods}: {lost:?}");
+        assert!(lost.lost.is_empty(), "{periods}: {lost:?}");
     }
 }
 

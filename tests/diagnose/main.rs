@@ -25,6 +25,7 @@ mod curved;
 mod designs;
 mod each_effect;
 mod found;
+mod jumps_of_clocks;
 mod losses_under_load;
 mod mistaken_for_noise;
 mod moments;

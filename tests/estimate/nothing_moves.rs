@@ -85,7 +85,9 @@ fn a_reading_on_which_no_signal_acts_has_no_delay() {
     let estimates = fit.estimates();
     let of = |name: &str| estimates.iter().find(|one| one.name == name).unwrap().sigma;
     assert_eq!(fit.unknowns(), 3);
-    assert!(of("along.delay").unwrap() > 0.0 && of("turning.delay").is_none_or(|sigma| sigma == 0.0));
+    assert!(
+        of("along.delay").unwrap() > 0.0 && of("turning.delay").is_none_or(|sigma| sigma == 0.0)
+    );
 }
 
 /// A turntable: gravity along an axis that turns with it, and the rate. `signal`: whether its angle

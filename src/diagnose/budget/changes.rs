@@ -147,19 +147,9 @@ impl Linear {
         for ((column, change), added) in known.drain(old..).zip(&added) {
             self.sums.append(added);
             let block = &self.candidates[change.base.candidate];
-            let is_last = self.order.iter().max() == self.order.get(change.at.0);
             let (part, run) = self.fitted.problem.run_at(change.at.0);
-            let part = &self.fitted.problem.parts[part];
-            let name = part.run_name(run);
-            let run = &part.runs[run];
-            let row = run.record.row(change.at.1);
-            let extent = match (change.at.1, change.end) {
-                (0, None) if !is_last => Extent::FromRun,
-                (0, None) => Extent::Run,
-                (0, Some(end)) if end == run.record.len() => Extent::Run,
-                (_, None) => Extent::From(row),
-                (_, Some(end)) => Extent::Rows(row, run.record.row(end.saturating_sub(1))),
-            };
+            let name = self.fitted.problem.parts[part].run_name(run);
+            let extent = self.extent(&change);
             let place = block.place.as_ref().map(|place| place.within(&name, extent));
             let (name, columns) = (format!("change of {}", block.name), vec![vec![(column, 1.0)]]);
             self.terms.push(Term {
@@ -167,6 +157,21 @@ impl Linear {
                 change: Some(change),
                 ..Term::new(name, place, columns)
             });
+        }
+    }
+
+    /// How much of the campaign a change is in.
+    pub(super) fn extent(&self, change: &Change) -> Extent {
+        let is_last = self.order.iter().max() == self.order.get(change.at.0);
+        let (part, run) = self.fitted.problem.run_at(change.at.0);
+        let record = &self.fitted.problem.parts[part].runs[run].record;
+        let row = record.row(change.at.1);
+        match (change.at.1, change.end) {
+            (0, None) if !is_last => Extent::FromRun,
+            (0, None) => Extent::Run,
+            (0, Some(end)) if end == record.len() => Extent::Run,
+            (_, None) => Extent::From(row),
+            (_, Some(end)) => Extent::Rows(row, record.row(end.saturating_sub(1))),
         }
     }
 

@@ -9,6 +9,7 @@ use crate::diagnose::fitted::Fitted;
 use crate::diagnose::found::{LeftOut, NoiseEffect};
 use crate::diagnose::library::variant::Variant;
 use crate::diagnose::library::wanted::Wanted;
+use crate::diagnose::outliers::lost::Jump;
 use crate::diagnose::outliers::records::Records;
 use crate::diagnose::outliers::spikes::Spikes;
 use crate::estimate::batch::{FitError, Options};
@@ -27,6 +28,7 @@ use super::terms::Change;
 
 mod fitted_changes;
 mod forward;
+mod jumps;
 mod relax;
 mod spikes;
 mod update;
@@ -106,39 +108,59 @@ struct Search<'a> {
     log: Log,
 }
 
-/// Searches from a fitted nominal model, without bursts and spikes that are seen from it. `None` where its parameters are not determined.
+/// Searches from a fitted nominal model, without bursts and spikes that are seen from it. `None` where
+/// its parameters are not determined.
 pub fn search(
     nominal: Fitted,
     spikes: Spikes,
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Option<Found>, FitError> {
+    Search::new(nominal, spikes, wanted, options).found()
+}
+
+/// Searches with jumps of clocks in the fit from the start; `None` where they do not explain far more.
+pub fn search_with_jumps(
+    nominal: Fitted,
+    jumps: &[Jump],
+    wanted: &Wanted,
+    options: &Options,
+) -> Result<Option<Found>, FitError> {
+    let spikes = Spikes::none(&nominal.problem);
     let mut search = Search::new(nominal, spikes, wanted, options);
-    if !search.grow()? {
-        return Ok(None);
-    }
-    let mut round = 0;
-    loop {
-        round += 1;
-        let Some(competed) = search.compete()? else { return Ok(None) };
-        if round < ROUNDS
-            && (search.take_beyond_linear(&competed)?
-                || search.take_noise(&competed)?
-                || search.take_rows(&competed)?
-                || search.take_curved(&competed)?
-                || search.take_spikes(&competed)?)
-        {
-            continue;
+    if search.take_jumps(jumps)? { search.found() } else { Ok(None) }
+}
+
+impl Search<'_> {
+    /// Searches to the end. `None` where nominal parameters are not determined.
+    fn found(self) -> Result<Option<Found>, FitError> {
+        let mut search = self;
+        if !search.grow()? {
+            return Ok(None);
         }
-        let Competed { linear, judged, .. } = &competed;
-        let name = |term: usize| linear.terms[term].name.clone();
-        let named = judged.objections.iter().map(|(term, why)| (name(*term), why.clone()));
-        search.objections.extend(named);
-        let Search { left_out: outliers, spikes, noise, objections, log, unseen, .. } = search;
-        let unseen = unseen.unwrap_or_default();
-        let mut left_out = spikes.left_out;
-        left_out.extend(outliers);
-        return Ok(Some(Found { competed, left_out, noise, unseen, objections, log }));
+        let mut round = 0;
+        loop {
+            round += 1;
+            let Some(competed) = search.compete()? else { return Ok(None) };
+            if round < ROUNDS
+                && (search.take_beyond_linear(&competed)?
+                    || search.take_noise(&competed)?
+                    || search.take_rows(&competed)?
+                    || search.take_curved(&competed)?
+                    || search.take_spikes(&competed)?)
+            {
+                continue;
+            }
+            let Competed { linear, judged, .. } = &competed;
+            let name = |term: usize| linear.terms[term].name.clone();
+            let named = judged.objections.iter().map(|(term, why)| (name(*term), why.clone()));
+            search.objections.extend(named);
+            let Search { left_out: outliers, spikes, noise, objections, log, unseen, .. } = search;
+            let unseen = unseen.unwrap_or_default();
+            let mut left_out = spikes.left_out;
+            left_out.extend(outliers);
+            return Ok(Some(Found { competed, left_out, noise, unseen, objections, log }));
+        }
     }
 }
 

@@ -160,7 +160,7 @@ impl Held<'_> {
             let Fitted { mut problem, fit, .. } = Held { parts: &parts, ..self }.learns(model)?;
             let freedom = problem.component_count() as f64 - problem.layout.columns.len() as f64;
             let factor = (freedom > 0.0).then(|| fit.cost / freedom);
-            let found = lost::look(&problem, &fit.point, factor, self.options)?;
+            let found = lost::look(&problem, &fit.point, factor, self.options)?.lost;
             if found.is_empty() {
                 break;
             }

@@ -5,7 +5,7 @@ pub(super) const RUN: &str = "run";
 /// What the channel of a timing error is called before whose it is, and where it is that of all
 /// readings.
 pub(super) const TIME_OF: &str = "time of ";
-pub(super) const ALL_READINGS: &str = "all readings";
+pub(in crate::diagnose) const ALL_READINGS: &str = "all readings";
 /// What the channel of another value of a parameter is called before its name.
 pub(super) const OF_PARAMETER: &str = "parameter ";
 /// The covariate of what a setup does in its course.

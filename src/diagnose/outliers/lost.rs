@@ -1,7 +1,7 @@
 //! Lost samples: stretches of a run whose readings belong to moments whole sample periods away.
 //!
 //! An instrument that drops a sample, or a logger that skips a trigger, puts reading `i` beside the
-//! stamp of trigger `i`, though it was taken at trigger `i + n`. For each shift `n` up to `PERIODS`
+//! stamp of trigger `i`, though it was taken at trigger `i + n`. For each of some dozen shifts `n`
 //! every reading is compared with the prediction at sample `i + n`; the stretch over which that
 //! lowers the sum of squares most is the stretch of largest sum (Bentley's and Kadane's scan). A
 //! shift is a simple hypothesis, so for one stretch and one shift the probability of such a gain
@@ -9,7 +9,9 @@
 //! stretches and shifts are corrected for.
 //!
 //! A step of the clock shifts a stretch, too, but by any time. Samples were lost only where the
-//! stamps of whole samples fit as well as the best shift of the clock (`shifted`).
+//! stamps of whole samples fit as well as the best shift of the clock (`shifted`). Other shifts are
+//! *jumps* of the clock: no model that is linear in the step sees one that is long beside the
+//! motion, so the search begins with them (`budget::driver`).
 //!
 //! A shift by a whole period is large: several degrees of a fast arm. It spoils the fit in which it
 //! is looked for, so that is made without what is far out (`trimmed`), residuals are measured by
@@ -19,6 +21,8 @@
 //! again, and the search is repeated. It looks at single shifts of a run's own readings; a delay
 //! that wanders is not its business.
 
+use std::ops::Range;
+
 use crate::diagnose::found::Lost;
 use crate::diagnose::thresholds::LOST;
 use crate::engine::{Point, Problem};
@@ -27,7 +31,7 @@ use crate::estimate::residuals::{Residuals, seen_from};
 use crate::estimate::trimmed::{TrimmedFit, starts, trimmed_fit};
 use crate::statistics::robust;
 
-use super::shifted::{PERIODS, Shifted};
+use super::shifted::Shifted;
 
 /// Stretches of one run at most.
 const MOST: usize = 10;
@@ -44,15 +48,55 @@ const ALIKE: f64 = 2.0;
 /// Rounds of looking for lost samples, leaving them out and fitting again.
 pub const LOOKS: usize = 4;
 
+/// A stretch of a run whose stamps are off by another time than whole samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Jump {
+    /// Index of the campaign.
+    pub part: usize,
+    /// Index of the run.
+    pub run: usize,
+    /// Its samples.
+    pub samples: Range<usize>,
+    /// How much later its readings were taken than the others by their stamps (s).
+    pub seconds: f64,
+}
+
+/// Stretches of runs that belong to other moments.
+#[derive(Clone, Debug, Default)]
+pub struct Elsewhere {
+    /// Whole samples away.
+    pub lost: Vec<Lost>,
+    /// Any time away.
+    pub jumps: Vec<Jump>,
+}
+
+impl Elsewhere {
+    fn is_empty(&self) -> bool {
+        self.lost.is_empty() && self.jumps.is_empty()
+    }
+
+    /// How many samples that are.
+    fn samples(&self) -> usize {
+        let jumps = self.jumps.iter().map(|one| &one.samples);
+        self.lost.iter().map(|one| &one.samples).chain(jumps).map(Range::len).sum()
+    }
+
+    /// Leaves their readings out.
+    fn leave_out(&self, problem: &mut Problem) {
+        leave_out(problem, &self.lost);
+        self.jumps.iter().for_each(|one| without(problem, (one.part, one.run), &one.samples));
+    }
+}
+
 /// The stretches that a fit shows, beside one that they do not spoil; none without a large misfit.
 pub fn look(
     problem: &Problem,
     point: &Point,
     variance_factor: Option<f64>,
     options: &Options,
-) -> Result<Vec<Lost>, FitError> {
+) -> Result<Elsewhere, FitError> {
     if variance_factor.is_none_or(|factor| factor < GROSS_FACTOR) {
-        return Ok(Vec::new());
+        return Ok(Elsewhere::default());
     }
     let robust = robust_fit(problem, point, false, options)?;
     let found = find(problem, &robust.point, &robust.seen);
@@ -62,41 +106,54 @@ pub fn look(
     let others = starts(problem, point, options).filter_map(|(point, own)| {
         let found = find(problem, &point, &seen_from(&own, &point));
         let mut rest = problem.clone();
-        leave_out(&mut rest, &found);
+        found.leave_out(&mut rest);
         let cost = fit(&mut rest, point, options).ok()?.cost;
         (!found.is_empty()).then(|| (cost / rest.component_count().max(1) as f64, found))
     });
-    let others: Vec<(f64, Vec<Lost>)> = others.collect();
+    let others: Vec<(f64, Elsewhere)> = others.collect();
     // Each part of a run may be the one that all others are shifted against: the largest is.
     let least = others.iter().map(|one| one.0).fold(f64::INFINITY, f64::min);
     let alike = others.into_iter().filter(|one| one.0 <= ALIKE * least).map(|one| one.1);
-    Ok(alike
-        .min_by_key(|found| found.iter().map(|one| one.samples.len()).sum::<usize>())
-        .unwrap_or_default())
+    Ok(alike.min_by_key(Elsewhere::samples).unwrap_or_default())
 }
 
 /// The stretches of all runs, at a point; `sound` are residuals from which their scatter is taken.
-fn find(problem: &Problem, point: &Point, sound: &[Residuals]) -> Vec<Lost> {
+fn find(problem: &Problem, point: &Point, sound: &[Residuals]) -> Elsewhere {
     let runs: usize = problem.parts.iter().map(|part| part.runs.len()).sum();
-    let mut found = Vec::new();
+    let mut found = Elsewhere::default();
     for (p, part) in problem.parts.iter().enumerate() {
         for (r, run) in part.runs.iter().enumerate() {
             let mut shifted = Shifted::new(problem, (p, r), point, sound);
             let count = run.record.len() as f64;
-            let price = (0.5 * count * count * (2 * PERIODS) as f64 * runs as f64).max(1.0).ln();
-            for _ in 0..MOST {
-                let Some((periods, samples, gain)) = shifted.best() else { break };
+            let shifts = (shifted.shifts().count() - 1) as f64;
+            let price = (0.5 * count * count * shifts * runs as f64).max(1.0).ln();
+            let mut next = |shifted: &mut Shifted<'_>, is_between: bool| {
+                let (periods, samples, gain) = shifted.best(is_between)?;
                 let ln_p = (price - 0.5 * gain).min(0.0);
                 if ln_p > LOST.ln() {
-                    break;
+                    return None;
                 }
                 shifted.forget(&samples);
-                if !shifted.is_whole(periods, &samples) {
-                    continue;
+                let nearest = shifted.nearest(periods, &samples);
+                // A motion that repeats is near itself at whole samples by chance, too.
+                let is_nearer = |nearest: f64| nearest.abs() < periods.abs() as f64 - 0.5;
+                let is_lost = !is_between && !nearest.is_some_and(is_nearer);
+                if is_lost && shifted.is_whole(periods, &samples) {
+                    let rows = (run.record.row(samples.start), run.record.row(samples.end - 1));
+                    let name = part.run_name(r);
+                    found.lost.push(Lost { part: p, run: r, name, samples, rows, periods, ln_p });
+                } else if let Some(nearest) = nearest {
+                    let seconds = shifted.seconds(nearest);
+                    found.jumps.push(Jump { part: p, run: r, samples, seconds });
                 }
-                let rows = (run.record.row(samples.start), run.record.row(samples.end - 1));
-                let name = part.run_name(r);
-                found.push(Lost { part: p, run: r, name, samples, rows, periods, ln_p });
+                Some(())
+            };
+            for is_between in [false, true] {
+                for _ in 0..MOST {
+                    if next(&mut shifted, is_between).is_none() {
+                        break;
+                    }
+                }
             }
         }
     }
@@ -124,9 +181,12 @@ pub(in crate::diagnose) fn robust_fit(
 
 /// Leaves the readings of these stretches out.
 pub fn leave_out(problem: &mut Problem, lost: &[Lost]) {
-    for one in lost {
-        let part = &mut problem.parts[one.part];
-        let columns = part.reading_columns();
-        part.runs[one.run].record.leave_out([(one.samples.clone(), columns)]);
-    }
+    lost.iter().for_each(|one| without(problem, (one.part, one.run), &one.samples));
+}
+
+/// Leaves the readings of some samples of a run out.
+fn without(problem: &mut Problem, (part, run): (usize, usize), samples: &Range<usize>) {
+    let part = &mut problem.parts[part];
+    let columns = part.reading_columns();
+    part.runs[run].record.leave_out([(samples.clone(), columns)]);
 }

@@ -9,7 +9,7 @@ use crate::estimate::calibrate::{Calibration, calibrate};
 
 use super::Cleaned;
 use super::limits::{without_outliers_at, without_wrong_at};
-use super::lost::{self, SPOILT};
+use super::lost::{self, Jump, SPOILT};
 
 /// Rounds of leaving outliers out.
 const PEELS: usize = 6;
@@ -132,19 +132,25 @@ fn without(problem: &Problem, part: usize, run: usize) -> Problem {
     rest
 }
 
-/// Leaves lost samples out and fits again, until no more are found; `None` where there are none.
-pub(super) fn without_lost(nominal: &Calibration, options: &Options) -> Cleaned {
+/// Leaves lost samples out and fits again, until no more are found (`None` where there are none); and
+/// the jumps of clocks that the last fit shows.
+pub(super) fn without_lost(
+    nominal: &Calibration,
+    options: &Options,
+) -> Result<(Option<(Calibration, LeftOut)>, Vec<Jump>), FitError> {
     let (mut rest, mut found) = (None, LeftOut::default());
+    let mut jumps = Vec::new();
     for _ in 0..lost::LOOKS {
         let now = rest.as_ref().unwrap_or(nominal);
         let more = lost::look(&now.problem, &now.fit.point, now.variance_factor(), options)?;
-        if more.is_empty() {
+        jumps = more.jumps;
+        if more.lost.is_empty() {
             break;
         }
         let mut problem = now.problem.clone();
-        lost::leave_out(&mut problem, &more);
-        found.lost.extend(more);
+        lost::leave_out(&mut problem, &more.lost);
+        found.lost.extend(more.lost);
         rest = Some(calibrate(problem, options)?);
     }
-    Ok(rest.map(|rest| (rest, found)))
+    Ok((rest.map(|rest| (rest, found)), jumps))
 }

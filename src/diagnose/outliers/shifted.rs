@@ -12,10 +12,12 @@ use crate::engine::{Part, Point, Problem};
 use crate::estimate::residuals::Residuals;
 use crate::statistics::upper_median;
 
-/// Sample periods looked at, in both senses.
-pub(super) const PERIODS: isize = 12;
-/// Shifts are the columns from `-PERIODS`.
-const SHIFTS: usize = 2 * PERIODS as usize + 1;
+mod nearest;
+
+/// Sample periods looked at, in both senses: of long runs fewer, so that not more than about so many
+/// residuals are computed and kept.
+const PERIODS: std::ops::RangeInclusive<usize> = 12..=40;
+const RESIDUALS: usize = 4_000_000;
 /// Mean square of the readings of a shifted stretch where they stand, over their robust variance.
 const FAR: f64 = 16.0;
 /// The same where they belong.
@@ -41,9 +43,12 @@ pub(super) struct Shifted<'a> {
     times: Vec<f64>,
     /// The usual sample period (s).
     period: f64,
+    /// How many sample periods are looked at, in both senses.
+    reach: isize,
     /// Readings of each sample.
     readings: Vec<usize>,
-    /// For each shift, for each sample: the sum over its readings; NaN without a prediction.
+    /// For each shift from `-reach` on, for each sample: the sum over its readings; NaN without a
+    /// prediction.
     squares: Vec<Vec<f32>>,
 }
 
@@ -81,12 +86,14 @@ impl<'a> Shifted<'a> {
         });
         let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let period = upper_median(&mut steps).unwrap_or(f64::NAN);
+        let reach = RESIDUALS / (2 * times.len().max(1));
+        let reach = reach.clamp(*PERIODS.start(), *PERIODS.end()) as isize;
         let (readings, squares) = (Vec::new(), Vec::new());
-        let all = Self { part, run, scatter, predicted, times, period, readings, squares };
-        let (mut readings, mut squares) = (Vec::new(), vec![Vec::new(); SHIFTS]);
+        let all = Self { part, run, scatter, predicted, times, period, reach, readings, squares };
+        let (mut readings, mut squares) = (Vec::new(), vec![Vec::new(); all.shifts().count()]);
         all.walk(&(0..all.times.len()), |number, residuals| {
             readings.push(residuals(number).map_or(0, |all| all.len()));
-            for (shift, squares) in (-PERIODS..=PERIODS).zip(&mut squares) {
+            for (shift, squares) in all.shifts().zip(&mut squares) {
                 let there = number.checked_add_signed(shift).and_then(&residuals);
                 squares.push(there.map_or(f32::NAN, |all| square(&all) as f32));
             }
@@ -119,11 +126,18 @@ impl<'a> Shifted<'a> {
         }
     }
 
-    /// The shift, stretch and gain that are best.
-    pub(super) fn best(&self) -> Option<(isize, Range<usize>, f64)> {
-        let here = &self.squares[PERIODS as usize];
+    /// The shifts that are looked at, in sample periods.
+    pub(super) fn shifts(&self) -> std::ops::RangeInclusive<isize> {
+        -self.reach..=self.reach
+    }
+
+    /// The shift, stretch and gain that are best, of those that carry a stretch from far out back among
+    /// the others; where a shift of the clock may be between samples (`is_between`), far nearer to
+    /// them.
+    pub(super) fn best(&self, is_between: bool) -> Option<(isize, Range<usize>, f64)> {
+        let here = &self.squares[self.reach as usize];
         let mut best: Option<(isize, Range<usize>, f64)> = None;
-        for (shift, there) in (-PERIODS..=PERIODS).zip(&self.squares).filter(|(n, _)| *n != 0) {
+        for (shift, there) in self.shifts().zip(&self.squares).filter(|(n, _)| *n != 0) {
             let gain = |(here, there): (&f32, &f32)| f64::from(here - there);
             let gains = here.iter().zip(there).map(gain);
             let (stretch, gain) =
@@ -133,7 +147,9 @@ impl<'a> Shifted<'a> {
                 let present = all[stretch.clone()].iter().filter(|one| !one.is_nan());
                 present.map(|one| f64::from(*one)).sum::<f64>() / readings.max(1) as f64
             };
-            let carried = stretch.len() >= SHORTEST && mean(here) >= FAR && mean(there) <= NEAR;
+            let (here, there) = (mean(here), mean(there));
+            let near = if is_between { here / FAR } else { NEAR };
+            let carried = stretch.len() >= SHORTEST && here >= FAR && there <= near;
             let stretch = self.to_the_end(stretch, shift);
             if carried && best.as_ref().is_none_or(|(.., most)| gain > *most) {
                 best = Some((shift, stretch, gain));
@@ -172,7 +188,7 @@ impl<'a> Shifted<'a> {
         // Near the ends of a run a half may have no readings with others on both sides.
         let is_best = |samples: &Range<usize>, own: f64, count: f64| {
             let mut grids = self.grids((about, 1.0), samples, reach);
-            count == 0.0 || grids.all(|(free, _)| !is_worse(own, free, count))
+            count == 0.0 || grids.all(|(_, free, _)| !is_worse(own, free, count))
         };
         let (sums, count) = self.sums(&shifts, samples, reach);
         let middle = samples.start + samples.len() / 2;
@@ -188,18 +204,18 @@ impl<'a> Shifted<'a> {
 
     /// Whether some shift of the clock carries a stretch back among the others.
     pub(super) fn is_of_the_clock(&self, samples: &Range<usize>) -> bool {
-        let mut grids = self.grids((0.0, PERIODS as f64), samples, PERIODS + 4);
-        grids.any(|(free, count)| count > 0.0 && free <= NEAR * count)
+        let mut grids = self.grids((0.0, self.reach as f64), samples, self.reach + 4);
+        grids.any(|(_, free, count)| count > 0.0 && free <= NEAR * count)
     }
 
-    /// The least sum of squares of a stretch against moments about so many usual periods away, and
-    /// the number of readings, on finer and finer grids about the best.
+    /// Of finer and finer grids of moments about so many usual periods away the best, the least sum
+    /// of squares of a stretch, and the number of readings.
     fn grids(
         &self,
         (mut about, mut width): (f64, f64),
         samples: &Range<usize>,
         reach: isize,
-    ) -> impl Iterator<Item = (f64, f64)> {
+    ) -> impl Iterator<Item = (f64, f64, f64)> {
         (0..ZOOMS).map(move |_| {
             let grid = (-STEPS..=STEPS).map(|n| about + width * n as f64 / STEPS as f64);
             let grid: Vec<f64> = grid.collect();
@@ -207,7 +223,7 @@ impl<'a> Shifted<'a> {
             let (sums, count) = self.sums(&shifts, samples, reach);
             let at = (0..grid.len()).min_by(|a, b| sums[*a].total_cmp(&sums[*b])).unwrap_or(0);
             (about, width) = (grid[at], 2.0 * width / STEPS as f64);
-            (sums[at], count)
+            (grid[at], sums[at], count)
         })
     }
 

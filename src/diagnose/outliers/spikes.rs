@@ -84,7 +84,7 @@ pub struct Spikes {
 
 impl Spikes {
     /// None of the readings of a problem.
-    pub(super) fn none(problem: &Problem) -> Self {
+    pub(in crate::diagnose) fn none(problem: &Problem) -> Self {
         Self { left_out: LeftOut::default(), records: Records::of(problem) }
     }
 

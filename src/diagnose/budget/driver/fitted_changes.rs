@@ -7,6 +7,7 @@ use crate::diagnose::budget::linear::Linear;
 use crate::diagnose::budget::selection::Selection;
 use crate::diagnose::budget::terms::{Change, Term};
 use crate::diagnose::fitted::Fitted;
+use crate::diagnose::library::place::Place;
 use crate::diagnose::library::windowed::{FROM, NEVER, SIZE, UNTIL, windowed};
 use crate::diagnose::price::Gain;
 use crate::diagnose::thresholds::LARGE_CHANGE;
@@ -40,26 +41,36 @@ impl Search<'_> {
         large.sort_by(|a, b| b.0.gain.total_cmp(&a.0.gain));
         let mut is_taken = false;
         for (_, own, change, value) in large {
-            let block = &linear.candidates[change.base.candidate];
-            let tried = (block.name.clone(), change.at, change.end);
-            if self.tried_changes.len() >= MOST || self.tried_changes.contains(&tried) {
-                continue;
+            let Some(place) = &own.place else { continue };
+            if self.fit_change(linear, change, place, value)? {
+                self.log.push(format!("{} enters the fit", own.name));
+                is_taken = true;
             }
-            self.tried_changes.push(tried);
-            let name = format!("unknown_change_{}", self.tried_changes.len());
-            let Some(with) = self.with_change(linear, change, &name, value)? else { continue };
-            self.log.push(format!("{} enters the fit as {name}", own.name));
-            self.rows.push(Row {
-                name,
-                variant: None,
-                members: own.members,
-                ln_prior: own.ln_prior,
-                change: own.place.clone().map(|place| (change.clone(), place)),
-            });
-            self.fitted = with;
-            is_taken = true;
         }
         Ok(is_taken)
+    }
+
+    /// Lets a change enter the fit from a value, if that is sound and better and was not tried before;
+    /// whether it is.
+    pub(super) fn fit_change(
+        &mut self,
+        linear: &Linear,
+        change: &Change,
+        place: &Place,
+        value: f64,
+    ) -> Result<bool, FitError> {
+        let block = &linear.candidates[change.base.candidate];
+        let tried = (block.name.clone(), change.at, change.end);
+        if self.tried_changes.len() >= MOST || self.tried_changes.contains(&tried) {
+            return Ok(false);
+        }
+        self.tried_changes.push(tried);
+        let name = format!("unknown_change_{}", self.tried_changes.len());
+        let Some(with) = self.with_change(linear, change, &name, value)? else { return Ok(false) };
+        let (members, change) = (change.members, Some((change.clone(), place.clone())));
+        self.rows.push(Row { name, variant: None, members, ln_prior: 0.0, change });
+        self.fitted = with;
+        Ok(true)
     }
 
     /// The fit with a change, if that is sound and better.

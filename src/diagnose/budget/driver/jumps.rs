@@ -1,0 +1,67 @@
+//! Jumps of a clock that are long beside the motion, such as a third of its period: no change that is
+//! linear in them sees these, and what they leave looks like other structure. The search begins with
+//! them in the fit, as changes (`fitted_changes`) from a start that was found by shifting readings.
+
+use crate::diagnose::budget::linear::Linear;
+use crate::diagnose::budget::terms::{Base, Change};
+use crate::diagnose::library::place::{ALL_READINGS, Place};
+use crate::diagnose::outliers::lost::Jump;
+use crate::diagnose::price::Gain;
+use crate::estimate::batch::FitError;
+
+use super::Search;
+
+/// A fit with a jump leaves so many times less.
+const FAR_LESS: f64 = 2.0;
+
+impl Search<'_> {
+    /// Lets jumps enter the fit; whether all of them did, and the fit is far better with them.
+    pub(super) fn take_jumps(&mut self, jumps: &[Jump]) -> Result<bool, FitError> {
+        let before = self.fitted.fit.cost;
+        for jump in jumps {
+            let fitted = self.fitted.clone();
+            let linear = Linear::new(fitted, &self.rows, &self.wanted, true, &mut self.scanned);
+            let Some(linear) = linear else { return Ok(false) };
+            let changes = linear.jump(jump);
+            if changes.is_empty() {
+                return Ok(false);
+            }
+            for (change, place) in changes {
+                if !self.fit_change(&linear, &change, &place, jump.seconds)? {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(self.fitted.fit.cost * FAR_LESS < before)
+    }
+}
+
+impl Linear {
+    /// The changes that a jump is: of the delay of all readings, or of each measurand.
+    fn jump(&self, jump: &Jump) -> Vec<(Change, Place)> {
+        let run = self.fitted.problem.run_index(jump.part, jump.run);
+        let blocks = self.candidates.iter().enumerate();
+        let timing = blocks.filter_map(|(candidate, one)| {
+            let place = one.place.as_ref()?;
+            Some((candidate, place, place.delayed_by_run()?))
+        });
+        let timing: Vec<(usize, &Place, &str)> = timing.collect();
+        let is_of_all = |one: &&(usize, &Place, &str)| one.2 == ALL_READINGS;
+        let wanted: Vec<_> = match timing.iter().find(is_of_all) {
+            Some(all) => vec![*all],
+            None => timing,
+        };
+        let change = |(candidate, place, _): (usize, &Place, &str)| {
+            let change = Change {
+                base: Base { candidate, signature: 0 },
+                at: (run, jump.samples.start),
+                end: Some(jump.samples.end),
+                gain: Gain::default(),
+                members: jump.samples.end,
+            };
+            let place = place.within(&self.fitted.problem.run_names()[run], self.extent(&change));
+            (change, place)
+        };
+        wanted.into_iter().map(change).collect()
+    }
+}

@@ -1,0 +1,43 @@
+//! The nearest moment to which a stretch of readings belongs: a motion that repeats has several.
+
+use std::ops::Range;
+
+use super::{NEAR, SHORTEST, Shift, Shifted};
+
+/// Between two moments that are looked at, in sample periods.
+const STEP: f64 = 0.5;
+
+impl Shifted<'_> {
+    /// The shift of the clock (sample periods), not farther than so many, that carries a stretch back
+    /// among the others, each half of it like the other: the nearest one.
+    pub(in crate::diagnose::outliers) fn nearest(
+        &self,
+        periods: isize,
+        samples: &Range<usize>,
+    ) -> Option<f64> {
+        let reach = periods.abs() + 4;
+        let count = (periods.abs() as f64 / STEP) as isize + 2;
+        let grid: Vec<f64> = (-count..=count).map(|n| STEP * n as f64).collect();
+        let shifts: Vec<Shift> = grid.iter().copied().map(Shift::Time).collect();
+        let (sums, _) = self.sums(&shifts, samples, reach);
+        let is_least = |at: &usize| sums[*at] < sums[at - 1] && sums[*at] <= sums[at + 1];
+        let mut least: Vec<f64> = (1..grid.len() - 1).filter(is_least).map(|at| grid[at]).collect();
+        least.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let middle = samples.start + samples.len() / 2;
+        let halves = [samples.start..middle, middle..samples.end];
+        let refined = least.into_iter().filter_map(|about| {
+            let (best, ..) = self.grids((about, STEP), samples, reach).last()?;
+            let fits = |samples: &Range<usize>| {
+                let (sums, count) = self.sums(&[Shift::Time(best)], samples, reach);
+                samples.len() < SHORTEST || sums[0] <= NEAR * count
+            };
+            halves.iter().all(fits).then_some(best)
+        });
+        refined.into_iter().next()
+    }
+
+    /// How long a shift of so many sample periods is (s).
+    pub(in crate::diagnose::outliers) fn seconds(&self, periods: f64) -> f64 {
+        periods * self.period
+    }
+}
