@@ -157,13 +157,16 @@ impl Selection<'_> {
         }
         let total = self.chi_squared(&[]) - self.chi_squared(model);
         if objections.is_empty() {
+            // Of many comparisons one differs by chance.
+            let comparisons = (rows.len() * pieces.labels.len()).max(1) as f64;
+            let least = APART + comparisons.ln();
             for (row, at) in rows.iter().enumerate() {
                 // Angles are no test of a cause that cannot have values for each.
                 let is_of_angles = self.terms[model[*at]].variants.contains(&Variant::EachAngle);
                 let wanted = |label: &Label| *label != Label::Angle || is_of_angles;
                 if let Some((label, ln_bayes, gain)) =
                     self.separate_values(model, *at, pieces, wanted)
-                    && ln_bayes >= APART
+                    && ln_bayes >= least
                     && gain > (APART_SHARE * gains[*at].gain).max(APART_OF_ALL * total)
                 {
                     objections.push((row, Objection::Apart(label, gain)));
